@@ -1,0 +1,32 @@
+//! **lateen** — fluid–structure interaction with particles, without remeshing.
+//!
+//! Two methods, one program:
+//! * [`mpm`]: the explicit material point method for fluids, gases and solids, coupled with membrane
+//!   finite elements by contact on the background grid (Lian, Liu & Zhang 2014);
+//! * PFEM-2 for several fluids and solids in one implicit system (Becker, Idelsohn & Oñate 2015).
+//!
+//! A case file describes a problem; [`case`] checks it and builds a [`simulation::Solver`]; the time
+//! loop in [`simulation`] steps it, shows snapshots to the [`output`] monitors and writes checkpoints.
+
+#![deny(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod error;
+pub mod registry;
+
+pub mod math;
+
+pub mod geometry;
+pub mod material;
+pub mod mesh;
+pub mod parallel;
+
+pub mod simulation;
+
+pub mod mpm;
+
+pub mod output;
+
+pub mod case;
+
+pub use error::{Error, Result};

@@ -1,0 +1,169 @@
+//! Laws of materials. One law, one file; its name in one list of the registry below.
+//!
+//! Laws are always three-dimensional: a two-dimensional solver embeds (plane strain) and reads back.
+//! A boxed law is called once per *batch* of particles, so that dynamic dispatch costs nothing.
+
+use crate::math::{SymTensor, Tensor};
+
+/// A law of material points (solids, liquids, gases) as the material point method calls it.
+///
+/// One call updates a batch: all slices have one entry per particle.
+pub trait PointLaw: std::fmt::Debug + Send + Sync {
+    /// Density in the reference state [kg/m³].
+    fn density(&self) -> f64;
+
+    /// Which optional columns the law needs.
+    fn storage(&self) -> Storage;
+
+    /// The state of one particle at the start, from what the case prescribes.
+    ///
+    /// # Errors
+    /// A sentence that says why the law can't start from this state.
+    fn initial(&self, start: &StartState) -> Result<PointState, String>;
+
+    /// Advances the batch by `batch.dt` under the velocity gradients `batch.gradient`.
+    fn update(&self, batch: &mut PointBatch<'_>);
+
+    /// Speed of sound in the reference state [m/s] (for the first step and for estimates).
+    fn reference_sound_speed(&self) -> f64;
+
+    /// Largest kinematic viscosity-like diffusivity, 4/3 μ/ρ [m²/s], for the explicit viscous limit; 0 if none.
+    fn diffusivity(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Which optional columns a law needs.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Storage {
+    /// The full Cauchy stress per particle; without it only the pressure is stored.
+    pub stress: bool,
+    /// The deformation gradient per particle.
+    pub deformation: bool,
+    /// Names of history variables per particle (e.g. `plastic strain`); their number is the stride.
+    pub history: &'static [&'static str],
+}
+
+/// What a case prescribes of a region's first state. At most one of the three is given.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StartState {
+    /// Pressure [Pa].
+    pub pressure: Option<f64>,
+    /// Internal energy per unit *reference* volume [J/m³].
+    pub energy: Option<f64>,
+    /// Cauchy stress [Pa].
+    pub stress: Option<SymTensor>,
+}
+
+/// The first state of a particle.
+#[derive(Debug, Clone, Copy)]
+pub struct PointState {
+    /// Current density [kg/m³].
+    pub density: f64,
+    /// Internal energy per unit reference volume [J/m³].
+    pub energy: f64,
+    /// Pressure [Pa], −⅓ tr σ.
+    pub pressure: f64,
+    /// Cauchy stress [Pa].
+    pub stress: SymTensor,
+    /// Deformation gradient.
+    pub deformation: Tensor<3>,
+}
+
+/// A batch of particles of one body during one step.
+pub struct PointBatch<'a> {
+    /// Time increment [s].
+    pub dt: f64,
+    /// Characteristic length for the artificial bulk viscosity, the cell size [m].
+    pub length: f64,
+    /// Velocity gradient L = ∂v/∂x [1/s].
+    pub gradient: &'a [Tensor<3>],
+    /// Volume ratio V^{n+1}/V^n of this increment. The solver computes it (1 + dt tr L, or its
+    /// locking-free average), so that all laws share one cure of volumetric locking.
+    pub stretch: &'a [f64],
+    /// Mass [kg].
+    pub mass: &'a [f64],
+    /// Current volume [m³]; the law multiplies it by `stretch`.
+    pub volume: &'a mut [f64],
+    /// Internal energy per particle [J].
+    pub energy: &'a mut [f64],
+    /// Mean compressive stress −⅓ tr σ [Pa], artificial viscosity included.
+    pub pressure: &'a mut [f64],
+    /// Cauchy stress [Pa], artificial viscosity included; empty unless `storage().stress`.
+    pub stress: &'a mut [SymTensor],
+    /// Deformation gradient F; empty unless `storage().deformation`. The law updates it.
+    pub deformation: &'a mut [Tensor<3>],
+    /// History variables, `storage().history.len()` per particle.
+    pub history: &'a mut [f64],
+    /// Out: speed that bounds the step, dt ≤ h / (signal + |v|) [m/s] (sound speed corrected for
+    /// the artificial viscosity; theory 3.5).
+    pub signal: &'a mut [f64],
+}
+
+impl PointBatch<'_> {
+    /// Number of particles in the batch.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.mass.len()
+    }
+}
+
+/// A law of thin sheets in plane stress, as the membrane elements call it.
+///
+/// Two kinds of law, told apart by [`Sheet::kind`]: rate laws see strain increments in the co-rotational
+/// frame; total laws see the right Cauchy–Green tensor of the reference configuration (theory 5.3).
+pub trait Sheet: std::fmt::Debug + Send + Sync {
+    /// Density in the reference state [kg/m³].
+    fn density(&self) -> f64;
+
+    /// Speed of in-plane waves in the reference state [m/s].
+    fn wave_speed(&self) -> f64;
+
+    /// Young-like modulus that scales the hourglass stiffness [Pa].
+    fn modulus(&self) -> f64;
+
+    /// Shear modulus [Pa].
+    fn shear_modulus(&self) -> f64;
+
+    /// Rate law or total law.
+    fn kind(&self) -> SheetKind;
+
+    /// Rate laws: adds the co-rotational stress increment for the strain increment
+    /// (D11 Δt, D22 Δt, 2 D12 Δt) to `stress` (σ11, σ22, σ12) [Pa]; returns the thickness strain D33 Δt.
+    fn rate(&self, strain: [f64; 3], stress: &mut [f64; 3]) -> f64 {
+        let _ = (strain, stress);
+        unreachable!("a total law has no rate form")
+    }
+
+    /// Total laws: second Piola–Kirchhoff stress (S11, S22, S12) [Pa], stored energy per reference volume
+    /// [J/m³] and thickness stretch λ3, for C = (C11, C22, C12) in the material axes.
+    fn total(&self, c: [f64; 3]) -> SheetState {
+        let _ = c;
+        unreachable!("a rate law has no total form")
+    }
+
+    /// True if the sheet wrinkles instead of carrying compression (theory 5.8).
+    fn wrinkles(&self) -> bool {
+        false
+    }
+}
+
+/// How a sheet law is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SheetKind {
+    /// Stress rate from strain rate in the co-rotational frame (the paper).
+    Rate,
+    /// Stress from the total deformation (hyperelastic, orthotropic fabric).
+    Total,
+}
+
+/// Answer of a total sheet law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SheetState {
+    /// Second Piola–Kirchhoff stress S11, S22, S12 [Pa].
+    pub stress: [f64; 3],
+    /// Stored energy per reference volume [J/m³].
+    pub energy: f64,
+    /// Thickness stretch λ3.
+    pub thickness: f64,
+}

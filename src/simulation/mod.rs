@@ -1,0 +1,69 @@
+//! The driver: it knows *when*; a [`Solver`] knows *how*.
+//!
+//! Nothing here knows about particles or elements: a solver steps, shows a [`Snapshot`] to the
+//! [`Monitor`]s, and lends its [`Column`]s to the checkpoint.
+
+mod column;
+mod snapshot;
+
+pub use column::{Column, ColumnData};
+pub use snapshot::{BalanceTerm, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
+
+use crate::error::{Result, StepError};
+
+/// One of the two methods, ready to step. The only abstraction over both.
+pub trait Solver: Send {
+    /// The largest stable step now [s]; infinity when there is no bound.
+    fn stable_dt(&self) -> f64;
+
+    /// Advances from `t` to `t + dt` [s].
+    ///
+    /// # Errors
+    /// A [`StepError`] with the place and advice when the state is no longer physical.
+    fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError>;
+
+    /// What outputs may see.
+    fn snapshot(&self) -> Snapshot<'_>;
+
+    /// Every array that a checkpoint stores and restores, each with a unique name.
+    ///
+    /// After a restore (the visitor has replaced the contents) [`Solver::restored`] is called.
+    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>));
+
+    /// Rebuilds what is derived from the columns after a restore.
+    fn restored(&mut self) {}
+
+    /// Seconds spent per stage since the start, in the order of the step: `(stage, seconds)`.
+    fn stage_times(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// How many particles a step moves (for rates in progress lines).
+    fn particle_count(&self) -> usize;
+}
+
+/// Something that watches a run: a field writer, a probe, a history.
+pub trait Monitor {
+    /// Times at which this monitor wants to see the state: every `interval` seconds from 0.
+    fn interval(&self) -> f64;
+
+    /// Sees the state at time `snapshot.time`.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()>;
+
+    /// The run is over (also after an error): flush files, write plots.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    fn finish(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    /// Prepares for a resumed run that goes on from `time`: drop what was written after it.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    fn resume(&mut self, time: f64) -> Result<()>;
+}

@@ -1,0 +1,141 @@
+//! What outputs may see of a solver: named point sets and surfaces with fields, an energy ledger,
+//! forces. Positions are in metres, padded with zeros to three components in 2D.
+
+use crate::math::SymTensor;
+use std::borrow::Cow;
+
+/// The state at one time. Borrowed; fields that must be computed are computed when asked for.
+#[derive(Default)]
+pub struct Snapshot<'a> {
+    /// Time [s].
+    pub time: f64,
+    /// Steps taken.
+    pub step: u64,
+    /// The step that led here [s].
+    pub dt: f64,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Particles, one set per body.
+    pub points: Vec<PointSet<'a>>,
+    /// Membranes and meshes.
+    pub surfaces: Vec<SurfaceSet<'a>>,
+    /// Mass, momentum and every energy term.
+    pub ledger: Ledger,
+    /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`; mean over the last step.
+    pub forces: Vec<(String, [f64; 3])>,
+    /// Named counts, e.g. `crossed:sheet` (particles found on the wrong side).
+    pub counts: Vec<(String, u64)>,
+}
+
+/// Particles of one body.
+pub struct PointSet<'a> {
+    /// The body's name.
+    pub name: &'a str,
+    /// Positions [m].
+    pub position: Cow<'a, [[f64; 3]]>,
+    /// Stable identities.
+    pub id: Cow<'a, [u32]>,
+    /// Per-particle fields.
+    pub fields: Vec<Field<'a>>,
+}
+
+/// A mesh with fields: a membrane (quadrilaterals, triangles, segments) or a volume mesh.
+pub struct SurfaceSet<'a> {
+    /// The membrane's or mesh's name.
+    pub name: &'a str,
+    /// Node positions [m].
+    pub position: Cow<'a, [[f64; 3]]>,
+    /// Node positions at the start [m] (probes name points of the undeformed sheet).
+    pub reference: Cow<'a, [[f64; 3]]>,
+    /// Elements: 2 nodes = segment, 3 = triangle, 4 = quadrilateral.
+    pub elements: Vec<&'a [u32]>,
+    /// Per-node fields.
+    pub node_fields: Vec<Field<'a>>,
+    /// Per-element fields.
+    pub element_fields: Vec<Field<'a>>,
+}
+
+/// A named field with its unit and number of components (1, 3, or 6 for symmetric tensors
+/// in the order xx yy zz xy yz zx).
+pub struct Field<'a> {
+    /// For example `velocity`.
+    pub name: &'static str,
+    /// For example `m/s`; empty when dimensionless.
+    pub unit: &'static str,
+    /// Numbers per entry.
+    pub components: usize,
+    /// The numbers.
+    pub values: FieldValues<'a>,
+}
+
+/// Numbers of a field: borrowed, or computed when asked for.
+pub enum FieldValues<'a> {
+    /// As stored.
+    Stored(&'a [f64]),
+    /// Computed on demand.
+    Computed(Box<dyn Fn() -> Vec<f64> + 'a>),
+}
+
+impl<'a> Field<'a> {
+    /// A stored scalar field.
+    pub fn scalar(name: &'static str, unit: &'static str, values: &'a [f64]) -> Self {
+        Self { name, unit, components: 1, values: FieldValues::Stored(values) }
+    }
+
+    /// A stored field of symmetric tensors.
+    pub fn symmetric(name: &'static str, unit: &'static str, values: &'a [SymTensor]) -> Self {
+        Self { name, unit, components: 6, values: FieldValues::Stored(bytemuck::cast_slice(values)) }
+    }
+
+    /// A field computed on demand.
+    pub fn computed(
+        name: &'static str,
+        unit: &'static str,
+        components: usize,
+        values: impl Fn() -> Vec<f64> + 'a,
+    ) -> Self {
+        Self { name, unit, components, values: FieldValues::Computed(Box::new(values)) }
+    }
+
+    /// The numbers, `components` per entry.
+    pub fn values(&self) -> Cow<'_, [f64]> {
+        match &self.values {
+            FieldValues::Stored(values) => Cow::Borrowed(values),
+            FieldValues::Computed(compute) => Cow::Owned(compute()),
+        }
+    }
+}
+
+/// The ledger: rows of `balance.csv`.
+#[derive(Debug, Clone, Default)]
+pub struct Ledger {
+    /// All terms, in a fixed order for a given solver.
+    pub terms: Vec<BalanceTerm>,
+}
+
+/// One term of the ledger.
+#[derive(Debug, Clone)]
+pub struct BalanceTerm {
+    /// For example `kinetic energy: water`.
+    pub name: String,
+    /// `kg`, `N s`, `J`.
+    pub unit: &'static str,
+    /// How it enters the energy closure.
+    pub kind: TermKind,
+    /// Its value.
+    pub value: f64,
+}
+
+/// How a term enters the energy closure: stored energy now − stored energy at the start
+/// = sum of gains − sum of losses + closure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TermKind {
+    /// Energy stored now (kinetic, internal, hourglass).
+    Stored,
+    /// Energy added since the start (external work; numerical errors with their sign).
+    Gain,
+    /// Energy lost since the start (contact, FLIP, mapping).
+    Loss,
+    /// Not an energy of the closure (mass, momentum, derived values).
+    Other,
+}
