@@ -3,11 +3,17 @@
 //! Nothing here knows about particles or elements: a solver steps, shows a [`Snapshot`] to the
 //! [`Monitor`]s, and lends its [`Column`]s to the checkpoint.
 
+mod checkpoint;
+mod clock;
 mod column;
 mod snapshot;
+mod timer;
 
+pub use checkpoint::{CheckpointStore, Columns};
+pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData};
 pub use snapshot::{BalanceTerm, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
+pub use timer::Timer;
 
 use crate::error::{Result, StepError};
 
@@ -22,7 +28,7 @@ pub trait Solver: Send {
     /// A [`StepError`] with the place and advice when the state is no longer physical.
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError>;
 
-    /// What outputs may see.
+    /// What outputs may see; time, step and dt are filled in by the time loop.
     fn snapshot(&self) -> Snapshot<'_>;
 
     /// Every array that a checkpoint stores and restores, each with a unique name.
@@ -44,7 +50,8 @@ pub trait Solver: Send {
 
 /// Something that watches a run: a field writer, a probe, a history.
 pub trait Monitor {
-    /// Times at which this monitor wants to see the state: every `interval` seconds from 0.
+    /// Times at which this monitor wants to see the state: every `interval` seconds from 0, and the end.
+    /// Not a positive number: only the start and the end.
     fn interval(&self) -> f64;
 
     /// Sees the state at time `snapshot.time`.

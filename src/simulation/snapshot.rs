@@ -113,6 +113,30 @@ pub struct Ledger {
     pub terms: Vec<BalanceTerm>,
 }
 
+impl Ledger {
+    /// The sum of all terms of a kind.
+    pub fn total(&self, kind: TermKind) -> f64 {
+        self.terms.iter().filter(|term| term.kind == kind).map(|term| term.value).sum()
+    }
+
+    /// Energy stored now [J].
+    pub fn stored(&self) -> f64 {
+        self.total(TermKind::Stored)
+    }
+
+    /// Energy that the ledger can't explain [J], given the energy stored at the start: round-off only,
+    /// if the method is right.
+    pub fn closure(&self, stored_at_start: f64) -> f64 {
+        self.stored() - stored_at_start - self.total(TermKind::Gain) + self.total(TermKind::Loss)
+    }
+
+    /// A scale for the closure [J]: the largest energy that was ever stored, added or lost.
+    pub fn scale(&self, stored_at_start: f64) -> f64 {
+        let largest = self.terms.iter().filter(|term| term.kind != TermKind::Other).map(|term| term.value.abs());
+        largest.fold(stored_at_start.abs(), f64::max)
+    }
+}
+
 /// One term of the ledger.
 #[derive(Debug, Clone)]
 pub struct BalanceTerm {

@@ -1,0 +1,125 @@
+//! When a step ends and when outputs are due.
+//!
+//! Time is the sum of the steps, but it never drifts from the output times: those are integer multiples
+//! n·Δt_out, and the last step before one lands on it exactly. Everything here is a function of the
+//! current time alone, so a resumed run takes the steps that the uninterrupted one would have taken.
+
+/// Times closer than this fraction of an interval are the same time.
+const SAME: f64 = 1e-9;
+
+/// Simulated time, counted in steps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Clock {
+    /// Time [s].
+    pub time: f64,
+    /// Steps taken.
+    pub step: u64,
+    /// The step that led here [s].
+    pub dt: f64,
+}
+
+impl Clock {
+    /// The next step [s]: at most `bound`, landing on `target` without a sliver of a step before it.
+    ///
+    /// One step that reaches the target is taken whole; a remainder of up to two steps is halved.
+    pub fn next_dt(&self, target: f64, bound: f64) -> f64 {
+        let remaining = target - self.time;
+        if bound >= remaining * (1.0 - SAME) {
+            remaining
+        } else if 2.0 * bound > remaining {
+            0.5 * remaining
+        } else {
+            bound
+        }
+    }
+
+    /// Counts a step of `dt` [s]; a step that reaches `target` ends exactly there.
+    pub fn advance(&mut self, dt: f64, target: f64) {
+        self.time = if dt == target - self.time { target } else { self.time + dt };
+        self.step += 1;
+        self.dt = dt;
+    }
+}
+
+/// Something that is due at every integer multiple of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Schedule {
+    interval: f64,
+}
+
+impl Schedule {
+    /// Due every `interval` [s] from 0; never, where the interval is not a positive number.
+    pub fn every(interval: f64) -> Self {
+        Self { interval: if interval > 0.0 { interval } else { f64::INFINITY } }
+    }
+
+    /// The first due time after `time` [s]; infinity if there is none.
+    pub fn next(&self, time: f64) -> f64 {
+        if self.interval.is_finite() {
+            ((time / self.interval + SAME).floor() + 1.0) * self.interval
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// True if `time` [s] is a multiple of the interval.
+    pub fn is_due(&self, time: f64) -> bool {
+        let count = time / self.interval;
+        self.interval.is_finite() && (count - count.round()).abs() <= SAME
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs to `end` with a constant bound, and returns every time that a schedule was due at.
+    fn due_times(interval: f64, bound: f64, end: f64) -> Vec<f64> {
+        let (schedule, mut clock, mut due) = (Schedule::every(interval), Clock::default(), vec![]);
+        while clock.time < end {
+            let target = schedule.next(clock.time).min(end);
+            clock.advance(clock.next_dt(target, bound), target);
+            assert!(clock.dt > 0.49 * bound.min(interval), "sliver of {} s at {}", clock.dt, clock.time);
+            if schedule.is_due(clock.time) {
+                due.push(clock.time);
+            }
+        }
+        due
+    }
+
+    #[test]
+    fn output_times_are_integer_multiples_without_drift() {
+        let due = due_times(0.1, 0.037, 1000.0);
+        assert_eq!(due.len(), 10_000);
+        assert!(due.iter().enumerate().all(|(n, &t)| t == (n + 1) as f64 * 0.1));
+    }
+
+    #[test]
+    fn a_remainder_of_less_than_two_steps_is_halved() {
+        let clock = Clock { time: 1.0, ..Clock::default() };
+        assert_eq!(clock.next_dt(2.0, 0.9), 0.5);
+        assert_eq!(clock.next_dt(2.0, 1.0), 1.0);
+        assert_eq!(clock.next_dt(2.0, 0.4), 0.4);
+        assert_eq!(clock.next_dt(2.0, f64::INFINITY), 1.0);
+    }
+
+    #[test]
+    fn intervals_that_differ_by_rounding_share_one_step() {
+        let (fine, coarse) = (Schedule::every(0.002e-3), Schedule::every(0.02e-3));
+        let mut clock = Clock::default();
+        for _ in 0..10_000 {
+            let target = fine.next(clock.time).min(coarse.next(clock.time));
+            clock.advance(clock.next_dt(target, 1.0), target);
+            assert!(clock.dt > 0.0019e-3);
+        }
+        assert!(coarse.is_due(clock.time) && fine.is_due(clock.time));
+        assert!((clock.time - 0.02).abs() < 1e-15);
+    }
+
+    #[test]
+    fn no_interval_is_never_due() {
+        let never = Schedule::every(0.0);
+        assert_eq!(never.next(3.0), f64::INFINITY);
+        assert!(!never.is_due(0.0));
+    }
+}
