@@ -6,13 +6,19 @@
 mod checkpoint;
 mod clock;
 mod column;
+mod progress;
+mod run;
 mod snapshot;
+mod status;
 mod timer;
 
 pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData};
+pub use progress::{Event, Observer, Progress};
+pub use run::{Plan, Simulation, Summary};
 pub use snapshot::{BalanceTerm, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
+pub use status::{RunLog, StatusFile, write_atomically};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

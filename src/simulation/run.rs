@@ -1,0 +1,325 @@
+//! The only time loop.
+//!
+//! ```text
+//! while t < t_end:
+//!     Δt ← the stable (or fixed) step, cut to land on the next output time
+//!     step; show the state to the monitors that are due; checkpoint when the wall clock says so
+//! ```
+//!
+//! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
+
+use super::progress::Pace;
+use super::{CheckpointStore, Clock, Column, Event, Monitor, Observer, Progress, Schedule, Solver};
+use crate::error::{Diagnostic, Error, Place, Result, StepError};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// When a run ends and how it gets there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Time at which the run ends [s].
+    pub end: f64,
+    /// Fixed step [s]; `None`: the stable one.
+    pub step: Option<f64>,
+    /// Wall time between two checkpoints.
+    pub checkpoint_every: Duration,
+}
+
+/// What a finished run says about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Time and steps at the end.
+    pub clock: Clock,
+    /// Wall time of this process.
+    pub elapsed: Duration,
+    /// Steps of this process.
+    pub steps: u64,
+    /// Particles moved, summed over the steps of this process.
+    pub particle_steps: u64,
+    /// Seconds per stage.
+    pub stages: Vec<(&'static str, f64)>,
+    /// Energy that the ledger can't explain [J].
+    pub closure: f64,
+    /// The largest term of the ledger [J], to measure the closure by.
+    pub energy_scale: f64,
+}
+
+/// A solver on its way through time, with everything that watches it.
+pub struct Simulation {
+    solver: Box<dyn Solver>,
+    plan: Plan,
+    clock: Clock,
+    stored_at_start: f64,
+    energy_drift: Option<f64>,
+    monitors: Vec<(Schedule, Box<dyn Monitor>)>,
+    observers: Vec<Box<dyn Observer>>,
+    store: Option<Box<dyn CheckpointStore>>,
+    newest: Option<PathBuf>,
+    stop: Arc<AtomicBool>,
+    pace: Pace,
+    saved: Instant,
+    steps: u64,
+    particle_steps: u64,
+}
+
+impl Simulation {
+    /// A run that starts at t = 0.
+    pub fn new(solver: Box<dyn Solver>, plan: Plan) -> Self {
+        let ledger = solver.snapshot().ledger;
+        Self {
+            stored_at_start: ledger.stored(),
+            solver,
+            plan,
+            clock: Clock::default(),
+            energy_drift: None,
+            monitors: Vec::new(),
+            observers: Vec::new(),
+            store: None,
+            newest: None,
+            stop: Arc::default(),
+            pace: Pace::new(Clock::default()),
+            saved: Instant::now(),
+            steps: 0,
+            particle_steps: 0,
+        }
+    }
+
+    /// Adds something that looks at the state at its intervals.
+    pub fn watch(&mut self, monitor: Box<dyn Monitor>) {
+        self.monitors.push((Schedule::every(monitor.interval()), monitor));
+    }
+
+    /// Adds something that follows the run.
+    pub fn follow(&mut self, observer: Box<dyn Observer>) {
+        self.observers.push(observer);
+    }
+
+    /// Keeps checkpoints in `store`.
+    pub fn keep_checkpoints(&mut self, store: Box<dyn CheckpointStore>) {
+        self.store = Some(store);
+    }
+
+    /// Stops after the step in which `flag` becomes true.
+    pub fn stop_on(&mut self, flag: Arc<AtomicBool>) {
+        self.stop = flag;
+    }
+
+    /// Time and steps so far.
+    pub fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    /// The solver, to look at.
+    pub fn solver(&self) -> &dyn Solver {
+        self.solver.as_ref()
+    }
+
+    /// Goes on from the newest good checkpoint; `false` if there is none to go on from.
+    ///
+    /// # Errors
+    /// Checkpoints that can't be used; input/output errors.
+    pub fn resume(&mut self) -> Result<bool> {
+        let Some(store) = &mut self.store else { return Ok(false) };
+        let (solver, clock, stored) = (&mut self.solver, &mut self.clock, &mut self.stored_at_start);
+        let restored = store.restore(&mut |visit| columns(solver.as_mut(), clock, stored, visit))?;
+        let Some(path) = restored else { return Ok(false) };
+        self.solver.restored();
+        self.newest = Some(path);
+        for (_, monitor) in &mut self.monitors {
+            monitor.resume(self.clock.time)?;
+        }
+        Ok(true)
+    }
+
+    /// Runs to the end.
+    ///
+    /// Monitors finish their files and a checkpoint is written (or was, before a step failed) whatever happens.
+    ///
+    /// # Errors
+    /// A step that failed, input/output errors, or [`Error::Interrupted`].
+    pub fn run(&mut self) -> Result<Summary> {
+        let outcome = self.begin().and_then(|()| self.march());
+        let outcome = match outcome {
+            Ok(()) => self.save(),
+            Err(error @ Error::Io { .. }) => {
+                // The state is good: worth a try, though the disk that failed may be the same one.
+                let _ = self.save();
+                Err(error)
+            }
+            failed => failed,
+        };
+        let finished = self.monitors.iter_mut().map(|(_, monitor)| monitor.finish()).fold(Ok(()), Result::and);
+        let outcome = outcome.and(finished);
+        let progress = self.progress();
+        match &outcome {
+            Ok(()) => self.tell(&Event::Done, &progress)?,
+            Err(error) => {
+                let checkpoint = self.newest.clone();
+                // The run has failed already: what an observer adds to that is not the cause.
+                let _ = self.tell(&Event::Stopped { error, checkpoint: checkpoint.as_deref() }, &progress);
+            }
+        }
+        outcome.map(|()| self.summary())
+    }
+
+    /// Takes one step, shows it to the monitors that are due, and saves it when it is time to.
+    ///
+    /// # Errors
+    /// A step that failed, or input/output errors.
+    pub fn step(&mut self) -> Result<()> {
+        let target = self.next_target();
+        let dt = self.clock.next_dt(target, self.bound()?);
+        if self.clock.time + dt <= self.clock.time {
+            return Err(self.collapsed(dt).into());
+        }
+        let step = self.clock.step + 1;
+        self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
+        self.clock.advance(dt, target);
+        self.steps += 1;
+        self.particle_steps += self.solver.particle_count() as u64;
+        self.sample()?;
+        if self.saved.elapsed() >= self.plan.checkpoint_every {
+            self.save()?;
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self) -> Result<()> {
+        self.check_fixed_step()?;
+        self.pace = Pace::new(self.clock);
+        self.saved = Instant::now();
+        let (from, progress) = (self.newest.clone(), self.progress());
+        self.tell(&Event::Started { from: from.as_deref() }, &progress)?;
+        if from.is_none() { self.sample() } else { Ok(()) }
+    }
+
+    fn march(&mut self) -> Result<()> {
+        while self.clock.time < self.plan.end {
+            if self.stop.load(Ordering::Relaxed) {
+                self.save()?;
+                return Err(Error::Interrupted);
+            }
+            self.step()?;
+            if self.pace.tick(self.clock) {
+                let progress = self.progress();
+                self.observers.iter_mut().try_for_each(|observer| observer.progress(&progress))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The next time that a step has to land on [s].
+    fn next_target(&self) -> f64 {
+        self.monitors.iter().map(|(schedule, _)| schedule.next(self.clock.time)).fold(self.plan.end, f64::min)
+    }
+
+    /// The largest step that may be taken now [s].
+    fn bound(&self) -> Result<f64, StepError> {
+        let stable = self.solver.stable_dt();
+        match self.plan.step {
+            _ if stable.is_nan() || stable <= 0.0 => Err(self.collapsed(stable)),
+            Some(fixed) if fixed > stable => Err(self.unstable(fixed, stable)),
+            Some(fixed) => Ok(fixed),
+            None => Ok(stable),
+        }
+    }
+
+    fn check_fixed_step(&self) -> Result<()> {
+        let stable = self.solver.stable_dt();
+        match self.plan.step {
+            Some(fixed) if fixed > stable && self.clock.step == 0 => Err(Error::case(
+                Diagnostic::error("time.step", format!("{fixed:.4e} s is above the stable step, {stable:.4e} s"))
+                    .help("write a smaller step, or leave it out: the program then takes the stable one"),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Shows the state to every monitor that is due: at its times, at the start and at the end.
+    fn sample(&mut self) -> Result<()> {
+        let time = self.clock.time;
+        let all = self.clock.step == 0 || time >= self.plan.end;
+        if !all && !self.monitors.iter().any(|(schedule, _)| schedule.is_due(time)) {
+            return Ok(());
+        }
+        let mut snapshot = self.solver.snapshot();
+        (snapshot.time, snapshot.step, snapshot.dt) = (time, self.clock.step, self.clock.dt);
+        for (schedule, monitor) in &mut self.monitors {
+            if all || schedule.is_due(time) {
+                monitor.sample(&snapshot)?;
+            }
+        }
+        let scale = snapshot.ledger.scale(self.stored_at_start);
+        self.energy_drift = (scale > 0.0).then(|| snapshot.ledger.closure(self.stored_at_start) / scale);
+        drop(snapshot);
+        let progress = self.progress();
+        self.tell(&Event::Sampled, &progress)
+    }
+
+    fn save(&mut self) -> Result<()> {
+        let Some(store) = &mut self.store else { return Ok(()) };
+        let Clock { step, time, .. } = self.clock;
+        let (solver, clock, stored) = (&mut self.solver, &mut self.clock, &mut self.stored_at_start);
+        let path = store.save(step, time, &mut |visit| columns(solver.as_mut(), clock, stored, visit))?;
+        self.saved = Instant::now();
+        self.newest = Some(path.clone());
+        let progress = self.progress();
+        self.tell(&Event::Checkpoint(&path), &progress)
+    }
+
+    fn tell(&mut self, event: &Event<'_>, progress: &Progress) -> Result<()> {
+        self.observers.iter_mut().try_for_each(|observer| observer.event(event, progress))
+    }
+
+    fn progress(&self) -> Progress {
+        self.pace.progress(self.clock, self.plan.end, self.solver.particle_count(), self.energy_drift)
+    }
+
+    fn summary(&self) -> Summary {
+        let ledger = self.solver.snapshot().ledger;
+        Summary {
+            clock: self.clock,
+            elapsed: self.pace.elapsed(),
+            steps: self.steps,
+            particle_steps: self.particle_steps,
+            stages: self.solver.stage_times(),
+            closure: ledger.closure(self.stored_at_start),
+            energy_scale: ledger.scale(self.stored_at_start),
+        }
+    }
+
+    fn step_error(&self, what: &str, quantity: &'static str, value: f64, advice: String) -> StepError {
+        let (time, step) = (self.clock.time, self.clock.step + 1);
+        StepError { what: what.to_owned(), time, step, place: Place::Everywhere, quantity, value, advice }
+    }
+
+    fn collapsed(&self, dt: f64) -> StepError {
+        let advice = "something moves or stiffens without bound: look at the last fields, and lower `mpm.safety`";
+        self.step_error("the stable step became too small to go on", "dt", dt, advice.to_owned())
+    }
+
+    fn unstable(&self, fixed: f64, stable: f64) -> StepError {
+        let advice = format!("the stable step fell to {stable:.4e} s: lower `time.step` below it, or leave it out");
+        self.step_error("the fixed step became larger than the stable one", "dt", fixed, advice)
+    }
+}
+
+/// The loop's own columns, then the solver's.
+fn columns(
+    solver: &mut dyn Solver,
+    clock: &mut Clock,
+    stored_at_start: &mut f64,
+    visit: &mut dyn FnMut(&str, Column<'_>),
+) {
+    let mut reals = vec![clock.time, clock.dt, *stored_at_start];
+    let mut counts = vec![clock.step];
+    visit("loop/time, dt, stored energy", Column::new(&mut reals));
+    visit("loop/step", Column::new(&mut counts));
+    if let (&[time, dt, stored], &[step]) = (reals.as_slice(), counts.as_slice()) {
+        *clock = Clock { time, step, dt };
+        *stored_at_start = stored;
+    }
+    solver.columns(visit);
+}

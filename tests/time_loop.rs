@@ -1,0 +1,225 @@
+//! The time loop with a solver that is simple enough to check by hand: an oscillator whose stable step varies.
+
+use lateen::error::{Error, Place, Result, StepError};
+use lateen::simulation::{
+    BalanceTerm, CheckpointStore, Column, Columns, Ledger, Monitor, Plan, Simulation, Snapshot, Solver, TermKind,
+};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// A mass on a spring (m = k = 1), stepped by the symplectic Euler rule.
+struct Oscillator {
+    state: Vec<f64>,
+    fails_at: f64,
+    interrupts: Option<(f64, Arc<AtomicBool>)>,
+}
+
+impl Oscillator {
+    fn new() -> Self {
+        Self { state: vec![1.0, 0.0], fails_at: f64::INFINITY, interrupts: None }
+    }
+}
+
+impl Solver for Oscillator {
+    fn stable_dt(&self) -> f64 {
+        0.013 + 0.01 * self.state[0] * self.state[0]
+    }
+
+    fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
+        if t + dt > self.fails_at {
+            return Err(StepError {
+                what: "the spring broke".into(),
+                time: t,
+                step: 0,
+                place: Place::Everywhere,
+                quantity: "length",
+                value: self.state[0],
+                advice: "pull less".into(),
+            });
+        }
+        if let Some((time, flag)) = &self.interrupts {
+            flag.store(t + dt >= *time, Ordering::Relaxed);
+        }
+        self.state[1] -= dt * self.state[0];
+        self.state[0] += dt * self.state[1];
+        Ok(())
+    }
+
+    fn snapshot(&self) -> Snapshot<'_> {
+        let energy = 0.5 * (self.state[0].powi(2) + self.state[1].powi(2));
+        let stored = BalanceTerm { name: "energy".into(), unit: "J", kind: TermKind::Stored, value: energy };
+        Snapshot {
+            dimension: 2,
+            ledger: Ledger { terms: vec![stored] },
+            forces: vec![("spring".into(), [-self.state[0], 0.0, 0.0])],
+            ..Snapshot::default()
+        }
+    }
+
+    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        visit("state", Column::new(&mut self.state));
+    }
+
+    fn particle_count(&self) -> usize {
+        1
+    }
+}
+
+type Rows = Rc<RefCell<Vec<(f64, f64)>>>;
+
+/// Keeps time and force of every sample.
+struct Recorder {
+    interval: f64,
+    rows: Rows,
+    full_after: usize,
+}
+
+impl Monitor for Recorder {
+    fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+        if self.rows.borrow().len() >= self.full_after {
+            return Err(Error::io("history.csv", std::io::ErrorKind::StorageFull.into()));
+        }
+        self.rows.borrow_mut().push((snapshot.time, snapshot.forces[0].1[0]));
+        Ok(())
+    }
+
+    fn resume(&mut self, time: f64) -> Result<()> {
+        self.rows.borrow_mut().retain(|row| row.0 <= time);
+        Ok(())
+    }
+}
+
+type Saved = Rc<RefCell<BTreeMap<String, Vec<u8>>>>;
+
+/// Keeps one checkpoint in memory.
+struct Memory(Saved);
+
+impl CheckpointStore for Memory {
+    fn save(&mut self, _step: u64, _time: f64, columns: &mut Columns<'_>) -> Result<PathBuf> {
+        self.0.borrow_mut().clear();
+        columns(&mut |name, column| {
+            let old = self.0.borrow_mut().insert(name.to_owned(), column.data.bytes().to_vec());
+            assert!(old.is_none(), "two columns are named `{name}`");
+        });
+        Ok("memory".into())
+    }
+
+    fn restore(&mut self, columns: &mut Columns<'_>) -> Result<Option<PathBuf>> {
+        if self.0.borrow().is_empty() {
+            return Ok(None);
+        }
+        columns(&mut |name, column| assert!(column.data.replace(&self.0.borrow()[name])));
+        Ok(Some("memory".into()))
+    }
+}
+
+const PLAN: Plan = Plan { end: 2.0, step: None, checkpoint_every: Duration::MAX };
+
+fn simulation(solver: Oscillator, plan: Plan, rows: &Rows, saved: &Saved) -> Simulation {
+    let mut simulation = Simulation::new(Box::new(solver), plan);
+    simulation.watch(Box::new(Recorder { interval: 0.1, rows: rows.clone(), full_after: usize::MAX }));
+    simulation.keep_checkpoints(Box::new(Memory(saved.clone())));
+    simulation
+}
+
+#[test]
+fn monitors_see_the_start_their_times_and_the_end() {
+    let rows = Rows::default();
+    let plan = Plan { end: 1.05, ..PLAN };
+    simulation(Oscillator::new(), plan, &rows, &Saved::default()).run().unwrap();
+    let times: Vec<f64> = rows.borrow().iter().map(|row| row.0).collect();
+    let expected: Vec<f64> = (0..=10).map(|n| f64::from(n) * 0.1).chain([1.05]).collect();
+    assert_eq!(times, expected);
+    for (t, force) in rows.borrow().iter() {
+        assert!((force + t.cos()).abs() < 0.02, "the exact solution is cos t");
+    }
+}
+
+#[test]
+fn an_interrupted_and_resumed_run_is_bit_identical() {
+    let (whole, parts, saved) = (Rows::default(), Rows::default(), Saved::default());
+    let summary = simulation(Oscillator::new(), PLAN, &whole, &Saved::default()).run().unwrap();
+
+    for stop_at in [0.05, 0.7, 1.333] {
+        let flag = Arc::new(AtomicBool::new(false));
+        let solver = Oscillator { interrupts: Some((stop_at, flag.clone())), ..Oscillator::new() };
+        let mut run = simulation(solver, PLAN, &parts, &saved);
+        run.stop_on(flag);
+        run.resume().unwrap();
+        assert!(matches!(run.run(), Err(Error::Interrupted)));
+        assert!(run.clock().time >= stop_at && run.clock().time < stop_at + 0.03);
+        // What a killed run wrote after its checkpoint is dropped on resume.
+        parts.borrow_mut().push((stop_at + 0.05, 99.0));
+    }
+    let mut last = simulation(Oscillator::new(), PLAN, &parts, &saved);
+    assert!(last.resume().unwrap());
+    let resumed = last.run().unwrap();
+    assert_eq!(resumed.clock, summary.clock);
+    assert_eq!(resumed.closure.to_bits(), summary.closure.to_bits());
+    assert_eq!(*parts.borrow(), *whole.borrow());
+}
+
+#[test]
+fn a_failed_step_says_which_one_and_leaves_the_last_checkpoint() {
+    let (rows, saved) = (Rows::default(), Saved::default());
+    let solver = Oscillator { fails_at: 0.5, ..Oscillator::new() };
+    let plan = Plan { checkpoint_every: Duration::ZERO, ..PLAN };
+    let mut run = simulation(solver, plan, &rows, &saved);
+    let Err(Error::Step(error)) = run.run() else { panic!("the step must fail") };
+    assert_eq!(error.step, run.clock().step + 1);
+    assert_eq!(error.time, 0.5);
+    let last: Vec<u8> = run.clock().step.to_le_bytes().into();
+    assert_eq!(saved.borrow()["loop/step"], last, "the step before the failure is the newest checkpoint");
+}
+
+#[test]
+fn a_full_disk_stops_the_run_with_an_input_output_error() {
+    let saved = Saved::default();
+    let mut run = Simulation::new(Box::new(Oscillator::new()), PLAN);
+    run.watch(Box::new(Recorder { interval: 0.1, rows: Rows::default(), full_after: 5 }));
+    run.keep_checkpoints(Box::new(Memory(saved.clone())));
+    let error = run.run().unwrap_err();
+    assert_eq!(error.exit_code(), 4);
+    assert!(!saved.borrow().is_empty(), "the state was good and is kept");
+}
+
+#[test]
+fn a_fixed_step_above_the_stable_one_is_a_case_error() {
+    let plan = Plan { step: Some(0.5), ..PLAN };
+    let error = simulation(Oscillator::new(), plan, &Rows::default(), &Saved::default()).run().unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("time.step"), "{error}");
+}
+
+#[test]
+fn a_fixed_step_that_becomes_unstable_stops_the_run() {
+    let plan = Plan { step: Some(0.02), ..PLAN };
+    let error = simulation(Oscillator::new(), plan, &Rows::default(), &Saved::default()).run().unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    assert!(error.to_string().contains("lower `time.step`"), "{error}");
+}
+
+#[test]
+fn a_fixed_step_is_kept() {
+    let plan = Plan { end: 1.0, step: Some(0.01), ..PLAN };
+    let summary = simulation(Oscillator::new(), plan, &Rows::default(), &Saved::default()).run().unwrap();
+    assert_eq!((summary.steps, summary.particle_steps), (100, 100));
+}
+
+#[test]
+fn checkpoints_follow_the_wall_clock() {
+    let saved = Saved::default();
+    let plan = Plan { checkpoint_every: Duration::ZERO, ..PLAN };
+    let mut run = simulation(Oscillator::new(), plan, &Rows::default(), &saved);
+    run.step().unwrap();
+    assert!(!saved.borrow().is_empty());
+}
