@@ -1,1 +1,19 @@
-//! (in preparation)
+//! What a run leaves on disk: fields for ParaView, histories, checkpoints, plots and pictures.
+//!
+//! Everything here sees [`Snapshot`](crate::simulation::Snapshot)s only, so it works for both methods.
+//! Every file is either whole or not there: files are written to a temporary name and then renamed
+//! ([`atomic`]), and histories grow by whole rows ([`history`]).
+
+pub mod atomic;
+pub mod balance;
+pub mod fields;
+pub mod force;
+pub mod history;
+pub mod label;
+pub mod vtk;
+
+pub use balance::Balance;
+pub use fields::{Fields, Precision};
+pub use force::{Counts, Forces};
+pub use history::History;
+pub use label::UnitLabels;

@@ -1,0 +1,134 @@
+//! Histories of forces (contact, walls) and of counts (particles that crossed a sheet).
+
+use super::history::History;
+use super::label::{UnitLabels, file_name};
+use crate::error::Result;
+use crate::simulation::{Monitor, Snapshot};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Writes every named force to `<force>.csv`: mean over the last step, one column per direction [N].
+#[derive(Debug)]
+pub struct Forces {
+    directory: PathBuf,
+    interval: f64,
+    units: UnitLabels,
+    histories: BTreeMap<String, History>,
+    resumed: Option<f64>,
+}
+
+impl Forces {
+    /// Forces in `directory`, every `interval` seconds.
+    pub fn new(directory: &Path, interval: f64, units: UnitLabels) -> Self {
+        Self { directory: directory.to_owned(), interval, units, histories: BTreeMap::new(), resumed: None }
+    }
+
+    /// The history of a force; one that the resumed run meets again goes on from its file.
+    fn history(&mut self, name: &str) -> Result<&mut History> {
+        if !self.histories.contains_key(name) {
+            let mut history = History::new(self.directory.join(format!("{}.csv", file_name(name))));
+            if let Some(time) = self.resumed {
+                history.resume(time)?;
+            }
+            self.histories.insert(name.to_owned(), history);
+        }
+        Ok(self.histories.get_mut(name).expect("inserted above"))
+    }
+}
+
+impl Monitor for Forces {
+    fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+        let axes = ["fx", "fy", "fz"].into_iter().take(snapshot.dimension);
+        let unit = if snapshot.dimension == 2 { "N/m" } else { "N" };
+        let mut heads = vec![self.units.head("time", "s")];
+        heads.extend(axes.map(|axis| self.units.head(axis, unit)));
+        for (name, force) in &snapshot.forces {
+            let mut row = vec![snapshot.time];
+            row.extend_from_slice(&force[..snapshot.dimension]);
+            self.history(name)?.append(&heads, &row)?;
+        }
+        Ok(())
+    }
+
+    fn resume(&mut self, time: f64) -> Result<()> {
+        self.resumed = Some(time);
+        Ok(())
+    }
+}
+
+/// Writes every named count to `counts.csv`, one column each.
+#[derive(Debug)]
+pub struct Counts {
+    history: History,
+    interval: f64,
+    units: UnitLabels,
+}
+
+impl Counts {
+    /// Counts in `directory`, every `interval` seconds.
+    pub fn new(directory: &Path, interval: f64, units: UnitLabels) -> Self {
+        Self { history: History::new(directory.join("counts.csv")), interval, units }
+    }
+}
+
+impl Monitor for Counts {
+    fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+        if snapshot.counts.is_empty() {
+            return Ok(());
+        }
+        let mut heads = vec![self.units.head("time", "s")];
+        let mut row = vec![snapshot.time];
+        for (name, count) in &snapshot.counts {
+            heads.push(name.clone());
+            row.push(*count as f64);
+        }
+        self.history.append(&heads, &row)
+    }
+
+    fn resume(&mut self, time: f64) -> Result<()> {
+        self.history.resume(time)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pushing(time: f64) -> Snapshot<'static> {
+        let forces = vec![("contact:ball-sheet".to_owned(), [time, 2.0 * time, 0.0])];
+        let counts = vec![("crossed:sheet".to_owned(), 3)];
+        Snapshot { time, dimension: 2, forces, counts, ..Snapshot::default() }
+    }
+
+    #[test]
+    fn each_force_has_a_file_and_a_resumed_run_repeats_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut forces = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
+        for time in [0.0, 1.0, 2.0] {
+            forces.sample(&pushing(time)).unwrap();
+        }
+        let path = dir.path().join("contact-ball-sheet.csv");
+        let whole = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(whole, "time [s],fx [N/m],fy [N/m]\n0.0,0.0,0.0\n1.0,1.0,2.0\n2.0,2.0,4.0\n");
+
+        let mut resumed = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
+        resumed.resume(1.0).unwrap();
+        resumed.sample(&pushing(2.0)).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+    }
+
+    #[test]
+    fn counts_share_a_table() {
+        let dir = tempfile::tempdir().unwrap();
+        Counts::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
+        assert_eq!(std::fs::read_to_string(dir.path().join("counts.csv")).unwrap(), "time,crossed:sheet\n1.0,3.0\n");
+    }
+}

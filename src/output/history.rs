@@ -1,0 +1,226 @@
+//! Histories: CSV tables over time whose first row names the columns with their units.
+//!
+//! A row is written with one call and never left half: after a failed write the file is cut back, and
+//! a run that was killed in the middle of a row drops that row when it is resumed. Numbers are written
+//! with the fewest digits that read back to the same bits.
+
+use super::atomic::create_directory;
+use crate::error::{Error, Result};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// A CSV table that grows by one row per sample.
+#[derive(Debug)]
+pub struct History {
+    path: PathBuf,
+    file: Option<File>,
+    last_time: f64,
+}
+
+impl History {
+    /// A history at `path`; the file is made with the first row.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), file: None, last_time: f64::NEG_INFINITY }
+    }
+
+    /// Where the table is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Appends a row, whose first number is the time; a time that is there already is skipped.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    pub fn append(&mut self, heads: &[String], row: &[f64]) -> Result<()> {
+        assert_eq!(heads.len(), row.len(), "a row of {} has as many numbers as heads", self.path.display());
+        let time = row[0];
+        if time <= self.last_time {
+            return Ok(());
+        }
+        if self.file.is_none() {
+            self.file = Some(self.create(heads)?);
+        }
+        if let Some(file) = &mut self.file {
+            let line = csv_line(row.iter().map(|number| format!("{number:?}")));
+            append_whole(file, &line).map_err(|error| Error::io(&self.path, error))?;
+            self.last_time = time;
+        }
+        Ok(())
+    }
+
+    /// Prepares for rows after `time` [s]: cuts the table behind the last whole row up to `time`.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    pub fn resume(&mut self, time: f64) -> Result<()> {
+        let text = match fs::read(&self.path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+            Err(error) => return Err(Error::io(&self.path, error)),
+        };
+        let (keep, last_time) = rows_until(&text, time);
+        if keep == 0 {
+            return Ok(());
+        }
+        let open = || {
+            let mut file = OpenOptions::new().write(true).open(&self.path)?;
+            file.set_len(keep)?;
+            file.seek(SeekFrom::End(0))?;
+            Ok(file)
+        };
+        self.file = Some(open().map_err(|error| Error::io(&self.path, error))?);
+        self.last_time = last_time;
+        Ok(())
+    }
+
+    fn create(&self, heads: &[String]) -> Result<File> {
+        if let Some(directory) = self.path.parent() {
+            create_directory(directory)?;
+        }
+        let mut file = File::create(&self.path).map_err(|error| Error::io(&self.path, error))?;
+        append_whole(&mut file, &csv_line(heads)).map_err(|error| Error::io(&self.path, error))?;
+        Ok(file)
+    }
+}
+
+/// A history read back: heads and rows.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// First row: names with units.
+    pub heads: Vec<String>,
+    /// One vector of numbers per column.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Reads a history; empty if there is none yet.
+    ///
+    /// # Errors
+    /// Input/output errors, and anything in the table that is not a number.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = match fs::read(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => return Err(Error::io(path, error)),
+        };
+        let invalid = |error: csv::Error| Error::io(path, io::Error::new(io::ErrorKind::InvalidData, error));
+        let mut reader = csv::Reader::from_reader(&text[..]);
+        let heads: Vec<String> = reader.headers().map_err(invalid)?.iter().map(str::to_owned).collect();
+        let mut columns = vec![Vec::new(); heads.len()];
+        for row in reader.deserialize::<Vec<f64>>() {
+            for (column, number) in columns.iter_mut().zip(row.map_err(invalid)?) {
+                column.push(number);
+            }
+        }
+        Ok(Self { heads, columns })
+    }
+
+    /// The column whose head is `name`, with or without a unit in brackets.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let is_head = |head: &String| {
+            head == name || head.strip_prefix(name).is_some_and(|rest| rest.starts_with(" [") && rest.ends_with(']'))
+        };
+        self.heads.iter().position(is_head).map(|c| &self.columns[c][..])
+    }
+}
+
+/// One CSV row, quoted where needed, with its newline.
+fn csv_line<S: AsRef<[u8]>>(cells: impl IntoIterator<Item = S>) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(cells).expect("writing to memory does not fail");
+    writer.into_inner().expect("writing to memory does not fail")
+}
+
+/// Writes a line at the end, or nothing of it.
+fn append_whole(file: &mut File, line: &[u8]) -> io::Result<()> {
+    let end = file.stream_position()?;
+    file.write_all(line).inspect_err(|_| {
+        // If cutting fails as well, a resumed run still drops the half row.
+        let _ = file.set_len(end);
+        let _ = file.seek(SeekFrom::Start(end));
+    })
+}
+
+/// Bytes up to the end of the last whole row not after `time`, and that row's time.
+/// Zero bytes if not even the heads are whole.
+fn rows_until(text: &[u8], time: f64) -> (u64, f64) {
+    let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
+    let (mut keep, mut last_time) = (0, f64::NEG_INFINITY);
+    let mut reader = csv::Reader::from_reader(&text[..whole]);
+    if whole == 0 || reader.headers().is_err() {
+        return (keep, last_time);
+    }
+    keep = reader.position().byte();
+    let mut row = csv::StringRecord::new();
+    while let Ok(true) = reader.read_record(&mut row) {
+        match row[0].parse::<f64>() {
+            Ok(t) if t <= time => (keep, last_time) = (reader.position().byte(), t),
+            _ => break,
+        }
+    }
+    (keep, last_time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heads() -> Vec<String> {
+        vec!["time [s]".into(), "uz [m]".into()]
+    }
+
+    fn history_of_ten(path: &Path) -> String {
+        let mut history = History::new(path);
+        for i in 0..10 {
+            history.append(&heads(), &[f64::from(i) * 0.1, 1.0 / f64::from(i + 3)]).unwrap();
+        }
+        fs::read_to_string(path).unwrap()
+    }
+
+    #[test]
+    fn the_first_row_names_columns_and_numbers_read_back_exactly() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("history/probe.csv");
+        let text = history_of_ten(&path);
+        assert!(text.starts_with("time [s],uz [m]\n0.0,0.3333333333333333\n"), "{text}");
+        let table = Table::read(&path).unwrap();
+        assert_eq!(table.column("uz").unwrap()[4], 1.0 / 7.0);
+        assert_eq!(table.column("time").unwrap().len(), 10);
+        assert!(table.column("u").is_none());
+    }
+
+    #[test]
+    fn resuming_drops_later_and_half_rows_and_repeats_the_rest_exactly() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("probe.csv");
+        let whole = history_of_ten(&path);
+        for cut in 0..whole.len() {
+            fs::write(&path, &whole[..cut]).unwrap();
+            let mut history = History::new(&path);
+            history.resume(0.45).unwrap();
+            for i in 0..10 {
+                history.append(&heads(), &[f64::from(i) * 0.1, 1.0 / f64::from(i + 3)]).unwrap();
+            }
+            assert_eq!(fs::read_to_string(&path).unwrap(), whole, "cut at byte {cut}");
+        }
+    }
+
+    #[test]
+    fn names_with_commas_are_quoted() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("balance.csv");
+        let heads = vec!["time [s]".to_owned(), "kinetic energy: a, \"b\" [J]".to_owned()];
+        History::new(&path).append(&heads, &[0.0, 1.5]).unwrap();
+        assert_eq!(Table::read(&path).unwrap().heads, heads);
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_with_the_path() {
+        if Path::new("/dev/full").exists() {
+            let error = History::new("/dev/full").append(&heads(), &[0.0, 1.0]).unwrap_err();
+            assert!(error.to_string().contains("/dev/full"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! VTK's XML formats: `.vtu` (meshes and membranes), `.vtp` (particles), `.pvd` (series over time).
+//!
+//! Source: *VTK File Formats* (Kitware), sections "XML File Formats" and "appended data". Arrays are
+//! appended raw in little-endian blocks, each compressed by zlib; an array starts with
+//! `[number of blocks][bytes per block][bytes of a partial last block][compressed bytes …]` as `UInt64`.
+//! Arrays are written one at a time, so that a file needs little memory beside the state itself.
+
+mod array;
+mod data_set;
+mod series;
+
+pub use array::Precision;
+pub use data_set::{write_points, write_surface};
+pub use series::Series;
