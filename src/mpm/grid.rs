@@ -8,6 +8,7 @@
 //! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always — and at last
 //! (m, v⁺, a) for the gather.
 
+use super::kernel::Kernel;
 use crate::math::Vector;
 use hashbrown::HashMap;
 
@@ -27,6 +28,7 @@ pub struct Grid<const D: usize> {
     pub fields: Vec<Field<D>>,
     slots: HashMap<[i32; D], u32>,
     blocks: Vec<[i32; D]>,
+    corners: Vec<[u32; 8]>,
 }
 
 /// One velocity field.
@@ -34,7 +36,14 @@ pub struct Grid<const D: usize> {
 pub struct Field<const D: usize> {
     /// Nodes of all active blocks, 4ᴰ per block.
     pub nodes: Vec<Node<D>>,
+    /// The velocity that gradients are taken of [m/s]: v⁻, v⁺ or the re-mapped one, by the stress update.
+    pub velocity: Vec<Vector<D>>,
+    /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
+    pub applied: Vec<Vector<D>>,
 }
+
+/// The number of an inactive block in the corner table.
+const NONE: u32 = u32::MAX;
 
 /// One node of one field: a cache line.
 #[derive(Debug, Clone, Copy, Default)]
@@ -58,9 +67,10 @@ impl<const D: usize> Grid<D> {
             origin,
             cell,
             cells,
-            fields: vec![Field { nodes: Vec::new() }; fields],
+            fields: vec![Field::default(); fields],
             slots: HashMap::new(),
             blocks: Vec::new(),
+            corners: Vec::new(),
         }
     }
 
@@ -106,16 +116,134 @@ impl<const D: usize> Grid<D> {
         self.origin + Vector::from_fn(|axis| f64::from(ijk[axis])) * self.cell
     }
 
-    /// Makes exactly these blocks active (sorted, without repetition) and zeroes every field.
-    pub fn set_blocks(&mut self, blocks: Vec<[i32; D]>) {
-        if blocks != self.blocks {
+    /// Numbers of the first nodes of the blocks `block` + {0, 1}ᴰ (bit a of the index: upper along axis a);
+    /// `u32::MAX` for inactive ones. `None` if `block` itself is not active.
+    #[inline]
+    pub fn corners(&self, block: [i32; D]) -> Option<&[u32; 8]> {
+        self.slots.get(&block).map(|&slot| &self.corners[slot as usize])
+    }
+
+    /// True for nodes of the domain, false for ghosts.
+    #[inline]
+    pub fn contains(&self, ijk: [i32; D]) -> bool {
+        (0..D).all(|axis| (0..=self.cells[axis]).contains(&ijk[axis]))
+    }
+
+    /// Upper corner of the domain [m].
+    pub fn upper(&self) -> Vector<D> {
+        self.origin + Vector::from_fn(|axis| f64::from(self.cells[axis])) * self.cell
+    }
+
+    /// Makes exactly these blocks active (sorted, without repetition) and zeroes every field;
+    /// `true` if they differ from before, so that node numbers changed.
+    pub fn set_blocks(&mut self, blocks: Vec<[i32; D]>) -> bool {
+        let changed = blocks != self.blocks;
+        if changed {
             self.slots = blocks.iter().enumerate().map(|(slot, &block)| (block, slot as u32)).collect();
             self.blocks = blocks;
+            self.corners = self.blocks.iter().map(|&block| self.find_corners(block)).collect();
         }
         let count = self.node_count();
         for field in &mut self.fields {
             field.nodes.clear();
             field.nodes.resize(count, Node::default());
+        }
+        changed
+    }
+
+    fn find_corners(&self, block: [i32; D]) -> [u32; 8] {
+        std::array::from_fn(|corner| {
+            let neighbour = std::array::from_fn(|axis| block[axis] + (corner >> axis & 1) as i32);
+            self.slots.get(&neighbour).map_or(NONE, |slot| slot * Self::BLOCK as u32)
+        })
+    }
+
+    /// Lends one field to `run` together with the geometry of the grid.
+    pub fn with_field<R>(&mut self, field: usize, run: impl FnOnce(&Self, &mut Field<D>) -> R) -> R {
+        let mut lent = std::mem::take(&mut self.fields[field]);
+        let result = run(self, &mut lent);
+        self.fields[field] = lent;
+        result
+    }
+}
+
+/// Collects the blocks that points touch, each once, in sorted order: the activation of a step.
+#[derive(Debug)]
+pub struct ActiveBlocks<const D: usize> {
+    origin: Vector<D>,
+    inverse_cell: f64,
+    seen: hashbrown::HashSet<[i32; D]>,
+    last: Option<([i32; D], [i32; D])>,
+}
+
+impl<const D: usize> ActiveBlocks<D> {
+    /// Nothing yet, on the lattice of `grid`.
+    pub fn new(grid: &Grid<D>) -> Self {
+        Self { origin: grid.origin, inverse_cell: 1.0 / grid.cell, seen: hashbrown::HashSet::new(), last: None }
+    }
+
+    /// Adds the blocks in the support of the point `x` [m].
+    #[inline]
+    pub fn touch(&mut self, kernel: Kernel, x: Vector<D>) {
+        let first: [i32; D] = std::array::from_fn(|a| kernel.first((x[a] - self.origin[a]) * self.inverse_cell));
+        let lower = first.map(|i| i.div_euclid(EDGE as i32));
+        let upper = first.map(|i| (i + kernel.support() - 1).div_euclid(EDGE as i32));
+        if self.last == Some((lower, upper)) {
+            return;
+        }
+        self.last = Some((lower, upper));
+        for corner in 0..1 << D {
+            let block = std::array::from_fn(|a| if corner >> a & 1 == 0 { lower[a] } else { upper[a] });
+            self.seen.insert(block);
+        }
+    }
+
+    /// The blocks, sorted with the last axis slowest.
+    pub fn into_sorted(self) -> Vec<[i32; D]> {
+        let mut blocks: Vec<_> = self.seen.into_iter().collect();
+        blocks.sort_unstable_by_key(|block| {
+            let mut key = *block;
+            key.reverse();
+            key
+        });
+        blocks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mpm::KernelKind;
+
+    #[test]
+    fn numbers_and_coordinates_are_inverse() {
+        let mut grid = Grid::<3>::new(Vector([-1.0, 0.0, 2.0]), 0.5, [8, 8, 8], 1);
+        grid.set_blocks(vec![[-1, 0, 0], [0, 0, 0], [0, 1, 0]]);
+        for node in 0..grid.node_count() {
+            assert_eq!(grid.find(grid.coordinates(node)), Some(node));
+        }
+        assert_eq!(grid.find([4, 0, 0]), None);
+        assert_eq!(grid.position(grid.find([-1, 2, 3]).unwrap()), Vector([-1.5, 1.0, 3.5]));
+    }
+
+    #[test]
+    fn stencils_visit_the_nodes_around_a_point_across_blocks() {
+        let mut grid = Grid::<2>::new(Vector::ZERO, 0.25, [40, 40], 1);
+        for kind in [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic] {
+            let kernel = Kernel::new(kind, 0.25);
+            for x in [Vector([0.9, 1.02]), Vector([0.01, 0.99]), Vector([1.88, 3.12])] {
+                let mut active = ActiveBlocks::new(&grid);
+                active.touch(kernel, x);
+                grid.set_blocks(active.into_sorted());
+                let (mut centre, mut sum, mut slope) = (Vector::ZERO, 0.0, Vector::ZERO);
+                assert!(kernel.for_each(&grid, x, |node, weight, gradient| {
+                    centre += grid.position(node) * weight;
+                    sum += weight;
+                    slope += gradient * grid.position(node)[0];
+                }));
+                assert!((centre - x).norm() < 1e-15 * 8.0 && (sum - 1.0).abs() < 1e-14);
+                assert!((slope - Vector([1.0, 0.0])).norm() < 1e-13);
+            }
         }
     }
 }

@@ -13,11 +13,14 @@
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
 //! ```
 
-mod grid;
+pub mod grid;
+pub mod kernel;
 mod particles;
 mod setup;
+pub mod stencil;
 
-pub use grid::{EDGE, Field, Grid, Node};
+pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
+pub use kernel::Kernel;
 pub use particles::{Body, Particles};
 pub use setup::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, StressUpdate, SupportSetup,
