@@ -1,31 +1,33 @@
 //! Regions of space: shapes, their unions, intersections and differences, triangulated surfaces;
-//! sampling with particles. Points have three coordinates; in 2D the third is zero and ignored.
+//! sampling with particles.
+//!
+//! A region is what a solver asks: how far is the boundary, and in which direction?
+//!
+//! ```text
+//! d(x) < 0 inside, d(x) = 0 on the boundary, |∇d| = 1, n = ∇d points out
+//! A ∪ B: min(d_A, d_B)     A ∩ B: max(d_A, d_B)     complement of A: −d_A
+//! ```
+//!
+//! Distances of primitives are exact. Those of unions and intersections are exact on one side and a
+//! bound of the right sign on the other; they never exceed the true distance in size.
+//!
+//! [`Shape`] is how a case file writes a region; [`Shape::build`] reads its surface files, checks it and
+//! makes the [`Region`]. Points have three coordinates; in 2D the third is zero and ignored.
 
-/// A region of space.
-#[derive(Debug, Clone)]
-pub enum Region {
-    /// An axis-aligned box (a rectangle in 2D).
-    Box {
-        /// Lower corner [m].
-        lower: [f64; 3],
-        /// Upper corner [m].
-        upper: [f64; 3],
-    },
-}
+mod polygon;
+mod primitive;
+mod region;
+mod sample;
+mod shape;
+mod surface;
+mod triangles;
 
-impl Region {
-    /// True inside or on the boundary.
-    pub fn contains(&self, x: [f64; 3]) -> bool {
-        self.signed_distance(x) <= 0.0
-    }
-
-    /// Distance to the boundary [m], negative inside.
-    pub fn signed_distance(&self, x: [f64; 3]) -> f64 {
-        match self {
-            Self::Box { lower, upper } => {
-                let outside: [f64; 3] = std::array::from_fn(|i| (lower[i] - x[i]).max(x[i] - upper[i]));
-                outside.into_iter().fold(f64::NEG_INFINITY, f64::max)
-            }
-        }
-    }
-}
+pub use polygon::Polygon;
+pub use region::{Bounds, Region};
+pub use sample::{Sample, centred_origin, sample};
+pub use shape::{
+    BoxShape, BuildRegion, ComplementShape, CylinderShape, DifferenceShape, EllipsoidShape, HalfSpaceShape,
+    IntersectionShape, PolygonShape, RotatedShape, Shape, SphereShape, SurfaceShape, TranslatedShape, UnionShape,
+};
+pub use surface::Surface;
+pub use triangles::Triangles;

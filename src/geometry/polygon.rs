@@ -1,0 +1,121 @@
+//! A simple polygon in the x-y plane, extruded along z in 3D.
+
+use super::primitive::{Distance, layer, product};
+use crate::math::Vector;
+
+/// A polygon (counter-clockwise), between two heights in 3D, without end in z in 2D.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    corners: Vec<Vector<2>>,
+    lower: f64,
+    upper: f64,
+}
+
+impl Polygon {
+    /// The polygon through `corners` [m], in either sense of rotation, between the heights z = `lower` and `upper` [m].
+    ///
+    /// # Errors
+    /// Fewer than three corners, no area, repeated corners, or sides that cross; the message names them.
+    pub fn new(mut corners: Vec<Vector<2>>, lower: f64, upper: f64) -> Result<Self, String> {
+        if corners.len() < 3 {
+            return Err(format!("a polygon needs at least 3 corners, not {}", corners.len()));
+        }
+        if let Some((i, j)) = crossing(&corners) {
+            return Err(format!("sides {i} and {j} of the polygon touch or cross (counted from 0)"));
+        }
+        let twice_area = shoelace(&corners);
+        if twice_area == 0.0 {
+            return Err("the polygon has no area".into());
+        }
+        if twice_area < 0.0 {
+            corners.reverse();
+        }
+        Ok(Self { corners, lower, upper })
+    }
+
+    /// Corners in counter-clockwise order [m].
+    pub fn corners(&self) -> &[Vector<2>] {
+        &self.corners
+    }
+
+    /// Heights between which it is extruded [m]; infinite in 2D.
+    pub fn heights(&self) -> [f64; 2] {
+        [self.lower, self.upper]
+    }
+
+    /// Area of the polygon [m²].
+    pub fn area(&self) -> f64 {
+        0.5 * shoelace(&self.corners)
+    }
+
+    /// Signed distance and outward normal of the extruded polygon.
+    pub(super) fn distance(&self, x: Vector<3>) -> Distance {
+        product(self.plane_distance(Vector([x[0], x[1]])), layer(2, self.lower, self.upper, x[2]))
+    }
+
+    fn plane_distance(&self, x: Vector<2>) -> Distance {
+        let mut inside = false;
+        let mut nearest = (f64::INFINITY, Vector::ZERO, Vector::ZERO);
+        for (a, b) in sides(&self.corners) {
+            let side = b - a;
+            let t = ((x - a).dot(side) / side.norm_squared()).clamp(0.0, 1.0);
+            let away = x - a - side * t;
+            if away.norm_squared() < nearest.0 {
+                nearest = (away.norm_squared(), away, side);
+            }
+            if (a[1] > x[1]) != (b[1] > x[1]) && x[0] < a[0] + (x[1] - a[1]) * side[0] / side[1] {
+                inside = !inside;
+            }
+        }
+        let (squared, away, side) = nearest;
+        let sign = if inside { -1.0 } else { 1.0 };
+        let outward = Vector([side[1], -side[0]]);
+        let n = (away * sign).normalized().or(outward.normalized()).unwrap_or(Vector::unit(0));
+        (sign * squared.sqrt(), Vector(n.to3()))
+    }
+}
+
+fn sides(corners: &[Vector<2>]) -> impl Iterator<Item = (Vector<2>, Vector<2>)> + '_ {
+    (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]))
+}
+
+fn cross(a: Vector<2>, b: Vector<2>) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// Twice the signed area; relative to the first corner, so that a far origin costs no digits.
+fn shoelace(corners: &[Vector<2>]) -> f64 {
+    sides(corners).map(|(a, b)| cross(a - corners[0], b - corners[0])).sum()
+}
+
+/// Two sides that touch where they should not.
+fn crossing(corners: &[Vector<2>]) -> Option<(usize, usize)> {
+    let n = corners.len();
+    let side: Vec<_> = sides(corners).collect();
+    (0..n)
+        .flat_map(|i| (i + 1..n).map(move |j| (i, j)))
+        .find(|&(i, j)| {
+            let ((a, b), (c, d)) = (side[i], side[j]);
+            let neighbours = j == i + 1 || (i == 0 && j == n - 1);
+            if neighbours { fold_back(side[i], side[j], j == i + 1) } else { touch(a, b, c, d) }
+        })
+        .or_else(|| (0..n).find(|&i| side[i].0 == side[i].1).map(|i| (i, (i + 1) % n)))
+}
+
+/// Two sides with a common corner that run along each other.
+fn fold_back(first: (Vector<2>, Vector<2>), second: (Vector<2>, Vector<2>), in_order: bool) -> bool {
+    let (a, b) = if in_order { (first, second) } else { (second, first) };
+    let (u, v) = (a.1 - a.0, b.1 - b.0);
+    cross(u, v) == 0.0 && u.dot(v) <= 0.0
+}
+
+fn touch(a: Vector<2>, b: Vector<2>, c: Vector<2>, d: Vector<2>) -> bool {
+    let turn = |p: Vector<2>, q: Vector<2>, r: Vector<2>| cross(q - p, r - p);
+    let between = |p: Vector<2>, q: Vector<2>, r: Vector<2>| (r - p).dot(r - q) <= 0.0;
+    let (t1, t2, t3, t4) = (turn(a, b, c), turn(a, b, d), turn(c, d, a), turn(c, d, b));
+    (t1 * t2 < 0.0 && t3 * t4 < 0.0)
+        || (t1 == 0.0 && between(a, b, c))
+        || (t2 == 0.0 && between(a, b, d))
+        || (t3 == 0.0 && between(c, d, a))
+        || (t4 == 0.0 && between(c, d, b))
+}
