@@ -29,4 +29,6 @@ pub mod output;
 
 pub mod case;
 
+pub mod verify;
+
 pub use error::{Error, Result};

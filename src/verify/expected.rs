@@ -1,0 +1,274 @@
+//! `expected.toml`: what a case is compared with, beside its `case.toml`.
+//!
+//! ```toml
+//! [measured]                    # what a full run took, for `lateen cases`
+//! time = "95 s"
+//! size = "3054 particles, 2500 elements"
+//!
+//! [quick]                       # overrides of the default run, so that all cases take minutes
+//! set = { "grid.cell" = "2 mm" }
+//! [full]                        # overrides of `--full`
+//! set = {}
+//!
+//! [[check]]
+//! name = "deepest deflection"
+//! history = "centre"            # history/centre.csv
+//! value = "z"                   # a column, or a formula of columns
+//! kind = "minimum"
+//! until = 0.45e-3
+//! reference = -1.41e-3
+//! tolerance = { relative = 0.03 }
+//! quick = { relative = 0.08 }   # for the default run; `full` likewise
+//! source = "two finite element programs, rigid sphere"
+//! ```
+
+use crate::error::{Diagnostic, Error, Result};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Everything that a case is compared with.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expected {
+    /// What a run took.
+    #[serde(default)]
+    pub measured: Measured,
+    /// The default run.
+    #[serde(default)]
+    pub quick: Level,
+    /// The run of `--full`.
+    #[serde(default)]
+    pub full: Level,
+    /// Comparisons.
+    #[serde(default, rename = "check")]
+    pub checks: Vec<Check>,
+}
+
+/// What a run took and how large it is, as measured.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// Wall time, with the machine where it matters.
+    #[serde(default)]
+    pub time: String,
+    /// Particles, elements, cells.
+    #[serde(default)]
+    pub size: String,
+}
+
+/// How a case is run at one level of effort.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Level {
+    /// Keys of the case to override, as `--set` does.
+    #[serde(default)]
+    pub set: BTreeMap<String, toml::Value>,
+    /// True: the case is left out at this level.
+    #[serde(default)]
+    pub skip: bool,
+}
+
+/// One comparison.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Check {
+    /// What is compared.
+    pub name: String,
+    /// The table in `history/`, without `.csv`.
+    pub history: String,
+    /// A column of the table, or a formula of its columns.
+    pub value: String,
+    /// What is measured on it.
+    pub kind: Kind,
+    /// Time of `kind = "value"` [s]; level of `kind = "crossing"`, in the unit of the value.
+    pub at: Option<f64>,
+    /// Start of the window [s].
+    #[serde(default = "always_from")]
+    pub from: f64,
+    /// End of the window [s].
+    #[serde(default = "always_until")]
+    pub until: f64,
+    /// What it should be: a number, or the curves of `kind = "curve"`.
+    pub reference: Reference,
+    /// Whether the number is a value or a bound.
+    #[serde(default)]
+    pub compare: Compare,
+    /// How far it may be off.
+    pub tolerance: Tolerance,
+    /// The tolerance of the default run, where it is another one.
+    pub quick: Option<Tolerance>,
+    /// The tolerance of `--full`, where it is another one.
+    pub full: Option<Tolerance>,
+    /// Where the reference comes from.
+    pub source: String,
+}
+
+/// What is measured on a history within the window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// The last value.
+    Final,
+    /// The value at the time `at`.
+    Value,
+    /// The largest value.
+    Maximum,
+    /// The smallest value.
+    Minimum,
+    /// The value that is farthest from zero.
+    Largest,
+    /// The mean over time.
+    Mean,
+    /// The time of the largest value [s].
+    TimeOfMaximum,
+    /// The time of the smallest value [s].
+    TimeOfMinimum,
+    /// The mean period of an oscillation about its mean [s].
+    Period,
+    /// The rate at which the amplitude of an oscillation falls [1/s].
+    Decay,
+    /// The first time at which the level `at` is passed [s].
+    Crossing,
+    /// The largest distance from the band of the reference curves.
+    Curve,
+}
+
+/// What a check is compared with.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+pub enum Reference {
+    /// A number.
+    Number(f64),
+    /// Curves from tables; several make a band.
+    Curves(Vec<Curve>),
+}
+
+/// A published or computed curve in a table beside the case.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Curve {
+    /// The table, relative to the case.
+    pub file: String,
+    /// The column of the time.
+    pub x: String,
+    /// The column (or formula) of the value.
+    pub y: String,
+    /// What one unit of `x` is in seconds.
+    #[serde(default = "one")]
+    pub x_scale: f64,
+    /// What one unit of `y` is in the unit of the history.
+    #[serde(default = "one")]
+    pub y_scale: f64,
+}
+
+/// Whether a reference is a value or a bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compare {
+    /// As near as the tolerance.
+    #[default]
+    Equal,
+    /// Not smaller than the reference by more than the tolerance.
+    AtLeast,
+    /// Not larger than the reference by more than the tolerance.
+    AtMost,
+}
+
+/// How far a value may be off: |computed − reference| ≤ absolute + relative·|reference|.
+///
+/// For curves the reference is the largest value of the curves.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tolerance {
+    /// In the unit of the value.
+    pub absolute: f64,
+    /// As a fraction of the reference.
+    pub relative: f64,
+}
+
+impl Expected {
+    /// Reads `expected.toml`.
+    ///
+    /// # Errors
+    /// Case errors: syntax, unknown keys, and checks that lack what their kind needs.
+    pub fn parse(text: &str) -> Result<Self> {
+        let expected: Self = toml::from_str(text).map_err(|error| {
+            let finding = Diagnostic::error("expected.toml", error.message());
+            Error::case(match error.span() {
+                Some(span) => finding.at(span),
+                None => finding,
+            })
+        })?;
+        let findings: Vec<Diagnostic> = expected.checks.iter().filter_map(Check::finding).collect();
+        if findings.is_empty() { Ok(expected) } else { Err(Error::Case(findings)) }
+    }
+}
+
+impl Check {
+    fn finding(&self) -> Option<Diagnostic> {
+        let key = format!("check `{}`", self.name);
+        let needs_at = matches!(self.kind, Kind::Value | Kind::Crossing);
+        if needs_at && self.at.is_none() {
+            return Some(Diagnostic::error(key, "this kind needs `at`"));
+        }
+        match (&self.reference, self.kind) {
+            (Reference::Number(_), Kind::Curve) => {
+                Some(Diagnostic::error(key, "a curve is compared with curves").help("reference = [{ file, x, y }]"))
+            }
+            (Reference::Curves(_), kind) if kind != Kind::Curve => {
+                Some(Diagnostic::error(key, "curves are compared by `kind = \"curve\"`"))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl Tolerance {
+    /// The largest allowed deviation from `reference`.
+    pub fn limit(&self, reference: f64) -> f64 {
+        self.absolute + self.relative * reference.abs()
+    }
+}
+
+fn always_from() -> f64 {
+    f64::NEG_INFINITY
+}
+
+fn always_until() -> f64 {
+    f64::INFINITY
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHECK: &str = "[[check]]\nname = 'peak'\nhistory = 'centre'\nvalue = 'z'\nkind = 'minimum'\n\
+        reference = -1.41e-3\ntolerance = { relative = 0.03 }\nsource = 'a paper'\n";
+
+    #[test]
+    fn a_check_reads_back() {
+        let expected = Expected::parse(CHECK).unwrap();
+        let check = &expected.checks[0];
+        assert_eq!((check.kind, check.compare), (Kind::Minimum, Compare::Equal));
+        assert_eq!(check.tolerance.limit(-2.0), 0.06);
+        assert!(check.until > 1e300);
+    }
+
+    #[test]
+    fn checks_that_lack_something_are_errors() {
+        for (from, to, expected) in [
+            ("minimum", "value", "needs `at`"),
+            ("minimum", "curve", "compared with curves"),
+            ("minimum", "highest", "unknown variant"),
+            ("source", "origin", "unknown field"),
+        ] {
+            let error = Expected::parse(&CHECK.replace(from, to)).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+    }
+}
