@@ -6,6 +6,7 @@
 
 pub mod atomic;
 pub mod balance;
+pub mod checkpoint;
 pub mod fields;
 pub mod force;
 pub mod history;
@@ -13,6 +14,7 @@ pub mod label;
 pub mod vtk;
 
 pub use balance::Balance;
+pub use checkpoint::Checkpoints;
 pub use fields::{Fields, Precision};
 pub use force::{Counts, Forces};
 pub use history::History;

@@ -1,0 +1,241 @@
+//! Reading: nothing is believed before its checksum fits, nothing is allocated before it fits the file.
+
+use super::FORMAT;
+use super::header::{BlockEntry, ColumnEntry, FIRST_LINE, FirstLine, Header};
+use crate::simulation::{Column, Columns};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// Why a checkpoint can't be used.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Trouble {
+    /// The disk or the file system.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// Torn or changed: an older one may be good.
+    #[error("damaged: {0}")]
+    Damaged(String),
+    /// Whole, but of another case, version or model.
+    #[error("{0}")]
+    Foreign(String),
+}
+
+/// A checkpoint whose header is whole.
+pub(super) struct Reader<R> {
+    file: R,
+    header: Header,
+    header_bytes: u64,
+}
+
+impl Reader<BufReader<File>> {
+    /// Opens a file and reads its header.
+    pub fn open(path: &Path) -> Result<Self, Trouble> {
+        let file = File::open(path)?;
+        let bytes = file.metadata()?.len();
+        Self::new(BufReader::new(file), bytes)
+    }
+}
+
+impl<R: Read + Seek> Reader<R> {
+    /// Reads the header of a checkpoint of `file_bytes` bytes.
+    pub fn new(mut file: R, file_bytes: u64) -> Result<Self, Trouble> {
+        let damaged = Trouble::Damaged;
+        let mut line = [0; FIRST_LINE];
+        read_whole(&mut file, &mut line)?;
+        let first = FirstLine::parse(&line).map_err(damaged)?;
+        let header_bytes = FIRST_LINE as u64 + first.header_bytes;
+        if header_bytes > file_bytes {
+            return Err(Trouble::Damaged("its header is cut off".into()));
+        }
+        let mut text = vec![0; first.header_bytes as usize];
+        read_whole(&mut file, &mut text)?;
+        if !first.covers(&text) {
+            return Err(Trouble::Damaged("the header's checksum does not fit".into()));
+        }
+        if first.format != FORMAT {
+            return Err(Trouble::Foreign(format!(
+                "has format {}, this program reads format {FORMAT}; resume with the program that wrote it",
+                first.format
+            )));
+        }
+        let text = String::from_utf8(text).map_err(|error| Trouble::Damaged(error.to_string()))?;
+        let header = Header::parse(&text).map_err(damaged)?;
+        header.check_layout(header_bytes, file_bytes).map_err(damaged)?;
+        Ok(Self { file, header, header_bytes })
+    }
+
+    /// Checks that this program wrote it for this case, and every byte of it.
+    pub fn verify(&mut self, case: &str) -> Result<(), Trouble> {
+        let origin = &self.header.origin;
+        let version = env!("CARGO_PKG_VERSION");
+        if origin.program != version {
+            let wrote = &origin.program;
+            return Err(Trouble::Foreign(format!(
+                "was written by lateen {wrote}, this is {version}; resume with that version, or run anew"
+            )));
+        }
+        if origin.case != case {
+            return Err(Trouble::Foreign(
+                "belongs to another case or to other settings; resume with the case that it was written for".into(),
+            ));
+        }
+        let mut end = self.header_bytes;
+        self.file.seek(SeekFrom::Start(end))?;
+        for column in self.header.columns.iter() {
+            for block in &column.blocks {
+                let mut gap = vec![0; (block.at - end) as usize];
+                read_whole(&mut self.file, &mut gap)?;
+                if gap.iter().any(|&byte| byte != 0) {
+                    return Err(Trouble::Damaged(format!("something lies before `{}`", column.name)));
+                }
+                read_block(&mut self.file, block, &column.name)?;
+                end = block.at + block.stored as u64;
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces the contents of all columns, if they are the ones that the file has.
+    pub fn restore(&mut self, columns: &mut Columns<'_>) -> Result<(), Trouble> {
+        let mut entries: BTreeMap<String, ColumnEntry> =
+            self.header.columns.iter().map(|entry| (entry.name.clone(), entry.clone())).collect();
+        let mut names_differ = None;
+        let mut seen = 0;
+        columns(&mut |name, column| {
+            seen += 1;
+            let fits = |entry: &ColumnEntry| entry.kind == column.data.kind() && entry.components == column.components;
+            if !entries.get(name).is_some_and(fits) {
+                names_differ.get_or_insert_with(|| name.to_owned());
+            }
+        });
+        if let Some(name) = names_differ {
+            return Err(Trouble::Foreign(format!("has no column `{name}` of the kind that this model needs")));
+        }
+        if seen != entries.len() {
+            return Err(Trouble::Foreign(format!("has {} columns, this model has {seen}", entries.len())));
+        }
+        let mut result = Ok(());
+        columns(&mut |name, column| {
+            if let (Ok(()), Some(entry)) = (&result, entries.remove(name)) {
+                result = self.restore_column(&entry, column);
+            }
+        });
+        result
+    }
+
+    fn restore_column(&mut self, entry: &ColumnEntry, column: Column<'_>) -> Result<(), Trouble> {
+        let mut bytes = Vec::with_capacity(entry.bytes as usize);
+        for block in &entry.blocks {
+            self.file.seek(SeekFrom::Start(block.at))?;
+            bytes.extend(read_block(&mut self.file, block, &entry.name)?);
+        }
+        if column.data.replace(&bytes) {
+            Ok(())
+        } else {
+            Err(Trouble::Foreign(format!("`{}` has {} bytes, no whole number of entries", entry.name, bytes.len())))
+        }
+    }
+}
+
+/// Reads and checks the block that the file stands at.
+fn read_block(file: &mut impl Read, block: &BlockEntry, name: &str) -> Result<Vec<u8>, Trouble> {
+    let mut stored = vec![0; block.stored];
+    read_whole(file, &mut stored)?;
+    if crc32fast::hash(&stored) != block.crc {
+        return Err(Trouble::Damaged(format!("a checksum of `{name}` does not fit")));
+    }
+    match zstd::bulk::decompress(&stored, block.raw) {
+        Ok(raw) if raw.len() == block.raw => Ok(raw),
+        _ => Err(Trouble::Damaged(format!("a block of `{name}` does not decompress"))),
+    }
+}
+
+/// Fills the buffer; a file that ends before is damaged.
+fn read_whole(file: &mut impl Read, buffer: &mut [u8]) -> Result<(), Trouble> {
+    file.read_exact(buffer).map_err(|error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => Trouble::Damaged("it is cut off".into()),
+        _ => Trouble::Io(error),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::header::Origin;
+    use super::super::write;
+    use super::*;
+    use proptest::prelude::*;
+    use std::io::Cursor;
+
+    fn checkpoint(values: &mut Vec<f64>, id: &mut Vec<u32>) -> Vec<u8> {
+        let mut file = Cursor::new(vec![]);
+        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let mut columns = |visit: &mut dyn FnMut(&str, Column<'_>)| {
+            visit("water.position", Column::new(values));
+            visit("water.id", Column::new(id));
+        };
+        write::write(&mut file, origin, &mut columns).unwrap();
+        file.into_inner()
+    }
+
+    fn read(bytes: &[u8]) -> Result<Header, Trouble> {
+        let mut reader = Reader::new(Cursor::new(bytes), bytes.len() as u64)?;
+        reader.verify("case")?;
+        Ok(reader.header)
+    }
+
+    fn sample() -> Vec<u8> {
+        checkpoint(&mut (0..300).map(|i| f64::from(i).sqrt()).collect(), &mut (0..100).collect())
+    }
+
+    #[test]
+    fn a_change_of_any_byte_is_recognised() {
+        let whole = sample();
+        assert!(read(&whole).is_ok());
+        for place in 0..whole.len() {
+            for flip in [1, 0x20, 0x80] {
+                let mut changed = whole.clone();
+                changed[place] ^= flip;
+                assert!(matches!(read(&changed), Err(Trouble::Damaged(_))), "byte {place} flipped by {flip}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_or_longer_file_is_recognised() {
+        let whole = sample();
+        for length in 0..whole.len() {
+            assert!(matches!(read(&whole[..length]), Err(Trouble::Damaged(_))), "cut at {length}");
+        }
+        assert!(matches!(read(&[&whole[..], b"\0"].concat()), Err(Trouble::Damaged(_))));
+    }
+
+    #[test]
+    fn a_header_that_promises_more_than_the_file_holds_allocates_nothing() {
+        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let mut column = ColumnEntry::reserve("a", "f64", 1, 8);
+        column.bytes = 1 << 60;
+        column.blocks = vec![BlockEntry { at: 256, stored: 99_999_999, raw: 99_999_999, crc: 0 }; 50];
+        let text = Header { origin, columns: vec![column] }.encode();
+        assert!(matches!(read(text.as_bytes()), Err(Trouble::Damaged(_))));
+    }
+
+    proptest! {
+        #[test]
+        fn random_bytes_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
+            prop_assert!(matches!(read(&bytes), Err(Trouble::Damaged(_))));
+        }
+
+        #[test]
+        fn a_header_with_a_fitting_checksum_but_random_text_is_refused(
+            lines in proptest::collection::vec("(column f64|block at|name) ?[0-9]{0,25}( [a-z0-9\"]{0,12}){0,9}", 1..9)
+        ) {
+            let text = format!("program 0\ncase \"case\"\nstep 1\ntime 0.5\n{}", lines.join("\n"));
+            let start = format!("lateen checkpoint 1 header {:010} crc ", text.len());
+            let crc = crc32fast::hash(format!("{start}{text}").as_bytes());
+            let file = format!("{start}{crc:08x}\n{text}");
+            prop_assert!(matches!(read(file.as_bytes()), Err(Trouble::Damaged(_))));
+        }
+    }
+}

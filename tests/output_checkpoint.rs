@@ -1,0 +1,227 @@
+//! Checkpoints against what happens to them: kills, full disks, damage, other cases.
+
+use lateen::error::Error;
+use lateen::math::{SymTensor, Vector};
+use lateen::output::Checkpoints;
+use lateen::simulation::{CheckpointStore, Column};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A state with every kind of column, an empty one, and one of several blocks.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct State {
+    position: Vec<Vector<3>>,
+    stress: Vec<SymTensor>,
+    id: Vec<u32>,
+    counter: Vec<u64>,
+    flags: Vec<u8>,
+    empty: Vec<f64>,
+}
+
+impl State {
+    fn new(count: usize, seed: f64) -> Self {
+        let wave = |n: usize| (n as f64 * 0.731 + seed).sin();
+        let mut position: Vec<_> = (0..count).map(|p| Vector([wave(p), wave(p + 1), wave(p + 2)])).collect();
+        position[0] = Vector([f64::NAN, -0.0, f64::MIN_POSITIVE / 8.0]);
+        Self {
+            position,
+            stress: vec![bytemuck::cast([wave(1), wave(2), wave(3), wave(4), wave(5), wave(6)])],
+            id: (0..count as u32).rev().collect(),
+            counter: vec![u64::MAX, count as u64],
+            flags: vec![1, 2, 3],
+            empty: vec![],
+        }
+    }
+
+    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        visit("water.position", Column::new(&mut self.position));
+        visit("water.stress", Column::new(&mut self.stress));
+        visit("water.id", Column::new(&mut self.id));
+        visit("counter", Column::new(&mut self.counter));
+        visit("flags", Column::new(&mut self.flags));
+        visit("empty", Column::new(&mut self.empty));
+    }
+
+    fn save(&mut self, store: &mut Checkpoints, step: u64) -> PathBuf {
+        store.save(step, 0.1 * step as f64, &mut |visit| self.columns(visit)).unwrap()
+    }
+
+    fn restore(store: &mut Checkpoints) -> Result<Option<Self>, Error> {
+        let mut state = Self { empty: vec![1.0; 9], ..Self::default() };
+        Ok(store.restore(&mut |visit| state.columns(visit))?.map(|_| state))
+    }
+
+    /// Bits, so that NaN and −0 count.
+    fn bits(&self) -> Vec<u8> {
+        let mut bytes = vec![];
+        self.clone().columns(&mut |name, column| {
+            bytes.extend(name.bytes().chain(column.data.bytes().iter().copied()));
+        });
+        bytes
+    }
+}
+
+fn store(directory: &Path) -> Checkpoints {
+    Checkpoints::new(directory, "case-1")
+}
+
+#[test]
+fn a_restored_state_is_the_same_bit_for_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    for (step, count) in [(1, 3), (2, 150_000)] {
+        let mut state = State::new(count, 0.5);
+        state.save(&mut store(dir.path()), step);
+        let restored = State::restore(&mut store(dir.path())).unwrap().unwrap();
+        assert_eq!(restored.bits(), state.bits());
+    }
+}
+
+#[test]
+fn files_do_not_depend_on_the_number_of_threads() {
+    let write = |threads: usize| {
+        let dir = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fs::read(State::new(150_000, 0.5).save(&mut store(dir.path()), 1)).unwrap())
+    };
+    assert!(write(1) == write(4));
+}
+
+#[test]
+fn columns_start_at_multiples_of_64_bytes() {
+    let dir = tempfile::tempdir().unwrap();
+    let bytes = fs::read(State::new(1000, 0.5).save(&mut store(dir.path()), 1)).unwrap();
+    let zstd_magic = [0x28, 0xb5, 0x2f, 0xfd];
+    let aligned = bytes.chunks(64).filter(|chunk| chunk.starts_with(&zstd_magic)).count();
+    assert_eq!(aligned, 5);
+}
+
+#[test]
+fn two_generations_are_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = store(dir.path());
+    for step in 1..=5 {
+        State::new(10, step as f64).save(&mut store, step);
+    }
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 2);
+    assert_eq!(State::restore(&mut store).unwrap().unwrap().bits(), State::new(10, 5.0).bits());
+}
+
+#[test]
+fn nothing_to_restore_is_no_error() {
+    let dir = tempfile::tempdir().unwrap();
+    assert!(State::restore(&mut store(&dir.path().join("not made yet"))).unwrap().is_none());
+}
+
+#[test]
+fn a_damaged_newest_one_is_passed_over_with_a_message() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = store(dir.path());
+    State::new(1000, 1.0).save(&mut store, 1);
+    let newest = State::new(1000, 2.0).save(&mut store, 2);
+    let whole = fs::read(&newest).unwrap();
+    for place in (0..whole.len()).step_by(whole.len() / 97) {
+        let mut changed = whole.clone();
+        changed[place] ^= 0x10;
+        fs::write(&newest, &changed).unwrap();
+        let restored = State::restore(&mut store).unwrap().unwrap();
+        assert_eq!(restored.bits(), State::new(1000, 1.0).bits(), "byte {place}");
+        assert!(store.skipped()[0].contains("step-000000000002"), "{:?}", store.skipped());
+    }
+}
+
+#[test]
+fn the_next_save_does_not_count_a_damaged_one_as_a_generation() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = store(dir.path());
+    State::new(10, 1.0).save(&mut store, 1);
+    fs::write(State::new(10, 9.0).save(&mut store, 9), b"torn").unwrap();
+    State::restore(&mut store).unwrap().unwrap();
+    let second = State::new(10, 2.0).save(&mut store, 2);
+    fs::write(second, b"torn as well").unwrap();
+    assert_eq!(State::restore(&mut store).unwrap().unwrap().bits(), State::new(10, 1.0).bits());
+}
+
+#[test]
+fn when_all_are_damaged_the_error_names_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = store(dir.path());
+    for step in 1..=2 {
+        fs::write(State::new(10, 0.0).save(&mut store, step), b"lateen checkpoint").unwrap();
+    }
+    let error = State::restore(&mut store).unwrap_err();
+    assert_eq!(error.exit_code(), 4);
+    let text = error.to_string();
+    assert!(text.contains("step-000000000001") && text.contains("step-000000000002"), "{text}");
+}
+
+#[test]
+fn a_kill_before_the_rename_leaves_the_older_one_in_use() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = store(dir.path());
+    let path = State::new(10, 1.0).save(&mut store, 1);
+    // What a killed writer leaves: a temporary file, whole or not, that was never renamed.
+    let whole = fs::read(&path).unwrap();
+    fs::write(dir.path().join("step-000000000002.checkpoint.partial"), &whole[..whole.len() / 2]).unwrap();
+    assert_eq!(State::restore(&mut store).unwrap().unwrap().bits(), State::new(10, 1.0).bits());
+    assert!(store.skipped().is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_failed_save_keeps_the_older_ones() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = store(dir.path());
+    State::new(10, 1.0).save(&mut store, 1);
+    // A disk that takes no more bytes: the temporary file is a link to /dev/full.
+    let temporary = dir.path().join("step-000000000002.checkpoint.partial");
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    std::os::unix::fs::symlink("/dev/full", temporary).unwrap();
+    let mut state = State::new(1000, 2.0);
+    let error = store.save(2, 0.2, &mut |visit| state.columns(visit)).unwrap_err();
+    assert!(matches!(error, Error::Io { .. }), "{error}");
+    assert_eq!(State::restore(&mut store).unwrap().unwrap().bits(), State::new(10, 1.0).bits());
+}
+
+#[test]
+fn another_case_is_an_error_and_not_passed_over() {
+    let dir = tempfile::tempdir().unwrap();
+    State::new(10, 1.0).save(&mut store(dir.path()), 1);
+    let error = State::restore(&mut Checkpoints::new(dir.path(), "case-2")).unwrap_err();
+    assert!(error.to_string().contains("another case"), "{error}");
+}
+
+#[test]
+fn another_version_is_an_error_that_says_which_to_use() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = State::new(10, 1.0).save(&mut store(dir.path()), 1);
+    let bytes = fs::read(&path).unwrap();
+    let version = format!("program {}", env!("CARGO_PKG_VERSION"));
+    let at = bytes.windows(version.len()).position(|window| window == version.as_bytes()).unwrap();
+    let mut changed = bytes;
+    changed[at + 8] = b'9';
+    // A fitting checksum: over the first line up to it, and the rest of the header.
+    let line = changed.iter().position(|&byte| byte == b'\n').unwrap();
+    let length: usize = std::str::from_utf8(&changed[27..37]).unwrap().parse().unwrap();
+    let crc = crc32fast::hash(&[&changed[..line - 8], &changed[line + 1..line + 1 + length]].concat());
+    changed[line - 8..line].copy_from_slice(format!("{crc:08x}").as_bytes());
+    fs::write(&path, changed).unwrap();
+    let error = State::restore(&mut store(dir.path())).unwrap_err();
+    assert!(error.to_string().contains("written by lateen 9"), "{error}");
+}
+
+#[test]
+fn a_model_with_other_columns_is_an_error_that_names_one() {
+    let dir = tempfile::tempdir().unwrap();
+    State::new(10, 1.0).save(&mut store(dir.path()), 1);
+    let (mut energy, mut state) = (vec![0.0_f64; 3], State::default());
+    let error = store(dir.path())
+        .restore(&mut |visit| {
+            state.columns(visit);
+            visit("water.energy", Column::new(&mut energy));
+        })
+        .unwrap_err();
+    assert!(error.to_string().contains("water.energy"), "{error}");
+    assert_eq!((energy, state), (vec![0.0; 3], State::default()), "nothing was replaced");
+}
