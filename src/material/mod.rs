@@ -3,7 +3,40 @@
 //! Laws are always three-dimensional: a two-dimensional solver embeds (plane strain) and reads back.
 //! A boxed law is called once per *batch* of particles, so that dynamic dispatch costs nothing.
 
+mod bulk_viscosity;
+mod elastic;
+pub mod eos;
+mod flow;
+mod fluid;
+mod hypoelastic;
+mod j2;
+mod kinematics;
+mod neo_hookean;
+mod solid;
+#[cfg(test)]
+mod testing;
+
+pub use bulk_viscosity::BulkViscosity;
+pub use eos::EquationsOfState;
+pub use flow::Flow;
+pub use fluid::Fluid;
+pub use hypoelastic::Hypoelastic;
+pub use j2::J2;
+pub use neo_hookean::NeoHookean;
+pub use solid::{Increment, Point, Response, Solid};
+
 use crate::math::{SymTensor, Tensor};
+use crate::registry;
+
+registry! {
+    /// The laws of material points, by the name that a case gives as `law`.
+    pub enum PointLaws: PointLaw, tag = "law" {
+        "fluid" => Fluid,
+        "hypoelastic" => Hypoelastic,
+        "neo-hookean" => NeoHookean,
+        "j2" => J2,
+    }
+}
 
 /// A law of material points (solids, liquids, gases) as the material point method calls it.
 ///
@@ -24,7 +57,8 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// Advances the batch by `batch.dt` under the velocity gradients `batch.gradient`.
     fn update(&self, batch: &mut PointBatch<'_>);
 
-    /// Speed of sound in the reference state [m/s] (for the first step and for estimates).
+    /// Speed of sound in the reference state [m/s], for estimates; 0 for a gas, whose speed depends on the
+    /// state at the start ([`PointState::sound_speed`]).
     fn reference_sound_speed(&self) -> f64;
 
     /// Largest kinematic viscosity-like diffusivity, 4/3 μ/ρ [m²/s], for the explicit viscous limit; 0 if none.
@@ -68,6 +102,8 @@ pub struct PointState {
     pub stress: SymTensor,
     /// Deformation gradient.
     pub deformation: Tensor<3>,
+    /// Speed of sound in this state [m/s], for the first step.
+    pub sound_speed: f64,
 }
 
 /// A batch of particles of one body during one step.
@@ -76,7 +112,7 @@ pub struct PointBatch<'a> {
     pub dt: f64,
     /// Characteristic length for the artificial bulk viscosity, the cell size [m].
     pub length: f64,
-    /// Velocity gradient L = ∂v/∂x [1/s].
+    /// Velocity gradient L = ∂v/∂x [1/s], taken as that at the middle of the increment.
     pub gradient: &'a [Tensor<3>],
     /// Volume ratio V^{n+1}/V^n of this increment. The solver computes it (1 + dt tr L, or its
     /// locking-free average), so that all laws share one cure of volumetric locking.

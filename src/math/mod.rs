@@ -1,11 +1,15 @@
 //! Small vectors and tensors, and signals (values that vary in space and time).
 
 pub mod formula;
+mod root;
 mod signal;
+mod spectral;
 mod tensor;
 pub mod units;
 mod vector;
 
+pub use root::nearest_root;
 pub use signal::{Signal, Table};
+pub use spectral::Spectrum;
 pub use tensor::{SymTensor, Tensor};
 pub use vector::Vector;

@@ -54,6 +54,12 @@ impl<const D: usize> Tensor<D> {
         Self::from_fn(|i, j| self.0[j][i])
     }
 
+    /// The skew-symmetric part ½(T − Tᵀ); of a velocity gradient, the spin Ω.
+    #[inline(always)]
+    pub fn skew(&self) -> Self {
+        Self::from_fn(|i, j| 0.5 * (self.0[i][j] - self.0[j][i]))
+    }
+
     /// Tensor product, self · other.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> Self {
@@ -227,6 +233,20 @@ impl SymTensor {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
     }
 
+    /// The determinant.
+    #[inline(always)]
+    pub fn determinant(&self) -> f64 {
+        let [xx, yy, zz, xy, yz, zx] = self.0;
+        xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)
+    }
+
+    /// Von Mises' equivalent of a stress, √(3/2 s:s) of its deviator s.
+    #[inline(always)]
+    pub fn von_mises(&self) -> f64 {
+        let s = self.deviator();
+        (1.5 * s.contract(&s)).sqrt()
+    }
+
     /// As a general tensor.
     #[inline(always)]
     pub fn full(&self) -> Tensor<3> {
@@ -284,5 +304,56 @@ impl Neg for SymTensor {
     #[inline(always)]
     fn neg(self) -> Self {
         self * -1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn matrix(t: &Tensor<3>) -> nalgebra::Matrix3<f64> {
+        nalgebra::Matrix3::from_fn(|i, j| t[i][j])
+    }
+
+    fn tensors() -> impl Strategy<Value = Tensor<3>> {
+        prop::array::uniform3(prop::array::uniform3(-2.0f64..2.0)).prop_map(Tensor)
+    }
+
+    proptest! {
+        #[test]
+        fn algebra_agrees_with_nalgebra(a in tensors(), b in tensors()) {
+            let (ma, mb) = (matrix(&a), matrix(&b));
+            prop_assert!((matrix(&a.dot(&b)) - ma * mb).norm() < 1e-13);
+            prop_assert!((matrix(&a.transpose()) - ma.transpose()).norm() == 0.0);
+            prop_assert!((a.contract(&b) - ma.dot(&mb)).abs() < 1e-13);
+            prop_assert!((a.determinant() - ma.determinant()).abs() < 1e-12);
+            prop_assert!((matrix(&(a.symmetric().full() + a.skew())) - ma).norm() < 1e-14);
+            prop_assume!(ma.determinant().abs() > 1e-2);
+            prop_assert!((matrix(&a.inverse().unwrap()) - ma.try_inverse().unwrap()).norm() < 1e-9);
+        }
+
+        #[test]
+        fn symmetric_algebra_agrees_with_full(a in tensors(), b in tensors()) {
+            let (s, t) = (a.symmetric(), b.symmetric());
+            prop_assert!((s.contract(&t) - s.full().contract(&t.full())).abs() < 1e-13);
+            prop_assert!((s.determinant() - s.full().determinant()).abs() < 1e-13);
+            let rotated = matrix(&b) * matrix(&s.full()) * matrix(&b).transpose();
+            prop_assert!((matrix(&s.rotated(&b).full()) - rotated).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn von_mises_of_simple_states() {
+        assert!((SymTensor([5.0, 0.0, 0.0, 0.0, 0.0, 0.0]).von_mises() - 5.0).abs() < 1e-15);
+        assert!((SymTensor([0.0, 0.0, 0.0, 2.0, 0.0, 0.0]).von_mises() - 2.0 * 3f64.sqrt()).abs() < 1e-15);
+        assert_eq!(SymTensor::isotropic(7.0).von_mises(), 0.0);
+    }
+
+    #[test]
+    fn a_plane_tensor_is_embedded() {
+        let f = Tensor::<2>([[1.0, 2.0], [3.0, 4.0]]).embed(1.0);
+        assert_eq!(f, Tensor([[1.0, 2.0, 0.0], [3.0, 4.0, 0.0], [0.0, 0.0, 1.0]]));
+        assert_eq!(Tensor::<3>::ZERO.inverse(), None);
     }
 }

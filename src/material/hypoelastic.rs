@@ -1,0 +1,123 @@
+//! Isotropic hypoelastic solid with the Jaumann rate (paper 22–24 with the spin's sign corrected; theory 3.6).
+//!
+//! ```text
+//! σ^∇ = 2 G D' + K tr D 1,      σ̇ = σ^∇ + Ω σ − σ Ω
+//! ```
+//!
+//! For small strains at any rotation; in large shear γ the Jaumann rate answers G sin γ.
+
+use super::bulk_viscosity::BulkViscosity;
+use super::elastic::Moduli;
+use super::solid::{self, Increment, Point, Response, Solid};
+use super::{PointBatch, PointLaw, PointState, StartState, Storage};
+use crate::math::SymTensor;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Elastic solid in rate form, for small strains: the paper's elastic bodies.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Hypoelastic {
+    /// Density ρ0 in the reference state.
+    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
+    pub density: f64,
+    /// Young's modulus.
+    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
+    pub young: f64,
+    /// Poisson's ratio.
+    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
+    pub poisson: f64,
+    /// Artificial bulk viscosity [q1, q2]; 0 for none.
+    #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
+    pub bulk_viscosity: BulkViscosity,
+}
+
+impl Hypoelastic {
+    fn moduli(&self) -> Moduli {
+        Moduli::new(self.young, self.poisson)
+    }
+}
+
+impl Solid for Hypoelastic {
+    fn bulk_viscosity(&self) -> BulkViscosity {
+        self.bulk_viscosity
+    }
+
+    #[inline(always)]
+    fn response(&self, increment: &Increment, point: Point<'_>) -> Response {
+        let moduli = self.moduli();
+        let s = moduli.deviator(increment, &point);
+        let pressure = moduli.pressure(increment.volume_ratio);
+        Response { stress: s - SymTensor::isotropic(pressure), modulus: moduli.wave() }
+    }
+}
+
+impl PointLaw for Hypoelastic {
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn storage(&self) -> Storage {
+        Storage { stress: true, ..Storage::default() }
+    }
+
+    fn initial(&self, start: &StartState) -> Result<PointState, String> {
+        self.bulk_viscosity.check()?;
+        self.moduli().start(self.density, start)
+    }
+
+    fn update(&self, batch: &mut PointBatch<'_>) {
+        solid::advance(self, batch);
+    }
+
+    fn reference_sound_speed(&self) -> f64 {
+        (self.moduli().wave() / self.density).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Hypoelastic;
+    use crate::material::StartState;
+    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::testing::{Sample, check_law};
+    use crate::math::{SymTensor, Tensor};
+
+    fn steel() -> Hypoelastic {
+        Hypoelastic { density: 7800.0, young: 210e9, poisson: 0.3, bulk_viscosity: BulkViscosity::default() }
+    }
+
+    #[test]
+    fn passes_the_common_checks() {
+        check_law(&steel(), StartState::default());
+        let stress = SymTensor([2e8, -1e8, 5e7, 3e7, -2e7, 8e7]);
+        check_law(&steel(), StartState { stress: Some(stress), ..StartState::default() });
+    }
+
+    /// Simple shear γ (Dienes 1979): σ12 = G sin γ, σ11 = −σ22 = G (1 − cos γ).
+    #[test]
+    fn simple_shear_oscillates() {
+        let (law, shear, steps) = (steel(), 3.0, 2000);
+        let g = 210e9 / 2.6;
+        let mut sample = Sample::new(&law, StartState::default());
+        let mut gradient = Tensor::ZERO;
+        gradient[0][1] = shear;
+        for _ in 0..steps {
+            sample.step(&law, gradient, 1.0 / f64::from(steps));
+        }
+        let [xx, yy, zz, xy, yz, zx] = sample.stress[0].0;
+        assert!((xy / g - shear.sin()).abs() < 1e-6, "{}", xy / g);
+        assert!((xx / g - (1.0 - shear.cos())).abs() < 1e-6 && (xx + yy).abs() < 1e-6 * g);
+        assert!(zz.abs() + yz.abs() + zx.abs() < 1e-6 * g);
+        // The work of that stress, ∫ G sin γ dγ.
+        assert!((sample.energy[0] / g - (1.0 - shear.cos())).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_energy_is_no_start_for_a_solid() {
+        use crate::material::PointLaw;
+        let error = steel().initial(&StartState { energy: Some(1.0), ..StartState::default() }).unwrap_err();
+        assert!(error.contains("pressure"), "{error}");
+    }
+}

@@ -1,0 +1,117 @@
+//! One increment of a solid: the part that all solid laws share.
+//!
+//! A law gives the Cauchy stress of one particle ([`Solid::response`]); the loop around it moves the volume
+//! and the deformation gradient, adds the artificial bulk viscosity and balances the energy by the
+//! trapezoidal rule with the total stress (theory 3.2), plastic work included:
+//!
+//! ```text
+//! e^{n+1} = eⁿ + V̄ ½(sⁿ + s^{n+1}) : D' Δt − ½ (Pⁿ + P^{n+1}) ΔV,      P = −⅓ tr σ + q
+//! ```
+
+use super::bulk_viscosity::{BulkViscosity, Shock};
+use super::kinematics;
+use super::{PointBatch, PointLaw};
+use crate::math::{SymTensor, Tensor};
+use std::ops::Range;
+
+/// A law of a solid: what its author writes, for one particle.
+pub trait Solid: PointLaw {
+    /// Artificial bulk viscosity.
+    fn bulk_viscosity(&self) -> BulkViscosity;
+
+    /// The stress at the end of an increment, from the state at its start.
+    fn response(&self, increment: &Increment, point: Point<'_>) -> Response;
+}
+
+/// Motion of one particle during one increment.
+#[derive(Debug, Clone, Copy)]
+pub struct Increment {
+    /// Duration Δt [s].
+    pub dt: f64,
+    /// Velocity gradient L [1/s].
+    pub gradient: Tensor<3>,
+    /// Deviator of the strain increment, D' Δt.
+    pub shear: SymTensor,
+    /// Volume ratio J = V^{n+1}/V0 at the end.
+    pub volume_ratio: f64,
+}
+
+impl Increment {
+    /// The rotation of the increment (theory 3.1).
+    #[inline(always)]
+    pub fn rotation(&self) -> Tensor<3> {
+        kinematics::rotation(&self.gradient, self.dt)
+    }
+}
+
+/// State of one particle that a law reads and writes.
+#[derive(Debug)]
+pub struct Point<'a> {
+    /// Deviator sⁿ of the stress at the start [Pa].
+    pub deviator: SymTensor,
+    /// Deformation gradient F^{n+1} at the end, det F = J; the identity for laws that don't store it.
+    pub deformation: Tensor<3>,
+    /// History variables: at the start, to be left as at the end.
+    pub history: &'a mut [f64],
+}
+
+/// Answer of a law.
+#[derive(Debug, Clone, Copy)]
+pub struct Response {
+    /// Cauchy stress σ^{n+1} [Pa], without artificial viscosity.
+    pub stress: SymTensor,
+    /// Modulus ρ c² of the fastest wave in the current state [Pa].
+    pub modulus: f64,
+}
+
+/// Advances a batch of a solid by one increment.
+pub fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
+    let storage = law.storage();
+    let (density, stride, q) = (law.density(), storage.history.len(), law.bulk_viscosity());
+    for p in 0..batch.len() {
+        let v = batch.volume[p] * batch.stretch[p];
+        let dv = v - batch.volume[p];
+        let increment = increment(batch, p, v * density / batch.mass[p]);
+        let deformation = if storage.deformation { deform(batch, p) } else { Tensor::identity() };
+        let deviator = batch.stress[p].deviator();
+        let history = &mut batch.history[history_of(p, stride)];
+        let response = law.response(&increment, Point { deviator, deformation, history });
+
+        let rho = batch.mass[p] / v;
+        let c_squared = response.modulus / rho;
+        let shock = if q.is_zero() {
+            Shock::NONE
+        } else {
+            q.shock(rho, c_squared.sqrt(), (batch.stretch[p] - 1.0) / batch.dt, batch.length)
+        };
+        let stress = response.stress - SymTensor::isotropic(shock.pressure);
+        let pressure = -stress.trace() / 3.0;
+
+        let mean = (deviator + stress.deviator()) * 0.5;
+        batch.energy[p] +=
+            (batch.volume[p] + 0.5 * dv) * mean.contract(&increment.shear) - 0.5 * (batch.pressure[p] + pressure) * dv;
+        batch.volume[p] = v;
+        batch.pressure[p] = pressure;
+        batch.stress[p] = stress;
+        batch.signal[p] = shock.signal(c_squared);
+    }
+}
+
+#[inline(always)]
+fn increment(batch: &PointBatch<'_>, p: usize, volume_ratio: f64) -> Increment {
+    let gradient = batch.gradient[p];
+    Increment { dt: batch.dt, gradient, shear: gradient.symmetric().deviator() * batch.dt, volume_ratio }
+}
+
+/// Moves the deformation gradient of particle `p` and returns it.
+#[inline(always)]
+fn deform(batch: &mut PointBatch<'_>, p: usize) -> Tensor<3> {
+    let f = kinematics::deformation(&batch.gradient[p], batch.dt, batch.stretch[p]);
+    batch.deformation[p] = f.dot(&batch.deformation[p]);
+    batch.deformation[p]
+}
+
+#[inline(always)]
+fn history_of(p: usize, stride: usize) -> Range<usize> {
+    p * stride..(p + 1) * stride
+}

@@ -1,0 +1,77 @@
+//! The laws of material points as a case file names them.
+
+use lateen::material::{EquationsOfState, PointLaws};
+
+fn law(text: &str) -> Result<PointLaws, String> {
+    toml::from_str(text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_fluid_with_its_defaults() {
+    let text = r#"
+        law = "fluid"
+        density = 1000.0
+        eos = { kind = "mie-gruneisen", sound-speed = 1647.0, slope = 1.921, gruneisen = 0.1 }
+        bulk-viscosity = [1.5, 0.06]
+    "#;
+    let PointLaws::Fluid(fluid) = law(text).unwrap() else { panic!("a fluid") };
+    assert_eq!((fluid.viscosity, fluid.eos.name()), (0.0, "mie-gruneisen"));
+    assert_eq!(fluid.bulk_viscosity.0, [1.5, 0.06]);
+}
+
+#[test]
+fn unknown_keys_and_names_are_errors() {
+    let solid = r#"law = "hypoelastic"
+        density = 1.0
+        young = 1.0
+        poisson = 0.3"#;
+    assert!(law(solid).is_ok());
+    assert!(law(&format!("{solid}\nyuong = 2.0")).unwrap_err().contains("unknown field `yuong`"));
+    assert!(law(&solid.replace("hypoelastic", "hypo")).unwrap_err().contains("unknown variant `hypo`"));
+    let gas = r#"law = "fluid"
+        density = 1.0
+        eos = { kind = "ideal-gas", gama = 1.4 }"#;
+    assert!(law(gas).unwrap_err().contains("unknown field `gama`"));
+}
+
+#[test]
+fn laws_survive_being_written_and_read() {
+    let text = r#"law = "j2"
+        density = 8930.0
+        young = 117e9
+        poisson = 0.35
+        yield-stress = 400e6"#;
+    let written = toml::to_string(&law(text).unwrap()).unwrap();
+    assert!(written.contains("hardening-exponent = 1.0"), "{written}");
+    assert_eq!(toml::to_string(&law(&written).unwrap()).unwrap(), written);
+}
+
+/// Every number of every law has a unit in the schema, from which the case reader converts.
+#[test]
+fn every_number_has_a_unit() {
+    for schema in [schemars::schema_for!(PointLaws), schemars::schema_for!(EquationsOfState)] {
+        let schema = serde_json::to_value(schema).unwrap();
+        let mut numbers = 0;
+        visit(&schema, &mut |name, field| {
+            if field["type"] == "number" || field["type"] == "array" {
+                assert!(field["unit"].is_string(), "`{name}` has no unit: {field}");
+                assert!(field["description"].is_string(), "`{name}` has no description");
+                numbers += 1;
+            }
+        });
+        assert!(numbers > 10);
+    }
+}
+
+fn visit(schema: &serde_json::Value, check: &mut impl FnMut(&str, &serde_json::Value)) {
+    if let Some(fields) = schema["properties"].as_object() {
+        for (name, field) in fields {
+            check(name, field);
+        }
+    }
+    match schema {
+        serde_json::Value::Object(map) => map.values().for_each(|value| visit(value, check)),
+        serde_json::Value::Array(list) => list.iter().for_each(|value| visit(value, check)),
+        _ => {}
+    }
+}
