@@ -29,6 +29,10 @@ pub mod output;
 
 pub mod case;
 
+pub mod catalog;
+
+pub mod run;
+
 pub mod verify;
 
 pub use error::{Error, Result};
