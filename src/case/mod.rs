@@ -1,1 +1,182 @@
-//! (in preparation)
+//! The case file: what it may say, whether it is right, and the solver that it asks for.
+//!
+//! ```text
+//! text → tree (TOML with places) → walk along the schema (all findings, quantities to SI)
+//!      → preset → CaseFile → check (parts against each other) → build → solver
+//! ```
+//! Every finding carries its key and, where it stands in the file, its place.
+
+mod parts;
+mod preset;
+mod quantity;
+mod report;
+mod schema;
+mod signal;
+mod tree;
+mod walk;
+
+pub use parts::*;
+pub use report::{line_and_column, render};
+pub use schema::*;
+pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
+
+use crate::error::{Diagnostic, Error, Result};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+/// The text of a case file and where it comes from.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// What messages call it: the path as the user gave it.
+    pub name: String,
+    /// The directory that paths in the case are relative to.
+    pub base: PathBuf,
+    /// The text.
+    pub text: String,
+}
+
+/// The longest case file that is read [bytes].
+const LONGEST: u64 = 16 << 20;
+
+impl Source {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The file can't be read, is too long for a case, or is not UTF-8.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let length = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.len();
+        if length > LONGEST {
+            return Err(Error::case(Diagnostic::error("", format!("{name} is too long for a case: {length} bytes"))));
+        }
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let at = e.utf8_error().valid_up_to();
+            Error::case(Diagnostic::error("", format!("{name} is not UTF-8 text (byte {at})")))
+        })?;
+        Ok(Self { name, base: path.parent().unwrap_or(Path::new("")).to_owned(), text })
+    }
+
+    /// A case held in memory; paths in it are relative to `base`.
+    pub fn new(name: impl Into<String>, base: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), base: base.into(), text: text.into() }
+    }
+
+    /// Shows findings with the text that they are about; `color` for terminals.
+    pub fn render(&self, findings: &[Diagnostic], color: bool) -> String {
+        render(findings, &self.name, &self.text, color)
+    }
+}
+
+/// A case that has been read: right in itself, its parts not yet checked against each other.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// What it says, every default filled in, all numbers in SI.
+    pub file: CaseFile,
+    /// Where it comes from.
+    pub source: Source,
+    places: BTreeMap<String, Range<usize>>,
+}
+
+/// Reads the case at `path`; `overrides` are pairs such as `("body[0].spacing", "1 mm")`.
+///
+/// # Errors
+/// Input/output errors, or everything that is wrong with the case.
+pub fn load(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Case> {
+    Case::read(Source::read(path)?, overrides)
+}
+
+impl Case {
+    /// Reads a case; `overrides` are pairs such as `("body[0].spacing", "1 mm")`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the case ([`Error::Case`]).
+    pub fn read(source: Source, overrides: &[(String, String)]) -> Result<Self> {
+        let mut tree = tree::Node::parse(&source.text).map_err(Error::Case)?;
+        for (path, value) in overrides {
+            tree.set(path, value).map_err(|message| Error::case(Diagnostic::error("", message)))?;
+        }
+        let places = tree.places();
+        let mut findings = Vec::new();
+        let file = read_tree(&tree, &mut findings);
+        match file {
+            Some(file) if findings.is_empty() => Ok(Self { file, source, places }),
+            _ => {
+                findings.sort_by_key(|f| f.span.as_ref().map_or(usize::MAX, |s| s.start));
+                Err(Error::Case(findings))
+            }
+        }
+    }
+
+    /// The case with every default, in SI, as TOML.
+    pub fn resolved_toml(&self) -> String {
+        toml::to_string(&self.file).unwrap_or_else(|error| format!("# {error}\n"))
+    }
+
+    /// Identifies what is computed: cases with one hash can go on from each other's checkpoints. The end
+    /// of the run, texts and outputs don't count.
+    pub fn hash(&self) -> String {
+        let mut file = self.file.clone();
+        file.title.clear();
+        file.description.clear();
+        file.time.end = 0.0;
+        file.output = OutputSpec::default();
+        file.probe.clear();
+        file.picture.clear();
+        file.reference.clear();
+        let text = toml::to_string(&file).unwrap_or_default();
+        // FNV-1a, 64 bits.
+        let hash =
+            text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3));
+        format!("{hash:016x}")
+    }
+
+    /// Adds places to findings that only know their key.
+    pub fn locate(&self, findings: &mut [Diagnostic]) {
+        for finding in findings.iter_mut().filter(|f| f.span.is_none()) {
+            finding.span = self.place(&finding.key);
+        }
+    }
+
+    /// The place of a key, or of the nearest key above it.
+    fn place(&self, key: &str) -> Option<Range<usize>> {
+        let mut key = key;
+        while !key.is_empty() {
+            if let Some(span) = self.places.get(key) {
+                return Some(span.clone());
+            }
+            key = &key[..key.rfind(['.', '[']).unwrap_or(0)];
+        }
+        None
+    }
+}
+
+/// The JSON Schema of the case file, with lateen's own keywords.
+static SCHEMA: LazyLock<walk::Schema> = LazyLock::new(|| {
+    let schema = schemars::schema_for!(CaseFile);
+    schema.as_object().cloned().unwrap_or_default()
+});
+
+fn read_tree(tree: &tree::Node, findings: &mut Vec<Diagnostic>) -> Option<CaseFile> {
+    let dimension = match tree.get("dimension").map(|n| &n.value) {
+        Some(tree::Value::Integer(2)) => 2,
+        _ => 3,
+    };
+    let units = tree.get("units").and_then(tree::Node::as_str) != Some("none");
+    let mut walker = walk::Walker::new(&SCHEMA, dimension, units);
+    let value = walker.walk(tree, &SCHEMA, "");
+    findings.append(&mut walker.findings);
+    let Some(toml::Value::Table(mut table)) = value else { return None };
+    preset::apply(&mut table);
+    match serde_path_to_error::deserialize(toml::Value::Table(table)) {
+        Ok(file) => Some(file),
+        Err(error) => {
+            let key = error.path().to_string();
+            findings.push(Diagnostic::error(key.trim_matches('.'), error.inner().message()));
+            None
+        }
+    }
+}

@@ -1,0 +1,371 @@
+//! What a case is made of: bodies, membranes, obstacles, walls, contact.
+
+use super::schema::FrictionSpec;
+use super::signal::{AxisMotion, SignalSpec};
+use crate::geometry::Shape;
+use crate::mpm::WallKind;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A body of material points.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BodySpec {
+    /// Its name in contacts, probes and files.
+    pub name: String,
+    /// Where it is at the start.
+    pub region: Shape,
+    /// Distance of the particles; or give `particles-per-cell`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub spacing: Option<f64>,
+    /// Particles per cell along each axis; or give `spacing`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 1, "maximum" = 16))]
+    pub particles_per_cell: Option<u32>,
+    /// Scale the particles' volume so that the body's volume is exact, where a formula gives it.
+    #[serde(default = "yes")]
+    pub exact_volume: bool,
+    /// Where the lattice of particles lies.
+    #[serde(default)]
+    pub lattice: Lattice,
+    /// Velocity at the start; may depend on x, y, z.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m/s", "axes" = true))]
+    pub velocity: [SignalSpec; 3],
+    /// Pressure at the start; may depend on x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "Pa"))]
+    pub pressure: Option<SignalSpec>,
+    /// Internal energy per reference volume at the start; may depend on x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "J/m^3"))]
+    pub energy: Option<SignalSpec>,
+    /// Cauchy stress xx, yy, zz, xy, yz, zx at the start; may depend on x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "Pa"))]
+    pub stress: Option<[SignalSpec; 6]>,
+    /// Bodies with the same group share a velocity field and so stick together; by default each has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// The law.
+    pub material: serde_json::Value,
+    /// Loads on its surface.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traction: Vec<TractionSpec>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Where the lattice of particles lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lattice {
+    /// Symmetric about the centre of the region.
+    #[default]
+    Centred,
+    /// Alike in every cell of the grid.
+    Grid,
+}
+
+/// A load on the surface of a body.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct TractionSpec {
+    /// The loaded side: the outermost layer of particles towards it.
+    pub on: Side,
+    /// Force per area of the undeformed surface.
+    #[schemars(extend("unit" = "Pa", "axes" = true))]
+    pub value: [SignalSpec; 3],
+}
+
+/// A side of a body or membrane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// Towards −x.
+    Left,
+    /// Towards +x.
+    Right,
+    /// Towards −y (3D only).
+    Front,
+    /// Towards +y (3D only).
+    Back,
+    /// Towards the lower end of the last axis.
+    Bottom,
+    /// Towards the upper end of the last axis.
+    Top,
+}
+
+impl Side {
+    /// Axis, and whether the side is its upper end; `None` if there is no such side in `dimension`.
+    pub fn axis(self, dimension: usize) -> Option<(usize, bool)> {
+        match self {
+            Self::Left => Some((0, false)),
+            Self::Right => Some((0, true)),
+            Self::Front => (dimension == 3).then_some((1, false)),
+            Self::Back => (dimension == 3).then_some((1, true)),
+            Self::Bottom => Some((dimension - 1, false)),
+            Self::Top => Some((dimension - 1, true)),
+        }
+    }
+}
+
+/// A membrane.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct MembraneSpec {
+    /// Its name in contacts, probes and files.
+    pub name: String,
+    /// Its mesh.
+    pub geometry: serde_json::Value,
+    /// Thickness.
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub thickness: f64,
+    /// Velocity at the start; may depend on x, y, z.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m/s", "axes" = true))]
+    pub velocity: [SignalSpec; 3],
+    /// The law.
+    pub material: serde_json::Value,
+    /// Stress in the sheet at the start, along its first and second axis.
+    #[serde(default)]
+    #[schemars(extend("unit" = "Pa"))]
+    pub prestress: [f64; 2],
+    /// Direction of the first material axis (warp), projected on each element; for fabrics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("axes" = true))]
+    pub warp: Option<[f64; 3]>,
+    /// Hourglass control of quadrilaterals.
+    #[serde(default)]
+    pub hourglass: HourglassSpec,
+    /// Damping.
+    #[serde(default)]
+    pub damping: DampingSpec,
+    /// Nodes whose motion is prescribed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub supports: Vec<SupportSpec>,
+    /// Pressure on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<PressureSpec>,
+    /// Whether contact is at the surface (half the thickness away) rather than at the mid-surface.
+    #[serde(default)]
+    pub contact_thickness: bool,
+}
+
+/// Hourglass control of quadrilaterals.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct HourglassSpec {
+    /// In-plane stiffness r_m.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub stiffness: f64,
+    /// In-plane viscosity r_v.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub viscosity: f64,
+    /// Viscosity against warping r_w.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub warping: f64,
+}
+
+impl Default for HourglassSpec {
+    fn default() -> Self {
+        Self { stiffness: 0.05, viscosity: 0.0, warping: 0.01 }
+    }
+}
+
+/// Damping of a membrane.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct DampingSpec {
+    /// Stiffness-proportional damping time, as a fraction of the step.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 0.05))]
+    pub stiffness: f64,
+    /// Mass-proportional rate.
+    #[schemars(extend("unit" = "1/s", "minimum" = 0.0))]
+    pub mass: f64,
+}
+
+/// Nodes whose motion is prescribed.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SupportSpec {
+    /// Which nodes.
+    pub on: SupportPlace,
+    /// Velocity per axis; `"free"` where the axis is not prescribed. Default: held.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m/s", "axes" = true))]
+    pub velocity: [AxisMotion; 3],
+}
+
+/// Nodes of a membrane: by name, the nearest to a point, or those in a region.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SupportPlace {
+    /// `"all"`, `"edges"`, a side such as `"left"`, or a group of the mesh.
+    Named(String),
+    /// The node nearest to this point.
+    Point(#[schemars(extend("unit" = "m", "axes" = true))] [f64; 3]),
+    /// The nodes in this region (those on its boundary included).
+    Region(Shape),
+}
+
+/// Pressure on a membrane.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PressureSpec {
+    /// Pushes along the element normal where positive.
+    #[schemars(extend("unit" = "Pa"))]
+    pub value: SignalSpec,
+    /// Whether it follows the deformed surface (or is a dead load on the undeformed one).
+    #[serde(default = "yes")]
+    pub follower: bool,
+}
+
+/// A rigid obstacle.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ObstacleSpec {
+    /// Its name in histories.
+    pub name: String,
+    /// Its shape at the start.
+    pub region: Shape,
+    /// What it does.
+    #[serde(default)]
+    pub kind: ObstacleKind,
+    /// Coefficient of friction, for `kind = "friction"`.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0.0))]
+    pub coefficient: f64,
+    /// Its velocity; may depend on t.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m/s", "axes" = true))]
+    pub velocity: [SignalSpec; 3],
+}
+
+impl ObstacleSpec {
+    /// What it does to the grid velocity.
+    pub fn wall_kind(&self) -> WallKind {
+        match self.kind {
+            ObstacleKind::Fixed => WallKind::Fixed,
+            ObstacleKind::Slip => WallKind::Slip,
+            ObstacleKind::Separate => WallKind::Separate,
+            ObstacleKind::Friction => WallKind::Friction { coefficient: self.coefficient },
+        }
+    }
+}
+
+/// What an obstacle does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObstacleKind {
+    /// No motion relative to it.
+    Fixed,
+    /// No normal motion relative to it.
+    Slip,
+    /// No motion into it; free to leave, no friction.
+    #[default]
+    Separate,
+    /// As `separate`, with Coulomb friction.
+    Friction,
+}
+
+/// An end of the domain: a word, or a table when it moves or has friction.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum WallSpec {
+    /// Just what it does.
+    Word(WallWord),
+    /// What it does, and how it moves.
+    Moving(MovingWallSpec),
+}
+
+/// What an end of the domain does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallWord {
+    /// Material that leaves stops the run with an error.
+    Open,
+    /// No motion at all.
+    Fixed,
+    /// No normal motion: a plane of symmetry.
+    Slip,
+    /// No motion into the wall; free to leave.
+    Separate,
+}
+
+/// An end of the domain that moves or has friction.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MovingWallSpec {
+    /// Material that leaves stops the run with an error.
+    Open {},
+    /// No motion relative to the wall.
+    Fixed {
+        /// Velocity of the wall; may depend on t.
+        #[serde(default)]
+        #[schemars(extend("unit" = "m/s", "axes" = true))]
+        velocity: [SignalSpec; 3],
+    },
+    /// No normal motion relative to the wall.
+    Slip {
+        /// Velocity of the wall; may depend on t.
+        #[serde(default)]
+        #[schemars(extend("unit" = "m/s", "axes" = true))]
+        velocity: [SignalSpec; 3],
+    },
+    /// No motion into the wall; free to leave.
+    Separate {
+        /// Velocity of the wall; may depend on t.
+        #[serde(default)]
+        #[schemars(extend("unit" = "m/s", "axes" = true))]
+        velocity: [SignalSpec; 3],
+    },
+    /// As `separate`, with Coulomb friction.
+    Friction {
+        /// Coefficient.
+        #[schemars(extend("minimum" = 0.0))]
+        coefficient: f64,
+        /// Velocity of the wall; may depend on t.
+        #[serde(default)]
+        #[schemars(extend("unit" = "m/s", "axes" = true))]
+        velocity: [SignalSpec; 3],
+    },
+}
+
+impl Default for WallSpec {
+    fn default() -> Self {
+        Self::Word(WallWord::Open)
+    }
+}
+
+impl WallSpec {
+    /// What it does, and how it moves.
+    pub fn parts(&self) -> (WallKind, [SignalSpec; 3]) {
+        match self {
+            Self::Word(WallWord::Open) => (WallKind::Open, Default::default()),
+            Self::Word(WallWord::Fixed) => (WallKind::Fixed, Default::default()),
+            Self::Word(WallWord::Slip) => (WallKind::Slip, Default::default()),
+            Self::Word(WallWord::Separate) => (WallKind::Separate, Default::default()),
+            Self::Moving(MovingWallSpec::Open {}) => (WallKind::Open, Default::default()),
+            Self::Moving(MovingWallSpec::Fixed { velocity }) => (WallKind::Fixed, velocity.clone()),
+            Self::Moving(MovingWallSpec::Slip { velocity }) => (WallKind::Slip, velocity.clone()),
+            Self::Moving(MovingWallSpec::Separate { velocity }) => (WallKind::Separate, velocity.clone()),
+            Self::Moving(MovingWallSpec::Friction { coefficient, velocity }) => {
+                (WallKind::Friction { coefficient: *coefficient }, velocity.clone())
+            }
+        }
+    }
+}
+
+/// Contact of a pair.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ContactSpec {
+    /// Names of two bodies or membranes.
+    pub between: [String; 2],
+    /// Friction between them.
+    pub friction: FrictionSpec,
+}

@@ -1,0 +1,76 @@
+//! Defaults of `[mpm]` by preset and material. A preset is a piece of TOML under what the case says itself.
+
+/// Lian, Liu & Zhang (2014): hat functions, pure FLIP, stresses first, one step for bodies and membranes.
+const LIAN_2014: &str = r#"
+kernel = "linear"
+transfer = { kind = "flip", relaxation = inf, filter-order = 0 }
+stress-update = "first"
+locking = { kind = "none" }
+max-substeps = 1
+"#;
+
+/// Gases: FLIP keeps the entropy where it is; the filter removes what the grid can't see.
+const GAS: &str = r#"
+kernel = "quadratic"
+transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 100 }
+stress-update = "average"
+locking = { kind = "none" }
+"#;
+
+/// Liquids: APIC keeps angular momentum in splashes; nearly incompressible particles lock without a cure.
+const LIQUID: &str = r#"
+kernel = "quadratic"
+transfer = { kind = "apic" }
+stress-update = "average"
+locking = { kind = "average", blend = 1.0 }
+"#;
+
+/// Elastic solids.
+const SOLID: &str = r#"
+kernel = "quadratic"
+transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 100 }
+stress-update = "average"
+locking = { kind = "none" }
+"#;
+
+/// Fills the keys of `[mpm]` that the case leaves open.
+pub(super) fn apply(case: &mut toml::Table) {
+    let preset = match case.get("preset").and_then(toml::Value::as_str) {
+        Some("lian-2014") => LIAN_2014,
+        _ => recommended(case),
+    };
+    let defaults: toml::Table = toml::from_str(preset).expect("presets are TOML");
+    let mpm = case.entry("mpm").or_insert_with(|| toml::Value::Table(toml::Table::new()));
+    if let toml::Value::Table(mpm) = mpm {
+        for (key, value) in defaults {
+            mpm.entry(key).or_insert(value);
+        }
+    }
+}
+
+/// One choice serves all bodies: liquids are the most demanding, then gases.
+fn recommended(case: &toml::Table) -> &'static str {
+    let bodies = case.get("body").and_then(toml::Value::as_array).into_iter().flatten();
+    let phases: Vec<Phase> = bodies.filter_map(|b| b.get("material")).map(phase).collect();
+    match () {
+        () if phases.contains(&Phase::Liquid) => LIQUID,
+        () if phases.contains(&Phase::Gas) => GAS,
+        () => SOLID,
+    }
+}
+
+#[derive(PartialEq)]
+enum Phase {
+    Gas,
+    Liquid,
+    Solid,
+}
+
+fn phase(material: &toml::Value) -> Phase {
+    let eos = material.get("eos").and_then(|e| e.get("kind")).and_then(toml::Value::as_str);
+    match eos {
+        Some("ideal-gas" | "jwl") => Phase::Gas,
+        Some(_) => Phase::Liquid,
+        None => Phase::Solid,
+    }
+}

@@ -1,0 +1,360 @@
+//! The case file as plain structs: its keys, units, ranges and defaults. The JSON Schema, the reference
+//! pages and the checks while reading are all made from these.
+
+use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
+use super::signal::SignalSpec;
+use crate::mpm;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A case of lateen: what to compute, with which method, and what to write.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CaseFile {
+    /// Short name; the run directory is called after it.
+    pub name: String,
+    /// One line for plots and lists.
+    #[serde(default)]
+    pub title: String,
+    /// What it shows, and where it comes from.
+    #[serde(default)]
+    pub description: String,
+    /// The method.
+    #[serde(default)]
+    pub method: Method,
+    /// 2 (plane strain, per metre of depth) or 3.
+    #[schemars(extend("minimum" = 2, "maximum" = 3))]
+    pub dimension: usize,
+    /// Whether numbers have units.
+    #[serde(default)]
+    pub units: Units,
+    /// Where the defaults of `[mpm]` come from.
+    #[serde(default)]
+    pub preset: Preset,
+    /// How long, and with which step.
+    pub time: TimeSpec,
+    /// The background grid.
+    pub grid: GridSpec,
+    /// Choices of the material point method.
+    #[serde(default)]
+    pub mpm: MpmSpec,
+    /// Bodies of material points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<BodySpec>,
+    /// Membranes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub membrane: Vec<MembraneSpec>,
+    /// Rigid obstacles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacle: Vec<ObstacleSpec>,
+    /// Contact of pairs that differ from `mpm.friction`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact: Vec<ContactSpec>,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: OutputSpec,
+    /// Histories of single quantities.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<serde_json::Value>,
+    /// Pictures.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub picture: Vec<serde_json::Value>,
+    /// Published results that histories are compared with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reference: Vec<serde_json::Value>,
+}
+
+/// The methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The explicit material point method with membranes.
+    #[default]
+    Mpm,
+}
+
+/// Whether numbers have units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Units {
+    /// A number without unit is in SI; text may carry any unit.
+    #[default]
+    SI,
+    /// Everything is dimensionless: plain numbers only.
+    #[serde(rename = "none")]
+    None,
+}
+
+/// Where defaults of `[mpm]` come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Preset {
+    /// What suits the materials of the case.
+    #[default]
+    #[serde(rename = "recommended")]
+    Recommended,
+    /// The choices of Lian, Liu & Zhang (2014): linear shape functions, pure FLIP, stress first.
+    #[serde(rename = "lian-2014")]
+    Lian2014,
+}
+
+/// How long, and with which step.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct TimeSpec {
+    /// When the run ends.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0))]
+    pub end: f64,
+    /// A fixed step; by default the step adapts to the stable one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0))]
+    pub step: Option<f64>,
+}
+
+/// The background grid.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct GridSpec {
+    /// Size of a cell.
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub cell: f64,
+    /// Lower corner.
+    #[schemars(extend("unit" = "m", "axes" = true))]
+    pub lower: [f64; 3],
+    /// Upper corner: a whole number of cells away.
+    #[schemars(extend("unit" = "m", "axes" = true))]
+    pub upper: [f64; 3],
+    /// What happens at the ends of the domain.
+    #[serde(default)]
+    pub walls: WallsSpec,
+}
+
+/// The ends of the domain.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct WallsSpec {
+    /// Lower end of x.
+    pub left: WallSpec,
+    /// Upper end of x.
+    pub right: WallSpec,
+    /// Lower end of y (3D only).
+    pub front: WallSpec,
+    /// Upper end of y (3D only).
+    pub back: WallSpec,
+    /// Lower end of the last axis (y in 2D, z in 3D).
+    pub bottom: WallSpec,
+    /// Upper end of the last axis.
+    pub top: WallSpec,
+}
+
+/// Choices of the material point method. Keys that are not written come from the preset.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct MpmSpec {
+    /// Shape functions.
+    pub kernel: KernelSpec,
+    /// Particle–grid transfer.
+    pub transfer: TransferSpec,
+    /// When stresses are updated.
+    pub stress_update: StressUpdateSpec,
+    /// Cure of volumetric locking.
+    pub locking: LockingSpec,
+    /// Fraction of the stable step of the particles.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub safety: f64,
+    /// Fraction of the stable step of the membranes.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
+    pub membrane_safety: f64,
+    /// Most membrane sub-steps per step of the bodies; 1: none.
+    #[schemars(extend("minimum" = 1, "maximum" = 100_000))]
+    pub max_substeps: usize,
+    /// Body force per unit mass.
+    #[schemars(extend("unit" = "m/s^2", "axes" = true))]
+    pub gravity: [SignalSpec; 3],
+    /// Contact of pairs that no `[[contact]]` names.
+    pub friction: FrictionSpec,
+    /// Gap below which contact acts, in cells.
+    #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
+    pub gap_tolerance: f64,
+}
+
+/// Shape functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum KernelSpec {
+    /// Hat functions (the paper).
+    Linear,
+    /// Uniform generalised interpolation.
+    Gimp,
+    /// Quadratic B-spline.
+    Quadratic,
+    /// Cubic B-spline.
+    Cubic,
+}
+
+/// Particle–grid transfer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
+pub enum TransferSpec {
+    /// Increments of the grid velocity, relaxed towards the grid velocity.
+    Flip {
+        /// Time constant of the relaxation; `inf`: pure FLIP.
+        #[serde(default = "infinity")]
+        #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "infinite" = true))]
+        relaxation: f64,
+        /// Order k of the FMPM(k) filter that removes noise the grid can't see; 0: no filter.
+        #[serde(default)]
+        #[schemars(extend("maximum" = 10))]
+        filter_order: u32,
+        /// Steps between two filters.
+        #[serde(default = "hundred")]
+        #[schemars(extend("minimum" = 1))]
+        filter_interval: u32,
+    },
+    /// Affine particle-in-cell: conserves angular momentum.
+    Apic,
+}
+
+fn infinity() -> f64 {
+    f64::INFINITY
+}
+
+fn hundred() -> u32 {
+    100
+}
+
+/// When stresses are updated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StressUpdateSpec {
+    /// Before the forces (the paper).
+    First,
+    /// After the particles moved.
+    Last,
+    /// After re-mapping the particles' new velocity.
+    ModifiedLast,
+    /// Half first, half modified last.
+    Average,
+}
+
+/// Cure of volumetric locking.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
+pub enum LockingSpec {
+    /// None (the paper).
+    None,
+    /// Volume change averaged through the grid.
+    Average {
+        /// Weight of the average.
+        #[serde(default = "one")]
+        #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+        blend: f64,
+    },
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Friction of a pair: a coefficient, `"stick"`, or `"none"` (the pair never meets).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FrictionSpec {
+    /// Coulomb's coefficient; 0: frictionless.
+    Coefficient(#[schemars(extend("minimum" = 0.0))] f64),
+    /// A word.
+    Word(FrictionWord),
+}
+
+/// Words for friction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionWord {
+    /// No relative motion while pressed together.
+    Stick,
+    /// The pair never meets.
+    None,
+}
+
+/// What is written, and how often.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct OutputSpec {
+    /// Interval of the fields for ParaView; default: a fiftieth of the run.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0))]
+    pub fields: Option<f64>,
+    /// Interval of histories and balance; default: a five-hundredth of the run.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0))]
+    pub history: Option<f64>,
+    /// Wall-clock time between checkpoints; default: 60 s.
+    #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "clock" = true))]
+    pub checkpoint: Option<f64>,
+}
+
+impl Default for MpmSpec {
+    /// What suits elastic solids; presets replace it.
+    fn default() -> Self {
+        Self {
+            kernel: KernelSpec::Quadratic,
+            transfer: TransferSpec::Flip { relaxation: f64::INFINITY, filter_order: 2, filter_interval: 100 },
+            stress_update: StressUpdateSpec::Average,
+            locking: LockingSpec::None,
+            safety: 0.3,
+            membrane_safety: 0.8,
+            max_substeps: 500,
+            gravity: Default::default(),
+            friction: FrictionSpec::Coefficient(0.0),
+            gap_tolerance: 0.0,
+        }
+    }
+}
+
+impl From<KernelSpec> for mpm::KernelKind {
+    fn from(kernel: KernelSpec) -> Self {
+        match kernel {
+            KernelSpec::Linear => Self::Linear,
+            KernelSpec::Gimp => Self::Gimp,
+            KernelSpec::Quadratic => Self::Quadratic,
+            KernelSpec::Cubic => Self::Cubic,
+        }
+    }
+}
+
+impl From<&TransferSpec> for mpm::Transfer {
+    fn from(transfer: &TransferSpec) -> Self {
+        match *transfer {
+            TransferSpec::Flip { relaxation, filter_order, filter_interval } => {
+                Self::Flip { relaxation, filter_order, filter_interval }
+            }
+            TransferSpec::Apic => Self::Apic,
+        }
+    }
+}
+
+impl From<StressUpdateSpec> for mpm::StressUpdate {
+    fn from(update: StressUpdateSpec) -> Self {
+        match update {
+            StressUpdateSpec::First => Self::First,
+            StressUpdateSpec::Last => Self::Last,
+            StressUpdateSpec::ModifiedLast => Self::ModifiedLast,
+            StressUpdateSpec::Average => Self::Average,
+        }
+    }
+}
+
+impl From<&LockingSpec> for mpm::Locking {
+    fn from(locking: &LockingSpec) -> Self {
+        match *locking {
+            LockingSpec::None => Self::None,
+            LockingSpec::Average { blend } => Self::Average { blend },
+        }
+    }
+}
+
+impl From<FrictionSpec> for mpm::Friction {
+    fn from(friction: FrictionSpec) -> Self {
+        match friction {
+            FrictionSpec::Coefficient(coefficient) => Self::Slip(coefficient),
+            FrictionSpec::Word(FrictionWord::Stick) => Self::Stick,
+            FrictionSpec::Word(FrictionWord::None) => Self::None,
+        }
+    }
+}
