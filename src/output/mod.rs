@@ -7,15 +7,20 @@
 pub mod atomic;
 pub mod balance;
 pub mod checkpoint;
+pub mod component;
 pub mod fields;
 pub mod force;
 pub mod history;
 pub mod label;
+pub mod probe;
+mod set;
 pub mod vtk;
 
 pub use balance::Balance;
 pub use checkpoint::Checkpoints;
+pub use component::Component;
 pub use fields::{Fields, Precision};
 pub use force::{Counts, Forces};
 pub use history::History;
 pub use label::UnitLabels;
+pub use probe::{Probe, ProbeSpec};

@@ -1,0 +1,110 @@
+//! One number out of a vector or symmetric tensor.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A component of a vector or symmetric tensor, or a measure of its size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Component {
+    /// Of a vector.
+    X,
+    /// Of a vector.
+    Y,
+    /// Of a vector.
+    Z,
+    /// Of a tensor.
+    Xx,
+    /// Of a tensor.
+    Yy,
+    /// Of a tensor.
+    Zz,
+    /// Of a tensor.
+    Xy,
+    /// Of a tensor.
+    Yz,
+    /// Of a tensor.
+    Zx,
+    /// Euclidean norm; the absolute value of a scalar.
+    Magnitude,
+    /// √(3 J₂) of a stress.
+    VonMises,
+}
+
+impl Component {
+    /// As a case writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Xx => "xx",
+            Self::Yy => "yy",
+            Self::Zz => "zz",
+            Self::Xy => "xy",
+            Self::Yz => "yz",
+            Self::Zx => "zx",
+            Self::Magnitude => "magnitude",
+            Self::VonMises => "von-mises",
+        }
+    }
+
+    /// True if values of that many numbers have this component.
+    pub fn fits(self, components: usize) -> bool {
+        match self {
+            Self::X | Self::Y | Self::Z => components == 3,
+            Self::Magnitude => true,
+            _ => components == 6,
+        }
+    }
+
+    /// The component of one value; the value must fit.
+    pub fn of(self, value: &[f64]) -> f64 {
+        match self {
+            Self::X | Self::Xx => value[0],
+            Self::Y | Self::Yy => value[1],
+            Self::Z | Self::Zz => value[2],
+            Self::Xy => value[3],
+            Self::Yz => value[4],
+            Self::Zx => value[5],
+            Self::Magnitude => magnitude(value),
+            Self::VonMises => von_mises(value),
+        }
+    }
+}
+
+/// Euclidean norm of a vector; Frobenius norm of a symmetric tensor.
+fn magnitude(value: &[f64]) -> f64 {
+    let square = |numbers: &[f64]| numbers.iter().map(|c| c * c).sum::<f64>();
+    match value.len() {
+        6 => (square(&value[..3]) + 2.0 * square(&value[3..])).sqrt(),
+        _ => square(value).sqrt(),
+    }
+}
+
+/// √(3 J₂) of xx yy zz xy yz zx.
+fn von_mises(s: &[f64]) -> f64 {
+    let normal = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
+    let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+    (0.5 * normal + 3.0 * shear).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Uniaxial tension and pure shear: textbook values.
+    #[test]
+    fn von_mises_is_the_tension_and_root_three_times_the_shear() {
+        assert_eq!(Component::VonMises.of(&[5.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 5.0);
+        assert_eq!(Component::VonMises.of(&[7.0, 7.0, 7.0, 0.0, 0.0, 0.0]), 0.0);
+        assert!((Component::VonMises.of(&[0.0, 0.0, 0.0, 0.0, 2.0, 0.0]) - 12.0_f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn magnitudes() {
+        assert_eq!(Component::Magnitude.of(&[-2.0]), 2.0);
+        assert_eq!(Component::Magnitude.of(&[3.0, 4.0, 12.0]), 13.0);
+        assert_eq!(Component::Magnitude.of(&[0.0, 0.0, 0.0, 2.0, 0.0, 0.0]), 8.0_f64.sqrt());
+    }
+}

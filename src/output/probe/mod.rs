@@ -1,0 +1,199 @@
+//! Probes: histories of one quantity at a place, or reduced over a body or membrane.
+
+mod fragments;
+mod reduce;
+mod spec;
+
+pub use spec::{Axis, ProbeSpec, Reduction, Within};
+
+use super::component::Component;
+use super::history::History;
+use super::label::{UnitLabels, component_names, file_name};
+use super::set::{On, Quantity, Set, Start, expected};
+use crate::error::{Diagnostic, Result};
+use crate::simulation::{Monitor, Snapshot};
+use std::path::Path;
+
+/// Writes `<name>.csv` for one [`ProbeSpec`].
+#[derive(Debug)]
+pub struct Probe {
+    spec: ProbeSpec,
+    dimension: usize,
+    /// The particle (by identity), node or element (by index) that is followed.
+    followed: Option<Followed>,
+    start: Start,
+    heads: Vec<String>,
+    history: History,
+    interval: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Followed {
+    Particle(u32),
+    Index(usize),
+}
+
+impl Probe {
+    /// A probe whose history is in `directory`, every `interval` seconds unless the probe says otherwise.
+    ///
+    /// `initial` is the state at the start, also of a run that is going to be resumed: it tells which
+    /// particle or node is followed. `key` is the probe's place in the case, for messages.
+    ///
+    /// # Errors
+    /// A name that the model doesn't have, or keys that don't fit each other.
+    pub fn new(
+        spec: ProbeSpec,
+        key: &str,
+        initial: &Snapshot<'_>,
+        directory: &Path,
+        interval: f64,
+        units: UnitLabels,
+    ) -> Result<Self, Diagnostic> {
+        spec.check(key)?;
+        let names: Vec<&str> = Set::all(initial).map(Set::name).collect();
+        let set = Set::find(initial, &spec.of).ok_or_else(|| {
+            let message = format!("there is no body, membrane or mesh named `{}`", spec.of);
+            Diagnostic::error(format!("{key}.of"), message).help(expected(&spec.of, &names))
+        })?;
+        let start = if spec.quantity == "displacement" { set.start() } else { Start::new() };
+        let quantity = set.quantity(&spec.quantity, &start).ok_or_else(|| {
+            let message = format!("`{}` has no quantity `{}`", spec.of, spec.quantity);
+            let help = expected(&spec.quantity, &set.quantity_names());
+            Diagnostic::error(format!("{key}.quantity"), message).help(help)
+        })?;
+        check_component(&spec, key, &quantity)?;
+        check_weight(&spec, key, set, &quantity)?;
+
+        let dimension = initial.dimension;
+        let followed = spec.at.as_ref().and_then(|place| nearest(set, quantity.on, place));
+        let mut heads = vec![units.head("time", "s")];
+        heads.extend(columns(&spec, &quantity, dimension).iter().map(|(name, unit)| units.head(name, unit)));
+        let history = History::new(directory.join(format!("{}.csv", file_name(&spec.name))));
+        let interval = spec.every.unwrap_or(interval);
+        Ok(Self { spec, dimension, followed, start, heads, history, interval })
+    }
+
+    /// The heads of the history, time first.
+    pub fn heads(&self) -> &[String] {
+        &self.heads
+    }
+
+    /// What the probe sees now: as many numbers as heads after the time; NaN for what is gone.
+    pub fn evaluate(&self, snapshot: &Snapshot<'_>) -> Vec<f64> {
+        let count = self.heads.len() - 1;
+        let Some(set) = Set::find(snapshot, &self.spec.of) else { return vec![f64::NAN; count] };
+        let Some(quantity) = set.quantity(&self.spec.quantity, &self.start) else { return vec![f64::NAN; count] };
+        let values = match self.followed {
+            Some(followed) => follow(set, followed, &quantity).unwrap_or_else(|| vec![f64::NAN; quantity.components]),
+            None => return reduce::reduce(&self.spec, set, &quantity, self.dimension),
+        };
+        selected(&self.spec, &values, self.dimension)
+    }
+}
+
+impl Monitor for Probe {
+    fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+        let mut row = vec![snapshot.time];
+        row.extend(self.evaluate(snapshot));
+        self.history.append(&self.heads, &row)
+    }
+
+    fn resume(&mut self, time: f64) -> Result<()> {
+        self.history.resume(time)
+    }
+}
+
+/// The entry or element that is nearest to `place` [m] in the reference state.
+fn nearest(set: Set<'_>, on: On, place: &[f64]) -> Option<Followed> {
+    let distance = |x: &[f64; 3]| place.iter().zip(x).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    let places = set.reference_places(on);
+    let (index, _) = places.iter().map(distance).enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    Some(match set {
+        Set::Points(set) => Followed::Particle(set.id[index]),
+        Set::Surface(_) => Followed::Index(index),
+    })
+}
+
+/// The value at what is followed; `None` if it is gone.
+fn follow(set: Set<'_>, followed: Followed, quantity: &Quantity<'_>) -> Option<Vec<f64>> {
+    let index = match (followed, set) {
+        (Followed::Particle(id), Set::Points(set)) => set.id.iter().position(|&other| other == id)?,
+        (Followed::Index(index), _) => index,
+        (Followed::Particle(_), Set::Surface(_)) => return None,
+    };
+    quantity.values.chunks_exact(quantity.components).nth(index).map(<[f64]>::to_vec)
+}
+
+/// The components of a value that a history shows.
+fn selected(spec: &ProbeSpec, value: &[f64], dimension: usize) -> Vec<f64> {
+    match spec.component {
+        Some(component) => vec![component.of(value)],
+        None => value[..shown(value.len(), dimension)].to_vec(),
+    }
+}
+
+/// Vectors have two components in 2D.
+fn shown(components: usize, dimension: usize) -> usize {
+    if components == 3 { dimension } else { components }
+}
+
+/// Names and units of the columns after the time.
+fn columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize) -> Vec<(String, &'q str)> {
+    let named = |name: &str, unit| vec![(name.to_owned(), unit)];
+    match spec.reduction() {
+        Some(Reduction::Top) => named("top", "m"),
+        Some(Reduction::Bottom) => named("bottom", "m"),
+        Some(Reduction::MaxRadius | Reduction::MeanRadius) => named("radius", "m"),
+        Some(Reduction::CountFragments) => named("fragments", ""),
+        Some(Reduction::Count) => named("count", ""),
+        Some(Reduction::CenterOfMass) => {
+            component_names(3).into_iter().take(dimension).map(|axis| (axis, "m")).collect()
+        }
+        _ => value_columns(spec, quantity, dimension),
+    }
+}
+
+/// `x`, `ux` and `vx` for positions, displacements and velocities, `stress-xx` for others.
+fn value_columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize) -> Vec<(String, &'q str)> {
+    let name = |component: &str| match (spec.quantity.as_str(), component) {
+        (quantity, "") => quantity.to_owned(),
+        ("position", axis @ ("x" | "y" | "z")) => axis.to_owned(),
+        ("displacement", axis @ ("x" | "y" | "z")) => format!("u{axis}"),
+        ("velocity", axis @ ("x" | "y" | "z")) => format!("v{axis}"),
+        (quantity, component) => format!("{quantity}-{component}"),
+    };
+    match spec.component {
+        Some(component) => vec![(name(component.name()), quantity.unit)],
+        None => {
+            let names = component_names(quantity.components).into_iter().take(shown(quantity.components, dimension));
+            names.map(|component| (name(&component), quantity.unit)).collect()
+        }
+    }
+}
+
+fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>) -> Result<(), Diagnostic> {
+    match spec.component {
+        Some(component) if !Component::fits(component, quantity.components) => {
+            let (name, count) = (component.name(), quantity.components);
+            let message = format!("`{}` has {count} component(s), and no `{name}`", spec.quantity);
+            Err(Diagnostic::error(format!("{key}.component"), message)
+                .help("x, y, z are components of vectors; xx … zx and von-mises of tensors"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_weight(spec: &ProbeSpec, key: &str, set: Set<'_>, quantity: &Quantity<'_>) -> Result<(), Diagnostic> {
+    let Some(weight) = &spec.weight else { return Ok(()) };
+    match set.quantity(weight, &Start::new()) {
+        Some(found) if found.components == 1 && found.on == quantity.on => Ok(()),
+        _ => {
+            let message = format!("`{weight}` is no scalar field of `{}` beside `{}`", spec.of, spec.quantity);
+            Err(Diagnostic::error(format!("{key}.weight"), message).help(expected(weight, &set.quantity_names())))
+        }
+    }
+}

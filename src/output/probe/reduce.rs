@@ -1,0 +1,102 @@
+//! Reductions, in the order of the entries, so that they don't depend on the number of threads.
+
+use super::fragments::count_fragments;
+use super::{ProbeSpec, Reduction, selected};
+use crate::output::set::{Quantity, Set, Start};
+
+/// The reduced values: as many as the probe has columns.
+pub(super) fn reduce(spec: &ProbeSpec, set: Set<'_>, quantity: &Quantity<'_>, dimension: usize) -> Vec<f64> {
+    let places = set.places(quantity.on);
+    let inside = |x: &[f64; 3]| spec.within.as_ref().is_none_or(|within| within.contains(x));
+    let chosen: Vec<usize> = (0..places.len()).filter(|&i| inside(&places[i])).collect();
+    let weights = Weights::new(spec, set);
+    let axis = spec.axis.map_or(dimension - 1, |axis| axis.index());
+    let coordinates = chosen.iter().map(|&i| places[i][axis]);
+    let radii = chosen.iter().map(|&i| radius(spec, &places[i], dimension));
+
+    let value =
+        |i: usize| selected(spec, &quantity.values[i * quantity.components..][..quantity.components], dimension);
+    let count = selected(spec, &vec![0.0; quantity.components], dimension).len();
+    match spec.reduction().unwrap_or(Reduction::Mean) {
+        Reduction::Top | Reduction::Bottom if chosen.is_empty() => vec![f64::NAN],
+        Reduction::Top => vec![coordinates.fold(f64::NEG_INFINITY, greatest)],
+        Reduction::Bottom => vec![coordinates.fold(f64::INFINITY, least)],
+        Reduction::MaxRadius if chosen.is_empty() => vec![f64::NAN],
+        Reduction::MaxRadius => vec![radii.fold(f64::NEG_INFINITY, greatest)],
+        Reduction::MeanRadius => weights.mean(&chosen, 1, |i| vec![radius(spec, &places[i], dimension)]),
+        Reduction::Count => vec![chosen.len() as f64],
+        Reduction::CountFragments => {
+            let places: Vec<_> = chosen.iter().map(|&i| places[i]).collect();
+            vec![count_fragments(&places, spec.cell.unwrap_or(f64::INFINITY)) as f64]
+        }
+        Reduction::CenterOfMass => weights.or_mass(set).mean(&chosen, dimension, |i| places[i][..dimension].to_vec()),
+        Reduction::Mean => weights.mean(&chosen, count, value),
+        Reduction::Sum => weights.sum(&chosen, count, value),
+        Reduction::Min => extreme(&chosen, count, value, least),
+        Reduction::Max => extreme(&chosen, count, value, greatest),
+    }
+}
+
+/// NaN wins, so that it is noticed.
+fn least(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a < b { a } else { b }
+}
+
+/// NaN wins, so that it is noticed.
+fn greatest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// Distance from the centre, or from the axis through it [m].
+fn radius(spec: &ProbeSpec, x: &[f64; 3], dimension: usize) -> f64 {
+    let center = spec.center.as_deref().unwrap_or(&[]);
+    let along = spec.axis.map(|axis| axis.index());
+    let offset = |i: usize| x[i] - center.get(i).copied().unwrap_or(0.0);
+    (0..dimension).filter(|&i| Some(i) != along).map(|i| offset(i).powi(2)).sum::<f64>().sqrt()
+}
+
+fn extreme(
+    chosen: &[usize],
+    count: usize,
+    value: impl Fn(usize) -> Vec<f64>,
+    better: impl Fn(f64, f64) -> f64,
+) -> Vec<f64> {
+    let both = |a: Vec<f64>, b: Vec<f64>| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect();
+    chosen.iter().map(|&i| value(i)).reduce(both).unwrap_or_else(|| vec![f64::NAN; count])
+}
+
+/// How much each entry counts; all the same where there are no weights.
+struct Weights(Option<Vec<f64>>);
+
+impl Weights {
+    fn new(spec: &ProbeSpec, set: Set<'_>) -> Self {
+        Self(spec.weight.as_ref().and_then(|name| Self::field(set, name)))
+    }
+
+    /// These weights, or masses where there are none.
+    fn or_mass(self, set: Set<'_>) -> Self {
+        Self(self.0.or_else(|| Self::field(set, "mass")))
+    }
+
+    fn field(set: Set<'_>, name: &str) -> Option<Vec<f64>> {
+        set.quantity(name, &Start::new()).filter(|field| field.components == 1).map(|field| field.values.into_owned())
+    }
+
+    fn of(&self, i: usize) -> f64 {
+        self.0.as_ref().map_or(1.0, |weights| weights[i])
+    }
+
+    fn sum(&self, chosen: &[usize], count: usize, value: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
+        let mut sum = vec![0.0; count];
+        for &i in chosen {
+            sum.iter_mut().zip(value(i)).for_each(|(sum, value)| *sum += self.of(i) * value);
+        }
+        sum
+    }
+
+    /// NaN where nothing is chosen.
+    fn mean(&self, chosen: &[usize], count: usize, value: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
+        let total: f64 = chosen.iter().map(|&i| self.of(i)).sum();
+        self.sum(chosen, count, value).into_iter().map(|sum| sum / total).collect()
+    }
+}

@@ -1,0 +1,155 @@
+//! The keys of `[[probe]]`.
+
+use crate::error::Diagnostic;
+use crate::output::component::Component;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A history of one quantity: at a place (`at`) or reduced over a whole set (`reduce`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct ProbeSpec {
+    /// Name of the history: `history/<name>.csv`.
+    pub name: String,
+    /// The body, membrane or mesh.
+    pub of: String,
+    /// `position`, `displacement`, or a field such as `velocity` or `pressure`.
+    #[serde(default = "position")]
+    pub quantity: String,
+    /// Follow the particle, node or element that is nearest to this place in the state at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
+    pub at: Option<Vec<f64>>,
+    /// Reduce over all particles, nodes or elements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reduce: Option<Reduction>,
+    /// One component of the quantity; default: all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub component: Option<Component>,
+    /// A scalar field to weight a mean or a sum with, for example `volume` or `mass`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weight: Option<String>,
+    /// The direction of `top` and `bottom`, the axis of a radius; default: the last axis for `top` and
+    /// `bottom`; a radius without axis is the distance from `center`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Axis>,
+    /// The point that a radius is measured from; default: the origin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
+    pub center: Option<Vec<f64>>,
+    /// Cell size of `count-fragments`: what is in cells that touch is one fragment.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
+    pub cell: Option<f64>,
+    /// Only what is inside this box at the time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<Within>,
+    /// Time between samples; default: that of all histories.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "s"))]
+    pub every: Option<f64>,
+}
+
+fn position() -> String {
+    "position".to_owned()
+}
+
+/// How many values become one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reduction {
+    /// Least value, per component.
+    Min,
+    /// Greatest value, per component.
+    Max,
+    /// Mean value, weighted by `weight`.
+    Mean,
+    /// Sum, weighted by `weight`.
+    Sum,
+    /// Mean position, weighted by `weight`, else by `mass` where there is one.
+    CenterOfMass,
+    /// Greatest coordinate along `axis`.
+    Top,
+    /// Least coordinate along `axis`.
+    Bottom,
+    /// Greatest distance from `axis` or `center`.
+    MaxRadius,
+    /// Mean distance from `axis` or `center`, weighted by `weight`.
+    MeanRadius,
+    /// Number of particles, nodes or elements.
+    Count,
+    /// Number of separate pieces, seen with cells of size `cell`.
+    CountFragments,
+}
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// First.
+    X,
+    /// Second.
+    Y,
+    /// Third.
+    Z,
+}
+
+impl Axis {
+    /// 0, 1 or 2.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Within {
+    /// Lower corner.
+    #[schemars(extend("unit" = "m"))]
+    pub lower: Vec<f64>,
+    /// Upper corner.
+    #[schemars(extend("unit" = "m"))]
+    pub upper: Vec<f64>,
+}
+
+impl Within {
+    /// True inside or on the boundary; axes that the box doesn't give are unbounded.
+    pub fn contains(&self, x: &[f64; 3]) -> bool {
+        self.lower.iter().zip(x).all(|(lower, x)| lower <= x) && self.upper.iter().zip(x).all(|(upper, x)| x <= upper)
+    }
+}
+
+impl ProbeSpec {
+    /// How to reduce, where no place is followed.
+    pub fn reduction(&self) -> Option<Reduction> {
+        if self.at.is_some() { None } else { Some(self.reduce.unwrap_or(Reduction::Mean)) }
+    }
+
+    /// Checks what can be checked without a model.
+    ///
+    /// # Errors
+    /// Keys that contradict each other or need another one.
+    pub(super) fn check(&self, key: &str) -> Result<(), Diagnostic> {
+        let wrong = |field: &str, message: &str, help: &str| {
+            Err(Diagnostic::error(format!("{key}.{field}"), message).help(help))
+        };
+        if self.at.is_some() == self.reduce.is_some() {
+            return wrong("at", "a probe needs either `at` or `reduce`", "for example `reduce = \"mean\"`");
+        }
+        if self.at.as_ref().is_some_and(|at| !(2..=3).contains(&at.len())) {
+            return wrong("at", "a place has two or three coordinates", "for example `at = [0, 0, 0]`");
+        }
+        if self.reduce == Some(Reduction::CountFragments) && !self.cell.is_some_and(|cell| cell > 0.0) {
+            return wrong("cell", "`count-fragments` needs a cell size", "about the cell size of the grid");
+        }
+        if self.every.is_some_and(|every| every.is_nan() || every <= 0.0) {
+            return wrong(
+                "every",
+                "the time between samples is not positive",
+                "leave it out to sample as `output.history`",
+            );
+        }
+        Ok(())
+    }
+}
