@@ -14,6 +14,7 @@
 //! [`Shape`] is how a case file writes a region; [`Shape::build`] reads its surface files, checks it and
 //! makes the [`Region`]. Points have three coordinates; in 2D the third is zero and ignored.
 
+mod direction;
 mod polygon;
 mod primitive;
 mod region;
@@ -22,6 +23,7 @@ mod shape;
 mod surface;
 mod triangles;
 
+pub use direction::{Axis, Direction};
 pub use polygon::Polygon;
 pub use region::{Bounds, Region};
 pub use sample::{Sample, centred_origin, sample};

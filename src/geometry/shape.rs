@@ -3,7 +3,7 @@
 //! One struct per shape; its fields are the keys. The case reader has converted units when a shape is
 //! built, so every number is in SI here.
 
-use super::{Polygon, Region, Surface};
+use super::{Direction, Polygon, Region, Surface};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use schemars::JsonSchema;
@@ -156,15 +156,14 @@ pub struct HalfSpaceShape {
     /// A point of the plane [m].
     #[schemars(extend("unit" = "m"), length(min = 2, max = 3))]
     pub point: Vec<f64>,
-    /// Direction out of the region; any length.
-    #[schemars(length(min = 2, max = 3))]
-    pub normal: Vec<f64>,
+    /// Direction out of the region: `"z"`, `"-x"` or a vector of any length.
+    pub normal: Direction,
 }
 
 impl BuildRegion for HalfSpaceShape {
     fn build(&self, _: &Path, dimension: usize) -> Result<Region, Diagnostic> {
-        let normal = unit("normal", point("normal", &self.normal, dimension)?)?;
-        Ok(Region::HalfSpace { point: point("point", &self.point, dimension)?, normal })
+        let normal = self.normal.unit("normal", dimension)?;
+        Ok(Region::HalfSpace { point: point("point", &self.point, dimension)?, normal: normal.0 })
     }
 }
 
@@ -320,24 +319,20 @@ pub struct RotatedShape {
     /// Angle [rad]; `"30 deg"` for degrees.
     #[schemars(extend("unit" = "rad"))]
     pub angle: f64,
-    /// Direction of the axis; any length. In 2D always z.
-    #[serde(default = "z_axis")]
-    pub axis: [f64; 3],
+    /// Direction of the axis: `"z"`, `"-x"` or a vector of any length. In 2D always z.
+    #[serde(default = "Direction::z")]
+    pub axis: Direction,
     /// A point of the axis [m]; default: the origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"), length(min = 2, max = 3))]
     pub about: Option<Vec<f64>>,
 }
 
-fn z_axis() -> [f64; 3] {
-    [0.0, 0.0, 1.0]
-}
-
 impl BuildRegion for RotatedShape {
     fn build(&self, base_dir: &Path, dimension: usize) -> Result<Region, Diagnostic> {
         let region = Box::new(member("of", &self.of, base_dir, dimension)?);
-        let axis = unit("axis", self.axis)?;
-        if dimension == 2 && axis != z_axis() {
+        let axis = self.axis.unit("axis", 3)?.0;
+        if dimension == 2 && self.axis != Direction::z() {
             return Err(Diagnostic::error("axis", "in 2D shapes turn about z only").help("leave `axis` out"));
         }
         if !self.angle.is_finite() {
@@ -405,9 +400,4 @@ fn positive(key: &str, value: f64) -> Result<f64, Diagnostic> {
         return Ok(value);
     }
     Err(Diagnostic::error(key, format!("must be positive and finite, not {value}")))
-}
-
-fn unit(key: &str, direction: [f64; 3]) -> Result<[f64; 3], Diagnostic> {
-    let unit = Vector(direction).normalized().filter(|d| d.is_finite());
-    unit.map(|d| d.0).ok_or_else(|| Diagnostic::error(key, "a direction needs a length above zero"))
 }

@@ -1,1 +1,12 @@
-//! placeholder
+//! Meshes: facets of membranes, generated or read from files, and what can be wrong with them.
+//!
+//! * [`Facets`]: quadrilaterals and triangles in 3D, segments in 2D, with named sets of nodes;
+//! * [`generate`]: sheets, discs, cylinders, tubes, spheres, chains and circles;
+//! * [`check`]: inverted, degenerate, doubled, dangling.
+
+pub mod check;
+mod facets;
+pub mod generate;
+
+pub use facets::Facets;
+pub use generate::MembraneShape;

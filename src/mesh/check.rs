@@ -1,0 +1,235 @@
+//! What can be wrong with the mesh of a membrane.
+
+use super::Facets;
+use super::facets::edges;
+use crate::math::Vector;
+use hashbrown::HashMap;
+use std::fmt;
+
+/// Thinnest element: area against the square of its longest side.
+const THINNEST: f64 = 1e-10;
+
+/// Nodes nearer than this, as a fraction of the mesh's extent, are the same.
+const SAME: f64 = 1e-12;
+
+/// One finding about a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// What is wrong.
+    pub problem: Problem,
+    /// Where: the centre of the element, or the node [m].
+    pub place: [f64; 3],
+}
+
+/// What can be wrong. Elements and nodes are counted from 0 in the order of the mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Problem {
+    /// The mesh has no elements.
+    Empty,
+    /// An element names a node that isn't there, or doesn't have 2, 3 or 4 nodes.
+    Malformed {
+        /// The element.
+        element: usize,
+    },
+    /// A node's position is not finite.
+    NotFinite {
+        /// The node.
+        node: u32,
+    },
+    /// An element covers nothing.
+    Degenerate {
+        /// The element.
+        element: usize,
+    },
+    /// A quadrilateral whose sides cross, or with a corner that points inward.
+    Folded {
+        /// The element.
+        element: usize,
+    },
+    /// An element whose normal points to the other side than that of its neighbour.
+    Inverted {
+        /// The element.
+        element: usize,
+        /// A neighbour.
+        neighbour: usize,
+    },
+    /// More than two elements meet at an edge.
+    NonManifold {
+        /// One of the elements.
+        element: usize,
+        /// How many meet.
+        count: usize,
+    },
+    /// Two nodes at one place: the mesh has a slit there.
+    DuplicateNodes {
+        /// The nodes.
+        nodes: [u32; 2],
+    },
+    /// A node that no element uses.
+    Unreferenced {
+        /// The node.
+        node: u32,
+    },
+}
+
+impl Problem {
+    /// True if a membrane can't be made of the mesh; the others may be intended.
+    pub fn is_error(&self) -> bool {
+        !matches!(self, Self::NonManifold { .. } | Self::DuplicateNodes { .. } | Self::Unreferenced { .. })
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.problem {
+            Problem::Empty => return f.write_str("the mesh has no elements"),
+            Problem::Malformed { element } => {
+                return write!(f, "element {element} names a node that isn't there or has not 2, 3 or 4 nodes");
+            }
+            Problem::NotFinite { node } => return write!(f, "node {node} has a position that is not finite"),
+            Problem::Degenerate { element } => write!(f, "element {element} covers nothing")?,
+            Problem::Folded { element } => write!(f, "element {element} is folded: sides cross or a corner points in")?,
+            Problem::Inverted { element, neighbour } => {
+                write!(f, "element {element} is inverted: its normal is opposite to that of element {neighbour}")?;
+            }
+            Problem::NonManifold { element, count } => {
+                write!(f, "{count} elements meet at an edge of element {element}")?
+            }
+            Problem::DuplicateNodes { nodes: [a, b] } => write!(f, "nodes {a} and {b} lie at one place")?,
+            Problem::Unreferenced { node } => write!(f, "node {node} belongs to no element")?,
+        }
+        let [x, y, z] = self.place;
+        write!(f, " (at {x:.6e}, {y:.6e}, {z:.6e} m)")
+    }
+}
+
+/// All findings about a mesh, element by element, then node by node.
+pub fn check(facets: &Facets) -> Vec<Finding> {
+    let unsound = unsound(facets);
+    if !unsound.is_empty() {
+        return unsound;
+    }
+    let mut findings = Vec::new();
+    shapes(facets, &mut findings);
+    neighbours(facets, &mut findings);
+    duplicates(facets, &mut findings);
+    unreferenced(facets, &mut findings);
+    findings
+}
+
+/// What must be right before anything else can be looked at.
+fn unsound(facets: &Facets) -> Vec<Finding> {
+    let count = facets.nodes.len();
+    let nowhere = |problem| Finding { problem, place: [0.0; 3] };
+    if facets.elements.is_empty() {
+        return vec![nowhere(Problem::Empty)];
+    }
+    let sound = |e: &[u32]| matches!(e.len(), 2..=4) && e.iter().all(|&n| (n as usize) < count);
+    let malformed = facets.elements.iter().enumerate().filter(|(_, e)| !sound(e));
+    let mut findings: Vec<_> = malformed.map(|(element, _)| nowhere(Problem::Malformed { element })).collect();
+    let finite = |x: &[f64; 3]| x.iter().all(|c| c.is_finite());
+    let not_finite = (0u32..).zip(&facets.nodes).filter(|(_, x)| !finite(x));
+    findings.extend(not_finite.map(|(node, _)| nowhere(Problem::NotFinite { node })));
+    findings
+}
+
+fn shapes(facets: &Facets, findings: &mut Vec<Finding>) {
+    for (element, nodes) in facets.elements.iter().enumerate() {
+        let x: Vec<_> = nodes.iter().map(|&n| Vector(facets.nodes[n as usize])).collect();
+        let area = facets.area_vector(element);
+        let longest = (0..x.len()).map(|i| (x[(i + 1) % x.len()] - x[i]).norm_squared()).fold(0.0, f64::max);
+        let least = if x.len() == 2 { 0.0 } else { THINNEST * longest };
+        let corner = |i: usize| (x[(i + 1) % 4] - x[i]).cross(x[(i + 3) % 4] - x[i]).dot(area);
+        let problem = if area.norm() <= least {
+            Problem::Degenerate { element }
+        } else if x.len() == 4 && (0..4).any(|i| corner(i) <= THINNEST * area.norm_squared()) {
+            Problem::Folded { element }
+        } else {
+            continue;
+        };
+        findings.push(Finding { problem, place: facets.center(element).0 });
+    }
+}
+
+/// An element's use of an edge: its index and whether it runs from the lower to the higher node. In 2D the
+/// edge is a node, and the sense tells the first end from the second.
+type Use = (usize, bool);
+
+fn neighbours(facets: &Facets, findings: &mut Vec<Finding>) {
+    let mut uses: HashMap<[u32; 2], Vec<Use>> = HashMap::new();
+    for (element, nodes) in facets.elements.iter().enumerate() {
+        for (place, [a, b]) in edges(nodes).enumerate() {
+            let forward = if a == b { place == 0 } else { a < b };
+            uses.entry([a.min(b), a.max(b)]).or_default().push((element, forward));
+        }
+    }
+    let mut shared = vec![0u32; facets.elements.len()];
+    let mut pairs = Vec::new();
+    for nodes in &facets.elements {
+        for [a, b] in edges(nodes) {
+            // Each edge is looked at once, in the order of the elements.
+            let Some(at_edge) = uses.remove(&[a.min(b), a.max(b)]) else { continue };
+            match at_edge.as_slice() {
+                [(first, one), (second, other)] => {
+                    shared[*first] += 1;
+                    shared[*second] += 1;
+                    if one == other {
+                        pairs.push([*first, *second]);
+                    }
+                }
+                [_] => {}
+                more => {
+                    let (element, count) = (more[0].0, more.len());
+                    let place = facets.center(element).0;
+                    findings.push(Finding { problem: Problem::NonManifold { element, count }, place });
+                }
+            }
+        }
+    }
+    findings.extend(blame(&shared, &pairs).into_iter().map(|[element, neighbour]| Finding {
+        problem: Problem::Inverted { element, neighbour },
+        place: facets.center(element).0,
+    }));
+}
+
+/// Of neighbours that disagree the one is inverted that disagrees with the greater share of its neighbours,
+/// or with more of them; if both do alike, the later one.
+fn blame(shared: &[u32], pairs: &[[usize; 2]]) -> Vec<[usize; 2]> {
+    let mut disagreements = vec![0u32; shared.len()];
+    pairs.iter().flatten().for_each(|&element| disagreements[element] += 1);
+    let rank = |a: usize, b: usize| (disagreements[a] * shared[b], disagreements[a]);
+    let mut blamed: Vec<[usize; 2]> = pairs
+        .iter()
+        .map(
+            |&[first, second]| {
+                if rank(first, second) > rank(second, first) { [first, second] } else { [second, first] }
+            },
+        )
+        .collect();
+    blamed.sort_unstable();
+    blamed.dedup_by_key(|pair| pair[0]);
+    blamed
+}
+
+fn duplicates(facets: &Facets, findings: &mut Vec<Finding>) {
+    let at = |node: u32| facets.nodes[node as usize];
+    let mut order: Vec<u32> = (0..facets.nodes.len() as u32).collect();
+    order.sort_by(|&a, &b| at(a)[0].total_cmp(&at(b)[0]).then(a.cmp(&b)));
+    let extent = facets.nodes.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
+    let near = SAME * extent;
+    for (place, &a) in order.iter().enumerate() {
+        let following = order[place + 1..].iter().take_while(|&&b| at(b)[0] - at(a)[0] <= near);
+        for &b in following.filter(|&&b| (0..3).all(|i| (at(b)[i] - at(a)[i]).abs() <= near)) {
+            let nodes = [a.min(b), a.max(b)];
+            findings.push(Finding { problem: Problem::DuplicateNodes { nodes }, place: at(a) });
+        }
+    }
+}
+
+fn unreferenced(facets: &Facets, findings: &mut Vec<Finding>) {
+    let mut used = vec![false; facets.nodes.len()];
+    facets.elements.iter().flatten().for_each(|&node| used[node as usize] = true);
+    for (node, place) in (0u32..).zip(&facets.nodes).filter(|(node, _)| !used[*node as usize]) {
+        findings.push(Finding { problem: Problem::Unreferenced { node }, place: *place });
+    }
+}
