@@ -13,6 +13,7 @@
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
 //! ```
 
+pub mod contact;
 pub mod grid;
 pub mod kernel;
 mod particles;

@@ -67,9 +67,9 @@ pub fn solve<const D: usize>(
 /// The normal velocity V that the middle partner and all bodies pressed against it share.
 fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches: &[Touch<D>]) -> f64 {
     let excess = |v: f64| {
-        touches.iter().fold(mass * (v - u), |sum, t| {
-            sum + t.side * t.mass * (t.side * (v - t.velocity.dot(normal))).max(0.0)
-        })
+        touches
+            .iter()
+            .fold(mass * (v - u), |sum, t| sum + t.side * t.mass * (t.side * (v - t.velocity.dot(normal))).max(0.0))
     };
     let (mut below, mut above) = (f64::NEG_INFINITY, f64::INFINITY);
     for touch in touches {

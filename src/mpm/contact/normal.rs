@@ -170,7 +170,7 @@ mod tests {
             }
             let interface = separate(&cloud, [true; 2]).unwrap();
             assert!(interface.normal.dot(n) > 0.998, "{degrees}: {:?}", interface.normal);
-            assert!(interface.gap.abs() < 0.12, "{}", interface.gap);
+            assert!((interface.gap - gap(&cloud, n)).abs() < 0.06, "{degrees}: {}", interface.gap);
         }
     }
 
@@ -179,10 +179,8 @@ mod tests {
     fn two_points_face_each_other() {
         let a = Vector([0.1, -0.2, 0.3]);
         let b = Vector([0.5, 0.4, -0.1]);
-        let cloud = [
-            Point { position: a, radius: 0.2, second: false },
-            Point { position: b, radius: 0.1, second: true },
-        ];
+        let cloud =
+            [Point { position: a, radius: 0.2, second: false }, Point { position: b, radius: 0.1, second: true }];
         let interface = separate(&cloud, [true; 3]).unwrap();
         let line = (b - a).normalized().unwrap();
         assert!(interface.normal.dot(line) > 1.0 - 1e-6);

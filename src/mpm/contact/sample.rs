@@ -146,9 +146,11 @@ impl Samples {
         let share = 1.0 / number as f64;
         self.element.resize(first + number, element);
         self.share.resize(first + number, share);
-        self.mass.extend(self.shape[first..].iter().map(|shape| -> [f64; 4] {
-            std::array::from_fn(|k| shape[k] * corner_mass[k] * count as f64 * share)
-        }));
+        self.mass.extend(
+            self.shape[first..]
+                .iter()
+                .map(|shape| -> [f64; 4] { std::array::from_fn(|k| shape[k] * corner_mass[k] * count as f64 * share) }),
+        );
     }
 
     /// Number of samples.
@@ -183,7 +185,8 @@ mod tests {
     /// Momentum of the samples is that of the nodes, for every shape and any number of samples.
     #[test]
     fn samples_carry_the_nodes_mass() {
-        let position = [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.3], [-0.1, 0.9, 0.0], [2.0, 0.2, 0.1]].map(Vector);
+        let position =
+            [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.3], [-0.1, 0.9, 0.0], [2.0, 0.2, 0.1]].map(Vector);
         let facets = [Facet::new(&[0, 1, 2, 3]), Facet::new(&[1, 4, 2])];
         let mass = [1.0, 2.0, 3.0, 4.0, 5.0];
         let corners = corner_mass(&facets, &position, &mass, |_| false);

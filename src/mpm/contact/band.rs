@@ -1,0 +1,245 @@
+//! Particles near a sheet: their side, their distance, and the gaps at the nodes.
+//!
+//! ```text
+//! δ_p = Σ_I N_Ip (x_p − x̄_I)·n_I / Σ_I N_Ip             signed distance to the sheet as the grid sees it
+//! c_p = sign δ_p when the particle comes near, then kept while it stays near             (theory 7.2)
+//! g_I = min {c_p δ_p − r_p : p in the support of I} − t/2                                 (theory 6.2)
+//! ```
+//!
+//! On a sheet of curvature κ the planes of δ lie κh²/8 beside the surface in the mean, and the centroids
+//! x̄_I as much on the other side: with quadratic shape functions δ is exact to third order. Particles found
+//! at δ_p c_p < 0 are checked with the true distance and counted as crossed.
+
+use super::locate::{Locator, Place};
+use super::nodes::{Lattice, flip};
+use super::sheet::{Sheet, Surface};
+use crate::math::Vector;
+use crate::mpm::{Body, EDGE, Grid, Particles};
+use crate::parallel;
+use rayon::prelude::*;
+
+/// Particles whose support reaches a marked node.
+#[derive(Debug, Default)]
+pub(super) struct Marks {
+    blocks: Vec<bool>,
+}
+
+impl Marks {
+    /// Nothing marked on this grid.
+    pub fn clear<const D: usize>(&mut self, grid: &Grid<D>) {
+        self.blocks.clear();
+        self.blocks.resize(grid.blocks().len(), false);
+    }
+
+    /// Marks the blocks in which the support of a particle that reaches `node` may start.
+    pub fn mark<const D: usize>(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, node: usize) {
+        let ijk = grid.coordinates(node);
+        for corner in 0..1 << D {
+            let first = std::array::from_fn(|a| ijk[a] - (corner >> a & 1) * (lattice.support() - 1));
+            if let Some(start) = grid.find(first) {
+                self.blocks[start / Grid::<D>::BLOCK] = true;
+            }
+        }
+    }
+
+    /// Indices of the particles whose support starts in a marked block, ascending.
+    pub fn near<const D: usize>(&self, grid: &Grid<D>, lattice: &Lattice<D>, position: &[Vector<D>]) -> Vec<u32> {
+        if !self.blocks.contains(&true) {
+            return Vec::new();
+        }
+        let collect = |range: std::ops::Range<usize>| {
+            let (mut found, mut last, mut marked) = (Vec::new(), None, false);
+            for p in range {
+                let first = lattice.first(grid, position[p]);
+                let block = first.map(|i| i.div_euclid(EDGE as i32));
+                if last != Some(block) {
+                    last = Some(block);
+                    marked = grid.find(first).is_some_and(|node| self.blocks[node / Grid::<D>::BLOCK]);
+                }
+                if marked {
+                    found.push(p as u32);
+                }
+            }
+            found
+        };
+        let join = |mut all: Vec<u32>, mut more: Vec<u32>| {
+            all.append(&mut more);
+            all
+        };
+        parallel::reduce(position.len(), collect, join).unwrap_or_default()
+    }
+}
+
+/// Half the size of a particle along `normal` [m] (theory 6.2).
+///
+/// From its deformation gradient where it has one; else half the edge of its volume, kept within 0.3 to 1
+/// half cells.
+pub(super) fn radius<const D: usize>(particles: &Particles<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
+    let edge = |volume: f64| if D == 2 { volume.sqrt() } else { volume.cbrt() };
+    match particles.deformation.get(p) {
+        Some(f) => {
+            let size = edge(particles.volume[p] / f.determinant());
+            let extent = |k: usize| (0..D).map(|i| f[i][k] * normal[i]).sum::<f64>().abs();
+            0.5 * size * (0..D).map(extent).sum::<f64>()
+        }
+        None => 0.5 * edge(particles.volume[p]).clamp(0.3 * cell, cell),
+    }
+}
+
+/// What the particles of one body remember of one sheet, by identity: the step in which each was near, and
+/// its side.
+#[derive(Debug, Default)]
+pub(super) struct Labels {
+    /// Step · 8 + (1: +, 2: −, 0: beyond an edge) + (4: counted as crossed).
+    pub stamps: Vec<u32>,
+}
+
+/// A particle's memory of a sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Label {
+    side: f64,
+    crossed: bool,
+}
+
+impl Labels {
+    fn recall(&self, id: u32, step: u64) -> Option<Label> {
+        let stamp = *self.stamps.get(id as usize)?;
+        let side = [0.0, 1.0, -1.0, 0.0][(stamp & 3) as usize];
+        (stamp >> 3 == Self::clock(step) && stamp != 0).then_some(Label { side, crossed: stamp & 4 != 0 })
+    }
+
+    fn keep(&mut self, id: u32, step: u64, label: Label) {
+        if self.stamps.len() <= id as usize {
+            self.stamps.resize(id as usize + 1, 0);
+        }
+        let side = if label.side > 0.0 { 1 } else { u32::from(label.side < 0.0) * 2 };
+        self.stamps[id as usize] = Self::clock(step) << 3 | u32::from(label.crossed) << 2 | side;
+    }
+
+    fn clock(step: u64) -> u32 {
+        (step & 0x1fff_ffff) as u32
+    }
+}
+
+/// One sheet and the particles around it.
+pub(super) struct Band<'a, const D: usize> {
+    pub grid: &'a Grid<D>,
+    pub lattice: &'a Lattice<D>,
+    pub surface: &'a Surface<'a, D>,
+    /// Number of this step, from 1.
+    pub step: u64,
+}
+
+impl<const D: usize> Band<'_, D> {
+    /// Labels the particles `near` the sheet and lowers the gaps at its rows; returns how many have crossed.
+    pub fn measure(
+        &self,
+        sheet: &mut Sheet<D>,
+        body: &Body<D>,
+        near: &[u32],
+        labels: &mut Labels,
+        locator: &mut Locator<D>,
+    ) -> u64 {
+        let particles = &body.particles;
+        let readings: Vec<_> = near.par_iter().map(|&p| self.read(sheet, particles, p as usize)).collect();
+        let mut crossed = 0;
+        for (&p, reading) in near.iter().zip(readings) {
+            let Some((distance, radius)) = reading else { continue };
+            let (p, id) = (p as usize, particles.id[p as usize]);
+            let old = labels.recall(id, self.step - 1);
+            let label = self.label(sheet, particles.position[p], old, distance, locator);
+            crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
+            labels.keep(id, self.step, label);
+            if label.side != 0.0 {
+                self.lower_gaps(sheet, body, p, label.side, label.side * distance - radius);
+            }
+        }
+        crossed
+    }
+
+    /// δ_p and r_p, if a row with a normal is in reach.
+    fn read(&self, sheet: &Sheet<D>, particles: &Particles<D>, p: usize) -> Option<(f64, f64)> {
+        let x = particles.position[p];
+        let (mut height, mut share, mut normal) = (0.0, 0.0, Vector::ZERO);
+        self.lattice.for_each(self.grid, x, |node, weight, flips| {
+            let Some(row) = sheet.row(node).map(|r| &sheet.rows[r]).filter(|row| row.normal != Vector::ZERO) else {
+                return;
+            };
+            height += (self.lattice.mirror(self.grid, x, flips) - row.centre).dot(row.normal) * weight;
+            share += weight;
+            normal += flip(row.normal, flips) * weight;
+        });
+        let normal = normal.normalized()?;
+        (share > 0.0).then(|| (height / share, radius(particles, p, normal, self.grid.cell)))
+    }
+
+    fn label(
+        &self,
+        sheet: &Sheet<D>,
+        x: Vector<D>,
+        old: Option<Label>,
+        distance: f64,
+        locator: &mut Locator<D>,
+    ) -> Label {
+        let mut place = || {
+            locator.refresh(&sheet.facets, self.surface.position, self.grid.cell);
+            locator.place(&sheet.facets, self.surface.position, self.grid.cell, x)
+        };
+        match old.filter(|label| label.side != 0.0) {
+            Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
+            Some(label) if label.crossed => label,
+            Some(Label { side, .. }) => match place() {
+                Place::Beside(d) => Label { side, crossed: d * side < 0.0 },
+                Place::Beyond => Label { side: 0.0, crossed: false },
+                Place::Away => Label { side, crossed: false },
+            },
+            None => {
+                let side = match place() {
+                    Place::Beside(d) => d.signum(),
+                    Place::Beyond => 0.0,
+                    Place::Away => distance.signum(),
+                };
+                Label { side, crossed: false }
+            }
+        }
+    }
+
+    fn lower_gaps(&self, sheet: &mut Sheet<D>, body: &Body<D>, p: usize, side: f64, gap: f64) {
+        let fields = self.grid.fields.len();
+        let mass = body.particles.mass[p];
+        self.lattice.for_each(self.grid, body.particles.position[p], |node, weight, _| {
+            let Some(row) = sheet.row(node) else { return };
+            let pair = &mut sheet.pairs[row * fields + body.field];
+            let lowest = &mut pair.gap[usize::from(side > 0.0)];
+            *lowest = lowest.min(gap);
+            pair.vote += side * mass * weight;
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Tensor;
+
+    /// A cube stretched along x is longer along x, and a fluid's particle is kept within half a cell.
+    #[test]
+    fn particle_sizes_follow_the_deformation() {
+        let mut particles = Particles::<3> { volume: vec![2.0 * 0.001], ..Particles::default() };
+        assert!((radius(&particles, 0, Vector::unit(0), 1.0) - 0.15).abs() < 1e-15);
+        assert!((radius(&particles, 0, Vector::unit(0), 0.1) - 0.05).abs() < 1e-15);
+        particles.deformation = vec![Tensor([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])];
+        assert!((radius(&particles, 0, Vector::unit(0), 1.0) - 0.1).abs() < 1e-15);
+        assert!((radius(&particles, 0, Vector::unit(1), 1.0) - 0.05).abs() < 1e-15);
+    }
+
+    /// A label is remembered from one step to the next, and forgotten after a step away.
+    #[test]
+    fn labels_last_while_the_particle_stays() {
+        let mut labels = Labels::default();
+        assert_eq!(labels.recall(3, 0), None);
+        labels.keep(3, 7, Label { side: -1.0, crossed: true });
+        assert_eq!(labels.recall(3, 7), Some(Label { side: -1.0, crossed: true }));
+        assert_eq!(labels.recall(3, 8), None);
+    }
+}

@@ -1,0 +1,248 @@
+//! Signed distance to a sheet: the closest point on its facets, with the side from their pseudo-normal
+//! (Bærentzen & Aanæs 2005; theory 7.2).
+//!
+//! Exact but not cheap: contact asks only when a particle comes near a sheet for the first time, and when
+//! the smooth distance of `band` says that one has crossed.
+
+use super::sample::Facet;
+use crate::math::Vector;
+use hashbrown::{HashMap, HashSet};
+
+/// Where a point lies relative to a sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// Beside the sheet, at a signed distance [m], positive on the side that the normals point to.
+    Beside(f64),
+    /// Beyond a free edge.
+    Beyond,
+    /// Too far to say.
+    Away,
+}
+
+/// How far, in cells, the sheet may move before its facets are binned anew.
+const SLACK: f64 = 0.5;
+
+/// How far, in cells, a point looks for facets.
+const RANGE: i32 = 4;
+
+/// Finds the facets near a point.
+#[derive(Debug, Default)]
+pub struct Locator<const D: usize> {
+    bins: HashMap<[i32; D], Vec<u32>>,
+    binned: Vec<Vector<D>>,
+    borders: HashSet<[u32; 2]>,
+}
+
+impl<const D: usize> Locator<D> {
+    /// For these facets; edges that belong to one facet only are free edges.
+    pub fn new(facets: &[Facet]) -> Self {
+        let mut count: HashMap<[u32; 2], u32> = HashMap::new();
+        for facet in facets {
+            for edge in edges(facet) {
+                *count.entry(edge).or_insert(0) += 1;
+            }
+        }
+        let borders = count.into_iter().filter(|&(_, n)| n == 1).map(|(edge, _)| edge).collect();
+        Self { bins: HashMap::new(), binned: Vec::new(), borders }
+    }
+
+    /// Bins the facets again if the sheet has moved too far.
+    pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], cell: f64) {
+        let moved = |(a, b): (&Vector<D>, &Vector<D>)| (*a - *b).norm() > SLACK * cell;
+        if self.binned.len() == position.len() && !position.iter().zip(&self.binned).any(moved) {
+            return;
+        }
+        self.binned = position.to_vec();
+        self.bins.clear();
+        for (e, facet) in facets.iter().enumerate() {
+            let x = facet.corners(position);
+            let lower = bin(Vector::from_fn(|a| x.iter().map(|x| x[a]).fold(f64::INFINITY, f64::min)), cell);
+            let upper = bin(Vector::from_fn(|a| x.iter().map(|x| x[a]).fold(f64::NEG_INFINITY, f64::max)), cell);
+            for_each_bin(lower, upper, |bin| self.bins.entry(bin).or_default().push(e as u32));
+        }
+    }
+
+    /// Where `x` [m] lies relative to the sheet, seen from at most a few cells away.
+    pub fn place(&self, facets: &[Facet], position: &[Vector<D>], cell: f64, x: Vector<D>) -> Place {
+        let centre = bin(x, cell);
+        let mut best = Closest::default();
+        let mut seen = HashSet::new();
+        for range in 1..=RANGE {
+            for_each_bin(centre.map(|i| i - range), centre.map(|i| i + range), |bin| {
+                for &e in self.bins.get(&bin).into_iter().flatten() {
+                    if seen.insert(e) {
+                        self.compare(&facets[e as usize], position, x, &mut best);
+                    }
+                }
+            });
+            if best.distance <= (f64::from(range) - SLACK) * cell {
+                break;
+            }
+        }
+        best.place(x)
+    }
+
+    fn compare(&self, facet: &Facet, position: &[Vector<D>], x: Vector<D>, best: &mut Closest<D>) {
+        let corners = facet.corners(position);
+        let normal = facet.area(position).normalized().unwrap_or_default();
+        let pieces: &[[usize; 3]] = match facet.count {
+            2 => &[[0, 1, 1]],
+            3 => &[[0, 1, 2]],
+            _ => &[[0, 1, 2], [0, 2, 3]],
+        };
+        for piece in pieces {
+            let weights = closest(piece.map(|k| corners[k]), x);
+            let point = piece.iter().zip(weights).map(|(&k, w)| corners[k] * w).sum::<Vector<D>>();
+            let border = self.on_border(facet, *piece, weights);
+            best.offer((x - point).norm(), point, normal, border);
+        }
+    }
+
+    /// True if the point with these weights lies on a free edge.
+    fn on_border(&self, facet: &Facet, piece: [usize; 3], weights: [f64; 3]) -> bool {
+        if facet.count == 2 {
+            return (0..2).any(|k| weights[k] == 1.0 && self.borders.contains(&[facet.nodes[piece[k]]; 2]));
+        }
+        (0..3).any(|k| {
+            let [a, b] = [piece[(k + 1) % 3], piece[(k + 2) % 3]].map(|c| facet.nodes[c]);
+            weights[k] == 0.0 && self.borders.contains(&[a.min(b), a.max(b)])
+        })
+    }
+}
+
+/// The closest point found so far; facets that share it add their normals.
+struct Closest<const D: usize> {
+    distance: f64,
+    point: Vector<D>,
+    normal: Vector<D>,
+    border: bool,
+}
+
+impl<const D: usize> Default for Closest<D> {
+    fn default() -> Self {
+        Self { distance: f64::INFINITY, point: Vector::ZERO, normal: Vector::ZERO, border: false }
+    }
+}
+
+impl<const D: usize> Closest<D> {
+    fn offer(&mut self, distance: f64, point: Vector<D>, normal: Vector<D>, border: bool) {
+        let tie = 1e-9 * distance;
+        if distance < self.distance - tie {
+            *self = Self { distance, point, normal, border };
+        } else if distance <= self.distance + tie {
+            self.normal += normal;
+            self.border |= border;
+        }
+    }
+
+    fn place(&self, x: Vector<D>) -> Place {
+        if self.distance.is_infinite() {
+            return Place::Away;
+        }
+        let height = (x - self.point).dot(self.normal);
+        if self.border && height.abs() < 0.5 * self.distance * self.normal.norm() {
+            return Place::Beyond;
+        }
+        Place::Beside(if height < 0.0 { -self.distance } else { self.distance })
+    }
+}
+
+/// Edges of a facet with their nodes ascending; the ends of a segment count as edges of one node.
+fn edges(facet: &Facet) -> impl Iterator<Item = [u32; 2]> {
+    let nodes = facet.nodes().to_vec();
+    let segment = nodes.len() == 2;
+    (0..nodes.len()).map(move |k| {
+        let (a, b) = (nodes[k], if segment { nodes[k] } else { nodes[(k + 1) % nodes.len()] });
+        [a.min(b), a.max(b)]
+    })
+}
+
+fn bin<const D: usize>(x: Vector<D>, cell: f64) -> [i32; D] {
+    std::array::from_fn(|a| (x[a] / cell).floor() as i32)
+}
+
+fn for_each_bin<const D: usize>(lower: [i32; D], upper: [i32; D], mut visit: impl FnMut([i32; D])) {
+    let mut at = lower;
+    loop {
+        visit(at);
+        let Some(axis) = (0..D).find(|&a| at[a] < upper[a]) else { return };
+        at[axis] += 1;
+        at[..axis].copy_from_slice(&lower[..axis]);
+    }
+}
+
+/// Barycentric weights of the point of the triangle (or, with two equal corners, the segment) closest to `x`
+/// (Ericson, Real-Time Collision Detection, 5.1.5). Weights are exactly 0 or 1 on edges and corners.
+fn closest<const D: usize>([a, b, c]: [Vector<D>; 3], x: Vector<D>) -> [f64; 3] {
+    let (ab, ac, ax) = (b - a, c - a, x - a);
+    let (d1, d2) = (ab.dot(ax), ac.dot(ax));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bx = x - b;
+    let (d3, d4) = (ab.dot(bx), ac.dot(bx));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = d1 / (d1 - d3);
+        return [1.0 - v, v, 0.0];
+    }
+    let cx = x - c;
+    let (d5, d6) = (ab.dot(cx), ac.dot(cx));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = d2 / (d2 - d6);
+        return [1.0 - w, 0.0, w];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - w, w];
+    }
+    let total = va + vb + vc;
+    [1.0 - (vb + vc) / total, vb / total, vc / total]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place<const D: usize>(facets: &[Facet], position: &[Vector<D>], x: Vector<D>) -> Place {
+        let mut locator = Locator::new(facets);
+        locator.refresh(facets, position, 0.3);
+        locator.place(facets, position, 0.3, x)
+    }
+
+    /// A loop that runs counter-clockwise: outside is positive, also across its corners.
+    #[test]
+    fn the_side_of_a_loop_is_right_around_its_corners() {
+        let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector);
+        let facets: Vec<_> = (0..4).map(|k| Facet::new(&[k, (k + 1) % 4])).collect();
+        for (x, expected) in
+            [([0.9, 0.8], -0.1), ([1.1, 0.5], 0.1), ([1.03, 1.04], 0.05), ([0.97, 0.99], -0.01), ([-0.3, -0.4], 0.5)]
+        {
+            match place(&facets, &position, Vector(x)) {
+                Place::Beside(d) => assert!((d - expected).abs() < 1e-12, "{x:?}: {d}"),
+                other => panic!("{x:?}: {other:?}"),
+            }
+        }
+        assert_eq!(place(&facets, &position, Vector([9.0, 9.0])), Place::Away);
+    }
+
+    /// Beside a square sheet the distance is the height; beyond its edge there is no side.
+    #[test]
+    fn free_edges_have_no_side() {
+        let position = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(Vector);
+        for facets in [vec![Facet::new(&[0, 1, 2, 3])], vec![Facet::new(&[0, 1, 2]), Facet::new(&[0, 2, 3])]] {
+            assert_eq!(place(&facets, &position, Vector([0.5, 0.5, 0.25])), Place::Beside(0.25));
+            assert_eq!(place(&facets, &position, Vector([0.25, 0.75, -0.25])), Place::Beside(-0.25));
+            assert_eq!(place(&facets, &position, Vector([1.3, 0.5, 0.01])), Place::Beyond);
+            assert_eq!(place(&facets, &position, Vector([0.999, 0.5, 0.2])), Place::Beside(0.2));
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Contact on the background grid: membranes with bodies, and bodies with each other.
+//!
+//! Bodies and membranes first move as if they were alone; where both have mass at a grid node, approach, and
+//! have closed their gap, they exchange an impulse (Lian, Liu & Zhang 2014, section 5, with the signs of
+//! eqs. 55, 58 and 59 corrected; theory 6 and 7.2):
+//!
+//! ```text
+//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection          (50, 52)
+//! J = −M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                          stick, on r        (54, 55)
+//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip               (56–58)
+//! p_s ← p_s − J,   v_K ← v_K + Δt/m_K Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r   both get their share (53, 59)
+//! ```
+//!
+//! The order of a step:
+//!
+//! ```text
+//! begin_step     map membranes, label particles, measure gaps; contact between bodies
+//! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
+//! finish_step    hand the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
+//! account        (after the walls) forces of the step, and what contact dissipated (theory 10)
+//! ```
+//!
+//! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
+//! Angular momentum is conserved up to Σ (x̄_I^r − x̄_I^s) × J (theory 6.6).
+
+mod band;
+pub mod impulse;
+pub mod locate;
+pub mod nodes;
+pub mod normal;
+mod pairwise;
+mod partner;
+pub mod sample;
+mod sheet;
+
+pub use sheet::{SheetSource, Surface};
+
+use crate::math::Vector;
+use crate::mpm::{Body, Friction, Grid};
+use crate::simulation::Column;
+use band::{Band, Labels, Marks};
+use locate::Locator;
+use nodes::Lattice;
+use pairwise::Pairwise;
+use partner::Partners;
+use sheet::Sheet;
+
+/// Friction by name: pairs that the case lists, and the default for the others.
+#[derive(Debug, Clone)]
+pub struct FrictionTable {
+    /// Two names (bodies or membranes, in any order) and what they do.
+    pub listed: Vec<(String, String, Friction)>,
+    /// All other pairs.
+    pub default: Friction,
+}
+
+impl FrictionTable {
+    fn between(&self, a: &[String], b: &[String]) -> Friction {
+        let names = |x: &String, y: &String| (a.contains(x) && b.contains(y)) || (a.contains(y) && b.contains(x));
+        self.listed.iter().find(|(x, y, _)| names(x, y)).map_or(self.default, |(_, _, friction)| *friction)
+    }
+}
+
+/// What contact has dissipated since the start [J] (theory 10).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Losses {
+    /// Inelastic impact along the normals.
+    pub normal: f64,
+    /// Friction.
+    pub friction: f64,
+    /// Mapping between grid and membrane nodes.
+    pub mapping: f64,
+}
+
+/// A contact force: its name, and the mean over the last step [N] on the body that is named first.
+#[derive(Debug, Clone)]
+struct NamedForce<const D: usize> {
+    name: String,
+    value: Vector<D>,
+}
+
+/// All contacts of a simulation.
+#[derive(Debug)]
+pub struct Contact<const D: usize> {
+    lattice: Lattice<D>,
+    /// Gap below which contact acts [m].
+    tolerance: f64,
+    dt: f64,
+    sheets: Vec<Sheet<D>>,
+    locators: Vec<Locator<D>>,
+    /// Labels of each sheet and body, bodies running fastest.
+    labels: Vec<Labels>,
+    body_names: Vec<String>,
+    partners: Partners<D>,
+    pairwise: Pairwise<D>,
+    marks: Marks,
+    forces: Vec<NamedForce<D>>,
+    /// Steps taken, then particles found to have crossed each sheet.
+    counts: Vec<u64>,
+    /// Losses of each force's pair (normal, friction), then the mapping loss of each sheet.
+    losses: Vec<f64>,
+}
+
+impl<const D: usize> Contact<D> {
+    /// Contact between `bodies` and `sheets`; `tolerance` [m] is the gap below which it acts.
+    pub fn new(
+        lattice: Lattice<D>,
+        friction: &FrictionTable,
+        tolerance: f64,
+        bodies: &[Body<D>],
+        sheets: &[SheetSource<'_, D>],
+    ) -> Self {
+        let fields = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
+        let members = |field: usize| -> Vec<String> {
+            bodies.iter().filter(|body| body.field == field).map(|body| body.name.clone()).collect()
+        };
+        let names: Vec<Vec<String>> = (0..fields).map(members).collect();
+        let mut forces = Vec::new();
+        let mut name = |a: &[String], b: &str| {
+            forces.push(NamedForce { name: format!("contact:{}-{b}", a.join("+")), value: Vector::ZERO });
+        };
+        let built = |sheet: &SheetSource<'_, D>| {
+            let own = [sheet.name.to_owned()];
+            Sheet::new(sheet, names.iter().map(|body| friction.between(body, &own)).collect())
+        };
+        for sheet in sheets {
+            names.iter().for_each(|body| name(body, sheet.name));
+        }
+        let mut pairs = Vec::new();
+        for (b, second) in names.iter().enumerate() {
+            for (a, first) in names[..b].iter().enumerate() {
+                let law = friction.between(first, second);
+                if law != Friction::None {
+                    pairs.push(([a, b], law));
+                    name(first, &second.join("+"));
+                }
+            }
+        }
+        Self {
+            lattice,
+            tolerance,
+            dt: 0.0,
+            labels: sheets.iter().flat_map(|_| bodies.iter().map(|_| Labels::default())).collect(),
+            body_names: bodies.iter().map(|body| body.name.clone()).collect(),
+            locators: sheets.iter().map(|sheet| Locator::new(&sheet.facets)).collect(),
+            sheets: sheets.iter().map(built).collect(),
+            partners: Partners::default(),
+            pairwise: Pairwise::new(pairs),
+            marks: Marks::default(),
+            counts: vec![0; 1 + sheets.len()],
+            losses: vec![0.0; 2 * forces.len() + sheets.len()],
+            forces,
+        }
+    }
+
+    /// Finds out who may touch whom during the step of length `dt` [s] whose trial state (m, p̄, f) is on
+    /// the grid, and resolves the contact between bodies. One surface per sheet; their velocities are not
+    /// used yet.
+    pub fn begin_step(&mut self, grid: &mut Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>], dt: f64) {
+        self.dt = dt;
+        self.counts[0] += 1;
+        self.partners.begin(dt);
+        for (sheet, surface) in self.sheets.iter_mut().zip(surfaces) {
+            sheet.map(grid, &self.lattice, surface);
+        }
+        self.measure(grid, bodies, surfaces);
+        self.pairwise.resolve(grid, &self.lattice, bodies, &self.sheets, self.tolerance, dt);
+        let reach = self.tolerance + grid.cell;
+        for sheet in &mut self.sheets {
+            sheet.choose(grid, &mut self.partners, reach);
+        }
+    }
+
+    /// Labels and gaps of the particles around the sheets.
+    fn measure(&mut self, grid: &Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>]) {
+        self.marks.clear(grid);
+        for row in self.sheets.iter().flat_map(|sheet| &sheet.rows) {
+            self.marks.mark(grid, &self.lattice, row.node as usize);
+        }
+        for (b, body) in bodies.iter().enumerate() {
+            let near = self.marks.near(grid, &self.lattice, &body.particles.position);
+            for (s, surface) in surfaces.iter().enumerate() {
+                let band = Band { grid, lattice: &self.lattice, surface, step: self.counts[0] };
+                let labels = &mut self.labels[s * bodies.len() + b];
+                self.counts[1 + s] += band.measure(&mut self.sheets[s], body, &near, labels, &mut self.locators[s]);
+            }
+        }
+    }
+
+    /// Contact of one sheet at the end of its sub-step from `t` − `dt` to `t` [s after the start of the step]:
+    /// the forces on its nodes [N]. The supports' share is included; the membrane leaves it to them.
+    pub fn resolve(&mut self, sheet: usize, surface: &Surface<'_, D>, t: f64, dt: f64) -> &[Vector<D>] {
+        let (forces, lost) = self.sheets[sheet].resolve(surface, &mut self.partners, self.tolerance, [t, dt]);
+        self.losses[2 * self.forces.len() + sheet] += lost;
+        forces
+    }
+
+    /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
+    pub fn finish_step(&mut self, grid: &mut Grid<D>) {
+        self.partners.commit(grid);
+    }
+
+    /// Books forces and losses of the step, when p̄ and f on the grid are final.
+    pub fn account(&mut self, grid: &Grid<D>) {
+        let sheets = self.sheets.iter().flat_map(|sheet| sheet.settle(&self.partners, grid, self.dt));
+        let settled: Vec<_> = sheets.chain(self.pairwise.settle(grid, self.dt)).collect();
+        for (index, (impulse, lost)) in settled.into_iter().enumerate() {
+            self.forces[index].value = impulse / self.dt;
+            self.losses[2 * index] += lost[0];
+            self.losses[2 * index + 1] += lost[1];
+        }
+    }
+
+    /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.
+    pub fn forces(&self) -> Vec<(String, [f64; 3])> {
+        self.forces.iter().map(|force| (force.name.clone(), force.value.to3())).collect()
+    }
+
+    /// Particles found on the wrong side of each sheet since the start: `crossed:<sheet>`.
+    pub fn crossed(&self) -> Vec<(String, u64)> {
+        let count = |(sheet, &n): (&Sheet<D>, &u64)| (format!("crossed:{}", sheet.name), n);
+        self.sheets.iter().zip(&self.counts[1..]).map(count).collect()
+    }
+
+    /// What contact has dissipated since the start.
+    pub fn losses(&self) -> Losses {
+        let (pairs, mapping) = self.losses.split_at(2 * self.forces.len());
+        Losses {
+            normal: pairs.iter().step_by(2).sum(),
+            friction: pairs.iter().skip(1).step_by(2).sum(),
+            mapping: mapping.iter().sum(),
+        }
+    }
+
+    /// What a checkpoint must keep: the particles' sides, counts and losses.
+    pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let bodies = self.body_names.len();
+        for (index, labels) in self.labels.iter_mut().enumerate() {
+            let (sheet, body) = (&self.sheets[index / bodies].name, &self.body_names[index % bodies]);
+            visit(&format!("{prefix}side:{sheet}:{body}"), Column::new(&mut labels.stamps));
+        }
+        visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
+        visit(&format!("{prefix}losses"), Column::new(&mut self.losses));
+    }
+}

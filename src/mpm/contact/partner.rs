@@ -1,0 +1,89 @@
+//! The bodies' nodes that contact touches, followed through the sub-steps of the membranes.
+//!
+//! ```text
+//! p̄(t) = p⁻ + t f + Σ J      at the time t after the start of the step, J the contact impulses so far
+//! ```
+//!
+//! Mass and weights stay as they are; f is the force of everything but membranes. The sum is handed to the
+//! grid once, p ← p + ΣJ and f ← f + ΣJ/Δt, so that p⁻ = p − Δt f stays true.
+
+use crate::math::Vector;
+use crate::mpm::Grid;
+use hashbrown::HashMap;
+
+#[derive(Debug, Clone)]
+struct Partner<const D: usize> {
+    field: u32,
+    node: u32,
+    mass: f64,
+    /// p⁻ [N s].
+    momentum: Vector<D>,
+    /// f [N].
+    force: Vector<D>,
+    /// Σ J [N s].
+    impulse: Vector<D>,
+}
+
+/// All of them, in the order in which they were met.
+#[derive(Debug, Default)]
+pub(super) struct Partners<const D: usize> {
+    dt: f64,
+    list: Vec<Partner<D>>,
+    index: HashMap<(u32, u32), u32>,
+}
+
+impl<const D: usize> Partners<D> {
+    /// Forgets the last step.
+    pub fn begin(&mut self, dt: f64) {
+        self.dt = dt;
+        self.list.clear();
+        self.index.clear();
+    }
+
+    /// The number of a node of a field; a new one if it is met for the first time.
+    pub fn add(&mut self, grid: &Grid<D>, field: usize, node: usize) -> u32 {
+        let next = self.list.len() as u32;
+        let known = *self.index.entry((field as u32, node as u32)).or_insert(next);
+        if known == next {
+            let value = &grid.fields[field].nodes[node];
+            self.list.push(Partner {
+                field: field as u32,
+                node: node as u32,
+                mass: value.mass,
+                momentum: value.momentum - value.force * self.dt,
+                force: value.force,
+                impulse: Vector::ZERO,
+            });
+        }
+        known
+    }
+
+    /// Mass [kg] and trial velocity [m/s] at the time `t` [s] after the start of the step.
+    #[inline]
+    pub fn trial(&self, partner: u32, t: f64) -> (f64, Vector<D>) {
+        let p = &self.list[partner as usize];
+        (p.mass, (p.momentum + p.force * t + p.impulse) / p.mass)
+    }
+
+    /// Adds a contact impulse [N s].
+    #[inline]
+    pub fn push(&mut self, partner: u32, impulse: Vector<D>) {
+        self.list[partner as usize].impulse += impulse;
+    }
+
+    /// Hands the impulses to the grid.
+    pub fn commit(&self, grid: &mut Grid<D>) {
+        for p in &self.list {
+            let node = &mut grid.fields[p.field as usize].nodes[p.node as usize];
+            node.momentum += p.impulse;
+            node.force += p.impulse / self.dt;
+        }
+    }
+
+    /// v̂ = (p⁻ + p)/(2m), the mean of the velocities before and after the step [m/s].
+    pub fn mean_velocity(&self, partner: u32, grid: &Grid<D>, dt: f64) -> Vector<D> {
+        let p = &self.list[partner as usize];
+        let node = &grid.fields[p.field as usize].nodes[p.node as usize];
+        (node.momentum - node.force * (0.5 * dt)) / p.mass
+    }
+}

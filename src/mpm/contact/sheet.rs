@@ -1,0 +1,434 @@
+//! One membrane on the grid: the sampled map, the nodes where it may meet bodies, and the way back.
+//!
+//! ```text
+//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)      (theory 6.1)
+//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r                                                      (eq. 59)
+//! ```
+//!
+//! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
+//! are at the start of the step; sub-steps of the membrane map only momentum.
+
+use super::impulse::{self, Impulse, Touch};
+use super::nodes::{Flips, Lattice, flip};
+use super::partner::Partners;
+use super::sample::{Facet, Samples, corner_mass};
+use crate::math::Vector;
+use crate::mpm::{Friction, Grid};
+
+/// A membrane as contact first sees it.
+#[derive(Debug, Clone)]
+pub struct SheetSource<'a, const D: usize> {
+    /// Name of the membrane.
+    pub name: &'a str,
+    /// Its elements.
+    pub facets: Vec<Facet>,
+    /// Node positions in the reference state [m].
+    pub reference: &'a [Vector<D>],
+    /// Lumped mass of each node [kg].
+    pub mass: &'a [f64],
+    /// Axes along which the motion of each node is prescribed.
+    pub held: Vec<[bool; D]>,
+}
+
+/// A membrane as contact sees it during a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface<'a, const D: usize> {
+    /// Node positions [m].
+    pub position: &'a [Vector<D>],
+    /// Trial velocities v̄_K [m/s], with all forces but contact.
+    pub velocity: &'a [Vector<D>],
+    /// Velocities before the forces [m/s].
+    pub previous: &'a [Vector<D>],
+    /// Distance between the mid-surface and the face that bodies touch, per element [m]; empty: zero.
+    pub offset: &'a [f64],
+}
+
+/// A grid node that the sheet shares with bodies.
+#[derive(Debug, Clone)]
+pub(super) struct Row<const D: usize> {
+    /// Number of the grid node.
+    pub node: u32,
+    /// m_I^r [kg].
+    pub mass: f64,
+    /// Unit normal; zero where the sheet has no direction or contact may not push.
+    pub normal: Vector<D>,
+    /// Centre of mass of the sheet around the node, x̄_I^r [m].
+    pub centre: Vector<D>,
+    /// Half thickness around the node [m].
+    pub offset: f64,
+    /// p̄_I^r [N s].
+    momentum: Vector<D>,
+    /// Mean of the momentum before and after the forces [N s].
+    average: Vector<D>,
+    /// Contact impulse of this sub-step on the sheet [N s].
+    impulse: Vector<D>,
+    free: [bool; D],
+}
+
+/// A body at a row.
+#[derive(Debug, Clone)]
+pub(super) struct Pair<const D: usize> {
+    /// Gap to the particles labelled − and + [m]; infinite where there are none.
+    pub gap: [f64; 2],
+    /// Σ ± m_p N_Ip over the labelled particles: their majority decides the side.
+    pub vote: f64,
+    /// The body's node in [`Partners`]; `NONE` while it is too far.
+    partner: u32,
+    /// Σ J over the sub-steps on the body: normal part and friction [N s].
+    total: Impulse<D>,
+    /// Σ J·v̂_I^r: normal part and friction [J].
+    work: [f64; 2],
+}
+
+/// The number of an absent row or partner.
+const NONE: u32 = u32::MAX;
+
+impl<const D: usize> Default for Pair<D> {
+    fn default() -> Self {
+        Self { gap: [f64::INFINITY; 2], vote: 0.0, partner: NONE, total: Impulse::default(), work: [0.0; 2] }
+    }
+}
+
+impl<const D: usize> Pair<D> {
+    /// Side of the body, +1 where the normal points.
+    fn side(&self) -> f64 {
+        if self.vote >= 0.0 { 1.0 } else { -1.0 }
+    }
+
+    fn distance(&self) -> f64 {
+        self.gap[usize::from(self.vote >= 0.0)]
+    }
+
+    /// ±1 if the body has particles near the node, 0 if not.
+    fn present(&self) -> f64 {
+        if self.distance().is_finite() { self.side() } else { 0.0 }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    row: u32,
+    flips: Flips,
+    weight: f64,
+}
+
+/// One membrane.
+#[derive(Debug)]
+pub(super) struct Sheet<const D: usize> {
+    pub name: String,
+    pub facets: Vec<Facet>,
+    pub rows: Vec<Row<D>>,
+    /// One pair per row and field, fields running fastest.
+    pub pairs: Vec<Pair<D>>,
+    /// Friction with each field.
+    friction: Vec<Friction>,
+    held: Vec<[bool; D]>,
+    corner_mass: Vec<[f64; 4]>,
+    mass: Vec<f64>,
+    samples: Samples,
+    lookup: Vec<u32>,
+    entries: Vec<Entry>,
+    spans: Vec<(u32, u32)>,
+    forces: Vec<Vector<D>>,
+}
+
+impl<const D: usize> Sheet<D> {
+    pub fn new(source: &SheetSource<'_, D>, friction: Vec<Friction>) -> Self {
+        let held = |k: usize| source.held[k] == [true; D];
+        Self {
+            name: source.name.to_owned(),
+            corner_mass: corner_mass(&source.facets, source.reference, source.mass, held),
+            facets: source.facets.clone(),
+            forces: vec![Vector::ZERO; source.mass.len()],
+            mass: source.mass.to_vec(),
+            held: source.held.clone(),
+            friction,
+            rows: Vec::new(),
+            pairs: Vec::new(),
+            samples: Samples::default(),
+            lookup: Vec::new(),
+            entries: Vec::new(),
+            spans: Vec::new(),
+        }
+    }
+
+    /// The row of a grid node.
+    #[inline]
+    pub fn row(&self, node: usize) -> Option<usize> {
+        match self.lookup.get(node) {
+            Some(&row) if row != NONE => Some(row as usize),
+            _ => None,
+        }
+    }
+
+    /// Maps mass, area and place of the sheet to the nodes that it shares with bodies.
+    pub fn map(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, surface: &Surface<'_, D>) {
+        for row in self.rows.drain(..) {
+            self.lookup[row.node as usize] = NONE;
+        }
+        self.lookup.resize(grid.node_count(), NONE);
+        self.entries.clear();
+        self.spans.clear();
+        self.samples.lay(&self.facets, surface.position, &self.corner_mass, grid.cell);
+        let mut areas = Vec::new();
+        for q in 0..self.samples.len() {
+            self.map_sample(grid, lattice, surface, q, &mut areas);
+        }
+        self.close_rows(grid, lattice, &areas);
+        self.pairs.clear();
+        self.pairs.resize(self.rows.len() * self.friction.len(), Pair::default());
+    }
+
+    fn map_sample(
+        &mut self,
+        grid: &Grid<D>,
+        lattice: &Lattice<D>,
+        surface: &Surface<'_, D>,
+        q: usize,
+        areas: &mut Vec<f64>,
+    ) {
+        let (e, shape) = (self.samples.element[q] as usize, self.samples.shape[q]);
+        let facet = &self.facets[e];
+        let x: Vector<D> = facet.corners(surface.position).iter().zip(shape).map(|(&x, n)| x * n).sum();
+        let mass: f64 = self.samples.mass[q].iter().sum();
+        let area = facet.area(surface.position) * self.samples.share[q];
+        let offset = surface.offset.get(e).copied().unwrap_or(0.0);
+        lattice.for_each(grid, x, |node, weight, flips| {
+            if grid.fields.iter().all(|field| field.nodes[node].mass <= 0.0) {
+                return;
+            }
+            let row = &mut self.lookup[node];
+            if *row == NONE {
+                *row = self.rows.len() as u32;
+                self.rows.push(Row::at(node));
+                areas.push(0.0);
+            }
+            self.entries.push(Entry { row: *row, flips, weight });
+            areas[*row as usize] += area.norm() * weight;
+            let row = &mut self.rows[*row as usize];
+            row.mass += mass * weight;
+            row.normal += flip(area, flips) * weight;
+            row.centre += lattice.mirror(grid, x, flips) * (mass * weight);
+            row.offset += offset * mass * weight;
+        });
+        self.spans.push((q as u32, self.entries.len() as u32));
+    }
+
+    /// Turns sums into means; rows with a negligible share of the sheet get no normal and never act.
+    fn close_rows(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, areas: &[f64]) {
+        let heaviest = self.rows.iter().map(|row| row.mass).fold(0.0, f64::max);
+        for (row, area) in self.rows.iter_mut().zip(areas) {
+            row.free = lattice.free(grid, row.node as usize);
+            row.centre = row.centre / row.mass;
+            row.offset /= row.mass;
+            let normal = row.project(row.normal);
+            let clear = row.mass > LEAST * heaviest && normal.norm() > FOLDED * area;
+            row.normal = if clear { normal / normal.norm() } else { Vector::ZERO };
+        }
+    }
+
+    /// True if the sheet runs between the two fields at this grid node.
+    pub fn parts(&self, node: usize, [a, b]: [usize; 2]) -> bool {
+        let fields = self.friction.len();
+        self.row(node)
+            .is_some_and(|r| self.pairs[r * fields + a].present() * self.pairs[r * fields + b].present() < 0.0)
+    }
+
+    /// Finds, for the bodies that are close enough to touch during this step, their nodes among the partners;
+    /// drops everything else from the map.
+    pub fn choose(&mut self, grid: &Grid<D>, partners: &mut Partners<D>, reach: f64) {
+        let fields = self.friction.len();
+        for (r, row) in self.rows.iter().enumerate() {
+            for (field, pair) in self.pairs[r * fields..][..fields].iter_mut().enumerate() {
+                let meets = self.friction[field] != Friction::None && pair.distance() < reach + row.offset;
+                if meets && row.normal != Vector::ZERO {
+                    pair.partner = partners.add(grid, field, row.node as usize);
+                }
+            }
+        }
+        let acts = |row: u32| self.pairs[row as usize * fields..][..fields].iter().any(|pair| pair.partner != NONE);
+        let (mut kept, mut spans, mut start) = (Vec::new(), Vec::new(), 0);
+        for &(q, end) in &self.spans {
+            let before = kept.len();
+            kept.extend(self.entries[start as usize..end as usize].iter().filter(|entry| acts(entry.row)));
+            if kept.len() > before {
+                spans.push((q, kept.len() as u32));
+            }
+            start = end;
+        }
+        (self.entries, self.spans) = (kept, spans);
+    }
+
+    /// Contact at the time `t` [s] after the start of the step, at the end of a sub-step of length `dt` [s]:
+    /// the force on each node [N], and the energy that the map loses [J].
+    pub fn resolve(
+        &mut self,
+        surface: &Surface<'_, D>,
+        partners: &mut Partners<D>,
+        tolerance: f64,
+        [t, dt]: [f64; 2],
+    ) -> (&[Vector<D>], f64) {
+        self.forces.fill(Vector::ZERO);
+        if self.entries.is_empty() {
+            return (&self.forces, 0.0);
+        }
+        self.map_momentum(surface);
+        let work = self.push(partners, tolerance, [t, dt]);
+        self.map_back(dt);
+        let received = self.received_work(surface, dt);
+        (&self.forces, work - received)
+    }
+
+    /// p̄_I^r, and the mean with the momentum before the forces.
+    fn map_momentum(&mut self, surface: &Surface<'_, D>) {
+        for row in &mut self.rows {
+            (row.momentum, row.average, row.impulse) = (Vector::ZERO, Vector::ZERO, Vector::ZERO);
+        }
+        let mut start = 0;
+        for &(q, end) in &self.spans {
+            let nodes = self.facets[self.samples.element[q as usize] as usize].nodes;
+            let (mut momentum, mut average) = (Vector::ZERO, Vector::ZERO);
+            for (k, mass) in nodes.into_iter().zip(self.samples.mass[q as usize]) {
+                let (after, before) = (surface.velocity[k as usize], surface.previous[k as usize]);
+                momentum += after * mass;
+                average += (after + before) * (0.5 * mass);
+            }
+            for entry in &self.entries[start as usize..end as usize] {
+                let row = &mut self.rows[entry.row as usize];
+                row.momentum += flip(momentum, entry.flips) * entry.weight;
+                row.average += flip(average, entry.flips) * entry.weight;
+            }
+            start = end;
+        }
+    }
+
+    /// Solves every row; returns Σ J_r·v̂_r [J].
+    fn push(&mut self, partners: &mut Partners<D>, tolerance: f64, [t, dt]: [f64; 2]) -> f64 {
+        let fields = self.friction.len();
+        let (mut touches, mut which, mut impulses) = (Vec::new(), Vec::new(), Vec::new());
+        let mut work = 0.0;
+        for (r, row) in self.rows.iter_mut().enumerate() {
+            let pairs = &mut self.pairs[r * fields..][..fields];
+            let velocity = row.project(row.momentum) / row.mass;
+            touches.clear();
+            which.clear();
+            for (field, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.partner != NONE) {
+                let (mass, v) = partners.trial(pair.partner, t);
+                let closing = (row.project(v) - velocity).dot(row.normal) * pair.side() * dt;
+                if pair.distance() - row.offset + closing.min(0.0) <= tolerance {
+                    let (side, friction) = (pair.side(), self.friction[field]);
+                    touches.push(Touch { mass, velocity: row.project(v), side, friction });
+                    which.push(field);
+                }
+            }
+            impulse::solve(row.mass, velocity, row.normal, &touches, &mut impulses);
+            for (&field, j) in which.iter().zip(&impulses) {
+                row.impulse -= j.total();
+                partners.push(pairs[field].partner, j.total());
+            }
+            let mean = (row.project(row.average) + row.impulse * 0.5) / row.mass;
+            work += row.impulse.dot(mean);
+            for (&field, j) in which.iter().zip(&impulses) {
+                pairs[field].receive(j, mean);
+            }
+            close(row, pairs, partners, velocity, [t, dt]);
+        }
+        work
+    }
+
+    /// F_K by the adjoint of the map.
+    fn map_back(&mut self, dt: f64) {
+        let mut start = 0;
+        for &(q, end) in &self.spans {
+            let mut pull = Vector::ZERO;
+            for entry in &self.entries[start as usize..end as usize] {
+                let row = &self.rows[entry.row as usize];
+                pull += flip(row.impulse, entry.flips) * (entry.weight / row.mass);
+            }
+            start = end;
+            let nodes = self.facets[self.samples.element[q as usize] as usize].nodes;
+            for (k, mass) in nodes.into_iter().zip(self.samples.mass[q as usize]) {
+                self.forces[k as usize] += pull * (mass / dt);
+            }
+        }
+    }
+
+    /// Σ F_K·v̂_K Δt [J], prescribed components moving as prescribed.
+    fn received_work(&self, surface: &Surface<'_, D>, dt: f64) -> f64 {
+        let mut work = 0.0;
+        for (k, force) in self.forces.iter().enumerate() {
+            for axis in 0..D {
+                let gain = if self.held[k][axis] { 0.0 } else { force[axis] * dt / self.mass[k] };
+                work += force[axis] * dt * 0.5 * (surface.previous[k][axis] + surface.velocity[k][axis] + gain);
+            }
+        }
+        work
+    }
+
+    /// The impulses of the step and what was lost at the rows, field by field: Σ J on the field [N s], and
+    /// normal and friction dissipation J·(v̂_r − v̂_s) [J].
+    pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64) -> Vec<(Vector<D>, [f64; 2])> {
+        let fields = self.friction.len();
+        let mut sums = vec![(Vector::ZERO, [0.0; 2]); fields];
+        for (index, pair) in self.pairs.iter().enumerate().filter(|(_, pair)| pair.partner != NONE) {
+            let mean = partners.mean_velocity(pair.partner, grid, dt);
+            let (impulse, lost) = &mut sums[index % fields];
+            *impulse += pair.total.total();
+            lost[0] += pair.work[0] - pair.total.normal.dot(mean);
+            lost[1] += pair.work[1] - pair.total.tangent.dot(mean);
+        }
+        sums
+    }
+}
+
+/// Nodes with less than this share of the heaviest node's mass are left out.
+const LEAST: f64 = 1e-6;
+
+/// Where the vector area is less than this share of the area, the sheet is folded and has no normal.
+const FOLDED: f64 = 0.1;
+
+/// The gap after the sub-step: what it was, changed by the relative motion.
+fn close<const D: usize>(
+    row: &Row<D>,
+    pairs: &mut [Pair<D>],
+    partners: &Partners<D>,
+    velocity: Vector<D>,
+    [t, dt]: [f64; 2],
+) {
+    let after = velocity + row.impulse / row.mass;
+    for pair in pairs.iter_mut().filter(|pair| pair.partner != NONE) {
+        let (_, v) = partners.trial(pair.partner, t);
+        let opening = (row.project(v) - after).dot(row.normal) * pair.side() * dt;
+        pair.gap[usize::from(pair.vote >= 0.0)] += opening;
+    }
+}
+
+impl<const D: usize> Pair<D> {
+    fn receive(&mut self, j: &Impulse<D>, mean: Vector<D>) {
+        self.total.normal += j.normal;
+        self.total.tangent += j.tangent;
+        self.work[0] += j.normal.dot(mean);
+        self.work[1] += j.tangent.dot(mean);
+    }
+}
+
+impl<const D: usize> Row<D> {
+    fn at(node: usize) -> Self {
+        Self {
+            node: node as u32,
+            mass: 0.0,
+            normal: Vector::ZERO,
+            centre: Vector::ZERO,
+            offset: 0.0,
+            momentum: Vector::ZERO,
+            average: Vector::ZERO,
+            impulse: Vector::ZERO,
+            free: [true; D],
+        }
+    }
+
+    /// `v` without the components that contact may not push.
+    fn project(&self, v: Vector<D>) -> Vector<D> {
+        Vector::from_fn(|axis| if self.free[axis] { v[axis] } else { 0.0 })
+    }
+}
