@@ -24,6 +24,8 @@ pub use hypoelastic::Hypoelastic;
 pub use j2::J2;
 pub use neo_hookean::NeoHookean;
 pub use solid::{Increment, Point, Response, Solid};
+pub mod sheet;
+pub use sheet::{LANES, Sheet, SheetKind, SheetLanes, SheetState};
 
 use crate::math::{SymTensor, Tensor};
 use crate::registry;
@@ -142,64 +144,4 @@ impl PointBatch<'_> {
     pub fn len(&self) -> usize {
         self.mass.len()
     }
-}
-
-/// A law of thin sheets in plane stress, as the membrane elements call it.
-///
-/// Two kinds of law, told apart by [`Sheet::kind`]: rate laws see strain increments in the co-rotational
-/// frame; total laws see the right Cauchy–Green tensor of the reference configuration (theory 5.3).
-pub trait Sheet: std::fmt::Debug + Send + Sync {
-    /// Density in the reference state [kg/m³].
-    fn density(&self) -> f64;
-
-    /// Speed of in-plane waves in the reference state [m/s].
-    fn wave_speed(&self) -> f64;
-
-    /// Young-like modulus that scales the hourglass stiffness [Pa].
-    fn modulus(&self) -> f64;
-
-    /// Shear modulus [Pa].
-    fn shear_modulus(&self) -> f64;
-
-    /// Rate law or total law.
-    fn kind(&self) -> SheetKind;
-
-    /// Rate laws: adds the co-rotational stress increment for the strain increment
-    /// (D11 Δt, D22 Δt, 2 D12 Δt) to `stress` (σ11, σ22, σ12) [Pa]; returns the thickness strain D33 Δt.
-    fn rate(&self, strain: [f64; 3], stress: &mut [f64; 3]) -> f64 {
-        let _ = (strain, stress);
-        unreachable!("a total law has no rate form")
-    }
-
-    /// Total laws: second Piola–Kirchhoff stress (S11, S22, S12) [Pa], stored energy per reference volume
-    /// [J/m³] and thickness stretch λ3, for C = (C11, C22, C12) in the material axes.
-    fn total(&self, c: [f64; 3]) -> SheetState {
-        let _ = c;
-        unreachable!("a rate law has no total form")
-    }
-
-    /// True if the sheet wrinkles instead of carrying compression (theory 5.8).
-    fn wrinkles(&self) -> bool {
-        false
-    }
-}
-
-/// How a sheet law is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SheetKind {
-    /// Stress rate from strain rate in the co-rotational frame (the paper).
-    Rate,
-    /// Stress from the total deformation (hyperelastic, orthotropic fabric).
-    Total,
-}
-
-/// Answer of a total sheet law.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SheetState {
-    /// Second Piola–Kirchhoff stress S11, S22, S12 [Pa].
-    pub stress: [f64; 3],
-    /// Stored energy per reference volume [J/m³].
-    pub energy: f64,
-    /// Thickness stretch λ3.
-    pub thickness: f64,
 }

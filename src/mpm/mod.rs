@@ -16,12 +16,14 @@
 pub mod contact;
 pub mod grid;
 pub mod kernel;
+mod membrane;
 mod particles;
 mod setup;
 pub mod stencil;
 
 pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
 pub use kernel::Kernel;
+pub use membrane::{Balance, Elements, Membrane};
 pub use particles::{Body, Particles};
 pub use setup::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, StressUpdate, SupportSetup,

@@ -1,0 +1,151 @@
+//! Laws of thin sheets in plane stress, as the membrane elements call them.
+//!
+//! Two kinds of law (theory 5.3). *Rate laws* add a stress increment for a strain increment in a frame that
+//! rotates with the element: `σ̂ += C : D Δt`. *Total laws* give the stress from the right Cauchy–Green tensor
+//! of the reference configuration, `S = 2 ∂W/∂C`, and conserve energy exactly in space.
+//!
+//! Components are ordered 11, 22, 12. A sheet that wrinkles carries no compression (theory 5.8): the relaxed
+//! stress replaces the one of the flat sheet, whose history is kept.
+
+mod elastic;
+mod fabric;
+mod mooney_rivlin;
+mod neo_hookean;
+mod tension_field;
+#[cfg(test)]
+mod testing;
+
+pub use elastic::Elastic;
+pub use fabric::Fabric;
+pub use mooney_rivlin::MooneyRivlin;
+pub use neo_hookean::NeoHookean;
+pub use tension_field::principal;
+
+/// Elements that a law treats in one call.
+pub const LANES: usize = 8;
+
+crate::registry! {
+    /// A law of sheets, as a case names it.
+    pub enum SheetLaw: Sheet, tag = "law" {
+        "elastic" => Elastic,
+        "neo-hookean" => NeoHookean,
+        "mooney-rivlin" => MooneyRivlin,
+        "fabric" => Fabric,
+    }
+}
+
+/// A law of thin sheets in plane stress.
+pub trait Sheet: std::fmt::Debug + Send + Sync {
+    /// Density in the reference state [kg/m³].
+    fn density(&self) -> f64;
+
+    /// Speed of the fastest in-plane wave in the reference state [m/s].
+    fn wave_speed(&self) -> f64;
+
+    /// Young-like modulus that scales the hourglass stiffness [Pa].
+    fn modulus(&self) -> f64;
+
+    /// Shear modulus [Pa].
+    fn shear_modulus(&self) -> f64;
+
+    /// Rate law or total law.
+    fn kind(&self) -> SheetKind;
+
+    /// True if the sheet wrinkles instead of carrying compression.
+    fn wrinkles(&self) -> bool {
+        false
+    }
+
+    /// Rate laws: adds the stress increment for the strain increment (D11 Δt, D22 Δt, 2 D12 Δt) to `stress`
+    /// (σ11, σ22, σ12) [Pa]; returns the thickness strain D33 Δt.
+    fn rate(&self, strain: [f64; 3], stress: &mut [f64; 3]) -> f64 {
+        let _ = (strain, stress);
+        unreachable!("a total law has no rate form")
+    }
+
+    /// Rate laws: the stress [Pa] that a wrinkled sheet carries where the flat one would have `stress`.
+    fn carried(&self, stress: [f64; 3]) -> [f64; 3] {
+        stress
+    }
+
+    /// Total laws: the state for C = (C11, C22, C12) in the material axes, wrinkled if the law wrinkles.
+    fn total(&self, c: [f64; 3]) -> SheetState {
+        let _ = c;
+        unreachable!("a rate law has no total form")
+    }
+
+    /// Total laws: the greatest stiffness against stretching along a material axis, d(λS)/dλ [Pa]. With the
+    /// reference density it gives the speed of waves in reference lengths, which bounds the step.
+    fn stiffness(&self, c: [f64; 3]) -> f64 {
+        const STEP: f64 = 1e-4;
+        let along = |axis: usize| {
+            let force = |stretch: f64| {
+                let mut stretched = c;
+                stretched[axis] *= stretch * stretch;
+                stretch * self.total(stretched).stress[axis]
+            };
+            ((force(1.0 + STEP) - force(1.0 - STEP)) / (2.0 * STEP)).max(force(1.0))
+        };
+        along(0).max(along(1))
+    }
+
+    /// [`Sheet::rate`] for [`LANES`] elements; returns their thickness strains.
+    fn rate_lanes(&self, strain: &[[f64; LANES]; 3], stress: &mut [[f64; LANES]; 3]) -> [f64; LANES] {
+        std::array::from_fn(|k| {
+            let mut local = stress.map(|s| s[k]);
+            let thickness = self.rate(strain.map(|d| d[k]), &mut local);
+            (0..3).for_each(|i| stress[i][k] = local[i]);
+            thickness
+        })
+    }
+
+    /// [`Sheet::carried`] for [`LANES`] elements.
+    fn carried_lanes(&self, stress: &[[f64; LANES]; 3]) -> [[f64; LANES]; 3] {
+        let lanes: [[f64; 3]; LANES] = std::array::from_fn(|k| self.carried(stress.map(|s| s[k])));
+        std::array::from_fn(|i| lanes.map(|s| s[i]))
+    }
+
+    /// [`Sheet::total`] and [`Sheet::stiffness`] for [`LANES`] elements.
+    fn total_lanes(&self, c: &[[f64; LANES]; 3]) -> SheetLanes {
+        let states: [SheetState; LANES] = std::array::from_fn(|k| self.total(c.map(|component| component[k])));
+        SheetLanes {
+            stress: std::array::from_fn(|i| states.map(|s| s.stress[i])),
+            energy: states.map(|s| s.energy),
+            thickness: states.map(|s| s.thickness),
+            stiffness: std::array::from_fn(|k| self.stiffness(c.map(|component| component[k]))),
+        }
+    }
+}
+
+/// How a sheet law is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SheetKind {
+    /// Stress rate from strain rate in the co-rotational frame (the paper).
+    Rate,
+    /// Stress from the total deformation (hyperelastic, orthotropic fabric).
+    Total,
+}
+
+/// Answer of a total sheet law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SheetState {
+    /// Second Piola–Kirchhoff stress S11, S22, S12 [Pa].
+    pub stress: [f64; 3],
+    /// Stored energy per reference volume [J/m³].
+    pub energy: f64,
+    /// Thickness stretch λ3.
+    pub thickness: f64,
+}
+
+/// Answer of a total sheet law for several elements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SheetLanes {
+    /// Second Piola–Kirchhoff stress S11, S22, S12 [Pa].
+    pub stress: [[f64; LANES]; 3],
+    /// Stored energy per reference volume [J/m³].
+    pub energy: [f64; LANES],
+    /// Thickness stretch λ3.
+    pub thickness: [f64; LANES],
+    /// Greatest stiffness [Pa] of [`Sheet::stiffness`].
+    pub stiffness: [f64; LANES],
+}

@@ -1,0 +1,301 @@
+//! From a set-up to a membrane: checks, lumped masses, reference state, prestress.
+
+use super::connectivity::Elements;
+use super::element::{self, Block, Parameters, Reference};
+use super::hourglass::Hourglass;
+use super::lanes::{LANES, LaneVector, Lanes};
+use super::ledger::Books;
+use super::load::{Pressure, Supports, area_vector};
+use super::shape::{Metric, Quadrilateral, Segment, Shape, Triangle};
+use super::{Membrane, step};
+use crate::error::Diagnostic;
+use crate::material::{Sheet, SheetKind};
+use crate::math::{Signal, Vector};
+use crate::mpm::MembraneSetup;
+use bytemuck::Zeroable;
+
+impl<const D: usize> Membrane<D> {
+    /// Builds a membrane at rest under no gravity.
+    ///
+    /// # Errors
+    /// Every finding: elements with too few or unknown nodes, without area or folded over; nodes that no element uses;
+    /// a thickness that is not positive; a law without a wave speed.
+    pub fn new(setup: MembraneSetup<D>) -> Result<Self, Vec<Diagnostic>> {
+        let findings = check(&setup);
+        if !findings.is_empty() {
+            return Err(findings);
+        }
+        let elements = Elements::new(&setup.elements, setup.position.len());
+        let nodes = setup.position.len();
+        let warp = sorted_by_shape(&setup.elements, &setup.warp);
+        let pressure = Pressure::new(setup.pressure, setup.follower, &elements, &setup.position);
+        let mut membrane = Self {
+            name: setup.name,
+            reference: setup.position.clone(),
+            mass: lumped_mass(&elements, &setup.position, setup.sheet.density() * setup.thickness),
+            contact_thickness: setup.contact_thickness,
+            gravity: std::array::from_fn(|_| Signal::ZERO),
+            pressure,
+            supports: Supports::new(&setup.supports, nodes, D),
+            mass_damping: setup.damping[1],
+            parameters: parameters(&*setup.sheet, setup.hourglass, setup.damping[0]),
+            blocks: vec![Block::default(); elements.block_count()],
+            references: Vec::new(),
+            before: setup.velocity.clone(),
+            corner_force: vec![Vector::ZERO; elements.corner_nodes().len()],
+            element_force: vec![Vector::ZERO; nodes],
+            contact_force: vec![Vector::ZERO; nodes],
+            momentum_dt: 0.0,
+            books: vec![Books::zeroed()],
+            position: setup.position,
+            velocity: setup.velocity,
+            elements,
+            sheet: setup.sheet,
+        };
+        membrane.initialise(&warp, setup.thickness, setup.prestress)?;
+        Ok(membrane)
+    }
+
+    /// Thickness, prestress and the reference state of total laws; then the first energy and stable step.
+    fn initialise(&mut self, warp: &[Vector<D>], thickness: f64, prestress: [f64; 2]) -> Result<(), Vec<Diagnostic>> {
+        let natural = match self.sheet.kind() {
+            SheetKind::Rate => {
+                let stress = [prestress[0], prestress[1], 0.0].map(|s| [s; LANES]);
+                self.blocks.fill(Block { stress, thickness: [thickness; LANES], ..Block::default() });
+                if !warp.is_empty() {
+                    self.turn_prestress(warp, prestress);
+                }
+                None
+            }
+            SheetKind::Total => Some(
+                Natural::find(&*self.sheet, prestress, D == 2)
+                    .map_err(|message| vec![Diagnostic::error("prestress", message)])?,
+            ),
+        };
+        if let Some(natural) = natural {
+            let [quadrilaterals, triangles, segments] = self.elements.counts();
+            self.references.reserve(self.blocks.len());
+            let mut first = 0;
+            self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+            self.add_references::<Triangle, 3>(&mut first, triangles, warp, (thickness, natural));
+            self.add_references::<Segment, 2>(&mut first, segments, warp, (thickness, natural));
+        }
+        let sums = self.update_elements();
+        let kinetic = self.kinetic_energy();
+        let books = &mut self.books[0];
+        let strain = if self.sheet.kind() == SheetKind::Total { sums.strain } else { 0.0 };
+        (books.frequency2, books.kinetic_start) = (sums.frequency2, kinetic);
+        (books.strain, books.strain_start) = (strain, strain);
+        Ok(())
+    }
+
+    /// Reference duals of `count` elements of one shape from element `first` on.
+    fn add_references<S: Shape<N>, const N: usize>(
+        &mut self,
+        first: &mut usize,
+        count: usize,
+        warp: &[Vector<D>],
+        (thickness, natural): (f64, Natural),
+    ) {
+        for start in (0..count).step_by(LANES) {
+            let lanes = LANES.min(count - start);
+            let nodes: Vec<u32> = (0..lanes).flat_map(|k| self.elements.nodes(*first + start + k).to_vec()).collect();
+            let x: [LaneVector; N] = step::gather(&nodes, lanes, &self.reference);
+            let modes = S::modes(x, 1.0);
+            let metric = Metric::new(modes.g1, modes.g2);
+            let mut reference = Reference::default();
+            for k in 0..LANES {
+                let element = *first + start + k.min(lanes - 1);
+                let tangents = [modes.g1, modes.g2].map(|g| Vector(g.0.map(|axis| axis.0[k])));
+                let axes = material_axes(tangents, warp.get(element).map(|w| Vector(w.to3())));
+                let duals = duals(tangents, axes, natural.stretch);
+                (0..4).for_each(|i| reference.duals[i][k] = duals[i]);
+                let area = metric.det.0[k].sqrt() * S::AREA;
+                let [l1, l2, l3] = natural.stretch;
+                reference.volume[k] = area * thickness / (l1 * l2 * l3);
+                reference.thickness[k] = thickness / l3;
+            }
+            reference.bound = element::bound::<S, N>(&natural_metric(&reference), self.parameters.plane).0;
+            self.references.push(reference);
+        }
+        *first += count;
+    }
+
+    /// Rate laws keep stress in the element frame: turns a prestress along the warp into it.
+    fn turn_prestress(&mut self, warp: &[Vector<D>], prestress: [f64; 2]) {
+        for (e, warp) in warp.iter().enumerate() {
+            let x = |k: usize| Vector(self.reference[self.elements.nodes(e)[k] as usize].to3());
+            let tangents = match self.elements.nodes(e).len() {
+                4 => [x(1) - x(0) + x(2) - x(3), x(2) - x(0) + x(3) - x(1)],
+                3 => [x(1) - x(0), x(2) - x(0)],
+                _ => continue,
+            };
+            let [e1, e2] = bisector_axes(tangents);
+            let [d1, _] = material_axes(tangents, Some(Vector(warp.to3())));
+            let (c, s) = (d1.dot(e1), d1.dot(e2));
+            let [p1, p2] = prestress;
+            let stress = [p1 * c * c + p2 * s * s, p1 * s * s + p2 * c * c, (p1 - p2) * c * s];
+            let (block, lane) = self.elements.block_and_lane(e);
+            (0..3).for_each(|i| self.blocks[block].stress[i][lane] = stress[i]);
+        }
+    }
+}
+
+/// What is wrong with a set-up.
+fn check<const D: usize>(setup: &MembraneSetup<D>) -> Vec<Diagnostic> {
+    let mut findings = Vec::new();
+    let mut error = |key: &str, message: String| findings.push(Diagnostic::error(key, message));
+    if !(setup.thickness > 0.0 && setup.thickness.is_finite()) {
+        error("thickness", format!("the thickness must be positive, not {} m", setup.thickness));
+    }
+    let speed = setup.sheet.wave_speed();
+    if !(speed > 0.0 && speed.is_finite()) {
+        error("material", format!("these constants give no stable material (speed of waves {speed} m/s)"));
+    }
+    if setup.velocity.len() != setup.position.len() {
+        error("velocity", format!("{} velocities for {} nodes", setup.velocity.len(), setup.position.len()));
+    }
+    if setup.elements.is_empty() {
+        error("geometry", "the membrane has no elements".into());
+    }
+    let mut used = vec![false; setup.position.len()];
+    for (e, element) in setup.elements.iter().enumerate() {
+        match check_element(element, &setup.position) {
+            Ok(()) => element.iter().for_each(|&k| used[k as usize] = true),
+            Err(message) => error("geometry", format!("element {e} {message}")),
+        }
+    }
+    let unused = used.iter().filter(|&&used| !used).count();
+    if unused > 0 && findings.is_empty() {
+        let first = used.iter().position(|&used| !used).unwrap_or(0);
+        let message = format!("{unused} nodes belong to no element (the first is node {first})");
+        findings.push(Diagnostic::error("geometry", message).help("remove them from the mesh"));
+    }
+    findings
+}
+
+/// What is wrong with one element.
+fn check_element<const D: usize>(element: &[u32], position: &[Vector<D>]) -> Result<(), String> {
+    let allowed: &[usize] = if D == 3 { &[3, 4] } else { &[2] };
+    if !allowed.contains(&element.len()) {
+        return Err(format!("has {} nodes; {D}D membranes have elements of {allowed:?} nodes", element.len()));
+    }
+    if let Some(node) = element.iter().find(|&&k| k as usize >= position.len()) {
+        return Err(format!("names node {node}, but there are {}", position.len()));
+    }
+    if let Some(node) = element.iter().find(|&&k| !position[k as usize].is_finite()) {
+        return Err(format!("has node {node} at infinity"));
+    }
+    let size =
+        element.iter().map(|&k| (position[k as usize] - position[element[0] as usize]).norm()).fold(0.0, f64::max);
+    let area = area_vector(element, position);
+    if !(area.norm() > 1e-9 * size.powi(D as i32 - 1)) {
+        return Err("has no area".into());
+    }
+    if let [a, b, c, d] = *element {
+        // Each half of a valid quadrilateral looks the same way as the whole.
+        let halves = [[a, b, c], [b, c, d], [c, d, a], [d, a, b]];
+        if halves.iter().any(|half| area_vector(half, position).dot(area) <= 0.0) {
+            return Err("is folded over: its corners are out of order or one is re-entrant".into());
+        }
+    }
+    Ok(())
+}
+
+/// Equal shares of each element's mass for its nodes (theory 5.4).
+fn lumped_mass<const D: usize>(elements: &Elements, position: &[Vector<D>], areal_density: f64) -> Vec<f64> {
+    let share: Vec<f64> =
+        elements.iter().map(|nodes| areal_density * area_vector(nodes, position).norm() / nodes.len() as f64).collect();
+    (0..position.len()).map(|k| elements.corners(k).iter().map(|&c| share[elements.element_of(c)]).sum()).collect()
+}
+
+/// Per-element values in the order of [`Elements`].
+fn sorted_by_shape<T: Copy>(elements: &[Vec<u32>], values: &[T]) -> Vec<T> {
+    let of_size = |n: usize| elements.iter().zip(values).filter(move |(e, _)| e.len() == n).map(|(_, &value)| value);
+    [4, 3, 2].into_iter().flat_map(of_size).collect()
+}
+
+fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damping: f64) -> Parameters {
+    let (density, c) = (sheet.density(), sheet.wave_speed());
+    let hourglass = Hourglass {
+        stiffness: stiffness * sheet.modulus(),
+        viscosity: viscosity * 0.25 * density * c,
+        warping_viscosity: warping * 0.25 * density * c,
+    };
+    let plane = (sheet.modulus() / (density * c * c)).min(1.0);
+    Parameters { dt: 0.0, hourglass, damping, speed2: c * c, plane, density }
+}
+
+/// Orthonormal axes e1, e2 in the plane of two tangents, e1 along `warp` (projected) or, without it, bisecting.
+fn material_axes(tangents: [Vector<3>; 2], warp: Option<Vector<3>>) -> [Vector<3>; 2] {
+    let bisector = bisector_axes(tangents);
+    let normal = bisector[0].cross(bisector[1]);
+    match warp.and_then(|w| (w - normal * w.dot(normal)).normalized()) {
+        Some(e1) => [e1, normal.cross(e1)],
+        None => bisector,
+    }
+}
+
+/// The frame that bisects the normalised tangents (theory 5.1).
+fn bisector_axes([g1, g2]: [Vector<3>; 2]) -> [Vector<3>; 2] {
+    let (u, v) = (g1 * (1.0 / g1.norm()), g2 * (1.0 / g2.norm()));
+    let unit = |w: Vector<3>| w * (1.0 / w.norm());
+    let (alpha, beta) = (unit(u + v), unit(v - u));
+    [(alpha - beta) * std::f64::consts::FRAC_1_SQRT_2, (alpha + beta) * std::f64::consts::FRAC_1_SQRT_2]
+}
+
+/// Duals of the stress-free tangents in the material axes: the inverse of their components.
+fn duals([g1, g2]: [Vector<3>; 2], [e1, e2]: [Vector<3>; 2], [l1, l2, _]: [f64; 3]) -> [f64; 4] {
+    let [j11, j12, j21, j22] = [g1.dot(e1) / l1, g2.dot(e1) / l1, g1.dot(e2) / l2, g2.dot(e2) / l2];
+    let det = j11 * j22 - j12 * j21;
+    [j22 / det, -j12 / det, -j21 / det, j11 / det]
+}
+
+/// Metric of the stress-free tangents, from their duals: the inverse of the duals' own products.
+fn natural_metric(reference: &Reference) -> Metric {
+    let [m11, m12, m21, m22] = reference.duals.map(Lanes);
+    let (a, b, c) = (m11 * m11 + m12 * m12, m21 * m21 + m22 * m22, m11 * m21 + m12 * m22);
+    let det = Lanes::splat(1.0) / (a * b - c * c);
+    Metric { a: b * det, b: a * det, c: -c * det, det }
+}
+
+/// How far the sheet at the start is stretched from its stress-free state.
+#[derive(Clone, Copy)]
+struct Natural {
+    /// Along the material axes and through the thickness.
+    stretch: [f64; 3],
+}
+
+impl Natural {
+    /// Newton's method for the stretches λ1, λ2 with the true stress σ_i = λ_i² S_i / (λ1 λ2 λ3); in plane strain
+    /// (`plane`) λ2 stays 1.
+    fn find(sheet: &dyn Sheet, prestress: [f64; 2], plane: bool) -> Result<Self, String> {
+        let unknowns = if plane { 1 } else { 2 };
+        let residual = |[l1, l2]: [f64; 2]| {
+            let state = sheet.total([l1 * l1, l2 * l2, 0.0]);
+            let volume = l1 * l2 * state.thickness;
+            [l1 * l1 * state.stress[0] / volume - prestress[0], l2 * l2 * state.stress[1] / volume - prestress[1]]
+        };
+        let tolerance = 1e-12 * prestress[0].abs().max(prestress[1].abs());
+        let mut l = [1.0, 1.0];
+        for _ in 0..100 {
+            let r = residual(l);
+            if r[..unknowns].iter().all(|r| r.abs() <= tolerance) {
+                let thickness = sheet.total([l[0] * l[0], l[1] * l[1], 0.0]).thickness;
+                return Ok(Self { stretch: [l[0], l[1], thickness] });
+            }
+            let column = |j: usize| {
+                let (mut up, mut down) = (l, l);
+                (up[j], down[j]) = (l[j] * (1.0 + 1e-6), l[j] * (1.0 - 1e-6));
+                let (up, down) = (residual(up), residual(down));
+                [(up[0] - down[0]) / (2e-6 * l[j]), (up[1] - down[1]) / (2e-6 * l[j])]
+            };
+            let [[a11, a21], [a12, a22]] = [column(0), if plane { [0.0, 1.0] } else { column(1) }];
+            let det = a11 * a22 - a12 * a21;
+            let r1 = if plane { 0.0 } else { r[1] };
+            let steps = [(a22 * r[0] - a12 * r1) / det, (a11 * r1 - a21 * r[0]) / det];
+            (0..unknowns).for_each(|i| l[i] -= steps[i].clamp(-0.2, 0.2));
+        }
+        Err(format!("the sheet can't carry a prestress of {prestress:?} Pa"))
+    }
+}

@@ -1,0 +1,117 @@
+//! Which nodes an element has, and which element corners meet at a node.
+
+use super::lanes::LANES;
+
+/// Elements of a membrane in blocks of equal shape: quadrilaterals first, then triangles, then segments.
+#[derive(Debug, Clone)]
+pub struct Elements {
+    /// Start of each element in `nodes`; one more entry than elements.
+    offset: Vec<u32>,
+    /// Nodes, element by element: one entry per corner.
+    nodes: Vec<u32>,
+    /// Start of each node in `corners`; one more entry than nodes.
+    corner_offset: Vec<u32>,
+    /// Corners (indices into `nodes`) that meet at each node, ascending.
+    corners: Vec<u32>,
+    /// How many elements have 4, 3 and 2 nodes.
+    counts: [usize; 3],
+}
+
+impl Elements {
+    /// Sorts `elements` by shape (keeping the order within a shape) and links them to `nodes` nodes.
+    pub fn new(elements: &[Vec<u32>], node_count: usize) -> Self {
+        let of_size = |n: usize| elements.iter().filter(move |e| e.len() == n);
+        let (mut offset, mut nodes) = (vec![0], Vec::new());
+        for element in [4, 3, 2].into_iter().flat_map(of_size) {
+            nodes.extend_from_slice(element);
+            offset.push(nodes.len() as u32);
+        }
+        let (corner_offset, corners) = meeting_corners(&nodes, node_count);
+        Self { offset, nodes, corner_offset, corners, counts: [4, 3, 2].map(|n| of_size(n).count()) }
+    }
+
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.offset.len() - 1
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Nodes of element `e`.
+    #[inline(always)]
+    pub fn nodes(&self, e: usize) -> &[u32] {
+        &self.nodes[self.offset[e] as usize..self.offset[e + 1] as usize]
+    }
+
+    /// The elements in order, each as its nodes.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.len()).map(|e| self.nodes(e))
+    }
+
+    /// Nodes of all elements in a row, element by element.
+    pub(super) fn corner_nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Corners that meet at `node`, ascending.
+    #[inline(always)]
+    pub(super) fn corners(&self, node: usize) -> &[u32] {
+        &self.corners[self.corner_offset[node] as usize..self.corner_offset[node + 1] as usize]
+    }
+
+    /// The element that a corner belongs to.
+    #[inline(always)]
+    pub(super) fn element_of(&self, corner: u32) -> usize {
+        let ([quadrilaterals, triangles, _], corner) = (self.counts, corner as usize);
+        if corner < 4 * quadrilaterals {
+            corner / 4
+        } else if corner < 4 * quadrilaterals + 3 * triangles {
+            quadrilaterals + (corner - 4 * quadrilaterals) / 3
+        } else {
+            quadrilaterals + triangles + (corner - 4 * quadrilaterals - 3 * triangles) / 2
+        }
+    }
+
+    /// The block of an element and its lane there; every shape begins a new block.
+    #[inline(always)]
+    pub(super) fn block_and_lane(&self, element: usize) -> (usize, usize) {
+        let (mut block, mut local) = (0, element);
+        for count in self.counts {
+            if local < count {
+                return (block + local / LANES, local % LANES);
+            }
+            (block, local) = (block + count.div_ceil(LANES), local - count);
+        }
+        (block, local)
+    }
+
+    /// Number of blocks.
+    pub(super) fn block_count(&self) -> usize {
+        self.counts.iter().map(|count| count.div_ceil(LANES)).sum()
+    }
+
+    /// How many quadrilaterals, triangles and segments.
+    pub(super) fn counts(&self) -> [usize; 3] {
+        self.counts
+    }
+}
+
+/// Counting sort of the corners by node.
+fn meeting_corners(nodes: &[u32], node_count: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut offset = vec![0u32; node_count + 1];
+    for &node in nodes {
+        offset[node as usize + 1] += 1;
+    }
+    for node in 0..node_count {
+        offset[node + 1] += offset[node];
+    }
+    let (mut next, mut corners) = (offset.clone(), vec![0u32; nodes.len()]);
+    for (corner, &node) in nodes.iter().enumerate() {
+        corners[next[node as usize] as usize] = corner as u32;
+        next[node as usize] += 1;
+    }
+    (offset, corners)
+}

@@ -1,0 +1,293 @@
+//! The element kernels: strain, stress and nodal forces of a block of elements.
+//!
+//! Everything follows from the metric of the two tangents g₁, g₂. With contravariant components Tᵅᵝ of the stress
+//! on the tangents, an element of volume V resists with (theory 5.4; Lian, Liu & Zhang 2014, eqs. 42–45)
+//!
+//! ```text
+//! f_K = Σ_α p_αK P_α,    P₁ = V (T¹¹ g₁ + T¹² g₂),    P₂ = V (T¹² g₁ + T²² g₂)
+//! ```
+//!
+//! *Rate form* (5.3): the strain increment D Δt = ½ Δ(g_α·g_β), taken at mid-step where it is exact, in the orthonormal
+//! frame that bisects the normalised tangents (paper eqs. 32–38 with normalised tangents); stress history in that frame.
+//! *Total form*: C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
+//! axes; no frame is needed.
+
+use super::hourglass::{Hourglass, Surroundings};
+use super::lanes::{LANES, LaneVector, Lanes};
+use super::shape::{Metric, Modes, Shape};
+use crate::material::{Sheet, SheetKind};
+use bytemuck::{Pod, Zeroable};
+
+/// History of a block of elements.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Block {
+    /// Stress 11, 22, 12 of the flat sheet [Pa]: Cauchy in the co-rotational frame (rate laws),
+    /// second Piola–Kirchhoff in the material axes (total laws).
+    pub stress: [[f64; LANES]; 3],
+    /// Thickness [m].
+    pub thickness: [f64; LANES],
+    /// Hourglass force on the tangents [N/m] and the normal [N].
+    pub hourglass: [[f64; LANES]; 3],
+    /// Work taken up by the hourglass control since the start [J].
+    pub hourglass_work: [f64; LANES],
+}
+
+/// Reference state of a block of elements.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reference {
+    /// Duals of the reference tangents in the material axes, g¹₁ g¹₂ g²₁ g²₂ [1/m].
+    pub duals: [[f64; LANES]; 4],
+    /// Volume [m³].
+    pub volume: [f64; LANES],
+    /// Thickness in the stress-free state [m].
+    pub thickness: [f64; LANES],
+    /// n Σ |∇N_K|²-like bound of the stable step: ω² = stiffness/ρ · bound [1/m²].
+    pub bound: [f64; LANES],
+}
+
+/// What all elements of a membrane share.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameters {
+    /// The step that led here, Δt^{n−½} [s].
+    pub dt: f64,
+    /// Hourglass control.
+    pub hourglass: Hourglass,
+    /// Stiffness-proportional damping time over Δt.
+    pub damping: f64,
+    /// Square of the in-plane wave speed [m²/s²].
+    pub speed2: f64,
+    /// 1 − ν², from Young's modulus over the plane-stress modulus.
+    pub plane: f64,
+    /// Density [kg/m³].
+    pub density: f64,
+}
+
+/// Sums over elements of one step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sums {
+    /// Strain energy: increment (rate laws) or value (total laws) [J].
+    pub strain: f64,
+    /// Work taken up by the hourglass control [J].
+    pub hourglass: f64,
+    /// Energy lost to stiffness-proportional damping [J].
+    pub damping: f64,
+    /// Greatest ω² of an element [1/s²].
+    pub frequency2: f64,
+}
+
+impl Sums {
+    /// Adds the sums of further elements.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            strain: self.strain + other.strain,
+            hourglass: self.hourglass + other.hourglass,
+            damping: self.damping + other.damping,
+            frequency2: greater(self.frequency2, other.frequency2),
+        }
+    }
+}
+
+/// The greater of two numbers; NaN wins, so that it is noticed.
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if b <= a || a.is_nan() { a } else { b }
+}
+
+/// Stress of a block, ready for the forces.
+struct Stressed {
+    /// V T¹¹, V T²², V T¹² on the current tangents.
+    tension: [Lanes; 3],
+    /// Volume for the hourglass control [m³].
+    volume: Lanes,
+    /// Strain energy and damping loss, as in [`Sums`], per element.
+    strain: Lanes,
+    /// Damping loss [J].
+    damping: Lanes,
+    /// ω² of the element [1/s²].
+    frequency2: Lanes,
+}
+
+/// Updates `count` elements of a block with nodes at `x` moving with `v`; returns their nodal forces and sums.
+#[inline(always)]
+pub fn update<S: Shape<N>, const N: usize>(
+    (x, v): ([LaneVector; N], [LaneVector; N]),
+    parameters: &Parameters,
+    sheet: &dyn Sheet,
+    (block, reference): (&mut Block, &Reference),
+    count: usize,
+) -> ([LaneVector; N], Sums) {
+    let (now, rate) = (S::modes(x, 1.0), S::modes(v, 0.0));
+    let metric = Metric::new(now.g1, now.g2);
+    let stressed = match sheet.kind() {
+        SheetKind::Rate => rate_form::<S, N>((&now, &rate, &metric), parameters, sheet, block),
+        SheetKind::Total => total_form((&now, &rate, &metric), parameters, sheet, (block, reference)),
+    };
+    let [t11, t22, t12] = stressed.tension;
+    let (mut p, mut r) = (now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22);
+    let (mut h, mut hourglass) = (LaneVector::ZERO, 0.0);
+    if S::HOURGLASS {
+        let area = metric.det.sqrt() * S::AREA;
+        let surroundings =
+            Surroundings { now: &now, rate: &rate, metric: &metric, area, volume: stressed.volume, tension: t11 + t22 };
+        let mut q = block.hourglass.map(Lanes);
+        let force = parameters.hourglass.resist(&surroundings, &mut q, parameters.dt);
+        (p, r, h) = (p + force.p, r + force.r, force.h);
+        block.hourglass = q.map(|q| q.0);
+        block.hourglass_work = (Lanes(block.hourglass_work) + force.work).0;
+        hourglass = force.work.sum(count);
+    }
+    let sums = Sums {
+        strain: stressed.strain.sum(count),
+        hourglass,
+        damping: stressed.damping.sum(count),
+        frequency2: stressed.frequency2.0.into_iter().fold(0.0, greater),
+    };
+    (S::spread(-p, -r, -h), sums)
+}
+
+/// Half the change of the metric over the step, at mid-step: the covariant strain increment.
+#[inline(always)]
+fn strain_increment(now: &Modes, rate: &Modes, dt: f64) -> (Metric, [Lanes; 3]) {
+    let (u1, u2) = (rate.g1 * dt, rate.g2 * dt);
+    let (m1, m2) = (now.g1 - u1 * 0.5, now.g2 - u2 * 0.5);
+    (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
+}
+
+/// The orthonormal frame that bisects the normalised tangents, by its components on the metric.
+///
+/// With the angle φ between the tangents, g₁ = |g₁| (C, S) and g₂ = |g₂| (S, C), where 2 C² = 1 + sin φ,
+/// 2 S² = 1 − sin φ, 2 C S = cos φ.
+struct Frame {
+    cc: Lanes,
+    ss: Lanes,
+    cs: Lanes,
+    /// 1/(|g₁| sin φ)², 1/(|g₂| sin φ)² and their geometric mean.
+    scale: [Lanes; 3],
+}
+
+impl Frame {
+    #[inline(always)]
+    fn new(m: &Metric) -> Self {
+        let lengths = (m.a * m.b).sqrt();
+        let half = Lanes::splat(0.5) / lengths;
+        let (sin, cos) = (m.det.sqrt() * half, m.c * half);
+        let inverse = Lanes::splat(1.0) / m.det;
+        Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
+    }
+
+    /// Covariant components to the frame.
+    #[inline(always)]
+    fn local(&self, [e11, e22, e12]: [Lanes; 3]) -> [Lanes; 3] {
+        let (e11, e22, e12) = (e11 * self.scale[0], e22 * self.scale[1], e12 * self.scale[2]);
+        let cross = self.cs * e12 * 2.0;
+        [self.cc * e11 + self.ss * e22 - cross, self.ss * e11 + self.cc * e22 - cross, e12 - self.cs * (e11 + e22)]
+    }
+
+    /// From the frame to contravariant components.
+    #[inline(always)]
+    fn contravariant(&self, [s11, s22, s12]: [Lanes; 3]) -> [Lanes; 3] {
+        let cross = self.cs * s12 * 2.0;
+        [
+            (self.cc * s11 + self.ss * s22 - cross) * self.scale[0],
+            (self.ss * s11 + self.cc * s22 - cross) * self.scale[1],
+            (s12 - self.cs * (s11 + s22)) * self.scale[2],
+        ]
+    }
+}
+
+/// s : d with d12 counted twice.
+#[inline(always)]
+fn contract(s: [Lanes; 3], d: [Lanes; 3]) -> Lanes {
+    s[0] * d[0] + s[1] * d[1] + s[2] * d[2] * 2.0
+}
+
+#[inline(always)]
+fn rate_form<S: Shape<N>, const N: usize>(
+    (now, rate, metric): (&Modes, &Modes, &Metric),
+    parameters: &Parameters,
+    sheet: &dyn Sheet,
+    block: &mut Block,
+) -> Stressed {
+    let (middle, increment) = strain_increment(now, rate, parameters.dt);
+    let d = Frame::new(&middle).local(increment);
+    let (old, old_thickness) = (block.stress, Lanes(block.thickness));
+    let d33 = Lanes(sheet.rate_lanes(&[d[0].0, d[1].0, (d[2] * 2.0).0], &mut block.stress));
+    // (2 + D33 Δt)/(2 − D33 Δt) is exp(D33 Δt) as the mid-point rule has it.
+    let thickness = old_thickness * (d33 + 2.0) / (-d33 + 2.0);
+    block.thickness = thickness.0;
+
+    let (before, carried) = if sheet.wrinkles() {
+        (sheet.carried_lanes(&old), sheet.carried_lanes(&block.stress))
+    } else {
+        (old, block.stress)
+    };
+    let (before, carried) = (before.map(Lanes), carried.map(Lanes));
+    let (old, trial) = (old.map(Lanes), block.stress.map(Lanes));
+    let viscous: [Lanes; 3] = std::array::from_fn(|i| (trial[i] - old[i]) * parameters.damping);
+    let used = std::array::from_fn(|i| carried[i] + viscous[i]);
+    let mean = std::array::from_fn(|i| (before[i] + carried[i]) * 0.5);
+    let middle_volume = middle.det.sqrt() * (old_thickness + thickness) * (0.5 * S::AREA);
+    let volume = metric.det.sqrt() * thickness * S::AREA;
+    Stressed {
+        tension: Frame::new(metric).contravariant(used).map(|t| t * volume),
+        volume,
+        strain: middle_volume * contract(mean, d),
+        damping: middle_volume * contract(viscous, d),
+        frequency2: bound::<S, N>(metric, parameters.plane) * parameters.speed2,
+    }
+}
+
+#[inline(always)]
+fn total_form(
+    (now, rate, metric): (&Modes, &Modes, &Metric),
+    parameters: &Parameters,
+    sheet: &dyn Sheet,
+    (block, reference): (&mut Block, &Reference),
+) -> Stressed {
+    let [m11, m12, m21, m22] = reference.duals.map(Lanes);
+    let volume = Lanes(reference.volume);
+    // Mᵀ g M: covariant components to the material axes.
+    let material = |[a, b, c]: [Lanes; 3]| {
+        [
+            m11 * m11 * a + m21 * m21 * b + m11 * m21 * c * 2.0,
+            m12 * m12 * a + m22 * m22 * b + m12 * m22 * c * 2.0,
+            m11 * m12 * a + m21 * m22 * b + (m11 * m22 + m12 * m21) * c,
+        ]
+    };
+    let state = sheet.total_lanes(&material([metric.a, metric.b, metric.c]).map(|c| c.0));
+    let (old, elastic) = (block.stress.map(Lanes), state.stress.map(Lanes));
+    block.stress = state.stress;
+    block.thickness = (Lanes(reference.thickness) * Lanes(state.thickness)).0;
+    let viscous: [Lanes; 3] = std::array::from_fn(|i| (elastic[i] - old[i]) * parameters.damping);
+    let [s11, s22, s12]: [Lanes; 3] = std::array::from_fn(|i| elastic[i] + viscous[i]);
+    let damping = if parameters.damping > 0.0 {
+        let (_, increment) = strain_increment(now, rate, parameters.dt);
+        volume * contract(viscous, material(increment))
+    } else {
+        Lanes::splat(0.0)
+    };
+    // M S Mᵀ: material axes to contravariant components.
+    let tension = [
+        m11 * m11 * s11 + m12 * m12 * s22 + m11 * m12 * s12 * 2.0,
+        m21 * m21 * s11 + m22 * m22 * s22 + m21 * m22 * s12 * 2.0,
+        m11 * m21 * s11 + m12 * m22 * s22 + (m11 * m22 + m12 * m21) * s12,
+    ];
+    Stressed {
+        tension: tension.map(|t| t * volume),
+        volume,
+        strain: volume * Lanes(state.energy),
+        damping,
+        frequency2: Lanes(reference.bound) * Lanes(state.stiffness) * (1.0 / parameters.density),
+    }
+}
+
+/// Bound of the element's greatest frequency (theory 5.7, sharpened): ω² = c² n μ, where
+/// μ = ½ t + √(¼ t² − (1 − ν²) d) is the greatest eigenvalue of the strain modes, with the trace t and the
+/// determinant d of Σ_K ∇N_K ⊗ ∇N_K. For a square of side s it gives Δt = 2/ω = s / (c √(1 + ν)).
+#[inline(always)]
+pub fn bound<S: Shape<N>, const N: usize>(metric: &Metric, plane: f64) -> Lanes {
+    let [trace, determinant] = S::gram(metric);
+    let half = trace * 0.5;
+    (half + (half * half - determinant * plane).max(0.0).sqrt()) * N as f64
+}

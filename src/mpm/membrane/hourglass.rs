@@ -1,0 +1,85 @@
+//! Flanagan–Belytschko hourglass control of the quadrilateral (theory 5.6).
+//!
+//! One quadrature point doesn't see the hourglass mode. Its shape vector γ_K = h_K − Σ_α p_αK (gᵅ·h·x) is orthogonal to
+//! rigid motion and constant strain; with q̇ = Σ γ_K v_K and the current volume V
+//!
+//! ```text
+//! in plane       Q̇ = r_m E V ⅛ Σ_K |∇N_K|² q̇  +  r_v ¼ ρ c V / √A q̇        ⅛ Σ |∇N_K|² = ½ (|g¹|² + |g²|²)
+//! out of plane   Q = k_W n·Σ γ_K x_K  +  r_w ¼ ρ c V / √A n·q̇,            k_W = ⅓ V (T¹¹ + T²²)₊
+//! f_K = −γ_K Q
+//! ```
+//!
+//! k_W is the geometric stiffness of the bilinear element in this mode under the stress T, exact for parallelograms.
+//! The in-plane Q is kept by its components on the tangents, which move with the element.
+
+use super::lanes::{LaneVector, Lanes};
+use super::shape::{Metric, Modes};
+
+/// Coefficients of one membrane.
+#[derive(Debug, Clone, Copy)]
+pub struct Hourglass {
+    /// r_m E [Pa].
+    pub stiffness: f64,
+    /// r_v ¼ ρ c [Pa s/m].
+    pub viscosity: f64,
+    /// r_w ¼ ρ c [Pa s/m].
+    pub warping_viscosity: f64,
+}
+
+/// What the rest of the element knows.
+pub struct Surroundings<'a> {
+    /// Tangents and hourglass mode of the positions.
+    pub now: &'a Modes,
+    /// The same of the velocities.
+    pub rate: &'a Modes,
+    /// Metric of the tangents.
+    pub metric: &'a Metric,
+    /// Area [m²].
+    pub area: Lanes,
+    /// Volume of the element [m³].
+    pub volume: Lanes,
+    /// V (T¹¹ + T²²) on the tangents [J/m²].
+    pub tension: Lanes,
+}
+
+/// Resultants of the hourglass force on the patterns of g₁, g₂ and h, and the work done since the last step.
+pub struct HourglassForce {
+    /// On the pattern of g₁ [N].
+    pub p: LaneVector,
+    /// On the pattern of g₂ [N].
+    pub r: LaneVector,
+    /// On the hourglass pattern [N].
+    pub h: LaneVector,
+    /// Work taken up: elastic energy stored and viscous energy lost [J].
+    pub work: Lanes,
+}
+
+impl Hourglass {
+    /// Advances the hourglass force `q` (on g₁, g₂ and n) by `dt` and returns the resisting force.
+    #[inline(always)]
+    pub fn resist(&self, s: &Surroundings<'_>, q: &mut [Lanes; 3], dt: f64) -> HourglassForce {
+        let (m, g1, g2) = (s.metric, s.now.g1, s.now.g2);
+        let n = g1.cross(g2) * (Lanes::splat(1.0) / m.det.sqrt());
+        // Components of h·x and q̇ on the duals g¹ = (b g₁ − c g₂)/det, g² = (a g₂ − c g₁)/det.
+        let on_duals = |v: LaneVector| {
+            let (v1, v2) = (v.dot(g1), v.dot(g2));
+            [(m.b * v1 - m.c * v2) / m.det, (m.a * v2 - m.c * v1) / m.det]
+        };
+        let [x1, x2] = on_duals(s.now.h);
+        let qdot = s.rate.h - s.rate.g1 * x1 - s.rate.g2 * x2;
+        let ([q1, q2], qn) = (on_duals(qdot), qdot.dot(n));
+
+        let stiffness = s.volume * (m.a + m.b) * (0.5 * self.stiffness) / m.det;
+        let warping = (s.tension * (1.0 / 3.0)).max(0.0);
+        let old = *q;
+        *q = [q[0] + stiffness * q1 * dt, q[1] + stiffness * q2 * dt, warping * s.now.h.dot(n)];
+
+        let damping = s.volume / s.area.sqrt();
+        let viscous =
+            qdot * (damping * self.viscosity) + n * (qn * damping * (self.warping_viscosity - self.viscosity));
+        let vector = |q: &[Lanes; 3]| g1 * q[0] + g2 * q[1] + n * q[2];
+        let h = vector(q) + viscous;
+        let mean = (vector(&old) + vector(q)) * 0.5;
+        HourglassForce { p: -(h * x1), r: -(h * x2), h, work: (mean + viscous).dot(qdot) * dt }
+    }
+}

@@ -1,0 +1,136 @@
+//! What outputs and checkpoints see of a membrane.
+
+use super::Membrane;
+use super::element::Block;
+use super::ledger::Books;
+use crate::material::{SheetKind, sheet::principal};
+use crate::math::Vector;
+use crate::simulation::{Column, ColumnData, Field, SurfaceSet};
+use std::borrow::Cow;
+
+impl<const D: usize> Membrane<D> {
+    /// Every array that a checkpoint stores, named `prefix` + name.
+    pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        visit(&format!("{prefix}position"), Column::new(&mut self.position));
+        visit(&format!("{prefix}velocity"), Column::new(&mut self.velocity));
+        visit(&format!("{prefix}elements"), Column::new(&mut self.blocks));
+        visit(&format!("{prefix}books"), Column::new(&mut self.books));
+    }
+
+    /// Nodes, elements and fields for outputs.
+    pub fn surface_set(&self) -> SurfaceSet<'_> {
+        SurfaceSet {
+            name: &self.name,
+            position: padded(&self.position),
+            reference: padded(&self.reference),
+            elements: self.elements.iter().collect(),
+            node_fields: vec![
+                Field::computed("velocity", "m/s", 3, || flat(self.velocity.iter().copied())),
+                Field::computed("displacement", "m", 3, || {
+                    flat(self.position.iter().zip(&self.reference).map(|(&x, &reference)| x - reference))
+                }),
+            ],
+            element_fields: vec![
+                self.element_field("thickness", "m", |e| self.thickness(e)),
+                self.element_field("stress 1", "Pa", |e| self.principal_stress(e)[0]),
+                self.element_field("stress 2", "Pa", |e| self.principal_stress(e)[1]),
+                self.element_field("resultant", "N/m", |e| self.principal_stress(e)[0] * self.thickness(e)),
+                self.element_field("wrinkling", "", |e| self.wrinkle_state(e)),
+                self.element_field("hourglass energy", "J", |e| self.hourglass_work(e)),
+            ],
+        }
+    }
+
+    /// Principal values of the true stress that an element carries [Pa], the greater first.
+    pub fn principal_stress(&self, element: usize) -> [f64; 2] {
+        let (block, lane) = self.elements.block_and_lane(element);
+        let stress = self.blocks[block].stress.map(|s| s[lane]);
+        if self.sheet.kind() == SheetKind::Rate {
+            return principal(self.sheet.carried(stress)).0;
+        }
+        // σ = F S Fᵀ / J has the eigenvalues of C S / J.
+        let reference = &self.references[block];
+        let [c11, c22, c12] = self.right_cauchy_green(element);
+        let (det, stretch) = (c11 * c22 - c12 * c12, self.thickness(element) / reference.thickness[lane]);
+        let [s11, s22, s12] = stress;
+        let mean = 0.5 * (c11 * s11 + c22 * s22 + 2.0 * c12 * s12);
+        let radius = (mean * mean - det * (s11 * s22 - s12 * s12)).max(0.0).sqrt();
+        [mean + radius, mean - radius].map(|s| s / (det.sqrt() * stretch))
+    }
+
+    /// 0 taut, 1 wrinkled, 2 slack.
+    fn wrinkle_state(&self, element: usize) -> f64 {
+        let [s1, s2] = self.principal_stress(element);
+        let small = 1e-12 * self.sheet.modulus();
+        match self.sheet.wrinkles() {
+            true if s1 <= small => 2.0,
+            true if s2 <= small => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Work taken up by the hourglass control of an element [J].
+    fn hourglass_work(&self, element: usize) -> f64 {
+        let (block, lane) = self.elements.block_and_lane(element);
+        self.blocks[block].hourglass_work[lane]
+    }
+
+    /// C11, C22, C12 of an element in the material axes (total laws).
+    fn right_cauchy_green(&self, element: usize) -> [f64; 3] {
+        let nodes = self.elements.nodes(element);
+        let x = |k: usize| Vector(self.position[nodes[k] as usize].to3());
+        let [g1, g2] = match nodes.len() {
+            4 => [x(1) - x(0) + x(2) - x(3), x(2) - x(0) + x(3) - x(1)],
+            3 => [x(1) - x(0), x(2) - x(0)],
+            _ => [x(1) - x(0), Vector::unit(2)],
+        };
+        let (block, lane) = self.elements.block_and_lane(element);
+        let [m11, m12, m21, m22] = self.references[block].duals.map(|m| m[lane]);
+        let (f1, f2) = (g1 * m11 + g2 * m21, g1 * m12 + g2 * m22);
+        [f1.dot(f1), f2.dot(f2), f1.dot(f2)]
+    }
+
+    fn element_field<'a>(
+        &'a self,
+        name: &'static str,
+        unit: &'static str,
+        value: impl Fn(usize) -> f64 + 'a,
+    ) -> Field<'a> {
+        Field::computed(name, unit, 1, move || (0..self.elements.len()).map(&value).collect())
+    }
+}
+
+/// Vectors with three components, borrowed where they already have them.
+fn padded<const D: usize>(vectors: &[Vector<D>]) -> Cow<'_, [[f64; 3]]> {
+    if D == 3 { Cow::Borrowed(bytemuck::cast_slice(vectors)) } else { vectors.iter().map(|v| v.to3()).collect() }
+}
+
+/// Vectors as numbers, three each.
+fn flat<const D: usize>(vectors: impl Iterator<Item = Vector<D>>) -> Vec<f64> {
+    vectors.flat_map(Vector::to3).collect()
+}
+
+macro_rules! column_of_numbers {
+    ([$($generic:tt)*] $T:ty) => {
+        impl<$($generic)*> ColumnData for Vec<$T> {
+            fn kind(&self) -> &'static str {
+                "f64"
+            }
+            fn number_size(&self) -> usize {
+                size_of::<f64>()
+            }
+            fn bytes(&self) -> &[u8] {
+                bytemuck::cast_slice(self)
+            }
+            fn replace(&mut self, bytes: &[u8]) -> bool {
+                if bytes.len() != size_of::<$T>() * self.len() {
+                    return false;
+                }
+                bytemuck::cast_slice_mut::<$T, u8>(self).copy_from_slice(bytes);
+                true
+            }
+        }
+    };
+}
+column_of_numbers!([] Block);
+column_of_numbers!([const D: usize] Books<D>);

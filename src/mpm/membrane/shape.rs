@@ -1,0 +1,136 @@
+//! Element shapes: two tangents of the surface, and what a stress resultant along them does to the nodes.
+//!
+//! All shapes speak the same language. With the tangents g₁, g₂ of an element and their duals g¹, g²
+//! (gᵅ·g_β = δ), the gradient of the shape function of node K at the centre is ∇N_K = Σ_α p_αK gᵅ with
+//! constant patterns p. A quadrilateral with nodes 1-2-3-4 has (theory 5.1, with γ_K its hourglass pattern)
+//!
+//! ```text
+//! g₁ = χ = x₂ − x₁ + x₃ − x₄     p₁ = ξ_K = (−1, 1, 1, −1)
+//! g₂ = ψ = x₃ − x₁ + x₄ − x₂     p₂ = η_K = (−1, −1, 1, 1)      h_K = (1, −1, 1, −1)
+//! ```
+
+use super::lanes::{LaneVector, Lanes};
+
+/// Tangents of the elements of a block, and the hourglass mode h·x of quadrilaterals (zero for others).
+#[derive(Clone, Copy)]
+pub struct Modes {
+    /// First tangent.
+    pub g1: LaneVector,
+    /// Second tangent.
+    pub g2: LaneVector,
+    /// Hourglass mode Σ h_K x_K.
+    pub h: LaneVector,
+}
+
+/// A kind of element.
+pub trait Shape<const N: usize> {
+    /// Area [m²] (2D: length [m]) over |g₁ × g₂|.
+    const AREA: f64;
+    /// True for shapes with an hourglass mode.
+    const HOURGLASS: bool;
+
+    /// Tangents and hourglass mode of nodal vectors: positions or velocities.
+    /// `depth` is the tangent along the depth of a plane problem: the unit vector for positions, zero for velocities.
+    fn modes(x: [LaneVector; N], depth: f64) -> Modes;
+
+    /// Nodal vectors of resultants `p` on g₁'s pattern, `r` on g₂'s and `h` on the hourglass pattern.
+    fn spread(p: LaneVector, r: LaneVector, h: LaneVector) -> [LaneVector; N];
+
+    /// Trace and determinant of Σ_K ∇N_K ⊗ ∇N_K from the metric.
+    fn gram(m: &Metric) -> [Lanes; 2];
+}
+
+/// The metric g_αβ = g_α·g_β and its determinant.
+#[derive(Clone, Copy)]
+pub struct Metric {
+    /// g₁·g₁.
+    pub a: Lanes,
+    /// g₂·g₂.
+    pub b: Lanes,
+    /// g₁·g₂.
+    pub c: Lanes,
+    /// ab − c² = |g₁ × g₂|².
+    pub det: Lanes,
+}
+
+impl Metric {
+    /// Of two tangents.
+    #[inline(always)]
+    pub fn new(g1: LaneVector, g2: LaneVector) -> Self {
+        let (a, b, c) = (g1.dot(g1), g2.dot(g2), g1.dot(g2));
+        Self { a, b, c, det: a * b - c * c }
+    }
+}
+
+/// Four nodes, one quadrature point.
+pub struct Quadrilateral;
+
+impl Shape<4> for Quadrilateral {
+    const AREA: f64 = 0.25;
+    const HOURGLASS: bool = true;
+
+    #[inline(always)]
+    fn modes([x1, x2, x3, x4]: [LaneVector; 4], _depth: f64) -> Modes {
+        let (r31, r42) = (x3 - x1, x4 - x2);
+        Modes { g1: r31 - r42, g2: r31 + r42, h: (x1 - x2) + (x3 - x4) }
+    }
+
+    #[inline(always)]
+    fn spread(p: LaneVector, r: LaneVector, h: LaneVector) -> [LaneVector; 4] {
+        let (sum, difference) = (p + r, p - r);
+        [h - sum, difference - h, sum + h, -(difference + h)]
+    }
+
+    #[inline(always)]
+    fn gram(m: &Metric) -> [Lanes; 2] {
+        [(m.a + m.b) * 4.0 / m.det, Lanes::splat(16.0) / m.det]
+    }
+}
+
+/// Three nodes, constant strain.
+pub struct Triangle;
+
+impl Shape<3> for Triangle {
+    const AREA: f64 = 0.5;
+    const HOURGLASS: bool = false;
+
+    #[inline(always)]
+    fn modes([x1, x2, x3]: [LaneVector; 3], _depth: f64) -> Modes {
+        Modes { g1: x2 - x1, g2: x3 - x1, h: LaneVector::ZERO }
+    }
+
+    #[inline(always)]
+    fn spread(p: LaneVector, r: LaneVector, _h: LaneVector) -> [LaneVector; 3] {
+        [-(p + r), p, r]
+    }
+
+    #[inline(always)]
+    fn gram(m: &Metric) -> [Lanes; 2] {
+        [(m.a + m.b - m.c) * 2.0 / m.det, Lanes::splat(3.0) / m.det]
+    }
+}
+
+/// Two nodes, unit width along z: the membrane of a plane-strain problem.
+/// Its normal is the tangent × z: outward for a loop that runs counter-clockwise.
+pub struct Segment;
+
+impl Shape<2> for Segment {
+    const AREA: f64 = 1.0;
+    const HOURGLASS: bool = false;
+
+    #[inline(always)]
+    fn modes([x1, x2]: [LaneVector; 2], depth: f64) -> Modes {
+        let zero = Lanes::splat(0.0);
+        Modes { g1: x2 - x1, g2: LaneVector([zero, zero, Lanes::splat(depth)]), h: LaneVector::ZERO }
+    }
+
+    #[inline(always)]
+    fn spread(p: LaneVector, _r: LaneVector, _h: LaneVector) -> [LaneVector; 2] {
+        [-p, p]
+    }
+
+    #[inline(always)]
+    fn gram(m: &Metric) -> [Lanes; 2] {
+        [m.b * 2.0 / m.det, Lanes::splat(0.0)]
+    }
+}

@@ -1,0 +1,328 @@
+//! The stages of a membrane's step, and the bookkeeping of what they do.
+
+use super::Membrane;
+use super::element::{self, Block, Parameters, Reference, Sums};
+use super::lanes::{LANES, LaneVector};
+use super::ledger::Balance;
+use super::shape::{Quadrilateral, Segment, Shape, Triangle};
+use crate::error::{Place, StepError};
+use crate::material::{Sheet, SheetKind};
+use crate::math::Vector;
+use crate::parallel;
+use rayon::prelude::*;
+
+/// Blocks per parallel task.
+const TASK: usize = 32;
+
+/// Nodes per parallel task of a node loop.
+const NODES: usize = 4096;
+
+impl<const D: usize> Membrane<D> {
+    /// Updates stress and thickness with the last displacement step and evaluates the forces at time `t`
+    /// (theory 9, 3a–3c).
+    ///
+    /// # Errors
+    /// An element that has collapsed or a node that is not finite.
+    pub fn internal_force(&mut self, t: f64, _dt: f64) -> Result<(), StepError> {
+        self.parameters.dt = self.books[0].displacement_dt;
+        let sums = self.update_elements();
+        if !(sums.frequency2.is_finite() && sums.frequency2 > 0.0 && sums.strain.is_finite()) {
+            return Err(self.broken(t));
+        }
+        let books = &mut self.books[0];
+        books.strain = match self.sheet.kind() {
+            SheetKind::Rate => books.strain + sums.strain,
+            SheetKind::Total => sums.strain,
+        };
+        books.hourglass += sums.hourglass;
+        books.stiffness_damping += sums.damping;
+        books.frequency2 = sums.frequency2;
+        let Self { element_force, corner_force, elements, pressure, position, .. } = self;
+        element_force.par_iter_mut().with_min_len(NODES).enumerate().for_each(|(k, force)| {
+            *force = elements.corners(k).iter().map(|&corner| corner_force[corner as usize]).sum();
+        });
+        pressure.update(t, elements, position);
+        Ok(())
+    }
+
+    /// Trial velocities (46): v̄ = v^{n−½} + Δt f / m, prescribed components as at `t + ½ dt`.
+    pub fn advance_velocity(&mut self, t: f64, dt: f64) {
+        self.momentum_dt = dt;
+        std::mem::swap(&mut self.before, &mut self.velocity);
+        let mut velocity = std::mem::take(&mut self.velocity);
+        velocity.par_chunks_mut(NODES).enumerate().for_each(|(chunk, velocity)| {
+            for (i, v) in velocity.iter_mut().enumerate() {
+                let k = chunk * NODES + i;
+                let force = self.element_force[k] + self.pressure.at(k);
+                *v = self.before[k] + (force * (1.0 / self.mass[k]) + self.body_acceleration(k, t)) * dt;
+            }
+        });
+        self.velocity = velocity;
+        self.contact_force.fill(Vector::ZERO);
+        self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
+    }
+
+    /// Corrects the velocities by contact forces on the nodes [N] (59), prescribed components again.
+    /// Several calls in a step add up.
+    pub fn apply_contact(&mut self, force: &[Vector<D>], t: f64, dt: f64) {
+        let Self { velocity, contact_force, mass, .. } = self;
+        velocity.par_iter_mut().zip(contact_force).zip(force).zip(&*mass).with_min_len(NODES).for_each(
+            |(((v, sum), &f), &m)| {
+                *v += f * (dt / m);
+                *sum += f;
+            },
+        );
+        self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
+    }
+
+    /// Books the work of this step, then moves the nodes by `dt` (47).
+    pub fn move_nodes(&mut self, t: f64, dt: f64) {
+        self.book(t);
+        self.books[0].displacement_dt = dt;
+        let Self { position, velocity, .. } = self;
+        position.par_iter_mut().zip(velocity).with_min_len(NODES).for_each(|(x, v)| *x += *v * dt);
+    }
+
+    /// Gravity and mass-proportional damping of node `k` [m/s²].
+    #[inline(always)]
+    fn body_acceleration(&self, k: usize, t: f64) -> Vector<D> {
+        self.gravity_at(k, t) - self.before[k] * self.mass_damping
+    }
+
+    /// Body force per unit mass at node `k` [m/s²].
+    #[inline(always)]
+    fn gravity_at(&self, k: usize, t: f64) -> Vector<D> {
+        let x = self.position[k].to3();
+        Vector::from_fn(|axis| self.gravity[axis].value(x, t))
+    }
+
+    /// Kinetic energy now [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        parallel::sum(self.mass.len(), |k| 0.5 * self.mass[k] * self.velocity[k].norm_squared())
+    }
+
+    /// Momentum now [N s].
+    pub fn momentum(&self) -> Vector<D> {
+        let chunk = |range: std::ops::Range<usize>| range.map(|k| self.velocity[k] * self.mass[k]).sum::<Vector<D>>();
+        parallel::reduce(self.mass.len(), chunk, |a, b| a + b).unwrap_or(Vector::ZERO)
+    }
+
+    /// Energies now and works since the start.
+    pub fn balance(&self) -> Balance {
+        self.books[0].balance(self.kinetic_energy())
+    }
+
+    /// Impulses since the start [N s]: of pressure, gravity and damping; of contact; of the supports.
+    pub fn impulses(&self) -> [Vector<D>; 3] {
+        let books = &self.books[0];
+        [Vector(books.external_impulse), Vector(books.contact_impulse), Vector(books.support_impulse)]
+    }
+
+    /// Adds the work and impulse of every force of this step, with the mean velocity.
+    fn book(&mut self, t: f64) {
+        let (dt, nodes) = (self.momentum_dt, self.mass.len());
+        let work =
+            parallel::reduce(nodes, |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, t))), Work::and)
+                .unwrap_or_default();
+        let (support_work, support_impulse) = self.book_supports(t);
+        let books = &mut self.books[0];
+        books.elements += work.elements * dt;
+        books.half_step = -work.elements_new * 0.5 * dt;
+        books.pressure += work.pressure * dt;
+        books.gravity += work.gravity * dt;
+        books.contact += work.contact * dt;
+        books.mass_damping += work.damping * dt;
+        books.supports += support_work;
+        for axis in 0..D {
+            books.external_impulse[axis] += work.external_force[axis] * dt;
+            books.contact_impulse[axis] += work.contact_force[axis] * dt;
+            books.support_impulse[axis] += support_impulse[axis];
+        }
+    }
+
+    /// Power of the forces on node `k`.
+    #[inline(always)]
+    fn work(&self, k: usize, t: f64) -> Work<D> {
+        let (old, new, m) = (self.before[k], self.velocity[k], self.mass[k]);
+        let mean = (old + new) * 0.5;
+        let (element, contact, pressure) = (self.element_force[k], self.contact_force[k], self.pressure.at(k));
+        let (weight, drag) = (self.gravity_at(k, t) * m, old * (self.mass_damping * m));
+        Work {
+            elements: element.dot(mean),
+            elements_new: element.dot(new),
+            pressure: pressure.dot(mean),
+            gravity: weight.dot(mean),
+            contact: contact.dot(mean),
+            damping: drag.dot(mean),
+            external_force: pressure + weight - drag,
+            contact_force: contact,
+        }
+    }
+
+    /// Work and impulse of the supports: what the momentum of their nodes changed by beyond the other forces.
+    fn book_supports(&mut self, t: f64) -> (f64, Vector<D>) {
+        let (mut work, mut impulse, dt) = (0.0, Vector::ZERO, self.momentum_dt);
+        let mut reaction = vec![[0.0; 3]; self.supports.reaction.len()];
+        for p in self.supports.prescribed() {
+            let (k, axis) = (p.node as usize, p.axis as usize);
+            let (old, new, m) = (self.before[k][axis], self.velocity[k][axis], self.mass[k]);
+            let body = m * self.body_acceleration(k, t)[axis];
+            let applied = self.element_force[k][axis] + self.pressure.at(k)[axis] + self.contact_force[k][axis] + body;
+            let from_support = m * (new - old) - applied * dt;
+            work += from_support * 0.5 * (old + new);
+            impulse[axis] += from_support;
+            reaction[p.support as usize][axis] += from_support / dt;
+        }
+        self.supports.reaction = reaction;
+        (work, impulse)
+    }
+
+    /// One pass over all elements.
+    pub(super) fn update_elements(&mut self) -> Sums {
+        let [quadrilaterals, triangles, segments] = self.elements.counts();
+        let first = Group::default();
+        let (sums, next) = self.update_group::<Quadrilateral, 4>(first, quadrilaterals, Sums::default());
+        let (sums, next) = self.update_group::<Triangle, 3>(next, triangles, sums);
+        self.update_group::<Segment, 2>(next, segments, sums).0
+    }
+
+    /// Updates the `count` elements of one shape that begin at `first`; returns the sums and where the next shape begins.
+    fn update_group<S: Shape<N>, const N: usize>(&mut self, first: Group, count: usize, sums: Sums) -> (Sums, Group) {
+        let blocks = count.div_ceil(LANES);
+        let next = Group { block: first.block + blocks, corner: first.corner + N * count };
+        let nodes = &self.elements.corner_nodes()[first.corner..next.corner];
+        let references: &[Reference] = self.references.get(first.block..next.block).unwrap_or(&[]);
+        let task = Task {
+            nodes,
+            references,
+            position: &self.position,
+            velocity: &self.velocity,
+            parameters: &self.parameters,
+            sheet: &*self.sheet,
+        };
+        let parts: Vec<Sums> = self.blocks[first.block..next.block]
+            .par_chunks_mut(TASK)
+            .zip(self.corner_force[first.corner..next.corner].par_chunks_mut(TASK * LANES * N))
+            .enumerate()
+            .map(|(index, (blocks, force))| task.run::<S, N>(index * TASK, blocks, force))
+            .collect();
+        (parts.into_iter().fold(sums, Sums::and), next)
+    }
+
+    /// The error for the worst element or node.
+    fn broken(&self, t: f64) -> StepError {
+        let error = |what: &str, place, quantity, value| StepError {
+            what: what.into(),
+            time: t,
+            step: 0,
+            place,
+            quantity,
+            value,
+            advice: "lower `mpm.membrane-safety` or the load, refine the sheet, or let it wrinkle".into(),
+        };
+        if let Some(k) = (0..self.position.len()).find(|&k| !self.position[k].is_finite()) {
+            let place = Place::Node { body: self.name.clone(), index: k, position: self.reference[k].to3() };
+            return error("a membrane node went to infinity", place, "coordinate", f64::NAN);
+        }
+        let area = |e: usize| self.area_vector(e).norm();
+        let worst = (0..self.elements.len()).min_by(|&a, &b| area(a).total_cmp(&area(b))).unwrap_or(0);
+        let nodes = self.elements.nodes(worst);
+        let centre = nodes.iter().map(|&k| self.position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64);
+        let place = Place::Element { body: self.name.clone(), index: worst, position: centre.to3() };
+        error("a membrane element collapsed", place, "area", area(worst))
+    }
+}
+
+/// Where the elements of one shape begin.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    block: usize,
+    corner: usize,
+}
+
+/// What the element tasks of one shape read.
+struct Task<'a, const D: usize> {
+    nodes: &'a [u32],
+    references: &'a [Reference],
+    position: &'a [Vector<D>],
+    velocity: &'a [Vector<D>],
+    parameters: &'a Parameters,
+    sheet: &'a dyn Sheet,
+}
+
+impl<const D: usize> Task<'_, D> {
+    /// Updates a run of blocks, the first of which is number `first` of its shape.
+    fn run<S: Shape<N>, const N: usize>(&self, first: usize, blocks: &mut [Block], force: &mut [Vector<D>]) -> Sums {
+        let mut sums = Sums::default();
+        let no_reference = Reference::default();
+        for (index, (block, force)) in blocks.iter_mut().zip(force.chunks_mut(LANES * N)).enumerate() {
+            let count = force.len() / N;
+            let start = (first + index) * LANES * N;
+            let nodes = &self.nodes[start..start + count * N];
+            let reference = self.references.get(first + index).unwrap_or(&no_reference);
+            let (x, v) = (gather(nodes, count, self.position), gather(nodes, count, self.velocity));
+            let (corners, part) =
+                element::update::<S, N>((x, v), self.parameters, self.sheet, (block, reference), count);
+            scatter(&corners, force);
+            sums = sums.and(part);
+        }
+        sums
+    }
+}
+
+/// Nodal vectors of a block; lanes beyond `count` repeat the last element.
+#[inline(always)]
+pub(super) fn gather<const D: usize, const N: usize>(
+    nodes: &[u32],
+    count: usize,
+    vectors: &[Vector<D>],
+) -> [LaneVector; N] {
+    let mut lanes = [LaneVector::ZERO; N];
+    for k in 0..LANES {
+        let element = k.min(count - 1);
+        for (corner, lane) in lanes.iter_mut().enumerate() {
+            let vector = vectors[nodes[element * N + corner] as usize];
+            (0..D).for_each(|axis| lane.0[axis].0[k] = vector[axis]);
+        }
+    }
+    lanes
+}
+
+/// Writes the nodal forces of a block, element by element.
+#[inline(always)]
+fn scatter<const D: usize, const N: usize>(lanes: &[LaneVector; N], force: &mut [Vector<D>]) {
+    for (k, element) in force.chunks_exact_mut(N).enumerate() {
+        for (corner, force) in element.iter_mut().enumerate() {
+            *force = Vector::from_fn(|axis| lanes[corner].0[axis].0[k]);
+        }
+    }
+}
+
+/// Power of the forces on a node or several.
+#[derive(Clone, Copy, Default)]
+struct Work<const D: usize> {
+    elements: f64,
+    elements_new: f64,
+    pressure: f64,
+    gravity: f64,
+    contact: f64,
+    damping: f64,
+    external_force: Vector<D>,
+    contact_force: Vector<D>,
+}
+
+impl<const D: usize> Work<D> {
+    #[inline(always)]
+    fn and(self, b: Self) -> Self {
+        Self {
+            elements: self.elements + b.elements,
+            elements_new: self.elements_new + b.elements_new,
+            pressure: self.pressure + b.pressure,
+            gravity: self.gravity + b.gravity,
+            contact: self.contact + b.contact,
+            damping: self.damping + b.damping,
+            external_force: self.external_force + b.external_force,
+            contact_force: self.contact_force + b.contact_force,
+        }
+    }
+}

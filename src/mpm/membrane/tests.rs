@@ -1,0 +1,3 @@
+//! Membranes against closed forms.
+
+mod patch;
