@@ -172,6 +172,7 @@ impl<const D: usize> Grid<D> {
 pub struct ActiveBlocks<const D: usize> {
     origin: Vector<D>,
     inverse_cell: f64,
+    cells: [i32; D],
     seen: hashbrown::HashSet<[i32; D]>,
     last: Option<([i32; D], [i32; D])>,
 }
@@ -179,15 +180,18 @@ pub struct ActiveBlocks<const D: usize> {
 impl<const D: usize> ActiveBlocks<D> {
     /// Nothing yet, on the lattice of `grid`.
     pub fn new(grid: &Grid<D>) -> Self {
-        Self { origin: grid.origin, inverse_cell: 1.0 / grid.cell, seen: hashbrown::HashSet::new(), last: None }
+        let seen = hashbrown::HashSet::new();
+        Self { origin: grid.origin, inverse_cell: 1.0 / grid.cell, cells: grid.cells, seen, last: None }
     }
 
-    /// Adds the blocks in the support of the point `x` [m].
+    /// Adds the blocks in the support of the point `x` [m], and those that ghosts in it are folded into.
     #[inline]
     pub fn touch(&mut self, kernel: Kernel, x: Vector<D>) {
         let first: [i32; D] = std::array::from_fn(|a| kernel.first((x[a] - self.origin[a]) * self.inverse_cell));
-        let lower = first.map(|i| i.div_euclid(EDGE as i32));
-        let upper = first.map(|i| (i + kernel.support() - 1).div_euclid(EDGE as i32));
+        let last = first.map(|i| i + kernel.support() - 1);
+        let block = |i: i32| i.div_euclid(EDGE as i32);
+        let lower = std::array::from_fn(|a| block(first[a].min(2 * self.cells[a] - last[a]).max(first[a] - 1)));
+        let upper = std::array::from_fn(|a| block(last[a].max(-first[a]).min(last[a] + 1)));
         if self.last == Some((lower, upper)) {
             return;
         }

@@ -13,19 +13,34 @@
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
 //! ```
 
+mod build;
+mod columns;
 pub mod contact;
+pub mod ghost;
 pub mod grid;
+mod health;
 pub mod kernel;
+mod ledger;
 mod membrane;
 mod particles;
 mod setup;
+mod snapshot;
+mod stability;
 pub mod stencil;
+mod step;
+mod stress;
+mod transfer_filter;
+mod transfer_gather;
+mod transfer_scatter;
+mod wall;
 
 pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
 pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};
-pub use particles::{Body, Particles};
+pub use particles::{Body, Particles, Work};
 pub use setup::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, StressUpdate, SupportSetup,
     Transfer, Wall, WallKind,
 };
+use step::{Accounts, Tally};
+pub use step::{Mpm, Step};

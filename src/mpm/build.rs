@@ -1,0 +1,178 @@
+//! From a description to a solver that is ready to step.
+
+use super::ghost::Ghosts;
+use super::kernel::Kernel;
+use super::particles::{Body, Particles, Work};
+use super::wall::Walls;
+use super::{Accounts, BodySetup, Grid, Locking, Mpm, Setup, Transfer, snapshot, stability};
+use crate::error::Diagnostic;
+use crate::math::{Tensor, Vector};
+use crate::simulation::Timer;
+
+/// Nodes lighter than this fraction of a full cell of the lightest body have no velocity (theory 2.5).
+const LIGHTEST_NODE: f64 = 1e-8;
+
+impl<const D: usize> Mpm<D> {
+    /// A solver in the state that `setup` describes.
+    ///
+    /// # Errors
+    /// Everything in the description that can't be run, with the keys of the case.
+    pub fn new(setup: Setup<D>) -> Result<Self, Vec<Diagnostic>> {
+        let mut findings = check(&setup);
+        let fields = field_numbers(&setup.bodies);
+        let field_count = fields.iter().max().map_or(0, |last| last + 1);
+        let cell = setup.grid.cell;
+        let light = setup.bodies.iter().map(|body| body.law.density()).fold(f64::INFINITY, f64::min);
+        let cutoff = if light.is_finite() { LIGHTEST_NODE * light * cell.powi(D as i32) } else { 0.0 };
+        let mut bodies = Vec::new();
+        for (index, (body, field)) in setup.bodies.into_iter().zip(fields).enumerate() {
+            match build_body(body, field, (setup.kernel, setup.transfer), cell) {
+                Ok(body) => bodies.push(body),
+                Err(message) => findings.push(Diagnostic::error(format!("body[{index}].material"), message)),
+            }
+        }
+        if findings.iter().any(|finding| finding.severity == crate::error::Severity::Error) {
+            return Err(findings);
+        }
+        let walls = Walls::new(&setup.grid, setup.obstacles, field_count, cutoff);
+        let (books, accounts) = Accounts::open();
+        let mut mpm = Self {
+            grid: Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count),
+            ghosts: Ghosts::default(),
+            walls,
+            bodies,
+            transfer: setup.transfer,
+            stress_update: setup.stress_update,
+            locking: setup.locking,
+            safety: setup.safety,
+            gravity: setup.gravity,
+            cutoff,
+            books,
+            accounts,
+            energy: [0.0; 2],
+            tally: super::Tally::default(),
+            dt_before: 0.0,
+            bound: 0.0,
+            steps: 0,
+            timer: Timer::default(),
+        };
+        mpm.start();
+        Ok(mpm)
+    }
+
+    /// The first bound of the step and the energy that the ledger starts from.
+    fn start(&mut self) {
+        for body in &mut self.bodies {
+            // An increment of no time leaves the state alone and tells how fast signals travel in it.
+            body.update_law(0.0, self.grid.cell);
+        }
+        self.bound = self.particle_bound();
+        self.energy = self.body_energies();
+        let stored = snapshot::stored_energies(self).iter().map(|term| term.value).sum();
+        self.books.start(stored);
+    }
+
+    /// The bound of all bodies [s].
+    pub(super) fn particle_bound(&self) -> f64 {
+        let bounds = self.bodies.iter().map(|body| stability::bound(body, self.grid.cell, self.safety));
+        bounds.fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// What can't be run, whatever the laws say.
+fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
+    let mut findings = Vec::new();
+    let mut require = |good: bool, key: &str, message: String| {
+        if !good {
+            findings.push(Diagnostic::error(key, message));
+        }
+    };
+    let grid = &setup.grid;
+    require(grid.cell > 0.0 && grid.cell.is_finite(), "grid.cell", format!("must be positive, is {}", grid.cell));
+    require(grid.cells.iter().all(|&n| n > 0), "grid", "needs at least one cell along each axis".into());
+    require(grid.lower.is_finite(), "grid.lower", "must be finite".into());
+    require(setup.safety > 0.0 && setup.safety <= 1.0, "mpm.safety", format!("must be in 0..1, is {}", setup.safety));
+    if let Locking::Average { blend } = setup.locking {
+        require((0.0..=1.0).contains(&blend), "mpm.locking.blend", format!("must be in 0..=1, is {blend}"));
+    }
+    if let Transfer::Flip { relaxation, .. } = setup.transfer {
+        require(relaxation > 0.0, "mpm.transfer.relaxation", format!("must be positive, is {relaxation}"));
+    }
+    let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
+    for (index, body) in setup.bodies.iter().enumerate() {
+        let key = format!("body[{index}]");
+        let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));
+        let outside = body.position.iter().filter(|x| !inside(x)).count();
+        let message = format!("{outside} particles of `{}` lie outside the grid", body.name);
+        require(outside == 0, &format!("{key}.region"), message);
+        let message = format!("`{}` has no particles: the region is smaller than the spacing", body.name);
+        require(!body.position.is_empty(), &format!("{key}.region"), message);
+        let volumes = body.volume.iter().all(|&v| v > 0.0 && v.is_finite());
+        require(volumes, &format!("{key}.spacing"), "every particle needs a positive volume".into());
+        let velocities = body.velocity.iter().all(|v| v.is_finite());
+        require(velocities, &format!("{key}.velocity"), "is not finite everywhere".into());
+        let n = body.position.len();
+        let lengths = [body.volume.len(), body.velocity.len(), body.state.len()];
+        require(lengths == [n; 3], &key, "positions, volumes, velocities and states differ in number".into());
+    }
+    findings
+}
+
+/// The velocity field of each body: groups are numbered as they appear.
+fn field_numbers<const D: usize>(bodies: &[BodySetup<D>]) -> Vec<usize> {
+    let mut groups = Vec::new();
+    let mut number = |group: usize| {
+        groups.iter().position(|&g| g == group).unwrap_or_else(|| {
+            groups.push(group);
+            groups.len() - 1
+        })
+    };
+    bodies.iter().map(|body| number(body.group)).collect()
+}
+
+/// The material points of one body in their first state.
+fn build_body<const D: usize>(
+    setup: BodySetup<D>,
+    field: usize,
+    (kernel, transfer): (super::KernelKind, Transfer),
+    cell: f64,
+) -> Result<Body<D>, String> {
+    let n = setup.position.len();
+    let storage = setup.law.storage();
+    let mut particles = Particles {
+        id: (0..n as u32).collect(),
+        position: setup.position,
+        velocity: setup.velocity,
+        affine: vec![Tensor::ZERO; if transfer == Transfer::Apic { n } else { 0 }],
+        signal: vec![setup.law.reference_sound_speed(); n],
+        ..Particles::default()
+    };
+    particles.allocate(storage);
+    let reference = setup.law.density();
+    for (p, (start, &volume)) in setup.state.iter().zip(&setup.volume).enumerate() {
+        let state = setup.law.initial(start)?;
+        let mass = state.density * volume;
+        particles.mass.push(mass);
+        particles.volume.push(volume);
+        particles.energy.push(state.energy * mass / reference);
+        particles.pressure.push(state.pressure);
+        if storage.stress {
+            particles.stress[p] = state.stress;
+        }
+        if storage.deformation {
+            particles.deformation[p] = state.deformation;
+        }
+    }
+    let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
+    let mut work = Work { gradient: vec![Tensor::ZERO; n], stretch: vec![1.0; n], ..Work::default() };
+    work.motion.resize(n);
+    Ok(Body {
+        name: setup.name,
+        law: setup.law,
+        field,
+        kernel: Kernel::new(kernel, 0.5 * width / cell),
+        particles,
+        traction: setup.traction,
+        work,
+    })
+}

@@ -1,0 +1,52 @@
+//! What a checkpoint stores and restores: everything that the next step depends on.
+
+use super::Mpm;
+use super::particles::Body;
+use crate::math::Vector;
+use crate::simulation::{Column, ColumnData};
+use bytemuck::Pod;
+
+/// Shows one array to the visitor under its body's name.
+fn show<T: Pod>(visit: &mut dyn FnMut(&str, Column<'_>), body: &str, name: &str, data: &mut Vec<T>)
+where
+    Vec<T>: ColumnData,
+{
+    visit(&format!("body.{body}.{name}"), Column::new(data));
+}
+
+/// The columns of a body's particles.
+fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    let (name, particles) = (body.name.as_str(), &mut body.particles);
+    show(visit, name, "id", &mut particles.id);
+    show(visit, name, "position", &mut particles.position);
+    show(visit, name, "velocity", &mut particles.velocity);
+    show(visit, name, "mass", &mut particles.mass);
+    show(visit, name, "volume", &mut particles.volume);
+    show(visit, name, "energy", &mut particles.energy);
+    show(visit, name, "pressure", &mut particles.pressure);
+    show(visit, name, "stress", &mut particles.stress);
+    show(visit, name, "deformation", &mut particles.deformation);
+    show(visit, name, "affine", &mut particles.affine);
+    show(visit, name, "history", &mut particles.history);
+    show(visit, name, "signal", &mut particles.signal);
+}
+
+/// Every array of the state, each with a unique name.
+pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    for body in &mut mpm.bodies {
+        body_columns(body, visit);
+    }
+    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1]];
+    visit("mpm.clock", Column::new(&mut clock));
+    if let [dt_before, bound, kinetic, internal] = clock[..] {
+        (mpm.dt_before, mpm.bound, mpm.energy) = (dt_before, bound, [kinetic, internal]);
+    }
+    let mut steps = vec![mpm.steps];
+    visit("mpm.steps", Column::new(&mut steps));
+    mpm.steps = steps.first().copied().unwrap_or(mpm.steps);
+    let mut books = mpm.books.to_numbers();
+    visit("mpm.ledger", Column::new(&mut books));
+    mpm.books.set_numbers(&books);
+    visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));
+    visit("mpm.reactions", Column::new::<Vector<D>>(&mut mpm.walls.force));
+}

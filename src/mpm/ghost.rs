@@ -1,0 +1,255 @@
+//! Ghost nodes: what the kernels put outside the domain is folded back into it, and read by the adjoint rule.
+//!
+//! A field on the lattice that the domain's nodes determine is u_ghost = Σ G u_inside; mass, momentum and
+//! force go the other way, w_inside += Gᵀ w_ghost, so that power and momentum agree on both sides. Two rules,
+//! for the ghost k nodes beyond the plane 0 (theory 2.2 "boundaries"):
+//!
+//! ```text
+//! mirror       u_{−k} = u_k, normal component −u_k      (Slip: exactly the other half of a symmetric problem)
+//! extrapolate  u_{−k} = (1 + k) u_0 − k u_1             (all others: the open-knot splines; linear fields exact)
+//! ```
+//!
+//! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right.
+
+use super::grid::{Grid, Node};
+use crate::math::Vector;
+
+/// How the ghosts beyond one end of an axis follow the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fold {
+    /// A symmetry plane.
+    Mirror,
+    /// Linear extrapolation.
+    Extrapolate,
+}
+
+/// The active ghost nodes of a grid; rebuilt when its blocks change.
+#[derive(Debug, Default)]
+pub struct Ghosts<const D: usize> {
+    axes: Vec<Vec<Ghost>>,
+}
+
+/// One ghost node: u_ghost = Σ c u_image.
+#[derive(Debug, Clone, Copy)]
+struct Ghost {
+    node: u32,
+    /// Number of the domain side, 2·axis + (0 lower | 1 upper).
+    side: usize,
+    mirror: bool,
+    images: [(u32, f64); 2],
+}
+
+/// A quantity that ghosts carry.
+pub trait Ghosted: Copy + Default {
+    /// The image in a mirror normal to `axis`.
+    fn mirrored(self, axis: usize) -> Self;
+    /// self + other · factor.
+    fn plus(self, other: Self, factor: f64) -> Self;
+}
+
+impl<const D: usize> Ghosted for Vector<D> {
+    #[inline]
+    fn mirrored(mut self, axis: usize) -> Self {
+        self[axis] = -self[axis];
+        self
+    }
+
+    #[inline]
+    fn plus(self, other: Self, factor: f64) -> Self {
+        self + other * factor
+    }
+}
+
+impl<const D: usize> Ghosted for Node<D> {
+    #[inline]
+    fn mirrored(self, axis: usize) -> Self {
+        Self { mass: self.mass, momentum: self.momentum.mirrored(axis), force: self.force.mirrored(axis) }
+    }
+
+    #[inline]
+    fn plus(self, other: Self, factor: f64) -> Self {
+        Self {
+            mass: self.mass + other.mass * factor,
+            momentum: self.momentum + other.momentum * factor,
+            force: self.force + other.force * factor,
+        }
+    }
+}
+
+/// Scalars: nothing in them has a direction.
+impl<const N: usize> Ghosted for [f64; N]
+where
+    [f64; N]: Default,
+{
+    #[inline]
+    fn mirrored(self, _axis: usize) -> Self {
+        self
+    }
+
+    #[inline]
+    fn plus(self, other: Self, factor: f64) -> Self {
+        std::array::from_fn(|i| self[i] + other[i] * factor)
+    }
+}
+
+impl<const D: usize> Ghosts<D> {
+    /// The ghosts among the active nodes of `grid`, under the rules of both ends of each axis.
+    pub fn new(grid: &Grid<D>, folds: [[Fold; 2]; D]) -> Self {
+        let mut axes = vec![Vec::new(); D];
+        for node in 0..grid.node_count() {
+            let ijk = grid.coordinates(node);
+            let outside = |a: usize| !(0..=grid.cells[a]).contains(&ijk[a]);
+            let Some(axis) = (0..D).find(|&a| outside(a)) else { continue };
+            let end = usize::from(ijk[axis] > 0);
+            let plane = if end == 0 { 0 } else { grid.cells[axis] };
+            let inward = plane - ijk[axis];
+            let image = |beyond: i32| {
+                let mut image = ijk;
+                image[axis] = plane + beyond;
+                let exists = (0..=grid.cells[axis]).contains(&image[axis]);
+                grid.find(image).filter(|_| exists).map(|n| n as u32)
+            };
+            let depth = f64::from(inward.abs());
+            let none = (node as u32, 0.0);
+            let pick = |beyond, factor| image(beyond).map_or(none, |n| (n, factor));
+            let images = match folds[axis][end] {
+                Fold::Mirror => [pick(inward, 1.0), none],
+                Fold::Extrapolate => [pick(0, 1.0 + depth), pick(inward.signum(), -depth)],
+            };
+            let mirror = folds[axis][end] == Fold::Mirror;
+            axes[axis].push(Ghost { node: node as u32, side: 2 * axis + end, mirror, images });
+        }
+        Self { axes }
+    }
+
+    /// Folds what lies on the ghosts into the domain and zeroes the ghosts; `before` sees every mirrored
+    /// ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
+    pub fn fold<T: Ghosted>(&self, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
+        for (axis, ghosts) in self.axes.iter().enumerate() {
+            for ghost in ghosts {
+                let mut value = std::mem::take(&mut values[ghost.node as usize]);
+                if ghost.mirror {
+                    before(ghost.side, ghost.node as usize, &value);
+                    value = value.mirrored(axis);
+                }
+                for (image, factor) in ghost.images.into_iter().filter(|(_, factor)| *factor != 0.0) {
+                    values[image as usize] = values[image as usize].plus(value, factor);
+                }
+            }
+        }
+    }
+
+    /// Fills the ghosts from the domain.
+    pub fn fill<T: Ghosted>(&self, values: &mut [T]) {
+        for (axis, ghosts) in self.axes.iter().enumerate().rev() {
+            for ghost in ghosts {
+                let mut value = T::default();
+                for (image, factor) in ghost.images.into_iter().filter(|(_, factor)| *factor != 0.0) {
+                    value = value.plus(values[image as usize], factor);
+                }
+                values[ghost.node as usize] = if ghost.mirror { value.mirrored(axis) } else { value };
+            }
+        }
+    }
+
+    /// Numbers of all ghost nodes.
+    pub fn nodes(&self) -> impl Iterator<Item = usize> {
+        self.axes.iter().flatten().map(|ghost| ghost.node as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mpm::{ActiveBlocks, Kernel, KernelKind};
+
+    const KINDS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
+
+    fn grid_around(kernel: Kernel, x: Vector<2>) -> Grid<2> {
+        let mut grid = Grid::new(Vector([1.0, -2.0]), 0.5, [4, 6], 1);
+        let mut active = ActiveBlocks::new(&grid);
+        active.touch(kernel, x);
+        grid.set_blocks(active.into_sorted());
+        grid
+    }
+
+    /// Points in the corners, at the walls and inside of the domain [1, 3] × [−2, 1].
+    fn points() -> Vec<Vector<2>> {
+        let along = |n: usize| [0.0, 0.03, 0.24, 0.26, 0.6, 1.0].map(move |s| s * 0.5 * n as f64 / 2.0);
+        along(4).into_iter().flat_map(|x| along(6).map(|y| Vector([1.0 + 2.0 * x.min(1.0), -2.0 + 2.0 * y]))).collect()
+    }
+
+    /// At every wall: weights folded into the domain are a partition of unity that reproduces linear fields.
+    #[test]
+    fn extrapolation_keeps_linear_completeness() {
+        for kind in KINDS {
+            let kernel = Kernel::new(kind, 0.25);
+            for x in points() {
+                let grid = grid_around(kernel, x);
+                let ghosts = Ghosts::new(&grid, [[Fold::Extrapolate; 2]; 2]);
+                let mut weights = vec![[0.0; 3]; grid.node_count()];
+                kernel.for_each(&grid, x, |node, n, dn| weights[node] = [n, dn[0], dn[1]]);
+                ghosts.fold(&mut weights, |_, _, _| {});
+                let (mut sum, mut centre, mut slope) = ([0.0; 3], Vector::ZERO, Vector::ZERO);
+                for (node, w) in weights.iter().enumerate() {
+                    sum = sum.plus(*w, 1.0);
+                    centre += grid.position(node) * w[0];
+                    slope += Vector([w[1] * grid.position(node)[0], w[2] * grid.position(node)[1]]);
+                    assert!(w[0] >= -1e-15, "{kind:?} {x:?}: negative weight {}", w[0]);
+                    assert!(w[0] == 0.0 || grid.contains(grid.coordinates(node)));
+                }
+                assert!((sum[0] - 1.0).abs() < 1e-14 && sum[1].abs() < 1e-13 && sum[2].abs() < 1e-13, "{kind:?} {x:?}");
+                assert!((centre - x).norm() < 1e-14 && (slope - Vector([1.0, 1.0])).norm() < 1e-13);
+            }
+        }
+    }
+
+    /// A mirror gives what a twice as large problem with a mirrored twin particle would give.
+    #[test]
+    fn mirrors_equal_the_symmetric_problem() {
+        for kind in KINDS {
+            let kernel = Kernel::new(kind, 0.25);
+            for x in points().into_iter().filter(|x| x[0] < 2.0) {
+                let twin = Vector([2.0 - x[0], x[1]]);
+                let v = Vector([0.7, -0.4]);
+                let mut grid = Grid::<2>::new(Vector([1.0, -2.0]), 0.5, [4, 6], 1);
+                let mut active = ActiveBlocks::new(&grid);
+                active.touch(kernel, x);
+                active.touch(kernel, twin);
+                grid.set_blocks(active.into_sorted());
+                let ghosts = Ghosts::new(&grid, [[Fold::Mirror, Fold::Extrapolate], [Fold::Extrapolate; 2]]);
+                let mut half = vec![Vector::<2>::ZERO; grid.node_count()];
+                kernel.for_each(&grid, x, |node, n, _| half[node] += v * n);
+                let mut whole = half.clone();
+                kernel.for_each(&grid, twin, |node, n, _| whole[node] += v.mirrored(0) * n);
+                ghosts.fold(&mut half, |_, _, _| {});
+                for node in 0..grid.node_count() {
+                    let ijk = grid.coordinates(node);
+                    if grid.contains(ijk) && ijk[0] > 0 && (2..5).contains(&ijk[1]) {
+                        assert!((half[node] - whole[node]).norm() < 1e-15, "{kind:?} {x:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Fill is the adjoint of fold: Σ fold(w)·u = Σ w·fill(u).
+    #[test]
+    fn fill_is_the_adjoint_of_fold() {
+        let kernel = Kernel::new(KernelKind::Cubic, 0.25);
+        for x in points() {
+            let grid = grid_around(kernel, x);
+            let ghosts = Ghosts::new(&grid, [[Fold::Mirror, Fold::Extrapolate], [Fold::Extrapolate, Fold::Mirror]]);
+            let mut weights = vec![Vector::<2>::ZERO; grid.node_count()];
+            kernel.for_each(&grid, x, |node, n, _| weights[node] = Vector([n, 2.0 * n]));
+            let mut values: Vec<Vector<2>> =
+                (0..grid.node_count()).map(|node| Vector([(node as f64).sin(), (node as f64).cos()])).collect();
+            let scattered = weights.clone();
+            ghosts.fold(&mut weights, |_, _, _| {});
+            let inside: f64 = weights.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
+            ghosts.fill(&mut values);
+            let everywhere: f64 = scattered.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
+            assert!((inside - everywhere).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! The largest stable step of the bodies (theory 3.5, 11.1).
+//!
+//! ```text
+//! Δt ≤ safety · min_p h / (c_p + |v_p|)       c_p corrected for artificial viscosity by the law
+//! Δt ≤ safety · h² / (2 D ν)                  ν = 4/3 μ/ρ, explicit diffusion
+//! Δt ≤ 1.05 Δt_before                         steps grow gently
+//! ```
+
+use super::particles::Body;
+
+/// Largest ratio of two successive steps.
+pub const GROWTH: f64 = 1.05;
+
+/// The bound of a body [s]; infinity for one without particles.
+pub fn bound<const D: usize>(body: &Body<D>, cell: f64, safety: f64) -> f64 {
+    let particles = &body.particles;
+    let waves = crate::parallel::min(particles.len(), |p| cell / (particles.signal[p] + particles.velocity[p].norm()));
+    let diffusivity = body.law.diffusivity();
+    let diffusion = if diffusivity > 0.0 { cell * cell / (2.0 * D as f64 * diffusivity) } else { f64::INFINITY };
+    safety * waves.min(diffusion)
+}

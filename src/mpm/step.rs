@@ -1,0 +1,370 @@
+//! One explicit step of the coupled method (Lian, Liu & Zhang 2014, section 6; corrected as in theory 9).
+//!
+//! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
+//! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
+
+use super::ghost::Ghosts;
+use super::kernel::with_shape;
+use super::ledger::{AccountId, Books};
+use super::particles::Body;
+use super::stability::GROWTH;
+use super::stress::update_stress;
+use super::transfer_filter::filter;
+use super::transfer_gather::{gather_affine, gather_motion};
+use super::transfer_scatter::{scatter_force, scatter_mass_and_momentum, scatter_momentum};
+use super::wall::Walls;
+use super::{ActiveBlocks, Grid, Locking, StressUpdate, Transfer, columns, health, snapshot};
+use crate::error::StepError;
+use crate::math::{Signal, Vector};
+use crate::simulation::{Column, Snapshot, Solver, TermKind, Timer};
+use crate::timed;
+
+/// The times of one step [s].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Start, tⁿ.
+    pub t: f64,
+    /// Positions move by dt^{n+½}.
+    pub dt: f64,
+    /// The step before, dt^{n−½}; 0 at the start.
+    pub dt_before: f64,
+    /// Momentum advances by dtⁿ = ½(dt^{n−½} + dt^{n+½}).
+    pub momentum_dt: f64,
+}
+
+impl Step {
+    fn new(t: f64, dt: f64, dt_before: f64) -> Self {
+        Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
+    }
+
+    /// When the velocities before the step hold, t^{n−½}.
+    pub fn before(&self) -> f64 {
+        self.t - 0.5 * self.dt_before
+    }
+
+    /// When the velocities after the step hold, t^{n+½}.
+    pub fn after(&self) -> f64 {
+        self.t + 0.5 * self.dt
+    }
+}
+
+/// The accounts that the bodies book to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Accounts {
+    gravity: AccountId,
+    traction: AccountId,
+    wall: AccountId,
+    wall_loss: AccountId,
+    transfer: AccountId,
+    stress: AccountId,
+}
+
+impl Accounts {
+    /// Opens the accounts, in the order in which the ledger shows them.
+    pub(super) fn open() -> (Books, Self) {
+        let mut books = Books::default();
+        let accounts = Self {
+            gravity: books.open("work of gravity", TermKind::Gain),
+            traction: books.open("work of tractions", TermKind::Gain),
+            wall: books.open("work of walls", TermKind::Gain),
+            stress: books.open("stress update error", TermKind::Gain),
+            wall_loss: books.open("wall dissipation", TermKind::Loss),
+            transfer: books.open("transfer dissipation", TermKind::Loss),
+        };
+        (books, accounts)
+    }
+}
+
+/// What the grid did to the bodies during a step [J].
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tally {
+    /// Δt Σ f_I · v̂_I over all forces.
+    nodes: f64,
+    /// The same over the forces of stresses, gravity and tractions.
+    applied: f64,
+    /// Of gravity and tractions.
+    external: f64,
+}
+
+/// The material point method in `D` dimensions.
+#[derive(Debug)]
+pub struct Mpm<const D: usize> {
+    pub(super) grid: Grid<D>,
+    pub(super) ghosts: Ghosts<D>,
+    pub(super) walls: Walls<D>,
+    pub(super) bodies: Vec<Body<D>>,
+    pub(super) transfer: Transfer,
+    pub(super) stress_update: StressUpdate,
+    pub(super) locking: Locking,
+    pub(super) safety: f64,
+    pub(super) gravity: [Signal; D],
+    /// Nodes up to this mass have no velocity [kg].
+    pub(super) cutoff: f64,
+    pub(super) books: Books,
+    pub(super) accounts: Accounts,
+    /// Kinetic and internal energy of the bodies [J].
+    pub(super) energy: [f64; 2],
+    pub(super) tally: Tally,
+    /// The last step [s].
+    pub(super) dt_before: f64,
+    /// The bound of the next step [s].
+    pub(super) bound: f64,
+    pub(super) steps: u64,
+    pub(super) timer: Timer,
+}
+
+impl<const D: usize> Solver for Mpm<D> {
+    fn stable_dt(&self) -> f64 {
+        self.bound
+    }
+
+    fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
+        let step = Step::new(t, dt, self.dt_before);
+        self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
+        self.dt_before = dt;
+        self.steps += 1;
+        self.bound = self.particle_bound().min(GROWTH * self.bound);
+        Ok(())
+    }
+
+    fn snapshot(&self) -> Snapshot<'_> {
+        snapshot::snapshot(self)
+    }
+
+    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        columns::visit(self, visit);
+    }
+
+    fn stage_times(&self) -> Vec<(&'static str, f64)> {
+        self.timer.seconds()
+    }
+
+    fn particle_count(&self) -> usize {
+        self.bodies.iter().map(|body| body.particles.len()).sum()
+    }
+}
+
+impl<const D: usize> Mpm<D> {
+    /// The step: trial momentum of the bodies, walls, then back to the particles.
+    fn advance(&mut self, step: &Step) -> Result<(), StepError> {
+        timed!(self.timer, "activate", self.activate());
+        self.tally = Tally::default();
+        for field in 0..self.grid.fields.len() {
+            timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻        (60, 61)
+            timed!(self.timer, "stress", self.stress_first(field, step)?); // Δε, Ω, σ          (62, 63)
+            timed!(self.timer, "force", self.scatter_forces(field, step)); // f_I               (17, 18)
+            timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
+        }
+        for field in 0..self.grid.fields.len() {
+            timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
+            timed!(self.timer, "g2p", self.gather_particles(field, step)); // v_p, ẋ_p           (65, 19)
+            timed!(self.timer, "stress", self.stress_last(field, step)?);
+        }
+        timed!(self.timer, "g2p", self.move_particles(step)?);
+        self.close_books();
+        Ok(())
+    }
+
+    /// Activates the blocks that something touches and finds their ghosts and wall nodes.
+    fn activate(&mut self) {
+        let mut active = ActiveBlocks::new(&self.grid);
+        for body in &self.bodies {
+            body.particles.position.iter().for_each(|&x| active.touch(body.kernel, x));
+        }
+        let changed = self.grid.set_blocks(active.into_sorted());
+        if changed {
+            self.ghosts = Ghosts::new(&self.grid, self.walls.folds());
+        }
+        if changed || self.walls.moving() {
+            self.walls.find_nodes(&self.grid);
+        }
+        self.walls.start_step();
+    }
+
+    /// m_I and p_I⁻ with the binding walls (60, 61).
+    fn scatter_particles(&mut self, field: usize, step: &Step) {
+        let Self { grid, bodies, ghosts, walls, .. } = self;
+        grid.with_field(field, |grid, own| {
+            for body in bodies.iter().filter(|body| body.field == field) {
+                let particles = &body.particles;
+                with_shape!(body.kernel, shape => scatter_mass_and_momentum(shape, grid, particles, &mut own.nodes));
+            }
+            walls.fold(ghosts, field, &mut own.nodes);
+            walls.constrain_start(grid, field, &mut own.nodes, step.before());
+        });
+    }
+
+    /// The stress update before the forces, over the interval that led here (62, 63).
+    fn stress_first(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let dt = match self.stress_update {
+            StressUpdate::First => step.dt_before,
+            StressUpdate::Average => 0.5 * step.dt_before,
+            StressUpdate::Last | StressUpdate::ModifiedLast => return Ok(()),
+        };
+        let Self { grid, bodies, ghosts, cutoff, locking, .. } = self;
+        grid.with_field(field, |grid, own| {
+            let velocity = |node: &super::Node<D>| {
+                if node.mass > *cutoff { node.momentum / node.mass } else { Vector::ZERO }
+            };
+            own.velocity.clear();
+            own.velocity.extend(own.nodes.iter().map(velocity));
+            ghosts.fill(&mut own.velocity);
+            let mut bodies = bodies.iter_mut().filter(|body| body.field == field);
+            bodies.try_for_each(|body| update_stress(grid, ghosts, &own.velocity, body, dt, *locking))
+        })
+    }
+
+    /// f_I of stresses, gravity and tractions (17, 18).
+    fn scatter_forces(&mut self, field: usize, step: &Step) {
+        let Self { grid, bodies, ghosts, walls, gravity, .. } = self;
+        grid.with_field(field, |grid, own| {
+            for body in bodies.iter_mut().filter(|body| body.field == field) {
+                body.find_external_forces(gravity, step.t);
+                let (particles, external) = (&body.particles, &body.work.external);
+                with_shape!(body.kernel, shape => scatter_force(shape, grid, particles, external, &mut own.nodes));
+            }
+            walls.fold(ghosts, field, &mut own.nodes);
+        });
+    }
+
+    /// p̄_I ← p_I⁻ + Δt f_I, then the walls (64).
+    fn advance_momentum(&mut self, field: usize, step: &Step) {
+        let Self { grid, walls, .. } = self;
+        grid.with_field(field, |grid, own| {
+            own.applied.clear();
+            own.applied.extend(own.nodes.iter().map(|node| node.force));
+            for node in &mut own.nodes {
+                node.momentum += node.force * step.momentum_dt;
+            }
+            walls.constrain_trial(grid, field, &mut own.nodes, step.after(), step.momentum_dt);
+        });
+    }
+
+    /// Turns (m, p⁺, f) into (m, v⁺, a), settles the work of the forces, and fills the ghosts.
+    fn finish_nodes(&mut self, field: usize, step: &Step) {
+        let share = self.pic_share(step.momentum_dt);
+        let Self { grid, walls, ghosts, cutoff, tally, books, accounts, .. } = self;
+        grid.with_field(field, |grid, own| {
+            let dt = step.momentum_dt;
+            for (node, applied) in own.nodes.iter_mut().zip(&own.applied) {
+                if node.mass > *cutoff {
+                    let force = node.force;
+                    (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
+                    let mean = node.momentum - node.force * (0.5 * dt);
+                    tally.nodes += force.dot(mean) * dt;
+                    tally.applied += applied.dot(mean) * dt;
+                } else {
+                    (node.momentum, node.force) = (Vector::ZERO, Vector::ZERO);
+                }
+            }
+            ghosts.fill(&mut own.nodes);
+            let done = walls.settle(grid, field, &own.nodes, step, share);
+            books.add(accounts.wall, done.work);
+            books.add(accounts.wall_loss, done.dissipation);
+            books.push(done.impulse.to3());
+        });
+    }
+
+    /// The part of the particles' velocity that comes from v⁺ itself.
+    fn pic_share(&self, dt: f64) -> f64 {
+        match self.transfer {
+            Transfer::Flip { relaxation, .. } => -(-dt / relaxation).exp_m1(),
+            Transfer::Apic => 1.0,
+        }
+    }
+
+    /// v_p and ẋ_p (65, 19), and the work of external forces.
+    fn gather_particles(&mut self, field: usize, step: &Step) {
+        let dt = step.momentum_dt;
+        let share = self.pic_share(dt);
+        let order = match self.transfer {
+            Transfer::Flip { filter_order, filter_interval, .. }
+                if filter_interval > 0 && (self.steps + 1) % u64::from(filter_interval) == 0 =>
+            {
+                filter_order
+            }
+            _ => 0,
+        };
+        let Self { grid, bodies, ghosts, walls, cutoff, tally, books, accounts, .. } = self;
+        let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
+        let (grid, own) = (&*grid, &grid.fields[field]);
+        for body in &mut bodies {
+            let Body { kernel, particles, work, .. } = &mut **body;
+            let (position, velocity, nodes) = (&particles.position, &mut particles.velocity, &own.nodes);
+            with_shape!(*kernel, shape =>
+                gather_motion(shape, grid, nodes, (dt, share), position, velocity, &mut work.motion));
+            if !particles.affine.is_empty() {
+                let affine = &mut particles.affine;
+                with_shape!(*kernel, shape => gather_affine(shape, grid, nodes, position, affine));
+            }
+            let (all, tractions, impulse) = body.external_work(dt);
+            tally.external += all;
+            books.add(accounts.gravity, all - tractions);
+            books.add(accounts.traction, tractions);
+            books.push(impulse.to3());
+        }
+        if order > 0 {
+            filter(grid, ghosts, walls, own, &mut bodies, (order, *cutoff));
+        }
+    }
+
+    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4).
+    fn stress_last(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let (dt, remapped) = match self.stress_update {
+            StressUpdate::First => return Ok(()),
+            StressUpdate::Last => (step.dt, false),
+            StressUpdate::ModifiedLast => (step.dt, true),
+            StressUpdate::Average => (0.5 * step.dt, true),
+        };
+        let Self { grid, bodies, ghosts, walls, cutoff, locking, .. } = self;
+        grid.with_field(field, |grid, own| {
+            own.velocity.clear();
+            if remapped {
+                own.velocity.resize(own.nodes.len(), Vector::ZERO);
+                for body in bodies.iter().filter(|body| body.field == field) {
+                    let particles = &body.particles;
+                    with_shape!(body.kernel, shape => scatter_momentum(shape, grid, particles, &mut own.velocity));
+                }
+                ghosts.fold(&mut own.velocity, |_, _, _| {});
+                for (v, node) in own.velocity.iter_mut().zip(&own.nodes) {
+                    *v = if node.mass > *cutoff { *v / node.mass } else { Vector::ZERO };
+                }
+                walls.constrain_velocity(grid, &mut own.velocity, step.after());
+                ghosts.fill(&mut own.velocity);
+            } else {
+                own.velocity.extend(own.nodes.iter().map(|node| node.momentum));
+            }
+            let mut bodies = bodies.iter_mut().filter(|body| body.field == field);
+            bodies.try_for_each(|body| update_stress(grid, ghosts, &own.velocity, body, dt, *locking))
+        })
+    }
+
+    /// x_p += Δt ẋ_p (19), obstacles move, and everything must still be sound.
+    fn move_particles(&mut self, step: &Step) -> Result<(), StepError> {
+        for body in &mut self.bodies {
+            for (x, rate) in body.particles.position.iter_mut().zip(&body.work.motion.rate) {
+                *x += *rate * step.dt;
+            }
+            health::check_particles(&self.grid, body)?;
+        }
+        self.walls.advance(step.t, step.dt);
+        Ok(())
+    }
+
+    /// Kinetic and internal energy of all bodies [J].
+    pub(super) fn body_energies(&self) -> [f64; 2] {
+        let kinetic = self.bodies.iter().map(|body| body.particles.kinetic_energy()).sum();
+        let internal = self.bodies.iter().map(|body| body.particles.internal_energy()).sum();
+        [kinetic, internal]
+    }
+
+    /// Books what the transfers lost and what the stress update made up (theory 10).
+    fn close_books(&mut self) {
+        let [kinetic, internal] = self.body_energies();
+        let [kinetic_before, internal_before] = self.energy;
+        self.books.add(self.accounts.transfer, self.tally.nodes - (kinetic - kinetic_before));
+        let internal_work = self.tally.applied - self.tally.external;
+        self.books.add(self.accounts.stress, internal - internal_before + internal_work);
+        self.energy = [kinetic, internal];
+    }
+}

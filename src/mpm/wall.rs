@@ -1,0 +1,346 @@
+//! Walls of the domain and rigid obstacles: conditions on the velocity of grid nodes (theory 2.6).
+//!
+//! A condition maps the velocity v of a node to v', relative to the velocity v_w of the wall with unit
+//! normal ν (pointing into the material):
+//!
+//! ```text
+//! fixed      v' = v_w
+//! slip       v' = v − ((v − v_w)·ν) ν
+//! separate   slip where (v − v_w)·ν < 0, else v
+//! friction   as separate, and the relative tangential velocity shrinks by min(1, μ|Δv_n|/|v_t|)
+//! ```
+//!
+//! `fixed` and `slip` bind always: they act on p⁻ too. The others act like contact, on p̄ only. Every change
+//! of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
+//! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
+
+use super::ghost::{Fold, Ghosts};
+use super::grid::{Grid, Node};
+use super::{GridSetup, Obstacle, Step, Wall, WallKind};
+use crate::math::{Signal, Vector};
+
+/// Fraction of a cell for the central differences of an obstacle's normal.
+const NORMAL_STEP: f64 = 1e-3;
+
+/// Something rigid that grid nodes meet.
+#[derive(Debug)]
+struct Boundary {
+    /// `wall:left`, `obstacle:floor`.
+    name: String,
+    kind: WallKind,
+    velocity: [Signal; 3],
+}
+
+/// One node under one condition.
+#[derive(Debug, Clone, Copy)]
+struct Condition<const D: usize> {
+    node: u32,
+    boundary: u32,
+    normal: Vector<D>,
+}
+
+/// What the walls did to one velocity field during a step.
+#[derive(Debug, Clone, Default)]
+struct Reaction<const D: usize> {
+    /// Force of each condition [N].
+    force: Vec<Vector<D>>,
+    /// Changes of p⁻ per boundary [N s].
+    start: Vec<Vector<D>>,
+    /// Mirrored force and momentum per side, and the masses of the mirrored ghosts.
+    mirrored: Vec<Vector<D>>,
+    mirrored_start: Vec<Vector<D>>,
+    ghosts: Vec<(u32, u32, f64)>,
+}
+
+/// Work of a step [J], and the impulse on the particles [N s].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct WallWork<const D: usize> {
+    /// Work that moving walls did on the material.
+    pub work: f64,
+    /// Energy lost to friction and stopping.
+    pub dissipation: f64,
+    /// Impulse on the particles.
+    pub impulse: Vector<D>,
+}
+
+/// All walls and obstacles of a run.
+#[derive(Debug)]
+pub struct Walls<const D: usize> {
+    boundaries: Vec<Boundary>,
+    /// Shapes of the obstacles, which follow the 2·D sides among the boundaries.
+    regions: Vec<crate::geometry::Region>,
+    /// How far each obstacle has moved [m].
+    pub displacement: Vec<Vector<3>>,
+    conditions: Vec<Condition<D>>,
+    reactions: Vec<Reaction<D>>,
+    /// Reaction of each boundary during the last step: force on the material [N].
+    pub force: Vec<Vector<D>>,
+    /// Nodes lighter than this have no velocity [kg].
+    cutoff: f64,
+}
+
+/// Names of the sides, by axis and end.
+pub fn side_name(dimension: usize, axis: usize, end: usize) -> &'static str {
+    let names = if axis + 1 == dimension { ["bottom", "top"] } else { [["left", "right"], ["front", "back"]][axis] };
+    names[end]
+}
+
+impl WallKind {
+    /// True if the condition binds always, in both directions.
+    fn binds(self) -> bool {
+        matches!(self, Self::Fixed | Self::Slip)
+    }
+
+    /// The order in which several conditions of one node are applied: the strictest last.
+    fn strictness(self) -> u8 {
+        match self {
+            Self::Open => 0,
+            Self::Separate | Self::Friction { .. } => 1,
+            Self::Slip => 2,
+            Self::Fixed => 3,
+        }
+    }
+
+    /// The velocity after the condition.
+    fn constrain<const D: usize>(self, v: Vector<D>, wall: Vector<D>, normal: Vector<D>) -> Vector<D> {
+        let relative = v - wall;
+        let approach = relative.dot(normal);
+        match self {
+            Self::Open => v,
+            Self::Fixed => wall,
+            Self::Slip => v - normal * approach,
+            Self::Separate | Self::Friction { .. } if approach >= 0.0 => v,
+            Self::Separate => v - normal * approach,
+            Self::Friction { coefficient } => {
+                let tangential = relative - normal * approach;
+                let speed = tangential.norm();
+                let kept = if speed > 0.0 { (1.0 - coefficient * -approach / speed).max(0.0) } else { 0.0 };
+                wall + tangential * kept
+            }
+        }
+    }
+}
+
+impl<const D: usize> Walls<D> {
+    /// The walls of `grid` and the obstacles; nodes up to the mass `cutoff` [kg] are left alone.
+    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, cutoff: f64) -> Self {
+        let side = |axis: usize, end: usize, wall: &Wall| Boundary {
+            name: format!("wall:{}", side_name(D, axis, end)),
+            kind: wall.kind,
+            velocity: wall.velocity.clone(),
+        };
+        let sides = (0..2 * D).map(|s| side(s / 2, s % 2, &grid.walls[s / 2][s % 2]));
+        let mut boundaries: Vec<_> = sides.collect();
+        let mut regions = Vec::new();
+        for Obstacle { name, region, kind, velocity } in obstacles {
+            boundaries.push(Boundary { name: format!("obstacle:{name}"), kind, velocity });
+            regions.push(region);
+        }
+        let force = vec![Vector::ZERO; boundaries.len()];
+        let displacement = vec![Vector::ZERO; regions.len()];
+        let reactions = vec![Reaction::default(); fields];
+        Self { boundaries, regions, displacement, conditions: Vec::new(), reactions, force, cutoff }
+    }
+
+    /// How the ghosts beyond each side follow: slip walls that stand still are exact mirrors.
+    pub fn folds(&self) -> [[Fold; 2]; D] {
+        std::array::from_fn(|axis| {
+            std::array::from_fn(|end| {
+                let wall = &self.boundaries[2 * axis + end];
+                let still = wall.velocity[axis].is_zero();
+                if wall.kind == WallKind::Slip && still { Fold::Mirror } else { Fold::Extrapolate }
+            })
+        })
+    }
+
+    /// True if an obstacle moves, so that its nodes change.
+    pub fn moving(&self) -> bool {
+        self.boundaries[2 * D..].iter().any(|b| b.velocity.iter().any(|v| !v.is_zero()))
+    }
+
+    /// Finds the nodes under a condition, after the active blocks or an obstacle changed.
+    pub fn find_nodes(&mut self, grid: &Grid<D>) {
+        let mut conditions = Vec::new();
+        for node in 0..grid.node_count() {
+            let ijk = grid.coordinates(node);
+            if !grid.contains(ijk) {
+                continue;
+            }
+            let first = conditions.len();
+            for (side, boundary) in self.boundaries[..2 * D].iter().enumerate() {
+                let (axis, end) = (side / 2, side % 2);
+                if boundary.kind != WallKind::Open && ijk[axis] == if end == 0 { 0 } else { grid.cells[axis] } {
+                    let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
+                    conditions.push(Condition { node: node as u32, boundary: side as u32, normal });
+                }
+            }
+            for obstacle in 0..self.regions.len() {
+                if let Some(normal) = self.obstacle_normal(obstacle, grid.position(node), grid.cell) {
+                    conditions.push(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal });
+                }
+            }
+            conditions[first..].sort_by_key(|c| self.boundaries[c.boundary as usize].kind.strictness());
+        }
+        self.conditions = conditions;
+    }
+
+    /// The outward normal of an obstacle at `x`, if `x` is inside.
+    fn obstacle_normal(&self, obstacle: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
+        let region = &self.regions[obstacle];
+        let x = x - Vector::from3(self.displacement[obstacle].0);
+        if region.signed_distance(x.to3()) > 0.0 {
+            return None;
+        }
+        let step = NORMAL_STEP * cell;
+        let slope = Vector::from_fn(|a| {
+            let d = Vector::unit(a) * step;
+            region.signed_distance((x + d).to3()) - region.signed_distance((x - d).to3())
+        });
+        Some(slope.normalized().unwrap_or(Vector::unit(D - 1)))
+    }
+
+    /// Starts a step: no reactions yet.
+    pub fn start_step(&mut self) {
+        self.force.fill(Vector::ZERO);
+        for reaction in &mut self.reactions {
+            let zero = |column: &mut Vec<Vector<D>>, len: usize| {
+                column.clear();
+                column.resize(len, Vector::ZERO);
+            };
+            zero(&mut reaction.force, self.conditions.len());
+            zero(&mut reaction.start, self.boundaries.len());
+            zero(&mut reaction.mirrored, 2 * D);
+            zero(&mut reaction.mirrored_start, 2 * D);
+            reaction.ghosts.clear();
+        }
+    }
+
+    /// Folds the ghosts of a field's nodes into the domain and books what mirrors reflect.
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, field: usize, nodes: &mut [Node<D>]) {
+        let reaction = &mut self.reactions[field];
+        ghosts.fold(nodes, |side, node, ghost| {
+            let axis = Vector::unit(side / 2);
+            reaction.mirrored[side] -= axis * (2.0 * ghost.force[side / 2]);
+            reaction.mirrored_start[side] -= axis * (2.0 * ghost.momentum[side / 2]);
+            if ghost.mass > 0.0 {
+                reaction.ghosts.push((side as u32, node as u32, ghost.mass));
+            }
+        });
+    }
+
+    /// The velocity of a boundary at `x` and time `t`.
+    fn velocity(&self, boundary: usize, x: Vector<D>, t: f64) -> Vector<D> {
+        Vector::from_fn(|a| self.boundaries[boundary].velocity[a].value(x.to3(), t))
+    }
+
+    /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
+    pub fn constrain_start(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64) {
+        for k in 0..self.conditions.len() {
+            let Condition { node, boundary, normal } = self.conditions[k];
+            let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
+            let Node { mass, momentum, .. } = nodes[node as usize];
+            if kind.binds() && mass > self.cutoff {
+                let wall = self.velocity(boundary, grid.position(node as usize), t);
+                let constrained = kind.constrain(momentum / mass, wall, normal) * mass;
+                self.reactions[field].start[boundary] += constrained - momentum;
+                nodes[node as usize].momentum = constrained;
+            }
+        }
+    }
+
+    /// All conditions on p̄ at time `t`; `dt` is the step of the momentum (theory 9, 2e and after contact).
+    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64, dt: f64) {
+        for k in 0..self.conditions.len() {
+            let Condition { node, boundary, normal } = self.conditions[k];
+            let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
+            let Node { mass, momentum, .. } = nodes[node as usize];
+            if mass > self.cutoff {
+                let wall = self.velocity(boundary, grid.position(node as usize), t);
+                let force = (kind.constrain(momentum / mass, wall, normal) * mass - momentum) / dt;
+                nodes[node as usize].momentum += force * dt;
+                nodes[node as usize].force += force;
+                self.reactions[field].force[k] += force;
+            }
+        }
+    }
+
+    /// All conditions on bare velocities at time `t` (those that only strain the particles).
+    pub fn constrain_velocity(&self, grid: &Grid<D>, velocity: &mut [Vector<D>], t: f64) {
+        for &Condition { node, boundary, normal } in &self.conditions {
+            let (boundary, v) = (boundary as usize, &mut velocity[node as usize]);
+            let wall = self.velocity(boundary, grid.position(node as usize), t);
+            *v = self.boundaries[boundary].kind.constrain(*v, wall, normal);
+        }
+    }
+
+    /// Removes from velocity corrections what binding conditions don't allow.
+    pub fn constrain_correction(&self, correction: &mut [Vector<D>]) {
+        for condition in &self.conditions {
+            let kind = self.boundaries[condition.boundary as usize].kind;
+            if kind.binds() {
+                let c = &mut correction[condition.node as usize];
+                *c = kind.constrain(*c, Vector::ZERO, condition.normal);
+            }
+        }
+    }
+
+    /// Axes along which nodes may not respond to contact: bit a for axis a, per node.
+    pub fn bound_axes(&self, nodes: usize) -> Vec<u8> {
+        let mut bound = vec![0; nodes];
+        for condition in &self.conditions {
+            bound[condition.node as usize] |= match self.boundaries[condition.boundary as usize].kind {
+                WallKind::Fixed => (1 << D) - 1,
+                WallKind::Slip => (0..D).filter(|&a| condition.normal[a].abs() > 0.5).map(|a| 1 << a).sum(),
+                WallKind::Open | WallKind::Separate | WallKind::Friction { .. } => 0,
+            };
+        }
+        bound
+    }
+
+    /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
+    /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
+    pub fn settle(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
+        let dt = step.momentum_dt;
+        let reaction = &self.reactions[field];
+        let mut impulse = vec![Vector::ZERO; self.boundaries.len()];
+        let (mut work, mut total) = (0.0, 0.0);
+        for (condition, &force) in self.conditions.iter().zip(&reaction.force) {
+            let Node { momentum: v, force: a, .. } = nodes[condition.node as usize];
+            let boundary = condition.boundary as usize;
+            impulse[boundary] += force * dt;
+            total += force.dot(v - a * (0.5 * dt)) * dt;
+            let x = grid.position(condition.node as usize);
+            let (before, after) = (self.velocity(boundary, x, step.before()), self.velocity(boundary, x, step.after()));
+            work += force.dot(before + after) * (0.5 * dt);
+        }
+        for (boundary, &start) in reaction.start.iter().enumerate() {
+            impulse[boundary] += start * share;
+        }
+        for side in 0..2 * D {
+            impulse[side] += reaction.mirrored[side] * dt + reaction.mirrored_start[side] * share;
+        }
+        for &(side, node, mass) in &reaction.ghosts {
+            let Node { momentum: v, force: a, .. } = nodes[node as usize];
+            let carried = a * dt + (v - a * dt) * share;
+            impulse[side as usize] += Vector::unit(side as usize / 2) * (2.0 * mass * carried[side as usize / 2]);
+        }
+        for (force, impulse) in self.force.iter_mut().zip(&impulse) {
+            *force += *impulse / dt;
+        }
+        WallWork { work, dissipation: work - total, impulse: impulse.into_iter().sum() }
+    }
+
+    /// Moves the obstacles to the end of a step.
+    pub fn advance(&mut self, t: f64, dt: f64) {
+        for (obstacle, displacement) in self.displacement.iter_mut().enumerate() {
+            let velocity = &self.boundaries[2 * D + obstacle].velocity;
+            *displacement += Vector::from_fn(|a| velocity[a].value([0.0; 3], t + 0.5 * dt)) * dt;
+        }
+    }
+
+    /// Names and reactions of the walls that do something: forces on the material [N].
+    pub fn reactions(&self) -> impl Iterator<Item = (&str, Vector<D>)> {
+        let active = self.boundaries.iter().zip(&self.force).filter(|(b, _)| b.kind != WallKind::Open);
+        active.map(|(boundary, &force)| (boundary.name.as_str(), force))
+    }
+}
