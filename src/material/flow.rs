@@ -66,7 +66,7 @@ fn compress<E: EquationOfState + ?Sized>(
     let (mass, stretch) = (&batch.mass[..n], &batch.stretch[..n]);
     let (volume, energy) = (&mut batch.volume[..n], &mut batch.energy[..n]);
     let (pressure, signal) = (&mut batch.pressure[..n], &mut batch.signal[..n]);
-    let least = eos.least_pressure();
+    let (least, per_density) = (eos.least_pressure(), 1.0 / density);
     for p in 0..n {
         let per_v0 = density / mass[p];
         let v = volume[p] * stretch[p];
@@ -75,7 +75,7 @@ fn compress<E: EquationOfState + ?Sized>(
         let k = eos.coefficients(density, 1.0 / expansion - 1.0);
 
         let e = energy[p] * per_v0;
-        let c_squared = k.modulus(e, k.pressure(e), expansion) / density;
+        let c_squared = k.modulus(e, k.pressure(e), expansion) * per_density;
         let shock = shock(mass[p] / v, c_squared.max(0.0).sqrt(), stretch[p] - 1.0);
 
         let e_star = energy[p] - 0.5 * (pressure[p] + shock.pressure) * dv;
@@ -86,7 +86,7 @@ fn compress<E: EquationOfState + ?Sized>(
         volume[p] = v;
         energy[p] = e_new;
         pressure[p] = p_new + shock.pressure;
-        signal[p] = shock.signal(k.modulus(e_new * per_v0, p_new, expansion) / density);
+        signal[p] = shock.signal(k.modulus(e_new * per_v0, p_new, expansion) * per_density);
     }
 }
 

@@ -79,3 +79,94 @@ impl PointLaw for Fluid {
         4.0 / 3.0 * self.viscosity / self.density
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Fluid;
+    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::eos::{EquationsOfState, IdealGas, Linear};
+    use crate::material::testing::Sample;
+    use crate::material::{PointLaw, StartState};
+    use crate::math::{SymTensor, Tensor};
+
+    fn air() -> Fluid {
+        Fluid {
+            density: 1.2,
+            viscosity: 0.5,
+            bulk_viscosity: BulkViscosity::default(),
+            eos: EquationsOfState::IdealGas(IdealGas { gamma: 1.4 }),
+        }
+    }
+
+    fn start() -> StartState {
+        StartState { pressure: Some(1e5), ..StartState::default() }
+    }
+
+    /// Simple shear at the rate γ̇ for the time T: τ = μ γ̇, and the heat μ γ̇² T raises p by (γ − 1) μ γ̇² T.
+    /// The stress starts from zero, so that the first increment gives half of its heat.
+    #[test]
+    fn shear_heats() {
+        let (law, rate, steps, dt) = (air(), 300.0, 100, 1e-3);
+        let mut sample = Sample::new(&law, start());
+        let mut gradient = Tensor::ZERO;
+        gradient[1][2] = rate;
+        for _ in 0..steps {
+            sample.step(&law, gradient, dt);
+        }
+        let heat = 0.5 * rate * rate * (f64::from(steps) - 0.5) * dt;
+        assert!((sample.energy[0] - (1e5 / 0.4 + heat)).abs() < 1e-9 * heat);
+        assert!((sample.pressure[0] - (1e5 + 0.4 * heat)).abs() < 1e-6);
+        let shear = SymTensor([0.0, 0.0, 0.0, 0.0, 0.5 * rate, 0.0]);
+        let error = sample.stress[0] + SymTensor::isotropic(sample.pressure[0]) - shear;
+        assert!(error.contract(&error).sqrt() < 1e-9);
+    }
+
+    /// The viscous step limit ρ h²/(8 μ) for three dimensions is part of the signal.
+    #[test]
+    fn viscosity_bounds_the_step() {
+        let law = Fluid { viscosity: 1e4, ..air() };
+        let mut sample = Sample::new(&law, start());
+        sample.step(&law, Tensor::ZERO, 1e-6);
+        assert!((sample.signal[0] - 8.0 * 1e4 / 1.2).abs() < 1e-6);
+        assert!((law.diffusivity() - 4.0 / 3.0 * 1e4 / 1.2).abs() < 1e-9);
+    }
+
+    /// A gas stopped at once by a strong shock: with artificial viscosity the compression heats more than the
+    /// isentrope, and what it gains is the work of the total pressure.
+    #[test]
+    fn artificial_viscosity_heats() {
+        let smooth = Fluid { viscosity: 0.0, ..air() };
+        let shocked = Fluid { bulk_viscosity: BulkViscosity([1.5, 0.06]), ..smooth.clone() };
+        let compress = |law: &Fluid| {
+            let (mut sample, mut work) = (Sample::new(law, start()), 0.0);
+            for _ in 0..200 {
+                let before = sample.clone();
+                sample.step(law, Tensor::identity() * -100.0, 1e-5);
+                work -= 0.5 * (before.pressure[0] + sample.pressure[0]) * (sample.volume[0] - before.volume[0]);
+            }
+            (sample.energy[0] - 1e5 / 0.4, work)
+        };
+        let ((isentropic, _), (gained, work)) = (compress(&smooth), compress(&shocked));
+        assert!(gained > 1.2 * isentropic, "{gained} {isentropic}");
+        assert!((gained / work - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn starts_that_a_fluid_refuses() {
+        let stressed = StartState { stress: Some(SymTensor::ZERO), ..StartState::default() };
+        assert!(air().initial(&stressed).unwrap_err().contains("stress"));
+        let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 0.0 });
+        let liquid = Fluid { eos, ..air() };
+        let pulled = StartState { pressure: Some(-10.0), ..StartState::default() };
+        assert!(liquid.initial(&pulled).unwrap_err().contains("least pressure"));
+    }
+
+    /// A liquid under pressure starts at the density that carries it: p = c0² (ρ − ρ0).
+    #[test]
+    fn a_pressed_liquid_is_dense() {
+        let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 0.0 });
+        let liquid = Fluid { density: 1000.0, eos, ..air() };
+        let state = liquid.initial(&start()).unwrap();
+        assert!((state.density - 1010.0).abs() < 1e-9 && state.sound_speed == 100.0);
+    }
+}

@@ -63,7 +63,16 @@ impl<const D: usize> Tensor<D> {
     /// Tensor product, self · other.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> Self {
-        Self::from_fn(|i, j| (0..D).map(|k| self.0[i][k] * other.0[k][j]).sum())
+        // Plain loops: iterator sums are not inlined here.
+        let mut product = Self::ZERO;
+        for i in 0..D {
+            for j in 0..D {
+                for k in 0..D {
+                    product.0[i][j] += self.0[i][k] * other.0[k][j];
+                }
+            }
+        }
+        product
     }
 
     /// Double contraction, self : other.
@@ -81,7 +90,13 @@ impl<const D: usize> Tensor<D> {
     /// self · v.
     #[inline(always)]
     pub fn apply(&self, v: Vector<D>) -> Vector<D> {
-        Vector::from_fn(|i| (0..D).map(|j| self.0[i][j] * v[j]).sum())
+        let mut product = Vector::ZERO;
+        for i in 0..D {
+            for j in 0..D {
+                product[i] += self.0[i][j] * v[j];
+            }
+        }
+        product
     }
 
     /// Embedded in three dimensions, with `diagonal` in the missing diagonal places

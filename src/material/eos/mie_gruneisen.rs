@@ -54,19 +54,18 @@ impl EquationOfState for MieGruneisen {
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
         let (slope, gruneisen) = (self.slope - 1.0, self.gruneisen);
         let modulus = density * self.sound_speed * self.sound_speed;
-        let expansion = 1.0 / (1.0 + eta);
-        let denominator = (1.0 - slope * eta).max(LEAST_DENOMINATOR);
-        let over = 1.0 / (denominator * denominator);
-        let hugoniot = modulus * eta * (1.0 + eta) * over;
-        let steepness = modulus * over * (1.0 + 2.0 * eta + 2.0 * slope * eta * (1.0 + eta) / denominator);
-        let cold = 1.0 - 0.5 * gruneisen * eta * expansion;
+        let over = 1.0 / (1.0 - slope * eta).max(LEAST_DENOMINATOR);
+        // A = p_H (1 − ½ γ0 η/(1 + η)) is, without the division, the polynomial below over [1 − (s − 1) η]².
+        let polynomial = eta * (1.0 + (1.0 - 0.5 * gruneisen) * eta);
+        let derivative = 1.0 + (2.0 - gruneisen) * eta;
+        let squeezed = modulus * over * over;
         let stretched = eta < 0.0;
         let bears = if matches!(self.tension, Tension::None) { 0.0 } else { 1.0 };
         // Both branches are computed and one is chosen, so that the loop over a batch vectorises.
         Coefficients {
-            a: if stretched { bears * modulus * eta } else { hugoniot * cold },
+            a: if stretched { bears * modulus * eta } else { squeezed * polynomial },
             b: if stretched { bears * gruneisen } else { gruneisen },
-            da: if stretched { modulus } else { steepness * cold - 0.5 * hugoniot * gruneisen * expansion * expansion },
+            da: if stretched { modulus } else { squeezed * (derivative + 2.0 * slope * over * polynomial) },
             db: 0.0,
         }
     }

@@ -1,6 +1,8 @@
 //! Tait (Murnaghan) liquid, `p = (ρ0 c0²/n) [(ρ/ρ0)ⁿ − 1]` (theory 3.3).
 
 use super::{Coefficients, EquationOfState};
+use crate::material::PointBatch;
+use crate::material::flow::{self, Flow};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,25 +27,50 @@ fn seven() -> f64 {
     7.0
 }
 
+impl Tait {
+    /// The coefficients, with (ρ/ρ0)^(n−1) from `power`.
+    #[inline(always)]
+    fn with_power(&self, density: f64, eta: f64, power: impl Fn(f64) -> f64) -> Coefficients {
+        let modulus = density * self.sound_speed * self.sound_speed;
+        let power = power(1.0 + eta);
+        let a = modulus / self.exponent * (power * (1.0 + eta) - 1.0);
+        Coefficients { a, b: 0.0, da: modulus * power, db: 0.0 }
+    }
+}
+
 impl EquationOfState for Tait {
     #[inline(always)]
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
-        let modulus = density * self.sound_speed * self.sound_speed;
-        // The exponent of water by products, which the compiler vectorises; the choice is the same for a batch.
-        let power = if self.exponent == 7.0 { sixth(1.0 + eta) } else { (1.0 + eta).powf(self.exponent - 1.0) };
-        let a = modulus / self.exponent * (power * (1.0 + eta) - 1.0);
-        Coefficients { a, b: 0.0, da: modulus * power, db: 0.0 }
+        self.with_power(density, eta, |x| x.powf(self.exponent - 1.0))
     }
 
     fn least_pressure(&self) -> f64 {
         -self.tensile_strength
     }
+
+    fn advance(&self, flow: &Flow, batch: &mut PointBatch<'_>) {
+        if self.exponent == 7.0 {
+            flow::advance(&Water(self), flow, batch);
+        } else {
+            flow::advance(self, flow, batch);
+        }
+    }
 }
 
-#[inline(always)]
-fn sixth(x: f64) -> f64 {
-    let cube = x * x * x;
-    cube * cube
+/// The exponent of water by products, which vectorise where a general power does not.
+#[derive(Debug)]
+struct Water<'a>(&'a Tait);
+
+impl EquationOfState for Water<'_> {
+    #[inline(always)]
+    fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
+        let cube = |x: f64| x * x * x;
+        self.0.with_power(density, eta, |x| cube(x) * cube(x))
+    }
+
+    fn least_pressure(&self) -> f64 {
+        self.0.least_pressure()
+    }
 }
 
 #[cfg(test)]
