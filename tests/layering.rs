@@ -1,0 +1,110 @@
+//! The import table of ARCHITECTURE.md, held against the sources: a module imports only what its row names.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+type Layers = BTreeMap<String, BTreeSet<String>>;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The rows of the table: `| module | imports |`, both as comma-separated names in backticks.
+fn table() -> Layers {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let section = text.split("## What may import what").nth(1).expect("the table has its heading");
+    let rows = section.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
+    let names = |cell: &str| -> BTreeSet<String> {
+        cell.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+    };
+    let mut layers = Layers::new();
+    for row in rows.take_while(|line| line.starts_with('|')) {
+        let cells: Vec<&str> = row.split('|').collect();
+        for module in names(cells[1]) {
+            layers.insert(module, names(cells[2]));
+        }
+    }
+    layers
+}
+
+fn sources(path: &Path, files: &mut Vec<PathBuf>) {
+    if path.is_dir() {
+        for entry in fs::read_dir(path).unwrap() {
+            sources(&entry.unwrap().path(), files);
+        }
+    } else if path.extension().is_some_and(|extension| extension == "rs") {
+        files.push(path.to_owned());
+    }
+}
+
+/// The top-level modules that a source names: `crate::name`, and `crate::{a, b::c}`.
+fn imports(text: &str) -> BTreeSet<String> {
+    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let mut found = BTreeSet::new();
+    for rest in lines.split("crate::").skip(1) {
+        let names: Vec<&str> = match rest.strip_prefix('{') {
+            Some(list) => list.split('}').next().unwrap_or_default().split(',').map(str::trim).collect(),
+            None => vec![rest],
+        };
+        for name in names {
+            let end = name.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(name.len());
+            found.insert(name[..end].to_owned());
+        }
+    }
+    found
+}
+
+#[test]
+fn modules_import_only_what_the_table_allows() {
+    let table = table();
+    let mut wrong = Vec::new();
+    for (module, allowed) in &table {
+        let mut files = Vec::new();
+        for path in [root().join(format!("src/{module}.rs")), root().join("src").join(module)] {
+            if path.exists() {
+                sources(&path, &mut files);
+            }
+        }
+        assert!(!files.is_empty(), "the table has a row for `{module}`, which does not exist");
+        for file in files {
+            let imports = imports(&fs::read_to_string(&file).unwrap());
+            let foreign = imports.into_iter().filter(|name| table.contains_key(name) && name != module);
+            let forbidden: Vec<String> = foreign.filter(|name| !allowed.contains(name)).collect();
+            if !forbidden.is_empty() {
+                wrong.push(format!("{} imports {forbidden:?}", file.strip_prefix(root()).unwrap().display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "against the table of ARCHITECTURE.md:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_module_has_a_row() {
+    let table = table();
+    let lib = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    for line in lib.lines() {
+        if let Some(module) = line.strip_prefix("pub mod ").and_then(|rest| rest.strip_suffix(';')) {
+            assert!(table.contains_key(module), "`{module}` has no row in the table of ARCHITECTURE.md");
+        }
+    }
+}
+
+#[test]
+fn the_table_has_no_cycles() {
+    let table = table();
+    let mut ordered: BTreeSet<&String> = BTreeSet::new();
+    while ordered.len() < table.len() {
+        let next = table.iter().find(|(name, below)| !ordered.contains(name) && below.iter().all(|b| ordered.contains(b)));
+        let (name, _) = next.expect("some modules import each other in a circle, or import one without a row");
+        ordered.insert(name);
+    }
+}
+
+#[test]
+fn imports_are_found_in_every_form() {
+    let text = "use crate::math::Vector;\nuse crate::{error, mesh::Mesh};\n// crate::case\nlet x = crate::geometry::f();";
+    let found = imports(text);
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["error", "geometry", "math", "mesh"]);
+}
