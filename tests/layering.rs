@@ -15,9 +15,7 @@ fn table() -> Layers {
     let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let section = text.split("## What may import what").nth(1).expect("the table has its heading");
     let rows = section.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
-    let names = |cell: &str| -> BTreeSet<String> {
-        cell.split('`').skip(1).step_by(2).map(str::to_owned).collect()
-    };
+    let names = |cell: &str| -> BTreeSet<String> { cell.split('`').skip(1).step_by(2).map(str::to_owned).collect() };
     let mut layers = Layers::new();
     for row in rows.take_while(|line| line.starts_with('|')) {
         let cells: Vec<&str> = row.split('|').collect();
@@ -96,7 +94,8 @@ fn the_table_has_no_cycles() {
     let table = table();
     let mut ordered: BTreeSet<&String> = BTreeSet::new();
     while ordered.len() < table.len() {
-        let next = table.iter().find(|(name, below)| !ordered.contains(name) && below.iter().all(|b| ordered.contains(b)));
+        let next =
+            table.iter().find(|(name, below)| !ordered.contains(name) && below.iter().all(|b| ordered.contains(b)));
         let (name, _) = next.expect("some modules import each other in a circle, or import one without a row");
         ordered.insert(name);
     }
@@ -104,7 +103,8 @@ fn the_table_has_no_cycles() {
 
 #[test]
 fn imports_are_found_in_every_form() {
-    let text = "use crate::math::Vector;\nuse crate::{error, mesh::Mesh};\n// crate::case\nlet x = crate::geometry::f();";
+    let text =
+        "use crate::math::Vector;\nuse crate::{error, mesh::Mesh};\n// crate::case\nlet x = crate::geometry::f();";
     let found = imports(text);
     assert_eq!(found.into_iter().collect::<Vec<_>>(), ["error", "geometry", "math", "mesh"]);
 }
