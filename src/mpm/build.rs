@@ -1,10 +1,12 @@
 //! From a description to a solver that is ready to step.
 
+use super::contact::FrictionTable;
+use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;
 use super::particles::{Body, Particles, Work};
 use super::wall::Walls;
-use super::{Accounts, BodySetup, Grid, Locking, Mpm, Setup, Transfer, snapshot, stability};
+use super::{Accounts, BodySetup, Grid, Locking, Membrane, Mpm, Setup, Transfer, stability};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -31,16 +33,28 @@ impl<const D: usize> Mpm<D> {
                 Err(message) => findings.push(Diagnostic::error(format!("body[{index}].material"), message)),
             }
         }
+        let membranes = build_membranes(setup.membranes, &setup.gravity).unwrap_or_else(|found| {
+            findings.extend(found);
+            Vec::new()
+        });
         if findings.iter().any(|finding| finding.severity == crate::error::Severity::Error) {
             return Err(findings);
         }
-        let walls = Walls::new(&setup.grid, setup.obstacles, field_count, cutoff);
+        let coupling = Coupling::new(
+            membranes,
+            &bodies,
+            (&setup.grid, Kernel::new(setup.kernel, 0.25)),
+            (&FrictionTable { listed: setup.friction, default: setup.default_friction }, setup.gap_tolerance * cell),
+            (setup.membrane_safety, setup.max_substeps),
+        );
+        let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
         let (books, accounts) = Accounts::open();
         let mut mpm = Self {
             grid: Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count),
             ghosts: Ghosts::default(),
             walls,
             bodies,
+            coupling,
             transfer: setup.transfer,
             stress_update: setup.stress_update,
             locking: setup.locking,
@@ -66,16 +80,17 @@ impl<const D: usize> Mpm<D> {
             // An increment of no time leaves the state alone and tells how fast signals travel in it.
             body.update_law(0.0, self.grid.cell);
         }
-        self.bound = self.particle_bound();
+        self.bound = self.step_bound();
         self.energy = self.body_energies();
-        let stored = snapshot::stored_energies(self).iter().map(|term| term.value).sum();
-        self.books.start(stored);
+        let membranes = self.coupling.membranes.iter().map(Membrane::balance);
+        let stored = membranes.map(|balance| balance.kinetic_start + balance.strain_start).sum::<f64>();
+        self.books.start(stored + self.energy.iter().sum::<f64>());
     }
 
-    /// The bound of all bodies [s].
-    pub(super) fn particle_bound(&self) -> f64 {
+    /// The bound of all bodies and membranes [s].
+    pub(super) fn step_bound(&self) -> f64 {
         let bounds = self.bodies.iter().map(|body| stability::bound(body, self.grid.cell, self.safety));
-        bounds.fold(f64::INFINITY, f64::min)
+        bounds.fold(self.coupling.bound(), f64::min)
     }
 }
 
@@ -91,6 +106,9 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     require(grid.cell > 0.0 && grid.cell.is_finite(), "grid.cell", format!("must be positive, is {}", grid.cell));
     require(grid.cells.iter().all(|&n| n > 0), "grid", "needs at least one cell along each axis".into());
     require(grid.lower.is_finite(), "grid.lower", "must be finite".into());
+    let membrane_safety = setup.membrane_safety > 0.0 && setup.membrane_safety <= 1.0;
+    let message = format!("must be in 0..1, is {}", setup.membrane_safety);
+    require(setup.membranes.is_empty() || membrane_safety, "mpm.membrane-safety", message);
     require(setup.safety > 0.0 && setup.safety <= 1.0, "mpm.safety", format!("must be in 0..1, is {}", setup.safety));
     if let Locking::Average { blend } = setup.locking {
         require((0.0..=1.0).contains(&blend), "mpm.locking.blend", format!("must be in 0..=1, is {blend}"));

@@ -36,10 +36,16 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     for body in &mut mpm.bodies {
         body_columns(body, visit);
     }
-    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1]];
+    for membrane in &mut mpm.coupling.membranes {
+        let prefix = format!("membrane.{}.", membrane.name);
+        membrane.columns(&prefix, visit);
+    }
+    mpm.coupling.contact.columns("contact.", visit);
+    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.coupling.substep_before, mpm.energy[0], mpm.energy[1]];
     visit("mpm.clock", Column::new(&mut clock));
-    if let [dt_before, bound, kinetic, internal] = clock[..] {
-        (mpm.dt_before, mpm.bound, mpm.energy) = (dt_before, bound, [kinetic, internal]);
+    if let [dt_before, bound, substep_before, kinetic, internal] = clock[..] {
+        (mpm.dt_before, mpm.bound, mpm.coupling.substep_before) = (dt_before, bound, substep_before);
+        mpm.energy = [kinetic, internal];
     }
     let mut steps = vec![mpm.steps];
     visit("mpm.steps", Column::new(&mut steps));

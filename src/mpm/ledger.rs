@@ -78,25 +78,35 @@ impl Books {
         }
     }
 
+    /// External impulse since the start [N s].
+    pub fn impulse(&self) -> [f64; 3] {
+        self.impulse.map(Total::value)
+    }
+
     /// Sets the stored energy of the start [J].
     pub fn start(&mut self, stored: f64) {
         self.start = stored;
     }
 
-    /// Completes the ledger: `terms` holds the stored energies and the other terms.
-    pub fn ledger(&self, dimension: usize, mut terms: Vec<BalanceTerm>) -> Ledger {
-        let stored: f64 = terms.iter().filter(|term| term.kind == TermKind::Stored).map(|term| term.value).sum();
-        let mut closure = stored - self.start;
-        for account in &self.accounts {
-            let value = account.total.value();
-            closure += if account.kind == TermKind::Loss { value } else { -value };
-            terms.push(BalanceTerm { name: account.name.clone(), unit: "J", kind: account.kind, value });
-        }
-        for (axis, total) in ["x", "y", "z"].iter().zip(self.impulse).take(dimension) {
-            terms.push(other(format!("external impulse {axis}"), "N s", total.value()));
+    /// Completes the ledger: `terms` holds the stored energies, gains and losses kept elsewhere, and other terms.
+    pub fn ledger(&self, mut terms: Vec<BalanceTerm>) -> Ledger {
+        terms.extend(self.accounts.iter().map(|account| BalanceTerm {
+            name: account.name.clone(),
+            unit: "J",
+            kind: account.kind,
+            value: account.total.value(),
+        }));
+        let mut closure = Total::default();
+        closure.add(-self.start);
+        for term in &terms {
+            match term.kind {
+                TermKind::Stored | TermKind::Loss => closure.add(term.value),
+                TermKind::Gain => closure.add(-term.value),
+                TermKind::Other => {}
+            }
         }
         terms.push(other("stored energy at the start".into(), "J", self.start));
-        terms.push(other("closure".into(), "J", closure));
+        terms.push(other("closure".into(), "J", closure.value()));
         Ledger { terms }
     }
 
@@ -122,9 +132,9 @@ pub fn other(name: String, unit: &'static str, value: f64) -> BalanceTerm {
     BalanceTerm { name, unit, kind: TermKind::Other, value }
 }
 
-/// An energy that is stored now [J].
-pub fn stored(name: String, value: f64) -> BalanceTerm {
-    BalanceTerm { name, unit: "J", kind: TermKind::Stored, value }
+/// An energy of the closure [J].
+pub fn energy(kind: TermKind, name: String, value: f64) -> BalanceTerm {
+    BalanceTerm { name, unit: "J", kind, value }
 }
 
 #[cfg(test)]
@@ -148,7 +158,7 @@ mod tests {
         books.start(10.0);
         books.add(work, 5.0);
         books.add(loss, 2.0);
-        let ledger = books.ledger(2, vec![stored("energy".into(), 13.5)]);
+        let ledger = books.ledger(vec![energy(TermKind::Stored, "energy".into(), 13.5)]);
         assert_eq!(ledger.terms.last().map(|term| term.value), Some(0.5));
         let mut copy = books.clone();
         copy.set_numbers(&books.to_numbers());

@@ -16,6 +16,7 @@
 mod build;
 mod columns;
 pub mod contact;
+mod coupling;
 pub mod ghost;
 pub mod grid;
 mod health;

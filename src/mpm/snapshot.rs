@@ -1,9 +1,11 @@
 //! What outputs see: particles, ledger, reactions.
 
 use super::Mpm;
-use super::ledger::{other, stored};
+use super::ledger::{energy, other};
+use super::membrane::Membrane;
 use super::particles::Body;
 use crate::math::{Tensor, Vector};
+use crate::simulation::TermKind::{Gain, Loss, Stored};
 use crate::simulation::{BalanceTerm, Field, Ledger, PointSet, Snapshot};
 use std::borrow::Cow;
 
@@ -46,47 +48,91 @@ fn points<const D: usize>(body: &Body<D>) -> PointSet<'_> {
 
 /// The state of a run.
 pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
+    let membranes = &mpm.coupling.membranes;
     Snapshot {
         step: mpm.steps,
         dt: mpm.dt_before,
         dimension: D,
         points: mpm.bodies.iter().map(points).collect(),
+        surfaces: membranes.iter().map(Membrane::surface_set).collect(),
         ledger: ledger(mpm),
-        forces: mpm.walls.reactions().map(|(name, force)| (name.to_owned(), force.to3())).collect(),
+        forces: forces(mpm),
+        counts: mpm.coupling.contact.crossed(),
         ..Snapshot::default()
     }
 }
 
+/// Reactions of walls and obstacles, contact forces, reactions of supports.
+fn forces<const D: usize>(mpm: &Mpm<D>) -> Vec<(String, [f64; 3])> {
+    let mut forces: Vec<_> = mpm.walls.reactions().map(|(name, force)| (name.to_owned(), force.to3())).collect();
+    forces.extend(mpm.coupling.contact.forces());
+    for membrane in &mpm.coupling.membranes {
+        let supports = membrane.reactions().iter().enumerate();
+        forces.extend(supports.map(|(index, force)| (format!("support:{}[{index}]", membrane.name), *force)));
+    }
+    forces
+}
+
 /// All terms of the ledger.
 fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
-    let mut terms = stored_energies(mpm);
-    let (mut mass, mut momentum, mut spin) = (0.0, Vector::<3>::ZERO, Vector::<3>::ZERO);
-    for body in &mpm.bodies {
-        let (m, p, l) = moments(body, mpm.grid.cell);
-        mass += m;
-        momentum += p;
-        spin += l;
+    let mut terms = Vec::new();
+    for Body { name, particles, .. } in &mpm.bodies {
+        terms.push(energy(Stored, format!("kinetic energy: {name}"), particles.kinetic_energy()));
+        terms.push(energy(Stored, format!("internal energy: {name}"), particles.internal_energy()));
     }
+    let mut impulse = Vector(mpm.books.impulse());
+    for membrane in &mpm.coupling.membranes {
+        membrane_terms(membrane, &mut terms);
+        let [external, _, supports] = membrane.impulses();
+        impulse += Vector((external + supports).to3());
+    }
+    let losses = mpm.coupling.contact.losses();
+    terms.push(energy(Loss, "contact dissipation".into(), losses.normal));
+    terms.push(energy(Loss, "friction dissipation".into(), losses.friction));
+    terms.push(energy(Loss, "contact mapping loss".into(), losses.mapping));
+    moment_terms(mpm, impulse, &mut terms);
+    mpm.books.ledger(terms)
+}
+
+/// Energies and works of a membrane.
+fn membrane_terms<const D: usize>(membrane: &Membrane<D>, terms: &mut Vec<BalanceTerm>) {
+    let (name, balance) = (&membrane.name, membrane.balance());
+    let rows = [
+        (Stored, "kinetic energy", balance.kinetic),
+        (Stored, "strain energy", balance.strain),
+        (Stored, "hourglass energy", balance.hourglass),
+        (Gain, "work of pressure", balance.pressure),
+        (Gain, "work of gravity", balance.gravity),
+        (Gain, "work of supports", balance.supports),
+        (Gain, "stress update error", balance.mismatch),
+        (Loss, "damping", balance.damping),
+    ];
+    terms.extend(rows.map(|(kind, what, value)| energy(kind, format!("{what}: {name}"), value)));
+}
+
+/// Mass, momentum, angular momentum, and the impulse from outside.
+fn moment_terms<const D: usize>(mpm: &Mpm<D>, impulse: Vector<3>, terms: &mut Vec<BalanceTerm>) {
+    let bodies = mpm.bodies.iter().map(|body| moments(body, mpm.grid.cell));
+    let parts = bodies.chain(mpm.coupling.membranes.iter().map(membrane_moments));
+    let (mass, momentum, spin) =
+        parts.fold((0.0, Vector::ZERO, Vector::ZERO), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
     terms.push(other("mass".into(), "kg", mass));
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         if axis < D {
             terms.push(other(format!("momentum {name}"), "N s", momentum[axis]));
+            terms.push(other(format!("external impulse {name}"), "N s", impulse[axis]));
         }
         if D == 3 || axis == 2 {
             terms.push(other(format!("angular momentum {name}"), "N m s", spin[axis]));
         }
     }
-    mpm.books.ledger(D, terms)
 }
 
-/// The energies that are stored now.
-pub(super) fn stored_energies<const D: usize>(mpm: &Mpm<D>) -> Vec<BalanceTerm> {
-    let mut terms = Vec::new();
-    for body in &mpm.bodies {
-        terms.push(stored(format!("kinetic energy: {}", body.name), body.particles.kinetic_energy()));
-        terms.push(stored(format!("internal energy: {}", body.name), body.particles.internal_energy()));
-    }
-    terms
+/// Mass, momentum and angular momentum of a membrane about the origin.
+fn membrane_moments<const D: usize>(membrane: &Membrane<D>) -> (f64, Vector<3>, Vector<3>) {
+    let nodes = membrane.position.iter().zip(&membrane.velocity).zip(&membrane.mass);
+    let spin = nodes.map(|((x, v), m)| Vector(x.to3()).cross(Vector(v.to3())) * *m).sum();
+    (membrane.total_mass(), Vector(membrane.momentum().to3()), spin)
 }
 
 /// Mass, momentum and angular momentum about the origin, the affine motion of APIC included.

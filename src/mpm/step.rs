@@ -3,6 +3,7 @@
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
 
+use super::coupling::Coupling;
 use super::ghost::Ghosts;
 use super::kernel::with_shape;
 use super::ledger::{AccountId, Books};
@@ -13,7 +14,7 @@ use super::transfer_filter::filter;
 use super::transfer_gather::{gather_affine, gather_motion};
 use super::transfer_scatter::{scatter_force, scatter_mass_and_momentum, scatter_momentum};
 use super::wall::Walls;
-use super::{ActiveBlocks, Grid, Locking, StressUpdate, Transfer, columns, health, snapshot};
+use super::{ActiveBlocks, Grid, Locking, Node, StressUpdate, Transfer, columns, health, snapshot};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
 use crate::simulation::{Column, Snapshot, Solver, TermKind, Timer};
@@ -93,6 +94,7 @@ pub struct Mpm<const D: usize> {
     pub(super) ghosts: Ghosts<D>,
     pub(super) walls: Walls<D>,
     pub(super) bodies: Vec<Body<D>>,
+    pub(super) coupling: Coupling<D>,
     pub(super) transfer: Transfer,
     pub(super) stress_update: StressUpdate,
     pub(super) locking: Locking,
@@ -123,7 +125,7 @@ impl<const D: usize> Solver for Mpm<D> {
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         self.dt_before = dt;
         self.steps += 1;
-        self.bound = self.particle_bound().min(GROWTH * self.bound);
+        self.bound = self.step_bound().min(GROWTH * self.bound);
         Ok(())
     }
 
@@ -155,6 +157,10 @@ impl<const D: usize> Mpm<D> {
             timed!(self.timer, "force", self.scatter_forces(field, step)); // f_I               (17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
         }
+        let Self { grid, bodies, coupling, timer, .. } = self;
+        coupling.advance(grid, bodies, step, timer)?; // membranes, J_I                     (39–59)
+        timed!(self.timer, "grid", self.constrain_walls(step)); // contact may have pushed into them
+        timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
             timed!(self.timer, "g2p", self.gather_particles(field, step)); // v_p, ẋ_p           (65, 19)
@@ -183,13 +189,15 @@ impl<const D: usize> Mpm<D> {
 
     /// m_I and p_I⁻ with the binding walls (60, 61).
     fn scatter_particles(&mut self, field: usize, step: &Step) {
-        let Self { grid, bodies, ghosts, walls, .. } = self;
+        let Self { grid, bodies, ghosts, walls, cutoff, .. } = self;
         grid.with_field(field, |grid, own| {
             for body in bodies.iter().filter(|body| body.field == field) {
                 let particles = &body.particles;
                 with_shape!(body.kernel, shape => scatter_mass_and_momentum(shape, grid, particles, &mut own.nodes));
             }
             walls.fold(ghosts, field, &mut own.nodes);
+            // Nodes that are too light have no velocity; nothing may push them (theory 2.5).
+            own.nodes.iter_mut().filter(|node| node.mass <= *cutoff).for_each(|node| *node = Node::default());
             walls.constrain_start(grid, field, &mut own.nodes, step.before());
         });
     }
@@ -201,10 +209,10 @@ impl<const D: usize> Mpm<D> {
             StressUpdate::Average => 0.5 * step.dt_before,
             StressUpdate::Last | StressUpdate::ModifiedLast => return Ok(()),
         };
-        let Self { grid, bodies, ghosts, cutoff, locking, .. } = self;
+        let Self { grid, bodies, ghosts, locking, .. } = self;
         grid.with_field(field, |grid, own| {
-            let velocity = |node: &super::Node<D>| {
-                if node.mass > *cutoff { node.momentum / node.mass } else { Vector::ZERO }
+            let velocity = |node: &Node<D>| {
+                if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
             };
             own.velocity.clear();
             own.velocity.extend(own.nodes.iter().map(velocity));
@@ -224,6 +232,7 @@ impl<const D: usize> Mpm<D> {
                 with_shape!(body.kernel, shape => scatter_force(shape, grid, particles, external, &mut own.nodes));
             }
             walls.fold(ghosts, field, &mut own.nodes);
+            own.nodes.iter_mut().filter(|node| node.mass == 0.0).for_each(|node| node.force = Vector::ZERO);
         });
     }
 
@@ -240,21 +249,29 @@ impl<const D: usize> Mpm<D> {
         });
     }
 
+    /// The walls once more, after contact.
+    fn constrain_walls(&mut self, step: &Step) {
+        let Self { grid, walls, .. } = self;
+        for field in 0..grid.fields.len() {
+            grid.with_field(field, |grid, own| {
+                walls.constrain_trial(grid, field, &mut own.nodes, step.after(), step.momentum_dt);
+            });
+        }
+    }
+
     /// Turns (m, p⁺, f) into (m, v⁺, a), settles the work of the forces, and fills the ghosts.
     fn finish_nodes(&mut self, field: usize, step: &Step) {
         let share = self.pic_share(step.momentum_dt);
-        let Self { grid, walls, ghosts, cutoff, tally, books, accounts, .. } = self;
+        let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
         grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
             for (node, applied) in own.nodes.iter_mut().zip(&own.applied) {
-                if node.mass > *cutoff {
+                if node.mass > 0.0 {
                     let force = node.force;
                     (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
                     let mean = node.momentum - node.force * (0.5 * dt);
                     tally.nodes += force.dot(mean) * dt;
                     tally.applied += applied.dot(mean) * dt;
-                } else {
-                    (node.momentum, node.force) = (Vector::ZERO, Vector::ZERO);
                 }
             }
             ghosts.fill(&mut own.nodes);
@@ -285,7 +302,7 @@ impl<const D: usize> Mpm<D> {
             }
             _ => 0,
         };
-        let Self { grid, bodies, ghosts, walls, cutoff, tally, books, accounts, .. } = self;
+        let Self { grid, bodies, ghosts, walls, tally, books, accounts, .. } = self;
         let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
         let (grid, own) = (&*grid, &grid.fields[field]);
         for body in &mut bodies {
@@ -304,7 +321,7 @@ impl<const D: usize> Mpm<D> {
             books.push(impulse.to3());
         }
         if order > 0 {
-            filter(grid, ghosts, walls, own, &mut bodies, (order, *cutoff));
+            filter(grid, ghosts, walls, own, &mut bodies, order);
         }
     }
 
@@ -316,7 +333,7 @@ impl<const D: usize> Mpm<D> {
             StressUpdate::ModifiedLast => (step.dt, true),
             StressUpdate::Average => (0.5 * step.dt, true),
         };
-        let Self { grid, bodies, ghosts, walls, cutoff, locking, .. } = self;
+        let Self { grid, bodies, ghosts, walls, locking, .. } = self;
         grid.with_field(field, |grid, own| {
             own.velocity.clear();
             if remapped {
@@ -327,7 +344,7 @@ impl<const D: usize> Mpm<D> {
                 }
                 ghosts.fold(&mut own.velocity, |_, _, _| {});
                 for (v, node) in own.velocity.iter_mut().zip(&own.nodes) {
-                    *v = if node.mass > *cutoff { *v / node.mass } else { Vector::ZERO };
+                    *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
                 }
                 walls.constrain_velocity(grid, &mut own.velocity, step.after());
                 ghosts.fill(&mut own.velocity);

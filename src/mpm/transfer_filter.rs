@@ -27,7 +27,7 @@ pub fn filter<const D: usize>(
     walls: &Walls<D>,
     field: &Field<D>,
     bodies: &mut [&mut Body<D>],
-    (order, cutoff): (u32, f64),
+    order: u32,
 ) {
     let mut w: Vec<Vector<D>> = field.nodes.iter().map(|node| node.momentum).collect();
     let mut v = w.clone();
@@ -41,7 +41,7 @@ pub fn filter<const D: usize>(
         }
         ghosts.fold(&mut smooth, |_, _, _| {});
         for (node, s) in field.nodes.iter().zip(&mut smooth) {
-            *s = if node.mass > cutoff { *s / node.mass } else { Vector::ZERO };
+            *s = if node.mass > 0.0 { *s / node.mass } else { Vector::ZERO };
         }
         w.iter_mut().zip(smooth).for_each(|(w, s)| *w -= s);
         walls.constrain_correction(&mut w);

@@ -75,8 +75,6 @@ pub struct Walls<const D: usize> {
     reactions: Vec<Reaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,
-    /// Nodes lighter than this have no velocity [kg].
-    cutoff: f64,
 }
 
 /// Names of the sides, by axis and end.
@@ -122,8 +120,8 @@ impl WallKind {
 }
 
 impl<const D: usize> Walls<D> {
-    /// The walls of `grid` and the obstacles; nodes up to the mass `cutoff` [kg] are left alone.
-    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, cutoff: f64) -> Self {
+    /// The walls of `grid` and the obstacles.
+    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize) -> Self {
         let side = |axis: usize, end: usize, wall: &Wall| Boundary {
             name: format!("wall:{}", side_name(D, axis, end)),
             kind: wall.kind,
@@ -139,7 +137,7 @@ impl<const D: usize> Walls<D> {
         let force = vec![Vector::ZERO; boundaries.len()];
         let displacement = vec![Vector::ZERO; regions.len()];
         let reactions = vec![Reaction::default(); fields];
-        Self { boundaries, regions, displacement, conditions: Vec::new(), reactions, force, cutoff }
+        Self { boundaries, regions, displacement, conditions: Vec::new(), reactions, force }
     }
 
     /// How the ghosts beyond each side follow: slip walls that stand still are exact mirrors.
@@ -239,7 +237,7 @@ impl<const D: usize> Walls<D> {
             let Condition { node, boundary, normal } = self.conditions[k];
             let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
             let Node { mass, momentum, .. } = nodes[node as usize];
-            if kind.binds() && mass > self.cutoff {
+            if kind.binds() && mass > 0.0 {
                 let wall = self.velocity(boundary, grid.position(node as usize), t);
                 let constrained = kind.constrain(momentum / mass, wall, normal) * mass;
                 self.reactions[field].start[boundary] += constrained - momentum;
@@ -254,7 +252,7 @@ impl<const D: usize> Walls<D> {
             let Condition { node, boundary, normal } = self.conditions[k];
             let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
             let Node { mass, momentum, .. } = nodes[node as usize];
-            if mass > self.cutoff {
+            if mass > 0.0 {
                 let wall = self.velocity(boundary, grid.position(node as usize), t);
                 let force = (kind.constrain(momentum / mass, wall, normal) * mass - momentum) / dt;
                 nodes[node as usize].momentum += force * dt;
@@ -282,19 +280,6 @@ impl<const D: usize> Walls<D> {
                 *c = kind.constrain(*c, Vector::ZERO, condition.normal);
             }
         }
-    }
-
-    /// Axes along which nodes may not respond to contact: bit a for axis a, per node.
-    pub fn bound_axes(&self, nodes: usize) -> Vec<u8> {
-        let mut bound = vec![0; nodes];
-        for condition in &self.conditions {
-            bound[condition.node as usize] |= match self.boundaries[condition.boundary as usize].kind {
-                WallKind::Fixed => (1 << D) - 1,
-                WallKind::Slip => (0..D).filter(|&a| condition.normal[a].abs() > 0.5).map(|a| 1 << a).sum(),
-                WallKind::Open | WallKind::Separate | WallKind::Friction { .. } => 0,
-            };
-        }
-        bound
     }
 
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts

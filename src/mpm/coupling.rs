@@ -1,0 +1,143 @@
+//! Membranes take their steps and meet the bodies on the grid (theory 9, 3 and 4; sub-steps: 11.2).
+//!
+//! The stable step of a stiff membrane may be hundreds of times smaller than that of the bodies. Then it takes
+//! n sub-steps of Δt/n, each against the trial state p̄(τ) = p⁻ + τ f of the bodies at its time, with their
+//! weights and masses frozen; the bodies receive the sum of the impulses. With n = 1 this is the step of the paper.
+
+use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
+use super::membrane::Membrane;
+use super::particles::Body;
+use super::{Grid, GridSetup, Kernel, MembraneSetup, Step};
+use crate::error::{Diagnostic, StepError};
+use crate::math::{Signal, Vector};
+use crate::simulation::Timer;
+use crate::timed;
+
+/// All membranes of a run, and everything that touches.
+#[derive(Debug)]
+pub struct Coupling<const D: usize> {
+    /// The membranes.
+    pub membranes: Vec<Membrane<D>>,
+    /// Contact of membranes with bodies, and of bodies with each other.
+    pub contact: Contact<D>,
+    /// Fraction of the stable step of a membrane.
+    safety: f64,
+    /// Most sub-steps per step.
+    max_substeps: usize,
+    /// The last sub-step [s].
+    pub substep_before: f64,
+}
+
+/// The membranes of a case under gravity.
+///
+/// # Errors
+/// The findings of every membrane, with their keys.
+pub fn build_membranes<const D: usize>(
+    setups: Vec<MembraneSetup<D>>,
+    gravity: &[Signal; D],
+) -> Result<Vec<Membrane<D>>, Vec<Diagnostic>> {
+    let (mut membranes, mut findings) = (Vec::new(), Vec::new());
+    for (index, setup) in setups.into_iter().enumerate() {
+        match Membrane::new(setup) {
+            Ok(membrane) => membranes.push(membrane.with_gravity(gravity.clone())),
+            Err(found) => findings.extend(found.into_iter().map(|finding| Diagnostic {
+                key: format!("membrane[{index}].{}", finding.key).trim_end_matches('.').to_owned(),
+                ..finding
+            })),
+        }
+    }
+    if findings.is_empty() { Ok(membranes) } else { Err(findings) }
+}
+
+impl<const D: usize> Coupling<D> {
+    /// Membranes and bodies that may touch; `tolerance` is the gap below which they do [m].
+    pub fn new(
+        membranes: Vec<Membrane<D>>,
+        bodies: &[Body<D>],
+        (grid, kernel): (&GridSetup<D>, Kernel),
+        (friction, tolerance): (&FrictionTable, f64),
+        (safety, max_substeps): (f64, usize),
+    ) -> Self {
+        let sources: Vec<_> = membranes.iter().map(source).collect();
+        let contact = Contact::new(Lattice::new(kernel, &grid.walls), friction, tolerance, bodies, &sources);
+        Self { membranes, contact, safety, max_substeps: max_substeps.max(1), substep_before: 0.0 }
+    }
+
+    /// The largest stable sub-step of the membranes [s]; infinity without any.
+    fn substep_bound(&self) -> f64 {
+        self.membranes.iter().map(|membrane| self.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The largest step that the membranes allow [s].
+    pub fn bound(&self) -> f64 {
+        self.substep_bound() * self.max_substeps as f64
+    }
+
+    /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid.
+    ///
+    /// # Errors
+    /// When an element collapses or a node is not finite.
+    pub fn advance(
+        &mut self,
+        grid: &mut Grid<D>,
+        bodies: &[Body<D>],
+        step: &Step,
+        timer: &mut Timer,
+    ) -> Result<(), StepError> {
+        let Self { membranes, contact, .. } = self;
+        let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
+        let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
+        timed!(timer, "contact", contact.begin_step(grid, bodies, &surfaces, step.momentum_dt));
+
+        let count = self.substeps(step.dt);
+        let dt = step.dt / count as f64;
+        for substep in 0..count {
+            let t = step.t + dt * substep as f64;
+            let momentum_dt = 0.5 * (self.substep_before + dt);
+            let elapsed = step.momentum_dt * (substep + 1) as f64 / count as f64;
+            for (index, membrane) in self.membranes.iter_mut().enumerate() {
+                let previous = membrane.velocity.clone();
+                timed!(timer, "membrane", membrane.internal_force(t, momentum_dt)?); // f_K         (39–45)
+                timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
+                let surface = surface(membrane, &previous, &offsets[index]);
+                let contact = &mut self.contact;
+                let force = timed!(timer, "contact", contact.resolve(index, &surface, elapsed, momentum_dt));
+                timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
+                timed!(timer, "membrane", membrane.move_nodes(t, dt)); // x_K                      (47)
+            }
+            self.substep_before = dt;
+        }
+        timed!(timer, "contact", self.contact.finish_step(grid));
+        Ok(())
+    }
+
+    /// Sub-steps of a step of `dt` [s].
+    fn substeps(&self, dt: f64) -> usize {
+        (dt / self.substep_bound() * (1.0 - 1e-12)).ceil().max(1.0) as usize
+    }
+}
+
+/// A membrane as contact first sees it.
+fn source<const D: usize>(membrane: &Membrane<D>) -> SheetSource<'_, D> {
+    SheetSource {
+        name: &membrane.name,
+        facets: membrane.elements.iter().map(Facet::new).collect(),
+        reference: &membrane.reference,
+        mass: &membrane.mass,
+        held: (0..membrane.mass.len()).map(|k| membrane.constrained(k)).collect(),
+    }
+}
+
+/// A membrane as contact sees it during a step.
+fn surface<'a, const D: usize>(
+    membrane: &'a Membrane<D>,
+    previous: &'a [Vector<D>],
+    offset: &'a [f64],
+) -> Surface<'a, D> {
+    Surface { position: &membrane.position, velocity: &membrane.velocity, previous, offset }
+}
+
+/// Distance from the mid-surface to the faces, per element [m].
+fn offsets<const D: usize>(membrane: &Membrane<D>) -> Vec<f64> {
+    (0..membrane.elements.len()).map(|element| membrane.contact_half_thickness(element)).collect()
+}
