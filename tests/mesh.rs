@@ -218,6 +218,7 @@ fn wrong_membranes_are_told_what_and_where() {
         ),
         (r#"{ shape = "chain", points = [[0, 0], [0, 0]], divisions = [2] }"#, 2, "points[0]"),
         (r#"{ shape = "chain", points = [[0, 0], [0, 1]], divisions = [2, 2] }"#, 2, "divisions"),
+        (r#"{ shape = "file", path = "absent.msh" }"#, 3, "path"),
     ];
     for (toml, dimension, key) in cases {
         let finding = shape(toml).build(Path::new("."), dimension).expect_err(toml);

@@ -2,11 +2,13 @@
 //!
 //! * [`Facets`]: quadrilaterals and triangles in 3D, segments in 2D, with named sets of nodes;
 //! * [`generate`]: sheets, discs, cylinders, tubes, spheres, chains and circles;
+//! * [`gmsh`]: files of Gmsh, versions 2.2 and 4.1, ASCII and binary;
 //! * [`check`]: inverted, degenerate, doubled, dangling.
 
 pub mod check;
 mod facets;
 pub mod generate;
+pub mod gmsh;
 
 pub use facets::Facets;
 pub use generate::MembraneShape;

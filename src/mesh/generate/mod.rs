@@ -6,12 +6,14 @@
 
 mod chain;
 mod disc;
+mod file;
 mod patch;
 mod sphere;
 mod swept;
 
 pub use chain::{ChainShape, CircleShape};
 pub use disc::DiscShape;
+pub use file::FileShape;
 pub use patch::SheetShape;
 pub use sphere::SphereMeshShape;
 pub use swept::{CylinderMeshShape, TubeShape};
@@ -42,6 +44,7 @@ crate::registry! {
         "sphere" => SphereMeshShape,
         "chain" => ChainShape,
         "circle" => CircleShape,
+        "file" => FileShape,
     }
 }
 

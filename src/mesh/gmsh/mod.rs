@@ -1,0 +1,267 @@
+//! Files of Gmsh (`.msh`), versions 2.2 and 4.1, ASCII and binary (Gmsh reference manual, chapter 10).
+//!
+//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, with the physical
+//! groups that they belong to. Counts are checked against the bytes that are left before memory is taken.
+
+mod cursor;
+mod select;
+mod version2;
+mod version4;
+
+pub use cursor::{GmshError, Place};
+
+use crate::math::Vector;
+use cursor::Cursor;
+use hashbrown::HashMap;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Contents of a Gmsh file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GmshMesh {
+    /// Node positions, in units of the file.
+    pub nodes: Vec<[f64; 3]>,
+    /// Elements of all dimensions, in the order of the file.
+    pub cells: Vec<Cell>,
+    /// Physical groups.
+    pub groups: Vec<Group>,
+    /// Lists of physical tags; cells name theirs by number.
+    memberships: Vec<Vec<i64>>,
+}
+
+/// A physical group.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// Dimension of its elements: 0 to 3.
+    pub dimension: usize,
+    /// Its number in the file.
+    pub tag: i64,
+    /// Its name; the number as text if it has none.
+    pub name: String,
+}
+
+/// An element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cell {
+    /// Its kind.
+    pub kind: CellKind,
+    nodes: [u32; 4],
+    membership: u32,
+}
+
+impl Cell {
+    /// Its nodes, as indices into [`GmshMesh::nodes`].
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes[..self.kind.node_count()]
+    }
+}
+
+/// Kinds of elements that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CellKind {
+    /// A point.
+    Point,
+    /// A line of two nodes.
+    Line,
+    /// A triangle of three nodes.
+    Triangle,
+    /// A quadrilateral of four nodes.
+    Quadrilateral,
+    /// A tetrahedron of four nodes.
+    Tetrahedron,
+}
+
+impl CellKind {
+    /// Number of nodes.
+    pub fn node_count(self) -> usize {
+        match self {
+            Self::Point => 1,
+            Self::Line => 2,
+            Self::Triangle => 3,
+            Self::Quadrilateral | Self::Tetrahedron => 4,
+        }
+    }
+
+    /// 0 for points to 3 for tetrahedra.
+    pub fn dimension(self) -> usize {
+        match self {
+            Self::Point => 0,
+            Self::Line => 1,
+            Self::Triangle | Self::Quadrilateral => 2,
+            Self::Tetrahedron => 3,
+        }
+    }
+
+    /// From Gmsh's number of the element type.
+    fn from_number(number: i64) -> Result<Self, String> {
+        Ok(match number {
+            15 => Self::Point,
+            1 => Self::Line,
+            2 => Self::Triangle,
+            3 => Self::Quadrilateral,
+            4 => Self::Tetrahedron,
+            5 => return Err("hexahedra are not read; mesh with tetrahedra".into()),
+            6 => return Err("prisms are not read; mesh with tetrahedra".into()),
+            7 => return Err("pyramids are not read; mesh with tetrahedra".into()),
+            8..=14 | 16..=140 => {
+                return Err(format!("element type {number} is not of first order; save with Mesh.ElementOrder = 1"));
+            }
+            _ => return Err(format!("there is no element type {number}")),
+        })
+    }
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// Unreadable, torn, of another version, or with elements that are not read; with line or byte.
+pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
+    let bytes = std::fs::read(path)
+        .map_err(|why| GmshError { message: format!("can't be read: {why}"), place: Place::File })?;
+    parse(&bytes)
+}
+
+/// Reads the bytes of a file.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(bytes: &[u8]) -> Result<GmshMesh, GmshError> {
+    let mut cursor = Cursor::new(bytes);
+    let major = header(&mut cursor)?;
+    let mut builder = Builder::default();
+    let mut sections = Vec::new();
+    while let Some(name) = cursor.section()? {
+        match (name.as_str(), major) {
+            ("PhysicalNames", _) => physical_names(&mut cursor, &mut builder)?,
+            ("Entities", 4) => version4::entities(&mut cursor, &mut builder)?,
+            ("Nodes", 2) => version2::nodes(&mut cursor, &mut builder)?,
+            ("Nodes", _) => version4::nodes(&mut cursor, &mut builder)?,
+            ("Elements", 2) => version2::elements(&mut cursor, &mut builder)?,
+            ("Elements", _) => version4::elements(&mut cursor, &mut builder)?,
+            ("PartitionedEntities", _) => {
+                return cursor.fail("partitioned meshes are not read; save the mesh in one part");
+            }
+            (other, _) => cursor.skip_section(other)?,
+        }
+        if ["PhysicalNames", "Entities", "Nodes", "Elements"].contains(&name.as_str()) {
+            cursor.expect(&format!("$End{name}"))?;
+        }
+        sections.push(name);
+    }
+    for needed in ["Nodes", "Elements"] {
+        if !sections.iter().any(|name| name == needed) {
+            return Err(GmshError { message: format!("the file has no ${needed}"), place: Place::File });
+        }
+    }
+    Ok(builder.finish())
+}
+
+/// `$MeshFormat`: version, ASCII or binary, byte order. Returns 2 or 4.
+fn header(cursor: &mut Cursor<'_>) -> Result<u32, GmshError> {
+    match cursor.section()?.as_deref() {
+        Some("MeshFormat") => {}
+        _ => return cursor.fail("not a Gmsh file: it doesn't begin with $MeshFormat"),
+    }
+    let version = cursor.word()?;
+    let major = match version {
+        "2" | "2.1" | "2.2" => 2,
+        "4.1" => 4,
+        other => {
+            let message = format!("version {other} of the format is not read; save as version 4.1 or 2.2");
+            return cursor.fail(message);
+        }
+    };
+    let binary = cursor.integer()?;
+    if cursor.integer()? != 8 {
+        return cursor.fail("numbers that don't have 8 bytes are not read");
+    }
+    match binary {
+        0 => {}
+        1 => cursor.begin_binary()?,
+        other => return cursor.fail(format!("the file type is 0 (ASCII) or 1 (binary), not {other}")),
+    }
+    cursor.expect("$EndMeshFormat")?;
+    Ok(major)
+}
+
+/// Text even in binary files: `dimension tag "name"`.
+fn physical_names(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+    let count = cursor.text_integer()?;
+    for _ in 0..cursor.checked_count(count, 6)? {
+        let dimension = cursor.text_integer()?;
+        if !(0..=3).contains(&dimension) {
+            return cursor.fail(format!("a group has dimension 0 to 3, not {dimension}"));
+        }
+        let tag = cursor.text_integer()?;
+        let name = cursor.quoted()?;
+        builder.mesh.groups.push(Group { dimension: dimension as usize, tag: tag.abs(), name });
+    }
+    Ok(())
+}
+
+/// A mesh in the making: the file's numbers of nodes, entities and groups become indices.
+#[derive(Default)]
+struct Builder {
+    mesh: GmshMesh,
+    index_of: HashMap<i64, u32>,
+    membership_of: HashMap<Vec<i64>, u32>,
+    /// Physical tags of each entity (dimension, tag), version 4 only.
+    entities: BTreeMap<(i64, i64), Vec<i64>>,
+}
+
+impl Builder {
+    fn node(&mut self, cursor: &Cursor<'_>, tag: i64, position: [f64; 3]) -> Result<(), GmshError> {
+        if !Vector(position).is_finite() {
+            return cursor.fail(format!("node {tag} has a coordinate that is not finite"));
+        }
+        if self.index_of.insert(tag, self.mesh.nodes.len() as u32).is_some() {
+            return cursor.fail(format!("there are two nodes of number {tag}"));
+        }
+        self.mesh.nodes.push(position);
+        Ok(())
+    }
+
+    /// The number of a list of physical tags.
+    fn membership(&mut self, mut tags: Vec<i64>) -> u32 {
+        tags.iter_mut().for_each(|tag| *tag = tag.abs());
+        tags.sort_unstable();
+        let next = self.mesh.memberships.len() as u32;
+        *self.membership_of.entry(tags).or_insert_with_key(|tags| {
+            self.mesh.memberships.push(tags.clone());
+            next
+        })
+    }
+
+    /// A cell whose nodes are read with `number`.
+    fn cell<'a>(
+        &mut self,
+        cursor: &mut Cursor<'a>,
+        kind: CellKind,
+        membership: u32,
+        number: impl Fn(&mut Cursor<'a>) -> Result<i64, GmshError>,
+    ) -> Result<(), GmshError> {
+        let mut nodes = [0; 4];
+        for node in &mut nodes[..kind.node_count()] {
+            let tag = number(cursor)?;
+            match self.index_of.get(&tag) {
+                Some(&index) => *node = index,
+                None => return cursor.fail(format!("an element names node {tag}, which the file doesn't have")),
+            }
+        }
+        self.mesh.cells.push(Cell { kind, nodes, membership });
+        Ok(())
+    }
+
+    /// Groups without a name get their number as name.
+    fn finish(mut self) -> GmshMesh {
+        for cell in &self.mesh.cells {
+            for &tag in &self.mesh.memberships[cell.membership as usize] {
+                let dimension = cell.kind.dimension();
+                if !self.mesh.groups.iter().any(|g| g.dimension == dimension && g.tag == tag) {
+                    self.mesh.groups.push(Group { dimension, tag, name: tag.to_string() });
+                }
+            }
+        }
+        self.mesh
+    }
+}
