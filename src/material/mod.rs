@@ -4,6 +4,7 @@
 //! A boxed law is called once per *batch* of particles, so that dynamic dispatch costs nothing.
 
 mod bulk_viscosity;
+mod drucker_prager;
 mod elastic;
 pub mod eos;
 mod flow;
@@ -17,6 +18,7 @@ mod solid;
 mod testing;
 
 pub use bulk_viscosity::BulkViscosity;
+pub use drucker_prager::DruckerPrager;
 pub use eos::EquationsOfState;
 pub use flow::Flow;
 pub use fluid::Fluid;
@@ -37,6 +39,7 @@ registry! {
         "hypoelastic" => Hypoelastic,
         "neo-hookean" => NeoHookean,
         "j2" => J2,
+        "drucker-prager" => DruckerPrager,
     }
 }
 
