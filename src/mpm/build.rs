@@ -162,7 +162,7 @@ fn build_body<const D: usize>(
         position: setup.position,
         velocity: setup.velocity,
         affine: vec![Tensor::ZERO; if transfer == Transfer::Apic { n } else { 0 }],
-        signal: vec![setup.law.reference_sound_speed(); n],
+        signal: vec![0.0; n],
         ..Particles::default()
     };
     particles.allocate(storage);
@@ -174,6 +174,7 @@ fn build_body<const D: usize>(
         particles.volume.push(volume);
         particles.energy.push(state.energy * mass / reference);
         particles.pressure.push(state.pressure);
+        particles.signal[p] = state.sound_speed;
         if storage.stress {
             particles.stress[p] = state.stress;
         }
