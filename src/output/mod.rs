@@ -6,14 +6,19 @@
 
 pub mod atomic;
 pub mod balance;
+mod canvas;
 pub mod checkpoint;
+pub mod colour;
 pub mod component;
 pub mod fields;
 pub mod force;
 pub mod history;
+pub mod image;
 pub mod label;
+pub mod plot;
 pub mod probe;
 mod set;
+mod ticks;
 pub mod vtk;
 
 pub use balance::Balance;

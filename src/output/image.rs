@@ -1,0 +1,79 @@
+//! Images in memory: averaging down, and PNG files.
+
+use super::atomic;
+use crate::error::Result;
+use std::io;
+use std::path::Path;
+
+/// An image of 8-bit red, green and blue, row by row from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Pixels per row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Three bytes per pixel.
+    pub pixels: Vec<u8>,
+}
+
+impl Image {
+    /// A white image.
+    pub fn new(width: usize, height: usize) -> Self {
+        Self { width, height, pixels: vec![255; 3 * width * height] }
+    }
+
+    /// The image with each block of `factor × factor` pixels averaged to one.
+    pub fn averaged_down(&self, factor: usize) -> Self {
+        let mut small = Self::new(self.width / factor, self.height / factor);
+        let count = (factor * factor) as u32;
+        for (index, value) in small.pixels.iter_mut().enumerate() {
+            let (pixel, channel) = (index / 3, index % 3);
+            let (column, row) = (pixel % small.width * factor, pixel / small.width * factor);
+            let offsets = (0..factor * factor).map(|n| (row + n / factor) * self.width + column + n % factor);
+            let sum: u32 = offsets.map(|source| u32::from(self.pixels[3 * source + channel])).sum();
+            *value = ((sum + count / 2) / count) as u8;
+        }
+        small
+    }
+
+    /// Writes a PNG file, whole or not at all.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    pub fn write_png(&self, path: &Path) -> Result<()> {
+        atomic::write(path, |out| {
+            let mut encoder = png::Encoder::new(out, self.width as u32, self.height as u32);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            let mut writer = encoder.write_header().map_err(io::Error::other)?;
+            writer.write_image_data(&self.pixels).map_err(io::Error::other)?;
+            writer.finish().map_err(io::Error::other)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn averaging_rounds_the_mean_of_each_block() {
+        let pixels = (0..4 * 2 * 3).map(|n| (n / 3 * 10) as u8).collect();
+        let small = Image { width: 4, height: 2, pixels }.averaged_down(2);
+        assert_eq!((small.width, small.height), (2, 1));
+        assert_eq!(small.pixels, [25, 25, 25, 45, 45, 45]);
+    }
+
+    #[test]
+    fn png_reads_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("image.png");
+        let image = Image { width: 2, height: 1, pixels: vec![1, 2, 3, 4, 5, 6] };
+        image.write_png(&path).unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        assert_eq!(pixels, image.pixels);
+    }
+}

@@ -1,0 +1,143 @@
+//! The plots of a whole run: every history with its references, the energies, and their closure.
+
+use super::{Axis, Data, PlotSpec, Series, lines};
+use crate::error::{Error, Result};
+use crate::output::atomic::create_directory;
+use crate::output::history::Table;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// A published curve to draw over a history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reference {
+    /// The history: name of its file without extension.
+    pub history: String,
+    /// The column, without unit.
+    pub column: String,
+    /// The entry of the legend: the source.
+    pub label: String,
+    /// The curve, in the units of the history.
+    pub shape: Shape,
+}
+
+/// How a reference is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// Points (x, y).
+    Points(Vec<[f64; 2]>),
+    /// The area between (x, lower) and (x, upper).
+    Band(Vec<[f64; 3]>),
+}
+
+/// Plots every history of `histories` into `plots`, one plot per unit of its columns.
+///
+/// # Errors
+/// Input/output errors.
+pub fn plot_run(histories: &Path, plots: &Path, references: &[Reference]) -> Result<()> {
+    create_directory(plots)?;
+    for name in history_names(histories)? {
+        let table = Table::read(&histories.join(format!("{name}.csv")))?;
+        if table.columns.first().is_none_or(|time| time.len() < 2) {
+            continue;
+        }
+        let specs = if name == "balance" { balance(&table) } else { history(&name, &table, references) };
+        for (stem, spec) in specs {
+            lines(&spec, &plots.join(stem))?;
+        }
+    }
+    Ok(())
+}
+
+/// Names of all `.csv` files, in order; none if there is no directory.
+fn history_names(directory: &Path) -> Result<Vec<String>> {
+    let entries = match fs::read_dir(directory) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(vec![]),
+        Err(error) => return Err(Error::io(directory, error)),
+    };
+    let name = |path: &Path| path.file_name()?.to_str()?.strip_suffix(".csv").map(str::to_owned);
+    let mut names: Vec<String> = entries.filter_map(|entry| name(&entry.ok()?.path())).collect();
+    names.sort_unstable();
+    Ok(names)
+}
+
+/// One plot per column that has references, and one per unit for the others.
+fn history(name: &str, table: &Table, references: &[Reference]) -> Vec<(String, PlotSpec)> {
+    let of_column = |column: &str| -> Vec<&Reference> {
+        references.iter().filter(|reference| reference.history == name && reference.column == column).collect()
+    };
+    let mut groups: BTreeMap<(String, Option<usize>), Vec<usize>> = BTreeMap::new();
+    for (c, head) in table.heads.iter().enumerate().skip(1) {
+        let Axis { name, unit } = Axis::of_head(head);
+        let alone = (!of_column(&name).is_empty()).then_some(c);
+        groups.entry((unit, alone)).or_default().push(c);
+    }
+    let count = groups.len();
+    let plot = |((unit, _), columns): ((String, Option<usize>), Vec<usize>)| {
+        let names: Vec<String> = columns.iter().map(|&c| Axis::of_head(&table.heads[c]).name).collect();
+        let mut series: Vec<Series> = of_column(&names[0]).into_iter().map(Series::from).collect();
+        series.sort_by_key(|series| !matches!(series.data, Data::Band(_)));
+        series.extend(columns.iter().map(|&c| curve(table, c)));
+        let stem = if count == 1 { name.to_owned() } else { format!("{name}-{}", names[0]) };
+        let y = Axis { name: names.join(", "), unit };
+        (stem, PlotSpec { title: name.to_owned(), x: Axis::of_head(&table.heads[0]), y, series })
+    };
+    groups.into_iter().map(plot).collect()
+}
+
+impl From<&Reference> for Series {
+    fn from(reference: &Reference) -> Self {
+        let data = match reference.shape.clone() {
+            Shape::Points(points) => Data::Markers(points),
+            Shape::Band(points) => Data::Band(points),
+        };
+        Self { label: reference.label.clone(), data }
+    }
+}
+
+/// Energies that matter, and what the ledger can't explain.
+fn balance(table: &Table) -> Vec<(String, PlotSpec)> {
+    /// Columns that are sums of others.
+    const SUMS: [&str; 3] = ["stored energy", "gained energy", "lost energy"];
+    /// Energies below this part of the largest are not drawn.
+    const VISIBLE: f64 = 2e-3;
+    let Some(closure) = table.heads.iter().position(|head| Axis::of_head(head).name == "closure") else {
+        return vec![];
+    };
+    let energy = Axis::of_head(&table.heads[closure]).unit;
+    let largest = |c: usize| table.columns[c].iter().filter(|e| e.is_finite()).fold(0.0, |a: f64, e| a.max(e.abs()));
+    let is_energy = |head: &str| {
+        let axis = Axis::of_head(head);
+        // Without units, names tell.
+        axis.unit == energy
+            && !["mass", "momentum", "angular momentum"].iter().any(|other| axis.name.starts_with(other))
+    };
+    let energies: Vec<usize> = (1..closure).filter(|&c| is_energy(&table.heads[c])).collect();
+    let scale = energies.iter().map(|&c| largest(c)).fold(0.0, f64::max);
+    let visible = energies.iter().filter(|&&c| largest(c) > VISIBLE * scale);
+
+    let series = visible.map(|&c| {
+        let Series { label, data } = curve(table, c);
+        let sum = SUMS.contains(&label.as_str());
+        Series {
+            label,
+            data: if let (true, Data::Line(points)) = (sum, &data) { Data::Dashed(points.clone()) } else { data },
+        }
+    });
+    let x = Axis::of_head(&table.heads[0]);
+    let y = Axis { name: "energy".into(), unit: energy.clone() };
+    let energies = PlotSpec { title: "Energy balance".into(), x: x.clone(), y, series: series.collect() };
+
+    let relative =
+        table.columns[0].iter().zip(&table.columns[closure]).map(|(&t, &c)| [t, c / scale.max(f64::MIN_POSITIVE)]);
+    let series = vec![Series { label: "closure / largest energy".into(), data: Data::Line(relative.collect()) }];
+    let y = Axis { name: "relative closure".into(), unit: String::new() };
+    let closure = PlotSpec { title: "What the energy ledger can't explain".into(), x, y, series };
+    vec![("balance".to_owned(), energies), ("closure".to_owned(), closure)]
+}
+
+fn curve(table: &Table, column: usize) -> Series {
+    let points = table.columns[0].iter().zip(&table.columns[column]).map(|(&x, &y)| [x, y]).collect();
+    Series { label: Axis::of_head(&table.heads[column]).name, data: Data::Line(points) }
+}

@@ -1,0 +1,88 @@
+//! Plots of histories and of the energy balance. The files stay in the target directory (`tmp/plots`)
+//! for a look.
+
+use lateen::output::plot::{Axis, Data, PlotSpec, Reference, Series, Shape, plot_run, to_image, to_svg};
+use std::fs;
+use std::path::PathBuf;
+
+fn directory(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("plots").join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn damped(t: f64) -> f64 {
+    -4e-3 * (1.0 - (-t / 4e-4).exp() * (t / 5e-5).cos())
+}
+
+#[test]
+fn every_history_gets_a_plot_per_unit_and_per_column_with_references() {
+    let dir = directory("histories");
+    let mut probe = String::from("time [s],x [m],z [m],vz [m/s]\n");
+    let mut balance = String::from(
+        "time [s],mass [kg],kinetic energy: water [J],strain energy: sheet [J],contact [J],never [J],\
+         stored energy [J],gained energy [J],lost energy [J],closure [J]\n",
+    );
+    for i in 0..=600 {
+        let t = 2e-6 * f64::from(i);
+        probe.push_str(&format!("{t:?},{:?},{:?},{:?}\n", 1e-4 * (t / 1e-4).sin(), damped(t), -10.0 + 9e3 * t));
+        let (kinetic, loss) = (0.019 * (-t / 5e-4).exp(), 0.002 * (t / 1.2e-3));
+        let strain = 0.019 - kinetic - loss;
+        let closure = 1e-17 * (i % 7) as f64;
+        let stored = kinetic + strain;
+        balance.push_str(&format!("{t:?},0.001,{kinetic:?},{strain:?},{loss:?},0,{stored:?},0,{loss:?},{closure:?}\n"));
+    }
+    let histories = dir.join("history");
+    fs::create_dir_all(&histories).unwrap();
+    fs::write(histories.join("centre.csv"), probe).unwrap();
+    fs::write(histories.join("balance.csv"), balance).unwrap();
+    let times = (0..=24).map(|i| 5e-5 * f64::from(i));
+    let points: Vec<[f64; 2]> = times.clone().map(|t| [t, 1.03 * damped(t)]).collect();
+    let band: Vec<[f64; 3]> =
+        (0..=120).map(|i| 1e-5 * f64::from(i)).map(|t| [t, damped(t) - 3e-4, damped(t) + 3e-4]).collect();
+    let reference =
+        |label: &str, shape| Reference { history: "centre".into(), column: "z".into(), label: label.into(), shape };
+    let references = [
+        reference("Somebody et al. (2014), digitised", Shape::Points(points)),
+        reference("five independent programs", Shape::Band(band)),
+    ];
+    plot_run(&histories, &dir, &references).unwrap();
+
+    for stem in ["centre-x", "centre-z", "centre-vz", "balance", "closure"] {
+        assert!(dir.join(format!("{stem}.svg")).exists() && dir.join(format!("{stem}.png")).exists(), "{stem}");
+    }
+    let svg = fs::read_to_string(dir.join("centre-z.svg")).unwrap();
+    for text in ["time [ms]", "[mm]", "Somebody et al. (2014), digitised", "five independent programs"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    let svg = fs::read_to_string(dir.join("balance.svg")).unwrap();
+    assert!(svg.contains("kinetic energy: water") && svg.contains("energy [mJ]"));
+    assert!(!svg.contains("never") && !svg.contains("mass"), "what is zero or no energy is left out");
+}
+
+fn curve(y: impl Fn(f64) -> f64) -> Data {
+    Data::Line((0..=50).map(f64::from).map(|x| [x, y(x)]).collect())
+}
+
+#[test]
+fn plots_are_the_same_every_time_and_survive_odd_numbers() {
+    let odd: [(&str, Data); 5] = [
+        ("constant", curve(|_| 0.25)),
+        ("zero", curve(|_| 0.0)),
+        ("gaps", curve(|x| if x > 20.0 && x < 30.0 { f64::NAN } else { x })),
+        ("empty", Data::Dashed(vec![])),
+        ("huge <&> tiny", curve(|x| 1e300 * x)),
+    ];
+    let (x, y) = (Axis { name: "x".into(), unit: "m".into() }, Axis::of_head("mass flux [kg/s]"));
+    assert_eq!((y.name.as_str(), y.unit.as_str()), ("mass flux", "kg/s"));
+    for (label, data) in odd {
+        let series = vec![Series { label: label.into(), data }];
+        let spec = PlotSpec { title: label.into(), x: x.clone(), y: y.clone(), series };
+        let svg = to_svg(&spec).unwrap();
+        assert_eq!(svg, to_svg(&spec).unwrap());
+        assert!(svg.starts_with("<svg width=\"760\" height=\"470\" viewBox=") && svg.ends_with("</svg>\n"));
+        assert!(!svg.contains("NaN") && !svg.contains("<&>"));
+        assert_eq!(to_image(&spec).unwrap(), to_image(&spec).unwrap());
+    }
+}
