@@ -1,0 +1,268 @@
+//! A body of dust and a sheet without stiffness, stepped with nothing but contact: what is left of the
+//! method when all forces but contact are taken away. Free of the solver's own step.
+
+use lateen::material::{PointBatch, PointLaw, PointState, StartState, Storage};
+use lateen::math::{SymTensor, Tensor, Vector};
+use lateen::mpm::contact::nodes::Lattice;
+use lateen::mpm::contact::sample::Facet;
+use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
+use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, Kernel, KernelKind, Particles, Wall};
+
+/// A law without stress.
+#[derive(Debug)]
+struct Dust;
+
+impl PointLaw for Dust {
+    fn density(&self) -> f64 {
+        1.0
+    }
+    fn storage(&self) -> Storage {
+        Storage::default()
+    }
+    fn initial(&self, _: &StartState) -> Result<PointState, String> {
+        Ok(PointState {
+            density: 1.0,
+            energy: 0.0,
+            pressure: 0.0,
+            stress: SymTensor::ZERO,
+            deformation: Tensor::identity(),
+        })
+    }
+    fn update(&self, _: &mut PointBatch<'_>) {}
+    fn reference_sound_speed(&self) -> f64 {
+        0.0
+    }
+}
+
+/// A body of cells of size `spacing` that fill the box, at density `density`.
+pub fn block<const D: usize>(
+    name: &str,
+    field: usize,
+    lower: [f64; D],
+    count: [usize; D],
+    spacing: f64,
+    density: f64,
+    velocity: Vector<D>,
+) -> Body<D> {
+    let number: usize = count.iter().product();
+    let position = |n: usize| {
+        let mut rest = n;
+        Vector::from_fn(|a| {
+            let i = rest % count[a];
+            rest /= count[a];
+            lower[a] + (i as f64 + 0.5) * spacing
+        })
+    };
+    let volume = spacing.powi(D as i32);
+    let particles = Particles {
+        id: (0..number as u32).collect(),
+        position: (0..number).map(position).collect(),
+        velocity: vec![velocity; number],
+        mass: vec![density * volume; number],
+        volume: vec![volume; number],
+        ..Particles::default()
+    };
+    Body { name: name.to_owned(), law: Box::new(Dust), field, particles }
+}
+
+/// A membrane reduced to its nodes.
+pub struct Sheet<const D: usize> {
+    pub facets: Vec<Facet>,
+    pub position: Vec<Vector<D>>,
+    pub velocity: Vec<Vector<D>>,
+    pub mass: Vec<f64>,
+    pub held: Vec<[bool; D]>,
+    pub offset: Vec<f64>,
+}
+
+impl<const D: usize> Sheet<D> {
+    pub fn new(elements: &[&[u32]], position: Vec<Vector<D>>, mass_per_area: f64) -> Self {
+        let facets: Vec<_> = elements.iter().map(|nodes| Facet::new(nodes)).collect();
+        let mut mass = vec![0.0; position.len()];
+        for facet in &facets {
+            for &k in facet.nodes() {
+                mass[k as usize] += facet.area(&position).norm() * mass_per_area / facet.count as f64;
+            }
+        }
+        let n = position.len();
+        Self { facets, velocity: vec![Vector::ZERO; n], held: vec![[false; D]; n], mass, position, offset: Vec::new() }
+    }
+}
+
+/// The state, and what contact knows.
+pub struct World<const D: usize> {
+    pub grid: Grid<D>,
+    pub kernel: Kernel,
+    pub bodies: Vec<Body<D>>,
+    pub sheets: Vec<Sheet<D>>,
+    pub contact: Contact<D>,
+    pub substeps: usize,
+    /// Acceleration of all bodies [m/s²], and force on each sheet node per mass.
+    pub gravity: Vector<D>,
+    /// Σ nodal kinetic energy change − particle kinetic energy change [J].
+    pub flip_loss: f64,
+    /// Work of gravity on grid nodes and membrane nodes [J].
+    pub work: f64,
+}
+
+/// What conservation laws speak of.
+#[derive(Debug, Clone, Copy)]
+pub struct Totals<const D: usize> {
+    pub momentum: Vector<D>,
+    pub kinetic: f64,
+}
+
+impl<const D: usize> World<D> {
+    pub fn new(
+        cells: [i32; D],
+        kind: KernelKind,
+        bodies: Vec<Body<D>>,
+        sheets: Vec<Sheet<D>>,
+        friction: Friction,
+        substeps: usize,
+    ) -> Self {
+        Self::walled(cells, kind, bodies, sheets, friction, substeps, Default::default)
+    }
+
+    pub fn walled(
+        cells: [i32; D],
+        kind: KernelKind,
+        bodies: Vec<Body<D>>,
+        sheets: Vec<Sheet<D>>,
+        friction: Friction,
+        substeps: usize,
+        wall: impl Fn() -> Wall,
+    ) -> Self {
+        let kernel = Kernel::new(kind, 0.25);
+        let lattice = Lattice::new(kernel, &std::array::from_fn(|_| [wall(), wall()]));
+        let fields = bodies.iter().map(|b| b.field).max().unwrap() + 1;
+        let sources: Vec<_> = sheets
+            .iter()
+            .map(|sheet| SheetSource {
+                name: "sheet",
+                facets: sheet.facets.clone(),
+                reference: &sheet.position,
+                mass: &sheet.mass,
+                held: sheet.held.clone(),
+            })
+            .collect();
+        let table = FrictionTable { listed: Vec::new(), default: friction };
+        let contact = Contact::new(lattice, &table, 0.0, &bodies, &sources);
+        let grid = Grid::new(Vector::ZERO, 1.0, cells, fields);
+        let (gravity, flip_loss, work) = (Vector::ZERO, 0.0, 0.0);
+        Self { grid, kernel, bodies, sheets, contact, substeps, gravity, flip_loss, work }
+    }
+
+    pub fn totals(&self) -> Totals<D> {
+        let (mut momentum, mut kinetic) = (Vector::ZERO, 0.0);
+        let mut add = |mass: f64, velocity: Vector<D>| {
+            momentum += velocity * mass;
+            kinetic += 0.5 * mass * velocity.norm_squared();
+        };
+        for body in &self.bodies {
+            let p = &body.particles;
+            p.mass.iter().zip(&p.velocity).for_each(|(&m, &v)| add(m, v));
+        }
+        for sheet in &self.sheets {
+            sheet.mass.iter().zip(&sheet.velocity).for_each(|(&m, &v)| add(m, v));
+        }
+        Totals { momentum, kinetic }
+    }
+
+    fn nodal_kinetic(&self) -> f64 {
+        let nodes = self.grid.fields.iter().flat_map(|field| &field.nodes);
+        nodes.filter(|n| n.mass > 0.0).map(|n| 0.5 * n.momentum.norm_squared() / n.mass).sum()
+    }
+
+    fn particle_kinetic(&self) -> f64 {
+        let of = |body: &Body<D>| -> f64 {
+            let p = &body.particles;
+            p.mass.iter().zip(&p.velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
+        };
+        self.bodies.iter().map(of).sum()
+    }
+
+    fn scatter(&mut self, dt: f64) -> f64 {
+        let mut active = ActiveBlocks::new(&self.grid);
+        for body in &self.bodies {
+            body.particles.position.iter().for_each(|&x| active.touch(self.kernel, x));
+        }
+        self.grid.set_blocks(active.into_sorted());
+        for body in &self.bodies {
+            let p = &body.particles;
+            let mut field = std::mem::take(&mut self.grid.fields[body.field].nodes);
+            for i in 0..p.len() {
+                self.kernel.for_each(&self.grid, p.position[i], |node, weight, _| {
+                    field[node].mass += weight * p.mass[i];
+                    field[node].momentum += p.velocity[i] * (weight * p.mass[i]);
+                });
+            }
+            self.grid.fields[body.field].nodes = field;
+        }
+        let before = self.nodal_kinetic();
+        for node in self.grid.fields.iter_mut().flat_map(|field| &mut field.nodes) {
+            node.force = self.gravity * node.mass;
+            node.momentum += node.force * dt;
+        }
+        before
+    }
+
+    fn gather(&mut self, dt: f64) {
+        for body in &mut self.bodies {
+            let nodes = &self.grid.fields[body.field].nodes;
+            let p = &mut body.particles;
+            for i in 0..p.position.len() {
+                let (mut change, mut velocity) = (Vector::ZERO, Vector::ZERO);
+                self.kernel.for_each(&self.grid, p.position[i], |node, weight, _| {
+                    change += nodes[node].force * (dt * weight / nodes[node].mass);
+                    velocity += nodes[node].momentum * (weight / nodes[node].mass);
+                });
+                p.velocity[i] += change;
+                p.position[i] += velocity * dt;
+            }
+        }
+    }
+
+    /// One step of length `dt` [s].
+    pub fn step(&mut self, dt: f64) {
+        let before = self.scatter(dt);
+        let surfaces: Vec<Surface<'_, D>> = self
+            .sheets
+            .iter()
+            .map(|s| Surface { position: &s.position, velocity: &s.velocity, previous: &s.velocity, offset: &s.offset })
+            .collect();
+        self.contact.begin_step(&mut self.grid, &self.bodies, &surfaces, dt);
+        let part = dt / self.substeps as f64;
+        for sub in 1..=self.substeps {
+            for (index, sheet) in self.sheets.iter_mut().enumerate() {
+                let previous = sheet.velocity.clone();
+                for (v, held) in sheet.velocity.iter_mut().zip(&sheet.held) {
+                    *v += Vector::from_fn(|a| if held[a] { 0.0 } else { self.gravity[a] * part });
+                }
+                let surface = Surface {
+                    position: &sheet.position,
+                    velocity: &sheet.velocity,
+                    previous: &previous,
+                    offset: &sheet.offset,
+                };
+                let forces = self.contact.resolve(index, &surface, sub as f64 * part, part);
+                for k in 0..sheet.position.len() {
+                    let free = Vector::from_fn(|a| if sheet.held[k][a] { 0.0 } else { forces[k][a] });
+                    sheet.velocity[k] += free * (part / sheet.mass[k]);
+                    self.work += (self.gravity * (sheet.mass[k] * part)).dot((previous[k] + sheet.velocity[k]) * 0.5);
+                    sheet.position[k] += sheet.velocity[k] * part;
+                }
+            }
+        }
+        self.contact.finish_step(&mut self.grid);
+        self.contact.account(&self.grid);
+        for node in self.grid.fields.iter().flat_map(|field| &field.nodes).filter(|node| node.mass > 0.0) {
+            let mean = (node.momentum - node.force * (0.5 * dt)) / node.mass;
+            self.work += (self.gravity * (node.mass * dt)).dot(mean);
+        }
+        let nodal = self.nodal_kinetic() - before;
+        let particles = self.particle_kinetic();
+        self.gather(dt);
+        self.flip_loss += nodal - (self.particle_kinetic() - particles);
+    }
+}
