@@ -6,7 +6,7 @@ use lateen::math::{SymTensor, Tensor, Vector};
 use lateen::mpm::contact::nodes::Lattice;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
-use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, Kernel, KernelKind, Particles, Wall};
+use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, Kernel, KernelKind, Particles, Wall, Work};
 
 /// A law without stress.
 #[derive(Debug)]
@@ -26,6 +26,7 @@ impl PointLaw for Dust {
             pressure: 0.0,
             stress: SymTensor::ZERO,
             deformation: Tensor::identity(),
+            sound_speed: 0.0,
         })
     }
     fn update(&self, _: &mut PointBatch<'_>) {}
@@ -62,7 +63,9 @@ pub fn block<const D: usize>(
         volume: vec![volume; number],
         ..Particles::default()
     };
-    Body { name: name.to_owned(), law: Box::new(Dust), field, particles }
+    let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
+    let (traction, work) = (Vec::new(), Work::default());
+    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, traction, work }
 }
 
 /// A membrane reduced to its nodes.
@@ -89,6 +92,13 @@ impl<const D: usize> Sheet<D> {
     }
 }
 
+/// Momentum over mass.
+pub fn mean_velocity<const D: usize>(body: &Body<D>) -> Vector<D> {
+    let p = &body.particles;
+    let momentum: Vector<D> = p.mass.iter().zip(&p.velocity).map(|(&m, &v)| v * m).sum();
+    momentum / p.total_mass()
+}
+
 /// The state, and what contact knows.
 pub struct World<const D: usize> {
     pub grid: Grid<D>,
@@ -97,12 +107,18 @@ pub struct World<const D: usize> {
     pub sheets: Vec<Sheet<D>>,
     pub contact: Contact<D>,
     pub substeps: usize,
+    /// Bodies that move as a whole: all their particles get the mean velocity after each step.
+    pub rigid: bool,
+    /// Bodies that don't move.
+    pub fixed: Vec<usize>,
     /// Acceleration of all bodies [m/s²], and force on each sheet node per mass.
     pub gravity: Vector<D>,
     /// Σ nodal kinetic energy change − particle kinetic energy change [J].
     pub flip_loss: f64,
     /// Work of gravity on grid nodes and membrane nodes [J].
     pub work: f64,
+    start: Vec<Vec<Vector<D>>>,
+    moved: Vec<Vector<D>>,
 }
 
 /// What conservation laws speak of.
@@ -150,7 +166,23 @@ impl<const D: usize> World<D> {
         let contact = Contact::new(lattice, &table, 0.0, &bodies, &sources);
         let grid = Grid::new(Vector::ZERO, 1.0, cells, fields);
         let (gravity, flip_loss, work) = (Vector::ZERO, 0.0, 0.0);
-        Self { grid, kernel, bodies, sheets, contact, substeps, gravity, flip_loss, work }
+        let start = bodies.iter().map(|body| body.particles.position.clone()).collect();
+        let moved = vec![Vector::ZERO; bodies.len()];
+        Self {
+            grid,
+            kernel,
+            bodies,
+            sheets,
+            contact,
+            substeps,
+            rigid: false,
+            fixed: Vec::new(),
+            gravity,
+            flip_loss,
+            work,
+            start,
+            moved,
+        }
     }
 
     pub fn totals(&self) -> Totals<D> {
@@ -214,11 +246,32 @@ impl<const D: usize> World<D> {
             for i in 0..p.position.len() {
                 let (mut change, mut velocity) = (Vector::ZERO, Vector::ZERO);
                 self.kernel.for_each(&self.grid, p.position[i], |node, weight, _| {
+                    if weight == 0.0 {
+                        return;
+                    }
                     change += nodes[node].force * (dt * weight / nodes[node].mass);
                     velocity += nodes[node].momentum * (weight / nodes[node].mass);
                 });
                 p.velocity[i] += change;
                 p.position[i] += velocity * dt;
+            }
+        }
+        self.stiffen(dt);
+    }
+
+    /// Undoes the deformation of rigid bodies, and the motion of fixed ones.
+    fn stiffen(&mut self, dt: f64) {
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            let held = self.fixed.contains(&index);
+            if !self.rigid && !held {
+                continue;
+            }
+            let mean = if held { Vector::ZERO } else { mean_velocity(body) };
+            let p = &mut body.particles;
+            p.velocity.fill(mean);
+            self.moved[index] += mean * dt;
+            for (x, start) in p.position.iter_mut().zip(&self.start[index]) {
+                *x = *start + self.moved[index];
             }
         }
     }

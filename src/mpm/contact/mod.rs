@@ -167,7 +167,7 @@ impl<const D: usize> Contact<D> {
         self.pairwise.resolve(grid, &self.lattice, bodies, &self.sheets, self.tolerance, dt);
         let reach = self.tolerance + grid.cell;
         for sheet in &mut self.sheets {
-            sheet.choose(grid, &mut self.partners, reach);
+            sheet.choose(grid, self.lattice.cutoff, &mut self.partners, reach);
         }
     }
 

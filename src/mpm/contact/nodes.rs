@@ -25,6 +25,8 @@ pub fn flip<const D: usize>(v: Vector<D>, flips: Flips) -> Vector<D> {
 pub struct Lattice<const D: usize> {
     kernel: Kernel,
     walls: [[WallKind; 2]; D],
+    /// Nodes of bodies up to this mass have no velocity and don't touch anything [kg].
+    pub cutoff: f64,
 }
 
 /// Weights of one axis over the folded nodes.
@@ -41,7 +43,13 @@ struct AxisNodes<const S: usize> {
 impl<const D: usize> Lattice<D> {
     /// For the shape functions of the bodies and the domain's walls.
     pub fn new(kernel: Kernel, walls: &[[Wall; 2]; D]) -> Self {
-        Self { kernel, walls: std::array::from_fn(|a| std::array::from_fn(|end| walls[a][end].kind)) }
+        Self { kernel, walls: std::array::from_fn(|a| std::array::from_fn(|end| walls[a][end].kind)), cutoff: 0.0 }
+    }
+
+    /// The same, leaving out the bodies' nodes up to the mass `cutoff` [kg], which the bodies leave out, too.
+    #[must_use]
+    pub fn without_nodes_below(self, cutoff: f64) -> Self {
+        Self { cutoff, ..self }
     }
 
     /// First node of the support of `x` [m], unfolded.

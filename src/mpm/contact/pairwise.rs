@@ -59,7 +59,7 @@ impl<const D: usize> Pairwise<D> {
         dt: f64,
     ) {
         self.meetings.clear();
-        self.find_shared(grid);
+        self.find_shared(grid, lattice.cutoff);
         if self.rows.is_empty() {
             return;
         }
@@ -83,9 +83,9 @@ impl<const D: usize> Pairwise<D> {
     }
 
     /// Nodes with mass of both fields of a pair.
-    fn find_shared(&mut self, grid: &Grid<D>) {
+    fn find_shared(&mut self, grid: &Grid<D>, cutoff: f64) {
         let shared = |node: usize| {
-            let heavy = |field: usize| grid.fields[field].nodes[node].mass > 0.0;
+            let heavy = |field: usize| grid.fields[field].nodes[node].mass > cutoff;
             self.pairs.iter().any(|&([a, b], _)| heavy(a) && heavy(b))
         };
         self.rows = if self.pairs.is_empty() {
@@ -161,7 +161,8 @@ impl<const D: usize> Pairwise<D> {
         let mut meetings = Vec::new();
         for &(fields, _) in &self.pairs {
             let [a, b] = fields.map(|field| grid.fields[field].nodes[node]);
-            if a.mass <= 0.0 || b.mass <= 0.0 || sheets.iter().any(|sheet| sheet.parts(node, fields)) {
+            let light = a.mass.min(b.mass) <= lattice.cutoff;
+            if light || sheets.iter().any(|sheet| sheet.parts(node, fields)) {
                 continue;
             }
             let cloud: Vec<Point<D>> = near

@@ -194,7 +194,7 @@ impl<const D: usize> Sheet<D> {
         let area = facet.area(surface.position) * self.samples.share[q];
         let offset = surface.offset.get(e).copied().unwrap_or(0.0);
         lattice.for_each(grid, x, |node, weight, flips| {
-            if grid.fields.iter().all(|field| field.nodes[node].mass <= 0.0) {
+            if grid.fields.iter().all(|field| field.nodes[node].mass <= lattice.cutoff) {
                 return;
             }
             let row = &mut self.lookup[node];
@@ -236,12 +236,12 @@ impl<const D: usize> Sheet<D> {
 
     /// Finds, for the bodies that are close enough to touch during this step, their nodes among the partners;
     /// drops everything else from the map.
-    pub fn choose(&mut self, grid: &Grid<D>, partners: &mut Partners<D>, reach: f64) {
+    pub fn choose(&mut self, grid: &Grid<D>, cutoff: f64, partners: &mut Partners<D>, reach: f64) {
         let fields = self.friction.len();
         for (r, row) in self.rows.iter().enumerate() {
             for (field, pair) in self.pairs[r * fields..][..fields].iter_mut().enumerate() {
-                let meets = self.friction[field] != Friction::None && pair.distance() < reach + row.offset;
-                if meets && row.normal != Vector::ZERO {
+                let heavy = grid.fields[field].nodes[row.node as usize].mass > cutoff && row.normal != Vector::ZERO;
+                if heavy && self.friction[field] != Friction::None && pair.distance() < reach + row.offset {
                     pair.partner = partners.add(grid, field, row.node as usize);
                 }
             }

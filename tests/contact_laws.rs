@@ -1,0 +1,117 @@
+//! Rigid blocks against the laws of impact and friction, and the time of first contact.
+
+#[path = "contact/mod.rs"]
+mod contact;
+
+use contact::{Sheet, World, block, mean_velocity};
+use lateen::math::Vector;
+use lateen::mpm::{Friction, KernelKind};
+
+/// A chain of `n` segments along x at the height `y` from `from` to `to`.
+fn chain([from, to]: [f64; 2], y: f64, n: u32, held: bool) -> Sheet<2> {
+    let at = |k: u32| from + (to - from) * f64::from(k) / f64::from(n);
+    let elements: Vec<_> = (0..n).map(|k| [k, k + 1]).collect();
+    let elements: Vec<_> = elements.iter().map(|e| e.as_slice()).collect();
+    let mut sheet = Sheet::new(&elements, (0..=n).map(|k| Vector([at(k), y])).collect(), 0.1);
+    sheet.held.fill([held; 2]);
+    sheet
+}
+
+/// Two rigid blocks head-on move on with (m₁v₁ + m₂v₂)/(m₁ + m₂).
+#[test]
+fn rigid_blocks_go_on_together() {
+    let a = block("a", 0, [4.0, 5.0], [8, 8], 0.5, 1.0, Vector([0.5, 0.0]));
+    let b = block("b", 1, [8.5, 5.0], [6, 8], 0.5, 3.0, Vector([-0.7, 0.0]));
+    let mut world = World::new([24, 16], KernelKind::Linear, vec![a, b], Vec::new(), Friction::Slip(0.0), 1);
+    world.rigid = true;
+    for _ in 0..200 {
+        world.step(0.02);
+    }
+    let common = (16.0 * 0.5 - 36.0 * 0.7) / (16.0 + 36.0);
+    for body in &world.bodies {
+        assert!((mean_velocity(body)[0] - common).abs() < 1e-3, "{}: {}", body.name, mean_velocity(body)[0]);
+    }
+}
+
+/// The acceleration along x of a wide rigid block (its corners, where normals tilt, matter little) that is pulled along its support by `pull` under gravity 1.
+fn acceleration(on_sheet: bool, friction: Friction, pull: f64) -> f64 {
+    let block = block("block", 0, [6.0, 5.0], [20, 4], 0.5, 1.0, Vector::ZERO);
+    let mut world = if on_sheet {
+        World::new([24, 16], KernelKind::Quadratic, vec![block], vec![chain([1.0, 23.0], 5.0, 22, true)], friction, 2)
+    } else {
+        let floor = contact::block("floor", 1, [1.0, 3.0], [44, 4], 0.5, 1e9, Vector::ZERO);
+        World::new([24, 16], KernelKind::Quadratic, vec![block, floor], Vec::new(), friction, 1)
+    };
+    (world.rigid, world.gravity, world.fixed) = (true, Vector([pull, -1.0]), vec![1]);
+    for _ in 0..250 {
+        world.step(0.004);
+    }
+    let before = mean_velocity(&world.bodies[0]);
+    for _ in 0..250 {
+        world.step(0.004);
+    }
+    let after = mean_velocity(&world.bodies[0]);
+    assert!(after[1].abs() < 0.02, "rests: {after:?}");
+    after[0] - before[0]
+}
+
+/// Coulomb: a block stays while the pull is below μ times its weight, and slides with a = pull − μ g above,
+/// on a body and on a membrane.
+#[test]
+fn a_pulled_block_sticks_or_slides() {
+    for on_sheet in [false, true] {
+        for (friction, pull, expected) in [
+            (Friction::Slip(0.3), 0.25, 0.0),
+            (Friction::Slip(0.3), 0.5, 0.2),
+            (Friction::Slip(0.0), 0.5, 0.5),
+            (Friction::Stick, 0.9, 0.0),
+        ] {
+            let a = acceleration(on_sheet, friction, pull);
+            assert!((a - expected).abs() < 0.01, "sheet {on_sheet}, {friction:?}, {pull}: {a}");
+        }
+    }
+}
+
+/// The step in which a force first acts between a block that comes down at speed 1 and a chain `gap` below it.
+fn first_contact(kind: KernelKind, gap: f64, offset: f64, substeps: usize) -> f64 {
+    let block = block("block", 0, [6.0, 5.0 + gap], [8, 6], 0.5, 1.0, Vector([0.0, -1.0]));
+    let mut sheet = chain([3.0, 13.0], 5.0, 13, false);
+    sheet.offset = vec![offset; 13];
+    let mut world = World::new([24, 16], kind, vec![block], vec![sheet], Friction::Slip(0.0), substeps);
+    for step in 1..1000 {
+        world.step(0.01);
+        if world.contact.forces()[0].1 != [0.0; 3] {
+            return 0.01 * f64::from(step);
+        }
+    }
+    f64::INFINITY
+}
+
+/// Contact begins when the faces meet, not when the supports do, whatever the kernel and the sub-steps.
+#[test]
+fn contact_begins_when_the_faces_meet() {
+    for kind in [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic] {
+        for (gap, offset) in [(1.0, 0.0), (0.305, 0.0), (1.0, 0.05)] {
+            let t = first_contact(kind, gap, offset, 3);
+            assert!((t - (gap - offset)).abs() <= 0.0101, "{kind:?}: gap {gap}, offset {offset}: {t}");
+        }
+    }
+}
+
+/// The body may come from either side of the sheet, whichever way its elements run.
+#[test]
+fn the_side_of_the_normal_does_not_matter() {
+    let speed = |mirror: bool| {
+        let block = block("block", 0, [6.0, 5.5], [8, 6], 0.5, 1.0, Vector([0.0, -1.0]));
+        let mut sheet = chain(if mirror { [13.0, 3.0] } else { [3.0, 13.0] }, 5.0, 20, false);
+        sheet.velocity.fill(Vector([0.0, 1.0]));
+        let mut world = World::new([24, 16], KernelKind::Quadratic, vec![block], vec![sheet], Friction::Slip(0.0), 1);
+        for _ in 0..100 {
+            world.step(0.01);
+        }
+        assert_eq!(world.contact.crossed(), [("crossed:sheet".to_owned(), 0)]);
+        mean_velocity(&world.bodies[0])[1]
+    };
+    assert!((speed(true) - speed(false)).abs() < 1e-12);
+    assert!(speed(false) > -0.99);
+}
