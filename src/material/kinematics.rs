@@ -1,11 +1,13 @@
 //! Increments of rotation and deformation from the velocity gradient.
 //!
-//! L is taken as the gradient at the middle of the increment: both maps are then second order, and a spin
-//! L = Ω is an exact rotation (theory 3.1; Hughes & Winget 1980).
+//! L is the gradient over the positions at the start of the increment, so that 1 + Δt L is the motion itself.
+//! Rates are taken over the positions in the middle: then a rotation of any size is without strain (Hughes &
+//! Winget 1980; theory 3.1).
 //!
 //! ```text
-//! Q = (1 − ½ Δt Ω)⁻¹ (1 + ½ Δt Ω),      Ω = ½ (L − Lᵀ)
-//! f = (1 − ½ Δt L)⁻¹ (1 + ½ Δt L),      F^{n+1} = f Fⁿ
+//! f = 1 + Δt L,      F^{n+1} = f Fⁿ
+//! L½ = L (1 + ½ Δt L)⁻¹,      D = ½ (L½ + L½ᵀ),      Ω = ½ (L½ − L½ᵀ)
+//! Q = (1 − ½ Δt Ω)⁻¹ (1 + ½ Δt Ω)
 //! ```
 //!
 //! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. The paper's
@@ -13,7 +15,17 @@
 
 use crate::math::{Tensor, Vector};
 
-/// The rotation Q of an increment.
+/// The velocity gradient L½ over the positions in the middle of the increment. Not a number where the
+/// increment is so large that it turns the material inside out.
+#[inline(always)]
+pub fn midpoint(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
+    match (Tensor::identity() + *gradient * (0.5 * dt)).inverse() {
+        Some(inverse) => gradient.dot(&inverse),
+        None => Tensor::identity() * f64::NAN,
+    }
+}
+
+/// The rotation Q of an increment, from the gradient in its middle.
 #[inline(always)]
 pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
     // A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
@@ -23,23 +35,16 @@ pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
 }
 
 /// The deformation gradient f of an increment, scaled so that det f is the volume ratio `stretch`: the
-/// volume follows the solver's cure of locking (F̄), the shape follows L. Not a number where
-/// the increment is too large to have a shape.
+/// volume follows the solver's cure of locking (F̄), the shape follows L.
 #[inline(always)]
 pub fn deformation(gradient: &Tensor<3>, dt: f64, stretch: f64) -> Tensor<3> {
-    let half = *gradient * (0.5 * dt);
-    let one = Tensor::identity();
-    let (ahead, back) = (one + half, one - half);
-    let Some(inverse) = back.inverse() else {
-        return one * f64::NAN;
-    };
-    let f = inverse.dot(&ahead);
+    let f = Tensor::identity() + *gradient * dt;
     f * (stretch / f.determinant()).cbrt()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{deformation, rotation};
+    use super::{deformation, midpoint, rotation};
     use crate::math::{SymTensor, Tensor};
 
     fn spin(angle: f64) -> Tensor<3> {
@@ -60,8 +65,12 @@ mod tests {
         let error = q.dot(&q.transpose()) - Tensor::identity();
         assert!(error.contract(&error).sqrt() < 1e-15);
         assert!((q.determinant() - 1.0).abs() < 1e-15);
-        let f = deformation(&gradient.skew(), 0.8, 1.0);
-        assert!((f - q).contract(&(f - q)).sqrt() < 1e-15, "a spin deforms nothing");
+        let turning = (q - Tensor::identity()) * (1.0 / 0.8);
+        let middle = midpoint(&turning, 0.8);
+        let strain = middle.symmetric();
+        assert!(strain.contract(&strain).sqrt() < 1e-15, "a rotation is no strain");
+        let again = rotation(&middle, 0.8);
+        assert!((again - q).contract(&(again - q)).sqrt() < 1e-15);
     }
 
     #[test]

@@ -117,7 +117,8 @@ pub struct PointBatch<'a> {
     pub dt: f64,
     /// Characteristic length for the artificial bulk viscosity, the cell size [m].
     pub length: f64,
-    /// Velocity gradient L = ∂v/∂x [1/s], taken as that at the middle of the increment.
+    /// Velocity gradient L = ∂v/∂x [1/s] over the positions x at the start of the increment: the motion of
+    /// the increment is 1 + dt L. A gradient over the positions at its end is L (1 − dt L)⁻¹ here.
     pub gradient: &'a [Tensor<3>],
     /// Volume ratio V^{n+1}/V^n of this increment. The solver computes it (1 + dt tr L, or its
     /// locking-free average), so that all laws share one cure of volumetric locking.

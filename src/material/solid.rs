@@ -28,7 +28,7 @@ pub trait Solid: PointLaw {
 pub struct Increment {
     /// Duration Δt [s].
     pub dt: f64,
-    /// Velocity gradient L [1/s].
+    /// Velocity gradient L½ in the middle of the increment [1/s].
     pub gradient: Tensor<3>,
     /// Deviator of the strain increment, D' Δt.
     pub shear: SymTensor,
@@ -99,7 +99,7 @@ pub fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
 
 #[inline(always)]
 fn increment(batch: &PointBatch<'_>, p: usize, volume_ratio: f64) -> Increment {
-    let gradient = batch.gradient[p];
+    let gradient = kinematics::midpoint(&batch.gradient[p], batch.dt);
     Increment { dt: batch.dt, gradient, shear: gradient.symmetric().deviator() * batch.dt, volume_ratio }
 }
 

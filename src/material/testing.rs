@@ -36,13 +36,14 @@ impl Sample {
         }
     }
 
-    /// One increment at a constant velocity gradient; the volume grows by exp(Δt tr L).
-    pub fn step(&mut self, law: &dyn PointLaw, gradient: Tensor<3>, dt: f64) {
+    /// One increment with the velocity gradient L½ in its middle; the volume grows by exp(Δt tr L½).
+    pub fn step(&mut self, law: &dyn PointLaw, middle: Tensor<3>, dt: f64) {
+        let over_start = (Tensor::identity() - middle * (0.5 * dt)).inverse().expect("a moderate increment");
         law.update(&mut PointBatch {
             dt,
             length: 1.0,
-            gradient: &[gradient],
-            stretch: &[(dt * gradient.trace()).exp()],
+            gradient: &[middle.dot(&over_start)],
+            stretch: &[(dt * middle.trace()).exp()],
             mass: &self.mass,
             volume: &mut self.volume,
             energy: &mut self.energy,
