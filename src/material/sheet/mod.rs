@@ -135,6 +135,8 @@ pub struct SheetState {
     pub energy: f64,
     /// Thickness stretch λ3.
     pub thickness: f64,
+    /// Volume ratio J of the material, after wrinkling.
+    pub volume: f64,
 }
 
 /// Answer of a total sheet law for several elements.

@@ -40,6 +40,7 @@ impl MooneyRivlin {
             stress: std::array::from_fn(|i| 2.0 * self.c1 * first(i) + 2.0 * self.c2 * second(i)),
             energy: self.c1 * (trace + thickness2 - 3.0) + self.c2 * (det + thickness2 * trace - 3.0),
             thickness: thickness2.sqrt(),
+            volume: 1.0,
         }
     }
 }

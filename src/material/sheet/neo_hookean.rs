@@ -50,6 +50,7 @@ impl NeoHookean {
                 stress: std::array::from_fn(|i| g * (IDENTITY[i] - thickness2 * inverse[i])),
                 energy: 0.5 * g * (c11 + c22 + thickness2 - 3.0),
                 thickness: thickness2.sqrt(),
+                volume: 1.0,
             };
         }
         let thickness2 = free_stretch(g, 0.5 * self.lame(), det);
@@ -59,6 +60,7 @@ impl NeoHookean {
             stress: std::array::from_fn(|i| g * (IDENTITY[i] - inverse[i]) + pressure * inverse[i]),
             energy: 0.5 * g * (c[0] + c[1] + thickness2 - 3.0 - 2.0 * log_volume) + 0.5 * pressure * log_volume,
             thickness: thickness2.sqrt(),
+            volume: log_volume.exp(),
         }
     }
 

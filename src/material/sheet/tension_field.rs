@@ -44,7 +44,7 @@ pub fn carried(stress: [f64; 3], uniaxial: impl Fn(f64, f64) -> f64) -> [f64; 3]
 pub fn relaxed(c: [f64; 3], width: impl Fn(f64) -> f64, response: impl Fn([f64; 3]) -> SheetState) -> SheetState {
     let ([c1, c2], axis) = principal(c);
     if c1 <= 1.0 {
-        return SheetState { stress: [0.0; 3], energy: 0.0, thickness: 1.0 };
+        return SheetState { stress: [0.0; 3], energy: 0.0, thickness: 1.0, volume: 1.0 };
     }
     let natural = width(c1);
     if c2 >= natural {

@@ -237,7 +237,7 @@ fn material_axes(tangents: [Vector<3>; 2], warp: Option<Vector<3>>) -> [Vector<3
 }
 
 /// The frame that bisects the normalised tangents (theory 5.1).
-fn bisector_axes([g1, g2]: [Vector<3>; 2]) -> [Vector<3>; 2] {
+pub(super) fn bisector_axes([g1, g2]: [Vector<3>; 2]) -> [Vector<3>; 2] {
     let (u, v) = (g1 * (1.0 / g1.norm()), g2 * (1.0 / g2.norm()));
     let unit = |w: Vector<3>| w * (1.0 / w.norm());
     let (alpha, beta) = (unit(u + v), unit(v - u));

@@ -50,6 +50,12 @@ impl<const D: usize> Pressure<D> {
         self.force.get(node).copied().unwrap_or(Vector::ZERO)
     }
 
+    /// Replaces the value by a constant [Pa].
+    #[cfg(test)]
+    pub fn set(&mut self, value: f64) {
+        self.value = Signal::Constant(value);
+    }
+
     /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes (theory 5.4).
     pub fn update(&mut self, t: f64, elements: &Elements, position: &[Vector<D>]) {
         let Self { value, dead, force, share } = self;

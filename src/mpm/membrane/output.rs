@@ -3,7 +3,7 @@
 use super::Membrane;
 use super::element::Block;
 use super::ledger::Books;
-use crate::material::{SheetKind, sheet::principal};
+use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
 use crate::simulation::{Column, ColumnData, Field, SurfaceSet};
 use std::borrow::Cow;
@@ -43,19 +43,17 @@ impl<const D: usize> Membrane<D> {
 
     /// Principal values of the true stress that an element carries [Pa], the greater first.
     pub fn principal_stress(&self, element: usize) -> [f64; 2] {
-        let (block, lane) = self.elements.block_and_lane(element);
-        let stress = self.blocks[block].stress.map(|s| s[lane]);
         if self.sheet.kind() == SheetKind::Rate {
-            return principal(self.sheet.carried(stress)).0;
+            let (block, lane) = self.elements.block_and_lane(element);
+            return principal(self.sheet.carried(self.blocks[block].stress.map(|s| s[lane]))).0;
         }
         // σ = F S Fᵀ / J has the eigenvalues of C S / J.
-        let reference = &self.references[block];
-        let [c11, c22, c12] = self.right_cauchy_green(element);
-        let (det, stretch) = (c11 * c22 - c12 * c12, self.thickness(element) / reference.thickness[lane]);
-        let [s11, s22, s12] = stress;
+        let c @ [c11, c22, c12] = self.right_cauchy_green(element);
+        let SheetState { stress: [s11, s22, s12], volume, .. } = self.sheet.total(c);
         let mean = 0.5 * (c11 * s11 + c22 * s22 + 2.0 * c12 * s12);
-        let radius = (mean * mean - det * (s11 * s22 - s12 * s12)).max(0.0).sqrt();
-        [mean + radius, mean - radius].map(|s| s / (det.sqrt() * stretch))
+        let determinant = (c11 * c22 - c12 * c12) * (s11 * s22 - s12 * s12);
+        let radius = (mean * mean - determinant).max(0.0).sqrt();
+        [(mean + radius) / volume, (mean - radius) / volume]
     }
 
     /// 0 taut, 1 wrinkled, 2 slack.
