@@ -1,0 +1,103 @@
+//! Ledger and momentum close to round-off, whatever the configuration.
+
+use crate::model::*;
+use lateen::geometry::Region;
+use lateen::math::{Signal, Vector};
+use lateen::mpm::{KernelKind, Locking, Mpm, Obstacle, StressUpdate, Transfer, WallKind};
+
+/// A block thrown into a corner of the box, hard enough to load every wall that it meets.
+fn thrown(kernel: KernelKind, transfer: Transfer, stress_update: StressUpdate, kind: WallKind) -> Mpm<2> {
+    let mut setup = setup(grid([0.0, 0.0], 0.25, [8, 8], kind));
+    (setup.kernel, setup.transfer, setup.stress_update) = (kernel, transfer, stress_update);
+    setup.locking = Locking::Average { blend: 0.8 };
+    setup.gravity = [Signal::Constant(1.0), Signal::Constant(-10.0)];
+    let velocity = |x: Vector<2>| Vector([-1.0 + 0.2 * x[1], -2.0]);
+    let mut block = body(rubber(10.0, 2e3, 0.3), ([0.25, 0.5], [8, 8], 0.125), |_| true, velocity);
+    block.traction = vec![(3, 0.125, [Signal::Constant(50.0), Signal::Constant(20.0), Signal::ZERO])];
+    setup.bodies = vec![block];
+    setup.obstacles = vec![Obstacle {
+        name: "step".into(),
+        region: Region::Box { lower: [1.0, -1.0, -1.0], upper: [3.0, 0.3, 1.0] },
+        kind: WallKind::Friction { coefficient: 0.3 },
+        velocity: [Signal::Constant(-0.2), Signal::ZERO, Signal::ZERO],
+    }];
+    start(setup)
+}
+
+/// Closure within 1e-12 of the energies that moved; momentum within 1e-12 of the impulses.
+fn check(mut mpm: Mpm<2>, momentum_too: bool, what: &str) {
+    let names = ["momentum x", "momentum y"];
+    let before = names.map(|name| term(&mpm, name));
+    run(&mut mpm, 0.3, 0.9, |_, _, _| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let scale = term(&mpm, "stored energy at the start");
+    let closure = term(&mpm, "closure");
+    assert!(closure.abs() < 1e-12 * scale, "{what}: closure {closure} of {scale}");
+    for (axis, (name, before)) in names.iter().zip(before).enumerate() {
+        let impulse = term(&mpm, ["external impulse x", "external impulse y"][axis]);
+        let defect = term(&mpm, name) - before - impulse;
+        assert!(!momentum_too || defect.abs() < 1e-12 * 20.0, "{what}: {name} {before} + {impulse}, defect {defect}");
+    }
+}
+
+const WALLS: [WallKind; 4] =
+    [WallKind::Fixed, WallKind::Slip, WallKind::Separate, WallKind::Friction { coefficient: 0.4 }];
+
+#[test]
+fn ledger_closes_for_every_kernel_and_transfer() {
+    let damped = Transfer::Flip { relaxation: 0.02, filter_order: 0, filter_interval: 0 };
+    for kernel in KERNELS {
+        for transfer in [FLIP, damped, Transfer::Apic] {
+            for kind in WALLS {
+                let mpm = thrown(kernel, transfer, StressUpdate::Average, kind);
+                check(mpm, true, &format!("{kernel:?} {transfer:?} {kind:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn ledger_closes_for_every_stress_update() {
+    for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast, StressUpdate::Average, StressUpdate::Last] {
+        for kind in [WallKind::Slip, WallKind::Fixed] {
+            let mpm = thrown(KernelKind::Quadratic, FLIP, stress_update, kind);
+            check(mpm, true, &format!("{stress_update:?} {kind:?}"));
+        }
+    }
+}
+
+/// The filter takes energy and, without walls, no momentum.
+#[test]
+fn filter_conserves_momentum_and_is_booked() {
+    let filtered = Transfer::Flip { relaxation: f64::INFINITY, filter_order: 3, filter_interval: 5 };
+    let mut setup = setup(grid([0.0, 0.0], 0.25, [12, 12], WallKind::Open));
+    setup.transfer = filtered;
+    let velocity = |x: Vector<2>| Vector([0.3 - (7.0 * x[1]).sin(), (9.0 * x[0]).cos()]);
+    setup.bodies = vec![body(rubber(10.0, 2e3, 0.3), ([1.0, 1.0], [8, 8], 0.125), |_| true, velocity)];
+    let mut mpm = start(setup);
+    let before = ["momentum x", "momentum y"].map(|name| term(&mpm, name));
+    run(&mut mpm, 0.3, 1.0, |_, _, _| {}).unwrap();
+    for (name, before) in ["momentum x", "momentum y"].iter().zip(before) {
+        assert!((term(&mpm, name) - before).abs() < 1e-12 * 10.0);
+    }
+    assert!(term(&mpm, "transfer dissipation") > 0.0);
+    assert!(term(&mpm, "closure").abs() < 1e-12 * term(&mpm, "stored energy at the start"));
+}
+
+/// A block dragged by a moving floor: the floor's work is energy gained and friction lost.
+#[test]
+fn moving_walls_work() {
+    let mut setup = setup(grid([0.0, 0.0], 0.25, [16, 8], WallKind::Open));
+    setup.grid.walls[1][0] = wall(WallKind::Friction { coefficient: 0.5 });
+    setup.grid.walls[1][0].velocity[0] = Signal::Constant(2.0);
+    setup.gravity = [Signal::ZERO, Signal::Constant(-10.0)];
+    setup.bodies = vec![body(rubber(10.0, 1e4, 0.3), ([1.0, 0.0], [8, 8], 0.125), |_| true, |_| Vector::ZERO)];
+    let mut mpm = start(setup);
+    run(&mut mpm, 0.3, 1.0, |_, _, _| {}).unwrap();
+    let speed = term(&mpm, "momentum x") / term(&mpm, "mass");
+    assert!((speed - 0.5 * 10.0 * 0.3).abs() < 0.05, "Coulomb acceleration μ g t: {speed}");
+    let (work, lost) = (term(&mpm, "work of walls"), term(&mpm, "wall dissipation"));
+    let weight = 10.0 * term(&mpm, "mass");
+    assert!((work / (0.5 * weight * 2.0 * 0.3) - 1.0).abs() < 0.05, "work of the floor μ m g v t: {work}");
+    assert!(lost > 0.0 && lost < work);
+    assert!(term(&mpm, "closure").abs() < 1e-12 * work);
+}

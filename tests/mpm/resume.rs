@@ -1,0 +1,84 @@
+//! The same bits for any number of threads and after a resumed run; errors that name their place.
+
+use crate::model::*;
+use lateen::error::Place;
+use lateen::math::{Signal, Vector};
+use lateen::mpm::{Mpm, Transfer, WallKind};
+use lateen::simulation::Solver;
+
+fn model() -> Mpm<3> {
+    let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Slip));
+    setup.transfer = Transfer::Apic;
+    setup.gravity = [Signal::ZERO, Signal::ZERO, Signal::Constant(-10.0)];
+    let velocity = |x: Vector<3>| Vector([0.1 * x[1], -0.2, 0.3 * x[0]]);
+    setup.bodies = vec![body(rubber(10.0, 1e4, 0.3), ([0.5; 3], [12, 12, 12], 0.25), |_| true, velocity)];
+    start(setup)
+}
+
+fn step(mpm: &mut Mpm<3>, t: f64) -> f64 {
+    let dt = mpm.stable_dt();
+    mpm.step(t, dt).unwrap();
+    t + dt
+}
+
+fn state(mpm: &mut Mpm<3>) -> Vec<(String, Vec<u8>)> {
+    let mut columns = Vec::new();
+    mpm.columns(&mut |name, column| columns.push((name.to_owned(), column.data.bytes().to_vec())));
+    columns
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut mpm = model();
+            (0..20).fold(0.0, |t, _| step(&mut mpm, t));
+            state(&mut mpm)
+        })
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(5));
+}
+
+#[test]
+fn a_resumed_run_goes_on_with_the_same_bits() {
+    let mut first = model();
+    let mut t = (0..15).fold(0.0, |t, _| step(&mut first, t));
+    let saved = state(&mut first);
+    let mut second = model();
+    let mut stored = saved.iter();
+    second.columns(&mut |name, column| {
+        let (expected, bytes) = stored.next().unwrap();
+        assert_eq!(name, expected);
+        assert!(column.data.replace(bytes));
+    });
+    second.restored();
+    for _ in 0..15 {
+        step(&mut second, t);
+        t = step(&mut first, t);
+    }
+    assert!(state(&mut first) == state(&mut second));
+}
+
+#[test]
+fn a_particle_that_leaves_is_named() {
+    let mut setup = setup(grid([0.0, 0.0], 1.0, [6, 6], WallKind::Open));
+    let velocity = |_| Vector([0.0, 3.0]);
+    setup.bodies = vec![body(rubber(1.0, 1e3, 0.3), ([2.0, 4.0], [2, 2], 0.5), |_| true, velocity)];
+    let mut mpm = start(setup);
+    let error = run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap_err();
+    assert_eq!((error.what.as_str(), error.quantity), ("a particle left the domain", "y"));
+    assert!(error.value > 6.0 && error.time > 0.3, "{error}");
+    assert!(matches!(error.place, Place::Particle { id: 2, .. }), "{error}");
+}
+
+#[test]
+fn wrong_models_are_refused_with_their_keys() {
+    let mut setup = setup(grid([0.0, 0.0], 1.0, [6, 6], WallKind::Open));
+    setup.bodies = vec![body(rubber(1.0, 1e3, 0.3), ([5.0, 4.0], [4, 4], 0.5), |_| true, |_| Vector::ZERO)];
+    setup.safety = 0.0;
+    let findings = Mpm::new(setup).err().unwrap();
+    let keys: Vec<_> = findings.iter().map(|finding| finding.key.as_str()).collect();
+    assert_eq!(keys, ["mpm.safety", "body[0].region"]);
+}
