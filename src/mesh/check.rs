@@ -151,38 +151,38 @@ fn shapes(facets: &Facets, findings: &mut Vec<Finding>) {
     }
 }
 
-/// An element's use of an edge: its index and whether it runs from the lower to the higher node. In 2D the
-/// edge is a node, and the sense tells the first end from the second.
-type Use = (usize, bool);
+/// An element's use of an edge: the edge's nodes in ascending order, the element, and whether it runs from the
+/// lower to the higher node. In 2D the edge is a node, and the sense tells the first end from the second.
+type Use = ([u32; 2], usize, bool);
 
-fn neighbours(facets: &Facets, findings: &mut Vec<Finding>) {
-    let mut uses: HashMap<[u32; 2], Vec<Use>> = HashMap::new();
+fn edge_uses(facets: &Facets) -> Vec<Use> {
+    let mut uses = Vec::new();
     for (element, nodes) in facets.elements.iter().enumerate() {
         for (place, [a, b]) in edges(nodes).enumerate() {
             let forward = if a == b { place == 0 } else { a < b };
-            uses.entry([a.min(b), a.max(b)]).or_default().push((element, forward));
+            uses.push(([a.min(b), a.max(b)], element, forward));
         }
     }
+    uses.sort_unstable();
+    uses
+}
+
+fn neighbours(facets: &Facets, findings: &mut Vec<Finding>) {
     let mut shared = vec![0u32; facets.elements.len()];
     let mut pairs = Vec::new();
-    for nodes in &facets.elements {
-        for [a, b] in edges(nodes) {
-            // Each edge is looked at once, in the order of the elements.
-            let Some(at_edge) = uses.remove(&[a.min(b), a.max(b)]) else { continue };
-            match at_edge.as_slice() {
-                [(first, one), (second, other)] => {
-                    shared[*first] += 1;
-                    shared[*second] += 1;
-                    if one == other {
-                        pairs.push([*first, *second]);
-                    }
+    for at_edge in edge_uses(facets).chunk_by(|a, b| a.0 == b.0) {
+        match at_edge {
+            [(_, first, one), (_, second, other)] => {
+                shared[*first] += 1;
+                shared[*second] += 1;
+                if one == other {
+                    pairs.push([*first, *second]);
                 }
-                [_] => {}
-                more => {
-                    let (element, count) = (more[0].0, more.len());
-                    let place = facets.center(element).0;
-                    findings.push(Finding { problem: Problem::NonManifold { element, count }, place });
-                }
+            }
+            [_] => {}
+            more => {
+                let problem = Problem::NonManifold { element: more[0].1, count: more.len() };
+                findings.push(Finding { problem, place: facets.center(more[0].1).0 });
             }
         }
     }
@@ -211,17 +211,17 @@ fn blame(shared: &[u32], pairs: &[[usize; 2]]) -> Vec<[usize; 2]> {
     blamed
 }
 
+/// Nodes in one cell of a lattice far finer than any element. Its cells are shifted so that round
+/// coordinates lie well inside them.
 fn duplicates(facets: &Facets, findings: &mut Vec<Finding>) {
-    let at = |node: u32| facets.nodes[node as usize];
-    let mut order: Vec<u32> = (0..facets.nodes.len() as u32).collect();
-    order.sort_by(|&a, &b| at(a)[0].total_cmp(&at(b)[0]).then(a.cmp(&b)));
-    let extent = facets.nodes.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
-    let near = SAME * extent;
-    for (place, &a) in order.iter().enumerate() {
-        let following = order[place + 1..].iter().take_while(|&&b| at(b)[0] - at(a)[0] <= near);
-        for &b in following.filter(|&&b| (0..3).all(|i| (at(b)[i] - at(a)[i]).abs() <= near)) {
-            let nodes = [a.min(b), a.max(b)];
-            findings.push(Finding { problem: Problem::DuplicateNodes { nodes }, place: at(a) });
+    const SHIFT: f64 = 0.37;
+    let extent = facets.nodes.iter().flatten().fold(f64::MIN_POSITIVE, |most, c| most.max(c.abs()));
+    let cell = |c: f64| (c / (SAME * extent) + SHIFT).floor() as i64;
+    let mut first_in: HashMap<[i64; 3], u32> = HashMap::with_capacity(facets.nodes.len());
+    for (node, &place) in (0u32..).zip(&facets.nodes) {
+        let first = *first_in.entry(place.map(cell)).or_insert(node);
+        if first != node {
+            findings.push(Finding { problem: Problem::DuplicateNodes { nodes: [first, node] }, place });
         }
     }
 }

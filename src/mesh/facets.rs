@@ -2,7 +2,6 @@
 
 use crate::geometry::Region;
 use crate::math::Vector;
-use hashbrown::HashMap;
 use std::collections::BTreeMap;
 
 /// Quadrilaterals and triangles in 3D, segments in 2D.
@@ -38,12 +37,11 @@ impl Facets {
 
     /// Nodes on edges (in 2D: at ends) that belong to one element only, ascending.
     pub fn boundary_nodes(&self) -> Vec<u32> {
-        let mut uses: HashMap<[u32; 2], u32> = HashMap::new();
-        for edge in self.elements.iter().flat_map(|e| edges(e)) {
-            *uses.entry([edge[0].min(edge[1]), edge[0].max(edge[1])]).or_default() += 1;
-        }
-        let mut nodes: Vec<u32> =
-            uses.into_iter().filter(|&(_, count)| count == 1).flat_map(|(edge, _)| edge).collect();
+        let ascending = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        let mut uses: Vec<[u32; 2]> = self.elements.iter().flat_map(|e| edges(e)).map(ascending).collect();
+        uses.sort_unstable();
+        let free = uses.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
+        let mut nodes: Vec<u32> = free.flat_map(|same| same[0]).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes

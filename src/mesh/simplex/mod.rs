@@ -1,0 +1,173 @@
+//! Meshes of simplices: triangles in 2D, tetrahedra in 3D.
+//!
+//! ```text
+//! V_e = det[x_1 − x_0, …, x_D − x_0] / D!
+//! N_k(x) = δ_k0 + g_k·(x − x_0),   g_k = ∇N_k constant,   Σ_k N_k = 1
+//! area vector of the facet opposite node k, outward: −D V_e g_k
+//! ```
+
+mod block;
+mod file;
+mod locate;
+mod topology;
+
+pub use locate::{Location, Locator};
+pub use topology::Facet;
+
+use crate::math::{Tensor, Vector};
+use std::collections::BTreeMap;
+use topology::Topology;
+
+/// A mesh of triangles (`Mesh<2, 3>`) or tetrahedra (`Mesh<3, 4>`).
+#[derive(Debug, Clone)]
+pub struct Mesh<const D: usize, const N: usize> {
+    nodes: Vec<Vector<D>>,
+    elements: Vec<[u32; N]>,
+    simplices: Vec<Simplex<D, N>>,
+    topology: Topology<N>,
+    /// Named sets of boundary facets (physical groups of a Gmsh file).
+    pub sets: BTreeMap<String, Vec<Facet>>,
+}
+
+/// What is constant in an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Simplex<const D: usize, const N: usize> {
+    /// Volume [m³]; area [m²] in 2D.
+    pub volume: f64,
+    /// Gradient of the shape function of each node [1/m].
+    pub gradient: [Vector<D>; N],
+}
+
+impl<const D: usize, const N: usize> Simplex<D, N> {
+    /// From the positions of its nodes [m]; `None` if it has no volume. The volume of an inverted one is negative.
+    pub fn new(x: [Vector<D>; N]) -> Option<Self> {
+        const { assert!(N == D + 1, "a simplex in D dimensions has D + 1 nodes") };
+        let edges = Tensor::<D>::from_fn(|i, j| x[j + 1][i] - x[0][i]).embed(1.0);
+        let inverse = edges.inverse()?;
+        let mut gradient = [Vector::ZERO; N];
+        for k in 1..N {
+            gradient[k] = Vector::from_fn(|i| inverse[k - 1][i]);
+            gradient[0] -= gradient[k];
+        }
+        let factorial = if D == 2 { 2.0 } else { 6.0 };
+        let volume = edges.determinant() / factorial;
+        (volume != 0.0 && volume.is_finite()).then_some(Self { volume, gradient })
+    }
+
+    /// Outward area vector of the facet opposite node `k` [m²]; [m] in 2D.
+    pub fn facet_area(&self, k: usize) -> Vector<D> {
+        self.gradient[k] * (-(D as f64) * self.volume)
+    }
+}
+
+impl<const D: usize, const N: usize> Mesh<D, N> {
+    /// From node positions [m] and the nodes of each element: counter-clockwise in 2D; in 3D the first three
+    /// counter-clockwise seen from the side away from the fourth.
+    ///
+    /// # Errors
+    /// No elements, a node that isn't there or isn't finite, an element that is degenerate or inverted, a facet
+    /// shared by more than two elements. The message names the element.
+    pub fn new(nodes: Vec<Vector<D>>, elements: Vec<[u32; N]>) -> Result<Self, String> {
+        if elements.is_empty() {
+            return Err("the mesh has no elements".into());
+        }
+        if let Some(node) = nodes.iter().position(|x| !x.is_finite()) {
+            return Err(format!("node {node} has a position that is not finite"));
+        }
+        let simplices =
+            elements.iter().enumerate().map(|(e, element)| sound(e, element, &nodes)).collect::<Result<_, _>>()?;
+        let topology = Topology::new(&elements, nodes.len())?;
+        Ok(Self { nodes, elements, simplices, topology, sets: BTreeMap::new() })
+    }
+
+    /// Node positions [m].
+    pub fn nodes(&self) -> &[Vector<D>] {
+        &self.nodes
+    }
+
+    /// Nodes of each element.
+    pub fn elements(&self) -> &[[u32; N]] {
+        &self.elements
+    }
+
+    /// Volume and gradients of an element.
+    pub fn simplex(&self, element: usize) -> &Simplex<D, N> {
+        &self.simplices[element]
+    }
+
+    /// Positions of an element's nodes [m].
+    pub fn corners(&self, element: usize) -> [Vector<D>; N] {
+        self.elements[element].map(|node| self.nodes[node as usize])
+    }
+
+    /// Shape functions of an element at `x`; all lie in 0..=1 inside.
+    pub fn shape_functions(&self, element: usize, x: Vector<D>) -> [f64; N] {
+        let away = x - self.nodes[self.elements[element][0] as usize];
+        let gradient = &self.simplices[element].gradient;
+        std::array::from_fn(|k| gradient[k].dot(away) + if k == 0 { 1.0 } else { 0.0 })
+    }
+
+    /// Centre of an element [m].
+    pub fn center(&self, element: usize) -> Vector<D> {
+        self.corners(element).into_iter().sum::<Vector<D>>() / N as f64
+    }
+
+    /// Shortest edge of an element [m].
+    pub fn shortest_edge(&self, element: usize) -> f64 {
+        let x = self.corners(element);
+        let pairs = (0..N).flat_map(|i| (i + 1..N).map(move |j| (i, j)));
+        pairs.map(|(i, j)| (x[j] - x[i]).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Volume of the mesh [m³]; area [m²] in 2D.
+    pub fn volume(&self) -> f64 {
+        self.simplices.iter().map(|simplex| simplex.volume).sum()
+    }
+
+    /// The element behind the facet opposite local node `k`, or `None` at the boundary.
+    pub fn neighbour(&self, element: usize, k: usize) -> Option<usize> {
+        self.topology.neighbour(element, k)
+    }
+
+    /// Elements around a node, ascending.
+    pub fn elements_around(&self, node: usize) -> &[u32] {
+        self.topology.around(node)
+    }
+
+    /// Facets that belong to one element only, in the order of the elements.
+    pub fn boundary(&self) -> &[Facet] {
+        self.topology.boundary()
+    }
+
+    /// Nodes of a facet, in the order of its element.
+    pub fn facet_nodes(&self, facet: Facet) -> Vec<u32> {
+        topology::facet_nodes(&self.elements[facet.element as usize], facet.opposite as usize)
+    }
+
+    /// Outward area vector of a facet [m²]; [m] in 2D.
+    pub fn facet_area(&self, facet: Facet) -> Vector<D> {
+        self.simplices[facet.element as usize].facet_area(facet.opposite as usize)
+    }
+}
+
+/// The simplex of an element whose nodes are there and whose volume is positive.
+fn sound<const D: usize, const N: usize>(
+    index: usize,
+    element: &[u32; N],
+    nodes: &[Vector<D>],
+) -> Result<Simplex<D, N>, String> {
+    const THINNEST: f64 = 1e-12;
+    if let Some(node) = element.iter().find(|&&node| node as usize >= nodes.len()) {
+        return Err(format!("element {index} names node {node}, but there are only {} nodes", nodes.len()));
+    }
+    let x = element.map(|node| nodes[node as usize]);
+    let longest = (1..N).map(|k| (x[k] - x[0]).norm()).fold(0.0, f64::max);
+    let place = x[0].to3();
+    match Simplex::new(x) {
+        Some(simplex) if simplex.volume > THINNEST * longest.powi(D as i32) => Ok(simplex),
+        Some(simplex) if simplex.volume < -THINNEST * longest.powi(D as i32) => {
+            Err(format!("element {index} at {place:?} m is inverted: its volume is negative"))
+        }
+        _ => Err(format!("element {index} at {place:?} m is degenerate: it has no volume")),
+    }
+}

@@ -1,0 +1,91 @@
+//! Who is next to whom.
+
+/// No element behind a facet.
+const NONE: u32 = u32::MAX;
+
+/// A facet: an element and the local node opposite to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Facet {
+    /// The element.
+    pub element: u32,
+    /// The local node opposite to the facet.
+    pub opposite: u32,
+}
+
+/// Neighbours of elements, elements around nodes, boundary.
+#[derive(Debug, Clone)]
+pub(super) struct Topology<const N: usize> {
+    neighbours: Vec<[u32; N]>,
+    boundary: Vec<Facet>,
+    /// Elements around node n are `around[start[n]..start[n + 1]]`.
+    start: Vec<u32>,
+    around: Vec<u32>,
+}
+
+impl<const N: usize> Topology<N> {
+    pub fn new(elements: &[[u32; N]], nodes: usize) -> Result<Self, String> {
+        let mut facets: Vec<([u32; 3], Facet)> = Vec::with_capacity(elements.len() * N);
+        for (element, nodes) in (0u32..).zip(elements) {
+            facets.extend((0..N).map(|k| (facet_key(nodes, k), Facet { element, opposite: k as u32 })));
+        }
+        facets.sort_unstable();
+        let mut neighbours = vec![[NONE; N]; elements.len()];
+        let mut boundary = Vec::new();
+        for same in facets.chunk_by(|a, b| a.0 == b.0) {
+            match same {
+                [(_, facet)] => boundary.push(*facet),
+                [(_, a), (_, b)] => {
+                    neighbours[a.element as usize][a.opposite as usize] = b.element;
+                    neighbours[b.element as usize][b.opposite as usize] = a.element;
+                }
+                more => return Err(format!("{} elements share a facet of element {}", more.len(), more[0].1.element)),
+            }
+        }
+        boundary.sort_unstable();
+        let (start, around) = elements_around(elements, nodes);
+        Ok(Self { neighbours, boundary, start, around })
+    }
+
+    pub fn neighbour(&self, element: usize, k: usize) -> Option<usize> {
+        let neighbour = self.neighbours[element][k];
+        (neighbour != NONE).then_some(neighbour as usize)
+    }
+
+    pub fn boundary(&self) -> &[Facet] {
+        &self.boundary
+    }
+
+    pub fn around(&self, node: usize) -> &[u32] {
+        &self.around[self.start[node] as usize..self.start[node + 1] as usize]
+    }
+}
+
+/// Nodes of the facet opposite local node `k`.
+pub(super) fn facet_nodes<const N: usize>(nodes: &[u32; N], k: usize) -> Vec<u32> {
+    (0..N).filter(|&i| i != k).map(|i| nodes[i]).collect()
+}
+
+/// The nodes of a facet in ascending order; the same from both sides. In 2D the last is unused.
+fn facet_key<const N: usize>(nodes: &[u32; N], k: usize) -> [u32; 3] {
+    let mut key = [NONE; 3];
+    let others = (0..N).filter(|&i| i != k);
+    key.iter_mut().zip(others).for_each(|(slot, i)| *slot = nodes[i]);
+    key.sort_unstable();
+    key
+}
+
+/// Counting sort of the elements by node.
+fn elements_around<const N: usize>(elements: &[[u32; N]], nodes: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0u32; nodes + 1];
+    elements.iter().flatten().for_each(|&node| start[node as usize + 1] += 1);
+    (0..nodes).for_each(|node| start[node + 1] += start[node]);
+    let mut next = start.clone();
+    let mut around = vec![0; elements.len() * N];
+    for (element, nodes) in (0u32..).zip(elements) {
+        for &node in nodes {
+            around[next[node as usize] as usize] = element;
+            next[node as usize] += 1;
+        }
+    }
+    (start, around)
+}
