@@ -3,6 +3,7 @@
 use super::schema::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
 use crate::geometry::Shape;
+use crate::material::PointLaws;
 use crate::mpm::WallKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -49,7 +50,7 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The law.
-    pub material: serde_json::Value,
+    pub material: PointLaws,
     /// Loads on its surface.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<TractionSpec>,

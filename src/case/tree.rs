@@ -35,12 +35,10 @@ pub(super) struct Entry {
 }
 
 impl Node {
-    /// Parses a document; TOML accepts no empty document as an error, so the root is always a table.
+    /// Parses a document; its root is a table.
     pub(super) fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
-        let (root, errors) = DeTable::parse_recoverable(text);
-        if !errors.is_empty() {
-            return Err(errors.iter().take(20).map(|e| syntax_error(e, text)).collect());
-        }
+        // One slip makes a cascade of syntax errors: only the first is worth showing.
+        let root = DeTable::parse(text).map_err(|e| vec![syntax_error(&e, text)])?;
         let mut findings = Vec::new();
         let span = root.span();
         let node = Self { span: Some(span), value: Value::Table(entries(root.get_ref(), &mut findings)) };

@@ -1,0 +1,210 @@
+//! What a wrong case gets: every finding at once, each at its line and column, with what to write instead.
+
+use lateen::Error;
+use lateen::case::{Case, Source, line_and_column};
+use lateen::error::Diagnostic;
+
+const GOOD: &str = include_str!("fixtures/water_sphere.toml");
+
+fn findings(text: &str) -> Vec<Diagnostic> {
+    match Case::read(Source::new("case.toml", "", text), &[]) {
+        Ok(_) => Vec::new(),
+        Err(Error::Case(findings)) => findings,
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// Replaces `from` in the good case and expects one finding, at the place of `at` in the new text.
+#[track_caller]
+fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
+    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
+    let text = GOOD.replace(from, to);
+    let found = findings(&text);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    let finding = &found[0];
+    assert!(finding.message.contains(message), "{}", finding.message);
+    assert!(finding.help.as_deref().unwrap_or("").contains(help), "{finding:?}");
+    let start = finding.span.as_ref().expect("a place").start;
+    let wanted = text.find(at).expect("the marked text is there");
+    assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{finding:?}");
+}
+
+#[test]
+fn the_good_case_is_good() {
+    assert_eq!(findings(GOOD), []);
+}
+
+#[test]
+fn toml_syntax() {
+    expect("dimension = 3", "dimension = ", "\n\n[time]", "not TOML", "");
+    expect("dimension = 3", "dimension = 3\ndimension = 2", "dimension = 2", "not TOML: duplicate key", "");
+    expect("[0, 0, \"-9.81 m/s^2\"]", "[0, 0, \"-9.81 m/s^2]", "\n\n[[body]]", "not TOML", "");
+}
+
+#[test]
+fn unknown_key() {
+    expect("spacing =", "spacng = \"1 mm\"\nspacing =", "spacng", "unknown key `spacng`", "did you mean `spacing`?");
+    expect("[mpm]", "[mpn]\n[mpm]", "mpn", "unknown key `mpn`", "did you mean `mpm`?");
+    expect("slope =", "frobnicate = 1, slope =", "frobnicate", "unknown key `frobnicate`", "known keys are kind,");
+}
+
+#[test]
+fn missing_key() {
+    expect("thickness = \"0.1 mm\"\n", "", "[[membrane]]", "the key `thickness` is missing", "thickness = \"1 mm\"");
+    expect("law = \"fluid\", ", "", "{ density = \"1e-3", "the key `law` is missing", "`fluid`");
+}
+
+#[test]
+fn wrong_unit() {
+    expect(
+        "density = \"1e-3 g/mm^3\"",
+        "density = \"1e-3 g/mm^2\"",
+        "\"1e-3 g/mm^2\"",
+        "expected a density (kg/m^3), found a mass per area (kg/m^2)",
+        "\"1000 kg/m^3\"",
+    );
+    expect("\"-10 mm/ms\"", "\"-10 mm\"", "\"-10 mm\"", "expected a velocity (m/s), found a length (m)", "\"10 m/s\"");
+    expect("poisson = 0.3", "poisson = \"0.3 m\"", "\"0.3 m\"", "expected a plain number, found a length (m)", "0.3");
+    expect("end = \"1.2 ms\"", "end = \"1.2 msec\"", "\"1.2 msec\"", "`msec` is not a unit", "\"0.5 ms\"");
+}
+
+#[test]
+fn units_in_a_case_without_units() {
+    let text = GOOD.replace("dimension = 3", "dimension = 3\nunits = \"none\"");
+    let found = findings(&text);
+    assert!(found.len() > 10);
+    assert!(found.iter().all(|f| f.message == "this case has no units"), "{found:#?}");
+}
+
+#[test]
+fn wrong_kind_of_value() {
+    expect("dimension = 3", "dimension = \"three\"", "\"three\"", "expected a whole number, found text", "");
+    expect("thickness = \"0.1 mm\"", "thickness = [1]", "[1]", "expected a length (m), found a list", "");
+    expect("wrinkling = true", "wrinkling = 1", "1 }", "expected true or false, found a whole number", "");
+    expect("between = [\"water\", \"sheet\"]", "between = \"water\"", "\"water\"\nfriction", "expected a list", "");
+}
+
+#[test]
+fn out_of_range() {
+    expect("\"1e-3 g/mm^3\"", "-1000", "-1000", "must be above 0 kg/m^3, found -1000 kg/m^3", "");
+    expect("thickness = \"0.1 mm\"", "thickness = 0.0", "0.0\nmaterial", "must be above 0 m, found 0 m", "");
+    expect("poisson = 0.3", "poisson = 0.6", "0.6", "must be", "");
+    expect("end = \"1.2 ms\"", "end = \"-1 ms\"", "\"-1 ms\"", "must be above 0 s, found -0.001 s", "");
+    expect("end = \"1.2 ms\"", "end = nan", "nan", "NaN is not a usable number here", "");
+    expect("radius = \"4.5 mm\"", "radius = inf", "inf", "inf is not a usable number here", "");
+}
+
+#[test]
+fn unknown_name_in_a_registry() {
+    expect(
+        "law = \"fluid\"",
+        "law = \"flud\"",
+        "\"flud\"",
+        "unknown name `flud`; expected one of `fluid`, `hypoelastic`",
+        "did you mean `fluid`?",
+    );
+    expect("shape = \"sphere\"", "shape = \"ball\"", "\"ball\"", "unknown name `ball`", "");
+    expect(
+        "left = \"slip\"",
+        "left = \"slipp\"",
+        "\"slipp\"",
+        "expected one of `open`, `fixed`",
+        "did you mean `slip`?",
+    );
+    expect("kind = \"friction\"", "kind = \"frictional\"", "\"frictional\"", "unknown name", "");
+    expect("friction = 0.2", "friction = \"sticky\"", "\"sticky\"", "one of `stick`, `none`", "did you mean `stick`?");
+}
+
+#[test]
+fn wrong_length() {
+    expect(
+        "upper = [\"27 mm\", ",
+        "upper = [",
+        "[\"27 mm\", \"14 mm\"]",
+        "expected 3 entries (one per axis), found 2",
+        "",
+    );
+    expect("[\"water\", \"sheet\"]", "[\"water\"]", "[\"water\"]", "expected 2 entries, found 1", "");
+}
+
+#[test]
+fn entries_outside_the_plane() {
+    let text =
+        "name = \"a\"\ndimension = 2\ntime = { end = 1 }\ngrid = { cell = 1, lower = [0, 0, 1], upper = [1, 1] }";
+    let found = findings(text);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert_eq!(found[0].key, "grid.lower");
+    assert_eq!(found[0].help.as_deref(), Some("this case is two-dimensional"));
+}
+
+#[test]
+fn wrong_formula() {
+    expect("\"1 kPa * ramp(t, 0.1 ms)\"", "\"1 kPa * rmp(t)\"", "rmp", "`rmp` is not known in formulas", "");
+    expect(
+        "\"1 kPa * ramp(t, 0.1 ms)\"",
+        "\"1 kPa * sin(t)\"",
+        "t)\"",
+        "`sin` takes a plain number; this is a time",
+        "",
+    );
+    expect("\"1 kPa * ramp(t, 0.1 ms)\"", "\"1 kN * ramp(t, 1 ms)\"", "\"1 kN", "expected a pressure", "\"70 GPa\"");
+    expect("\"1 kPa * ramp(t, 0.1 ms)\"", "\"1/(2 - 2)\"", "\"1/(2 - 2)\"", "inf is not a usable number here", "");
+    expect("\"1 kPa * ramp(t, 0.1 ms)\"", "\"2*(t\"", "\", follower", "a closing parenthesis is missing", "");
+}
+
+#[test]
+fn everything_is_reported_at_once_in_the_order_of_the_file() {
+    let text = GOOD
+        .replace("\"1.2 ms\"", "\"1.2 kg\"")
+        .replace("spacing =", "spacng =")
+        .replace("thickness = \"0.1 mm\"", "thickness = 0")
+        .replace("between = [\"water\", \"sheet\"]", "between = 3");
+    let found = findings(&text);
+    let keys: Vec<&str> = found.iter().map(|f| f.key.as_str()).collect();
+    assert_eq!(keys, ["time.end", "body[0].spacng", "membrane[0].thickness", "contact[0].between"]);
+}
+
+#[test]
+fn overrides_are_checked_as_the_file_is() {
+    let set = |key: &str, value: &str| {
+        let overrides = [(key.to_owned(), value.to_owned())];
+        match Case::read(Source::new("case.toml", "", GOOD), &overrides) {
+            Err(Error::Case(findings)) => findings[0].to_string(),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert!(set("time.end", "1 kg").contains("`time.end`: expected a time (s), found a mass (kg)"));
+    assert!(set("body[7].spacing", "1").contains("there is no `7` to set"));
+    assert!(set("body.watr.spacing", "1").contains("there is no `watr` to set"));
+    assert!(set("mpm.kernl", "linear").contains("did you mean `kernel`?"));
+    assert!(set("", "1").contains("there is no"));
+}
+
+#[test]
+fn findings_look_like_the_compiler_s() {
+    let source = Source::new("case.toml", "", GOOD.replace("thickness = \"0.1 mm\"", "thickness = \"0.1 kg\""));
+    let Err(Error::Case(findings)) = Case::read(source.clone(), &[]) else { panic!("a finding is expected") };
+    let expected = "\
+error: expected a length (m), found a mass (kg)
+  --> case.toml:27:13
+   |
+27 | thickness = \"0.1 kg\"
+   |             ^^^^^^^^ membrane[0].thickness
+   |
+   = help: write for example \"1 mm\"
+";
+    assert_eq!(source.render(&findings, false), expected);
+}
+
+#[test]
+fn missing_and_unreadable_files() {
+    let directory = tempfile::tempdir().unwrap();
+    let missing = Source::read(directory.path().join("none.toml")).unwrap_err();
+    assert!(matches!(missing, Error::Io { .. }), "{missing}");
+    assert_eq!(missing.exit_code(), 4);
+    assert!(Source::read(directory.path()).is_err(), "a directory is no case");
+    let binary = directory.path().join("binary.toml");
+    std::fs::write(&binary, [b'a', 0xff, 0xfe]).unwrap();
+    let error = Source::read(&binary).unwrap_err();
+    assert!(error.to_string().contains("is not UTF-8 text (byte 1)"), "{error}");
+}
