@@ -80,7 +80,7 @@ fn units_in_a_case_without_units() {
 fn wrong_kind_of_value() {
     expect("dimension = 3", "dimension = \"three\"", "\"three\"", "expected a whole number, found text", "");
     expect("thickness = \"0.1 mm\"", "thickness = [1]", "[1]", "expected a length (m), found a list", "");
-    expect("wrinkling = true", "wrinkling = 1", "1 }", "expected true or false, found a whole number", "");
+    expect("wrinkling = true", "wrinkling = 7", "7 }", "expected true or false, found a whole number", "");
     expect("between = [\"water\", \"sheet\"]", "between = \"water\"", "\"water\"\nfriction", "expected a list", "");
 }
 

@@ -6,19 +6,24 @@
 //! ```
 //! Every finding carries its key and, where it stands in the file, its place.
 
+mod build;
+mod check;
 mod parts;
 mod preset;
 mod quantity;
 mod report;
 mod schema;
 mod signal;
+mod summary;
 mod tree;
 mod walk;
 
+pub use build::Model;
 pub use parts::*;
 pub use report::{line_and_column, render};
 pub use schema::*;
 pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
+pub use summary::{BodySummary, MembraneSummary, Summary};
 
 use crate::error::{Diagnostic, Error, Result};
 use std::collections::BTreeMap;
@@ -171,8 +176,11 @@ fn read_tree(tree: &tree::Node, findings: &mut Vec<Diagnostic>) -> Option<CaseFi
     findings.append(&mut walker.findings);
     let Some(toml::Value::Table(mut table)) = value else { return None };
     preset::apply(&mut table);
-    match serde_path_to_error::deserialize(toml::Value::Table(table)) {
-        Ok(file) => Some(file),
+    match serde_path_to_error::deserialize::<_, CaseFile>(toml::Value::Table(table)) {
+        Ok(mut file) => {
+            file.output.complete(file.time.end);
+            Some(file)
+        }
         Err(error) => {
             let key = error.path().to_string();
             findings.push(Diagnostic::error(key.trim_matches('.'), error.inner().message()));

@@ -4,6 +4,8 @@ use super::schema::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
 use crate::geometry::Shape;
 use crate::material::PointLaws;
+use crate::material::sheet::SheetLaw;
+use crate::mesh::MembraneShape;
 use crate::mpm::WallKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -121,7 +123,7 @@ pub struct MembraneSpec {
     /// Its name in contacts, probes and files.
     pub name: String,
     /// Its mesh.
-    pub geometry: serde_json::Value,
+    pub geometry: MembraneShape,
     /// Thickness.
     #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
     pub thickness: f64,
@@ -130,7 +132,7 @@ pub struct MembraneSpec {
     #[schemars(extend("unit" = "m/s", "axes" = true))]
     pub velocity: [SignalSpec; 3],
     /// The law.
-    pub material: serde_json::Value,
+    pub material: SheetLaw,
     /// Stress in the sheet at the start, along its first and second axis.
     #[serde(default)]
     #[schemars(extend("unit" = "Pa"))]

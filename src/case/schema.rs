@@ -4,6 +4,7 @@
 use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
 use super::signal::SignalSpec;
 use crate::mpm;
+use crate::output::ProbeSpec;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -55,7 +56,7 @@ pub struct CaseFile {
     pub output: OutputSpec,
     /// Histories of single quantities.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub probe: Vec<serde_json::Value>,
+    pub probe: Vec<ProbeSpec>,
     /// Pictures.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub picture: Vec<serde_json::Value>,
@@ -287,6 +288,15 @@ pub struct OutputSpec {
     /// Wall-clock time between checkpoints; default: 60 s.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "clock" = true))]
     pub checkpoint: Option<f64>,
+}
+
+impl OutputSpec {
+    /// Fills in what depends on the length of the run.
+    pub(super) fn complete(&mut self, end: f64) {
+        self.fields.get_or_insert(end / 50.0);
+        self.history.get_or_insert(end / 500.0);
+        self.checkpoint.get_or_insert(60.0);
+    }
 }
 
 impl Default for MpmSpec {

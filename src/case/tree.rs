@@ -38,7 +38,10 @@ impl Node {
     /// Parses a document; its root is a table.
     pub(super) fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
         // One slip makes a cascade of syntax errors: only the first is worth showing.
-        let root = DeTable::parse(text).map_err(|e| vec![syntax_error(&e, text)])?;
+        let (root, errors) = DeTable::parse_recoverable(text);
+        if let Some(first) = errors.iter().min_by_key(|e| e.span().map_or(usize::MAX, |s| s.start)) {
+            return Err(vec![syntax_error(first, text)]);
+        }
         let mut findings = Vec::new();
         let span = root.span();
         let node = Self { span: Some(span), value: Value::Table(entries(root.get_ref(), &mut findings)) };

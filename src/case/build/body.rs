@@ -1,0 +1,142 @@
+//! Bodies: particles on a lattice, their first state, loads on their surface.
+
+use super::Assembly;
+use super::signals::Samples;
+use crate::case::{BodySpec, Lattice, TractionSpec};
+use crate::error::Diagnostic;
+use crate::geometry::{Region, Sample, centred_origin, sample};
+use crate::material::StartState;
+use crate::math::{Signal, SymTensor, Vector};
+use crate::mpm::BodySetup;
+use hashbrown::HashMap;
+
+impl Assembly<'_> {
+    /// The body `body[index]`; `None` if it can't be made (and why was noted).
+    pub(super) fn body<const D: usize>(&mut self, index: usize) -> Option<BodySetup<D>> {
+        let spec = &self.case.file.body[index];
+        let key = format!("body[{index}]");
+        let region = self.region(&format!("{key}.region"), &spec.region)?;
+        let spacing = self.spacing(spec, &key)?;
+        let sample = self.sample(spec, &key, &region, spacing)?;
+        let position: Vec<Vector<D>> = sample.position.iter().map(|&x| Vector::from3(x)).collect();
+        let start = Samples::start(&position);
+        let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
+        let velocity = sample.position.iter().map(|&x| Vector::from_fn(|i| velocity[i].value(x, 0.0))).collect();
+        let state = self.start_states(spec, &key, &sample, &start);
+        let traction = spec.traction.iter().enumerate();
+        let traction =
+            traction.flat_map(|(i, t)| self.traction(t, &format!("{key}.traction[{i}]"), &position, spacing)).collect();
+        Some(BodySetup {
+            name: spec.name.clone(),
+            law: spec.material.clone().into_box(),
+            group: self.group(index),
+            volume: vec![sample.volume; position.len()],
+            position,
+            velocity,
+            state,
+            traction,
+        })
+    }
+
+    /// Bodies with the same group name have the number of the first of them.
+    fn group(&self, index: usize) -> usize {
+        let bodies = &self.case.file.body;
+        let Some(name) = &bodies[index].group else { return index };
+        bodies.iter().position(|b| b.group.as_ref() == Some(name)).unwrap_or(index)
+    }
+
+    fn spacing(&mut self, spec: &BodySpec, key: &str) -> Option<f64> {
+        match (spec.spacing, spec.particles_per_cell) {
+            (Some(spacing), None) => Some(spacing),
+            (None, Some(count)) => Some(self.case.file.grid.cell / f64::from(count)),
+            (Some(_), Some(_)) => {
+                let message = "give `spacing` or `particles-per-cell`, not both";
+                self.findings.push(Diagnostic::error(format!("{key}.particles-per-cell"), message));
+                None
+            }
+            (None, None) => {
+                let help = "add `particles-per-cell = 2` or `spacing`";
+                self.findings.push(Diagnostic::error(key, "the distance of the particles is missing").help(help));
+                None
+            }
+        }
+    }
+
+    fn sample(&mut self, spec: &BodySpec, key: &str, region: &Region, spacing: f64) -> Option<Sample> {
+        let dimension = self.case.file.dimension;
+        let origin = match spec.lattice {
+            Lattice::Grid => Ok(self.case.file.grid.lower),
+            Lattice::Centred => centred_origin(region, spacing, dimension),
+        };
+        match origin.and_then(|origin| sample(region, spacing, dimension, origin)) {
+            Ok(sample) if sample.position.is_empty() => {
+                let message = format!("no particles: the region is smaller than the spacing of {spacing} m");
+                let help = "decrease `spacing` or enlarge the region";
+                self.findings.push(Diagnostic::error(format!("{key}.region"), message).help(help));
+                None
+            }
+            Ok(sample) if spec.exact_volume => Some(sample.with_exact_volume(region, dimension)),
+            Ok(sample) => Some(sample),
+            Err(finding) => {
+                self.note(key, finding);
+                None
+            }
+        }
+    }
+
+    fn start_states(&mut self, spec: &BodySpec, key: &str, sample: &Sample, start: &Samples) -> Vec<StartState> {
+        let given = [
+            ("pressure", spec.pressure.is_some()),
+            ("energy", spec.energy.is_some()),
+            ("stress", spec.stress.is_some()),
+        ];
+        let given: Vec<&str> = given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect();
+        if let [first, second, ..] = given[..] {
+            let message = format!("`{first}` and `{second}` both prescribe the state at the start: give one of them");
+            self.findings.push(Diagnostic::error(format!("{key}.{second}"), message));
+        }
+        let mut one = |name: &str, value: &Option<_>| {
+            value.as_ref().map(|value| self.signal(&format!("{key}.{name}"), value, start))
+        };
+        let (pressure, energy) = (one("pressure", &spec.pressure), one("energy", &spec.energy));
+        let stress = spec.stress.as_ref().map(|s| self.signals(&format!("{key}.stress"), s, start));
+        let state = |&x: &[f64; 3]| StartState {
+            pressure: pressure.as_ref().map(|p| p.value(x, 0.0)),
+            energy: energy.as_ref().map(|e| e.value(x, 0.0)),
+            stress: stress.as_ref().map(|s| SymTensor(std::array::from_fn(|i| s[i].value(x, 0.0)))),
+        };
+        sample.position.iter().map(state).collect()
+    }
+
+    /// Loads the outermost particle of every line of the lattice towards a side.
+    fn traction<const D: usize>(
+        &mut self,
+        spec: &TractionSpec,
+        key: &str,
+        position: &[Vector<D>],
+        spacing: f64,
+    ) -> Vec<(u32, f64, [Signal; 3])> {
+        let Some((axis, upper)) = spec.on.axis(D) else {
+            let finding = Diagnostic::error(format!("{key}.on"), "this side exists in 3D only");
+            self.findings.push(finding.help("in 2D the sides are left, right, bottom and top"));
+            return Vec::new();
+        };
+        let samples = Samples::over(position, self.case.file.time.end);
+        let value: [Signal; 3] = self.signals(&format!("{key}.value"), &spec.value, &samples);
+        let line = |x: &Vector<D>| -> [i64; D] {
+            std::array::from_fn(|i| if i == axis { 0 } else { (x[i] / spacing).floor() as i64 })
+        };
+        let mut outermost: HashMap<[i64; D], u32> = HashMap::new();
+        for (p, x) in (0u32..).zip(position) {
+            let best = outermost.entry(line(x)).or_insert(p);
+            let farther = x[axis] > position[*best as usize][axis];
+            if farther == upper {
+                *best = p;
+            }
+        }
+        let mut particles: Vec<u32> = outermost.into_values().collect();
+        particles.sort_unstable();
+        let area = spacing.powi(D as i32 - 1);
+        particles.into_iter().map(|p| (p, area, value.clone())).collect()
+    }
+}

@@ -1,0 +1,207 @@
+//! From a case to a solver: the only place that chooses method and dimension.
+//!
+//! Everything that is wrong is collected: parts are built as far as they can be, then checked against each
+//! other, and only a description without errors becomes a solver.
+
+mod body;
+mod membrane;
+mod signals;
+
+use super::check;
+use super::schema::{GridSpec, Method};
+use super::summary::{self, Summary};
+use super::{Case, Side};
+use crate::error::{Diagnostic, Error, Result, Severity};
+use crate::geometry::{Region, Shape};
+use crate::math::{Signal, Vector};
+use crate::mpm::{GridSetup, Mpm, Obstacle, Setup, Wall};
+use crate::simulation::Solver;
+use signals::Samples;
+
+/// A case that is right: the solver in its first state, and what to say about it.
+pub struct Model {
+    /// Ready to step.
+    pub solver: Box<dyn Solver>,
+    /// Sizes, memory, first step.
+    pub summary: Summary,
+    /// What the user should know, although the case can be run.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Case {
+    /// The solver in its first state.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the case, with its place ([`Error::Case`]).
+    pub fn build(&self) -> Result<Box<dyn Solver>> {
+        Ok(self.model()?.solver)
+    }
+
+    /// The solver in its first state, its summary, and warnings.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the case, with its place ([`Error::Case`]).
+    pub fn model(&self) -> Result<Model> {
+        let result = match (self.file.method, self.file.dimension) {
+            (Method::Mpm, 2) => self.mpm::<2>(),
+            (Method::Mpm, _) => self.mpm::<3>(),
+        };
+        result.map_err(|mut findings| {
+            self.locate(&mut findings);
+            findings.sort_by_key(|f| f.span.as_ref().map_or(usize::MAX, |s| s.start));
+            Error::Case(findings)
+        })
+    }
+
+    fn mpm<const D: usize>(&self) -> Result<Model, Vec<Diagnostic>> {
+        let mut assembly = Assembly { case: self, findings: Vec::new() };
+        let setup = assembly.setup::<D>();
+        let mut findings = assembly.findings;
+        if let Some(setup) = &setup {
+            check::parts(self, setup, &mut findings);
+        }
+        let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
+        let parts = summary::parts(&setup);
+        let mut solver = match Mpm::new(setup) {
+            Ok(solver) => solver,
+            Err(more) => {
+                findings.extend(more);
+                return Err(findings);
+            }
+        };
+        let summary = Summary::new(&mut solver, parts, self.file.time.end, self.file.time.step);
+        check::steps(&self.file, &summary, &mut findings);
+        check::probes(&self.file, &solver.snapshot(), &mut findings);
+        if has_errors(&findings) {
+            return Err(findings);
+        }
+        self.locate(&mut findings);
+        Ok(Model { solver: Box::new(solver), summary, warnings: findings })
+    }
+}
+
+fn has_errors(findings: &[Diagnostic]) -> bool {
+    findings.iter().any(|f| f.severity == Severity::Error)
+}
+
+/// A description in the making.
+struct Assembly<'c> {
+    case: &'c Case,
+    findings: Vec<Diagnostic>,
+}
+
+impl Assembly<'_> {
+    /// Notes a finding whose key is relative to `key`.
+    fn note(&mut self, key: &str, mut finding: Diagnostic) {
+        finding.key = if finding.key.is_empty() { key.to_owned() } else { format!("{key}.{}", finding.key) };
+        self.findings.push(finding);
+    }
+
+    fn setup<const D: usize>(&mut self) -> Option<Setup<D>> {
+        let file = &self.case.file;
+        let grid = self.grid::<D>(&file.grid);
+        let bodies: Vec<_> = (0..file.body.len()).filter_map(|i| self.body(i)).collect();
+        let membranes: Vec<_> = (0..file.membrane.len()).filter_map(|i| self.membrane(i)).collect();
+        let obstacles = (0..file.obstacle.len()).filter_map(|i| self.obstacle(i)).collect();
+        let places = bodies.iter().flat_map(|b| &b.position).chain(membranes.iter().flat_map(|m| &m.position));
+        let samples = Samples::over(&places.copied().collect::<Vec<_>>(), file.time.end);
+        let gravity = self.signals("mpm.gravity", &file.mpm.gravity, &samples);
+        let complete = bodies.len() == file.body.len() && membranes.len() == file.membrane.len();
+        let mpm = &file.mpm;
+        Some(Setup {
+            grid: grid.filter(|_| complete)?,
+            kernel: mpm.kernel.into(),
+            transfer: (&mpm.transfer).into(),
+            stress_update: mpm.stress_update.into(),
+            locking: (&mpm.locking).into(),
+            safety: mpm.safety,
+            membrane_safety: mpm.membrane_safety,
+            max_substeps: mpm.max_substeps,
+            gravity: std::array::from_fn(|i| gravity[i].clone()),
+            bodies,
+            membranes,
+            obstacles,
+            friction: file
+                .contact
+                .iter()
+                .map(|c| (c.between[0].clone(), c.between[1].clone(), c.friction.into()))
+                .collect(),
+            default_friction: mpm.friction.into(),
+            gap_tolerance: mpm.gap_tolerance,
+        })
+    }
+
+    fn grid<const D: usize>(&mut self, grid: &GridSpec) -> Option<GridSetup<D>> {
+        let mut cells = [0; D];
+        for axis in 0..D {
+            cells[axis] = self.cells(grid, axis)?;
+        }
+        let walls = std::array::from_fn(|axis| [false, true].map(|upper| self.wall(grid, axis, upper)));
+        if D == 2 {
+            for (name, wall) in [("front", &grid.walls.front), ("back", &grid.walls.back)] {
+                if !matches!(wall, super::WallSpec::Word(super::WallWord::Open)) {
+                    let finding = Diagnostic::error(format!("grid.walls.{name}"), "this wall exists in 3D only");
+                    self.findings.push(finding.help("in 2D the ends of y are `bottom` and `top`"));
+                }
+            }
+        }
+        Some(GridSetup { lower: Vector::from3(grid.lower), cell: grid.cell, cells, walls })
+    }
+
+    /// Cells along one axis: a whole number.
+    fn cells(&mut self, grid: &GridSpec, axis: usize) -> Option<i32> {
+        let extent = (grid.upper[axis] - grid.lower[axis]) / grid.cell;
+        let count = extent.round();
+        let name = ["x", "y", "z"][axis];
+        let finding = if count < 1.0 || count > f64::from(i32::MAX / 4) {
+            Diagnostic::error("grid.upper", format!("{extent} cells along {name}"))
+                .help("`upper` must exceed `lower` by at least one cell")
+        } else if (extent - count).abs() > 1e-6 * count.max(1.0) {
+            let nearest = 1e-12 * (1e12 * (grid.lower[axis] + count * grid.cell)).round();
+            Diagnostic::error("grid.upper", format!("{extent:.6} cells along {name}: not a whole number"))
+                .help(format!("the nearest upper end is {nearest} m"))
+        } else {
+            return Some(count as i32);
+        };
+        self.findings.push(finding);
+        None
+    }
+
+    fn wall(&mut self, grid: &GridSpec, axis: usize, upper: bool) -> Wall {
+        let sides = [Side::Left, Side::Right, Side::Front, Side::Back, Side::Bottom, Side::Top];
+        let dimension = self.case.file.dimension;
+        let side = sides.into_iter().find(|s| s.axis(dimension) == Some((axis, upper)));
+        let walls = &grid.walls;
+        let (name, spec) = match side {
+            Some(Side::Left) | None => ("left", &walls.left),
+            Some(Side::Right) => ("right", &walls.right),
+            Some(Side::Front) => ("front", &walls.front),
+            Some(Side::Back) => ("back", &walls.back),
+            Some(Side::Bottom) => ("bottom", &walls.bottom),
+            Some(Side::Top) => ("top", &walls.top),
+        };
+        let (kind, velocity) = spec.parts();
+        let samples = Samples::at(&[grid.lower, grid.upper], self.case.file.time.end);
+        Wall { kind, velocity: self.signals(&format!("grid.walls.{name}.velocity"), &velocity, &samples) }
+    }
+
+    fn obstacle(&mut self, index: usize) -> Option<Obstacle> {
+        let spec = &self.case.file.obstacle[index];
+        let key = format!("obstacle[{index}]");
+        let grid = &self.case.file.grid;
+        let samples = Samples::at(&[grid.lower, grid.upper], self.case.file.time.end);
+        let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &samples);
+        let region = self.region(&format!("{key}.region"), &spec.region)?;
+        Some(Obstacle { name: spec.name.clone(), region, kind: spec.wall_kind(), velocity })
+    }
+
+    fn region(&mut self, key: &str, shape: &Shape) -> Option<Region> {
+        match shape.build(&self.case.source.base, self.case.file.dimension) {
+            Ok(region) => Some(region),
+            Err(finding) => {
+                self.note(key, finding);
+                None
+            }
+        }
+    }
+}

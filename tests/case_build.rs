@@ -1,0 +1,230 @@
+//! From cases to solvers: sizes against counts by hand, and what is wrong between the parts of a case.
+
+use lateen::Error;
+use lateen::case::{Case, Model, Source, line_and_column};
+use lateen::error::Diagnostic;
+
+const GOOD: &str = include_str!("fixtures/water_sphere.toml");
+
+fn model(text: &str, overrides: &[(&str, &str)]) -> Result<Model, Vec<Diagnostic>> {
+    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+    let source = Source::new("case.toml", "", text);
+    match Case::read(source, &overrides).and_then(|case| case.model()) {
+        Ok(model) => Ok(model),
+        Err(Error::Case(findings)) => Err(findings),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn good(text: &str, overrides: &[(&str, &str)]) -> Model {
+    model(text, overrides).unwrap_or_else(|findings| {
+        panic!("{}", Source::new("case.toml", "", text).render(&findings, false));
+    })
+}
+
+/// Expects one finding at the place of `at` after replacing `from` by `to`.
+#[track_caller]
+fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
+    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
+    let text = GOOD.replace(from, to);
+    let Err(found) = model(&text, &[]) else { panic!("a finding is expected: {message}") };
+    assert_eq!(found.len(), 1, "{found:#?}");
+    let finding = &found[0];
+    assert!(finding.message.contains(message), "{}", finding.message);
+    assert!(finding.help.as_deref().unwrap_or("").contains(help), "{finding:?}");
+    let start = finding.span.as_ref().expect("a place").start;
+    let wanted = text.find(at).expect("the marked text is there");
+    assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{finding:?}");
+}
+
+#[test]
+fn the_water_sphere_has_the_paper_s_sizes() {
+    let summary = good(GOOD, &[]).summary;
+    // 4π R³/3h³ = 3053.6 lattice points; 50 × 50 quadrilaterals; 54 × 54 × 26 cells.
+    assert!((summary.particles() as f64 / 3053.6 - 1.0).abs() < 0.02);
+    assert_eq!((summary.membranes[0].nodes, summary.membranes[0].elements), (2601, 2500));
+    assert_eq!(summary.cells, 54.0 * 54.0 * 26.0);
+    // The volume is that of the sphere: 0.3817 g of water.
+    assert!((summary.bodies[0].volume * 1e9 - 381.704).abs() < 1e-3);
+    assert!(summary.stable_step > 0.0 && summary.steps > 100.0);
+}
+
+#[test]
+fn a_plane_case_builds() {
+    let text = r#"
+        name = "column"
+        dimension = 2
+        time = { end = "0.1 s" }
+        grid = { cell = "0.1 m", lower = [0, 0], upper = [1, 2], walls = { bottom = "fixed", left = "slip", right = "slip" } }
+        mpm = { gravity = [0, "-9.81 m/s^2 * ramp(t, 1 s)"] }
+        [[body]]
+        name = "water"
+        region = { shape = "box", lower = [0, 0], upper = [1, 1] }
+        particles-per-cell = 2
+        pressure = "1000 kg/m^3 * 9.81 m/s^2 * (1 m - y)"
+        traction = [{ on = "top", value = [0, "-1 kPa"] }]
+        material = { law = "fluid", density = 1000, eos = { kind = "tait", sound-speed = "35 m/s", exponent = 7 } }
+    "#;
+    let model = good(text, &[]);
+    assert_eq!(model.summary.particles(), 400);
+    assert!((model.summary.bodies[0].volume - 1.0).abs() < 1e-12);
+    let snapshot = model.solver.snapshot();
+    let pressure = snapshot.points[0].fields.iter().find(|f| f.name == "pressure").expect("a pressure");
+    let greatest = pressure.values().iter().fold(0.0_f64, |a, &b| a.max(b));
+    assert!((greatest - 9810.0 * 0.975).abs() < 1e-6 * greatest, "{greatest}");
+}
+
+#[test]
+fn overlapping_bodies() {
+    let second = "\n[[body]]\nname = \"rock\"\nregion = { shape = \"box\", lower = [\"4 mm\", \"-1 mm\", \"4 mm\"], upper = [\"9 mm\", \"1 mm\", \"6 mm\"] }\nspacing = \"0.5 mm\"\nmaterial = { law = \"hypoelastic\", density = 2000, young = \"1 MPa\", poisson = 0.2 }\n";
+    expect(
+        "\n[[contact]]",
+        &format!("{second}\n[[contact]]"),
+        "{ shape = \"box\"",
+        "`rock` overlaps `water`",
+        "move one of them",
+    );
+    let touching = second.replace("[\"4 mm\", \"-1 mm\"", "[\"4.5 mm\", \"-1 mm\"");
+    good(&GOOD.replace("\n[[contact]]", &format!("{touching}\n[[contact]]")), &[]);
+}
+
+#[test]
+fn parts_outside_the_grid() {
+    expect(
+        "\"14 mm\"]",
+        "\"8 mm\"]",
+        "{ shape = \"sphere\"",
+        "particles of `water` lie outside the grid",
+        "enlarge the grid",
+    );
+    expect(
+        "size = [\"50 mm\"",
+        "size = [\"80 mm\"",
+        "{ shape = \"sheet\"",
+        "nodes of `sheet` lie outside the grid",
+        "",
+    );
+}
+
+#[test]
+fn a_grid_that_is_no_whole_number_of_cells() {
+    expect(
+        "\"14 mm\"]",
+        "\"14.3 mm\"]",
+        "[\"27 mm\", \"27 mm\", \"14.3 mm\"]",
+        "not a whole number",
+        "upper end is 0.014 m",
+    );
+    expect("\"14 mm\"]", "\"-14 mm\"]", "[\"27 mm\", \"27 mm\", \"-14 mm\"]", "-2 cells along z", "must exceed");
+}
+
+#[test]
+fn no_particles_in_a_region() {
+    expect("spacing = \"0.5 mm\"", "spacing = \"50 mm\"", "{ shape = \"sphere\"", "no particles", "decrease `spacing`");
+    expect(
+        "spacing = \"0.5 mm\"\n",
+        "",
+        "[[body]]",
+        "the distance of the particles is missing",
+        "particles-per-cell = 2",
+    );
+}
+
+#[test]
+fn a_membrane_too_coarse_for_the_grid() {
+    expect("divisions = [50, 50]", "divisions = [1, 1]", "{ shape = \"sheet\"", "too coarse for the grid", "32 cells");
+}
+
+#[test]
+fn a_mesh_without_such_nodes() {
+    expect("on = \"edges\"", "on = \"egdes\"", "\"egdes\"", "no such set of nodes", "all, edges, back");
+}
+
+#[test]
+fn unknown_names_in_contacts_and_probes() {
+    expect("[\"water\", \"sheet\"]", "[\"water\", \"shet\"]", "\"shet\"", "named `shet`", "water, sheet");
+    let probe = "\n[[probe]]\nname = \"p\"\nof = \"wter\"\nreduce = \"mean\"\n";
+    expect("\n[[contact]]", &format!("{probe}\n[[contact]]"), "\"wter\"", "named `wter`", "water");
+    let twice = GOOD.replace("name = \"sheet\"", "name = \"water\"");
+    let Err(found) = model(&twice, &[]) else { panic!("two parts have one name") };
+    assert!(found[0].message.contains("already something named `water`"), "{found:#?}");
+}
+
+#[test]
+fn steps_and_intervals() {
+    expect(
+        "end = \"1.2 ms\"",
+        "end = \"1.2 ms\"\nstep = \"1 us\"",
+        "\"1 us\"",
+        "the step of 0.000001 s is above the stable one of",
+        "leave `step` out",
+    );
+    let model = good(GOOD, &[("output.history", "1e-12")]);
+    assert_eq!(model.warnings.len(), 1);
+    assert!(model.warnings[0].message.contains("is shorter than the step"), "{:?}", model.warnings);
+}
+
+#[test]
+fn formulas_that_divide_by_zero() {
+    let pressure = "\"1 kPa * ramp(t, 0.1 ms)\"";
+    expect(pressure, "\"1 kPa * (1 us) / t\"", "\"1 kPa * (1 us)", "the formula gives inf at x =", "divides by zero");
+    expect(pressure, "\"1 Pa / (t / 0.6 ms - 1)\"", "\"1 Pa / (t", "the formula gives inf", "");
+    expect(
+        "velocity = [0, 0, \"-10 mm/ms\"]",
+        "velocity = [0, 0, \"sqrt(-z)\"]",
+        "\"sqrt(-z)\"",
+        "the formula gives NaN",
+        "",
+    );
+}
+
+#[test]
+fn tables_that_are_wrong() {
+    let directory = tempfile::tempdir().unwrap();
+    let build = |csv: &str| {
+        std::fs::write(directory.path().join("p.csv"), csv).unwrap();
+        let text = GOOD.replace("\"1 kPa * ramp(t, 0.1 ms)\"", "{ table = \"p.csv\" }");
+        let case = Case::read(Source::new("case.toml", directory.path(), text.clone()), &[]).unwrap();
+        case.build().map(|_| ()).map_err(|error| match error {
+            Error::Case(findings) => {
+                let start = findings[0].span.as_ref().expect("a place").start;
+                assert_eq!(start, text.find("{ table").unwrap());
+                findings[0].message.clone()
+            }
+            other => panic!("{other}"),
+        })
+    };
+    assert_eq!(build("t [ms],p [kPa]\n0,0\n1,2\n"), Ok(()));
+    assert!(build("t [ms],p [kPa]\n0,0\n1,2\n1,3\n").unwrap_err().contains("the times must increase: row 3"));
+    assert!(build("t [ms],p [kPa]\n0,zero\n").unwrap_err().contains("line 2: `zero` is not a number"));
+    std::fs::remove_file(directory.path().join("p.csv")).unwrap();
+}
+
+#[test]
+fn a_state_prescribed_twice() {
+    expect(
+        "spacing = \"0.5 mm\"",
+        "spacing = \"0.5 mm\"\npressure = 0\nenergy = 0",
+        "0\nvelocity",
+        "`pressure` and `energy` both prescribe",
+        "",
+    );
+}
+
+#[test]
+fn an_empty_model() {
+    let text = "name = \"a\"\ndimension = 2\ntime = { end = 1 }\ngrid = { cell = 1, lower = [0, 0], upper = [1, 1] }";
+    let Err(found) = model(text, &[]) else { panic!("nothing would move") };
+    assert!(found[0].message.contains("neither a body nor a membrane"));
+}
+
+#[test]
+fn surface_files_that_are_missing() {
+    expect(
+        "{ shape = \"sphere\", center = [\"0 mm\", \"0 mm\", \"5.5 mm\"], radius = \"4.5 mm\" }",
+        "{ shape = \"surface\", file = \"none.stl\" }",
+        "\"none.stl\"",
+        "none.stl",
+        "",
+    );
+}
