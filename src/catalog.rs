@@ -4,7 +4,7 @@
 //! `expected.toml` (what `lateen verify` compares) and `reference/*.csv`. Nothing about a built-in
 //! case is hidden in the program: `lateen new NAME` writes this folder.
 
-use crate::error::{Error, Result};
+use crate::error::{Diagnostic, Error, Result};
 use include_dir::{Dir, include_dir};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,6 +39,16 @@ pub fn find(name: &str) -> Option<BuiltIn> {
 pub fn nearest(name: &str) -> Option<&'static str> {
     let distance = |other: &&str| strsim::damerau_levenshtein(name, other);
     all().iter().map(BuiltIn::name).min_by_key(distance).filter(|near| distance(near) <= near.len() / 3)
+}
+
+/// What to say about a name that is no built-in case.
+pub fn unknown(name: &str) -> Error {
+    let list = "`lateen cases` lists the built-in cases";
+    let help = match nearest(name) {
+        Some(near) => format!("did you mean `{near}`? {list}"),
+        None => list.to_owned(),
+    };
+    Error::case(Diagnostic::error("", format!("there is no case `{name}`")).help(help))
 }
 
 impl BuiltIn {

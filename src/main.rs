@@ -4,7 +4,6 @@
 mod cli;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use cli::Failure;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -18,6 +17,10 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Run a case
+    Run(cli::run::Arguments),
+    /// Validate a case without running it; print it resolved, its sizes, memory, first step and steps
+    Check(cli::check::Arguments),
     /// Write a commented starter case (each built-in case is a starter)
     New {
         /// A built-in case
@@ -27,6 +30,8 @@ enum Command {
     },
     /// List the built-in cases: method, size, measured run time
     Cases,
+    /// Run validation cases and compare them with their references
+    Verify(cli::verify::Arguments),
     /// Print completions for a shell
     Completions {
         /// Your shell
@@ -36,8 +41,11 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
+        Command::Run(arguments) => cli::run::run(arguments),
+        Command::Check(arguments) => cli::check::check(&arguments),
         Command::New { name, dir } => cli::new::new(&name, dir),
         Command::Cases => cli::new::cases(),
+        Command::Verify(arguments) => cli::verify::verify(&arguments),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Arguments::command(), "lateen", &mut std::io::stdout());
             Ok(())
@@ -45,10 +53,6 @@ fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Comparison) => ExitCode::from(1),
-        Err(Failure::Error(error)) => {
-            eprintln!("{error}");
-            ExitCode::from(error.exit_code())
-        }
+        Err(failure) => ExitCode::from(failure.report()),
     }
 }

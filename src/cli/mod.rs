@@ -1,15 +1,23 @@
 //! The subcommands: each reads its options, calls the library, and prints.
 
+pub mod check;
 pub mod new;
 pub mod progress;
+pub mod run;
 pub mod signals;
+pub mod verify;
 
-use lateen::Error;
+use lateen::case::Source;
+use lateen::error::{Diagnostic, Error};
+use lateen::run::Folder;
+use std::io::IsTerminal;
 
 /// Why a command ends with another code than 0.
 pub enum Failure {
     /// An error of the library.
     Error(Error),
+    /// A wrong case, with the text that the findings are about.
+    Case(Source, Vec<Diagnostic>),
     /// A comparison failed (the table says which).
     Comparison,
 }
@@ -18,4 +26,41 @@ impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         Self::Error(error)
     }
+}
+
+impl Failure {
+    /// Prints it and returns the exit code.
+    pub fn report(&self) -> u8 {
+        match self {
+            Self::Comparison => 1,
+            Self::Error(error) => {
+                eprintln!("{error}");
+                error.exit_code()
+            }
+            Self::Case(source, findings) => {
+                eprint!("{}", source.render(findings, std::io::stderr().is_terminal()));
+                2
+            }
+        }
+    }
+}
+
+/// An error, with the text of the case if it is about that.
+pub fn located(error: Error, folder: &Folder) -> Failure {
+    match error {
+        Error::Case(findings) => Failure::Case(folder.source.clone(), findings),
+        error => Failure::Error(error),
+    }
+}
+
+/// Reads `KEY=VALUE`.
+pub fn key_value(text: &str) -> Result<(String, String), String> {
+    let (key, value) = text.split_once('=').ok_or_else(|| format!("`{text}` is not KEY=VALUE"))?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+
+/// Computes with this many threads (all cores where not said).
+pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0));
+    pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)).into())
 }

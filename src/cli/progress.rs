@@ -79,6 +79,7 @@ impl Observer for Lines {
 fn announce(event: &Event<'_>) -> Option<String> {
     match event {
         Event::Started { from: Some(path) } => Some(format!("resumed from {}", path.display())),
+        Event::Warning(text) => Some(format!("warning: {text}")),
         Event::Checkpoint(path) => Some(format!("checkpoint {}", path.display())),
         Event::Stopped { error: Error::Interrupted, .. } => Some("interrupted: finished the step".to_owned()),
         _ => None,

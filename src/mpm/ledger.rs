@@ -11,8 +11,8 @@
 //! balance        Δ(K + U) = Σ gains − Σ losses + closure
 //! ```
 //!
-//! `closure` is what no term accounts for: f_I is booked where it is made, so it shows any force that
-//! changed a node without being booked.
+//! The closure ([`Ledger::closure`]) is what no term accounts for: f_I is booked where it is made, so it
+//! shows any force that changed a node without being booked.
 
 use crate::simulation::{BalanceTerm, Ledger, TermKind};
 
@@ -96,17 +96,7 @@ impl Books {
             kind: account.kind,
             value: account.total.value(),
         }));
-        let mut closure = Total::default();
-        closure.add(-self.start);
-        for term in &terms {
-            match term.kind {
-                TermKind::Stored | TermKind::Loss => closure.add(term.value),
-                TermKind::Gain => closure.add(-term.value),
-                TermKind::Other => {}
-            }
-        }
         terms.push(other("stored energy at the start".into(), "J", self.start));
-        terms.push(other("closure".into(), "J", closure.value()));
         Ledger { terms }
     }
 

@@ -105,12 +105,20 @@ impl Table {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => return Err(Error::io(path, error)),
         };
-        let invalid = |error: csv::Error| Error::io(path, io::Error::new(io::ErrorKind::InvalidData, error));
-        let mut reader = csv::Reader::from_reader(&text[..]);
-        let heads: Vec<String> = reader.headers().map_err(invalid)?.iter().map(str::to_owned).collect();
+        let invalid = |error| Error::io(path, io::Error::new(io::ErrorKind::InvalidData, error));
+        Self::parse(&text).map_err(invalid)
+    }
+
+    /// Reads a table from text; lines that start with `#` are comments.
+    ///
+    /// # Errors
+    /// Anything in the table that is not a number, and rows of another length than the first.
+    pub fn parse(text: &[u8]) -> Result<Self, csv::Error> {
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text);
+        let heads: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let mut columns = vec![Vec::new(); heads.len()];
         for row in reader.deserialize::<Vec<f64>>() {
-            for (column, number) in columns.iter_mut().zip(row.map_err(invalid)?) {
+            for (column, number) in columns.iter_mut().zip(row?) {
                 column.push(number);
             }
         }

@@ -45,24 +45,28 @@ pub struct RunDirectory {
 }
 
 impl RunDirectory {
-    /// Makes a directory ready for a run.
+    /// The directory at `root`, as it is.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// Makes the directory ready for a run.
     ///
     /// # Errors
     /// A directory that is not empty, can't be written to, or has nothing to resume.
-    pub fn prepare(root: impl Into<PathBuf>, existing: Existing) -> Result<Self> {
-        let directory = Self { root: root.into() };
-        let entries = directory.entries()?;
+    pub fn prepare(&self, existing: Existing) -> Result<()> {
+        let entries = self.entries()?;
         match existing {
-            Existing::Refuse if !entries.is_empty() => Err(directory.refuse(
+            Existing::Refuse if !entries.is_empty() => Err(self.refuse(
                 io::ErrorKind::DirectoryNotEmpty,
                 "the directory is not empty; --resume goes on with the run in it, --force replaces it, --out names another",
             )),
-            Existing::Resume if !directory.checkpoints().is_dir() => Err(directory.refuse(
+            Existing::Resume if !self.checkpoints().is_dir() => Err(self.refuse(
                 io::ErrorKind::NotFound,
                 "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
             )),
-            Existing::Replace => directory.clear().and_then(|()| directory.create()),
-            _ => directory.create(),
+            Existing::Replace => self.clear().and_then(|()| self.create()),
+            _ => self.create(),
         }
     }
 
@@ -151,13 +155,10 @@ impl RunDirectory {
     }
 
     /// Creates it and tries to write in it, so that an error comes before hours of work, not after.
-    fn create(self) -> Result<Self> {
+    fn create(&self) -> Result<()> {
         let attempt = fs::create_dir_all(&self.root)
             .and_then(|()| fs::OpenOptions::new().create(true).append(true).open(self.log()).map(drop));
-        match attempt {
-            Ok(()) => Ok(self),
-            Err(error) => Err(self.not_writable(&error)),
-        }
+        attempt.map_err(|error| self.not_writable(&error))
     }
 
     fn not_writable(&self, error: &io::Error) -> Error {
@@ -177,8 +178,8 @@ mod tests {
     fn a_directory_that_is_not_empty_is_refused_with_a_way_out() {
         let home = tempfile::tempdir().unwrap();
         let root = home.path().join("a/b");
-        RunDirectory::prepare(&root, Existing::Refuse).unwrap();
-        let error = RunDirectory::prepare(&root, Existing::Refuse).unwrap_err();
+        RunDirectory::new(&root).prepare(Existing::Refuse).unwrap();
+        let error = RunDirectory::new(&root).prepare(Existing::Refuse).unwrap_err();
         assert_eq!(error.exit_code(), 4);
         for way in ["--resume", "--force", "--out"] {
             assert!(error.to_string().contains(way), "{error}");
@@ -188,11 +189,12 @@ mod tests {
     #[test]
     fn replacing_removes_what_a_run_left_and_nothing_else() {
         let home = tempfile::tempdir().unwrap();
-        let run = RunDirectory::prepare(home.path(), Existing::Refuse).unwrap();
+        let run = RunDirectory::new(home.path());
+        run.prepare(Existing::Refuse).unwrap();
         fs::create_dir(run.history()).unwrap();
         fs::write(run.history().join("balance.csv"), "time\n").unwrap();
         fs::write(home.path().join("notes.txt"), "mine").unwrap();
-        RunDirectory::prepare(home.path(), Existing::Replace).unwrap();
+        run.prepare(Existing::Replace).unwrap();
         assert!(!run.history().exists());
         assert_eq!(fs::read_to_string(home.path().join("notes.txt")).unwrap(), "mine");
     }
@@ -200,7 +202,7 @@ mod tests {
     #[test]
     fn nothing_to_resume_is_an_error() {
         let home = tempfile::tempdir().unwrap();
-        let error = RunDirectory::prepare(home.path().join("none"), Existing::Resume).unwrap_err();
+        let error = RunDirectory::new(home.path().join("none")).prepare(Existing::Resume).unwrap_err();
         assert!(error.to_string().contains("no checkpoint"), "{error}");
     }
 
@@ -209,7 +211,7 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let file = home.path().join("file");
         fs::write(&file, "").unwrap();
-        let error = RunDirectory::prepare(file.join("run"), Existing::Refuse).unwrap_err();
+        let error = RunDirectory::new(file.join("run")).prepare(Existing::Refuse).unwrap_err();
         assert_eq!(error.exit_code(), 4);
         assert!(error.to_string().contains("can't write here"), "{error}");
     }

@@ -1,5 +1,87 @@
 //! From a case to a directory full of results: what the command line, `verify` and other front ends share.
 
 mod directory;
+mod folder;
+mod monitors;
 
 pub use directory::{Existing, RunDirectory};
+pub use folder::Folder;
+
+use crate::case::{Case, Units};
+use crate::error::Result;
+use crate::output::atomic;
+use crate::output::plot::{Reference, plot_run};
+use crate::output::{Checkpoints, UnitLabels};
+use crate::simulation::{Observer, Plan, RunLog, Simulation, Solver, StatusFile, Summary};
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// Wall time between checkpoints, where the case doesn't say [s].
+const CHECKPOINT_EVERY: f64 = 60.0;
+
+/// How a case is run.
+#[derive(Default)]
+pub struct Options {
+    /// What to do with a directory that is not empty.
+    pub existing: Existing,
+    /// Stops after the step in which it becomes true.
+    pub stop: Arc<AtomicBool>,
+    /// Who follows the run, besides `status.json` and `run.log`.
+    pub observers: Vec<Box<dyn Observer>>,
+    /// Published curves to draw in the plots.
+    pub references: Vec<Reference>,
+}
+
+/// Runs a case with the solver that it asks for into a directory.
+///
+/// # Errors
+/// Case errors (probes and pictures of what isn't there), input/output errors, a step that failed, or an
+/// interruption; what was computed before is on disk then.
+pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, options: Options) -> Result<Summary> {
+    let mut simulation = Simulation::new(solver, plan(case));
+    monitors::watch(&mut simulation, case, directory)?;
+    directory.prepare(options.existing)?;
+    simulation.stop_on(options.stop);
+    simulation.keep_checkpoints(Box::new(Checkpoints::new(directory.checkpoints(), case.hash())));
+    simulation.follow(Box::new(StatusFile::new(directory.status())));
+    simulation.follow(Box::new(RunLog::append(directory.log())?));
+    options.observers.into_iter().for_each(|observer| simulation.follow(observer));
+
+    if options.existing == Existing::Resume {
+        simulation.resume()?;
+    } else {
+        write_text(&directory.case(), &case.source.text)?;
+    }
+    write_text(&directory.resolved(), &resolved(case))?;
+    let outcome = simulation.run();
+    // A run that failed is worth looking at, too: its plots end where it did.
+    let plotted = plot_run(&directory.history(), &directory.plots(), &options.references);
+    outcome.and_then(|summary| plotted.map(|()| summary))
+}
+
+/// How the columns of a case name units.
+pub fn unit_labels(case: &Case) -> UnitLabels {
+    match case.file.units {
+        Units::SI => UnitLabels::Shown,
+        Units::None => UnitLabels::Hidden,
+    }
+}
+
+fn plan(case: &Case) -> Plan {
+    let seconds = case.file.output.checkpoint.unwrap_or(CHECKPOINT_EVERY);
+    let checkpoint_every = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+    Plan { end: case.file.time.end, step: case.file.time.step, checkpoint_every }
+}
+
+/// The case with every default, and what ran it.
+fn resolved(case: &Case) -> String {
+    let (version, threads) = (env!("CARGO_PKG_VERSION"), rayon::current_num_threads());
+    format!("# {}, as run by lateen {version} on {threads} threads\n\n{}", case.source.name, case.resolved_toml())
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    atomic::write(path, |out| out.write_all(text.as_bytes()))
+}

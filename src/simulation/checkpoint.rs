@@ -22,4 +22,9 @@ pub trait CheckpointStore {
     /// # Errors
     /// When checkpoints are there but none can be used: torn, corrupted, of another case or version.
     fn restore(&mut self, columns: &mut Columns<'_>) -> Result<Option<PathBuf>>;
+
+    /// What the last restore found damaged and passed over.
+    fn skipped(&self) -> &[String] {
+        &[]
+    }
 }

@@ -41,6 +41,12 @@ impl Clock {
     }
 }
 
+/// The next time that a step has to land on after `time` [s]: the first that a schedule is due at, or `end`.
+pub(super) fn next_target(time: f64, end: f64, schedules: impl Iterator<Item = Schedule>) -> f64 {
+    let next = schedules.map(|schedule| schedule.next(time)).fold(end, f64::min);
+    if end - next <= SAME * end { end } else { next }
+}
+
 /// Something that is due at every integer multiple of an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Schedule {
@@ -114,6 +120,19 @@ mod tests {
         }
         assert!(coarse.is_due(clock.time) && fine.is_due(clock.time));
         assert!((clock.time - 0.02).abs() < 1e-15);
+    }
+
+    #[test]
+    fn an_end_that_is_a_multiple_but_for_rounding_is_reached_in_one_step() {
+        let schedule = Schedule::every(0.002e-3);
+        let (end, mut clock) = (0.2e-3, Clock::default());
+        assert_ne!(100.0 * 0.002e-3, end, "the case that this test is about");
+        while clock.time < end {
+            let target = next_target(clock.time, end, [schedule].into_iter());
+            clock.advance(clock.next_dt(target, 1.0), target);
+        }
+        assert_eq!((clock.time, clock.step), (end, 100));
+        assert!(schedule.is_due(end));
     }
 
     #[test]

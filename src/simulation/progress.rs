@@ -39,6 +39,8 @@ pub enum Event<'a> {
         /// The checkpoint, when resumed.
         from: Option<&'a Path>,
     },
+    /// Something that the user should know.
+    Warning(&'a str),
     /// Outputs saw the state.
     Sampled,
     /// A checkpoint was written.

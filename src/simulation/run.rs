@@ -8,6 +8,7 @@
 //!
 //! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
 
+use super::clock::next_target;
 use super::progress::Pace;
 use super::{CheckpointStore, Clock, Column, Event, Monitor, Observer, Progress, Schedule, Solver};
 use crate::error::{Diagnostic, Error, Place, Result, StepError};
@@ -169,7 +170,8 @@ impl Simulation {
     /// # Errors
     /// A step that failed, or input/output errors.
     pub fn step(&mut self) -> Result<()> {
-        let target = self.next_target();
+        let schedules = self.monitors.iter().map(|(schedule, _)| *schedule);
+        let target = next_target(self.clock.time, self.plan.end, schedules);
         let dt = self.clock.next_dt(target, self.bound()?);
         if self.clock.time + dt <= self.clock.time {
             return Err(self.collapsed(dt).into());
@@ -192,6 +194,8 @@ impl Simulation {
         self.saved = Instant::now();
         let (from, progress) = (self.newest.clone(), self.progress());
         self.tell(&Event::Started { from: from.as_deref() }, &progress)?;
+        let skipped = self.store.as_ref().map_or(Vec::new(), |store| store.skipped().to_vec());
+        skipped.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))?;
         if from.is_none() { self.sample() } else { Ok(()) }
     }
 
@@ -208,11 +212,6 @@ impl Simulation {
             }
         }
         Ok(())
-    }
-
-    /// The next time that a step has to land on [s].
-    fn next_target(&self) -> f64 {
-        self.monitors.iter().map(|(schedule, _)| schedule.next(self.clock.time)).fold(self.plan.end, f64::min)
     }
 
     /// The largest step that may be taken now [s].

@@ -58,7 +58,7 @@ impl Observer for StatusFile {
 
     fn event(&mut self, event: &Event<'_>, progress: &Progress) -> Result<()> {
         match event {
-            Event::Sampled => Ok(()),
+            Event::Sampled | Event::Warning(_) => Ok(()),
             Event::Started { from } => {
                 self.checkpoint = from.map(Path::to_owned);
                 self.write("running", progress, None)
@@ -129,6 +129,7 @@ impl Observer for RunLog {
         let what = match event {
             Event::Started { from: None } => "started".to_owned(),
             Event::Started { from: Some(path) } => format!("resumed from {}", path.display()),
+            Event::Warning(text) => format!("warning: {text}"),
             Event::Sampled => return Ok(()),
             Event::Checkpoint(path) => format!("checkpoint {}", path.display()),
             Event::Done => "done".to_owned(),

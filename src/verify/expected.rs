@@ -26,6 +26,15 @@ use crate::error::{Diagnostic, Error, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
+/// How much effort a verification takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Minutes for all cases.
+    Quick,
+    /// The resolution of the papers.
+    Full,
+}
+
 /// Everything that a case is compared with.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,13 +44,16 @@ pub struct Expected {
     pub measured: Measured,
     /// The default run.
     #[serde(default)]
-    pub quick: Level,
+    pub quick: Effort,
     /// The run of `--full`.
     #[serde(default)]
-    pub full: Level,
+    pub full: Effort,
     /// Comparisons.
     #[serde(default, rename = "check")]
     pub checks: Vec<Check>,
+    /// Curves that are drawn but not compared.
+    #[serde(default, rename = "drawn")]
+    pub drawn: Vec<Drawn>,
 }
 
 /// What a run took and how large it is, as measured.
@@ -59,7 +71,7 @@ pub struct Measured {
 /// How a case is run at one level of effort.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Level {
+pub struct Effort {
     /// Keys of the case to override, as `--set` does.
     #[serde(default)]
     pub set: BTreeMap<String, toml::Value>,
@@ -100,6 +112,20 @@ pub struct Check {
     /// The tolerance of `--full`, where it is another one.
     pub full: Option<Tolerance>,
     /// Where the reference comes from.
+    pub source: String,
+}
+
+/// Curves that are drawn in the plot of a history, and not compared.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drawn {
+    /// The table in `history/`, without `.csv`.
+    pub history: String,
+    /// The column.
+    pub value: String,
+    /// The curves; several make a band.
+    pub reference: Vec<Curve>,
+    /// Where they come from.
     pub source: String,
 }
 
@@ -187,6 +213,14 @@ pub struct Tolerance {
 }
 
 impl Expected {
+    /// How the case is run at a level.
+    pub fn effort(&self, level: Level) -> &Effort {
+        match level {
+            Level::Quick => &self.quick,
+            Level::Full => &self.full,
+        }
+    }
+
     /// Reads `expected.toml`.
     ///
     /// # Errors
@@ -204,7 +238,27 @@ impl Expected {
     }
 }
 
+impl Effort {
+    /// The overrides as pairs of key and text.
+    pub fn overrides(&self) -> Vec<(String, String)> {
+        let text = |value: &toml::Value| match value {
+            toml::Value::String(text) => text.clone(),
+            value => value.to_string(),
+        };
+        self.set.iter().map(|(key, value)| (key.clone(), text(value))).collect()
+    }
+}
+
 impl Check {
+    /// The tolerance at a level of effort.
+    pub fn tolerance_at(&self, level: Level) -> Tolerance {
+        let special = match level {
+            Level::Quick => self.quick,
+            Level::Full => self.full,
+        };
+        special.unwrap_or(self.tolerance)
+    }
+
     fn finding(&self) -> Option<Diagnostic> {
         let key = format!("check `{}`", self.name);
         let needs_at = matches!(self.kind, Kind::Value | Kind::Crossing);

@@ -1,8 +1,9 @@
 //! A check applied to a history: computed value, deviation, verdict.
 
 use super::expected::{Check, Compare, Curve, Kind, Reference, Tolerance};
-use super::series::{Series, Table};
+use super::series::{Series, envelope, series};
 use crate::error::Result;
+use crate::output::history::Table;
 
 /// The outcome of one check.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,16 +40,16 @@ impl Check {
         tolerance: Tolerance,
         read_curve: impl Fn(&str) -> Result<Table>,
     ) -> Result<Outcome> {
-        let series = history.series("time", &self.value)?.window(self.from, self.until);
+        let history = series(history, "time", &self.value)?.window(self.from, self.until);
         let (computed, reference, deviation) = match &self.reference {
             Reference::Number(reference) => {
-                let computed = self.measure(&series);
+                let computed = self.measure(&history);
                 (computed, *reference, computed.map(|value| self.compare.deviation(value, *reference)))
             }
             Reference::Curves(curves) => {
                 let read = |curve: &Curve| curve.read(&read_curve);
                 let curves = curves.iter().map(read).collect::<Result<Vec<_>>>()?;
-                distance_from_band(&series, &curves)
+                distance_from_band(&history, &curves)
             }
         };
         Ok(Outcome {
@@ -97,7 +98,7 @@ impl Curve {
     /// # Errors
     /// A table that can't be read, or lacks the columns.
     pub fn read(&self, read_table: impl Fn(&str) -> Result<Table>) -> Result<Series> {
-        let series = read_table(&self.file)?.series(&self.x, &self.y)?;
+        let series = series(&read_table(&self.file)?, &self.x, &self.y)?;
         let x = series.x.iter().map(|x| x * self.x_scale).collect();
         Ok(Series { x, ..series.map(|y| y * self.y_scale) })
     }
@@ -112,8 +113,7 @@ fn distance_from_band(series: &Series, curves: &[Series]) -> (Option<f64>, f64, 
     let peak = values.fold(0.0_f64, |peak, y| if y.abs() > peak.abs() { y } else { peak });
 
     let distance = |x: f64, y: f64| {
-        let at = curves.iter().filter_map(|curve| curve.at(x));
-        let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (v.min(l), v.max(h)));
+        let [_, low, high] = envelope(curves, x);
         (low <= high).then(|| (low - y).max(y - high).max(0.0))
     };
     let distances = series.x.iter().zip(&series.y).filter_map(|(&x, &y)| Some((y, distance(x, y)?)));
@@ -133,7 +133,7 @@ mod tests {
             let t = f64::from(n) * 1e-3;
             format!("{t},{}\n", (-0.5 * t).exp() * (TAU * t / 0.4).cos())
         };
-        Table::parse(&format!("time [s],z [m]\n{}", (0..=4000).map(row).collect::<String>())).unwrap()
+        Table::parse(format!("time [s],z [m]\n{}", (0..=4000).map(row).collect::<String>()).as_bytes()).unwrap()
     }
 
     fn outcome(kind: &str, reference: &str, tolerance: &str) -> Outcome {
@@ -144,7 +144,7 @@ mod tests {
         let check = Expected::parse(&text).unwrap().checks.remove(0);
         let curve = |_: &str| {
             let row = |n: u32| format!("{},{}\n", n, -1e3 * (f64::from(n) * 1e-3 * TAU / 0.4).cos());
-            Ok(Table::parse(&format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>())).unwrap())
+            Ok(Table::parse(format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>()).as_bytes()).unwrap())
         };
         check.apply(&ringing(), check.tolerance, curve).unwrap()
     }

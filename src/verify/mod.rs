@@ -1,12 +1,102 @@
 //! Runs validation cases and compares what they compute with published, analytic or independent values.
 //!
-//! What a case is compared with stands beside it in `expected.toml` ([`expected`]); measures on histories
-//! are in [`series`] and [`measure`].
+//! What a case is compared with stands beside it in `expected.toml` ([`expected`]); what can be measured on
+//! histories is in [`series`] and [`measure`].
 
 pub mod expected;
 pub mod measure;
 pub mod series;
+mod table;
 
-pub use expected::Expected;
+pub use expected::{Expected, Level};
 pub use measure::Outcome;
-pub use series::{Series, Table};
+pub use series::Series;
+pub use table::render;
+
+use crate::catalog::EXPECTED_FILE;
+use crate::error::{Error, Result};
+use crate::output::history::Table;
+use crate::output::plot::{Reference, Shape};
+use crate::run::{self, Existing, Folder, Options, RunDirectory};
+use expected::Curve;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// What a case is compared with; `None` where nothing lies beside it.
+///
+/// # Errors
+/// A file that can't be read, or is wrong.
+pub fn expected(folder: &Folder) -> Result<Option<Expected>> {
+    folder.text(EXPECTED_FILE)?.map(|text| Expected::parse(&text)).transpose()
+}
+
+/// Runs a case into `directory` and compares it; nothing where the case is left out at this level.
+///
+/// # Errors
+/// The case is wrong, the run failed, or a history or reference isn't there.
+pub fn verify(folder: &Folder, level: Level, directory: &Path, stop: &Arc<AtomicBool>) -> Result<Vec<Outcome>> {
+    let expected = expected(folder)?.unwrap_or_default();
+    let effort = expected.effort(level);
+    if effort.skip {
+        return Ok(Vec::new());
+    }
+    let case = folder.read(&effort.overrides())?;
+    let directory = RunDirectory::new(directory);
+    let options = Options {
+        existing: Existing::Replace,
+        stop: Arc::clone(stop),
+        references: drawn(folder, &expected)?,
+        ..Options::default()
+    };
+    run::run(&case, case.build()?, &directory, options)?;
+    compare(folder, &expected, level, &directory.history())
+}
+
+/// Compares the histories of a run that is there already.
+///
+/// # Errors
+/// A history, a column or a reference isn't there.
+pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &Path) -> Result<Vec<Outcome>> {
+    let apply = |check: &expected::Check| {
+        let path = histories.join(format!("{}.csv", check.history));
+        let history = Table::read(&path)?;
+        if history.heads.is_empty() {
+            return Err(Error::io(path, io::ErrorKind::NotFound.into()));
+        }
+        check.apply(&history, check.tolerance_at(level), |file| table_beside(folder, file))
+    };
+    expected.checks.iter().map(apply).collect()
+}
+
+/// The reference curves to draw in the plots of a run: one curve as points, several as their band.
+///
+/// # Errors
+/// A table that isn't there, or can't be read.
+pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<Reference>> {
+    let compared = expected.checks.iter().filter_map(|check| match &check.reference {
+        expected::Reference::Curves(curves) => Some((&check.history, &check.value, curves, &check.source)),
+        expected::Reference::Number(_) => None,
+    });
+    let only_drawn = expected.drawn.iter().map(|drawn| (&drawn.history, &drawn.value, &drawn.reference, &drawn.source));
+    let reference = |(history, value, curves, source): (&String, &String, &Vec<Curve>, &String)| {
+        let read = |curve: &Curve| curve.read(|file| table_beside(folder, file));
+        let curves = curves.iter().map(read).collect::<Result<Vec<Series>>>()?;
+        Ok(Reference { history: history.clone(), column: value.clone(), label: source.clone(), shape: shape(&curves) })
+    };
+    compared.chain(only_drawn).map(reference).collect()
+}
+
+fn shape(curves: &[Series]) -> Shape {
+    match curves {
+        [one] => Shape::Points(one.x.iter().zip(&one.y).map(|(&x, &y)| [x, y]).collect()),
+        many => Shape::Band(series::band(many)),
+    }
+}
+
+fn table_beside(folder: &Folder, file: &str) -> Result<Table> {
+    let text = folder.text(file)?.ok_or_else(|| Error::io(file, io::ErrorKind::NotFound.into()))?;
+    let invalid = |error| Error::io(file, io::Error::new(io::ErrorKind::InvalidData, error));
+    Table::parse(text.as_bytes()).map_err(invalid)
+}

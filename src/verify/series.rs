@@ -1,9 +1,9 @@
-//! A sampled curve y(x), read from a CSV table, and what can be measured on it.
+//! A sampled curve y(x) from a table, and what can be measured on it.
 //!
 //! Between samples a curve is linear; outside its samples it has no value.
 
 use crate::error::{Diagnostic, Error, Result};
-use std::path::Path;
+use crate::output::history::Table;
 
 /// A curve y(x) with increasing x.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -113,78 +113,46 @@ impl Series {
     }
 }
 
-/// A CSV table with named columns: comment lines start with `#`, the first row holds the names.
-#[derive(Debug, Clone, Default)]
-pub struct Table {
-    names: Vec<String>,
-    columns: Vec<Vec<f64>>,
+/// The band between curves: (x, smallest, largest) at every x that a curve is sampled at.
+pub fn band(curves: &[Series]) -> Vec<[f64; 3]> {
+    let mut places: Vec<f64> = curves.iter().flat_map(|curve| curve.x.iter().copied()).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    places.into_iter().map(|x| envelope(curves, x)).collect()
 }
 
-impl Table {
-    /// Reads a table from a file.
-    ///
-    /// # Errors
-    /// A file that can't be read, or is not a table of numbers.
-    pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
-        Self::parse(&text).map_err(|message| {
-            let invalid = std::io::Error::new(std::io::ErrorKind::InvalidData, message);
-            Error::io(path, invalid)
-        })
-    }
+/// (x, smallest, largest) of the curves that have a value at `x`.
+pub fn envelope(curves: &[Series], x: f64) -> [f64; 3] {
+    let values = curves.iter().filter_map(|curve| curve.at(x));
+    values.fold([x, f64::INFINITY, f64::NEG_INFINITY], |[x, low, high], y| [x, low.min(y), high.max(y)])
+}
 
-    /// Reads a table from text; columns of a table may end early (empty cells are left out).
-    ///
-    /// # Errors
-    /// What is wrong, and in which row.
-    pub fn parse(text: &str) -> std::result::Result<Self, String> {
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let names: Vec<String> = reader.headers().map_err(|e| e.to_string())?.iter().map(str::to_owned).collect();
-        let mut columns = vec![Vec::new(); names.len()];
-        for record in reader.records() {
-            let record = record.map_err(|error| error.to_string())?;
-            for (column, cell) in columns.iter_mut().zip(&record) {
-                let line = || record.position().map_or(0, csv::Position::line);
-                let number = cell.parse().map_err(|_| format!("line {}: `{cell}` is not a number", line()))?;
-                column.push(number);
-            }
-        }
-        Ok(Self { names, columns })
-    }
+/// `y` over `x` from a table, where `y` may be a formula of its columns: `sqrt(x^2 + y^2)`,
+/// `{kinetic energy: water} / 2`.
+///
+/// # Errors
+/// A column that isn't there, or a formula that can't be read.
+pub fn series(table: &Table, x: &str, y: &str) -> Result<Series> {
+    let x = table.column(x).ok_or_else(|| unknown(table, x))?;
+    let y = match table.column(y) {
+        Some(column) => column.to_vec(),
+        None => formula(table, y, x.len())?,
+    };
+    Ok(Series { x: x.to_vec(), y })
+}
 
-    /// The column of a name; a unit in brackets may be left out.
-    pub fn column(&self, name: &str) -> Option<&[f64]> {
-        let bare = |full: &String| full == name || full.split(" [").next() == Some(name);
-        self.names.iter().position(bare).map(|n| self.columns[n].as_slice())
-    }
+fn formula(table: &Table, text: &str, rows: usize) -> Result<Vec<f64>> {
+    use exmex::Express;
+    let formula = exmex::parse::<f64>(text).map_err(|_| unknown(table, text))?;
+    let operand = |name: &String| table.column(name).ok_or_else(|| unknown(table, name));
+    let operands = formula.var_names().iter().map(operand).collect::<Result<Vec<_>>>()?;
+    let row = |n: usize| operands.iter().map(|column| column[n]).collect::<Vec<f64>>();
+    (0..rows).map(|n| formula.eval(&row(n)).map_err(|_| unknown(table, text))).collect()
+}
 
-    /// `y` over `x`, where `y` may be a formula of column names: `sqrt(x^2 + y^2)`, `{kinetic energy: water} / 2`.
-    ///
-    /// # Errors
-    /// A column that isn't there, or a formula that can't be read.
-    pub fn series(&self, x: &str, y: &str) -> Result<Series> {
-        let x = self.column(x).ok_or_else(|| self.unknown(x))?;
-        let y = match self.column(y) {
-            Some(column) => column.to_vec(),
-            None => self.formula(y, x.len())?,
-        };
-        Ok(Series { x: x.to_vec(), y })
-    }
-
-    fn formula(&self, text: &str, rows: usize) -> Result<Vec<f64>> {
-        use exmex::Express;
-        let formula = exmex::parse::<f64>(text).map_err(|_| self.unknown(text))?;
-        let operand = |name: &String| self.column(name).ok_or_else(|| self.unknown(name));
-        let operands = formula.var_names().iter().map(operand).collect::<Result<Vec<_>>>()?;
-        let row = |n: usize| operands.iter().map(|column| column[n]).collect::<Vec<f64>>();
-        (0..rows).map(|n| formula.eval(&row(n)).map_err(|_| self.unknown(text))).collect()
-    }
-
-    fn unknown(&self, name: &str) -> Error {
-        let names = self.names.join("`, `");
-        Error::case(Diagnostic::error("column", format!("no column `{name}`")).help(format!("there are `{names}`")))
-    }
+fn unknown(table: &Table, name: &str) -> Error {
+    let names = table.heads.join("`, `");
+    Error::case(Diagnostic::error("column", format!("no column `{name}`")).help(format!("there are `{names}`")))
 }
 
 #[cfg(test)]
@@ -239,15 +207,10 @@ mod tests {
 
     #[test]
     fn columns_are_found_without_their_unit_and_combined_by_formulas() {
-        let table = Table::parse("# a comment\ntime [s],kinetic energy: water [J],z [m]\n0,3,4\n1, 6, 8\n").unwrap();
-        assert_eq!(table.series("time", "z").unwrap().y, [4.0, 8.0]);
-        assert_eq!(table.series("time", "sqrt({kinetic energy: water}^2 + z^2)").unwrap().y, [5.0, 10.0]);
-        let error = table.series("time", "w + z").unwrap_err().to_string();
+        let table = Table::parse(b"# a comment\ntime [s],kinetic energy: water [J],z [m]\n0,3,4\n1, 6, 8\n").unwrap();
+        assert_eq!(series(&table, "time", "z").unwrap().y, [4.0, 8.0]);
+        assert_eq!(series(&table, "time", "sqrt({kinetic energy: water}^2 + z^2)").unwrap().y, [5.0, 10.0]);
+        let error = series(&table, "time", "w + z").unwrap_err().to_string();
         assert!(error.contains("no column `w`") && error.contains("z [m]"), "{error}");
-    }
-
-    #[test]
-    fn a_cell_that_is_no_number_is_an_error_with_its_line() {
-        assert!(Table::parse("t,z\n0,1\n1,x\n").unwrap_err().contains("line 3"));
     }
 }

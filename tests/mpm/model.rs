@@ -107,6 +107,11 @@ pub fn term<const D: usize>(mpm: &Mpm<D>, name: &str) -> f64 {
     ledger.terms.iter().find(|term| term.name == name).unwrap_or_else(|| panic!("no term `{name}`")).value
 }
 
+/// What the ledger can't explain.
+pub fn closure<const D: usize>(mpm: &Mpm<D>) -> f64 {
+    mpm.snapshot().ledger.closure(term(mpm, "stored energy at the start"))
+}
+
 /// A field of the first body.
 pub fn field<const D: usize>(mpm: &Mpm<D>, name: &str) -> Vec<f64> {
     let snapshot = mpm.snapshot();

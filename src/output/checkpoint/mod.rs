@@ -53,11 +53,6 @@ impl Checkpoints {
         Self { directory: directory.into(), case: case.into(), skipped: vec![] }
     }
 
-    /// What the last restore found damaged and passed over: one message per file.
-    pub fn skipped(&self) -> &[String] {
-        &self.skipped
-    }
-
     /// Checkpoint files, newest first; none if there is no directory yet.
     fn files(&self) -> Result<Vec<PathBuf>> {
         let entries = match fs::read_dir(&self.directory) {
@@ -118,6 +113,10 @@ impl CheckpointStore for Checkpoints {
                 Err(Self::error(&self.directory, format!("{}; none is left to resume from", self.skipped.join("; "))))
             }
         }
+    }
+
+    fn skipped(&self) -> &[String] {
+        &self.skipped
     }
 }
 

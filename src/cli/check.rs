@@ -1,0 +1,25 @@
+//! `lateen check`: everything about a case without running it. `lateen laws` and `lateen schema`: what a case may say.
+
+use super::{Failure, located};
+use lateen::run::Folder;
+use std::io::IsTerminal;
+
+/// What the user asked for.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A case file, or the name of a built-in case
+    case: String,
+    /// Override a key of the case, for example --set grid.cell="2 mm"
+    #[arg(long, value_name = "KEY=VALUE", value_parser = super::key_value)]
+    set: Vec<(String, String)>,
+}
+
+/// Prints the resolved case, its sizes, memory, first step and number of steps.
+pub fn check(arguments: &Arguments) -> Result<(), Failure> {
+    let folder = Folder::open(&arguments.case)?;
+    let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
+    let model = case.model().map_err(|error| located(error, &folder))?;
+    println!("{}\n{}", case.resolved_toml(), model.summary);
+    eprint!("{}", folder.source.render(&model.warnings, std::io::stderr().is_terminal()));
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! `lateen verify`: the validation cases against their references.
+
+use super::{Failure, located, signals, use_threads};
+use lateen::catalog;
+use lateen::run::Folder;
+use lateen::verify::{self, Level};
+use std::path::{Path, PathBuf};
+
+/// What the user asked for.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Part of the names of built-in cases, or a case of your own with an expected.toml [default: all]
+    pattern: Option<String>,
+    /// Run at the resolution of the papers
+    #[arg(long)]
+    full: bool,
+    /// Where the runs go
+    #[arg(long, value_name = "DIR", default_value = "runs/verify")]
+    out: PathBuf,
+    /// Number of threads [default: all cores]; results don't depend on it
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+}
+
+/// Runs the cases and prints their tables.
+pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
+    use_threads(arguments.threads)?;
+    let level = if arguments.full { Level::Full } else { Level::Quick };
+    let stop = signals::stop_flag()?;
+    let (mut compared, mut failed) = (0, 0);
+    for (name, folder) in chosen(arguments.pattern.as_deref())? {
+        let outcomes = verify::verify(&folder, level, &arguments.out.join(&name), &stop);
+        let outcomes = outcomes.map_err(|error| located(error, &folder))?;
+        compared += outcomes.len();
+        failed += outcomes.iter().filter(|outcome| !outcome.passed()).count();
+        println!("{}", verify::render(&name, &outcomes));
+    }
+    println!("{} of {compared} comparisons hold", compared - failed);
+    if failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
+}
+
+/// The built-in cases whose names contain the pattern, or the case that the pattern is a path of.
+fn chosen(pattern: Option<&str>) -> Result<Vec<(String, Folder)>, Failure> {
+    let pattern = pattern.unwrap_or_default();
+    if !pattern.is_empty() && Path::new(pattern).exists() {
+        let folder = Folder::open(pattern)?;
+        let name = folder.read(&[]).map_err(|error| located(error, &folder))?.file.name;
+        return Ok(vec![(name, folder)]);
+    }
+    let matching = catalog::all().into_iter().filter(|case| case.name().contains(pattern));
+    let cases: Vec<_> = matching.map(|case| (case.name().to_owned(), Folder::built_in(case))).collect();
+    if cases.is_empty() { Err(catalog::unknown(pattern).into()) } else { Ok(cases) }
+}

@@ -1,0 +1,44 @@
+//! The monitors that a case asks for.
+
+use super::{RunDirectory, unit_labels};
+use crate::case::Case;
+use crate::error::{Diagnostic, Error, Result};
+use crate::output::{Balance, Counts, Fields, Forces, Precision, Probe};
+use crate::simulation::{Monitor, Simulation};
+
+/// Frames of a run, where the case doesn't say.
+const FRAMES: f64 = 50.0;
+/// Rows of a history, where the case doesn't say.
+const ROWS: f64 = 500.0;
+
+/// Adds the balance, forces, counts, fields, probes and pictures of a case to its run.
+///
+/// # Errors
+/// Probes and pictures of what the model doesn't have: all of them, with their places in the case.
+pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory) -> Result<()> {
+    let (file, units, history) = (&case.file, unit_labels(case), directory.history());
+    let rows = file.output.history.unwrap_or(file.time.end / ROWS);
+    let frames = file.output.fields.unwrap_or(file.time.end / FRAMES);
+
+    let mut monitors: Vec<Box<dyn Monitor>> = vec![
+        Box::new(Balance::new(&history, rows, units)),
+        Box::new(Forces::new(&history, rows, units)),
+        Box::new(Counts::new(&history, rows, units)),
+        Box::new(Fields::new(&directory.fields(), frames, Precision::default(), units)),
+    ];
+    let mut findings: Vec<Diagnostic> = Vec::new();
+    let initial = simulation.solver().snapshot();
+    for (n, spec) in file.probe.iter().enumerate() {
+        match Probe::new(spec.clone(), &format!("probe[{n}]"), &initial, &history, rows, units) {
+            Ok(probe) => monitors.push(Box::new(probe)),
+            Err(finding) => findings.push(finding),
+        }
+    }
+    drop(initial);
+    if !findings.is_empty() {
+        case.locate(&mut findings);
+        return Err(Error::Case(findings));
+    }
+    monitors.into_iter().for_each(|monitor| simulation.watch(monitor));
+    Ok(())
+}

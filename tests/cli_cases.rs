@@ -1,0 +1,86 @@
+//! The other subcommands as a user meets them.
+
+use lateen::catalog;
+use std::fs;
+use std::process::{Command, Output};
+
+fn lateen(directory: &std::path::Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lateen")).args(arguments).current_dir(directory).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn cases_are_listed_with_what_they_take() {
+    let home = tempfile::tempdir().unwrap();
+    let output = lateen(home.path(), &["cases"]);
+    let list = text(&output.stdout);
+    assert!(output.status.success());
+    for case in catalog::all() {
+        let line = list.lines().find(|line| line.starts_with(case.name())).expect("every case has its line");
+        assert!(line.contains(case.method()), "{line}");
+    }
+}
+
+#[test]
+fn a_new_case_can_be_checked() {
+    let home = tempfile::tempdir().unwrap();
+    assert!(lateen(home.path(), &["new", "sphere-on-membrane", "mine"]).status.success());
+    assert!(home.path().join("mine/reference/calculix.csv").is_file());
+    let output = lateen(home.path(), &["check", "mine/case.toml"]);
+    let report = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(report.contains("3054 particles") || report.contains("particles"), "{report}");
+    assert!(report.contains("2500 elements"), "{report}");
+
+    let again = lateen(home.path(), &["new", "sphere-on-membrane", "mine"]);
+    assert_eq!(again.status.code(), Some(4), "nothing is overwritten");
+}
+
+#[test]
+fn every_built_in_case_is_right() {
+    let home = tempfile::tempdir().unwrap();
+    for case in catalog::all() {
+        let output = lateen(home.path(), &["check", case.name()]);
+        assert_eq!(output.status.code(), Some(0), "{}: {}", case.name(), text(&output.stderr));
+    }
+}
+
+#[test]
+fn a_typing_error_is_met_with_a_suggestion() {
+    let home = tempfile::tempdir().unwrap();
+    let output = lateen(home.path(), &["run", "water-spere"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("did you mean `water-sphere`?"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn completions_know_the_subcommands() {
+    let home = tempfile::tempdir().unwrap();
+    let output = lateen(home.path(), &["completions", "bash"]);
+    assert!(text(&output.stdout).contains("verify"));
+}
+
+#[test]
+fn verify_compares_a_case_and_fails_when_it_is_off() {
+    let home = tempfile::tempdir().unwrap();
+    let case = "name = 'fall'\ndimension = 2\n[time]\nend = 0.1\n[grid]\ncell = 0.1\nlower = [0, 0]\nupper = [1, 1]\n\
+        [mpm]\ngravity = [0, -10]\n[[body]]\nname = 'block'\nspacing = 0.05\n\
+        region = { shape = 'box', lower = [0.4, 0.4], upper = [0.6, 0.6] }\n\
+        material = { law = 'hypoelastic', density = 1000, young = 1e5, poisson = 0.3 }\n\
+        [[probe]]\nname = 'centre'\nof = 'block'\nreduce = 'center-of-mass'\n";
+    let expected = "[[check]]\nname = 'fallen'\nhistory = 'centre'\nvalue = 'y'\nkind = 'final'\nreference = 0.45\n\
+        tolerance = { absolute = 0.001 }\nsource = 'g t^2 / 2'\n";
+    fs::write(home.path().join("case.toml"), case).unwrap();
+    fs::write(home.path().join("expected.toml"), expected).unwrap();
+    let good = lateen(home.path(), &["verify", "case.toml"]);
+    assert_eq!(good.status.code(), Some(0), "{}{}", text(&good.stdout), text(&good.stderr));
+    assert!(text(&good.stdout).contains("1 of 1 comparisons hold"), "{}", text(&good.stdout));
+
+    fs::write(home.path().join("expected.toml"), expected.replace("0.45", "0.46")).unwrap();
+    let bad = lateen(home.path(), &["verify", "case.toml"]);
+    assert_eq!(bad.status.code(), Some(1), "{}", text(&bad.stderr));
+    assert!(text(&bad.stdout).contains("FAILED"), "{}", text(&bad.stdout));
+}

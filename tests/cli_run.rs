@@ -1,0 +1,230 @@
+//! `lateen run` as a user meets it: files, exit codes, interruption and resume, bad directories, a full disk.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// An elastic block under gravity in the plane: a few milliseconds per thousand steps.
+const BLOCK: &str = r#"
+name = "block"
+dimension = 2
+[time]
+end = "20 ms"
+[grid]
+cell = "10 mm"
+lower = ["0 mm", "0 mm"]
+upper = ["200 mm", "200 mm"]
+walls = { bottom = "slip" }
+[mpm]
+gravity = [0, "-9.81 m/s^2"]
+[[body]]
+name = "block"
+region = { shape = "box", lower = ["50 mm", "0 mm"], upper = ["150 mm", "100 mm"] }
+spacing = "5 mm"
+material = { law = "hypoelastic", density = "1000 kg/m^3", young = "10 MPa", poisson = 0.3 }
+[output]
+history = "1 ms"
+fields = "10 ms"
+[[probe]]
+name = "top"
+of = "block"
+reduce = "top"
+"#;
+
+struct Home(tempfile::TempDir);
+
+impl Home {
+    fn new(case: &str) -> Self {
+        let home = Self(tempfile::tempdir().unwrap());
+        fs::write(home.path("case.toml"), case).unwrap();
+        home
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lateen"));
+        command.args(arguments).current_dir(self.0.path());
+        command
+    }
+
+    fn lateen(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("ends by itself")
+}
+
+fn messages(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every history by name.
+fn histories(run: &Path) -> Vec<(String, String)> {
+    let files = fs::read_dir(run.join("history")).unwrap().map(|entry| entry.unwrap().path());
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    let mut tables: Vec<_> = files.map(|path| (name(&path), fs::read_to_string(&path).unwrap())).collect();
+    tables.sort();
+    tables
+}
+
+#[test]
+fn a_run_leaves_what_it_promises() {
+    let home = Home::new(BLOCK);
+    let output = home.lateen(&["run", "case.toml"]);
+    assert_eq!(code(&output), 0, "{}", messages(&output));
+    let run = home.path("runs/block");
+    for file in [
+        "case.toml",
+        "resolved.toml",
+        "run.log",
+        "status.json",
+        "history/balance.csv",
+        "history/top.csv",
+        "fields/block.pvd",
+        "plots/top.svg",
+        "plots/top.png",
+    ] {
+        assert!(run.join(file).is_file(), "{file} is missing");
+    }
+    assert_eq!(fs::read_to_string(run.join("case.toml")).unwrap(), BLOCK);
+    let status: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(run.join("status.json")).unwrap()).unwrap();
+    assert_eq!((status["state"].as_str(), status["time"].as_f64()), (Some("done"), Some(0.02)));
+
+    let top = fs::read_to_string(run.join("history/top.csv")).unwrap();
+    let times: Vec<f64> = top.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect();
+    let expected: Vec<f64> = (0..=20).map(|n| f64::from(n) * 1e-3).collect();
+    assert_eq!(times, expected, "rows at integer multiples of the interval");
+    assert!(top.starts_with("time [s],top [m]"), "{top}");
+    let summary = String::from_utf8_lossy(&output.stdout);
+    assert!(summary.contains("particle-steps/s") && summary.contains("accounted for"), "{summary}");
+}
+
+#[test]
+fn a_directory_with_a_run_is_refused_unless_forced() {
+    let home = Home::new(BLOCK);
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "a"])), 0);
+    let before = histories(&home.path("a"));
+    let refused = home.lateen(&["run", "case.toml", "--out", "a", "--set", "mpm.gravity=[0, -1]"]);
+    assert_eq!(code(&refused), 4);
+    assert!(messages(&refused).contains("--force"), "{}", messages(&refused));
+    assert_eq!(histories(&home.path("a")), before, "nothing was touched");
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "a", "--force", "--set", "mpm.gravity=[0, -1]"])), 0);
+    assert_ne!(histories(&home.path("a")), before);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let home = Home::new(BLOCK);
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "one", "--threads", "1"])), 0);
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "three", "--threads", "3"])), 0);
+    assert_eq!(histories(&home.path("one")), histories(&home.path("three")));
+}
+
+/// Waits until a run has written a row of its balance.
+fn wait_for_rows(run: &Path, child: &mut Child) {
+    let start = Instant::now();
+    let rows = || fs::read_to_string(run.join("history/balance.csv")).map_or(0, |text| text.lines().count());
+    while rows() < 3 && start.elapsed() < Duration::from_secs(60) {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before it could be interrupted");
+        sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_goes_on_bit_for_bit() {
+    let home = Home::new(&BLOCK.replace("20 ms", "400 ms"));
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "whole"])), 0);
+
+    let mut command = home.command(&["run", "case.toml", "--out", "parts"]);
+    let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    wait_for_rows(&home.path("parts"), &mut child);
+    let sent = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let interrupted = child.wait_with_output().unwrap();
+    assert_eq!(code(&interrupted), 130, "{}", messages(&interrupted));
+    assert!(messages(&interrupted).contains("--resume"), "{}", messages(&interrupted));
+    let status = fs::read_to_string(home.path("parts/status.json")).unwrap();
+    assert!(status.contains("\"interrupted\""), "{status}");
+
+    let resumed = home.lateen(&["run", "case.toml", "--out", "parts", "--resume"]);
+    assert_eq!(code(&resumed), 0, "{}", messages(&resumed));
+    assert!(messages(&resumed).contains("resumed from"), "{}", messages(&resumed));
+    assert_eq!(histories(&home.path("parts")), histories(&home.path("whole")));
+}
+
+#[test]
+fn a_checkpoint_of_another_case_is_refused() {
+    let home = Home::new(BLOCK);
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "a"])), 0);
+    let other = home.lateen(&["run", "case.toml", "--out", "a", "--resume", "--set", "body.block.spacing=2 mm"]);
+    assert_eq!(code(&other), 4, "{}", messages(&other));
+    assert!(messages(&other).contains("checkpoint"), "{}", messages(&other));
+}
+
+#[test]
+fn a_wrong_case_shows_the_place_and_leaves_nothing() {
+    let home = Home::new(&BLOCK.replace("spacing", "spacin"));
+    let output = home.lateen(&["run", "case.toml"]);
+    assert_eq!(code(&output), 2);
+    let text = messages(&output);
+    assert!(text.contains("case.toml:15") && text.contains("spacing"), "{text}");
+    assert!(!home.path("runs").exists());
+}
+
+#[test]
+fn a_probe_of_nothing_is_a_case_error() {
+    let home = Home::new(&BLOCK.replace("of = \"block\"", "of = \"blok\""));
+    let output = home.lateen(&["run", "case.toml"]);
+    assert_eq!(code(&output), 2);
+    assert!(messages(&output).contains("`block`"), "{}", messages(&output));
+}
+
+#[test]
+fn a_body_that_leaves_the_grid_stops_the_run_with_its_place() {
+    let home = Home::new(&BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing"));
+    let output = home.lateen(&["run", "case.toml"]);
+    assert_eq!(code(&output), 3, "{}", messages(&output));
+    assert!(messages(&output).contains("help:") && messages(&output).contains("`block`"), "{}", messages(&output));
+    let status = fs::read_to_string(home.path("runs/block/status.json")).unwrap();
+    assert!(status.contains("\"failed\""), "{status}");
+    assert!(home.path("runs/block/plots/top.svg").is_file(), "what was computed is plotted");
+}
+
+#[test]
+fn a_place_that_can_not_be_written_to() {
+    let home = Home::new(BLOCK);
+    let output = home.lateen(&["run", "case.toml", "--out", "case.toml/run"]);
+    assert_eq!(code(&output), 4);
+    assert!(messages(&output).contains("can't write here"), "{}", messages(&output));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_ends_the_run_and_leaves_whole_files() {
+    let home = Home::new(BLOCK);
+    // A limit on the size of files makes writes fail as a full disk does.
+    let script = format!("trap '' XFSZ; ulimit -f 4; exec {} run case.toml --out a", env!("CARGO_BIN_EXE_lateen"));
+    let output = Command::new("bash").args(["-c", &script]).current_dir(home.0.path()).output().unwrap();
+    assert_eq!(code(&output), 4, "{}", messages(&output));
+    let mut folders = vec![home.path("a")];
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = path.to_string_lossy().into_owned();
+            assert!(!name.ends_with("partial") && !name.ends_with("tmp"), "{name} is half-written");
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with("csv") {
+                assert!(fs::read_to_string(&path).unwrap().ends_with('\n'), "{name} ends within a row");
+            }
+        }
+    }
+}
