@@ -72,6 +72,20 @@ impl Moduli {
             sound_speed: (self.wave() * j / density).sqrt(),
         })
     }
+    /// As [`Moduli::start`], for a metal that yields at `yield_stress` [Pa].
+    ///
+    /// # Errors
+    /// A sentence, when an energy is prescribed or a stress beyond yield.
+    pub fn start_below_yield(&self, density: f64, start: &StartState, yield_stress: f64) -> Result<PointState, String> {
+        let state = self.start(density, start)?;
+        let equivalent = state.stress.von_mises();
+        if equivalent > yield_stress {
+            return Err(format!(
+                "the stress at the start is beyond yield: von Mises {equivalent:e} Pa, yield stress {yield_stress:e} Pa"
+            ));
+        }
+        Ok(state)
+    }
 }
 
 /// The stress that a solid starts from.

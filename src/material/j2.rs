@@ -128,15 +128,7 @@ impl PointLaw for J2 {
 
     fn initial(&self, start: &StartState) -> Result<PointState, String> {
         self.bulk_viscosity.check()?;
-        let state = self.moduli().start(self.density, start)?;
-        let equivalent = state.stress.von_mises();
-        if equivalent > self.yield_stress {
-            return Err(format!(
-                "the stress at the start is beyond yield: von Mises {equivalent:e} Pa, yield stress {:e} Pa",
-                self.yield_stress
-            ));
-        }
-        Ok(state)
+        self.moduli().start_below_yield(self.density, start, self.yield_stress)
     }
 
     fn update(&self, batch: &mut PointBatch<'_>) {

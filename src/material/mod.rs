@@ -11,6 +11,7 @@ mod flow;
 mod fluid;
 mod hypoelastic;
 mod j2;
+mod johnson_cook;
 mod kinematics;
 mod neo_hookean;
 mod solid;
@@ -24,6 +25,7 @@ pub use flow::Flow;
 pub use fluid::Fluid;
 pub use hypoelastic::Hypoelastic;
 pub use j2::J2;
+pub use johnson_cook::JohnsonCook;
 pub use neo_hookean::NeoHookean;
 pub use solid::{Increment, Point, Response, Solid};
 pub mod sheet;
@@ -39,6 +41,7 @@ registry! {
         "hypoelastic" => Hypoelastic,
         "neo-hookean" => NeoHookean,
         "j2" => J2,
+        "johnson-cook" => JohnsonCook,
         "drucker-prager" => DruckerPrager,
     }
 }
