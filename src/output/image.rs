@@ -36,6 +36,14 @@ impl Image {
         small
     }
 
+    /// The image with white to its right, up to `width` pixels per row.
+    pub fn widened(&self, width: usize) -> Self {
+        let mut wide = Self::new(width.max(self.width), self.height);
+        let rows = wide.pixels.chunks_exact_mut(3 * wide.width).zip(self.pixels.chunks_exact(3 * self.width));
+        rows.for_each(|(to, from)| to[..from.len()].copy_from_slice(from));
+        wide
+    }
+
     /// Writes a PNG file, whole or not at all.
     ///
     /// # Errors

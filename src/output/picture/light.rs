@@ -1,0 +1,131 @@
+//! Light: lamps, and the shade of near things (ambient occlusion).
+//!
+//! Ambient occlusion after McGuire, Osman, Bukowski & Hennessy, *The Alchemy screen-space ambient
+//! obscurance algorithm* (2011): a point is darker the more of its surroundings, sampled in the depth
+//! buffer, rise above its tangent plane.
+
+use super::raster::{Buffer, Finish, Pixel};
+use crate::math::Vector;
+use crate::output::colour::Rgb;
+use crate::output::image::Image;
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+
+/// Samples of the surroundings.
+const SAMPLES: usize = 14;
+/// Turns of their pattern.
+const TURNS: usize = 16;
+/// How dark full occlusion is.
+const STRENGTH: f32 = 1.1;
+/// Light from everywhere, from the main lamp, and from the lamp at the other side.
+const AMBIENT: f32 = 0.56;
+const MAIN: f32 = 0.52;
+const SIDE: f32 = 0.12;
+/// Gloss of the main lamp.
+const GLOSS: f32 = 0.10;
+const SHININESS: i32 = 24;
+
+/// Lights everything that the buffer sees, over white; `reach` is how far shade reaches, in pixels.
+pub(super) fn light(buffer: &Buffer, lamps: &Lamps, reach: f64) -> Image {
+    let mut image = Image::new(buffer.width, buffer.height);
+    let shade = Shade::new(reach as f32);
+    image.pixels.par_chunks_mut(3 * buffer.width).enumerate().for_each(|(row, line)| {
+        for (column, out) in line.chunks_exact_mut(3).enumerate() {
+            let at = row * buffer.width + column;
+            let pixel = &buffer.pixels[at];
+            let lit = lamps.colour(pixel, || shade.occlusion(buffer, pixel, [column, row]));
+            let veiled = match buffer.veil.get(at) {
+                Some(&[red, green, blue, opacity]) => {
+                    let veil = [red, green, blue];
+                    std::array::from_fn(|c| (veil[c] + (1.0 - opacity) * f32::from(lit[c])).round() as u8)
+                }
+                None => lit,
+            };
+            out.copy_from_slice(&veiled);
+        }
+    });
+    image
+}
+
+/// Directions of the lamps, in the camera's frame.
+pub(super) struct Lamps {
+    main: Vector<3>,
+    side: Vector<3>,
+    half: Vector<3>,
+}
+
+impl Lamps {
+    pub fn new() -> Self {
+        let unit = |v: [f64; 3]| Vector(v).normalized().unwrap_or(Vector::unit(2));
+        let main = unit([-0.45, 0.65, 0.75]);
+        Self { main, side: unit([0.8, -0.1, 0.45]), half: unit((main + Vector::unit(2)).0) }
+    }
+
+    /// The colour that is seen at a pixel.
+    pub fn colour(&self, pixel: &Pixel, occlusion: impl FnOnce() -> f32) -> Rgb {
+        if pixel.near == f32::NEG_INFINITY || pixel.finish == Finish::Flat {
+            return pixel.colour;
+        }
+        let [nx, ny] = pixel.normal;
+        let nz = (1.0 - nx * nx - ny * ny).max(0.0).sqrt();
+        let facing = |lamp: &Vector<3>| (nx * lamp[0] as f32 + ny * lamp[1] as f32 + nz * lamp[2] as f32).max(0.0);
+        let open = 1.0 - occlusion();
+        let diffuse = (AMBIENT + MAIN * facing(&self.main) + SIDE * facing(&self.side)) * (0.25 + 0.75 * open);
+        let gloss = GLOSS * facing(&self.half).powi(SHININESS) * open;
+        pixel.colour.map(|c| from_linear(to_linear(c) * diffuse * open + gloss))
+    }
+}
+
+/// Where the surroundings of a pixel are sampled.
+struct Shade {
+    reach: f32,
+    /// Offsets to the right and up, for each turn of the pattern.
+    patterns: Vec<[[f32; 2]; SAMPLES]>,
+}
+
+impl Shade {
+    /// Spirals of radius `reach` [pixels]. The pattern is turned from pixel to pixel; averaging the image
+    /// down mixes its turns.
+    fn new(reach: f32) -> Self {
+        let spiral = |turn: usize| {
+            std::array::from_fn(|sample| {
+                let part = (sample as f32 + 0.5) / SAMPLES as f32;
+                let (sin, cos) = (part * 5.0 * TAU + turn as f32 / TURNS as f32 * TAU).sin_cos();
+                [(part * reach * cos).round(), (part * reach * sin).round()]
+            })
+        };
+        Self { reach, patterns: (0..TURNS).map(spiral).collect() }
+    }
+
+    /// 0 in the open, up to 1 where everything around is nearer to the eye.
+    fn occlusion(&self, buffer: &Buffer, pixel: &Pixel, [column, row]: [usize; 2]) -> f32 {
+        let [nx, ny] = pixel.normal;
+        let nz = (1.0 - nx * nx - ny * ny).max(0.0).sqrt();
+        let area = self.reach * self.reach;
+        let mut sum = 0.0;
+        for [dx, dy] in &self.patterns[(column * 5 + row * 11) % TURNS] {
+            let (x, y) = (column as isize + *dx as isize, row as isize - *dy as isize);
+            if x < 0 || y < 0 || x >= buffer.width as isize || y >= buffer.height as isize {
+                continue;
+            }
+            let dz = buffer.pixels[y as usize * buffer.width + x as usize].near - pixel.near;
+            if dz.is_finite() {
+                let squared = dx * dx + dy * dy + dz * dz;
+                let rise = (nx * dx + ny * dy + nz * dz) - 0.03 * self.reach;
+                let fade = (1.0 - squared / (4.0 * area)).max(0.0);
+                sum += (rise / (squared + 0.01 * area).sqrt()).max(0.0) * fade;
+            }
+        }
+        (STRENGTH * sum / SAMPLES as f32).min(0.85)
+    }
+}
+
+/// From sRGB.
+fn to_linear(c: u8) -> f32 {
+    (f32::from(c) / 255.0).powf(2.2)
+}
+
+/// To sRGB.
+fn from_linear(c: f32) -> u8 {
+    (c.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8
+}

@@ -1,0 +1,268 @@
+//! Pictures: a small renderer for particles, membranes and obstacles, the same to the bit on every machine
+//! with the same floating-point arithmetic and for any number of threads.
+//!
+//! Particles are spheres of their volume, membranes are surfaces that are lit from both sides; depth is
+//! resolved per pixel, the image is drawn at twice its size and averaged down. In 2D one looks from above,
+//! and colours are not shaded, so that they are those of the colour bar.
+
+mod annotate;
+mod camera;
+mod light;
+mod raster;
+mod scene;
+mod spec;
+
+pub use spec::{CutSpec, FrameSpec, FrameWord, MeshLines, PictureSpec};
+
+use super::atomic::create_directory;
+use super::history::{History, Table};
+use super::image::Image;
+use super::label::{UnitLabels, file_name};
+use super::set::{Set, Start, expected};
+use super::ticks::{Shown, Ticks};
+use crate::error::{Diagnostic, Error, Result};
+use crate::simulation::{Monitor, Snapshot};
+use annotate::{Notes, annotate};
+use camera::{Camera, Seen};
+use light::Lamps;
+use raster::{Buffer, Finish, Shape, Solid};
+use scene::Scene;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Pixels that are averaged to one, per direction.
+const SUPERSAMPLING: usize = 2;
+/// Pictures of this height have one pixel per logical pixel.
+const LOGICAL_HEIGHT: f64 = 960.0;
+/// How far shade reaches, relative to the height of the picture.
+const SHADE: f64 = 0.022;
+/// Obstacles and outlines.
+const OBSTACLE: [u8; 3] = [0xb9, 0xbc, 0xc2];
+const OUTLINE: [u8; 3] = [0xcf, 0xcf, 0xcf];
+
+/// A box [m]: lower and upper corner.
+pub type Corners = [[f64; 3]; 2];
+
+/// Something that stands in the picture: its signed distance [m] from a point [m] at a time [s].
+pub type Obstacle = Box<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>;
+
+/// Renders the pictures of one [`PictureSpec`].
+pub struct Picture {
+    spec: PictureSpec,
+    camera: Camera,
+    frame: Corners,
+    starts: BTreeMap<String, Start>,
+    obstacles: Vec<Obstacle>,
+    directory: PathBuf,
+    index: History,
+    count: usize,
+    last_time: f64,
+    interval: f64,
+    units: UnitLabels,
+}
+
+impl Picture {
+    /// Pictures in `directory/<name>`, every `interval` seconds unless the picture says otherwise.
+    ///
+    /// `initial` is the state at the start, also of a run that is going to be resumed; `domain` is what the
+    /// picture shows if it doesn't say. `key` is the picture's place in the case, for messages.
+    ///
+    /// # Errors
+    /// A name that the model doesn't have, or values that make no picture.
+    pub fn new(
+        spec: PictureSpec,
+        key: &str,
+        initial: &Snapshot<'_>,
+        domain: Corners,
+        directory: &Path,
+        interval: f64,
+        units: UnitLabels,
+    ) -> Result<Self, Diagnostic> {
+        spec.check(key)?;
+        check_names(&spec, key, initial)?;
+        let frame = frame(&spec, initial, domain);
+        let pixel = pixel(&spec);
+        let [width, height] = spec.size.map(|pixels| f64::from(pixels) * SUPERSAMPLING as f64);
+        let [left, top, right, bottom] = annotate::margins(spec.field.is_some()).map(|margin| margin * pixel);
+        let flat = initial.dimension == 2;
+        let view = spec.view.unwrap_or(if flat { [0.0, 0.0, 1.0] } else { [1.0, -2.0, 0.8] });
+        let up = spec.up.unwrap_or(if flat { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] });
+        let camera = Camera::new(view, up, frame, [left, top, width - right, height - bottom]);
+        let moved = spec.field.as_deref() == Some("displacement");
+        let starts = Set::all(initial).filter(|_| moved).map(|set| (set.name().to_owned(), set.start())).collect();
+        let name = file_name(&spec.name);
+        Ok(Self {
+            camera,
+            frame,
+            starts,
+            obstacles: vec![],
+            directory: directory.join(&name),
+            index: History::new(directory.join(format!("{name}.csv"))),
+            count: 0,
+            last_time: f64::NEG_INFINITY,
+            interval: spec.every.unwrap_or(interval),
+            units,
+            spec,
+        })
+    }
+
+    /// Adds something that is not in the snapshots.
+    #[must_use]
+    pub fn with_obstacle(mut self, obstacle: Obstacle) -> Self {
+        self.obstacles.push(obstacle);
+        self
+    }
+
+    /// The picture of a snapshot.
+    ///
+    /// # Errors
+    /// When text can't be set.
+    pub fn render(&self, snapshot: &Snapshot<'_>) -> std::io::Result<Image> {
+        let pixel = pixel(&self.spec);
+        let scene = Scene::new(&self.spec, &self.camera, pixel, snapshot, &self.starts);
+        let [width, height] = self.spec.size.map(|pixels| pixels as usize * SUPERSAMPLING);
+        let [_, _, bar, _] = annotate::margins(scene.colouring.is_some());
+        // The colour bar stands on white, also where the model is larger than the frame.
+        let room = if scene.colouring.is_some() { (bar * pixel) as usize } else { 0 };
+        let buffer = self.draw(Buffer::new(width - room.min(width / 2), height), &scene, snapshot);
+        let mut image = light::light(&buffer, &Lamps::new(), SHADE * height as f64).widened(width);
+        let notes = Notes {
+            time: self.time_label(snapshot.time),
+            field: self.spec.field.as_deref().unwrap_or_default(),
+            colouring: scene.colouring.as_ref(),
+            scale: self.camera.scale / pixel,
+            length_unit: self.units.unit("m"),
+        };
+        annotate(&mut image, pixel, &notes)?;
+        Ok(image.averaged_down(SUPERSAMPLING))
+    }
+
+    /// Draws everything that has a depth.
+    fn draw(&self, mut buffer: Buffer, scene: &Scene<'_>, snapshot: &Snapshot<'_>) -> Buffer {
+        let table = scene.colouring.as_ref().map_or(&[][..], |colouring| &colouring.table);
+        buffer.draw(&self.outline(snapshot.dimension, scene.pixel), table);
+        let (time, flat) = (snapshot.time, snapshot.dimension == 2);
+        for obstacle in &self.obstacles {
+            let distance = |x: [f64; 3]| obstacle(x, time);
+            let finish = if flat { Finish::Flat } else { Finish::Lit };
+            let (frame, depth) = (self.frame, self.depth());
+            let solid = Solid { distance: &distance, frame, depth, colour: OBSTACLE, finish };
+            buffer.draw_obstacle(&solid, &self.camera);
+        }
+        buffer.draw(&scene.particles(), table);
+        if self.spec.opacity < 1.0 {
+            buffer.draw_veil(scene.surfaces(), table, self.spec.opacity, &Lamps::new());
+        } else {
+            buffer.draw(&scene.surfaces(), table);
+        }
+        buffer
+    }
+
+    /// The unit of the time fits the interval, so that it stays the same over a run.
+    fn time_label(&self, time: f64) -> String {
+        let shown = Shown::new(time.abs().max(10.0 * self.interval), self.units.unit("s"));
+        let ticks = Ticks::new(0.0, 0.2 * self.interval * shown.factor, 1);
+        format!("t = {} {}", ticks.label(time * shown.factor), shown.unit).trim_end().to_owned()
+    }
+
+    /// The edges of the frame, but those that would lie before the model.
+    fn outline(&self, dimension: usize, pixel: f64) -> Vec<Shape> {
+        let corner = |n: usize| std::array::from_fn(|i| self.frame[n >> i & 1][i]);
+        let near = |n: usize| self.camera.see(corner(n)).near;
+        let nearest = (0..8).max_by(|&a, &b| near(a).total_cmp(&near(b))).unwrap_or(0);
+        let pairs = (0..8).flat_map(|n| (0..dimension).map(move |axis| (n, n | 1 << axis))).filter(|(a, b)| a != b);
+        let behind = |&(a, b): &(usize, usize)| if dimension == 2 { b < 4 } else { a != nearest && b != nearest };
+        let stroke = |(a, b)| {
+            let ends = [corner(a), corner(b)].map(|x| self.camera.see(x));
+            Shape::Stroke { ends, radius: 0.7 * pixel, paint: [OUTLINE; 2] }
+        };
+        pairs.filter(behind).map(stroke).collect()
+    }
+
+    /// From the farthest to the nearest corner of the frame, in pixels towards the eye.
+    fn depth(&self) -> [f64; 2] {
+        let corner = |n: usize| -> [f64; 3] { std::array::from_fn(|i| self.frame[n >> i & 1][i]) };
+        let near = (0..8).map(|n| self.camera.see(corner(n))).map(|Seen { near, .. }| near);
+        near.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], near| [low.min(near), high.max(near)])
+    }
+}
+
+impl Monitor for Picture {
+    fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
+        if snapshot.time <= self.last_time {
+            return Ok(());
+        }
+        let path = self.directory.join(format!("{:06}.png", self.count));
+        create_directory(&self.directory)?;
+        self.render(snapshot).map_err(|error| Error::io(&path, error))?.write_png(&path)?;
+        let heads = [self.units.head("time", "s"), "picture".to_owned()];
+        self.index.append(&heads, &[snapshot.time, self.count as f64])?;
+        self.last_time = snapshot.time;
+        self.count += 1;
+        Ok(())
+    }
+
+    fn resume(&mut self, time: f64) -> Result<()> {
+        self.index.resume(time)?;
+        let table = Table::read(self.index.path())?;
+        if let Some(times) = table.columns.first() {
+            self.count = times.len();
+            self.last_time = times.last().copied().unwrap_or(f64::NEG_INFINITY);
+        }
+        Ok(())
+    }
+}
+
+/// Pixels of the supersampled image per logical pixel.
+fn pixel(spec: &PictureSpec) -> f64 {
+    f64::from(spec.size[1]) / LOGICAL_HEIGHT * SUPERSAMPLING as f64
+}
+
+/// The box that must fit into the picture.
+fn frame(spec: &PictureSpec, initial: &Snapshot<'_>, domain: Corners) -> Corners {
+    match &spec.frame {
+        FrameSpec::Word(FrameWord::Domain) => domain,
+        FrameSpec::Word(FrameWord::Start) => {
+            let shown =
+                Set::all(initial).filter(|set| spec.of.is_empty() || spec.of.iter().any(|name| name == set.name()));
+            let places = shown.flat_map(|set| set.position().iter());
+            let all = places.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], x| {
+                [std::array::from_fn(|i| low[i].min(x[i])), std::array::from_fn(|i| high[i].max(x[i]))]
+            });
+            if all[0][0] <= all[1][0] { all } else { domain }
+        }
+        FrameSpec::Box(given) => {
+            let side =
+                |given: &[f64], domain: [f64; 3]| std::array::from_fn(|i| given.get(i).copied().unwrap_or(domain[i]));
+            [side(&given.lower, domain[0]), side(&given.upper, domain[1])]
+        }
+    }
+}
+
+fn check_names(spec: &PictureSpec, key: &str, initial: &Snapshot<'_>) -> Result<(), Diagnostic> {
+    let names: Vec<&str> = Set::all(initial).map(Set::name).collect();
+    for (list, field) in [(&spec.of, "of"), (&spec.plain, "plain")] {
+        if let Some(name) = list.iter().find(|name| !names.contains(&name.as_str())) {
+            let message = format!("there is no body, membrane or mesh named `{name}`");
+            return Err(Diagnostic::error(format!("{key}.{field}"), message).help(expected(name, &names)));
+        }
+    }
+    let Some(field) = &spec.field else { return Ok(()) };
+    let shown = || Set::all(initial).filter(|set| spec.of.is_empty() || spec.of.iter().any(|name| name == set.name()));
+    let known: Vec<&str> = shown().flat_map(Set::quantity_names).collect();
+    if known.contains(&field.as_str()) {
+        return Ok(());
+    }
+    let mut once = vec![];
+    known.into_iter().for_each(|name| {
+        if !once.contains(&name) {
+            once.push(name)
+        }
+    });
+    let message = format!("nothing in this picture has a field `{field}`");
+    Err(Diagnostic::error(format!("{key}.field"), message).help(expected(field, &once)))
+}

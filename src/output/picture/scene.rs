@@ -1,0 +1,254 @@
+//! From a snapshot to shapes in pixels.
+
+use super::camera::{Camera, Seen};
+use super::raster::{Finish, Paint, Shape};
+use super::spec::{MeshLines, PictureSpec};
+use crate::math::Vector;
+use crate::output::colour::{PALETTE, Rgb};
+use crate::output::component::Component;
+use crate::output::set::{On, Quantity, Set, Start};
+use crate::output::ticks::round_step;
+use crate::simulation::{PointSet, Snapshot, SurfaceSet};
+use std::collections::BTreeMap;
+
+/// Colours of the table that graded paint looks up.
+pub(super) const TABLE: usize = 512;
+/// Particles are larger than their volume, so that neighbours close up: spheres a bit, discs up to the corners
+/// of their squares.
+const SWELL_3D: f64 = 1.24;
+const SWELL_2D: f64 = 1.42;
+/// Elements smaller than this [pixels] have no lines.
+const SMALLEST: f64 = 9.0;
+
+/// What gives the colours of a picture.
+pub(super) struct Colouring {
+    /// Values at the ends of the colour bar.
+    pub range: [f64; 2],
+    /// Unit of the values.
+    pub unit: String,
+    /// The colours from one end to the other.
+    pub table: Vec<Rgb>,
+}
+
+/// One number per entry or element.
+struct Values {
+    on: On,
+    numbers: Vec<f64>,
+}
+
+/// A picture's view of a snapshot.
+pub(super) struct Scene<'s> {
+    spec: &'s PictureSpec,
+    camera: &'s Camera,
+    /// Pixels per logical pixel.
+    pub pixel: f64,
+    dimension: usize,
+    sets: Vec<(Set<'s>, Option<Values>, Rgb)>,
+    /// The colour bar, where the picture has a field.
+    pub colouring: Option<Colouring>,
+}
+
+impl<'s> Scene<'s> {
+    /// Chooses what is shown and how it is coloured.
+    pub fn new(
+        spec: &'s PictureSpec,
+        camera: &'s Camera,
+        pixel: f64,
+        snapshot: &'s Snapshot<'s>,
+        starts: &BTreeMap<String, Start>,
+    ) -> Self {
+        let shown = |set: &Set<'_>| spec.of.is_empty() || spec.of.iter().any(|name| name == set.name());
+        let mut unit = String::new();
+        let sets: Vec<_> = Set::all(snapshot).zip(own_colours()).filter(|(set, _)| shown(set)).collect();
+        let sets = sets.into_iter().map(|(set, colour)| {
+            let field = spec.field.as_ref().filter(|_| !spec.plain.iter().any(|name| name == set.name()));
+            let none = Start::new();
+            let quantity = field.and_then(|field| set.quantity(field, starts.get(set.name()).unwrap_or(&none)));
+            let values = quantity.map(|quantity| {
+                quantity.unit.clone_into(&mut unit);
+                Values { on: quantity.on, numbers: numbers(spec, &quantity) }
+            });
+            (set, values, colour)
+        });
+        let sets: Vec<_> = sets.collect();
+        let colouring = sets.iter().any(|(_, values, _)| values.is_some()).then(|| {
+            let range = spec.range.unwrap_or_else(|| range(sets.iter().filter_map(|(_, values, _)| values.as_ref())));
+            let table = (0..TABLE).map(|n| spec.map.colour(n as f64 / (TABLE - 1) as f64)).collect();
+            Colouring { range, unit, table }
+        });
+        Self { spec, camera, pixel, dimension: snapshot.dimension, sets, colouring }
+    }
+
+    /// Particles.
+    pub fn particles(&self) -> Vec<Shape> {
+        let mut shapes = vec![];
+        for (set, values, own) in &self.sets {
+            if let Set::Points(set) = set {
+                self.add_particles(set, values.as_ref(), *own, &mut shapes);
+            }
+        }
+        shapes
+    }
+
+    /// Membranes and meshes.
+    pub fn surfaces(&self) -> Vec<Shape> {
+        let mut shapes = vec![];
+        for (set, values, own) in &self.sets {
+            if let Set::Surface(set) = set {
+                // Large areas are calmer in a pale colour.
+                let pale = if self.dimension == 2 { *own } else { own.map(|c| c / 2 + 122) };
+                self.add_elements(set, values.as_ref(), pale, &mut shapes);
+            }
+        }
+        shapes
+    }
+
+    /// Place of a value in the colour table, from 0 to 1.
+    fn place(&self, value: f64) -> f64 {
+        let [low, high] = self.colouring.as_ref().map_or([0.0, 1.0], |colouring| colouring.range);
+        let place = (value - low) / (high - low);
+        if place.is_nan() { 0.0 } else { place.clamp(0.0, 1.0) }
+    }
+
+    fn colour(&self, value: Option<f64>, own: Rgb) -> Rgb {
+        match (value, &self.colouring) {
+            (Some(value), Some(colouring)) => {
+                colouring.table[(self.place(value) * (TABLE - 1) as f64).round() as usize]
+            }
+            _ => own,
+        }
+    }
+
+    fn hidden(&self, x: &[f64; 3]) -> bool {
+        self.spec.cut.as_ref().is_some_and(|cut| cut.hides(x)) || x.iter().any(|c| !c.is_finite())
+    }
+
+    fn add_particles(&self, set: &PointSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Shape>) {
+        let volumes = set.fields.iter().find(|field| field.name == "volume").map(|field| field.values());
+        let fallback = spacing(&set.position);
+        let (exponent, swell, finish) =
+            if self.dimension == 2 { (0.5, SWELL_2D, Finish::Flat) } else { (1.0 / 3.0, SWELL_3D, Finish::Lit) };
+        for (p, x) in set.position.iter().enumerate().filter(|(_, x)| !self.hidden(x)) {
+            let size = volumes.as_ref().map_or(fallback, |volumes| volumes[p].abs().powf(exponent));
+            let radius = 0.5 * swell * size * self.spec.particle_size * self.camera.scale;
+            let colour = self.colour(values.map(|values| values.numbers[p]), own);
+            // Particles of less than a pixel would be lost between pixel centres.
+            shapes.push(Shape::Ball { centre: self.camera.see(*x), radius: radius.max(0.75), colour, finish });
+        }
+    }
+
+    fn add_elements(&self, set: &SurfaceSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Shape>) {
+        let seen: Vec<Seen> = set.position.iter().map(|x| self.camera.see(*x)).collect();
+        let normals = node_normals(set, self.camera);
+        let line = self.line_width(set, &seen);
+        for (e, nodes) in set.elements.iter().enumerate() {
+            let places = nodes.iter().map(|&n| set.position[n as usize]);
+            if places.into_iter().any(|x| self.hidden(&x)) {
+                continue;
+            }
+            let value =
+                |n: u32| values.map(|values| values.numbers[if values.on == On::Elements { e } else { n as usize }]);
+            let node = |corner: usize| nodes[corner] as usize;
+            match nodes.len() {
+                2 => {
+                    let paint = [self.colour(value(nodes[0]), own), self.colour(value(nodes[1]), own)];
+                    // Membranes lie over the particles.
+                    let ends = [seen[node(0)], seen[node(1)]].map(|end| Seen { near: end.near + 1e6, ..end });
+                    shapes.push(Shape::Stroke { ends, radius: 1.6 * self.pixel, paint });
+                }
+                count => {
+                    for last in 2..count {
+                        let fan = [0, last - 1, last];
+                        // Lines along edges of the element, not along the diagonals of the fan.
+                        let edges =
+                            [line, if last + 1 == count { line } else { 0.0 }, if last == 2 { line } else { 0.0 }];
+                        let paint = if values.is_some() {
+                            Paint::Graded(fan.map(|c| value(nodes[c]).map_or(0.0, |v| self.place(v) as f32)))
+                        } else {
+                            Paint::Solid(own)
+                        };
+                        let corners = fan.map(|c| seen[node(c)]);
+                        let normals = fan.map(|c| normals[node(c)]);
+                        shapes.push(Shape::Triangle { corners, normals, paint, edges });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Half the width of mesh lines [pixels]; none for elements that are too small.
+    fn line_width(&self, set: &SurfaceSet<'_>, seen: &[Seen]) -> f32 {
+        let edges = set.elements.iter().filter(|nodes| nodes.len() > 2).map(|nodes| {
+            let [a, b] = [seen[nodes[0] as usize], seen[nodes[1] as usize]];
+            (a.x - b.x).hypot(a.y - b.y).max((a.near - b.near).abs())
+        });
+        let (count, sum) = edges.fold((0.0, 0.0), |(count, sum), length| (count + 1.0, sum + length));
+        let shown = self.spec.mesh_lines == MeshLines::Thin && sum / count >= SMALLEST * self.pixel;
+        if shown { (0.4 * self.pixel) as f32 } else { 0.0 }
+    }
+}
+
+/// Colours of bodies and membranes without a field, in the order of the snapshot.
+fn own_colours() -> impl Iterator<Item = Rgb> {
+    // Lighter than curves: they are shaded.
+    PALETTE.into_iter().map(|colour| colour.map(|c| (f64::from(c) * 0.8 + 255.0 * 0.2) as u8)).cycle()
+}
+
+fn numbers(spec: &PictureSpec, quantity: &Quantity<'_>) -> Vec<f64> {
+    let number = |value: &[f64]| match spec.component {
+        Some(component) if component.fits(value.len()) => component.of(value),
+        _ if value.len() == 1 => value[0],
+        _ => Component::Magnitude.of(value),
+    };
+    quantity.values.chunks_exact(quantity.components).map(number).collect()
+}
+
+/// A round range around all but the outermost values.
+fn range<'v>(values: impl Iterator<Item = &'v Values>) -> [f64; 2] {
+    /// Part of the values that is left out at each end.
+    const OUTSIDE: f64 = 0.002;
+    let mut all: Vec<f64> =
+        values.flat_map(|values| values.numbers.iter().copied().filter(|v| v.is_finite())).collect();
+    if all.is_empty() {
+        return [0.0, 1.0];
+    }
+    let count = all.len();
+    let mut quantile = |part: f64| *all.select_nth_unstable_by((part * (count - 1) as f64) as usize, f64::total_cmp).1;
+    let (low, high) = (quantile(OUTSIDE), quantile(1.0 - OUTSIDE));
+    let low = if low > 0.0 && low < 0.25 * high { 0.0 } else { low };
+    if high - low <= 1e-9 * high.abs().max(low.abs()) {
+        let room = if high == 0.0 { 1.0 } else { 0.5 * high.abs() };
+        return [low - room, high + room];
+    }
+    let step = round_step((high - low) / 10.0);
+    [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step]
+}
+
+/// Sums of the normals of the elements around each node, in the camera's frame.
+fn node_normals(set: &SurfaceSet<'_>, camera: &Camera) -> Vec<Vector<3>> {
+    let mut normals = vec![Vector::ZERO; set.position.len()];
+    let at = |n: u32| Vector(set.position[n as usize]);
+    for nodes in set.elements.iter().filter(|nodes| nodes.len() > 2) {
+        let normal = if nodes.len() == 4 {
+            (at(nodes[2]) - at(nodes[0])).cross(at(nodes[3]) - at(nodes[1]))
+        } else {
+            (at(nodes[1]) - at(nodes[0])).cross(at(nodes[2]) - at(nodes[0]))
+        };
+        nodes.iter().for_each(|&n| normals[n as usize] += normal);
+    }
+    normals.into_iter().map(|normal| camera.turn(normal).normalized().unwrap_or(Vector::unit(2))).collect()
+}
+
+/// Typical distance of neighbours [m], for particles without volume: the median over a few of them.
+fn spacing(position: &[[f64; 3]]) -> f64 {
+    const PROBES: usize = 25;
+    let stride = position.len().div_ceil(PROBES).max(1);
+    let squared = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>();
+    let nearest = |p: usize| {
+        let others = position.iter().enumerate().filter(|(other, _)| *other != p);
+        others.map(|(_, x)| squared(x, &position[p])).fold(f64::INFINITY, f64::min).sqrt()
+    };
+    let mut distances: Vec<f64> = (0..position.len()).step_by(stride).map(nearest).filter(|d| d.is_finite()).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or(0.0)
+}
