@@ -161,6 +161,40 @@ fn an_l_shaped_surface_has_the_right_side_at_its_reentrant_edge() {
     }
 }
 
+/// Solid angle of the surface seen from x, over 4π: 1 inside, 0 outside (van Oosterom & Strackee 1983).
+fn winding_number(surface: &Triangles, x: [f64; 3]) -> f64 {
+    let angle = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| Vector(surface.vertices[v as usize]) - Vector(x));
+        let (p, q, r) = (a.norm(), b.norm(), c.norm());
+        let below = p * q * r + a.dot(b) * r + b.dot(c) * p + c.dot(a) * q;
+        2.0 * a.dot(b.cross(c)).atan2(below)
+    };
+    surface.triangles.iter().map(angle).sum::<f64>() / (4.0 * PI)
+}
+
+#[test]
+fn the_inside_of_a_spiky_surface_is_that_of_its_winding_number() {
+    let sphere: lateen::mesh::MembraneShape =
+        toml::from_str("shape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\ndivisions = 5\nelements = \"triangles\"")
+            .unwrap();
+    let sphere = sphere.build(Path::new("."), 3).unwrap();
+    // Every node moves in or out by up to a half: sharp spikes and pits.
+    let spike = |i: usize| 1.0 + 0.5 * (12.9898 * i as f64).sin();
+    let vertices = sphere.nodes.iter().enumerate().map(|(i, x)| x.map(|c| c * spike(i))).collect();
+    let triangles = sphere.elements.iter().map(|e| [e[0], e[1], e[2]]).collect();
+    let triangles = Triangles { vertices, triangles };
+    let region = Region::Surface(Arc::new(Surface::new(triangles.clone()).unwrap()));
+    let mut inside = 0;
+    for i in 0..24 * 24 * 24 {
+        let x = [i % 24, i / 24 % 24, i / 576].map(|k| -1.6 + 0.139 * k as f64);
+        let winding = winding_number(&triangles, x);
+        assert!((winding - winding.round()).abs() < 1e-9);
+        assert_eq!(region.contains(x), winding.round() == 1.0, "{x:?}");
+        inside += usize::from(region.contains(x));
+    }
+    assert!(inside > 500);
+}
+
 #[test]
 fn volumes_agree_with_counted_particles() {
     let cases = [

@@ -28,9 +28,18 @@ pub struct Sample {
     pub position: Vec<[f64; 3]>,
     /// Volume of each particle: spacing^D [m³; m² in 2D], unless [`Sample::with_exact_volume`] changed it.
     pub volume: f64,
+    /// Distance of the particles [m].
+    pub spacing: f64,
+    /// A corner of the lattice's cells [m].
+    pub origin: [f64; 3],
 }
 
 impl Sample {
+    /// The lattice index i of a particle at `x`: particles of one line or layer share entries of it.
+    pub fn lattice_index(&self, x: [f64; 3]) -> [i64; 3] {
+        std::array::from_fn(|i| ((x[i] - self.origin[i]) / self.spacing - 0.5).round() as i64)
+    }
+
     /// Scales the particle volume so that the particles add up to the exact volume of the region, if a
     /// formula gives it.
     ///
@@ -66,7 +75,7 @@ pub fn sample(region: &Region, spacing: f64, dimension: usize, origin: [f64; 3])
     let blocks = lattice.blocks(&bounds)?;
     let position =
         (0..blocks.count()).into_par_iter().flat_map_iter(|block| lattice.fill(region, &blocks, block)).collect();
-    Ok(Sample { position, volume: spacing.powi(dimension as i32) })
+    Ok(Sample { position, volume: spacing.powi(dimension as i32), spacing, origin })
 }
 
 /// The lattice origin that makes the lattice symmetric about the centre of the region's bounds: as many
@@ -249,9 +258,9 @@ mod tests {
             Region::Cylinder { from: [-1.0, -1.0, -1.0], to: [1.0, 0.8, 1.2], radius: 0.4 },
             Region::Ellipsoid { center: [0.5, -0.5, 0.0], semi_axes: [0.9, 0.3, 0.6] },
         ]);
-        let (h, origin) = (0.043, [0.01, 0.02, 0.03]);
+        let (h, origin) = (0.083, [0.01, 0.02, 0.03]);
         let mut points = sample(&region, h, 3, origin).unwrap().position;
-        let range = -60..60;
+        let range = -30..30;
         let at = |i: i32, axis: usize| origin[axis] + (f64::from(i) + 0.5) * h;
         let mut every: Vec<[f64; 3]> = range
             .clone()
@@ -263,6 +272,18 @@ mod tests {
         points.sort_by(order);
         every.sort_by(order);
         assert_eq!(points, every);
+    }
+
+    #[test]
+    fn every_particle_has_a_lattice_index_of_its_own() {
+        // Three particles across: the middle one lies at zero, where rounding has no preferred side.
+        let region = Region::Box { lower: [-0.15, -0.15, -0.25], upper: [0.15, 0.15, 0.25] };
+        let sample = centred(&region, 0.1, 3);
+        let mut indices: Vec<_> = sample.position.iter().map(|&x| sample.lattice_index(x)).collect();
+        indices.sort_unstable();
+        indices.dedup();
+        assert_eq!(indices.len(), 45);
+        assert_eq!((indices[0], indices[44]), ([0; 3], [2, 2, 4]));
     }
 
     #[test]
