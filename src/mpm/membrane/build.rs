@@ -7,7 +7,7 @@ use super::lanes::{LANES, LaneVector, Lanes};
 use super::ledger::Books;
 use super::load::{Pressure, Supports, area_vector};
 use super::shape::{Metric, Quadrilateral, Segment, Shape, Triangle};
-use super::{Membrane, step};
+use super::{Membrane, task};
 use crate::error::Diagnostic;
 use crate::material::{Sheet, SheetKind};
 use crate::math::{Signal, Vector};
@@ -100,7 +100,7 @@ impl<const D: usize> Membrane<D> {
         for start in (0..count).step_by(LANES) {
             let lanes = LANES.min(count - start);
             let nodes: Vec<u32> = (0..lanes).flat_map(|k| self.elements.nodes(*first + start + k).to_vec()).collect();
-            let x: [LaneVector; N] = step::gather(&nodes, lanes, &self.reference);
+            let x: [LaneVector; N] = task::gather(&nodes, lanes, &self.reference);
             let modes = S::modes(x, 1.0);
             let metric = Metric::new(modes.g1, modes.g2);
             let mut reference = Reference::default();

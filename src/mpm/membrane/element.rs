@@ -128,8 +128,15 @@ pub fn update<S: Shape<N>, const N: usize>(
     let (mut h, mut hourglass) = (LaneVector::ZERO, 0.0);
     if S::HOURGLASS {
         let area = metric.det.sqrt() * S::AREA;
-        let surroundings =
-            Surroundings { now: &now, rate: &rate, metric: &metric, area, volume: stressed.volume, tension: t11 + t22 };
+        let surroundings = Surroundings {
+            now: &now,
+            rate: &rate,
+            metric: &metric,
+            inverse: Lanes::splat(1.0) / metric.det,
+            area,
+            volume: stressed.volume,
+            tension: t11 + t22,
+        };
         let mut q = block.hourglass.map(Lanes);
         let force = parameters.hourglass.resist(&surroundings, &mut q, parameters.dt);
         (p, r, h) = (p + force.p, r + force.r, force.h);

@@ -34,6 +34,8 @@ pub struct Surroundings<'a> {
     pub rate: &'a Modes,
     /// Metric of the tangents.
     pub metric: &'a Metric,
+    /// 1 / det of the metric.
+    pub inverse: Lanes,
     /// Area [m²].
     pub area: Lanes,
     /// Volume of the element [m³].
@@ -54,22 +56,26 @@ pub struct HourglassForce {
     pub work: Lanes,
 }
 
+impl Surroundings<'_> {
+    /// Components of a vector on the duals g¹ = (b g₁ − c g₂)/det and g² = (a g₂ − c g₁)/det.
+    #[inline(always)]
+    fn on_duals(&self, v: LaneVector) -> [Lanes; 2] {
+        let (m, v1, v2) = (self.metric, v.dot(self.now.g1), v.dot(self.now.g2));
+        [(m.b * v1 - m.c * v2) * self.inverse, (m.a * v2 - m.c * v1) * self.inverse]
+    }
+}
+
 impl Hourglass {
     /// Advances the hourglass force `q` (on g₁, g₂ and n) by `dt` and returns the resisting force.
     #[inline(always)]
     pub fn resist(&self, s: &Surroundings<'_>, q: &mut [Lanes; 3], dt: f64) -> HourglassForce {
         let (m, g1, g2) = (s.metric, s.now.g1, s.now.g2);
-        let n = g1.cross(g2) * (Lanes::splat(1.0) / m.det.sqrt());
-        // Components of h·x and q̇ on the duals g¹ = (b g₁ − c g₂)/det, g² = (a g₂ − c g₁)/det.
-        let on_duals = |v: LaneVector| {
-            let (v1, v2) = (v.dot(g1), v.dot(g2));
-            [(m.b * v1 - m.c * v2) / m.det, (m.a * v2 - m.c * v1) / m.det]
-        };
-        let [x1, x2] = on_duals(s.now.h);
+        let n = g1.cross(g2) * s.inverse.sqrt();
+        let [x1, x2] = s.on_duals(s.now.h);
         let qdot = s.rate.h - s.rate.g1 * x1 - s.rate.g2 * x2;
-        let ([q1, q2], qn) = (on_duals(qdot), qdot.dot(n));
+        let ([q1, q2], qn) = (s.on_duals(qdot), qdot.dot(n));
 
-        let stiffness = s.volume * (m.a + m.b) * (0.5 * self.stiffness) / m.det;
+        let stiffness = s.volume * (m.a + m.b) * (0.5 * self.stiffness) * s.inverse;
         let warping = (s.tension * (1.0 / 3.0)).max(0.0);
         let old = *q;
         *q = [q[0] + stiffness * q1 * dt, q[1] + stiffness * q2 * dt, warping * s.now.h.dot(n)];
@@ -77,9 +83,8 @@ impl Hourglass {
         let damping = s.volume / s.area.sqrt();
         let viscous =
             qdot * (damping * self.viscosity) + n * (qn * damping * (self.warping_viscosity - self.viscosity));
-        let vector = |q: &[Lanes; 3]| g1 * q[0] + g2 * q[1] + n * q[2];
-        let h = vector(q) + viscous;
-        let mean = (vector(&old) + vector(q)) * 0.5;
-        HourglassForce { p: -(h * x1), r: -(h * x2), h, work: (mean + viscous).dot(qdot) * dt }
+        let h = g1 * q[0] + g2 * q[1] + n * q[2] + viscous;
+        let mean = h - (g1 * (q[0] - old[0]) + g2 * (q[1] - old[1]) + n * (q[2] - old[2])) * 0.5;
+        HourglassForce { p: -(h * x1), r: -(h * x2), h, work: mean.dot(qdot) * dt }
     }
 }

@@ -23,8 +23,11 @@ impl Lanes {
 
     /// Lane by lane.
     #[inline(always)]
-    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(std::array::from_fn(|k| f(self.0[k])))
+    pub fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for k in 0..LANES {
+            self.0[k] = f(self.0[k]);
+        }
+        self
     }
 
     /// Square root.
@@ -51,8 +54,11 @@ macro_rules! lane_by_lane {
         impl $Op for Lanes {
             type Output = Self;
             #[inline(always)]
-            fn $op(self, other: Self) -> Self {
-                Self(std::array::from_fn(|k| self.0[k] $t other.0[k]))
+            fn $op(mut self, other: Self) -> Self {
+                for k in 0..LANES {
+                    self.0[k] = self.0[k] $t other.0[k];
+                }
+                self
             }
         }
         impl $Op<f64> for Lanes {
@@ -103,7 +109,7 @@ impl Add for LaneVector {
     type Output = Self;
     #[inline(always)]
     fn add(self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] + b.0[i]))
+        Self([self.0[0] + b.0[0], self.0[1] + b.0[1], self.0[2] + b.0[2]])
     }
 }
 
@@ -111,7 +117,7 @@ impl Sub for LaneVector {
     type Output = Self;
     #[inline(always)]
     fn sub(self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] - b.0[i]))
+        Self([self.0[0] - b.0[0], self.0[1] - b.0[1], self.0[2] - b.0[2]])
     }
 }
 
@@ -126,7 +132,7 @@ impl Neg for LaneVector {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(self.0.map(|a| -a))
+        Self([-self.0[0], -self.0[1], -self.0[2]])
     }
 }
 
@@ -134,7 +140,7 @@ impl Mul<Lanes> for LaneVector {
     type Output = Self;
     #[inline(always)]
     fn mul(self, s: Lanes) -> Self {
-        Self(self.0.map(|a| a * s))
+        Self([self.0[0] * s, self.0[1] * s, self.0[2] * s])
     }
 }
 
@@ -142,6 +148,6 @@ impl Mul<f64> for LaneVector {
     type Output = Self;
     #[inline(always)]
     fn mul(self, s: f64) -> Self {
-        Self(self.0.map(|a| a * s))
+        Self([self.0[0] * s, self.0[1] * s, self.0[2] * s])
     }
 }

@@ -24,6 +24,7 @@ mod load;
 mod output;
 mod shape;
 mod step;
+mod task;
 #[cfg(test)]
 mod tests;
 

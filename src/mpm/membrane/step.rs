@@ -1,17 +1,18 @@
 //! The stages of a membrane's step, and the bookkeeping of what they do.
 
 use super::Membrane;
-use super::element::{self, Block, Parameters, Reference, Sums};
-use super::lanes::{LANES, LaneVector};
+use super::element::{Reference, Sums};
+use super::lanes::LANES;
 use super::ledger::Balance;
 use super::shape::{Quadrilateral, Segment, Shape, Triangle};
+use super::task::Task;
 use crate::error::{Place, StepError};
-use crate::material::{Sheet, SheetKind};
+use crate::material::SheetKind;
 use crate::math::Vector;
 use crate::parallel;
 use rayon::prelude::*;
 
-/// Blocks per parallel task.
+/// Blocks of elements per parallel task.
 const TASK: usize = 32;
 
 /// Nodes per parallel task of a node loop.
@@ -58,7 +59,7 @@ impl<const D: usize> Membrane<D> {
             }
         });
         self.velocity = velocity;
-        self.contact_force.fill(Vector::ZERO);
+        self.contact_force.clear();
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
@@ -66,6 +67,7 @@ impl<const D: usize> Membrane<D> {
     /// Several calls in a step add up.
     pub fn apply_contact(&mut self, force: &[Vector<D>], t: f64, dt: f64) {
         let Self { velocity, contact_force, mass, .. } = self;
+        contact_force.resize(velocity.len(), Vector::ZERO);
         velocity.par_iter_mut().zip(contact_force).zip(force).zip(&*mass).with_min_len(NODES).for_each(
             |(((v, sum), &f), &m)| {
                 *v += f * (dt / m);
@@ -87,6 +89,12 @@ impl<const D: usize> Membrane<D> {
     #[inline(always)]
     fn body_acceleration(&self, k: usize, t: f64) -> Vector<D> {
         self.gravity_at(k, t) - self.before[k] * self.mass_damping
+    }
+
+    /// Contact force on node `k` in this step [N].
+    #[inline(always)]
+    fn contact_at(&self, k: usize) -> Vector<D> {
+        self.contact_force.get(k).copied().unwrap_or(Vector::ZERO)
     }
 
     /// Body force per unit mass at node `k` [m/s²].
@@ -145,7 +153,7 @@ impl<const D: usize> Membrane<D> {
     fn work(&self, k: usize, t: f64) -> Work<D> {
         let (old, new, m) = (self.before[k], self.velocity[k], self.mass[k]);
         let mean = (old + new) * 0.5;
-        let (element, contact, pressure) = (self.element_force[k], self.contact_force[k], self.pressure.at(k));
+        let (element, contact, pressure) = (self.element_force[k], self.contact_at(k), self.pressure.at(k));
         let (weight, drag) = (self.gravity_at(k, t) * m, old * (self.mass_damping * m));
         Work {
             elements: element.dot(mean),
@@ -167,7 +175,7 @@ impl<const D: usize> Membrane<D> {
             let (k, axis) = (p.node as usize, p.axis as usize);
             let (old, new, m) = (self.before[k][axis], self.velocity[k][axis], self.mass[k]);
             let body = m * self.body_acceleration(k, t)[axis];
-            let applied = self.element_force[k][axis] + self.pressure.at(k)[axis] + self.contact_force[k][axis] + body;
+            let applied = self.element_force[k][axis] + self.pressure.at(k)[axis] + self.contact_at(k)[axis] + body;
             let from_support = m * (new - old) - applied * dt;
             work += from_support * 0.5 * (old + new);
             impulse[axis] += from_support;
@@ -238,64 +246,6 @@ impl<const D: usize> Membrane<D> {
 struct Group {
     block: usize,
     corner: usize,
-}
-
-/// What the element tasks of one shape read.
-struct Task<'a, const D: usize> {
-    nodes: &'a [u32],
-    references: &'a [Reference],
-    position: &'a [Vector<D>],
-    velocity: &'a [Vector<D>],
-    parameters: &'a Parameters,
-    sheet: &'a dyn Sheet,
-}
-
-impl<const D: usize> Task<'_, D> {
-    /// Updates a run of blocks, the first of which is number `first` of its shape.
-    fn run<S: Shape<N>, const N: usize>(&self, first: usize, blocks: &mut [Block], force: &mut [Vector<D>]) -> Sums {
-        let mut sums = Sums::default();
-        let no_reference = Reference::default();
-        for (index, (block, force)) in blocks.iter_mut().zip(force.chunks_mut(LANES * N)).enumerate() {
-            let count = force.len() / N;
-            let start = (first + index) * LANES * N;
-            let nodes = &self.nodes[start..start + count * N];
-            let reference = self.references.get(first + index).unwrap_or(&no_reference);
-            let (x, v) = (gather(nodes, count, self.position), gather(nodes, count, self.velocity));
-            let (corners, part) =
-                element::update::<S, N>((x, v), self.parameters, self.sheet, (block, reference), count);
-            scatter(&corners, force);
-            sums = sums.and(part);
-        }
-        sums
-    }
-}
-
-/// Nodal vectors of a block; lanes beyond `count` repeat the last element.
-#[inline(always)]
-pub(super) fn gather<const D: usize, const N: usize>(
-    nodes: &[u32],
-    count: usize,
-    vectors: &[Vector<D>],
-) -> [LaneVector; N] {
-    let mut lanes = [LaneVector::ZERO; N];
-    for k in 0..LANES {
-        let element = k.min(count - 1);
-        for (corner, lane) in lanes.iter_mut().enumerate() {
-            let vector = vectors[nodes[element * N + corner] as usize];
-            (0..D).for_each(|axis| lane.0[axis].0[k] = vector[axis]);
-        }
-    }
-    lanes
-}
-
-/// Writes the nodal forces of a block, element by element.
-#[inline(always)]
-fn scatter<const D: usize, const N: usize>(lanes: &[LaneVector; N], force: &mut [Vector<D>]) {
-    for (k, element) in force.chunks_exact_mut(N).enumerate() {
-        for (corner, force) in element.iter_mut().enumerate() {
-            *force = Vector::from_fn(|axis| lanes[corner].0[axis].0[k]);
-        }
-    }
 }
 
 /// Power of the forces on a node or several.
