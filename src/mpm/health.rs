@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// # Errors
 /// Names the first particle whose volume ratio is not positive.
 pub fn check_stretch<const D: usize>(body: &Body<D>) -> Result<(), StepError> {
-    let bad = body.work.stretch.par_iter().position_first(|j| !(*j > 0.0 && j.is_finite()));
+    let bad = body.work.stretch.par_iter().position_first(|j| *j <= 0.0 || !j.is_finite());
     bad.map_or(Ok(()), |p| {
         let advice = "the velocities change too fast over a cell: lower `mpm.safety`, refine the grid, \
                       or check the material and the initial velocities";

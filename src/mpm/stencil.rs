@@ -51,9 +51,9 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
                 i
             });
             let (mut side, mut local) = (0, 0);
-            for a in 0..D {
-                side |= self.side[a][index[a]];
-                local += self.local[a][index[a]];
+            for (a, &i) in index.iter().enumerate() {
+                side |= self.side[a][i];
+                local += self.local[a][i];
             }
             visit((self.corners[side as usize] + local) as usize, index);
         }

@@ -296,7 +296,7 @@ impl<const D: usize> Mpm<D> {
         let share = self.pic_share(dt);
         let order = match self.transfer {
             Transfer::Flip { filter_order, filter_interval, .. }
-                if filter_interval > 0 && (self.steps + 1) % u64::from(filter_interval) == 0 =>
+                if filter_interval > 0 && (self.steps + 1).is_multiple_of(u64::from(filter_interval)) =>
             {
                 filter_order
             }

@@ -301,8 +301,9 @@ impl<const D: usize> Walls<D> {
         for (boundary, &start) in reaction.start.iter().enumerate() {
             impulse[boundary] += start * share;
         }
-        for side in 0..2 * D {
-            impulse[side] += reaction.mirrored[side] * dt + reaction.mirrored_start[side] * share;
+        let mirrored = reaction.mirrored.iter().zip(&reaction.mirrored_start);
+        for (impulse, (&force, &start)) in impulse.iter_mut().zip(mirrored) {
+            *impulse += force * dt + start * share;
         }
         for &(side, node, mass) in &reaction.ghosts {
             let Node { momentum: v, force: a, .. } = nodes[node as usize];
