@@ -1,7 +1,7 @@
 //! Pictures of scenes whose look is known. They stay in the target directory (`tmp/pictures`) for a look.
 
 use lateen::output::image::Image;
-use lateen::output::picture::Corners;
+use lateen::output::picture::{Corners, Obstacle};
 use lateen::output::{Picture, PictureSpec, UnitLabels};
 use lateen::simulation::{Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
@@ -94,6 +94,19 @@ impl Model {
     }
 }
 
+/// Half a cylinder on the floor, which has rolled 0.2 m at the time of the pictures.
+struct Bump;
+
+impl Obstacle for Bump {
+    fn distance(&self, x: [f64; 3]) -> f64 {
+        (x[0] - 1.5).hypot(x[1]) - 0.15
+    }
+
+    fn displacement(&self, t: f64) -> [f64; 3] {
+        [0.2 * t / 2.4e-4, 0.0, 0.0]
+    }
+}
+
 const BOX: Corners = [[-0.027, -0.027, -0.012], [0.027, 0.027, 0.014]];
 const TANK: Corners = [[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
 
@@ -133,9 +146,10 @@ fn a_dam_in_two_dimensions_has_the_colours_of_the_bar() {
     let model = Model::dam();
     let keys =
         "of = [\"water\", \"sheet\"]\nfield = \"speed\"\nplain = [\"sheet\"]\nrange = [0, 10000]\nsize = [640, 480]";
-    let picture = picture(&model, TANK, keys).with_obstacle(Box::new(|x, _| (x[0] - 1.7).hypot(x[1]) - 0.15));
+    let picture = picture(&model, TANK, keys).with_obstacle(Box::new(Bump));
     let image = render(&model, "dam", &picture);
     assert_eq!(pixel(&image, 0.8, 0.3), [255; 3], "nothing is white");
+    assert_eq!(pixel(&image, 0.746, 0.75), [0xb9, 0xbc, 0xc2], "the obstacle is where it has moved to");
     let deep = pixel(&image, 0.05, 0.66);
     assert!(
         deep[0] > 30 && deep[0] < 90 && deep[1] > 165 && deep[2] < 140,

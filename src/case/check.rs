@@ -5,8 +5,7 @@ use super::{Case, CaseFile};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::Setup;
-use crate::output::Probe;
-use crate::output::UnitLabels;
+use crate::output::{Picture, Probe, UnitLabels};
 use crate::simulation::Snapshot;
 use std::path::Path;
 
@@ -156,5 +155,19 @@ pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec
                 .push(Diagnostic::error(format!("{key}.name"), format!("there is already a probe `{}`", spec.name)));
         }
         findings.extend(Probe::new(spec.clone(), &key, initial, nowhere, 1.0, UnitLabels::default()).err());
+    }
+}
+
+/// Checks that pictures find what they show.
+pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec<Diagnostic>) {
+    let (nowhere, domain) = (Path::new(""), [file.grid.lower, file.grid.upper]);
+    for (i, spec) in file.picture.iter().enumerate() {
+        let key = format!("picture[{i}]");
+        if file.picture[..i].iter().any(|other| other.name == spec.name) {
+            let message = format!("there is already a picture `{}`", spec.name);
+            findings.push(Diagnostic::error(format!("{key}.name"), message));
+        }
+        let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0, UnitLabels::default());
+        findings.extend(picture.err());
     }
 }

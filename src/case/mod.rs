@@ -14,6 +14,7 @@ mod quantity;
 mod report;
 mod schema;
 mod signal;
+mod standing;
 mod summary;
 mod tree;
 mod walk;

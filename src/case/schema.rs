@@ -4,7 +4,7 @@
 use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
 use super::signal::SignalSpec;
 use crate::mpm;
-use crate::output::ProbeSpec;
+use crate::output::{PictureSpec, ProbeSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -59,7 +59,7 @@ pub struct CaseFile {
     pub probe: Vec<ProbeSpec>,
     /// Pictures.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub picture: Vec<serde_json::Value>,
+    pub picture: Vec<PictureSpec>,
     /// Published results that histories are compared with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reference: Vec<serde_json::Value>,

@@ -3,7 +3,7 @@
 use super::{RunDirectory, unit_labels};
 use crate::case::Case;
 use crate::error::{Diagnostic, Error, Result};
-use crate::output::{Balance, Counts, Fields, Forces, Precision, Probe};
+use crate::output::{Balance, Counts, Fields, Forces, Picture, Precision, Probe};
 use crate::simulation::{Monitor, Simulation};
 
 /// Frames of a run, where the case doesn't say.
@@ -31,6 +31,13 @@ pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory)
     for (n, spec) in file.probe.iter().enumerate() {
         match Probe::new(spec.clone(), &format!("probe[{n}]"), &initial, &history, rows, units) {
             Ok(probe) => monitors.push(Box::new(probe)),
+            Err(finding) => findings.push(finding),
+        }
+    }
+    for (n, spec) in file.picture.iter().enumerate() {
+        let (key, domain) = (format!("picture[{n}]"), [file.grid.lower, file.grid.upper]);
+        match Picture::new(spec.clone(), &key, &initial, domain, &directory.pictures(), frames, units) {
+            Ok(picture) => monitors.push(Box::new(case.obstacles().into_iter().fold(picture, Picture::with_obstacle))),
             Err(finding) => findings.push(finding),
         }
     }

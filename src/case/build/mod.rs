@@ -72,6 +72,7 @@ impl Case {
         let summary = Summary::new(&mut solver, parts, self.file.time.end, self.file.time.step);
         check::steps(&self.file, &summary, &mut findings);
         check::probes(&self.file, &solver.snapshot(), &mut findings);
+        check::pictures(&self.file, &solver.snapshot(), &mut findings);
         if has_errors(&findings) {
             return Err(findings);
         }

@@ -43,8 +43,14 @@ const OUTLINE: [u8; 3] = [0xcf, 0xcf, 0xcf];
 /// A box [m]: lower and upper corner.
 pub type Corners = [[f64; 3]; 2];
 
-/// Something that stands in the picture: its signed distance [m] from a point [m] at a time [s].
-pub type Obstacle = Box<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>;
+/// Something rigid that stands in a picture and is not in the snapshots.
+pub trait Obstacle: Send + Sync {
+    /// Signed distance [m] of a point from its surface, where that is at the start.
+    fn distance(&self, x: [f64; 3]) -> f64;
+
+    /// How far it has moved [m] at a time [s].
+    fn displacement(&self, t: f64) -> [f64; 3];
+}
 
 /// Renders the pictures of one [`PictureSpec`].
 pub struct Picture {
@@ -52,7 +58,7 @@ pub struct Picture {
     camera: Camera,
     frame: Corners,
     starts: BTreeMap<String, Start>,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<Box<dyn Obstacle>>,
     directory: PathBuf,
     index: History,
     count: usize,
@@ -108,7 +114,7 @@ impl Picture {
 
     /// Adds something that is not in the snapshots.
     #[must_use]
-    pub fn with_obstacle(mut self, obstacle: Obstacle) -> Self {
+    pub fn with_obstacle(mut self, obstacle: Box<dyn Obstacle>) -> Self {
         self.obstacles.push(obstacle);
         self
     }
@@ -141,10 +147,10 @@ impl Picture {
     fn draw(&self, mut buffer: Buffer, scene: &Scene<'_>, snapshot: &Snapshot<'_>) -> Buffer {
         let table = scene.colouring.as_ref().map_or(&[][..], |colouring| &colouring.table);
         buffer.draw(&self.outline(snapshot.dimension, scene.pixel), table);
-        let (time, flat) = (snapshot.time, snapshot.dimension == 2);
         for obstacle in &self.obstacles {
-            let distance = |x: [f64; 3]| obstacle(x, time);
-            let finish = if flat { Finish::Flat } else { Finish::Lit };
+            let moved = obstacle.displacement(snapshot.time);
+            let distance = |x: [f64; 3]| obstacle.distance(std::array::from_fn(|i| x[i] - moved[i]));
+            let finish = if snapshot.dimension == 2 { Finish::Flat } else { Finish::Lit };
             let (frame, depth) = (self.frame, self.depth());
             let solid = Solid { distance: &distance, frame, depth, colour: OBSTACLE, finish };
             buffer.draw_obstacle(&solid, &self.camera);

@@ -130,12 +130,11 @@ impl Buffer {
         self.pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let (x, y, near) = (column as f64 + 0.5, row as f64 + 0.5, obstacle.depth[1]);
-                if let Some(near) = obstacle.first_hit(camera, Seen { x, y, near }) {
-                    if near as f32 > pixel.near {
-                        let normal = obstacle.normal(camera, Seen { x, y, near });
-                        let (colour, finish) = (obstacle.colour, obstacle.finish);
-                        *pixel = Pixel { near: near as f32, normal, colour, finish };
-                    }
+                let hit = obstacle.first_hit(camera, Seen { x, y, near }).filter(|&near| near as f32 > pixel.near);
+                if let Some(near) = hit {
+                    let normal = obstacle.normal(camera, Seen { x, y, near });
+                    let (colour, finish) = (obstacle.colour, obstacle.finish);
+                    *pixel = Pixel { near: near as f32, normal, colour, finish };
                 }
             }
         });

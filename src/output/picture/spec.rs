@@ -112,9 +112,10 @@ pub enum MeshLines {
 pub struct CutSpec {
     /// A point of the plane; default: the origin.
     #[serde(default)]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(extend("unit" = "m", "axes" = true))]
     pub at: [f64; 3],
     /// The direction of what is hidden.
+    #[schemars(extend("axes" = true))]
     pub normal: [f64; 3],
 }
 
@@ -144,10 +145,10 @@ impl PictureSpec {
         if !(self.opacity > 0.0 && self.opacity <= 1.0) {
             return wrong("opacity", "opacity must be above 0 and at most 1");
         }
-        if [self.view, self.up].iter().flatten().any(|v| !(v.iter().map(|c| c * c).sum::<f64>() > 0.0)) {
+        if [self.view, self.up].iter().flatten().any(|v| v.iter().all(|&c| c == 0.0)) {
             return wrong("view", "a direction can't be zero");
         }
-        if self.every.is_some_and(|every| !(every > 0.0)) {
+        if self.every.is_some_and(|every| every.is_nan() || every <= 0.0) {
             return wrong("every", "the time between pictures is not positive");
         }
         Ok(())
