@@ -38,11 +38,14 @@ impl<const D: usize> Membrane<D> {
         books.hourglass += sums.hourglass;
         books.stiffness_damping += sums.damping;
         books.frequency2 = sums.frequency2;
-        let Self { element_force, corner_force, elements, pressure, position, .. } = self;
-        element_force.par_iter_mut().with_min_len(NODES).enumerate().for_each(|(k, force)| {
-            *force = elements.corners(k).iter().map(|&corner| corner_force[corner as usize]).sum();
+        self.pressure.update(t, &self.elements, &self.position);
+        let Self { element_force, corner_force, elements, .. } = self;
+        element_force.par_chunks_mut(NODES).enumerate().for_each(|(chunk, forces)| {
+            for (i, force) in forces.iter_mut().enumerate() {
+                let corners = elements.corners(chunk * NODES + i);
+                *force = corners.iter().fold(Vector::ZERO, |sum, &corner| sum + corner_force[corner as usize]);
+            }
         });
-        pressure.update(t, elements, position);
         Ok(())
     }
 
