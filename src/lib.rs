@@ -10,6 +10,8 @@
 
 #![deny(unsafe_code)]
 #![warn(missing_docs)]
+// Units stand in brackets, [m], which rustdoc takes for links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod error;
 pub mod registry;
