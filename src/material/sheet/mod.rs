@@ -151,3 +151,21 @@ pub struct SheetLanes {
     /// Greatest stiffness [Pa] of [`Sheet::stiffness`].
     pub stiffness: [f64; LANES],
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_case_names_its_law() {
+        let read = |text: &str| toml::from_str::<SheetLaw>(text).map_err(|error| error.to_string());
+        let law = read("law = 'elastic'\ndensity = 750.0\nyoung = 1e9\npoisson = 0.3\nwrinkling = true").unwrap();
+        assert!(law.as_dyn().wrinkles() && law.as_dyn().modulus() == 1e9);
+        let law = read("law = 'fabric'\ndensity = 1.0\nyoung-warp = 2.0\nyoung-weft = 1.0\nshear = 0.1").unwrap();
+        assert_eq!((law.name(), law.as_dyn().shear_modulus()), ("fabric", 0.1));
+        let rubber = read("law = 'neo-hookean'\ndensity = 1.0\nshear = 2.0").unwrap();
+        assert_eq!(rubber.as_dyn().modulus(), 6.0);
+        assert!(read("law = 'rubber'").unwrap_err().contains("rubber"));
+        assert!(read("law = 'neo-hookean'\ndensity = 1.0\nshear = 2.0\nyung = 1.0").unwrap_err().contains("yung"));
+    }
+}

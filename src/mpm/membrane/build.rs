@@ -189,7 +189,7 @@ fn check_element<const D: usize>(element: &[u32], position: &[Vector<D>]) -> Res
     let size =
         element.iter().map(|&k| (position[k as usize] - position[element[0] as usize]).norm()).fold(0.0, f64::max);
     let area = area_vector(element, position);
-    if !(area.norm() > 1e-9 * size.powi(D as i32 - 1)) {
+    if area.norm() <= 1e-9 * size.powi(D as i32 - 1) {
         return Err("has no area".into());
     }
     if let [a, b, c, d] = *element {

@@ -50,13 +50,13 @@ impl Lanes {
 }
 
 macro_rules! lane_by_lane {
-    ($Op:ident, $op:ident, $t:tt) => {
+    ($Op:ident, $op:ident, $t:tt, $assign:tt) => {
         impl $Op for Lanes {
             type Output = Self;
             #[inline(always)]
             fn $op(mut self, other: Self) -> Self {
                 for k in 0..LANES {
-                    self.0[k] = self.0[k] $t other.0[k];
+                    self.0[k] $assign other.0[k];
                 }
                 self
             }
@@ -70,10 +70,10 @@ macro_rules! lane_by_lane {
         }
     };
 }
-lane_by_lane!(Add, add, +);
-lane_by_lane!(Sub, sub, -);
-lane_by_lane!(Mul, mul, *);
-lane_by_lane!(Div, div, /);
+lane_by_lane!(Add, add, +, +=);
+lane_by_lane!(Sub, sub, -, -=);
+lane_by_lane!(Mul, mul, *, *=);
+lane_by_lane!(Div, div, /, /=);
 
 impl Neg for Lanes {
     type Output = Self;

@@ -173,7 +173,8 @@ impl<const D: usize> Membrane<D> {
     /// Work and impulse of the supports: what the momentum of their nodes changed by beyond the other forces.
     fn book_supports(&mut self, t: f64) -> (f64, Vector<D>) {
         let (mut work, mut impulse, dt) = (0.0, Vector::ZERO, self.momentum_dt);
-        let mut reaction = vec![[0.0; 3]; self.supports.reaction.len()];
+        let mut reaction = std::mem::take(&mut self.supports.reaction);
+        reaction.fill([0.0; 3]);
         for p in self.supports.prescribed() {
             let (k, axis) = (p.node as usize, p.axis as usize);
             let (old, new, m) = (self.before[k][axis], self.velocity[k][axis], self.mass[k]);

@@ -144,8 +144,8 @@ fn hourglass_modes_are_resisted() {
         let setup = setup(elastic(1.0, 1000.0, 0.3), position.clone(), elements.clone(), 0.1);
         let mut membrane = Membrane::new(setup).unwrap();
         let e = 1e-8;
-        for k in 0..4 {
-            membrane.velocity[k] = Vector::unit(axis) * (pattern[k] * e);
+        for (k, h) in pattern.into_iter().enumerate() {
+            membrane.velocity[k] = Vector::unit(axis) * (h * e);
             membrane.position[k] += membrane.velocity[k];
         }
         membrane.books[0].displacement_dt = 1.0;
