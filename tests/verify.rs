@@ -40,7 +40,7 @@ fn folder(home: &tempfile::TempDir, history: &str) -> Folder {
 #[test]
 fn a_history_is_held_against_the_band_with_the_tolerance_of_the_level() {
     let home = tempfile::tempdir().unwrap();
-    let folder = folder(&home, "time [s],z [m]\n0,0\n0.5,-0.7\n1,-1.3\n");
+    let folder = folder(&home, "time [s],z [m]\n0,0\n0.5,-0.7\n1,-1.25\n");
     let expected = verify::expected(&folder).unwrap().unwrap();
     let outcome = |level| verify::compare(&folder, &expected, level, home.path()).unwrap().remove(0);
     let quick = outcome(Level::Quick);
