@@ -3,16 +3,18 @@
 mod directory;
 mod folder;
 mod monitors;
+mod status;
 
 pub use directory::{Existing, RunDirectory};
 pub use folder::Folder;
+pub use status::{RunLog, StatusFile};
 
 use crate::case::{Case, Units};
 use crate::error::Result;
 use crate::output::atomic;
 use crate::output::plot::{Reference, plot_run};
 use crate::output::{Checkpoints, UnitLabels};
-use crate::simulation::{Observer, Plan, RunLog, Simulation, Solver, StatusFile, Summary};
+use crate::simulation::{Observer, Plan, Simulation, Solver, Summary};
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;

@@ -9,7 +9,6 @@ mod column;
 mod progress;
 mod run;
 mod snapshot;
-mod status;
 mod timer;
 
 pub use checkpoint::{CheckpointStore, Columns};
@@ -18,7 +17,6 @@ pub use column::{Column, ColumnData};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
 pub use snapshot::{BalanceTerm, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
-pub use status::{RunLog, StatusFile, write_atomically};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

@@ -1,30 +1,13 @@
 //! Files that follow a run: `status.json` (how far it is now) and `run.log` (what happened).
 
-use super::{Event, Observer, Progress};
 use crate::error::{Error, Result};
+use crate::output::atomic;
+use crate::simulation::{Event, Observer, Progress};
 use serde_json::{Value, json};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-/// Writes a file whole or not at all: to a temporary name, synced, then renamed.
-///
-/// # Errors
-/// Input/output errors; the file is as it was then.
-pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<()> {
-    let temporary = path.with_extension("tmp");
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(contents)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|error| {
-        let _ = fs::remove_file(&temporary);
-        Error::io(path, error)
-    })
-}
 
 /// Keeps `status.json`: what the progress line shows, for other programs to read.
 #[derive(Debug)]
@@ -44,7 +27,7 @@ impl StatusFile {
     fn write(&mut self, state: &str, progress: &Progress, error: Option<&Error>) -> Result<()> {
         self.written = Some(Instant::now());
         let status = status(state, progress, error, self.checkpoint.as_deref());
-        write_atomically(&self.path, format!("{status:#}\n").as_bytes())
+        atomic::write(&self.path, |out| writeln!(out, "{status:#}"))
     }
 }
 
@@ -144,6 +127,7 @@ impl Observer for RunLog {
 mod tests {
     use super::*;
     use crate::simulation::Clock;
+    use std::fs;
 
     fn progress() -> Progress {
         Progress { clock: Clock { time: 0.25, step: 7, dt: 0.05 }, end: 1.0, ..Progress::default() }
@@ -163,15 +147,5 @@ mod tests {
         assert_eq!((read()["state"].as_str(), read()["exit_code"].as_u64()), (Some("interrupted"), Some(130)));
         assert_eq!(read()["checkpoint"], "checkpoint/7");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "the temporary file is gone");
-    }
-
-    #[test]
-    fn a_write_that_fails_leaves_the_old_contents() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("status.json");
-        write_atomically(&path, b"old").unwrap();
-        fs::create_dir(path.with_extension("tmp")).unwrap();
-        assert!(matches!(write_atomically(&path, b"new"), Err(Error::Io { .. })));
-        assert_eq!(fs::read(&path).unwrap(), b"old");
     }
 }
