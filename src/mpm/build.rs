@@ -1,6 +1,6 @@
 //! From a description to a solver that is ready to step.
 
-use super::contact::FrictionTable;
+use super::contact::{FrictionTable, nodes::Lattice};
 use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;
@@ -45,7 +45,7 @@ impl<const D: usize> Mpm<D> {
         let coupling = Coupling::new(
             membranes,
             &bodies,
-            (&setup.grid, Kernel::new(setup.kernel, 0.25)),
+            Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(cutoff),
             (&FrictionTable { listed: setup.friction, default: setup.default_friction }, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps),
         );

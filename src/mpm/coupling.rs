@@ -7,7 +7,7 @@
 use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
 use super::membrane::Membrane;
 use super::particles::Body;
-use super::{Grid, GridSetup, Kernel, MembraneSetup, Step};
+use super::{Grid, MembraneSetup, Step};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -54,12 +54,12 @@ impl<const D: usize> Coupling<D> {
     pub fn new(
         membranes: Vec<Membrane<D>>,
         bodies: &[Body<D>],
-        (grid, kernel): (&GridSetup<D>, Kernel),
+        lattice: Lattice<D>,
         (friction, tolerance): (&FrictionTable, f64),
         (safety, max_substeps): (f64, usize),
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contact::new(Lattice::new(kernel, &grid.walls), friction, tolerance, bodies, &sources);
+        let contact = Contact::new(lattice, friction, tolerance, bodies, &sources);
         Self { membranes, contact, safety, max_substeps: max_substeps.max(1), substep_before: 0.0 }
     }
 

@@ -57,7 +57,7 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
         surfaces: membranes.iter().map(Membrane::surface_set).collect(),
         ledger: ledger(mpm),
         forces: forces(mpm),
-        counts: mpm.coupling.contact.crossed(),
+        counts: mpm.coupling.contact.counts(),
         ..Snapshot::default()
     }
 }

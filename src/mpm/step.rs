@@ -362,8 +362,9 @@ impl<const D: usize> Mpm<D> {
             for (x, rate) in body.particles.position.iter_mut().zip(&body.work.motion.rate) {
                 *x += *rate * step.dt;
             }
-            health::check_particles(&self.grid, body)?;
         }
+        self.coupling.contact.restore(&mut self.bodies);
+        self.bodies.iter().try_for_each(|body| health::check_particles(&self.grid, body))?;
         self.walls.advance(step.t, step.dt);
         Ok(())
     }

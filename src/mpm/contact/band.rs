@@ -9,6 +9,10 @@
 //! On a sheet of curvature κ the planes of δ lie κh²/8 beside the surface in the mean, and the centroids
 //! x̄_I as much on the other side: with quadratic shape functions δ is exact to third order. Particles found
 //! at δ_p c_p < 0 are checked with the true distance and counted as crossed.
+//!
+//! Contact stops velocities, not positions, so that particles under pressure may creep towards the sheet.
+//! Those closer than half their half size are put back to that distance after the step; neither momentum
+//! nor energy changes (theory 7.3, "position fix").
 
 use super::locate::{Locator, Place};
 use super::nodes::{Lattice, flip};
@@ -66,6 +70,9 @@ impl Marks {
             all.append(&mut more);
             all
         };
+        if position.len() <= parallel::CHUNK {
+            return collect(0..position.len());
+        }
         parallel::reduce(position.len(), collect, join).unwrap_or_default()
     }
 }
@@ -93,6 +100,32 @@ pub(super) struct Labels {
     /// Step · 8 + (1: +, 2: −, 0: beyond an edge) + (4: counted as crossed).
     pub stamps: Vec<u32>,
 }
+
+/// A particle that is to be put back.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shift<const D: usize> {
+    /// Index of the particle.
+    pub particle: u32,
+    /// By how much [m].
+    pub by: Vector<D>,
+}
+
+/// Distance of a particle from the sheet [m], its half size [m], and the direction of the distance.
+#[derive(Debug, Clone, Copy)]
+struct Reading<const D: usize> {
+    distance: f64,
+    radius: f64,
+    normal: Vector<D>,
+}
+
+/// Least distance from the sheet over the particle's half size.
+const CLOSEST: f64 = 0.5;
+
+/// Particles deeper than this on the wrong side [cells] are not put back.
+const DEEPEST: f64 = 0.5;
+
+/// Particles per parallel task.
+const TASK: usize = 1024;
 
 /// A particle's memory of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,7 +164,8 @@ pub(super) struct Band<'a, const D: usize> {
 }
 
 impl<const D: usize> Band<'_, D> {
-    /// Labels the particles `near` the sheet and lowers the gaps at its rows; returns how many have crossed.
+    /// Labels the particles `near` the sheet and lowers the gaps at its rows; returns how many have crossed,
+    /// and adds those that are too close to `shifts`.
     pub fn measure(
         &self,
         sheet: &mut Sheet<D>,
@@ -139,26 +173,32 @@ impl<const D: usize> Band<'_, D> {
         near: &[u32],
         labels: &mut Labels,
         locator: &mut Locator<D>,
+        shifts: &mut Vec<Shift<D>>,
     ) -> u64 {
         let particles = &body.particles;
-        let readings: Vec<_> = near.par_iter().map(|&p| self.read(sheet, particles, p as usize)).collect();
+        let readings: Vec<_> =
+            near.par_iter().with_min_len(TASK).map(|&p| self.read(sheet, particles, p as usize)).collect();
         let mut crossed = 0;
         for (&p, reading) in near.iter().zip(readings) {
-            let Some((distance, radius)) = reading else { continue };
+            let Some(Reading { distance, radius, normal }) = reading else { continue };
             let (p, id) = (p as usize, particles.id[p as usize]);
             let old = labels.recall(id, self.step - 1);
             let label = self.label(sheet, particles.position[p], old, distance, locator);
             crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
             labels.keep(id, self.step, label);
             if label.side != 0.0 {
-                self.lower_gaps(sheet, body, p, label.side, label.side * distance - radius);
+                let height = label.side * distance;
+                self.lower_gaps(sheet, body, p, label.side, height - radius);
+                if height < CLOSEST * radius && height > -DEEPEST * self.grid.cell {
+                    shifts.push(Shift { particle: p as u32, by: normal * (label.side * (CLOSEST * radius - height)) });
+                }
             }
         }
         crossed
     }
 
     /// δ_p and r_p, if a row with a normal is in reach.
-    fn read(&self, sheet: &Sheet<D>, particles: &Particles<D>, p: usize) -> Option<(f64, f64)> {
+    fn read(&self, sheet: &Sheet<D>, particles: &Particles<D>, p: usize) -> Option<Reading<D>> {
         let x = particles.position[p];
         let (mut height, mut share, mut normal) = (0.0, 0.0, Vector::ZERO);
         self.lattice.for_each(self.grid, x, |node, weight, flips| {
@@ -170,7 +210,8 @@ impl<const D: usize> Band<'_, D> {
             normal += flip(row.normal, flips) * weight;
         });
         let normal = normal.normalized()?;
-        (share > 0.0).then(|| (height / share, radius(particles, p, normal, self.grid.cell)))
+        let radius = radius(particles, p, normal, self.grid.cell);
+        (share > 0.0).then(|| Reading { distance: height / share, radius, normal })
     }
 
     fn label(

@@ -18,6 +18,7 @@
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
 //! finish_step    hand the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
 //! account        (after the walls) forces of the step, and what contact dissipated (theory 10)
+//! restore        (after the particles moved) put back particles that had crept too close to a membrane
 //! ```
 //!
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
@@ -38,7 +39,7 @@ pub use sheet::{SheetSource, Surface};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid};
 use crate::simulation::Column;
-use band::{Band, Labels, Marks};
+use band::{Band, Labels, Marks, Shift};
 use locate::Locator;
 use nodes::Lattice;
 use pairwise::Pairwise;
@@ -94,8 +95,10 @@ pub struct Contact<const D: usize> {
     partners: Partners<D>,
     pairwise: Pairwise<D>,
     marks: Marks,
+    /// Particles of each body that came too close to a sheet.
+    shifts: Vec<Vec<Shift<D>>>,
     forces: Vec<NamedForce<D>>,
-    /// Steps taken, then particles found to have crossed each sheet.
+    /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
     counts: Vec<u64>,
     /// Losses of each force's pair (normal, friction), then the mapping loss of each sheet.
     losses: Vec<f64>,
@@ -147,7 +150,8 @@ impl<const D: usize> Contact<D> {
             partners: Partners::default(),
             pairwise: Pairwise::new(pairs),
             marks: Marks::default(),
-            counts: vec![0; 1 + sheets.len()],
+            shifts: vec![Vec::new(); bodies.len()],
+            counts: vec![0; 2 + sheets.len()],
             losses: vec![0.0; 2 * forces.len() + sheets.len()],
             forces,
         }
@@ -179,10 +183,13 @@ impl<const D: usize> Contact<D> {
         }
         for (b, body) in bodies.iter().enumerate() {
             let near = self.marks.near(grid, &self.lattice, &body.particles.position);
+            let shifts = &mut self.shifts[b];
+            shifts.clear();
             for (s, surface) in surfaces.iter().enumerate() {
                 let band = Band { grid, lattice: &self.lattice, surface, step: self.counts[0] };
                 let labels = &mut self.labels[s * bodies.len() + b];
-                self.counts[1 + s] += band.measure(&mut self.sheets[s], body, &near, labels, &mut self.locators[s]);
+                self.counts[1 + s] +=
+                    band.measure(&mut self.sheets[s], body, &near, labels, &mut self.locators[s], shifts);
             }
         }
     }
@@ -211,15 +218,28 @@ impl<const D: usize> Contact<D> {
         }
     }
 
+    /// Puts the particles back that were too close to a sheet at the start of the step. Comes after the
+    /// particles have moved, and before they are sorted.
+    pub fn restore(&mut self, bodies: &mut [Body<D>]) {
+        for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
+            for shift in shifts {
+                body.particles.position[shift.particle as usize] += shift.by;
+            }
+            self.counts[1 + self.sheets.len()] += shifts.len() as u64;
+        }
+    }
+
     /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.
     pub fn forces(&self) -> Vec<(String, [f64; 3])> {
         self.forces.iter().map(|force| (force.name.clone(), force.value.to3())).collect()
     }
 
-    /// Particles found on the wrong side of each sheet since the start: `crossed:<sheet>`.
-    pub fn crossed(&self) -> Vec<(String, u64)> {
-        let count = |(sheet, &n): (&Sheet<D>, &u64)| (format!("crossed:{}", sheet.name), n);
-        self.sheets.iter().zip(&self.counts[1..]).map(count).collect()
+    /// Since the start: particles found on the wrong side of each sheet, `crossed:<sheet>`, and how often one
+    /// was put back to its least distance from a sheet, `held-back`.
+    pub fn counts(&self) -> Vec<(String, u64)> {
+        let names = self.sheets.iter().map(|sheet| format!("crossed:{}", sheet.name));
+        let names = names.chain((!self.sheets.is_empty()).then(|| "held-back".to_owned()));
+        names.zip(self.counts[1..].iter().copied()).collect()
     }
 
     /// What contact has dissipated since the start.

@@ -137,20 +137,8 @@ impl<const D: usize> World<D> {
         friction: Friction,
         substeps: usize,
     ) -> Self {
-        Self::walled(cells, kind, bodies, sheets, friction, substeps, Default::default)
-    }
-
-    pub fn walled(
-        cells: [i32; D],
-        kind: KernelKind,
-        bodies: Vec<Body<D>>,
-        sheets: Vec<Sheet<D>>,
-        friction: Friction,
-        substeps: usize,
-        wall: impl Fn() -> Wall,
-    ) -> Self {
         let kernel = Kernel::new(kind, 0.25);
-        let lattice = Lattice::new(kernel, &std::array::from_fn(|_| [wall(), wall()]));
+        let lattice = Lattice::new(kernel, &std::array::from_fn(|_| [Wall::default(), Wall::default()]));
         let fields = bodies.iter().map(|b| b.field).max().unwrap() + 1;
         let sources: Vec<_> = sheets
             .iter()

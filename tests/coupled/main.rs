@@ -1,0 +1,4 @@
+//! Bodies and membranes together.
+
+mod gas;
+mod model;
