@@ -154,7 +154,7 @@ impl Samples {
     }
 
     /// Number of samples.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.element.len()
     }
 }
@@ -194,7 +194,7 @@ mod tests {
             let mut samples = Samples::default();
             samples.lay(&facets, &position, &corners, cell);
             let mut sums = [0.0; 5];
-            for q in 0..samples.len() {
+            for q in 0..samples.count() {
                 let facet = facets[samples.element[q] as usize];
                 for k in 0..4 {
                     sums[facet.nodes[k] as usize] += samples.mass[q][k];
@@ -214,10 +214,10 @@ mod tests {
         let corners = corner_mass(&facets, &position, &[1.0, 1.0], |_| false);
         let mut samples = Samples::default();
         samples.lay(&facets, &position, &corners, 1.0);
-        assert_eq!(samples.len(), 2);
+        assert_eq!(samples.count(), 2);
         position[1] = Vector([2.2, 0.0]);
         samples.lay(&facets, &position, &corners, 1.0);
-        assert_eq!(samples.len(), 5);
+        assert_eq!(samples.count(), 5);
         assert!((samples.share.iter().sum::<f64>() - 1.0).abs() < 1e-14);
         assert_eq!(facets[0].area(&position), Vector([0.0, -2.2]));
     }

@@ -171,7 +171,7 @@ impl<const D: usize> Sheet<D> {
         self.spans.clear();
         self.samples.lay(&self.facets, surface.position, &self.corner_mass, grid.cell);
         let mut areas = Vec::new();
-        for q in 0..self.samples.len() {
+        for q in 0..self.samples.count() {
             self.map_sample(grid, lattice, surface, q, &mut areas);
         }
         self.close_rows(grid, lattice, &areas);
