@@ -32,7 +32,8 @@ impl UnitLabels {
 pub fn file_name(name: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' };
     let name: String = name.chars().map(safe).collect();
-    if name.starts_with('.') || name.is_empty() { format!("_{name}") } else { name }
+    let name = name.trim_end_matches('-');
+    if name.starts_with('.') || name.is_empty() { format!("_{name}") } else { name.to_owned() }
 }
 
 /// Suffixes of the components of a field: none for a scalar, axes for vectors and tensors, else numbers.
@@ -62,6 +63,7 @@ mod tests {
     fn file_names_stay_in_their_directory() {
         assert_eq!(file_name("contact:water-sheet"), "contact-water-sheet");
         assert_eq!(file_name("../../etc/passwd"), "_..-..-etc-passwd");
+        assert_eq!(file_name("support:sheet[0]"), "support-sheet-0");
         assert_eq!(file_name(""), "_");
     }
 }

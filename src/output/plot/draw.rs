@@ -98,7 +98,11 @@ impl Scale {
         let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], n| [a.min(n), b.max(n)]);
         let [low, high] = if low <= high { [low, high] } else { [0.0, 1.0] };
         let flat = high - low <= 1e-12 * low.abs().max(high.abs());
-        let room = if flat { 0.5 * low.abs().max(f64::MIN_POSITIVE.sqrt()) } else { padding * (high - low) };
+        let room = match (flat, low == 0.0) {
+            (true, true) => 1.0,
+            (true, false) => 0.5 * low.abs(),
+            (false, _) => padding * (high - low),
+        };
         // A range that starts or ends at zero stays there.
         let low = if low == 0.0 && !flat { 0.0 } else { low - room };
         let high = if high == 0.0 && !flat { 0.0 } else { high + room };
@@ -261,5 +265,11 @@ mod tests {
         assert_eq!(scale.shown.unit, "ms");
         assert_eq!(scale.to_pixel(0.0), 100.0);
         assert!((scale.to_pixel(2.1e-3) - 200.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_curve_of_zeros_has_an_ordinary_scale() {
+        let scale = Scale::new([0.0; 3].into_iter(), "", 0.05, 5);
+        assert_eq!((scale.range, scale.shown.unit.as_str()), ([-1.0, 1.0], ""));
     }
 }
