@@ -20,8 +20,9 @@ pub fn cases() -> Result<(), Failure> {
     for case in catalog::all() {
         let expected = Expected::parse(case.text(catalog::EXPECTED_FILE).unwrap_or_default())?;
         let title = case.text(catalog::CASE_FILE).and_then(title).unwrap_or_default();
-        let [size, time] = [expected.measured.size, expected.measured.time];
-        println!("{:width$}  {}  {title}; {size}; {time}", case.name(), case.method());
+        let facts = [title, expected.measured.size, expected.measured.time];
+        let facts: Vec<String> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
+        println!("{:width$}  {}  {}", case.name(), case.method(), facts.join("; "));
     }
     Ok(())
 }
