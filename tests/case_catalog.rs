@@ -1,0 +1,29 @@
+//! Every built-in case reads and builds without a finding.
+
+use lateen::Error;
+use lateen::case::{Case, Source};
+use std::path::{Path, PathBuf};
+
+fn cases() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/mpm");
+    let folders = std::fs::read_dir(root).expect("the folder of cases");
+    let mut files: Vec<_> = folders.filter_map(|f| Some(f.ok()?.path().join("case.toml"))).collect();
+    files.retain(|file| file.exists());
+    files.sort();
+    files
+}
+
+#[test]
+fn every_case_builds() {
+    assert!(cases().len() >= 4);
+    let mut wrong = String::new();
+    for file in cases() {
+        let source = Source::read(&file).unwrap();
+        match Case::read(source.clone(), &[]).and_then(|case| case.model()) {
+            Ok(model) => wrong += &source.render(&model.warnings, false).trim_start().to_owned(),
+            Err(Error::Case(findings)) => wrong += &source.render(&findings, false),
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+}
