@@ -32,6 +32,10 @@ enum Command {
     Cases,
     /// Run validation cases and compare them with their references
     Verify(cli::verify::Arguments),
+    /// Print the JSON Schema of the case file (editors complete and check it)
+    Schema,
+    /// List all keys of the case file: materials, meshes, boundaries, outputs, with units and defaults
+    Laws,
     /// Print completions for a shell
     Completions {
         /// Your shell
@@ -46,6 +50,14 @@ fn main() -> ExitCode {
         Command::New { name, dir } => cli::new::new(&name, dir),
         Command::Cases => cli::new::cases(),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
+        Command::Schema => {
+            println!("{:#}", lateen::case::schema());
+            Ok(())
+        }
+        Command::Laws => {
+            print!("{}", lateen::case::laws());
+            Ok(())
+        }
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Arguments::command(), "lateen", &mut std::io::stdout());
             Ok(())

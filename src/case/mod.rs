@@ -11,6 +11,7 @@ mod check;
 mod parts;
 mod preset;
 mod quantity;
+mod reference;
 mod report;
 mod schema;
 mod signal;
@@ -21,6 +22,7 @@ mod walk;
 
 pub use build::Model;
 pub use parts::*;
+pub use reference::{laws, schema};
 pub use report::{line_and_column, render};
 pub use schema::*;
 pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
@@ -132,7 +134,6 @@ impl Case {
         file.output = OutputSpec::default();
         file.probe.clear();
         file.picture.clear();
-        file.reference.clear();
         let text = toml::to_string(&file).unwrap_or_default();
         // FNV-1a, 64 bits.
         let hash =

@@ -60,9 +60,6 @@ pub struct CaseFile {
     /// Pictures.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub picture: Vec<PictureSpec>,
-    /// Published results that histories are compared with.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub reference: Vec<serde_json::Value>,
 }
 
 /// The methods.
