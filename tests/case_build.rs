@@ -157,7 +157,7 @@ fn steps_and_intervals() {
         "end = \"1.2 ms\"\nstep = \"1 us\"",
         "\"1 us\"",
         "the step of 0.000001 s is above the stable one of",
-        "leave `step` out",
+        "leave `step` out: it then adapts (`mpm.safety` is 0.3)",
     );
     let model = good(GOOD, &[("output.history", "1e-12")]);
     assert_eq!(model.warnings.len(), 1);

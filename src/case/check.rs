@@ -124,14 +124,16 @@ fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
 /// Checks steps and output intervals against the stable step.
 pub(super) fn steps(file: &CaseFile, summary: &Summary, findings: &mut Vec<Diagnostic>) {
     let stable = summary.stable_step;
-    if !(stable > 0.0) {
+    if stable.is_nan() || stable <= 0.0 {
         findings.push(Diagnostic::error("time", format!("the stable step is {stable} s")));
         return;
     }
     if let Some(step) = file.time.step.filter(|step| *step > stable) {
         let finding =
             Diagnostic::error("time.step", format!("the step of {step} s is above the stable one of {stable:.4e} s"));
-        findings.push(finding.help("decrease it, or leave `step` out: it then adapts to the stable one"));
+        let safety = file.mpm.safety;
+        let help = format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})");
+        findings.push(finding.help(help));
     }
     let step = file.time.step.unwrap_or(stable);
     for (name, interval) in [("fields", file.output.fields), ("history", file.output.history)] {

@@ -282,7 +282,7 @@ pub enum WallSpec {
     /// Just what it does.
     Word(WallWord),
     /// What it does, and how it moves.
-    Moving(MovingWallSpec),
+    Moving(Box<MovingWallSpec>),
 }
 
 /// What an end of the domain does.
@@ -352,11 +352,19 @@ impl WallSpec {
             Self::Word(WallWord::Fixed) => (WallKind::Fixed, Default::default()),
             Self::Word(WallWord::Slip) => (WallKind::Slip, Default::default()),
             Self::Word(WallWord::Separate) => (WallKind::Separate, Default::default()),
-            Self::Moving(MovingWallSpec::Open {}) => (WallKind::Open, Default::default()),
-            Self::Moving(MovingWallSpec::Fixed { velocity }) => (WallKind::Fixed, velocity.clone()),
-            Self::Moving(MovingWallSpec::Slip { velocity }) => (WallKind::Slip, velocity.clone()),
-            Self::Moving(MovingWallSpec::Separate { velocity }) => (WallKind::Separate, velocity.clone()),
-            Self::Moving(MovingWallSpec::Friction { coefficient, velocity }) => {
+            Self::Moving(wall) => wall.parts(),
+        }
+    }
+}
+
+impl MovingWallSpec {
+    fn parts(&self) -> (WallKind, [SignalSpec; 3]) {
+        match self {
+            Self::Open {} => (WallKind::Open, Default::default()),
+            Self::Fixed { velocity } => (WallKind::Fixed, velocity.clone()),
+            Self::Slip { velocity } => (WallKind::Slip, velocity.clone()),
+            Self::Separate { velocity } => (WallKind::Separate, velocity.clone()),
+            Self::Friction { coefficient, velocity } => {
                 (WallKind::Friction { coefficient: *coefficient }, velocity.clone())
             }
         }

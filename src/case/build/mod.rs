@@ -134,8 +134,8 @@ impl Assembly<'_> {
 
     fn grid<const D: usize>(&mut self, grid: &GridSpec) -> Option<GridSetup<D>> {
         let mut cells = [0; D];
-        for axis in 0..D {
-            cells[axis] = self.cells(grid, axis)?;
+        for (axis, count) in cells.iter_mut().enumerate() {
+            *count = self.cells(grid, axis)?;
         }
         let walls = std::array::from_fn(|axis| [false, true].map(|upper| self.wall(grid, axis, upper)));
         if D == 2 {
