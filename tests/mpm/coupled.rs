@@ -74,7 +74,11 @@ fn coupled_ledger_closes() {
         }
         let lost = term(&mpm, "contact dissipation");
         assert!(lost > 1e-3 * scale && lost < 0.5 * scale, "{what}: contact lost {lost} of {scale}");
-        assert_eq!(mpm.snapshot().counts, [("crossed:sheet".to_owned(), 0)]);
+        assert!(
+            mpm.snapshot().counts.contains(&("crossed:sheet".to_owned(), 0)),
+            "{what}: {:?}",
+            mpm.snapshot().counts
+        );
     }
 }
 
