@@ -1,6 +1,6 @@
 //! Small coupled models for the tests.
 
-use lateen::material::{EquationsOfState, Fluid, Hypoelastic, PointLaw, StartState, eos, sheet};
+use lateen::material::{EquationsOfState, Fluid, PointLaw, StartState, eos, sheet};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, StressUpdate, SupportSetup,
@@ -50,10 +50,6 @@ pub fn symmetric<const D: usize>(mut grid: GridSetup<D>, axes: &[usize]) -> Grid
 pub fn gas(viscosity: f64) -> Box<dyn PointLaw> {
     let eos = EquationsOfState::IdealGas(eos::IdealGas { gamma: 1.4 });
     Box::new(Fluid { density: 1.0, viscosity, bulk_viscosity: Default::default(), eos })
-}
-
-pub fn elastic(density: f64, young: f64, poisson: f64) -> Box<dyn PointLaw> {
-    Box::new(Hypoelastic { density, young, poisson, bulk_viscosity: Default::default() })
 }
 
 /// Particles at the centres of a lattice of spacing `spacing` where `inside` holds.
@@ -133,6 +129,12 @@ pub fn run<const D: usize>(mpm: &mut Mpm<D>, end: f64, mut watch: impl FnMut(f64
 pub fn term<const D: usize>(mpm: &Mpm<D>, name: &str) -> f64 {
     let ledger = mpm.snapshot().ledger;
     ledger.terms.iter().find(|term| term.name == name).unwrap_or_else(|| panic!("no term `{name}`")).value
+}
+
+/// What the ledger can't explain, over the energy at the start.
+pub fn closure<const D: usize>(mpm: &Mpm<D>) -> f64 {
+    let start = term(mpm, "stored energy at the start");
+    mpm.snapshot().ledger.closure(start) / start
 }
 
 /// Particles that have crossed the first sheet.

@@ -127,10 +127,8 @@ fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
         let Some(pivot) = pivot.filter(|&i| a[i][i] > 1e-12 * scale) else { break };
         done[pivot] = true;
         for row in (0..4).filter(|&row| row != pivot) {
-            let factor = a[row][pivot] / a[pivot][pivot];
-            for column in 0..4 {
-                a[row][column] -= factor * a[pivot][column];
-            }
+            let (above, factor) = (a[pivot], a[row][pivot] / a[pivot][pivot]);
+            a[row].iter_mut().zip(above).for_each(|(entry, above)| *entry -= factor * above);
             b[row] -= factor * b[pivot];
         }
     }
