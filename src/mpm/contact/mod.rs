@@ -31,6 +31,7 @@ pub mod nodes;
 pub mod normal;
 mod pairwise;
 mod partner;
+mod row;
 pub mod sample;
 mod sheet;
 

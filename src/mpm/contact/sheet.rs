@@ -8,9 +8,10 @@
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 
-use super::impulse::{self, Impulse, Touch};
+use super::impulse::{self, Touch};
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
+use super::row::{NONE, Pair, Row, close};
 use super::sample::{Facet, Samples, corner_mass};
 use crate::math::Vector;
 use crate::mpm::{Friction, Grid};
@@ -41,68 +42,6 @@ pub struct Surface<'a, const D: usize> {
     pub previous: &'a [Vector<D>],
     /// Distance between the mid-surface and the face that bodies touch, per element [m]; empty: zero.
     pub offset: &'a [f64],
-}
-
-/// A grid node that the sheet shares with bodies.
-#[derive(Debug, Clone)]
-pub(super) struct Row<const D: usize> {
-    /// Number of the grid node.
-    pub node: u32,
-    /// m_I^r [kg].
-    pub mass: f64,
-    /// Unit normal; zero where the sheet has no direction or contact may not push.
-    pub normal: Vector<D>,
-    /// Centre of mass of the sheet around the node, x̄_I^r [m].
-    pub centre: Vector<D>,
-    /// Half thickness around the node [m].
-    pub offset: f64,
-    /// p̄_I^r [N s].
-    momentum: Vector<D>,
-    /// Mean of the momentum before and after the forces [N s].
-    average: Vector<D>,
-    /// Contact impulse of this sub-step on the sheet [N s].
-    impulse: Vector<D>,
-    free: [bool; D],
-}
-
-/// A body at a row.
-#[derive(Debug, Clone)]
-pub(super) struct Pair<const D: usize> {
-    /// Gap to the particles labelled − and + [m]; infinite where there are none.
-    pub gap: [f64; 2],
-    /// Σ ± m_p N_Ip over the labelled particles: their majority decides the side.
-    pub vote: f64,
-    /// The body's node in [`Partners`]; `NONE` while it is too far.
-    partner: u32,
-    /// Σ J over the sub-steps on the body: normal part and friction [N s].
-    total: Impulse<D>,
-    /// Σ J·v̂_I^r: normal part and friction [J].
-    work: [f64; 2],
-}
-
-/// The number of an absent row or partner.
-const NONE: u32 = u32::MAX;
-
-impl<const D: usize> Default for Pair<D> {
-    fn default() -> Self {
-        Self { gap: [f64::INFINITY; 2], vote: 0.0, partner: NONE, total: Impulse::default(), work: [0.0; 2] }
-    }
-}
-
-impl<const D: usize> Pair<D> {
-    /// Side of the body, +1 where the normal points.
-    fn side(&self) -> f64 {
-        if self.vote >= 0.0 { 1.0 } else { -1.0 }
-    }
-
-    fn distance(&self) -> f64 {
-        self.gap[usize::from(self.vote >= 0.0)]
-    }
-
-    /// ±1 if the body has particles near the node, 0 if not.
-    fn present(&self) -> f64 {
-        if self.distance().is_finite() { self.side() } else { 0.0 }
-    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -386,49 +325,3 @@ const LEAST: f64 = 1e-6;
 
 /// Where the vector area is less than this share of the area, the sheet is folded and has no normal.
 const FOLDED: f64 = 0.1;
-
-/// The gap after the sub-step: what it was, changed by the relative motion.
-fn close<const D: usize>(
-    row: &Row<D>,
-    pairs: &mut [Pair<D>],
-    partners: &Partners<D>,
-    velocity: Vector<D>,
-    [t, dt]: [f64; 2],
-) {
-    let after = velocity + row.impulse / row.mass;
-    for pair in pairs.iter_mut().filter(|pair| pair.partner != NONE) {
-        let (_, v) = partners.trial(pair.partner, t);
-        let opening = (row.project(v) - after).dot(row.normal) * pair.side() * dt;
-        pair.gap[usize::from(pair.vote >= 0.0)] += opening;
-    }
-}
-
-impl<const D: usize> Pair<D> {
-    fn receive(&mut self, j: &Impulse<D>, mean: Vector<D>) {
-        self.total.normal += j.normal;
-        self.total.tangent += j.tangent;
-        self.work[0] += j.normal.dot(mean);
-        self.work[1] += j.tangent.dot(mean);
-    }
-}
-
-impl<const D: usize> Row<D> {
-    fn at(node: usize) -> Self {
-        Self {
-            node: node as u32,
-            mass: 0.0,
-            normal: Vector::ZERO,
-            centre: Vector::ZERO,
-            offset: 0.0,
-            momentum: Vector::ZERO,
-            average: Vector::ZERO,
-            impulse: Vector::ZERO,
-            free: [true; D],
-        }
-    }
-
-    /// `v` without the components that contact may not push.
-    fn project(&self, v: Vector<D>) -> Vector<D> {
-        Vector::from_fn(|axis| if self.free[axis] { v[axis] } else { 0.0 })
-    }
-}
