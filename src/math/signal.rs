@@ -42,6 +42,11 @@ impl Signal {
         }
     }
 
+    /// True if the value is the same at all places.
+    pub fn is_uniform(&self) -> bool {
+        !matches!(self, Self::Formula(_))
+    }
+
     /// True if the value is zero everywhere and always.
     pub fn is_zero(&self) -> bool {
         matches!(self, Self::Constant(value) if *value == 0.0)

@@ -5,6 +5,7 @@ use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;
 use super::particles::{Body, Particles, Work};
+use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
 use super::{Accounts, BodySetup, Grid, Locking, Membrane, Mpm, Setup, Transfer, stability};
 use crate::error::Diagnostic;
@@ -51,6 +52,7 @@ impl<const D: usize> Mpm<D> {
         );
         let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
         let (books, accounts) = Accounts::open();
+        let bins = bodies.iter().map(|_| Bins::default()).collect();
         let mut mpm = Self {
             grid: Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count),
             ghosts: Ghosts::default(),
@@ -70,6 +72,9 @@ impl<const D: usize> Mpm<D> {
             dt_before: 0.0,
             bound: 0.0,
             steps: 0,
+            fastest: Vec::new(),
+            summaries: Vec::new(),
+            bins,
             timer: Timer::default(),
         };
         mpm.start();
@@ -80,8 +85,12 @@ impl<const D: usize> Mpm<D> {
     fn start(&mut self) {
         for body in &mut self.bodies {
             // An increment of no time leaves the state alone and tells how fast signals travel in it.
-            body.update_law(0.0, self.grid.cell);
+            let (law, view) = body.view();
+            let still = [Tensor::ZERO; CHUNK];
+            let cell = self.grid.cell;
+            view.visit(&|chunk: &mut View<'_, D>| chunk.update_law(law, &still[..chunk.len()], 0.0, cell));
         }
+        self.fastest = self.bodies.iter().map(stability::fastest).collect();
         self.bound = self.step_bound();
         self.energy = self.body_energies();
         let membranes = self.coupling.membranes.iter().map(Membrane::balance);
@@ -91,8 +100,9 @@ impl<const D: usize> Mpm<D> {
 
     /// The bound of all bodies and membranes [s].
     pub(super) fn step_bound(&self) -> f64 {
-        let bounds = self.bodies.iter().map(|body| stability::bound(body, self.grid.cell, self.safety));
-        bounds.fold(self.coupling.bound(), f64::min)
+        let bodies = self.bodies.iter().zip(&self.fastest);
+        let bounds = bodies.map(|(body, &fastest)| stability::bound(body, fastest, self.grid.cell));
+        (self.safety * bounds.fold(f64::INFINITY, f64::min)).min(self.coupling.bound())
     }
 }
 
@@ -185,8 +195,7 @@ fn build_body<const D: usize>(
         }
     }
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
-    let mut work = Work { gradient: vec![Tensor::ZERO; n], stretch: vec![1.0; n], ..Work::default() };
-    work.motion.resize(n);
+    let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
     Ok(Body {
         name: setup.name,
         law: setup.law,

@@ -2,6 +2,7 @@
 
 use super::Mpm;
 use super::particles::Body;
+use super::sweep::Bins;
 use crate::math::Vector;
 use crate::simulation::{Column, ColumnData};
 use bytemuck::Pod;
@@ -31,11 +32,24 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
     show(visit, name, "signal", &mut particles.signal);
 }
 
+/// The blocks by which a body is sorted: a resumed run must sum in the same order.
+fn bin_columns<const D: usize>(body: &str, bins: &mut Bins<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    let (mut blocks, mut starts, mut drift) = bins.to_numbers();
+    show(visit, body, "bins", &mut blocks);
+    show(visit, body, "bin-starts", &mut starts);
+    show(visit, body, "drift", &mut drift);
+    *bins = Bins::from_numbers(&blocks, &starts, &drift);
+}
+
 /// Every array of the state, each with a unique name.
 pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    for body in &mut mpm.bodies {
+    for (body, bins) in mpm.bodies.iter_mut().zip(&mut mpm.bins) {
         body_columns(body, visit);
+        bin_columns(&body.name, bins, visit);
     }
+    let mut fastest = mpm.fastest.clone();
+    visit("mpm.fastest", Column::new(&mut fastest));
+    mpm.fastest = fastest;
     for membrane in &mut mpm.coupling.membranes {
         let prefix = format!("membrane.{}.", membrane.name);
         membrane.columns(&prefix, visit);

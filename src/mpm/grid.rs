@@ -143,12 +143,17 @@ impl<const D: usize> Grid<D> {
             self.blocks = blocks;
             self.corners = self.blocks.iter().map(|&block| self.find_corners(block)).collect();
         }
+        self.clear();
+        changed
+    }
+
+    /// Zeroes every field.
+    pub fn clear(&mut self) {
         let count = self.node_count();
         for field in &mut self.fields {
             field.nodes.clear();
             field.nodes.resize(count, Node::default());
         }
-        changed
     }
 
     fn find_corners(&self, block: [i32; D]) -> [u32; 8] {

@@ -5,17 +5,12 @@ use super::particles::Body;
 use crate::error::{Place, StepError};
 use rayon::prelude::*;
 
-/// No particle may be turned inside out.
-///
-/// # Errors
-/// Names the first particle whose volume ratio is not positive.
-pub fn check_stretch<const D: usize>(body: &Body<D>) -> Result<(), StepError> {
-    let bad = body.work.stretch.par_iter().position_first(|j| *j <= 0.0 || !j.is_finite());
-    bad.map_or(Ok(()), |p| {
-        let advice = "the velocities change too fast over a cell: lower `mpm.safety`, refine the grid, \
-                      or check the material and the initial velocities";
-        Err(error(body, p, "a particle was turned inside out", ("volume ratio", body.work.stretch[p]), advice))
-    })
+/// The error of a body with a particle that was turned inside out.
+pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
+    let bad = body.work.stretch.iter().position(|j| *j <= 0.0 || !j.is_finite()).unwrap_or(0);
+    let advice = "the velocities change too fast over a cell: lower `mpm.safety`, refine the grid, \
+                  or check the material and the initial velocities";
+    error(body, bad, "a particle was turned inside out", ("volume ratio", body.work.stretch[bad]), advice)
 }
 
 /// Positions, velocities, pressures and energies are finite, and every particle is in the domain.

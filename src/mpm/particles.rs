@@ -1,13 +1,9 @@
 //! Material points, column by column.
 
 use super::kernel::Kernel;
-use super::transfer_gather::Motion;
-use crate::material::{PointBatch, PointLaw, Storage};
+use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
 use rayon::prelude::*;
-
-/// Particles that one call of a law updates.
-const BATCH: usize = 1024;
 
 /// The material points of one continuum with one law.
 #[derive(Debug)]
@@ -31,16 +27,16 @@ pub struct Body<const D: usize> {
 /// Columns that live during a step only.
 #[derive(Debug, Clone, Default)]
 pub struct Work<const D: usize> {
-    /// Velocity gradient L_p [1/s].
-    pub gradient: Vec<Tensor<3>>,
     /// Volume ratio of the increment.
     pub stretch: Vec<f64>,
     /// External force [N]; empty where there is none.
     pub external: Vec<Vector<D>>,
     /// The tractions among the external forces: particle index and force [N].
     pub traction: Vec<(usize, Vector<D>)>,
-    /// Motion gathered from the grid.
-    pub motion: Motion<D>,
+    /// Rate of the position ẋ_p = Σ N v⁺ [m/s].
+    pub rate: Vec<Vector<D>>,
+    /// Σ N ½(v⁻ + v⁺) [m/s], what external forces work on; empty where there are none.
+    pub mean: Vec<Vector<D>>,
 }
 
 /// Columns of material points; the same index in every column is the same particle.
@@ -75,20 +71,32 @@ pub struct Particles<const D: usize> {
 }
 
 impl<const D: usize> Body<D> {
-    /// External forces on the particles at time `t` [N]: gravity and tractions.
+    /// External forces on the particles at time `t` [N]: tractions, and gravity that varies in space.
     pub fn find_external_forces(&mut self, gravity: &[Signal; D], t: f64) {
         let Self { particles, traction, work, .. } = self;
         work.external.clear();
         work.traction.clear();
-        if traction.is_empty() && gravity.iter().all(Signal::is_zero) {
+        work.mean.clear();
+        let uniform = gravity.iter().all(Signal::is_uniform);
+        if traction.is_empty() && uniform {
             return;
         }
-        let columns = particles.position.par_iter().zip(&particles.mass);
-        columns
-            .map(|(x, &m)| Vector::from_fn(|a| gravity[a].value(x.to3(), t)) * m)
-            .collect_into_vec(&mut work.external);
+        work.mean.resize(particles.len(), Vector::ZERO);
+        if uniform {
+            work.external.resize(particles.len(), Vector::ZERO);
+        } else {
+            let columns = particles.position.par_iter().zip(&particles.mass);
+            columns
+                .map(|(x, &m)| Vector::from_fn(|a| gravity[a].value(x.to3(), t)) * m)
+                .collect_into_vec(&mut work.external);
+        }
+        let mut index = vec![0u32; if traction.is_empty() { 0 } else { particles.len() }];
+        if !traction.is_empty() {
+            particles.id.iter().zip(0..).for_each(|(&id, p)| index[id as usize] = p);
+        }
         for (id, area, traction) in traction {
-            if let Some(p) = particles.index_of(*id) {
+            if let Some(&p) = index.get(*id as usize) {
+                let p = p as usize;
                 let x = particles.position[p].to3();
                 let force = Vector::from_fn(|a| traction[a].value(x, t)) * *area;
                 work.external[p] += force;
@@ -99,59 +107,13 @@ impl<const D: usize> Body<D> {
 
     /// Work of all external forces and of the tractions among them over `dt` [J], and their impulse [N s].
     pub fn external_work(&self, dt: f64) -> (f64, f64, Vector<D>) {
-        let (external, mean) = (&self.work.external, &self.work.motion.mean);
+        let (external, mean) = (&self.work.external, &self.work.mean);
         let all = crate::parallel::sum(external.len(), |p| external[p].dot(mean[p])) * dt;
         let tractions = self.work.traction.iter().map(|&(p, force)| force.dot(mean[p])).sum::<f64>() * dt;
         let sum = |range: std::ops::Range<usize>| range.map(|p| external[p]).sum::<Vector<D>>();
         let force = crate::parallel::reduce(external.len(), sum, |a, b| a + b).unwrap_or_default();
         (all, tractions, force * dt)
     }
-
-    /// Calls the law for all particles with the gradients and stretches of `work`, over `dt` [s];
-    /// `length` is the cell size [m].
-    pub fn update_law(&mut self, dt: f64, length: f64) {
-        let stride = self.law.storage().history.len();
-        let Particles { mass, volume, energy, pressure, stress, deformation, history, signal, .. } =
-            &mut self.particles;
-        let count = mass.len();
-        let (mut mass, mut volume, mut energy) = (mass.as_slice(), volume.as_mut_slice(), energy.as_mut_slice());
-        let (mut pressure, mut stress) = (pressure.as_mut_slice(), stress.as_mut_slice());
-        let (mut deformation, mut history) = (deformation.as_mut_slice(), history.as_mut_slice());
-        let (mut signal, mut gradient) = (signal.as_mut_slice(), self.work.gradient.as_slice());
-        let mut stretch = self.work.stretch.as_slice();
-        let batches: Vec<PointBatch<'_>> = (0..count.div_ceil(BATCH))
-            .map(|_| PointBatch {
-                dt,
-                length,
-                gradient: split(&mut gradient, BATCH),
-                stretch: split(&mut stretch, BATCH),
-                mass: split(&mut mass, BATCH),
-                volume: split_mut(&mut volume, BATCH),
-                energy: split_mut(&mut energy, BATCH),
-                pressure: split_mut(&mut pressure, BATCH),
-                stress: split_mut(&mut stress, BATCH),
-                deformation: split_mut(&mut deformation, BATCH),
-                history: split_mut(&mut history, BATCH * stride),
-                signal: split_mut(&mut signal, BATCH),
-            })
-            .collect();
-        batches.into_par_iter().for_each(|mut batch| self.law.update(&mut batch));
-    }
-}
-
-/// Splits at most `n` entries off the front.
-fn split<'a, T>(rest: &mut &'a [T], n: usize) -> &'a [T] {
-    let (head, tail) = rest.split_at(n.min(rest.len()));
-    *rest = tail;
-    head
-}
-
-/// Splits at most `n` entries off the front.
-fn split_mut<'a, T>(rest: &mut &'a mut [T], n: usize) -> &'a mut [T] {
-    let n = n.min(rest.len());
-    let (head, tail) = std::mem::take(rest).split_at_mut(n);
-    *rest = tail;
-    head
 }
 
 impl<const D: usize> Particles<D> {
@@ -178,6 +140,32 @@ impl<const D: usize> Particles<D> {
         self.history.resize(storage.history.len() * n, 0.0);
     }
 
+    /// Reorders every column: particle `p` becomes what was `order[p]`.
+    pub(crate) fn permute(&mut self, order: &[u32]) {
+        fn permuted<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32]) {
+            use rayon::prelude::*;
+            if !column.is_empty() {
+                *column = order.par_iter().map(|&p| column[p as usize]).collect();
+            }
+        }
+        permuted(&mut self.id, order);
+        permuted(&mut self.position, order);
+        permuted(&mut self.velocity, order);
+        permuted(&mut self.mass, order);
+        permuted(&mut self.volume, order);
+        permuted(&mut self.energy, order);
+        permuted(&mut self.pressure, order);
+        permuted(&mut self.stress, order);
+        permuted(&mut self.deformation, order);
+        permuted(&mut self.affine, order);
+        permuted(&mut self.signal, order);
+        let stride = self.history.len().checked_div(order.len()).unwrap_or(0);
+        if stride > 0 {
+            self.history =
+                order.iter().flat_map(|&p| &self.history[p as usize * stride..][..stride]).copied().collect();
+        }
+    }
+
     /// The affine velocity matrix of a particle; zero for FLIP.
     #[inline(always)]
     pub fn affine(&self, p: usize) -> Tensor<D> {
@@ -188,12 +176,6 @@ impl<const D: usize> Particles<D> {
     #[inline(always)]
     pub fn stress(&self, p: usize) -> SymTensor {
         self.stress.get(p).copied().unwrap_or_else(|| SymTensor::isotropic(-self.pressure[p]))
-    }
-
-    /// The index of the particle with this identity.
-    pub fn index_of(&self, id: u32) -> Option<usize> {
-        let unsorted = id as usize;
-        if self.id.get(unsorted) == Some(&id) { Some(unsorted) } else { self.id.iter().position(|&other| other == id) }
     }
 
     /// Kinetic energy Σ ½ m v² [J].

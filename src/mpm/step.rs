@@ -4,17 +4,16 @@
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
 
 use super::coupling::Coupling;
+use super::filter::filter;
 use super::ghost::Ghosts;
-use super::kernel::with_shape;
 use super::ledger::{AccountId, Books};
+use super::motion::{Landing, Summary, Transport, gather_mean, gather_motion};
 use super::particles::Body;
 use super::stability::GROWTH;
-use super::stress::update_stress;
-use super::transfer_filter::filter;
-use super::transfer_gather::{gather_affine, gather_motion};
-use super::transfer_scatter::{scatter_force, scatter_mass_and_momentum, scatter_momentum};
+use super::stress::{Strain, strain_and_land, update_stress};
+use super::sweep::{Answer, Bins, Content, Sweep, View};
 use super::wall::Walls;
-use super::{ActiveBlocks, Grid, Locking, Node, StressUpdate, Transfer, columns, health, snapshot};
+use super::{Grid, Locking, Node, StressUpdate, Transfer, columns, health, snapshot};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
 use crate::simulation::{Column, Snapshot, Solver, TermKind, Timer};
@@ -94,6 +93,10 @@ pub struct Mpm<const D: usize> {
     pub(super) ghosts: Ghosts<D>,
     pub(super) walls: Walls<D>,
     pub(super) bodies: Vec<Body<D>>,
+    /// How the particles of each body are sorted.
+    pub(super) bins: Vec<Bins<D>>,
+    /// The largest signal + |v| of each body [m/s].
+    pub(super) fastest: Vec<f64>,
     pub(super) coupling: Coupling<D>,
     pub(super) transfer: Transfer,
     pub(super) stress_update: StressUpdate,
@@ -107,6 +110,7 @@ pub struct Mpm<const D: usize> {
     /// Kinetic and internal energy of the bodies [J].
     pub(super) energy: [f64; 2],
     pub(super) tally: Tally,
+    pub(super) summaries: Vec<Summary>,
     /// The last step [s].
     pub(super) dt_before: f64,
     /// The bound of the next step [s].
@@ -151,6 +155,7 @@ impl<const D: usize> Mpm<D> {
     fn advance(&mut self, step: &Step) -> Result<(), StepError> {
         timed!(self.timer, "activate", self.activate());
         self.tally = Tally::default();
+        self.summaries = vec![Summary::default(); self.bodies.len()];
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻        (60, 61)
             timed!(self.timer, "stress", self.stress_first(field, step)?); // Δε, Ω, σ          (62, 63)
@@ -163,7 +168,7 @@ impl<const D: usize> Mpm<D> {
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
-            timed!(self.timer, "g2p", self.gather_particles(field, step)); // v_p, ẋ_p           (65, 19)
+            timed!(self.timer, "g2p", self.gather_particles(field, step)?); // v_p, ẋ_p           (65, 19)
             timed!(self.timer, "stress", self.stress_last(field, step)?);
         }
         timed!(self.timer, "g2p", self.move_particles(step)?);
@@ -171,13 +176,22 @@ impl<const D: usize> Mpm<D> {
         Ok(())
     }
 
-    /// Activates the blocks that something touches and finds their ghosts and wall nodes.
+    /// Sorts the bodies whose particles have left their blocks, activates the blocks that they reach, and finds
+    /// the ghosts and wall nodes.
     fn activate(&mut self) {
-        let mut active = ActiveBlocks::new(&self.grid);
-        for body in &self.bodies {
-            body.particles.position.iter().for_each(|&x| active.touch(body.kernel, x));
+        let mut sorted = false;
+        for (body, bins) in self.bodies.iter_mut().zip(&mut self.bins) {
+            if bins.stale(body.kernel, body.particles.len()) {
+                *bins = Bins::sort(&mut body.particles, self.grid.origin, self.grid.cell);
+            }
+            sorted |= bins.lost();
         }
-        let changed = self.grid.set_blocks(active.into_sorted());
+        let changed = sorted && self.grid.set_blocks(Bins::blocks(&self.bins));
+        if sorted {
+            self.bins.iter_mut().for_each(|bins| bins.locate(&self.grid));
+        } else {
+            self.grid.clear();
+        }
         if changed {
             self.ghosts = Ghosts::new(&self.grid, self.walls.folds());
         }
@@ -187,13 +201,19 @@ impl<const D: usize> Mpm<D> {
         self.walls.start_step();
     }
 
+    /// True if the stresses that make the forces are known when mass and momentum are scattered.
+    fn scatters_at_once(&self) -> bool {
+        matches!(self.stress_update, StressUpdate::Last | StressUpdate::ModifiedLast)
+    }
+
     /// m_I and p_I⁻ with the binding walls (60, 61).
     fn scatter_particles(&mut self, field: usize, step: &Step) {
-        let Self { grid, bodies, ghosts, walls, cutoff, .. } = self;
+        let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
+        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, .. } = self;
         grid.with_field(field, |grid, own| {
-            for body in bodies.iter().filter(|body| body.field == field) {
-                let particles = &body.particles;
-                with_shape!(body.kernel, shape => scatter_mass_and_momentum(shape, grid, particles, &mut own.nodes));
+            for (body, bins) in in_field(bodies, bins, field) {
+                body.find_external_forces(gravity, step.t);
+                bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
             walls.fold(ghosts, field, &mut own.nodes);
             // Nodes that are too light have no velocity; nothing may push them (theory 2.5).
@@ -209,7 +229,7 @@ impl<const D: usize> Mpm<D> {
             StressUpdate::Average => 0.5 * step.dt_before,
             StressUpdate::Last | StressUpdate::ModifiedLast => return Ok(()),
         };
-        let Self { grid, bodies, ghosts, locking, .. } = self;
+        let Self { grid, bodies, bins, ghosts, locking, .. } = self;
         grid.with_field(field, |grid, own| {
             let velocity = |node: &Node<D>| {
                 if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
@@ -217,23 +237,36 @@ impl<const D: usize> Mpm<D> {
             own.velocity.clear();
             own.velocity.extend(own.nodes.iter().map(velocity));
             ghosts.fill(&mut own.velocity);
-            let mut bodies = bodies.iter_mut().filter(|body| body.field == field);
-            bodies.try_for_each(|body| update_stress(grid, ghosts, &own.velocity, body, dt, *locking))
+            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: true };
+            in_field(bodies, bins, field).try_for_each(|(body, bins)| {
+                let sweep = Sweep::new(grid, body.kernel, bins);
+                update_stress(&sweep, (grid, ghosts), strain, body, Landing::Stay).map(|_| ())
+            })
         })
     }
 
     /// f_I of stresses, gravity and tractions (17, 18).
     fn scatter_forces(&mut self, field: usize, step: &Step) {
-        let Self { grid, bodies, ghosts, walls, gravity, .. } = self;
+        let at_once = self.scatters_at_once();
+        let gravity = self.uniform_gravity(step.t);
+        let Self { grid, bodies, bins, ghosts, walls, .. } = self;
         grid.with_field(field, |grid, own| {
-            for body in bodies.iter_mut().filter(|body| body.field == field) {
-                body.find_external_forces(gravity, step.t);
-                let (particles, external) = (&body.particles, &body.work.external);
-                with_shape!(body.kernel, shape => scatter_force(shape, grid, particles, external, &mut own.nodes));
+            if !at_once {
+                for (body, bins) in in_field(bodies, bins, field) {
+                    Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, Content::Force);
+                }
+                walls.fold(ghosts, field, &mut own.nodes);
             }
-            walls.fold(ghosts, field, &mut own.nodes);
-            own.nodes.iter_mut().filter(|node| node.mass == 0.0).for_each(|node| node.force = Vector::ZERO);
+            for node in &mut own.nodes {
+                node.force = if node.mass > 0.0 { node.force + gravity * node.mass } else { Vector::ZERO };
+            }
         });
+    }
+
+    /// Gravity that is the same everywhere at time `t` acts on the nodes [m/s²]; other gravity on the particles.
+    fn uniform_gravity(&self, t: f64) -> Vector<D> {
+        let uniform = self.gravity.iter().all(Signal::is_uniform);
+        Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
     }
 
     /// p̄_I ← p_I⁻ + Δt f_I, then the walls (64).
@@ -262,9 +295,11 @@ impl<const D: usize> Mpm<D> {
     /// Turns (m, p⁺, f) into (m, v⁺, a), settles the work of the forces, and fills the ghosts.
     fn finish_nodes(&mut self, field: usize, step: &Step) {
         let share = self.pic_share(step.momentum_dt);
+        let gravity = self.uniform_gravity(step.t);
         let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
         grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
+            let (mut weight_work, mut mass) = (0.0, 0.0);
             for (node, applied) in own.nodes.iter_mut().zip(&own.applied) {
                 if node.mass > 0.0 {
                     let force = node.force;
@@ -272,8 +307,13 @@ impl<const D: usize> Mpm<D> {
                     let mean = node.momentum - node.force * (0.5 * dt);
                     tally.nodes += force.dot(mean) * dt;
                     tally.applied += applied.dot(mean) * dt;
+                    weight_work += node.mass * gravity.dot(mean) * dt;
+                    mass += node.mass;
                 }
             }
+            tally.external += weight_work;
+            books.add(accounts.gravity, weight_work);
+            books.push((gravity * (mass * dt)).to3());
             ghosts.fill(&mut own.nodes);
             let done = walls.settle(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
@@ -290,29 +330,46 @@ impl<const D: usize> Mpm<D> {
         }
     }
 
-    /// v_p and ẋ_p (65, 19), and the work of external forces.
-    fn gather_particles(&mut self, field: usize, step: &Step) {
-        let dt = step.momentum_dt;
-        let share = self.pic_share(dt);
-        let order = match self.transfer {
+    /// Order of the noise filter if it is due in this step, else 0.
+    fn filter_order(&self) -> u32 {
+        match self.transfer {
             Transfer::Flip { filter_order, filter_interval, .. }
                 if filter_interval > 0 && (self.steps + 1).is_multiple_of(u64::from(filter_interval)) =>
             {
                 filter_order
             }
             _ => 0,
-        };
-        let Self { grid, bodies, ghosts, walls, tally, books, accounts, .. } = self;
-        let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
+        }
+    }
+
+    /// True if the particles can move, strain and land in one sweep: nothing needs the grid in between.
+    fn lands_at_once(&self) -> bool {
+        self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order() == 0
+    }
+
+    /// Where the particles are at the end of the step.
+    fn landing(&self, step: &Step) -> Landing<D> {
+        Landing::Move { dt: step.dt, domain: [self.grid.origin, self.grid.upper()] }
+    }
+
+    /// v_p and ẋ_p (65, 19), and the work of external forces; all that remains of the step where that can be done
+    /// in the same sweep.
+    fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let dt = step.momentum_dt;
+        let (share, order) = (self.pic_share(dt), self.filter_order());
+        let (at_once, landing) = (self.lands_at_once(), self.landing(step));
+        let Self { grid, bodies, bins, ghosts, walls, tally, books, accounts, summaries, .. } = self;
         let (grid, own) = (&*grid, &grid.fields[field]);
-        for body in &mut bodies {
-            let Body { kernel, particles, work, .. } = &mut **body;
-            let (position, velocity, nodes) = (&particles.position, &mut particles.velocity, &own.nodes);
-            with_shape!(*kernel, shape =>
-                gather_motion(shape, grid, nodes, (dt, share), position, velocity, &mut work.motion));
-            if !particles.affine.is_empty() {
-                let affine = &mut particles.affine;
-                with_shape!(*kernel, shape => gather_affine(shape, grid, nodes, position, affine));
+        for (index, (body, bins)) in
+            bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
+        {
+            let sweep = Sweep::new(grid, body.kernel, bins);
+            let transport = Transport::new(dt, share, body.kernel, grid.cell);
+            gather_mean(&sweep, &own.nodes, dt, body);
+            if at_once {
+                summaries[index] = strain_and_land(&sweep, &own.nodes, transport, step.dt, body, landing)?;
+            } else {
+                gather_motion(&sweep, &own.nodes, transport, body);
             }
             let (all, tractions, impulse) = body.external_work(dt);
             tally.external += all;
@@ -321,26 +378,31 @@ impl<const D: usize> Mpm<D> {
             books.push(impulse.to3());
         }
         if order > 0 {
-            filter(grid, ghosts, walls, own, &mut bodies, order);
+            let mut bodies: Vec<_> = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field).collect();
+            filter(grid, (ghosts, walls), own, &mut bodies, order);
         }
+        Ok(())
     }
 
-    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4).
+    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4); then x_p += Δt ẋ_p.
     fn stress_last(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        if self.lands_at_once() {
+            return Ok(());
+        }
         let (dt, remapped) = match self.stress_update {
             StressUpdate::First => return Ok(()),
             StressUpdate::Last => (step.dt, false),
             StressUpdate::ModifiedLast => (step.dt, true),
             StressUpdate::Average => (0.5 * step.dt, true),
         };
-        let Self { grid, bodies, ghosts, walls, locking, .. } = self;
+        let landing = self.landing(step);
+        let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
             own.velocity.clear();
             if remapped {
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
-                for body in bodies.iter().filter(|body| body.field == field) {
-                    let particles = &body.particles;
-                    with_shape!(body.kernel, shape => scatter_momentum(shape, grid, particles, &mut own.velocity));
+                for (body, bins) in in_field(bodies, bins, field) {
+                    Sweep::new(grid, body.kernel, bins).scatter(&mut own.velocity, body, Content::Momentum);
                 }
                 ghosts.fold(&mut own.velocity, |_, _, _| {});
                 for (v, node) in own.velocity.iter_mut().zip(&own.nodes) {
@@ -351,20 +413,34 @@ impl<const D: usize> Mpm<D> {
             } else {
                 own.velocity.extend(own.nodes.iter().map(|node| node.momentum));
             }
-            let mut bodies = bodies.iter_mut().filter(|body| body.field == field);
-            bodies.try_for_each(|body| update_stress(grid, ghosts, &own.velocity, body, dt, *locking))
+            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: false };
+            for (index, (body, bins)) in
+                bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
+            {
+                let sweep = Sweep::new(grid, body.kernel, bins);
+                summaries[index] = update_stress(&sweep, (grid, ghosts), strain, body, landing)?;
+            }
+            Ok(())
         })
     }
 
-    /// x_p += Δt ẋ_p (19), obstacles move, and everything must still be sound.
+    /// Lands the particles that have not yet, moves the obstacles, and sees that everything is sound.
     fn move_particles(&mut self, step: &Step) -> Result<(), StepError> {
-        for body in &mut self.bodies {
-            for (x, rate) in body.particles.position.iter_mut().zip(&body.work.motion.rate) {
-                *x += *rate * step.dt;
+        let landing = self.landing(step);
+        let landed = self.stress_update != StressUpdate::First;
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            if !landed {
+                self.summaries[index] = body.view().1.visit(&|chunk: &mut View<'_, D>| landing.land(chunk));
             }
+            let summary = &self.summaries[index];
+            if summary.lost {
+                health::check_particles(&self.grid, body)?;
+            }
+            self.bins[index].drift += summary.shift / self.grid.cell;
+            self.fastest[index] = summary.fastest;
         }
-        self.coupling.contact.restore(&mut self.bodies);
-        self.bodies.iter().try_for_each(|body| health::check_particles(&self.grid, body))?;
+        let put_back = self.coupling.contact.restore(&mut self.bodies);
+        self.bins.iter_mut().for_each(|bins| bins.drift += put_back / self.grid.cell);
         self.walls.advance(step.t, step.dt);
         Ok(())
     }
@@ -378,11 +454,21 @@ impl<const D: usize> Mpm<D> {
 
     /// Books what the transfers lost and what the stress update made up (theory 10).
     fn close_books(&mut self) {
-        let [kinetic, internal] = self.body_energies();
+        let all = self.summaries.iter().fold(Summary::default(), |sum, &summary| sum.and(summary));
+        let Summary { kinetic, internal, .. } = all;
         let [kinetic_before, internal_before] = self.energy;
         self.books.add(self.accounts.transfer, self.tally.nodes - (kinetic - kinetic_before));
         let internal_work = self.tally.applied - self.tally.external;
         self.books.add(self.accounts.stress, internal - internal_before + internal_work);
         self.energy = [kinetic, internal];
     }
+}
+
+/// The bodies of a field with their bins.
+fn in_field<'a, const D: usize>(
+    bodies: &'a mut [Body<D>],
+    bins: &'a mut [Bins<D>],
+    field: usize,
+) -> impl Iterator<Item = (&'a mut Body<D>, &'a mut Bins<D>)> {
+    bodies.iter_mut().zip(bins).filter(move |(body, _)| body.field == field)
 }

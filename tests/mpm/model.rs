@@ -116,10 +116,20 @@ pub fn closure<const D: usize>(mpm: &Mpm<D>) -> f64 {
 pub fn field<const D: usize>(mpm: &Mpm<D>, name: &str) -> Vec<f64> {
     let snapshot = mpm.snapshot();
     let field = snapshot.points[0].fields.iter().find(|field| field.name == name).expect("the field exists");
-    field.values().into_owned()
+    let values = field.values();
+    order(mpm).into_iter().flat_map(|p| values[p * field.components..][..field.components].to_vec()).collect()
+}
+
+/// Indices of the first body's particles in the order of their identities.
+fn order<const D: usize>(mpm: &Mpm<D>) -> Vec<usize> {
+    let id = mpm.snapshot().points[0].id.to_vec();
+    let mut order: Vec<usize> = (0..id.len()).collect();
+    order.sort_by_key(|&p| id[p]);
+    order
 }
 
 /// Positions of the first body.
 pub fn positions<const D: usize>(mpm: &Mpm<D>) -> Vec<[f64; 3]> {
-    mpm.snapshot().points[0].position.to_vec()
+    let position = mpm.snapshot().points[0].position.to_vec();
+    order(mpm).into_iter().map(|p| position[p]).collect()
 }

@@ -220,14 +220,17 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Puts the particles back that were too close to a sheet at the start of the step. Comes after the
-    /// particles have moved, and before they are sorted.
-    pub fn restore(&mut self, bodies: &mut [Body<D>]) {
+    /// particles have moved, and before they are sorted. Returns the largest displacement [m].
+    pub fn restore(&mut self, bodies: &mut [Body<D>]) -> f64 {
+        let mut largest = 0.0f64;
         for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
             for shift in shifts {
                 body.particles.position[shift.particle as usize] += shift.by;
+                largest = largest.max(shift.by.norm());
             }
             self.counts[1 + self.sheets.len()] += shifts.len() as u64;
         }
+        largest
     }
 
     /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.

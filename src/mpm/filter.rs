@@ -12,32 +12,26 @@
 
 use super::ghost::Ghosts;
 use super::grid::{Field, Grid};
-use super::kernel::{Shape, with_shape};
 use super::particles::Body;
-use super::stencil::Stencil;
-use super::transfer_gather::gather;
-use super::transfer_scatter::stencil;
+use super::sweep::{Bins, Content, Sweep, Wanted, record};
 use super::wall::Walls;
 use crate::math::Vector;
 
 /// Replaces the velocities of the bodies of one field by Σ N v⁽ᵏ⁾; nodes hold (m, v⁺, a), ghosts filled.
 pub fn filter<const D: usize>(
     grid: &Grid<D>,
-    ghosts: &Ghosts<D>,
-    walls: &Walls<D>,
+    (ghosts, walls): (&Ghosts<D>, &Walls<D>),
     field: &Field<D>,
-    bodies: &mut [&mut Body<D>],
+    bodies: &mut [(&mut Body<D>, &Bins<D>)],
     order: u32,
 ) {
     let mut w: Vec<Vector<D>> = field.nodes.iter().map(|node| node.momentum).collect();
     let mut v = w.clone();
     for _ in 1..order {
+        gather(grid, &w, bodies);
         let mut smooth = vec![Vector::ZERO; w.len()];
-        for body in bodies.iter_mut() {
-            let Body { kernel, particles, work, .. } = &mut **body;
-            with_shape!(*kernel, shape => gather(shape, grid, &w, &particles.position, &mut work.motion.mean));
-            let values = (&particles.mass[..], &work.motion.mean[..]);
-            with_shape!(*kernel, shape => scatter(shape, grid, &particles.position, values, &mut smooth));
+        for (body, bins) in bodies.iter() {
+            Sweep::new(grid, body.kernel, bins).scatter(&mut smooth, body, Content::Momentum);
         }
         ghosts.fold(&mut smooth, |_, _, _| {});
         for (node, s) in field.nodes.iter().zip(&mut smooth) {
@@ -48,22 +42,15 @@ pub fn filter<const D: usize>(
         ghosts.fill(&mut w);
         v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
     }
-    for body in bodies.iter_mut() {
-        let particles = &mut body.particles;
-        with_shape!(body.kernel, shape => gather(shape, grid, &v, &particles.position, &mut particles.velocity));
-    }
+    gather(grid, &v, bodies);
 }
 
-/// Σ m_p N_Ip u_p.
-fn scatter<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
-    grid: &Grid<D>,
-    position: &[Vector<D>],
-    (mass, values): (&[f64], &[Vector<D>]),
-    nodes: &mut [Vector<D>],
-) {
-    for ((&x, &m), &u) in position.iter().zip(mass).zip(values) {
-        let around: Stencil<D, S> = stencil(grid, shape, x);
-        around.for_each(|i, n| nodes[i] += u * (m * n));
+/// v_p = Σ N_Ip u_I.
+fn gather<const D: usize>(grid: &Grid<D>, nodal: &[Vector<D>], bodies: &mut [(&mut Body<D>, &Bins<D>)]) {
+    for (body, bins) in bodies {
+        let node = |n: usize| record(0.0, &nodal[n], &Vector::ZERO);
+        Sweep::new(grid, body.kernel, bins).gather(node, body.view().1, Wanted::Motion, |chunk| {
+            chunk.particles.velocity.copy_from_slice(chunk.velocity);
+        });
     }
 }

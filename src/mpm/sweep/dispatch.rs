@@ -1,0 +1,46 @@
+//! Chooses the registers at run time, once per block.
+
+use super::lanes::{Lanes, Portable};
+
+/// Work on one block, written once for all registers. `run` and all that it calls must be
+/// `#[inline(always)]`, so that it is compiled for the registers of the function that enters it.
+pub(crate) trait Task {
+    /// What it returns.
+    type Output;
+    /// Does the work with lanes `L`.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// Runs a task with the widest registers of this machine.
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
+pub(crate) fn widest<T: Task>(task: T) -> T::Output {
+    use super::lanes::{Avx2, Avx512};
+
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,fma,bmi2")]
+    fn on_avx512<T: Task>(task: T) -> T::Output {
+        task.run::<Avx512>()
+    }
+    #[target_feature(enable = "avx2,fma")]
+    fn on_avx2<T: Task>(task: T) -> T::Output {
+        task.run::<Avx2>()
+    }
+    if is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512dq")
+    {
+        // SAFETY: the features were detected (every AVX-512 machine has AVX2, FMA and BMI2).
+        unsafe { on_avx512(task) }
+    } else if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the features were detected.
+        unsafe { on_avx2(task) }
+    } else {
+        task.run::<Portable>()
+    }
+}
+
+/// Runs a task with plain arrays.
+#[cfg(not(target_arch = "x86_64"))]
+pub(crate) fn widest<T: Task>(task: T) -> T::Output {
+    task.run::<Portable>()
+}

@@ -1,0 +1,71 @@
+//! The transfers, fast: particles sorted by block, tiles, whole records at once.
+//!
+//! The plain loops of [`super::plain`] are the specification; these sweeps compute the same sums.
+//! A scatter visits the blocks colour by colour (tiles of one colour are disjoint); a gather visits them in
+//! any order, since each particle belongs to one block. Both give the same bits for any number of threads.
+
+mod bins;
+mod dispatch;
+mod gather;
+mod kernel;
+mod lanes;
+mod scatter;
+mod shape;
+#[cfg(test)]
+mod tests;
+mod tile;
+mod view;
+
+pub(crate) use bins::Bins;
+pub(crate) use gather::{Answer, CHUNK, Chunk, Wanted};
+pub(crate) use scatter::Content;
+pub(crate) use tile::record;
+pub(crate) use view::View;
+
+use super::{Grid, Kernel};
+use crate::math::Vector;
+
+/// What all sweeps of a body over a grid share.
+#[derive(Clone, Copy)]
+pub(crate) struct Sweep<'a, const D: usize> {
+    /// The body's blocks.
+    pub bins: &'a Bins<D>,
+    /// Shape function.
+    pub kernel: Kernel,
+    /// Position of grid node (0, …) [m].
+    pub origin: Vector<D>,
+    /// Cell size [m].
+    pub cell: f64,
+}
+
+impl<'a, const D: usize> Sweep<'a, D> {
+    /// A sweep of the particles in `bins`.
+    pub fn new(grid: &Grid<D>, kernel: Kernel, bins: &'a Bins<D>) -> Self {
+        Self { bins, kernel, origin: grid.origin, cell: grid.cell }
+    }
+}
+
+/// Runs an expression with the kernel's shape function.
+macro_rules! with_shape {
+    ($sweep:expr, $shape:ident => $body:expr) => {
+        match $sweep.kernel {
+            Kernel::Linear(_) => {
+                let $shape = Linear;
+                $body
+            }
+            Kernel::Gimp(gimp) => {
+                let $shape = Gimp { half: gimp.half };
+                $body
+            }
+            Kernel::Quadratic(_) => {
+                let $shape = Quadratic;
+                $body
+            }
+            Kernel::Cubic(_) => {
+                let $shape = Cubic;
+                $body
+            }
+        }
+    };
+}
+use with_shape;

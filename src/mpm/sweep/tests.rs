@@ -1,0 +1,150 @@
+//! The sweeps against the plain loops.
+
+use super::*;
+use crate::math::{SymTensor, Tensor};
+use crate::mpm::grid::Node;
+use crate::mpm::kernel::with_shape;
+use crate::mpm::particles::{Body, Particles, Work};
+use crate::mpm::{KernelKind, plain};
+
+const KINDS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
+const CELL: f64 = 0.25;
+
+/// Numbers without a pattern in −1..1.
+fn noise(seed: usize) -> f64 {
+    let x = (seed as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5bd1_e995;
+    ((x ^ (x >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// A body of particles scattered over about 20 cells along each axis.
+fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D> {
+    let n = 700;
+    let vector = |k: usize| Vector::<D>::from_fn(|a| noise(k * 7 + a));
+    let particles = Particles {
+        id: (0..n as u32).collect(),
+        position: (0..n).map(|p| vector(p) * 2.5).collect(),
+        velocity: (0..n).map(|p| vector(p + n)).collect(),
+        mass: (0..n).map(|p| 1.5 + noise(p)).collect(),
+        volume: (0..n).map(|p| 0.01 + 0.005 * noise(p)).collect(),
+        energy: vec![0.0; n],
+        pressure: (0..n).map(|p| 10.0 * noise(p + 3)).collect(),
+        stress: (0..if stress { n } else { 0 }).map(|p| SymTensor(std::array::from_fn(|i| noise(p * 6 + i)))).collect(),
+        affine: (0..if affine { n } else { 0 }).map(|p| Tensor::from_fn(|i, j| noise(p * 9 + 3 * i + j))).collect(),
+        signal: vec![0.0; n],
+        ..Particles::default()
+    };
+    let law =
+        crate::material::NeoHookean { density: 1.0, young: 1.0, poisson: 0.3, bulk_viscosity: Default::default() };
+    let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
+    let kernel = Kernel::new(kind, 0.3);
+    Body { name: "body".into(), law: Box::new(law), field: 0, kernel, particles, traction: Vec::new(), work }
+}
+
+/// Sorts the body, moves it by most of the slack, and activates the grid.
+fn prepare<const D: usize>(body: &mut Body<D>) -> (Grid<D>, Bins<D>) {
+    let mut grid = Grid::new(Vector::splat(-0.1), CELL, [20; D], 1);
+    let mut bins = Bins::sort(&mut body.particles, grid.origin, CELL);
+    let shift = 0.98 * shape::slack(body.kernel) * CELL;
+    for (p, x) in body.particles.position.iter_mut().enumerate() {
+        *x += Vector::from_fn(|a| if (p + a) % 2 == 0 { shift } else { -shift });
+    }
+    grid.set_blocks(Bins::blocks(std::slice::from_ref(&bins)));
+    bins.locate(&grid);
+    (grid, bins)
+}
+
+fn close<const D: usize>(a: Vector<D>, b: Vector<D>) -> bool {
+    (a - b).norm() < 1e-12 * (1.0 + b.norm())
+}
+
+fn scatters_agree<const D: usize>(kind: KernelKind, stress: bool, affine: bool) {
+    let mut body = body::<D>(kind, stress, affine);
+    let (grid, bins) = prepare(&mut body);
+    let mut expected = vec![Node::default(); grid.node_count()];
+    with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body.particles, &mut expected));
+    with_shape!(body.kernel, shape => plain::scatter_force(shape, &grid, &body.particles, &[], &mut expected));
+    let sweep = Sweep::new(&grid, body.kernel, &bins);
+    let (mut once, mut twice) = (vec![Node::default(); grid.node_count()], vec![Node::default(); grid.node_count()]);
+    sweep.scatter(&mut once, &body, Content::MomentumAndForce);
+    sweep.scatter(&mut twice, &body, Content::Momentum);
+    sweep.scatter(&mut twice, &body, Content::Force);
+    for nodes in [once, twice] {
+        for (node, expected) in nodes.iter().zip(&expected) {
+            assert!((node.mass - expected.mass).abs() < 1e-12, "{kind:?}");
+            assert!(close(node.momentum, expected.momentum), "{kind:?} affine {affine}");
+            assert!(close(node.force, expected.force), "{kind:?} stress {stress} affine {affine}");
+        }
+    }
+}
+
+fn gathers_agree<const D: usize>(kind: KernelKind) {
+    let mut body = body::<D>(kind, false, true);
+    let (grid, mut bins) = prepare(&mut body);
+    let mut nodes = vec![Node::default(); grid.node_count()];
+    bins.extents = Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
+    for (i, node) in nodes.iter_mut().enumerate() {
+        node.momentum = Vector::from_fn(|a| noise(i * 3 + a));
+        node.force = Vector::from_fn(|a| noise(i * 5 + a));
+    }
+    let n = body.particles.len();
+    let velocity: Vec<_> = nodes.iter().map(|node| node.momentum).collect();
+    let (mut gradient, mut rate) = (vec![Tensor::ZERO; n], vec![Vector::ZERO; n]);
+    let (mut v, mut affine) = (vec![Vector::ZERO; n], vec![Tensor::ZERO; n]);
+    let x = body.particles.position.clone();
+    with_shape!(body.kernel, shape => plain::gather_gradient(shape, &grid, &velocity, &x, &mut gradient));
+    with_shape!(body.kernel, shape => plain::gather_motion(shape, &grid, &nodes, (1.0, 0.0), &x, &mut v, &mut rate));
+    with_shape!(body.kernel, shape => plain::gather_affine(shape, &grid, &nodes, &x, &mut affine));
+
+    let index: std::collections::HashMap<_, _> =
+        x.iter().enumerate().map(|(p, x)| (x.0.map(f64::to_bits), p)).collect();
+    let node = |i: usize| record(2.0, &nodes[i].momentum, &nodes[i].force);
+    let kernel = body.kernel;
+    for wanted in [Wanted::Motion, Wanted::MotionAndGradient, Wanted::MotionAndMoment] {
+        Sweep::new(&grid, kernel, &bins).gather(node, body.view().1, wanted, |chunk| {
+            for (i, x) in chunk.particles.position.iter().enumerate() {
+                let p = index[&x.0.map(f64::to_bits)];
+                assert!((chunk.scalar[i] - 2.0).abs() < 1e-13 && close(chunk.velocity[i], rate[p]));
+                assert!(wanted == Wanted::MotionAndMoment || close(chunk.acceleration[i], v[p]));
+                let error = chunk.gradient[i] - gradient[p];
+                assert!(wanted == Wanted::Motion || error.contract(&error).sqrt() < 1e-11, "{kind:?}");
+                if let (Wanted::MotionAndMoment, Some(inertia)) = (wanted, kernel.inertia()) {
+                    let error = chunk.moment[i] * (1.0 / (inertia * CELL * CELL)) - affine[p];
+                    assert!(error.contract(&error).sqrt() < 1e-11, "{kind:?}");
+                }
+            }
+        });
+    }
+}
+
+#[test]
+fn sweeps_scatter_what_plain_loops_scatter() {
+    for kind in KINDS {
+        for (stress, affine) in [(false, false), (true, false), (false, true), (true, true)] {
+            scatters_agree::<2>(kind, stress, affine);
+            scatters_agree::<3>(kind, stress, affine);
+        }
+    }
+}
+
+#[test]
+fn sweeps_gather_what_plain_loops_gather() {
+    for kind in KINDS {
+        gathers_agree::<2>(kind);
+        gathers_agree::<3>(kind);
+    }
+}
+
+#[test]
+fn tiles_of_one_colour_share_no_node() {
+    let mut body = body::<3>(KernelKind::Cubic, false, false);
+    let (_, bins) = prepare(&mut body);
+    for colour in &bins.colours {
+        let mut seen = std::collections::HashSet::new();
+        for &b in colour {
+            let first = bins.bins[b].block.map(|i| i * 4 - 1);
+            for n in 0..512 {
+                assert!(seen.insert([first[0] + n % 8, first[1] + n / 8 % 8, first[2] + n / 64]));
+            }
+        }
+    }
+}

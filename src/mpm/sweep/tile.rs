@@ -1,0 +1,105 @@
+//! A block's private copy of the grid around it: scattered into without locks, gathered from without look-ups.
+//!
+//! A tile covers nodes −1..=6 of a block of 4ᴰ nodes along each axis: the support of every particle that is
+//! still within the kernel's slack of its block. Blocks whose coordinates have the same parities have disjoint
+//! tiles, so that all blocks of one colour add their tiles to the grid at the same time, and colour after
+//! colour in a fixed order: the sums don't depend on the number of threads.
+
+use super::lanes::Record;
+use crate::math::Vector;
+use crate::mpm::grid::{EDGE, Node};
+
+/// Nodes of a tile along each axis.
+pub(crate) const TILE: usize = 2 * EDGE;
+/// Distance between planes; not a multiple of a page, which would make stores collide with loads.
+pub(crate) const PLANE: usize = TILE * TILE + TILE;
+/// Nodes of a tile in memory.
+pub(crate) const TILE_NODES: usize = TILE * PLANE;
+
+/// The tile's memory.
+pub(crate) type Tile = [Record; TILE_NODES];
+
+/// Where node (i, j, k) of a tile lies.
+#[inline(always)]
+pub(crate) fn tile_index(i: usize, j: usize, k: usize) -> usize {
+    i + TILE * j + PLANE * k
+}
+
+/// The part of a tile that particles touch: node ranges per axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Extent {
+    /// First node per axis.
+    pub from: [usize; 3],
+    /// One past the last node per axis.
+    pub to: [usize; 3],
+}
+
+/// Calls `visit(first node, first tile node, count)` for every run of consecutive nodes of `extent`.
+///
+/// `slots` are the 3ᴰ neighbouring blocks, x fastest, the block itself in the middle.
+#[inline(always)]
+pub(crate) fn for_each_run<const D: usize>(slots: &[u32], extent: &Extent, mut visit: impl FnMut(usize, usize, usize)) {
+    let block = EDGE.pow(D as u32);
+    let split = |i: usize| ((i + EDGE - 1) / EDGE, (i + EDGE - 1) % EDGE);
+    for k in extent.from[2]..extent.to[2] {
+        let (bk, lk) = if D == 3 { split(k) } else { (0, 0) };
+        for j in extent.from[1]..extent.to[1] {
+            let (bj, lj) = split(j);
+            let mut i = extent.from[0];
+            while i < extent.to[0] {
+                let (bi, li) = split(i);
+                let count = (EDGE - li).min(extent.to[0] - i);
+                let slot = slots[bi + 3 * (bj + 3 * bk)] as usize;
+                visit(slot * block + li + EDGE * (lj + EDGE * lk), tile_index(i, j, k), count);
+                i += count;
+            }
+        }
+    }
+}
+
+/// What a tile is added to: a node's part of eight lanes.
+pub(crate) trait Target: Copy + Send + Sync {
+    /// Adds the lanes.
+    fn add(&mut self, record: &Record);
+}
+
+/// Mass, momentum, force.
+impl<const D: usize> Target for Node<D> {
+    #[inline(always)]
+    fn add(&mut self, Record(r): &Record) {
+        self.mass += r[0];
+        for a in 0..D {
+            self.momentum[a] += r[1 + a];
+            self.force[a] += r[1 + D + a];
+        }
+    }
+}
+
+/// Momentum only.
+impl<const D: usize> Target for Vector<D> {
+    #[inline(always)]
+    fn add(&mut self, Record(r): &Record) {
+        for a in 0..D {
+            self[a] += r[1 + a];
+        }
+    }
+}
+
+/// Two scalars.
+impl Target for [f64; 2] {
+    #[inline(always)]
+    fn add(&mut self, Record(r): &Record) {
+        self[0] += r[0];
+        self[1] += r[1];
+    }
+}
+
+/// A record of a scalar, a velocity and an acceleration, as a gather reads it.
+#[inline(always)]
+pub(crate) fn record<const D: usize>(scalar: f64, velocity: &Vector<D>, acceleration: &Vector<D>) -> Record {
+    let mut r = [0.0; 8];
+    r[0] = scalar;
+    r[1..=D].copy_from_slice(&velocity.0);
+    r[1 + D..1 + 2 * D].copy_from_slice(&acceleration.0);
+    Record(r)
+}

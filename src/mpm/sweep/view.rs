@@ -1,0 +1,138 @@
+//! Mutable columns of consecutive particles, which can be split between threads.
+
+use super::{Answer, CHUNK};
+use crate::material::{PointBatch, PointLaw};
+use crate::math::{SymTensor, Tensor, Vector};
+use crate::mpm::particles::{Body, Particles, Work};
+
+macro_rules! view {
+    ($($column:ident: $T:ty),+ $(,)?) => {
+        /// Mutable columns of consecutive particles. Optional columns are empty.
+        pub(crate) struct View<'a, const D: usize> {
+            $(pub $column: &'a mut [$T],)+
+            /// History variables, `stride` per particle.
+            pub history: &'a mut [f64],
+            /// Mass [kg].
+            pub mass: &'a [f64],
+            stride: usize,
+        }
+
+        impl<'a, const D: usize> View<'a, D> {
+            /// The first `n` particles and the rest.
+            pub fn split_at(self, n: usize) -> (Self, Self) {
+                $(let $column = self.$column.split_at_mut(if self.$column.is_empty() { 0 } else { n });)+
+                let history = self.history.split_at_mut(n * self.stride);
+                let mass = self.mass.split_at(n);
+                let stride = self.stride;
+                (
+                    Self { $($column: $column.0,)+ history: history.0, mass: mass.0, stride },
+                    Self { $($column: $column.1,)+ history: history.1, mass: mass.1, stride },
+                )
+            }
+        }
+    };
+}
+
+view! {
+    position: Vector<D>,
+    velocity: Vector<D>,
+    volume: f64,
+    energy: f64,
+    pressure: f64,
+    stress: SymTensor,
+    deformation: Tensor<3>,
+    affine: Tensor<D>,
+    signal: f64,
+    stretch: f64,
+    rate: Vector<D>,
+    mean: Vector<D>,
+}
+
+impl<const D: usize> Body<D> {
+    /// The law and all particles.
+    pub(crate) fn view(&mut self) -> (&dyn PointLaw, View<'_, D>) {
+        let Particles {
+            position,
+            velocity,
+            mass,
+            volume,
+            energy,
+            pressure,
+            stress,
+            deformation,
+            affine,
+            history,
+            signal,
+            ..
+        } = &mut self.particles;
+        let Work { stretch, rate, mean, .. } = &mut self.work;
+        let stride = self.law.storage().history.len();
+        let view = View {
+            position,
+            velocity,
+            volume,
+            energy,
+            pressure,
+            stress,
+            deformation,
+            affine,
+            signal,
+            stretch,
+            rate,
+            mean,
+            history,
+            mass,
+            stride,
+        };
+        (&*self.law, view)
+    }
+}
+
+impl<const D: usize> View<'_, D> {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Calls the law with the velocity gradients and the volume ratios of `stretch` over `dt` [s]; `length` is
+    /// the cell size [m].
+    pub fn update_law(&mut self, law: &dyn PointLaw, gradient: &[Tensor<3>], dt: f64, length: f64) {
+        law.update(&mut PointBatch {
+            dt,
+            length,
+            gradient,
+            stretch: self.stretch,
+            mass: self.mass,
+            volume: self.volume,
+            energy: self.energy,
+            pressure: self.pressure,
+            stress: self.stress,
+            deformation: self.deformation,
+            history: self.history,
+            signal: self.signal,
+        });
+    }
+}
+
+/// Particles that one thread visits at least.
+const GRAIN: usize = 32 * CHUNK;
+
+impl<const D: usize> View<'_, D> {
+    /// Visits all particles, a chunk at a time, in parallel; the answers are combined in a fixed order.
+    pub fn visit<A: Answer>(mut self, visit: &(impl Fn(&mut View<'_, D>) -> A + Sync)) -> A {
+        let len = self.len();
+        if len > GRAIN {
+            let (left, right) = self.split_at(len / 2);
+            let (a, b) = rayon::join(|| left.visit(visit), || right.visit(visit));
+            return a.and(b);
+        }
+        let mut answer = A::default();
+        while self.len() > 0 {
+            let len = CHUNK.min(self.len());
+            let (mut chunk, rest) = self.split_at(len);
+            answer = answer.and(visit(&mut chunk));
+            self = rest;
+        }
+        answer
+    }
+}
