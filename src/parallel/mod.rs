@@ -26,5 +26,5 @@ pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
 /// The least `term` over `0..len`; infinity when empty. NaN wins, so that it is noticed.
 pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     let least = |a: f64, b: f64| if a < b || a.is_nan() { a } else { b };
-    reduce(len, |range| range.map(&term).fold(f64::INFINITY, |a, b| least(a, b)), least).unwrap_or(f64::INFINITY)
+    reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
 }
