@@ -64,6 +64,17 @@ fn completions_know_the_subcommands() {
 }
 
 #[test]
+fn the_schema_is_json_and_laws_have_units() {
+    let home = tempfile::tempdir().unwrap();
+    let schema: serde_json::Value = serde_json::from_slice(&lateen(home.path(), &["schema"]).stdout).unwrap();
+    assert!(schema["properties"]["grid"].is_object());
+    let laws = text(&lateen(home.path(), &["laws"]).stdout);
+    for word in ["neo-hookean", "mie-gruneisen", "young", "Pa"] {
+        assert!(laws.contains(word), "{word} is missing from\n{laws}");
+    }
+}
+
+#[test]
 fn verify_compares_a_case_and_fails_when_it_is_off() {
     let home = tempfile::tempdir().unwrap();
     let case = "name = 'fall'\ndimension = 2\n[time]\nend = 0.1\n[grid]\ncell = 0.1\nlower = [0, 0]\nupper = [1, 1]\n\
