@@ -12,7 +12,9 @@ mod yardstick;
 use lateen::material::eos::{EquationsOfState, Linear};
 use lateen::material::{BulkViscosity, Fluid, StartState};
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, StressUpdate, Transfer, Wall, WallKind};
+use lateen::mpm::{
+    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, StressUpdate, Transfer, Wall, WallKind,
+};
 use lateen::simulation::Solver;
 use std::time::Instant;
 
@@ -59,7 +61,11 @@ fn measure(thousands: usize, steps: usize, name: &str, kernel: KernelKind) {
     let (wall, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - idle);
     let rate = |seconds: f64| (count * steps) as f64 / seconds * 1e-6;
     let bytes = (resident_bytes() - before) / count as f64;
-    println!("{name}, {count} particles: {:.2} million particle-steps/s ({:.2} per processor second), {bytes:.0} bytes per particle", rate(wall), rate(busy));
+    println!(
+        "{name}, {count} particles: {:.2} million particle-steps/s ({:.2} per processor second), {bytes:.0} bytes per particle",
+        rate(wall),
+        rate(busy)
+    );
     let total: f64 = mpm.stage_times().iter().map(|(_, s)| s).sum();
     for (stage, seconds) in mpm.stage_times() {
         let steps = (steps + 3) as f64;

@@ -45,6 +45,8 @@ pub trait Ghosted: Copy + Default {
     fn mirrored(self, axis: usize) -> Self;
     /// self + other · factor.
     fn plus(self, other: Self, factor: f64) -> Self;
+    /// True if nothing lies here: most ghosts are far from any particle.
+    fn is_nothing(&self) -> bool;
 }
 
 impl<const D: usize> Ghosted for Vector<D> {
@@ -57,6 +59,11 @@ impl<const D: usize> Ghosted for Vector<D> {
     #[inline]
     fn plus(self, other: Self, factor: f64) -> Self {
         self + other * factor
+    }
+
+    #[inline]
+    fn is_nothing(&self) -> bool {
+        *self == Self::ZERO
     }
 }
 
@@ -74,6 +81,11 @@ impl<const D: usize> Ghosted for Node<D> {
             force: self.force + other.force * factor,
         }
     }
+
+    #[inline]
+    fn is_nothing(&self) -> bool {
+        self.mass == 0.0 && self.momentum == Vector::ZERO && self.force == Vector::ZERO
+    }
 }
 
 /// Scalars: nothing in them has a direction.
@@ -89,6 +101,11 @@ where
     #[inline]
     fn plus(self, other: Self, factor: f64) -> Self {
         std::array::from_fn(|i| self[i] + other[i] * factor)
+    }
+
+    #[inline]
+    fn is_nothing(&self) -> bool {
+        self.iter().all(|&value| value == 0.0)
     }
 }
 
@@ -127,6 +144,9 @@ impl<const D: usize> Ghosts<D> {
     pub fn fold<T: Ghosted>(&self, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
             for ghost in ghosts {
+                if values[ghost.node as usize].is_nothing() {
+                    continue;
+                }
                 let mut value = std::mem::take(&mut values[ghost.node as usize]);
                 if ghost.mirror {
                     before(ghost.side, ghost.node as usize, &value);

@@ -9,37 +9,8 @@
 use super::grid::Node;
 use super::kernel::Kernel;
 use super::particles::Body;
-use super::sweep::{Answer, CHUNK, Chunk, Sweep, View, Wanted, record};
+use super::sweep::{Answer, Chunk, Sweep, View, Wanted, record};
 use crate::math::{Tensor, Vector};
-use std::ops::{Deref, DerefMut};
-
-/// Up to a chunk of values, without allocation.
-pub(super) struct Few<T> {
-    values: [T; CHUNK],
-    len: usize,
-}
-
-impl<T: Copy + Default> Few<T> {
-    /// A copy.
-    pub fn of(values: &[T]) -> Self {
-        let mut few = Self { values: [T::default(); CHUNK], len: values.len() };
-        few.values[..values.len()].copy_from_slice(values);
-        few
-    }
-}
-
-impl<T> Deref for Few<T> {
-    type Target = [T];
-    fn deref(&self) -> &[T] {
-        &self.values[..self.len]
-    }
-}
-
-impl<T> DerefMut for Few<T> {
-    fn deref_mut(&mut self) -> &mut [T] {
-        &mut self.values[..self.len]
-    }
-}
 
 /// What the end of a step tells about a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -97,27 +68,36 @@ impl<const D: usize> Landing<D> {
     pub fn land(&self, particles: &mut View<'_, D>) -> Summary {
         let Self::Move { dt, domain: [lower, upper] } = self else { return Summary::default() };
         let mut summary = Summary::default();
-        for p in 0..particles.len() {
-            let (v, rate) = (particles.velocity[p], particles.rate[p]);
-            let mut x = particles.position[p];
+        // Slices of one length: the loop is free of bounds checks.
+        let n = particles.len();
+        let (position, rate) = (&mut particles.position[..n], &particles.rate[..n]);
+        let (velocity, mass, signal) = (&particles.velocity[..n], &particles.mass[..n], &particles.signal[..n]);
+        let (pressure, energy) = (&particles.pressure[..n], &particles.energy[..n]);
+        for p in 0..n {
             let mut inside = true;
             for a in 0..D {
-                let shift = rate[a] * dt;
-                x[a] += shift;
+                let shift = rate[p][a] * dt;
+                let x = position[p][a] + shift;
+                position[p][a] = x;
                 // Written so that a NaN is outside.
-                inside &= (x[a] >= lower[a]) & (x[a] <= upper[a]);
-                summary.shift = summary.shift.max(shift.abs());
+                inside &= (x >= lower[a]) & (x <= upper[a]);
+                summary.shift = larger(summary.shift, shift.abs());
             }
-            particles.position[p] = x;
-            let square = v.norm_squared();
-            let state = square + particles.pressure[p] + particles.energy[p];
+            let square = velocity[p].norm_squared();
+            let state = square + pressure[p] + energy[p];
             summary.lost |= !(inside & state.is_finite());
-            summary.kinetic += 0.5 * particles.mass[p] * square;
-            summary.internal += particles.energy[p];
-            summary.fastest = summary.fastest.max(particles.signal[p] + square.sqrt());
+            summary.kinetic += 0.5 * mass[p] * square;
+            summary.internal += energy[p];
+            summary.fastest = larger(summary.fastest, signal[p] + square.sqrt());
         }
         summary
     }
+}
+
+/// The larger of two numbers; one instruction, unlike `f64::max`, whose care for NaN is not needed here.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// How a gather turns grid motion into particle motion.

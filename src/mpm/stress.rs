@@ -12,7 +12,7 @@
 
 use super::ghost::Ghosts;
 use super::grid::{Grid, Node};
-use super::motion::{Few, Landing, Summary, Transport};
+use super::motion::{Landing, Summary, Transport};
 use super::particles::Body;
 use super::sweep::{Chunk, Content, Sweep, Wanted, record};
 use super::{Locking, health};
@@ -48,23 +48,21 @@ pub(super) fn update_stress<const D: usize>(
     let summary = match strain.locking {
         Locking::Average { blend } if strain.dt > 0.0 => {
             let (_, view) = body.view();
-            sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| {
-                measure(chunk, &strain);
-            });
+            sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| measure(chunk, &strain));
             let mean = mean_stretch(sweep, (grid, ghosts), body);
             let node = |n: usize| record(mean[n][0], &strain.velocity[n], &Vector::ZERO);
             let (law, view) = body.view();
             sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| {
-                let mut gradient = measure(chunk, &strain);
-                average(chunk, &mut gradient, strain.dt, blend);
-                advance(law, chunk, &gradient, &strain, (sweep.cell, landing))
+                measure(chunk, &strain);
+                average(chunk, strain.dt, blend);
+                advance(law, chunk, &strain, (sweep.cell, landing))
             })
         }
         _ => {
             let (law, view) = body.view();
             sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| {
-                let gradient = measure(chunk, &strain);
-                advance(law, chunk, &gradient, &strain, (sweep.cell, landing))
+                measure(chunk, &strain);
+                advance(law, chunk, &strain, (sweep.cell, landing))
             })
         }
     };
@@ -89,19 +87,15 @@ pub(super) fn strain_and_land<const D: usize>(
     let (law, view) = body.view();
     let summary = sweep.gather(node, view, wanted, |chunk| {
         transport.carry(chunk);
-        let gradients = measure(chunk, &strain);
-        advance(law, chunk, &gradients, &strain, (sweep.cell, landing))
+        measure(chunk, &strain);
+        advance(law, chunk, &strain, (sweep.cell, landing))
     });
     if summary.inverted { Err(health::inverted(body)) } else { Ok(summary) }
 }
 
-/// The gradients of a chunk over the positions at the start of the increment.
-type Gradients = Few<Tensor<3>>;
-
-/// Sets the volume ratios of a chunk and returns its gradients.
-fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, strain: &Strain<'_, D>) -> Gradients {
-    let mut gradients = Gradients::of(chunk.gradient);
-    for (l, stretch) in gradients.iter_mut().zip(chunk.particles.stretch.iter_mut()) {
+/// Sets the volume ratios of a chunk; its gradients are then over the positions at the start of the increment.
+fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, strain: &Strain<'_, D>) {
+    for (l, stretch) in chunk.gradient.iter_mut().zip(chunk.particles.stretch.iter_mut()) {
         if strain.backwards {
             // x at the start is (1 − dt L) x at the end.
             let back = (Tensor::identity() - *l * strain.dt).inverse();
@@ -109,21 +103,19 @@ fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, strain: &Strain<'_, D>) -> 
         }
         *stretch = (Tensor::identity() + *l * strain.dt).determinant();
     }
-    gradients
 }
 
 /// Updates the stresses of a chunk and lands its particles, unless one was turned inside out.
 fn advance<const D: usize>(
     law: &dyn PointLaw,
     chunk: &mut Chunk<'_, D>,
-    gradients: &[Tensor<3>],
     strain: &Strain<'_, D>,
     (cell, landing): (f64, Landing<D>),
 ) -> Summary {
     if chunk.particles.stretch.iter().any(|j| !(*j > 0.0 && j.is_finite())) {
         return Summary::inverted();
     }
-    chunk.particles.update_law(law, gradients, strain.dt, cell);
+    chunk.particles.update_law(law, chunk.gradient, strain.dt, cell);
     landing.land(&mut chunk.particles)
 }
 
@@ -142,8 +134,8 @@ fn mean_stretch<const D: usize>(
 }
 
 /// Blends the volume ratios of a chunk with their average over the grid and scales the gradients to fit.
-fn average<const D: usize>(chunk: &mut Chunk<'_, D>, gradients: &mut [Tensor<3>], dt: f64, blend: f64) {
-    for ((l, stretch), mean) in gradients.iter_mut().zip(chunk.particles.stretch.iter_mut()).zip(chunk.scalar) {
+fn average<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
+    for ((l, stretch), mean) in chunk.gradient.iter_mut().zip(chunk.particles.stretch.iter_mut()).zip(chunk.scalar) {
         let blended = *stretch + blend * (mean - *stretch);
         let growth = (((blended - *stretch) / *stretch).ln_1p() / D as f64).exp_m1();
         *l = *l * (1.0 + growth);

@@ -28,7 +28,7 @@ pub(crate) struct Chunk<'a, const D: usize> {
     /// Σ N a [m/s²]; not meaningful when the moment is gathered.
     pub acceleration: &'a [Vector<D>],
     /// Σ v ⊗ ∇N [1/s], embedded in three dimensions; meaningful when it is gathered.
-    pub gradient: &'a [Tensor<3>],
+    pub gradient: &'a mut [Tensor<3>],
     /// Σ N v ⊗ (x_I − x_p) [m²/s]; meaningful when it is gathered.
     pub moment: &'a [Tensor<D>],
 }
@@ -184,14 +184,14 @@ impl<const D: usize> Default for Buffer<D> {
 }
 
 impl<const D: usize> Buffer<D> {
-    fn chunk<'a>(&'a self, particles: View<'a, D>) -> Chunk<'a, D> {
+    fn chunk<'a>(&'a mut self, particles: View<'a, D>) -> Chunk<'a, D> {
         let len = particles.len();
         Chunk {
             particles,
             scalar: &self.scalar[..len],
             velocity: &self.velocity[..len],
             acceleration: &self.acceleration[..len],
-            gradient: &self.gradient[..len],
+            gradient: &mut self.gradient[..len],
             moment: &self.moment[..len],
         }
     }
