@@ -24,50 +24,43 @@ pub(crate) fn array<T: Copy, const N: usize>(first: T, at: impl Fn(usize) -> T) 
     array
 }
 
-/// Slope weights of one axis and node, lane by lane.
+/// Weights of the slope along one axis: h ∂N/∂x, and N (x_I − x_p)/h.
 #[inline(always)]
-fn slope<L: Lanes, const W: usize, const D: usize, const AFFINE: bool>(w: &Weights<W>, i: usize, axis: usize) -> L {
-    let g = w.dn[i][axis];
-    if !AFFINE {
-        return L::splat(g);
-    }
-    let a = w.n[i][axis] * w.offset[i][axis];
-    L::set(array(0.0, |lane| {
-        if lane == 0 {
-            0.0
-        } else if lane <= D {
-            a
-        } else if lane <= 2 * D {
-            g
-        } else {
-            0.0
-        }
+fn slope<const W: usize>(w: &Weights<W>, i: usize, axis: usize) -> [f64; 2] {
+    [w.dn[i][axis], w.n[i][axis] * w.offset[i][axis]]
+}
+
+/// One number in the lanes of the momentum (velocity), another in those of the force (the velocity's copy).
+#[inline(always)]
+fn pair<L: Lanes, const D: usize>(momentum: f64, force: f64) -> L {
+    L::set(array(0.0, |lane| match lane {
+        0 => 0.0,
+        _ if lane <= D => momentum,
+        _ if lane <= 2 * D => force,
+        _ => 0.0,
     }))
 }
 
-/// Slope weights for a gather: the gradient in the velocity lanes, the affine moment in the copy behind them.
+/// Slope weights of a scatter: affine for the momentum, the gradient for the force.
+#[inline(always)]
+fn scatter_slope<L: Lanes, const W: usize, const D: usize, const AFFINE: bool>(
+    w: &Weights<W>,
+    i: usize,
+    axis: usize,
+) -> L {
+    let [gradient, affine] = slope(w, i, axis);
+    if AFFINE { pair::<L, D>(affine, gradient) } else { L::splat(gradient) }
+}
+
+/// Slope weights of a gather: the gradient of the velocity, the affine moment of its copy.
 #[inline(always)]
 fn gather_slope<L: Lanes, const W: usize, const D: usize, const AFFINE: bool>(
     w: &Weights<W>,
     i: usize,
     axis: usize,
 ) -> L {
-    let g = w.dn[i][axis];
-    if !AFFINE {
-        return L::splat(g);
-    }
-    let a = w.n[i][axis] * w.offset[i][axis];
-    L::set(array(0.0, |lane| {
-        if lane == 0 {
-            0.0
-        } else if lane <= D {
-            g
-        } else if lane <= 2 * D {
-            a
-        } else {
-            0.0
-        }
-    }))
+    let [gradient, affine] = slope(w, i, axis);
+    if AFFINE { pair::<L, D>(gradient, affine) } else { L::splat(gradient) }
 }
 
 /// First node of the support along an axis.
@@ -86,9 +79,10 @@ pub(crate) fn scatter<L: Lanes, const W: usize, const D: usize, const AFFINE: bo
     slopes: [L; D],
 ) -> [usize; 3] {
     let [i0, j0] = [first(w, 0), first(w, 1)];
-    let xs: [L; W] =
-        array(L::splat(0.0), |i| slope::<L, W, D, AFFINE>(w, i, 0).mul_add(slopes[0], L::splat(w.n[i][0]).mul(value)));
-    let ys: [L; W] = array(L::splat(0.0), |j| slope::<L, W, D, AFFINE>(w, j, 1).mul(slopes[1]));
+    let xs: [L; W] = array(L::splat(0.0), |i| {
+        scatter_slope::<L, W, D, AFFINE>(w, i, 0).mul_add(slopes[0], L::splat(w.n[i][0]).mul(value))
+    });
+    let ys: [L; W] = array(L::splat(0.0), |j| scatter_slope::<L, W, D, AFFINE>(w, j, 1).mul(slopes[1]));
     if D == 2 {
         scatter_plane(tile, w, &xs, &ys, tile_index(i0, j0, 0));
         return [i0, j0, 0];
@@ -96,7 +90,7 @@ pub(crate) fn scatter<L: Lanes, const W: usize, const D: usize, const AFFINE: bo
     let k0 = first(w, 2);
     for k in 0..W {
         let nz = L::splat(w.n[k][2]);
-        let z = slope::<L, W, D, AFFINE>(w, k, 2).mul(slopes[D - 1]);
+        let z = scatter_slope::<L, W, D, AFFINE>(w, k, 2).mul(slopes[D - 1]);
         let xs: [L; W] = array(nz, |i| xs[i].mul(nz));
         let ys: [L; W] = array(L::splat(0.0), |j| ys[j].mul_add(nz, z.mul(L::splat(w.n[j][1]))));
         scatter_plane(tile, w, &xs, &ys, tile_index(i0, j0, k0 + k));
