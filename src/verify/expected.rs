@@ -20,8 +20,18 @@
 //! tolerance = { relative = 0.03 }
 //! quick = { relative = 0.08 }   # for the default run; `full` likewise
 //! source = "two finite element programs, rigid sphere"
+//!
+//! [[profile]]                   # a field of particles at the end, over a coordinate
+//! name = "density, L1 error"
+//! of = ["left", "right"]
+//! field = "density"
+//! axis = "x"
+//! reference = { file = "reference/exact.csv", x = "x", y = "rho" }
+//! tolerance = { absolute = 0.02 }
+//! source = "exact Riemann solution"
 //! ```
 
+use super::profile::Profile;
 use crate::error::{Diagnostic, Error, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -51,6 +61,9 @@ pub struct Expected {
     /// Comparisons.
     #[serde(default, rename = "check")]
     pub checks: Vec<Check>,
+    /// Comparisons of fields at the end of the run.
+    #[serde(default, rename = "profile")]
+    pub profiles: Vec<Profile>,
     /// Curves that are drawn but not compared.
     #[serde(default, rename = "drawn")]
     pub drawn: Vec<Drawn>,

@@ -1,10 +1,11 @@
 //! Runs validation cases and compares what they compute with published, analytic or independent values.
 //!
 //! What a case is compared with stands beside it in `expected.toml` ([`expected`]); what can be measured on
-//! histories is in [`series`] and [`measure`].
+//! histories is in [`series`] and [`measure`], what on fields in [`profile`].
 
 pub mod expected;
 pub mod measure;
+pub mod profile;
 pub mod series;
 mod table;
 
@@ -51,7 +52,11 @@ pub fn verify(folder: &Folder, level: Level, directory: &Path, stop: &Arc<Atomic
         ..Options::default()
     };
     run::run(&case, case.build()?, &directory, options)?;
-    compare(folder, &expected, level, &directory.history())
+    let mut outcomes = compare(folder, &expected, level, &directory.history())?;
+    for profile in &expected.profiles {
+        outcomes.push(profile.apply(&directory.fields(), level, |file| table_beside(folder, file))?);
+    }
+    Ok(outcomes)
 }
 
 /// Compares the histories of a run that is there already.

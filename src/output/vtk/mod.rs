@@ -7,8 +7,10 @@
 
 mod array;
 mod data_set;
+mod read;
 mod series;
 
 pub use array::Precision;
 pub use data_set::{write_points, write_surface};
+pub use read::read_array;
 pub use series::Series;

@@ -35,6 +35,11 @@ impl Series {
         self.entries.last().map(|(time, _)| *time)
     }
 
+    /// The last file, relative to the list.
+    pub fn last_file(&self) -> Option<&str> {
+        self.entries.last().map(|(_, file)| file.as_str())
+    }
+
     /// Adds a file, named relative to the list, and writes the list.
     ///
     /// # Errors

@@ -1,0 +1,122 @@
+//! Profiles: a field of particles at the end of a run, compared with a curve over a coordinate.
+//!
+//! The deviation is the volume-weighted mean distance of the particles from the curve,
+//! L1 = Σ V_p |f_p − f(x_p)| / Σ V_p, which for a domain of unit size is the usual L1 error.
+
+use super::expected::{Curve, Level, Tolerance};
+use super::measure::Outcome;
+use super::series::Series;
+use crate::error::{Error, Result};
+use crate::output::history::Table;
+use crate::output::vtk::{Series as Files, read_array};
+use serde::Deserialize;
+use std::path::Path;
+
+/// A profile at the end of a run.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Profile {
+    /// What is compared.
+    pub name: String,
+    /// The bodies.
+    pub of: Vec<String>,
+    /// A field of their particles with one component.
+    pub field: String,
+    /// The coordinate that the curve goes along.
+    #[serde(default)]
+    pub axis: Axis,
+    /// The curve; its `x` is the place.
+    pub reference: Curve,
+    /// How far the mean distance may be from zero.
+    pub tolerance: Tolerance,
+    /// The tolerance of the default run, where it is another one.
+    pub quick: Option<Tolerance>,
+    /// The tolerance of `--full`, where it is another one.
+    pub full: Option<Tolerance>,
+    /// Where the curve comes from.
+    pub source: String,
+}
+
+/// The coordinate of a profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// Along x.
+    #[default]
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+}
+
+/// One particle of a profile.
+struct Sample {
+    place: f64,
+    value: f64,
+    volume: f64,
+}
+
+impl Profile {
+    /// Compares the last fields in `fields`; `read_table` reads the table of the curve.
+    ///
+    /// # Errors
+    /// Fields, arrays or tables that aren't there or can't be read.
+    pub fn apply(&self, fields: &Path, level: Level, read_table: impl Fn(&str) -> Result<Table>) -> Result<Outcome> {
+        let curve = self.reference.read(read_table)?;
+        let samples = self.of.iter().map(|body| self.samples(fields, body)).collect::<Result<Vec<_>>>()?;
+        let distance = mean_distance(samples.iter().flatten(), &curve);
+        let special = match level {
+            Level::Quick => self.quick,
+            Level::Full => self.full,
+        };
+        Ok(Outcome {
+            name: self.name.clone(),
+            computed: distance,
+            reference: 0.0,
+            deviation: distance.unwrap_or(f64::INFINITY),
+            limit: special.unwrap_or(self.tolerance).absolute,
+            source: self.source.clone(),
+        })
+    }
+
+    /// The particles of a body in its last file.
+    fn samples(&self, fields: &Path, body: &str) -> Result<Vec<Sample>> {
+        let mut files = Files::new(fields.join(format!("{body}.pvd")));
+        files.resume(f64::INFINITY)?;
+        let missing = || Error::io(files.path(), std::io::ErrorKind::NotFound.into());
+        let path = fields.join(files.last_file().ok_or_else(missing)?);
+        let read = |array: &str| read_array(&path, array).map_err(|error| Error::io(&path, error));
+        let (positions, values, volumes) = (read("position")?, read(&self.field)?, read("volume")?);
+        let places = positions.iter().skip(self.axis as usize).step_by(3);
+        let both = values.into_iter().zip(volumes);
+        Ok(places.zip(both).map(|(&place, (value, volume))| Sample { place, value, volume }).collect())
+    }
+}
+
+/// Σ V |f − f(x)| / Σ V over the samples that the curve covers; `None` if it covers none.
+fn mean_distance<'a>(samples: impl Iterator<Item = &'a Sample>, curve: &Series) -> Option<f64> {
+    let (mut distance, mut volume) = (0.0, 0.0);
+    for sample in samples {
+        if let Some(exact) = curve.at(sample.place) {
+            distance += sample.volume * (sample.value - exact).abs();
+            volume += sample.volume;
+        }
+    }
+    (volume > 0.0).then(|| distance / volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_is_weighted_with_the_volume() {
+        let sample = |place, value, volume| Sample { place, value, volume };
+        let line = Series { x: vec![0.0, 1.0], y: vec![0.0, 2.0] };
+        // Distances 1 and 0 with volumes 1 and 3; the last sample lies outside the curve.
+        let samples = [sample(0.5, 2.0, 1.0), sample(1.0, 2.0, 3.0), sample(1.5, 9.0, 1.0)];
+        assert_eq!(mean_distance(samples.iter(), &line), Some(0.25));
+        assert_eq!(mean_distance(samples[2..].iter(), &line), None);
+    }
+}
