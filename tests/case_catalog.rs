@@ -20,7 +20,7 @@ fn every_case_builds() {
     for file in cases() {
         let source = Source::read(&file).unwrap();
         match Case::read(source.clone(), &[]).and_then(|case| case.model()) {
-            Ok(model) => wrong += &source.render(&model.warnings, false).trim_start().to_owned(),
+            Ok(model) => wrong += source.render(&model.warnings, false).trim_start(),
             Err(Error::Case(findings)) => wrong += &source.render(&findings, false),
             Err(other) => panic!("{other}"),
         }

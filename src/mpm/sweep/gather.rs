@@ -237,8 +237,8 @@ impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
             let w = self.shape.weights(self.frame.coordinates(x));
             let (value, slopes) = kernel::gather::<L, W, D, AFFINE>(self.tile, &w);
             self.buffer.put(p, &numbers(value));
-            for axis in 0..D {
-                let g = numbers(slopes[axis]);
+            for (axis, slope) in slopes.into_iter().enumerate() {
+                let g = numbers(slope);
                 for a in 0..D {
                     self.buffer.gradient[p][a][axis] = g[1 + a] * per_cell;
                     if AFFINE {

@@ -227,9 +227,9 @@ impl Extent {
     /// Grows to a support of `W` nodes per axis from `first`.
     #[inline(always)]
     pub fn include<const W: usize, const D: usize>(&mut self, first: [usize; 3]) {
-        for a in 0..3 {
-            self.from[a] = self.from[a].min(first[a]);
-            self.to[a] = self.to[a].max(first[a] + if a < D { W } else { 1 });
+        for (a, first) in first.into_iter().enumerate() {
+            self.from[a] = self.from[a].min(first);
+            self.to[a] = self.to[a].max(first + if a < D { W } else { 1 });
         }
     }
 }

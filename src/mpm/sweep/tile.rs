@@ -40,7 +40,8 @@ pub(crate) struct Extent {
 #[inline(always)]
 pub(crate) fn for_each_run<const D: usize>(slots: &[u32], extent: &Extent, mut visit: impl FnMut(usize, usize, usize)) {
     let block = EDGE.pow(D as u32);
-    let split = |i: usize| ((i + EDGE - 1) / EDGE, (i + EDGE - 1) % EDGE);
+    // Node i of the tile is node i − 1 of the block: which of the three blocks, and where in it.
+    let split = |i: usize| (i.div_ceil(EDGE), (i + EDGE - 1) % EDGE);
     for k in extent.from[2]..extent.to[2] {
         let (bk, lk) = if D == 3 { split(k) } else { (0, 0) };
         for j in extent.from[1]..extent.to[1] {
