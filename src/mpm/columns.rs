@@ -55,10 +55,10 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
         membrane.columns(&prefix, visit);
     }
     mpm.coupling.contact.columns("contact.", visit);
-    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.coupling.substep_before, mpm.energy[0], mpm.energy[1]];
+    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1]];
     visit("mpm.clock", Column::new(&mut clock));
-    if let [dt_before, bound, substep_before, kinetic, internal] = clock[..] {
-        (mpm.dt_before, mpm.bound, mpm.coupling.substep_before) = (dt_before, bound, substep_before);
+    if let [dt_before, bound, kinetic, internal] = clock[..] {
+        (mpm.dt_before, mpm.bound) = (dt_before, bound);
         mpm.energy = [kinetic, internal];
     }
     let mut steps = vec![mpm.steps];

@@ -24,8 +24,6 @@ pub struct Coupling<const D: usize> {
     safety: f64,
     /// Most sub-steps per step.
     max_substeps: usize,
-    /// The last sub-step [s].
-    pub substep_before: f64,
 }
 
 /// The membranes of a case under gravity.
@@ -60,7 +58,7 @@ impl<const D: usize> Coupling<D> {
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
         let contact = Contact::new(lattice, friction, tolerance, bodies, &sources);
-        Self { membranes, contact, safety, max_substeps: max_substeps.max(1), substep_before: 0.0 }
+        Self { membranes, contact, safety, max_substeps: max_substeps.max(1) }
     }
 
     /// The largest stable sub-step of the membranes [s]; infinity without any.
@@ -91,10 +89,12 @@ impl<const D: usize> Coupling<D> {
 
         let count = self.substeps(step.dt);
         let dt = step.dt / count as f64;
+        // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
+        // change, above all in the first, half a step of momentum.
+        let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
             let t = step.t + dt * substep as f64;
-            let momentum_dt = 0.5 * (self.substep_before + dt);
-            let elapsed = step.momentum_dt * (substep + 1) as f64 / count as f64;
+            let elapsed = momentum_dt * (substep + 1) as f64;
             for (index, membrane) in self.membranes.iter_mut().enumerate() {
                 let previous = membrane.velocity.clone();
                 timed!(timer, "membrane", membrane.internal_force(t, momentum_dt)?); // f_K         (39–45)
@@ -105,7 +105,6 @@ impl<const D: usize> Coupling<D> {
                 timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
                 timed!(timer, "membrane", membrane.move_nodes(t, dt)); // x_K                      (47)
             }
-            self.substep_before = dt;
         }
         timed!(timer, "contact", self.contact.finish_step(grid));
         Ok(())
