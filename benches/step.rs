@@ -4,8 +4,8 @@
 //! `cargo bench --bench step -- [thousands of particles] [steps] [linear|quadratic]`; by default 128 and 1024 thousand
 //! with both kernels. `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
 //! transfers, equation of state, walls, ledger, health check. The same process then runs a plain loop over the same
-//! column (dense grid, one particle at a time in the order of the lattice, no sorting, no books, one thread) as a
-//! yardstick, so that a busy machine still gives a ratio.
+//! column (dense grid, one particle at a time, no sorting, no books, one thread) as a yardstick, so that a busy machine
+//! still gives a ratio: once in the order in which the lattice was made, which is a sorted one, and once mixed.
 
 mod yardstick;
 
@@ -17,6 +17,7 @@ use lateen::mpm::{
 };
 use lateen::simulation::Solver;
 use std::time::Instant;
+use yardstick::{Column, Order};
 
 /// Density [kg/m³] and speed of sound [m/s] of the water: ten times the speed of the front.
 const WATER: (f64, f64) = (1000.0, 44.0);
@@ -71,12 +72,14 @@ fn measure(thousands: usize, steps: usize, name: &str, kernel: KernelKind) {
         let steps = (steps + 3) as f64;
         println!("  {stage:10} {:6.1} ns  {:4.1} %", seconds / (count as f64 * steps) * 1e9, 100.0 * seconds / total);
     }
-    let mut column = yardstick::Column::new(n, kernel, WATER, GRAVITY);
-    column.step(dt);
-    let (idle, plain) = (processor_seconds(), (steps / 3).max(2));
-    (0..plain).for_each(|_| column.step(dt));
-    let yardstick = (count * plain) as f64 / (processor_seconds() - idle) * 1e-6;
-    println!("  plain loop: {yardstick:.2} million per processor second; ratio {:.2}", rate(busy) / yardstick);
+    for (name, order) in [("rows of the lattice", Order::Lattice), ("mixed order", Order::Mixed)] {
+        let mut column = Column::new(n, kernel, (WATER, GRAVITY), order);
+        column.step(dt);
+        let (idle, plain) = (processor_seconds(), (steps / 3).max(2));
+        (0..plain).for_each(|_| column.step(dt));
+        let plain = (count * plain) as f64 / (processor_seconds() - idle) * 1e-6;
+        println!("  plain loop, {name}: {plain:.2} million per processor second; ratio {:.2}", rate(busy) / plain);
+    }
 }
 
 /// The column, with cells of 0.5/n m.

@@ -18,13 +18,38 @@ pub struct Column {
     nodes: Vec<[f64; 7]>,
 }
 
+/// In which order the plain loop meets the particles.
+#[derive(Clone, Copy)]
+pub enum Order {
+    /// Row by row, as they were made: neighbours are in the cache.
+    Lattice,
+    /// Far from their neighbours, as after a long run of a code that never sorts.
+    Mixed,
+}
+
+impl Order {
+    fn of(self, lattice: Vec<Vector<3>>) -> Vec<Vector<3>> {
+        match self {
+            Self::Lattice => lattice,
+            // A stride that is coprime to the number of particles visits each of them once.
+            Self::Mixed => {
+                let n = lattice.len();
+                let coprime = |stride: &usize| gcd(*stride, n) == 1;
+                let stride = (n * 618 / 1000..n).find(coprime).unwrap_or(1);
+                (0..n).map(|p| lattice[p * stride % n]).collect()
+            }
+        }
+    }
+}
+
 /// Nodes beyond each wall.
 const GHOSTS: usize = 2;
 
 impl Column {
-    pub fn new(n: usize, kernel: KernelKind, water: (f64, f64), gravity: f64) -> Self {
+    /// The column with its particles in the given order of the lattice.
+    pub fn new(n: usize, kernel: KernelKind, (water, gravity): ((f64, f64), f64), order: Order) -> Self {
         let cell = 0.5 / n as f64;
-        let position = super::lattice(n);
+        let position = order.of(super::lattice(n));
         let count = position.len();
         let size = [4 * n, n, 2 * n].map(|cells| cells + 1 + 2 * GHOSTS);
         let volume = (0.5 * cell).powi(3);
@@ -137,4 +162,8 @@ fn quadratic(x: f64) -> (usize, [f64; 3], [f64; 3]) {
     let f = x - first as f64;
     let (a, b, c) = (1.5 - f, f - 1.0, f - 0.5);
     (first, [0.5 * a * a, 0.75 - b * b, 0.5 * c * c], [-a, -2.0 * b, c])
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
