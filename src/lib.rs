@@ -3,7 +3,7 @@
 //! Two methods, one program:
 //! * [`mpm`]: the explicit material point method for fluids, gases and solids, coupled with membrane
 //!   finite elements by contact on the background grid (Lian, Liu & Zhang 2014);
-//! * PFEM-2 for several fluids and solids in one implicit system (Becker, Idelsohn & Oñate 2015).
+//! * [`pfem2`]: PFEM-2 for several fluids in one implicit system (Becker, Idelsohn & Oñate 2015).
 //!
 //! A case file describes a problem; [`case`] checks it and builds a [`simulation::Solver`]; the time
 //! loop in [`simulation`] steps it, shows snapshots to the [`output`] monitors and writes checkpoints.
@@ -26,6 +26,7 @@ pub mod parallel;
 pub mod simulation;
 
 pub mod mpm;
+pub mod pfem2;
 
 pub mod output;
 
