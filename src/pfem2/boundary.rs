@@ -1,4 +1,19 @@
-//! What happens at the boundary of the mesh.
+//! Conditions on the boundary of the mesh, per set of facets.
+//!
+//! ```text
+//! wall, inlet      v = v̄(x, t) at the nodes
+//! slip, symmetry   v·n = 0 along the nodal normal n_i ∝ Σ_f ∫N_i n dA; normals that differ by more than 45°
+//!                  bind separately, so that an edge between two planes keeps one direction free
+//! outlet           σ n = 0;   traction  σ n = t̄(x, t);   pressure  σ n = −p̄(x, t) n
+//! pressure pin     p = 0 at one node of a box that nothing opens
+//! ```
+//!
+//! A node of several sets takes the first of wall, inlet, slip that is among them; of two walls or inlets the one
+//! that is listed first. Theory 5.7.
+
+use crate::math::{Signal, Tensor, Vector};
+use crate::mesh::{Facet, Mesh};
+use std::collections::BTreeMap;
 
 /// What a boundary facet is to the flow and to the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,4 +27,392 @@ pub enum BoundaryKind {
     Inlet,
     /// Traction or pressure is prescribed; particles leave, and come in with the fluid of the place.
     Outlet,
+}
+
+/// What is prescribed on a set of facets.
+#[derive(Debug, Clone)]
+pub enum Condition<const D: usize> {
+    /// No slip; the velocity of the wall [m/s].
+    Wall([Signal; D]),
+    /// No flow through it, no friction: also a plane of symmetry.
+    Slip,
+    /// Inflow with this velocity [m/s].
+    Inlet([Signal; D]),
+    /// Free of traction.
+    Outlet,
+    /// Open, under a traction [Pa].
+    Traction([Signal; D]),
+    /// Open, under a pressure [Pa].
+    Pressure(Signal),
+}
+
+impl<const D: usize> Condition<D> {
+    /// A wall at rest.
+    pub fn wall() -> Self {
+        Self::Wall(std::array::from_fn(|_| Signal::ZERO))
+    }
+
+    /// Its kind.
+    pub fn kind(&self) -> BoundaryKind {
+        match self {
+            Self::Wall(_) => BoundaryKind::Wall,
+            Self::Slip => BoundaryKind::Slip,
+            Self::Inlet(_) => BoundaryKind::Inlet,
+            Self::Outlet | Self::Traction(_) | Self::Pressure(_) => BoundaryKind::Outlet,
+        }
+    }
+
+    /// The prescribed velocity at a place [m] and time [s], if there is one [m/s].
+    fn velocity(&self, x: Vector<D>, t: f64) -> Option<Vector<D>> {
+        match self {
+            Self::Wall(v) | Self::Inlet(v) => Some(Vector::from_fn(|i| v[i].value(x.to3(), t))),
+            _ => None,
+        }
+    }
+
+    /// The traction at a place of a facet with outward normal `n`, if it isn't zero [Pa].
+    fn traction(&self, x: Vector<D>, n: Vector<D>, t: f64) -> Option<Vector<D>> {
+        match self {
+            Self::Traction(traction) => Some(Vector::from_fn(|i| traction[i].value(x.to3(), t))),
+            Self::Pressure(pressure) => Some(n * -pressure.value(x.to3(), t)),
+            _ => None,
+        }
+    }
+}
+
+/// A named set of facets with its condition.
+#[derive(Debug, Clone)]
+pub struct BoundarySetup<const D: usize> {
+    /// Name.
+    pub name: String,
+    /// Facets of the mesh's boundary.
+    pub facets: Vec<Facet>,
+    /// What is prescribed there.
+    pub condition: Condition<D>,
+}
+
+/// Directions in which a slip node is held.
+#[derive(Debug, Clone, Copy)]
+struct Glide<const D: usize> {
+    node: u32,
+    /// Rows: held directions first; orthonormal.
+    frame: Tensor<D>,
+    /// How many directions are held.
+    held: usize,
+}
+
+/// The conditions of a mesh.
+#[derive(Debug, Clone)]
+pub struct Boundary<const D: usize> {
+    sets: Vec<BoundarySetup<D>>,
+    /// Kind of every facet, in the order of [`Mesh::boundary`].
+    pub kinds: Vec<BoundaryKind>,
+    /// Nodes with a prescribed velocity, and their sets.
+    fixed: Vec<(u32, u32)>,
+    glides: Vec<Glide<D>>,
+    /// The node whose pressure is zero, where no facet is open.
+    pub pin: Option<u32>,
+}
+
+/// A mask with a bit per prescribed unknown of each node, their values, and frames of nodes that are rotated.
+#[derive(Debug, Clone)]
+pub struct Constraints<const D: usize, const N: usize> {
+    /// Bit r: component r is prescribed; bit D: pressure.
+    pub mask: Vec<u8>,
+    /// The prescribed values, in the node's frame.
+    pub value: Vec<[f64; N]>,
+    /// Place of the node's frame in `frames`, or [`Constraints::UPRIGHT`].
+    frame: Vec<u32>,
+    frames: Vec<Tensor<D>>,
+}
+
+impl<const D: usize, const N: usize> Constraints<D, N> {
+    /// A node whose components are those of the axes.
+    const UPRIGHT: u32 = u32::MAX;
+
+    /// The frame of a node: its rows are the directions of its components; `None`: the axes.
+    #[inline]
+    pub fn frame(&self, node: usize) -> Option<&Tensor<D>> {
+        let place = self.frame[node];
+        (place != Self::UPRIGHT).then(|| &self.frames[place as usize])
+    }
+
+    /// Components of a vector in the frame of a node.
+    pub fn into_frame(&self, node: usize, v: Vector<D>) -> Vector<D> {
+        self.frame(node).map_or(v, |frame| frame.apply(v))
+    }
+
+    /// The vector with these components in the frame of a node.
+    pub fn out_of_frame(&self, node: usize, v: Vector<D>) -> Vector<D> {
+        self.frame(node).map_or(v, |frame| frame.transpose().apply(v))
+    }
+}
+
+impl<const D: usize> Boundary<D> {
+    /// Conditions on sets of facets; facets in no set are walls at rest. `gravity` [m/s²] tells where the top is.
+    pub fn new<const N: usize>(mesh: &Mesh<D, N>, mut sets: Vec<BoundarySetup<D>>, gravity: Vector<D>) -> Self {
+        let mut owner = vec![usize::MAX; mesh.boundary().len()];
+        for (index, set) in sets.iter().enumerate() {
+            let places = set.facets.iter().filter_map(|facet| mesh.boundary().binary_search(facet).ok());
+            places.for_each(|place| owner[place] = owner[place].min(index));
+        }
+        let rest: Vec<usize> = (0..owner.len()).filter(|&place| owner[place] == usize::MAX).collect();
+        if !rest.is_empty() {
+            rest.iter().for_each(|&place| owner[place] = sets.len());
+            let facets = rest.iter().map(|&place| mesh.boundary()[place]).collect();
+            sets.push(BoundarySetup { name: "walls".into(), facets, condition: Condition::wall() });
+        }
+        let kinds: Vec<BoundaryKind> = owner.iter().map(|&set| sets[set].condition.kind()).collect();
+        let fixed = fixed_nodes(mesh, &sets, &owner);
+        let glides = glides(mesh, &kinds, &fixed);
+        let closed = !kinds.contains(&BoundaryKind::Outlet);
+        let pin = closed.then(|| highest(mesh, gravity));
+        Self { sets, kinds, fixed: fixed.into_iter().collect(), glides, pin }
+    }
+
+    /// The sets, with the one of the facets that no set named last.
+    pub fn sets(&self) -> &[BoundarySetup<D>] {
+        &self.sets
+    }
+
+    /// Which unknowns are prescribed; their values are set by [`Boundary::prescribe`].
+    pub fn constraints<const N: usize>(&self, nodes: usize) -> Constraints<D, N> {
+        let upright = Constraints::<D, N>::UPRIGHT;
+        let (mask, value, frame) = (vec![0; nodes], vec![[0.0; N]; nodes], vec![upright; nodes]);
+        let mut constraints = Constraints { mask, value, frame, frames: Vec::new() };
+        for &(node, _) in &self.fixed {
+            constraints.mask[node as usize] |= (1 << D) - 1;
+        }
+        for glide in &self.glides {
+            let node = glide.node as usize;
+            match axes_of(glide) {
+                Some(mask) => constraints.mask[node] |= mask,
+                None => {
+                    constraints.mask[node] |= (1 << glide.held) - 1;
+                    constraints.frame[node] = constraints.frames.len() as u32;
+                    constraints.frames.push(glide.frame);
+                }
+            }
+        }
+        if let Some(pin) = self.pin {
+            constraints.mask[pin as usize] |= 1 << D;
+        }
+        constraints
+    }
+
+    /// Sets the prescribed velocities of time `t` [s].
+    pub fn prescribe<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64, constraints: &mut Constraints<D, N>) {
+        for &(node, set) in &self.fixed {
+            let v = self.prescribed(mesh, node, set, t);
+            constraints.value[node as usize][..D].copy_from_slice(&v.0);
+        }
+    }
+
+    /// Makes the convected velocity of nodes with a prescribed one fit it: at the end of the step they have it, and
+    /// within θ Δt of that they changed by θ of its change in the step.
+    pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, [t, dt, theta]: [f64; 3], convected: &mut [Vector<D>]) {
+        for &(node, set) in &self.fixed {
+            let [before, after] = [t, t + dt].map(|t| self.prescribed(mesh, node, set, t));
+            convected[node as usize] = after + (before - after) * theta;
+        }
+    }
+
+    fn prescribed<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, set: u32, t: f64) -> Vector<D> {
+        let x = mesh.nodes()[node as usize];
+        self.sets[set as usize].condition.velocity(x, t).unwrap_or_default()
+    }
+
+    /// Adds the loads of tractions and pressures at time `t` to the nodal forces [N].
+    pub fn load<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64, mut add: impl FnMut(usize, Vector<D>)) {
+        for set in &self.sets {
+            for &facet in &set.facets {
+                let area = mesh.facet_area(facet);
+                let Some(n) = area.normalized() else { continue };
+                let nodes = mesh.facet_nodes(facet);
+                // ∫N_i N_j dA = A (1 + δ_ij)/(d (d + 1))
+                let share = area.norm() / (D * (D + 1)) as f64;
+                for &j in &nodes {
+                    let Some(traction) = set.condition.traction(mesh.nodes()[j as usize], n, t) else { break };
+                    for &i in &nodes {
+                        add(i as usize, traction * (share * if i == j { 2.0 } else { 1.0 }));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Nodes of walls and inlets with their sets.
+fn fixed_nodes<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    sets: &[BoundarySetup<D>],
+    owner: &[usize],
+) -> BTreeMap<u32, u32> {
+    let mut fixed = BTreeMap::new();
+    for kind in [BoundaryKind::Wall, BoundaryKind::Inlet] {
+        let mut listed: Vec<(usize, Facet)> =
+            owner.iter().zip(mesh.boundary()).map(|(&set, &facet)| (set, facet)).collect();
+        listed.retain(|(set, _)| sets[*set].condition.kind() == kind);
+        listed.sort_by_key(|(set, _)| *set);
+        for (set, facet) in listed {
+            for node in mesh.facet_nodes(facet) {
+                fixed.entry(node).or_insert(set as u32);
+            }
+        }
+    }
+    fixed
+}
+
+/// Slip nodes that aren't fixed, with their normals.
+fn glides<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    kinds: &[BoundaryKind],
+    fixed: &BTreeMap<u32, u32>,
+) -> Vec<Glide<D>> {
+    /// Facets whose normals differ by more than 45° bind separately.
+    const SMOOTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    let mut normals: BTreeMap<u32, Vec<Vector<D>>> = BTreeMap::new();
+    let slip = mesh.boundary().iter().zip(kinds).filter(|(_, kind)| **kind == BoundaryKind::Slip);
+    for (&facet, _) in slip {
+        let area = mesh.facet_area(facet);
+        for node in mesh.facet_nodes(facet).into_iter().filter(|node| !fixed.contains_key(node)) {
+            let groups = normals.entry(node).or_default();
+            match groups.iter_mut().find(|sum| sum.dot(area) > SMOOTH * sum.norm() * area.norm()) {
+                Some(sum) => *sum += area,
+                None => groups.push(area),
+            }
+        }
+    }
+    normals.iter().map(|(&node, normals)| glide(node, normals)).collect()
+}
+
+/// An orthonormal frame that begins with the span of the normals.
+fn glide<const D: usize>(node: u32, normals: &[Vector<D>]) -> Glide<D> {
+    /// A direction whose rest after orthogonalisation is shorter adds nothing.
+    const DEPENDENT: f64 = 1e-3;
+    let mut rows: Vec<Vector<D>> = Vec::with_capacity(D);
+    let mut held = 0;
+    let axes = (0..D).map(Vector::unit);
+    let directions = normals.iter().filter_map(|n| n.normalized()).chain(axes);
+    for (place, direction) in directions.enumerate() {
+        let rest = rows.iter().fold(direction, |rest, row| rest - *row * row.dot(rest));
+        if let Some(row) = rest.normalized().filter(|_| rest.norm() > DEPENDENT && rows.len() < D) {
+            rows.push(row);
+            held += usize::from(place < normals.len());
+        }
+    }
+    Glide { node, frame: Tensor::from_fn(|i, j| rows[i][j]), held }
+}
+
+/// The bits of the held axes, if the held directions are axes.
+fn axes_of<const D: usize>(glide: &Glide<D>) -> Option<u8> {
+    const EXACT: f64 = 1e-12;
+    let axis = |row: &[f64; D]| row.iter().position(|c| 1.0 - c.abs() < EXACT);
+    if glide.held == D {
+        return Some((1 << D) - 1);
+    }
+    glide.frame.0[..glide.held].iter().try_fold(0, |mask, row| axis(row).map(|axis| mask | 1 << axis))
+}
+
+/// The boundary node that lies highest against gravity; of several the first.
+fn highest<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: Vector<D>) -> u32 {
+    let nodes = mesh.boundary().iter().flat_map(|&facet| mesh.facet_nodes(facet));
+    let depth = |node: &u32| gravity.dot(mesh.nodes()[*node as usize]);
+    nodes.min_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.cmp(b))).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set<const D: usize>(name: &str, facets: Vec<Facet>, condition: Condition<D>) -> BoundarySetup<D> {
+        BoundarySetup { name: name.into(), facets, condition }
+    }
+
+    /// Facets whose nodes all satisfy a test.
+    fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {
+        let all = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&node| on(mesh.nodes()[node as usize]));
+        mesh.boundary().iter().filter(all).copied().collect()
+    }
+
+    /// A fan of triangles around the origin.
+    fn disc(count: u32) -> Mesh<2, 3> {
+        let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(count);
+        let rim = (0..count).map(|k| Vector([angle(k).cos(), angle(k).sin()]));
+        let nodes = std::iter::once(Vector::ZERO).chain(rim).collect();
+        let elements = (0..count).map(|k| [0, k + 1, (k + 1) % count + 1]).collect();
+        Mesh::new(nodes, elements).unwrap()
+    }
+
+    #[test]
+    fn the_nodal_normals_of_a_circle_point_outwards() {
+        let mesh = disc(17);
+        let sets = vec![set("rim", mesh.boundary().to_vec(), Condition::Slip)];
+        let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
+        let constraints = boundary.constraints::<3>(mesh.nodes().len());
+        for (node, x) in mesh.nodes().iter().enumerate().skip(1) {
+            assert_eq!((constraints.mask[node] & 0b11).count_ones(), 1);
+            let along = constraints.into_frame(node, *x);
+            assert!((along[0].abs() - 1.0).abs() < 1e-12 && along[1].abs() < 1e-12);
+            assert!((constraints.out_of_frame(node, along) - *x).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn slip_planes_hold_a_corner_and_leave_an_edge_one_direction() {
+        let mesh = Mesh::<3, 4>::block(Vector([0.0; 3]), Vector([1.0; 3]), [2, 2, 2]).unwrap();
+        let boundary = Boundary::new(&mesh, vec![set("all", mesh.boundary().to_vec(), Condition::Slip)], Vector::ZERO);
+        let constraints = boundary.constraints::<4>(mesh.nodes().len());
+        for (node, x) in mesh.nodes().iter().enumerate() {
+            let planes = x.0.iter().filter(|&&c| c == 0.0 || c == 1.0).count();
+            assert_eq!((constraints.mask[node] & 0b111).count_ones() as usize, planes);
+        }
+    }
+
+    #[test]
+    fn a_closed_box_is_pinned_at_its_top_and_an_open_one_is_not() {
+        let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([1.0, 2.0]), [2, 2]).unwrap();
+        let pin = Boundary::new(&mesh, Vec::new(), Vector([0.0, -1.0])).pin.unwrap();
+        assert_eq!(mesh.nodes()[pin as usize], Vector([0.0, 2.0]));
+        let top = facets(&mesh, |x| x[1] == 2.0);
+        let open = Boundary::new(&mesh, vec![set("top", top, Condition::Outlet)], Vector([0.0, -1.0]));
+        assert_eq!(open.pin, None);
+        assert_eq!(open.sets().last().unwrap().name, "walls");
+    }
+
+    #[test]
+    fn walls_win_over_inlets_and_inlets_over_slip() {
+        let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([1.0; 2]), [2, 2]).unwrap();
+        let sets = vec![
+            set("below", facets(&mesh, |x| x[1] == 0.0), Condition::Slip),
+            set("left", facets(&mesh, |x| x[0] == 0.0), Condition::Inlet([2.0.into(), 0.0.into()])),
+            set("lid", facets(&mesh, |x| x[1] == 1.0), Condition::Wall([Signal::formula("t").unwrap(), 0.0.into()])),
+        ];
+        let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
+        let mut constraints = boundary.constraints::<3>(9);
+        boundary.prescribe(&mesh, 3.0, &mut constraints);
+        let speed = |node: usize| constraints.value[node][0];
+        assert_eq!([speed(0), speed(3), speed(6)], [2.0, 2.0, 3.0]);
+        let mut convected = vec![Vector::splat(9.0); 9];
+        boundary.impose(&mesh, [3.0, 0.5, 0.5], &mut convected);
+        assert_eq!([convected[6], convected[4]], [Vector([3.25, 0.0]), Vector::splat(9.0)]);
+    }
+
+    #[test]
+    fn pressure_all_around_has_no_net_force_and_a_linear_traction_its_moment() {
+        let mesh = disc(9);
+        let sets = vec![set("rim", mesh.boundary().to_vec(), Condition::Pressure(7.0.into()))];
+        let mut net = Vector::ZERO;
+        Boundary::new(&mesh, sets, Vector::ZERO).load(&mesh, 0.0, |_, force| net += force);
+        assert!(net.norm() < 1e-13);
+        let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([1.0; 2]), [3, 1]).unwrap();
+        let traction = Condition::Traction([0.0.into(), Signal::formula("x").unwrap()]);
+        let sets = vec![set("top", facets(&mesh, |x| x[1] == 1.0), traction)];
+        let (mut force, mut moment) = (0.0, 0.0);
+        Boundary::new(&mesh, sets, Vector::ZERO).load(&mesh, 0.0, |node, f| {
+            force += f[1];
+            moment += f[1] * mesh.nodes()[node][0];
+        });
+        assert!((force - 0.5).abs() < 1e-14 && (moment - 1.0 / 3.0).abs() < 1e-14);
+    }
 }

@@ -10,4 +10,9 @@
 //! ```
 
 pub mod boundary;
+pub mod element;
+pub mod interface;
 pub mod particles;
+pub mod phases;
+pub mod surface_tension;
+pub mod viscosity;
