@@ -10,9 +10,11 @@
 //! ```
 
 pub mod boundary;
+pub mod convect;
 pub mod element;
 pub mod interface;
 pub mod particles;
 pub mod phases;
+pub mod project;
 pub mod surface_tension;
 pub mod viscosity;

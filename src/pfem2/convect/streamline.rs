@@ -1,0 +1,279 @@
+//! Streamlines of a frozen P1 velocity, integrated element by element.
+//!
+//! In an element the velocity is affine, so that the shape functions at a particle obey a linear equation with
+//! constant coefficients (after Nadukandi et al.; theory 3.2 iii),
+//!
+//! ```text
+//! dN_k/dt = g_k·v = c_k + Σ_{j<D} A_kj N_j,   c_k = g_k·v_D,   A_kj = g_k·(v_j − v_D)
+//! N(t) = N + t ṙ + t²/2 A ṙ + t³/6 A² ṙ + t⁴/24 A³ ṙ,   ṙ = c + A N,   ‖A‖ t ≤ 1/4
+//! ```
+//!
+//! The first N_k that falls to zero names the facet through which the particle goes on. There is no search, and walls
+//! are exact: where the velocity vanishes on a facet, dN_k/dt is proportional to N_k, which never reaches zero. On
+//! facets that the velocity does cross, as those of a curved wall, the rate is projected onto the facet:
+//! dN_j/dt ← dN_j/dt − (g_j·g_k/|g_k|²) dN_k/dt.
+
+use super::crossing::{TERMS, leaves, value};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+
+/// Largest ‖A‖ t of one Taylor step: the first term left out is (1/4)⁴/120 = 3e-5 of the way.
+const REACH: f64 = 0.25;
+
+/// Most facets crossed in one step; a particle that needs more stays where it is and is counted.
+const CROSSINGS: usize = 2000;
+
+/// Rates this small, as a fraction of the largest, are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A place in the mesh: an element and its shape functions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place<const N: usize> {
+    /// The element.
+    pub element: usize,
+    /// Shape functions; none is negative, and their sum is one.
+    pub shape: [f64; N],
+}
+
+impl<const N: usize> Place<N> {
+    /// The place of a point that lies in `element`, up to rounding.
+    #[inline(always)]
+    pub fn of<const D: usize>(mesh: &Mesh<D, N>, element: usize, x: Vector<D>) -> Self {
+        Self { element, shape: mesh.shape_functions(element, x).map(|n| n.max(0.0)) }
+    }
+
+    /// Its position [m].
+    #[inline(always)]
+    pub fn position<const D: usize>(&self, mesh: &Mesh<D, N>) -> Vector<D> {
+        crate::pfem2::particles::interpolate(&self.shape, &mesh.corners(self.element))
+    }
+}
+
+/// How a walk ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The time was over.
+    Inside,
+    /// It reached a boundary facet that lets it out, opposite this local node.
+    Boundary(usize),
+    /// It crossed too many facets.
+    Stuck,
+}
+
+/// A walk: where it ended, how, and how much of its time was left [s].
+#[derive(Debug, Clone, Copy)]
+pub struct Walk<const N: usize> {
+    /// Where.
+    pub place: Place<N>,
+    /// How.
+    pub end: End,
+    /// Time left [s].
+    pub rest: f64,
+}
+
+/// Coefficients c and A of an element [1/s].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rate<const D: usize> {
+    constant: Vector<D>,
+    linear: [Vector<D>; D],
+}
+
+impl<const D: usize> Rate<D> {
+    pub fn new<const N: usize>(gradient: &[Vector<D>; N], velocity: [Vector<D>; N]) -> Self {
+        let last = velocity[D];
+        Self {
+            constant: Vector::from_fn(|k| gradient[k].dot(last)),
+            linear: std::array::from_fn(|k| Vector::from_fn(|j| gradient[k].dot(velocity[j] - last))),
+        }
+    }
+
+    #[inline(always)]
+    fn bound(&self) -> f64 {
+        self.linear.iter().map(|row| row.0.iter().map(|a| a.abs()).sum()).fold(0.0, f64::max)
+    }
+
+    #[inline(always)]
+    fn times(&self, n: &Vector<D>) -> Vector<D> {
+        Vector::from_fn(|k| self.linear[k].dot(*n))
+    }
+}
+
+/// The motion of a particle in one element as Taylor polynomials of its shape functions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taylor<const N: usize> {
+    pub terms: [[f64; TERMS]; N],
+    /// The longest time for which it is good [s].
+    pub reach: f64,
+}
+
+/// What moves a particle: the streamlines, or its own flight.
+pub(super) trait Motion<const D: usize, const N: usize> {
+    /// Its motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N>;
+
+    /// Takes note that time goes by [s].
+    fn elapse(&mut self, _time: f64) {}
+}
+
+/// Facets of one element along which a particle glides.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walls<const D: usize, const N: usize> {
+    on: [bool; N],
+    any: bool,
+}
+
+impl<const D: usize, const N: usize> Walls<D, N> {
+    const NONE: Self = Self { on: [false; N], any: false };
+
+    fn add(&mut self, k: usize) {
+        self.on[k] = true;
+        self.any = true;
+    }
+
+    /// Takes the part of a rate that would leave through one of the facets; where there are several, all of it.
+    #[inline(always)]
+    pub fn project(&self, gradient: &[Vector<D>; N], rate: Vector<D>) -> Vector<D> {
+        if self.any { self.glide(gradient, rate) } else { rate }
+    }
+
+    /// Rounding doesn't take the particle off the facets either.
+    #[inline(always)]
+    fn hold(&self, taylor: &mut Taylor<N>) {
+        if self.any {
+            (0..N).filter(|&k| self.on[k]).for_each(|k| taylor.terms[k] = [0.0; TERMS]);
+        }
+    }
+
+    #[cold]
+    fn glide(&self, gradient: &[Vector<D>; N], rate: Vector<D>) -> Vector<D> {
+        let mut on = (0..N).filter(|&k| self.on[k]);
+        let (Some(k), None) = (on.next(), on.next()) else { return Vector::ZERO };
+        let normal = complete::<D, N>(rate)[k] / gradient[k].norm_squared();
+        Vector::from_fn(|j| if j == k { 0.0 } else { rate[j] - gradient[j].dot(gradient[k]) * normal })
+    }
+}
+
+/// The rate of the last shape function completes those of the others to zero.
+#[inline(always)]
+pub(super) fn complete<const D: usize, const N: usize>(rate: Vector<D>) -> [f64; N] {
+    let sum: f64 = rate.0.iter().sum();
+    std::array::from_fn(|k| if k < D { rate[k] } else { -sum })
+}
+
+/// A particle that follows the streamlines, forwards (`sign` 1) or backwards (−1).
+pub(super) struct Stream<'a, const D: usize> {
+    pub rates: &'a [Rate<D>],
+    pub sign: f64,
+}
+
+impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
+    #[inline(always)]
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
+        let rate = &self.rates[place.element];
+        let gradient = &mesh.simplex(place.element).gradient;
+        let project = |r| walls.project(gradient, r);
+        let known = Vector::from_fn(|k| place.shape[k]);
+        let first = project(rate.constant + rate.times(&known)) * self.sign;
+        let second = project(rate.times(&first)) * (self.sign / 2.0);
+        let third = project(rate.times(&second)) * (self.sign / 3.0);
+        let fourth = project(rate.times(&third)) * (self.sign / 4.0);
+        let [first, second, third, fourth] = [first, second, third, fourth].map(complete::<D, N>);
+        let terms = std::array::from_fn(|k| [place.shape[k], first[k], second[k], third[k], fourth[k]]);
+        Taylor { terms, reach: REACH / rate.bound() }
+    }
+}
+
+/// Walks for `time` [s] from a place on. `holds` tells if a boundary facet of an element holds particles back.
+#[inline(always)]
+pub(super) fn walk<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    motion: &mut impl Motion<D, N>,
+    from: Place<N>,
+    time: f64,
+    holds: impl Fn(usize, usize) -> bool,
+) -> Walk<N> {
+    let (mut place, mut rest) = (from, time);
+    let mut walls = Walls::NONE;
+    for _ in 0..CROSSINGS {
+        let mut taylor = motion.taylor(mesh, &place, &walls);
+        walls.hold(&mut taylor);
+        let end = rest.min(taylor.reach);
+        let (taken, exit) = first_exit(&taylor, end);
+        advance(&mut place.shape, &taylor, taken, exit);
+        rest -= taken;
+        motion.elapse(taken);
+        match exit {
+            None if rest <= 0.0 => return Walk { place, end: End::Inside, rest: 0.0 },
+            None => walls = Walls::NONE,
+            Some(k) => match mesh.neighbour(place.element, k) {
+                Some(behind) => {
+                    place = cross(mesh, &place, behind);
+                    walls = Walls::NONE;
+                }
+                None if holds(place.element, k) => walls.add(k),
+                None => return Walk { place, end: End::Boundary(k), rest },
+            },
+        }
+    }
+    Walk { place, end: End::Stuck, rest }
+}
+
+/// How long the particle stays in the element, at most until `end`, and the local node opposite to its exit.
+///
+/// Who is outside at `end` came out earlier; at that time another shape function may be negative that has become
+/// positive again, so the search goes on until nobody is outside.
+#[inline(always)]
+fn first_exit<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, Option<usize>) {
+    let mut first = (end, None);
+    while let Some(earlier) = exit_before(taylor, first) {
+        first = earlier;
+    }
+    first
+}
+
+/// The first exit of those who are outside at a time.
+#[inline(always)]
+fn exit_before<const N: usize>(taylor: &Taylor<N>, (end, exit): (f64, Option<usize>)) -> Option<(f64, Option<usize>)> {
+    let outside: [bool; N] = std::array::from_fn(|k| value(&taylor.terms[k], end) < 0.0 && exit != Some(k));
+    if !outside.contains(&true) {
+        return None;
+    }
+    let fastest = taylor.terms.iter().map(|a| a[1].abs()).fold(0.0, f64::max);
+    let mut first = None;
+    for k in (0..N).filter(|&k| outside[k]) {
+        let a = &taylor.terms[k];
+        let rounding = value(a, end) > -ROUNDING && (a[0] > 0.0 || a[1].abs() <= ROUNDING * fastest);
+        let time = if rounding { end } else { leaves(a, end) };
+        if !rounding && first.is_none_or(|(earliest, _)| time < earliest) {
+            first = Some((time, Some(k)));
+        }
+    }
+    first
+}
+
+/// Moves the shape functions on; the one that ran out is zero exactly.
+#[inline(always)]
+fn advance<const N: usize>(shape: &mut [f64; N], taylor: &Taylor<N>, time: f64, exit: Option<usize>) {
+    for k in 0..N {
+        shape[k] = value(&taylor.terms[k], time).max(0.0);
+    }
+    if let Some(k) = exit {
+        shape[k] = 0.0;
+    }
+}
+
+/// The same point seen from the element behind one of the facets that it lies on.
+#[inline(always)]
+fn cross<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, behind: usize) -> Place<N> {
+    let before = mesh.elements()[place.element];
+    let mut shape = mesh.elements()[behind].map(|node| {
+        let mut value = 0.0;
+        for i in 0..N {
+            value = if before[i] == node { place.shape[i] } else { value };
+        }
+        value
+    });
+    let sum: f64 = shape.iter().sum();
+    shape.iter_mut().for_each(|n| *n /= sum);
+    Place { element: behind, shape }
+}

@@ -1,0 +1,122 @@
+//! Exactness, conservation, and orders against the table of theory 4.2.
+
+use super::*;
+use std::f64::consts::PI;
+
+fn square(cells: usize) -> Mesh<2, 3> {
+    Mesh::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap()
+}
+
+fn cube(cells: usize) -> Mesh<3, 4> {
+    Mesh::block(Vector::ZERO, Vector::splat(1.0), [cells; 3]).unwrap()
+}
+
+/// Two fluids with a slanted interface; every thirteenth particle is missing, so that none of this relies on lattices.
+fn two_fluids<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    velocity: impl Fn(Vector<D>) -> Vector<D> + Sync,
+) -> Particles<D> {
+    let seeded = Particles::seed(mesh, 4, |x| Some(u8::from(x[0] + 0.3 * x[1] > 0.613)), velocity);
+    let mut thinned = seeded.clone();
+    (0..seeded.len()).step_by(13).for_each(|p| thinned.element[p] = super::super::particles::GONE);
+    thinned.sort();
+    thinned
+}
+
+fn plain<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particles<D>, kernel: Kernel) -> Projected<D> {
+    project(mesh, particles, &[1000.0, 1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()])
+}
+
+fn linear_exactness<const D: usize, const N: usize>(mesh: &Mesh<D, N>) {
+    let field =
+        |x: Vector<D>| Vector::from_fn(|c| 0.7 + (0..D).map(|i| (1.3 - (c + 2 * i) as f64) * x[i]).sum::<f64>());
+    let projected = plain(mesh, &two_fluids(mesh, field), Kernel::Linear);
+    for (x, v) in mesh.nodes().iter().zip(&projected.velocity) {
+        assert!((*v - field(*x)).norm() < 1e-12, "{x:?}: {v:?}");
+    }
+}
+
+#[test]
+fn linear_fields_pass_the_linear_kernel_unchanged() {
+    linear_exactness(&square(5));
+    linear_exactness(&cube(3));
+}
+
+fn conserves_momentum<const D: usize, const N: usize>(mesh: &Mesh<D, N>) {
+    let rough = |x: Vector<D>| Vector::from_fn(|c| (40.0 * x[c] + 90.0 * x[(c + 1) % D] * x[0]).sin());
+    let particles = two_fluids(mesh, rough);
+    let projected = plain(mesh, &particles, Kernel::Linear);
+    let nodes: Vector<D> = projected.velocity.iter().zip(&projected.weight).map(|(&v, &m)| v * m).sum();
+    let mut carried = Vector::ZERO;
+    let mut size = 0.0;
+    for e in 0..mesh.elements().len() {
+        let volume = mesh.simplex(e).volume / particles.of(e).len() as f64;
+        for p in particles.of(e) {
+            let mass = volume * [1000.0, 1.0][particles.fluid[p] as usize];
+            carried += particles.velocity[p] * mass;
+            size += mass * particles.velocity[p].norm();
+        }
+    }
+    assert!((nodes - carried).norm() < 1e-13 * size, "{nodes:?} {carried:?}");
+}
+
+#[test]
+fn the_linear_kernel_conserves_momentum_at_a_density_ratio_of_a_thousand() {
+    conserves_momentum(&square(6));
+    conserves_momentum(&cube(3));
+}
+
+#[test]
+fn constants_pass_every_kernel_and_fractions_add_up_to_one() {
+    let mesh = square(5);
+    let constant = Vector([2.0, -3.0]);
+    let particles = two_fluids(&mesh, |_| constant);
+    for kernel in [Kernel::Shape, Kernel::Wendland, Kernel::Linear] {
+        let projected = plain(&mesh, &particles, kernel);
+        for node in 0..mesh.nodes().len() {
+            assert!((projected.velocity[node] - constant).norm() < 1e-13);
+            assert!((projected.fraction[0][node] + projected.fraction[1][node] - 1.0).abs() < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn nodes_without_particles_keep_their_velocity() {
+    let mesh = square(4);
+    let particles = Particles::seed(&mesh, 4, |x| (x[0] < 0.4).then_some(0), |_| Vector([1.0, 0.0]));
+    let previous = vec![Vector([0.0, 7.0]); mesh.nodes().len()];
+    let projected = project(&mesh, &particles, &[1.0], Kernel::Linear, &previous);
+    for (node, x) in mesh.nodes().iter().enumerate() {
+        assert_eq!(projected.bare[node], x[0] > 0.6);
+        let expected = if x[0] > 0.6 { previous[node] } else { Vector([1.0, 0.0]) };
+        assert!((projected.velocity[node] - expected).norm() < 1e-14);
+    }
+}
+
+/// Root mean square errors at interior and at boundary nodes for a smooth field, particles at random places.
+fn errors(cells: usize, kernel: Kernel) -> [f64; 2] {
+    let mesh = square(cells);
+    let field = |x: Vector<2>| Vector([(PI * x[0]).cos() * (1.5 * x[1] + 0.3).sin(), (2.0 * x[0] + x[1]).exp() * 0.2]);
+    let particles = Particles::seed(&mesh, 3, |_| Some(0), field);
+    let projected = project(&mesh, &particles, &[1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()]);
+    let mut sums = [[0.0, 0.0]; 2];
+    for (x, v) in mesh.nodes().iter().zip(&projected.velocity) {
+        let at_boundary = x.0.iter().any(|&c| c == 0.0 || c == 1.0);
+        let sum = &mut sums[usize::from(at_boundary)];
+        *sum = [sum[0] + (*v - field(*x)).norm_squared(), sum[1] + 1.0];
+    }
+    sums.map(|[sum, count]| f64::sqrt(sum / count))
+}
+
+#[test]
+fn kernels_converge_with_the_orders_of_the_published_table() {
+    let order = |kernel, place: usize| (errors(10, kernel)[place] / errors(80, kernel)[place]).log2() / 3.0;
+    for place in [0, 1] {
+        let linear = order(Kernel::Linear, place);
+        assert!(linear > 1.85, "linear, {place}: {linear}");
+    }
+    for kernel in [Kernel::Shape, Kernel::Wendland] {
+        let order = order(kernel, 1);
+        assert!((0.75..1.25).contains(&order), "{kernel:?} at the boundary: {order}");
+    }
+}
