@@ -13,7 +13,8 @@ use lateen::material::eos::{EquationsOfState, Linear};
 use lateen::material::{BulkViscosity, Fluid, StartState};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, StressUpdate, Transfer, Wall, WallKind,
+    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer, Wall,
+    WallKind,
 };
 use lateen::simulation::Solver;
 use std::time::Instant;
@@ -112,6 +113,7 @@ fn setup(n: usize, kernel: KernelKind) -> Setup<3> {
             name: "water".into(),
             law: Box::new(law),
             group: 0,
+            depth: Vec::new(),
             volume: vec![(0.5 * cell).powi(3); position.len()],
             velocity: vec![Vector::ZERO; position.len()],
             state: vec![StartState::default(); position.len()],
@@ -122,6 +124,7 @@ fn setup(n: usize, kernel: KernelKind) -> Setup<3> {
         obstacles: Vec::new(),
         friction: Vec::new(),
         default_friction: Friction::Slip(0.0),
+        sheet_contact: SheetContact::Nodes,
         gap_tolerance: 0.0,
     }
 }

@@ -7,6 +7,7 @@ transfer = { kind = "flip", relaxation = inf, filter-order = 0 }
 stress-update = "first"
 locking = { kind = "none" }
 max-substeps = 1
+sheet-contact = "nodes"
 "#;
 
 /// Gases: FLIP keeps the entropy where it is; the filter removes what the grid can't see.
@@ -15,6 +16,7 @@ kernel = "quadratic"
 transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 100 }
 stress-update = "average"
 locking = { kind = "none" }
+sheet-contact = "nodes"
 "#;
 
 /// Liquids: APIC keeps angular momentum in splashes; nearly incompressible particles lock without a cure.
@@ -23,6 +25,7 @@ kernel = "quadratic"
 transfer = { kind = "apic" }
 stress-update = "average"
 locking = { kind = "average", blend = 1.0 }
+sheet-contact = "nodes"
 "#;
 
 /// Elastic solids.

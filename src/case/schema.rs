@@ -169,9 +169,21 @@ pub struct MpmSpec {
     pub gravity: [SignalSpec; 3],
     /// Contact of pairs that no `[[contact]]` names.
     pub friction: FrictionSpec,
+    /// Where membranes meet bodies.
+    pub sheet_contact: SheetContactSpec,
     /// Gap below which contact acts, in cells.
     #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
     pub gap_tolerance: f64,
+}
+
+/// Where membranes meet bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SheetContactSpec {
+    /// At grid nodes (the paper).
+    Nodes,
+    /// At the particles, on the surface of the membrane itself.
+    Particles,
 }
 
 /// Shape functions.
@@ -309,7 +321,17 @@ impl Default for MpmSpec {
             max_substeps: 500,
             gravity: Default::default(),
             friction: FrictionSpec::Coefficient(0.0),
+            sheet_contact: SheetContactSpec::Particles,
             gap_tolerance: 0.0,
+        }
+    }
+}
+
+impl From<SheetContactSpec> for mpm::SheetContact {
+    fn from(place: SheetContactSpec) -> Self {
+        match place {
+            SheetContactSpec::Nodes => Self::Nodes,
+            SheetContactSpec::Particles => Self::Particles,
         }
     }
 }

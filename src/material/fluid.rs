@@ -43,6 +43,10 @@ impl PointLaw for Fluid {
         self.density
     }
 
+    fn keeps_shape(&self) -> bool {
+        false
+    }
+
     fn storage(&self) -> Storage {
         Storage { stress: self.viscosity > 0.0, ..Storage::default() }
     }

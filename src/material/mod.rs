@@ -69,6 +69,11 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// state at the start ([`PointState::sound_speed`]).
     fn reference_sound_speed(&self) -> f64;
 
+    /// True if neighbours stay neighbours, so that particles at the surface stay there.
+    fn keeps_shape(&self) -> bool {
+        true
+    }
+
     /// Largest kinematic viscosity-like diffusivity, 4/3 μ/ρ [m²/s], for the explicit viscous limit; 0 if none.
     fn diffusivity(&self) -> f64 {
         0.0

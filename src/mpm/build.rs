@@ -47,7 +47,8 @@ impl<const D: usize> Mpm<D> {
             membranes,
             &bodies,
             Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(cutoff),
-            (&FrictionTable { listed: setup.friction, default: setup.default_friction }, setup.gap_tolerance * cell),
+            &FrictionTable { listed: setup.friction, default: setup.default_friction },
+            (setup.sheet_contact, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps),
         );
         let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
@@ -194,6 +195,7 @@ fn build_body<const D: usize>(
             particles.deformation[p] = state.deformation;
         }
     }
+    let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
     let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
     Ok(Body {
@@ -202,7 +204,15 @@ fn build_body<const D: usize>(
         field,
         kernel: Kernel::new(kernel, 0.5 * width / cell),
         particles,
+        depth,
         traction: setup.traction,
         work,
     })
+}
+
+/// Depths below the surface [m] in edges of the particles' volumes. A fluid's particles may come to the surface from
+/// below: they don't reach farther than half an edge.
+fn depth_in_edges<const D: usize>(depth: &[f64], volume: &[f64], keeps_shape: bool) -> Vec<f64> {
+    let most = if keeps_shape { f64::INFINITY } else { 0.5 };
+    depth.iter().zip(volume).map(|(d, v)| (d / v.powf(1.0 / D as f64)).clamp(0.0, most)).collect()
 }

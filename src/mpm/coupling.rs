@@ -7,7 +7,7 @@
 use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
 use super::membrane::Membrane;
 use super::particles::Body;
-use super::{Grid, MembraneSetup, Step};
+use super::{Grid, MembraneSetup, SheetContact, Step};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -48,16 +48,17 @@ pub fn build_membranes<const D: usize>(
 }
 
 impl<const D: usize> Coupling<D> {
-    /// Membranes and bodies that may touch; `tolerance` is the gap below which they do [m].
+    /// Membranes and bodies that may touch; `gap`: where they meet, and the gap below which they do [m].
     pub fn new(
         membranes: Vec<Membrane<D>>,
         bodies: &[Body<D>],
         lattice: Lattice<D>,
-        (friction, tolerance): (&FrictionTable, f64),
+        friction: &FrictionTable,
+        gap: (SheetContact, f64),
         (safety, max_substeps): (f64, usize),
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contact::new(lattice, friction, tolerance, bodies, &sources);
+        let contact = Contact::new(lattice, friction, gap, bodies, &sources);
         Self { membranes, contact, safety, max_substeps: max_substeps.max(1) }
     }
 

@@ -41,8 +41,8 @@ pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};
 pub use particles::{Body, Particles, Work};
 pub use setup::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, StressUpdate, SupportSetup,
-    Transfer, Wall, WallKind,
+    BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
+    SupportSetup, Transfer, Wall, WallKind,
 };
 use step::{Accounts, Tally};
 pub use step::{Mpm, Step};

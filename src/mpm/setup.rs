@@ -35,6 +35,8 @@ pub struct Setup<const D: usize> {
     pub friction: Vec<(String, String, Friction)>,
     /// Contact of pairs that are not listed.
     pub default_friction: Friction,
+    /// Where membranes meet bodies.
+    pub sheet_contact: SheetContact,
     /// Gap below which contact acts, in cells (theory 6.2; default 0).
     pub gap_tolerance: f64,
 }
@@ -149,6 +151,15 @@ pub enum Locking {
     },
 }
 
+/// Where membranes meet bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SheetContact {
+    /// At grid nodes (the paper; theory 6).
+    Nodes,
+    /// At the particles, on the surface of the membrane itself (theory 8.2).
+    Particles,
+}
+
 /// Friction between two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Friction {
@@ -171,6 +182,8 @@ pub struct BodySetup<const D: usize> {
     pub group: usize,
     /// Particle positions [m].
     pub position: Vec<Vector<D>>,
+    /// How deep each particle lies below the body's surface [m]; empty: unknown.
+    pub depth: Vec<f64>,
     /// Volume of each particle at the start [m³].
     pub volume: Vec<f64>,
     /// Velocity of each particle at the start [m/s].

@@ -6,7 +6,7 @@ use lateen::math::{SymTensor, Tensor, Vector};
 use lateen::mpm::contact::nodes::Lattice;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
-use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, Kernel, KernelKind, Particles, Wall, Work};
+use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, Kernel, KernelKind, Particles, SheetContact, Wall, Work};
 
 /// A law without stress.
 #[derive(Debug)]
@@ -64,8 +64,8 @@ pub fn block<const D: usize>(
         ..Particles::default()
     };
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
-    let (traction, work) = (Vec::new(), Work::default());
-    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, traction, work }
+    let (traction, work, depth) = (Vec::new(), Work::default(), Vec::new());
+    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, depth, traction, work }
 }
 
 /// A membrane reduced to its nodes.
@@ -107,6 +107,7 @@ pub struct World<const D: usize> {
     pub sheets: Vec<Sheet<D>>,
     pub contact: Contact<D>,
     pub substeps: usize,
+    friction: Friction,
     /// Bodies that move as a whole: all their particles get the mean velocity after each step.
     pub rigid: bool,
     /// Bodies that don't move.
@@ -119,6 +120,29 @@ pub struct World<const D: usize> {
     pub work: f64,
     start: Vec<Vec<Vector<D>>>,
     moved: Vec<Vector<D>>,
+}
+
+fn source<const D: usize>(sheet: &Sheet<D>) -> SheetSource<'_, D> {
+    SheetSource {
+        name: "sheet",
+        facets: sheet.facets.clone(),
+        reference: &sheet.position,
+        mass: &sheet.mass,
+        held: sheet.held.clone(),
+    }
+}
+
+fn contact<const D: usize>(
+    kernel: Kernel,
+    bodies: &[Body<D>],
+    sheets: &[Sheet<D>],
+    friction: Friction,
+    place: SheetContact,
+) -> Contact<D> {
+    let lattice = Lattice::new(kernel, &std::array::from_fn(|_| [Wall::default(), Wall::default()]));
+    let sources: Vec<_> = sheets.iter().map(source).collect();
+    let table = FrictionTable { listed: Vec::new(), default: friction };
+    Contact::new(lattice, &table, (place, 0.0), bodies, &sources)
 }
 
 /// What conservation laws speak of.
@@ -138,20 +162,8 @@ impl<const D: usize> World<D> {
         substeps: usize,
     ) -> Self {
         let kernel = Kernel::new(kind, 0.25);
-        let lattice = Lattice::new(kernel, &std::array::from_fn(|_| [Wall::default(), Wall::default()]));
         let fields = bodies.iter().map(|b| b.field).max().unwrap() + 1;
-        let sources: Vec<_> = sheets
-            .iter()
-            .map(|sheet| SheetSource {
-                name: "sheet",
-                facets: sheet.facets.clone(),
-                reference: &sheet.position,
-                mass: &sheet.mass,
-                held: sheet.held.clone(),
-            })
-            .collect();
-        let table = FrictionTable { listed: Vec::new(), default: friction };
-        let contact = Contact::new(lattice, &table, 0.0, &bodies, &sources);
+        let contact = contact(kernel, &bodies, &sheets, friction, SheetContact::Nodes);
         let grid = Grid::new(Vector::ZERO, 1.0, cells, fields);
         let (gravity, flip_loss, work) = (Vector::ZERO, 0.0, 0.0);
         let start = bodies.iter().map(|body| body.particles.position.clone()).collect();
@@ -163,6 +175,7 @@ impl<const D: usize> World<D> {
             sheets,
             contact,
             substeps,
+            friction,
             rigid: false,
             fixed: Vec::new(),
             gravity,
@@ -171,6 +184,13 @@ impl<const D: usize> World<D> {
             start,
             moved,
         }
+    }
+
+    /// The same with sheets and bodies meeting at `place`.
+    pub fn meeting_at(mut self, place: SheetContact) -> Self {
+        let friction = self.friction;
+        self.contact = contact(self.kernel, &self.bodies, &self.sheets, friction, place);
+        self
     }
 
     pub fn totals(&self) -> Totals<D> {

@@ -3,8 +3,8 @@
 use lateen::material::{EquationsOfState, Fluid, PointLaw, StartState, eos, sheet};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, StressUpdate, SupportSetup,
-    Transfer, Wall, WallKind,
+    BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, SheetContact, StressUpdate,
+    SupportSetup, Transfer, Wall, WallKind,
 };
 use lateen::simulation::Solver;
 
@@ -36,6 +36,7 @@ pub fn setup<const D: usize>(
         obstacles: Vec::new(),
         friction: Vec::new(),
         default_friction: Friction::Slip(0.0),
+        sheet_contact: SheetContact::Nodes,
         gap_tolerance: 0.0,
     }
 }
@@ -72,6 +73,7 @@ pub fn body<const D: usize>(
         name: name.into(),
         law,
         group: name.bytes().map(usize::from).sum(),
+        depth: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: vec![velocity; position.len()],
         state: vec![start; position.len()],

@@ -4,7 +4,8 @@ use lateen::error::StepError;
 use lateen::material::{EquationsOfState, Fluid, NeoHookean, PointLaw, StartState, eos};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, StressUpdate, Transfer, Wall, WallKind,
+    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer, Wall,
+    WallKind,
 };
 use lateen::simulation::Solver;
 
@@ -39,6 +40,7 @@ pub fn setup<const D: usize>(grid: GridSetup<D>) -> Setup<D> {
         obstacles: Vec::new(),
         friction: Vec::new(),
         default_friction: Friction::Slip(0.0),
+        sheet_contact: SheetContact::Nodes,
         gap_tolerance: 0.0,
     }
 }
@@ -72,6 +74,7 @@ pub fn body<const D: usize>(
         name: "body".into(),
         law,
         group: 0,
+        depth: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: position.iter().map(|&x| velocity(x)).collect(),
         state: vec![StartState::default(); position.len()],

@@ -30,6 +30,7 @@ impl Assembly<'_> {
             name: spec.name.clone(),
             law: spec.material.clone().into_box(),
             group: self.group(index),
+            depth: sample.position.iter().map(|&x| -region.signed_distance(x)).collect(),
             volume: vec![sample.volume; position.len()],
             position,
             velocity,

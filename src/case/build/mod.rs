@@ -128,6 +128,7 @@ impl Assembly<'_> {
                 .map(|c| (c.between[0].clone(), c.between[1].clone(), c.friction.into()))
                 .collect(),
             default_friction: mpm.friction.into(),
+            sheet_contact: mpm.sheet_contact.into(),
             gap_tolerance: mpm.gap_tolerance,
         })
     }

@@ -129,19 +129,19 @@ const TASK: usize = 1024;
 
 /// A particle's memory of a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Label {
-    side: f64,
-    crossed: bool,
+pub(super) struct Label {
+    pub side: f64,
+    pub crossed: bool,
 }
 
 impl Labels {
-    fn recall(&self, id: u32, step: u64) -> Option<Label> {
+    pub fn recall(&self, id: u32, step: u64) -> Option<Label> {
         let stamp = *self.stamps.get(id as usize)?;
         let side = [0.0, 1.0, -1.0, 0.0][(stamp & 3) as usize];
         (stamp >> 3 == Self::clock(step) && stamp != 0).then_some(Label { side, crossed: stamp & 4 != 0 })
     }
 
-    fn keep(&mut self, id: u32, step: u64, label: Label) {
+    pub fn keep(&mut self, id: u32, step: u64, label: Label) {
         if self.stamps.len() <= id as usize {
             self.stamps.resize(id as usize + 1, 0);
         }

@@ -132,7 +132,7 @@ fn rub<const D: usize>(
 }
 
 /// The largest friction impulse [N s] under the normal impulse `pressed` [N s].
-fn limit(friction: Friction, pressed: f64) -> f64 {
+pub(super) fn limit(friction: Friction, pressed: f64) -> f64 {
     match friction {
         Friction::None => 0.0,
         Friction::Slip(coefficient) => coefficient * pressed,

@@ -36,14 +36,7 @@ pub struct Locator<const D: usize> {
 impl<const D: usize> Locator<D> {
     /// For these facets; edges that belong to one facet only are free edges.
     pub fn new(facets: &[Facet]) -> Self {
-        let mut count: HashMap<[u32; 2], u32> = HashMap::new();
-        for facet in facets {
-            for edge in edges(facet) {
-                *count.entry(edge).or_insert(0) += 1;
-            }
-        }
-        let borders = count.into_iter().filter(|&(_, n)| n == 1).map(|(edge, _)| edge).collect();
-        Self { bins: HashMap::new(), binned: Vec::new(), borders }
+        Self { bins: HashMap::new(), binned: Vec::new(), borders: borders(facets) }
     }
 
     /// Bins the facets again if the sheet has moved too far.
@@ -147,6 +140,15 @@ impl<const D: usize> Closest<D> {
     }
 }
 
+/// The free edges: those that belong to one facet only.
+pub(super) fn borders(facets: &[Facet]) -> HashSet<[u32; 2]> {
+    let mut count: HashMap<[u32; 2], u32> = HashMap::new();
+    for edge in facets.iter().flat_map(edges) {
+        *count.entry(edge).or_insert(0) += 1;
+    }
+    count.into_iter().filter(|&(_, n)| n == 1).map(|(edge, _)| edge).collect()
+}
+
 /// Edges of a facet with their nodes ascending; the ends of a segment count as edges of one node.
 fn edges(facet: &Facet) -> impl Iterator<Item = [u32; 2]> {
     let nodes = facet.nodes().to_vec();
@@ -161,7 +163,7 @@ fn bin<const D: usize>(x: Vector<D>, cell: f64) -> [i32; D] {
     std::array::from_fn(|a| (x[a] / cell).floor() as i32)
 }
 
-fn for_each_bin<const D: usize>(lower: [i32; D], upper: [i32; D], mut visit: impl FnMut([i32; D])) {
+pub(super) fn for_each_bin<const D: usize>(lower: [i32; D], upper: [i32; D], mut visit: impl FnMut([i32; D])) {
     let mut at = lower;
     loop {
         visit(at);
@@ -173,7 +175,7 @@ fn for_each_bin<const D: usize>(lower: [i32; D], upper: [i32; D], mut visit: imp
 
 /// Barycentric weights of the point of the triangle (or, with two equal corners, the segment) closest to `x`
 /// (Ericson, Real-Time Collision Detection, 5.1.5). Weights are exactly 0 or 1 on edges and corners.
-fn closest<const D: usize>([a, b, c]: [Vector<D>; 3], x: Vector<D>) -> [f64; 3] {
+pub(super) fn closest<const D: usize>([a, b, c]: [Vector<D>; 3], x: Vector<D>) -> [f64; 3] {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(ax), ac.dot(ax));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -27,10 +27,12 @@
 mod band;
 pub mod impulse;
 pub mod locate;
+mod nearest;
 pub mod nodes;
 pub mod normal;
 mod pairwise;
 mod partner;
+mod points;
 mod row;
 pub mod sample;
 mod sheet;
@@ -38,13 +40,14 @@ mod sheet;
 pub use sheet::{SheetSource, Surface};
 
 use crate::math::Vector;
-use crate::mpm::{Body, Friction, Grid};
+use crate::mpm::{Body, Friction, Grid, SheetContact};
 use crate::simulation::Column;
 use band::{Band, Labels, Marks, Shift};
 use locate::Locator;
 use nodes::Lattice;
 use pairwise::Pairwise;
 use partner::Partners;
+use points::Scene;
 use sheet::Sheet;
 
 /// Friction by name: pairs that the case lists, and the default for the others.
@@ -85,6 +88,8 @@ struct NamedForce<const D: usize> {
 #[derive(Debug)]
 pub struct Contact<const D: usize> {
     lattice: Lattice<D>,
+    /// Where sheets meet bodies.
+    place: SheetContact,
     /// Gap below which contact acts [m].
     tolerance: f64,
     dt: f64,
@@ -106,11 +111,11 @@ pub struct Contact<const D: usize> {
 }
 
 impl<const D: usize> Contact<D> {
-    /// Contact between `bodies` and `sheets`; `tolerance` [m] is the gap below which it acts.
+    /// Contact between `bodies` and `sheets` at `place`; `tolerance` [m] is the gap below which it acts.
     pub fn new(
         lattice: Lattice<D>,
         friction: &FrictionTable,
-        tolerance: f64,
+        (place, tolerance): (SheetContact, f64),
         bodies: &[Body<D>],
         sheets: &[SheetSource<'_, D>],
     ) -> Self {
@@ -142,6 +147,7 @@ impl<const D: usize> Contact<D> {
         }
         Self {
             lattice,
+            place,
             tolerance,
             dt: 0.0,
             labels: sheets.iter().flat_map(|_| bodies.iter().map(|_| Labels::default())).collect(),
@@ -165,19 +171,35 @@ impl<const D: usize> Contact<D> {
         self.dt = dt;
         self.counts[0] += 1;
         self.partners.begin(dt);
-        for (sheet, surface) in self.sheets.iter_mut().zip(surfaces) {
-            sheet.map(grid, &self.lattice, surface);
+        match self.place {
+            SheetContact::Nodes => self.measure(grid, bodies, surfaces),
+            SheetContact::Particles => self.look(grid, bodies, surfaces),
         }
-        self.measure(grid, bodies, surfaces);
         self.pairwise.resolve(grid, &self.lattice, bodies, &self.sheets, self.tolerance, dt);
         let reach = self.tolerance + grid.cell;
         for sheet in &mut self.sheets {
-            sheet.choose(grid, self.lattice.cutoff, &mut self.partners, reach);
+            sheet.choose(grid, &self.lattice, &mut self.partners, reach);
         }
     }
 
-    /// Labels and gaps of the particles around the sheets.
+    /// Labels the particles around the sheets, and finds those that may touch them.
+    fn look(&mut self, grid: &Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>]) {
+        let Self { sheets, labels, counts, lattice, tolerance, dt, .. } = self;
+        for (s, (sheet, surface)) in sheets.iter_mut().zip(surfaces).enumerate() {
+            let Sheet { points, facets, friction, .. } = sheet;
+            let scene = Scene { grid, lattice, surface, facets, tolerance: *tolerance, dt: *dt, step: counts[0] };
+            points.begin(&scene);
+            for (b, body) in bodies.iter().enumerate() {
+                counts[1 + s] += points.find(&scene, body, friction[body.field], &mut labels[s * bodies.len() + b]);
+            }
+        }
+    }
+
+    /// Maps the sheets to the grid, labels the particles around them, and measures the gaps at the nodes.
     fn measure(&mut self, grid: &Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>]) {
+        for (sheet, surface) in self.sheets.iter_mut().zip(surfaces) {
+            sheet.map(grid, &self.lattice, surface);
+        }
         self.marks.clear(grid);
         for row in self.sheets.iter().flat_map(|sheet| &sheet.rows) {
             self.marks.mark(grid, &self.lattice, row.node as usize);

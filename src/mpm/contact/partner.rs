@@ -7,6 +7,7 @@
 //! Mass and weights stay as they are; f is the force of everything but membranes. The sum is handed to the
 //! grid once, p ← p + ΣJ and f ← f + ΣJ/Δt, so that p⁻ = p − Δt f stays true.
 
+use super::nodes::Lattice;
 use crate::math::Vector;
 use crate::mpm::Grid;
 use hashbrown::HashMap;
@@ -16,6 +17,8 @@ struct Partner<const D: usize> {
     field: u32,
     node: u32,
     mass: f64,
+    /// 1/m along the axes that contact may push, 0 along the others [1/kg].
+    softness: Vector<D>,
     /// p⁻ [N s].
     momentum: Vector<D>,
     /// f [N].
@@ -41,15 +44,17 @@ impl<const D: usize> Partners<D> {
     }
 
     /// The number of a node of a field; a new one if it is met for the first time.
-    pub fn add(&mut self, grid: &Grid<D>, field: usize, node: usize) -> u32 {
+    pub fn add(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, field: usize, node: usize) -> u32 {
         let next = self.list.len() as u32;
         let known = *self.index.entry((field as u32, node as u32)).or_insert(next);
         if known == next {
             let value = &grid.fields[field].nodes[node];
+            let free = lattice.free(grid, node);
             self.list.push(Partner {
                 field: field as u32,
                 node: node as u32,
                 mass: value.mass,
+                softness: Vector::from_fn(|a| if free[a] { 1.0 / value.mass } else { 0.0 }),
                 momentum: value.momentum - value.force * self.dt,
                 force: value.force,
                 impulse: Vector::ZERO,
@@ -63,6 +68,17 @@ impl<const D: usize> Partners<D> {
     pub fn trial(&self, partner: u32, t: f64) -> (f64, Vector<D>) {
         let p = &self.list[partner as usize];
         (p.mass, (p.momentum + p.force * t + p.impulse) / p.mass)
+    }
+
+    /// 1/m along the axes that contact may push, 0 along the others [1/kg].
+    #[inline]
+    pub fn softness(&self, partner: u32) -> Vector<D> {
+        self.list[partner as usize].softness
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.list.len()
     }
 
     /// Adds a contact impulse [N s].

@@ -11,6 +11,7 @@
 use super::impulse::{self, Touch};
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
+use super::points::Points;
 use super::row::{NONE, Pair, Row, close};
 use super::sample::{Facet, Samples, corner_mass};
 use crate::math::Vector;
@@ -59,8 +60,10 @@ pub(super) struct Sheet<const D: usize> {
     pub rows: Vec<Row<D>>,
     /// One pair per row and field, fields running fastest.
     pub pairs: Vec<Pair<D>>,
+    /// Particles that touch the surface itself.
+    pub points: Points<D>,
     /// Friction with each field.
-    friction: Vec<Friction>,
+    pub friction: Vec<Friction>,
     held: Vec<[bool; D]>,
     corner_mass: Vec<[f64; 4]>,
     mass: Vec<f64>,
@@ -69,6 +72,8 @@ pub(super) struct Sheet<const D: usize> {
     entries: Vec<Entry>,
     spans: Vec<(u32, u32)>,
     forces: Vec<Vector<D>>,
+    /// Node velocities after the impulses of the sub-step [m/s].
+    after: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Sheet<D> {
@@ -78,6 +83,7 @@ impl<const D: usize> Sheet<D> {
             name: source.name.to_owned(),
             corner_mass: corner_mass(&source.facets, source.reference, source.mass, held),
             facets: source.facets.clone(),
+            points: Points::new(&source.facets, source.mass.len()),
             forces: vec![Vector::ZERO; source.mass.len()],
             mass: source.mass.to_vec(),
             held: source.held.clone(),
@@ -88,6 +94,7 @@ impl<const D: usize> Sheet<D> {
             lookup: Vec::new(),
             entries: Vec::new(),
             spans: Vec::new(),
+            after: Vec::new(),
         }
     }
 
@@ -171,17 +178,21 @@ impl<const D: usize> Sheet<D> {
         let fields = self.friction.len();
         self.row(node)
             .is_some_and(|r| self.pairs[r * fields + a].present() * self.pairs[r * fields + b].present() < 0.0)
+            || self.points.parts(node, [a, b])
     }
 
     /// Finds, for the bodies that are close enough to touch during this step, their nodes among the partners;
     /// drops everything else from the map.
-    pub fn choose(&mut self, grid: &Grid<D>, cutoff: f64, partners: &mut Partners<D>, reach: f64) {
+    pub fn choose(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, partners: &mut Partners<D>, reach: f64) {
+        let Self { mass, held, points, .. } = self;
+        points.choose(grid, lattice, partners, |k| softness(mass, held, k));
         let fields = self.friction.len();
         for (r, row) in self.rows.iter().enumerate() {
             for (field, pair) in self.pairs[r * fields..][..fields].iter_mut().enumerate() {
-                let heavy = grid.fields[field].nodes[row.node as usize].mass > cutoff && row.normal != Vector::ZERO;
+                let heavy =
+                    grid.fields[field].nodes[row.node as usize].mass > lattice.cutoff && row.normal != Vector::ZERO;
                 if heavy && self.friction[field] != Friction::None && pair.distance() < reach + row.offset {
-                    pair.partner = partners.add(grid, field, row.node as usize);
+                    pair.partner = partners.add(grid, lattice, field, row.node as usize);
                 }
             }
         }
@@ -208,6 +219,9 @@ impl<const D: usize> Sheet<D> {
         [t, dt]: [f64; 2],
     ) -> (&[Vector<D>], f64) {
         self.forces.fill(Vector::ZERO);
+        if !self.points.is_empty() {
+            self.touch(surface, partners, [t, dt]);
+        }
         if self.entries.is_empty() {
             return (&self.forces, 0.0);
         }
@@ -216,6 +230,15 @@ impl<const D: usize> Sheet<D> {
         self.map_back(dt);
         let received = self.received_work(surface, dt);
         (&self.forces, work - received)
+    }
+
+    /// Contact with the particles that touch the surface.
+    fn touch(&mut self, surface: &Surface<'_, D>, partners: &mut Partners<D>, times: [f64; 2]) {
+        let Self { points, mass, held, forces, after, .. } = self;
+        after.clear();
+        after.extend_from_slice(surface.velocity);
+        points.resolve(partners, after, |k| softness(mass, held, k), forces, times);
+        points.book(|k| (surface.previous[k] + after[k]) * 0.5);
     }
 
     /// p̄_I^r, and the mean with the momentum before the forces.
@@ -316,8 +339,14 @@ impl<const D: usize> Sheet<D> {
             lost[0] += pair.work[0] - pair.total.normal.dot(mean);
             lost[1] += pair.work[1] - pair.total.tangent.dot(mean);
         }
+        self.points.settle(partners, grid, dt, &mut sums);
         sums
     }
+}
+
+/// 1/m_K along the axes that are free, 0 along the others [1/kg].
+fn softness<const D: usize>(mass: &[f64], held: &[[bool; D]], k: usize) -> Vector<D> {
+    Vector::from_fn(|axis| if held[k][axis] { 0.0 } else { 1.0 / mass[k] })
 }
 
 /// Nodes with less than this share of the heaviest node's mass are left out.

@@ -37,7 +37,16 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
         crate::material::NeoHookean { density: 1.0, young: 1.0, poisson: 0.3, bulk_viscosity: Default::default() };
     let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
     let kernel = Kernel::new(kind, 0.3);
-    Body { name: "body".into(), law: Box::new(law), field: 0, kernel, particles, traction: Vec::new(), work }
+    Body {
+        name: "body".into(),
+        law: Box::new(law),
+        field: 0,
+        kernel,
+        particles,
+        depth: Vec::new(),
+        traction: Vec::new(),
+        work,
+    }
 }
 
 /// Sorts the body, moves it by most of the slack, and activates the grid.

@@ -1,0 +1,366 @@
+//! Contact of particles with the surface of a sheet itself (theory 8.2).
+//!
+//! ```text
+//! g   = c_p d_p − r_p − t/2                              gap of particle p, d_p from `nearest`, c_p its side
+//! w   = (Σ_I N_Ip v̄_I − Σ_K W_K v̄_K)·n                   velocity at which it opens, n from the sheet to p
+//! J_n ≥ 0,  w + g/Δt ≥ 0,  J_n (w + g/Δt) = 0            the gap closes, at the earliest, at the end of the step
+//! M⁻¹ = Σ_I N_Ip²/m_I + Σ_K W_K²/m_K
+//! p_I ← p_I + N_Ip J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
+//! ```
+//!
+//! All particles together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. A gap
+//! that is below zero closes by the fraction β per step (theory 7.3). Friction follows the normal impulse:
+//! ‖J_t‖ ≤ μ_f J_n.
+//!
+//! The load on the sheet sits where the body touches it, whatever the cell: contact at grid nodes spreads it over
+//! the support of the shape functions, and a sheet that meets a ball of a few cells wraps around a blunter one.
+//! Because Σ N = Σ W = 1 momentum is conserved to round-off, and because n lies along the line from foot to
+//! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
+
+use super::band::{Label, Labels};
+use super::impulse::{Impulse, limit};
+use super::nearest::{Foot, Nearest};
+use super::nodes::{Flips, Lattice, flip};
+use super::partner::Partners;
+use super::sample::Facet;
+use super::sheet::Surface;
+use crate::math::Vector;
+use crate::mpm::{Body, Friction, Grid};
+use hashbrown::HashMap;
+use rayon::prelude::*;
+
+/// How far from the sheet particles are watched [cells].
+const WATCHED: f64 = 1.0;
+
+/// The fraction of an overlap that is undone in one step (theory 7.3).
+const RECOVERY: f64 = 0.1;
+
+/// Most sweeps of the iteration, and the change of an impulse, relative to the largest one, that ends it.
+const SWEEPS: usize = 30;
+const SETTLED: f64 = 1e-4;
+
+/// Allowance for forces when particles that may touch are chosen [cells].
+const CLOSE: f64 = 0.02;
+
+/// Particles per parallel task.
+const TASK: usize = 256;
+
+/// A grid node in the support of a touching particle.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    partner: u32,
+    flips: Flips,
+    weight: f64,
+}
+
+/// A particle close to the sheet, and what it does there during the step.
+#[derive(Debug, Clone)]
+struct Contact<const D: usize> {
+    field: u32,
+    /// x_p at the start of the step [m].
+    place: Vector<D>,
+    /// K, repeated where the facet has fewer than four nodes, and W_K.
+    nodes: [u32; 4],
+    weights: [f64; 4],
+    /// n, from the sheet to the particle.
+    normal: Vector<D>,
+    /// g at the start of the sub-step [m].
+    gap: f64,
+    /// Its nodes end here in the list of all.
+    end: u32,
+    /// M⁻¹ along each axis [1/kg].
+    softness: Vector<D>,
+    friction: Friction,
+    /// J of this sub-step, on the particle [N s].
+    impulse: Impulse<D>,
+    /// Σ J over the sub-steps [N s], and Σ J·v̂ of the sheet [J]: normal part and friction.
+    total: Impulse<D>,
+    work: [f64; 2],
+}
+
+/// Particles of all bodies that touch one sheet.
+#[derive(Debug, Default)]
+pub(super) struct Points<const D: usize> {
+    nearest: Nearest<D>,
+    contacts: Vec<Contact<D>>,
+    reached: Vec<Reached>,
+    /// Σ ± m_p N_Ip of the watched particles, by node and field.
+    sides: HashMap<(u32, u32), f64>,
+    /// Trial velocities of the partners with the impulses so far [m/s].
+    velocity: Vec<Vector<D>>,
+}
+
+/// The sheet and its surroundings at the start of a step.
+pub(super) struct Scene<'a, const D: usize> {
+    pub grid: &'a Grid<D>,
+    pub lattice: &'a Lattice<D>,
+    pub surface: &'a Surface<'a, D>,
+    pub facets: &'a [Facet],
+    /// Gap below which contact acts [m].
+    pub tolerance: f64,
+    /// Length [s] and number of the step.
+    pub dt: f64,
+    pub step: u64,
+}
+
+/// A particle within the watched distance: its index, its foot, and its half size along the normal [m].
+type Seen<const D: usize> = (usize, Foot<D>, f64);
+
+impl<const D: usize> Points<D> {
+    /// For a sheet of these facets over `nodes` nodes.
+    pub fn new(facets: &[Facet], nodes: usize) -> Self {
+        Self { nearest: Nearest::new(facets, nodes), ..Self::default() }
+    }
+
+    /// True if no particle may touch the sheet during this step.
+    pub fn is_empty(&self) -> bool {
+        self.contacts.is_empty()
+    }
+
+    /// Forgets the last step and looks where the sheet is now.
+    pub fn begin(&mut self, scene: &Scene<'_, D>) {
+        self.contacts.clear();
+        self.reached.clear();
+        self.sides.clear();
+        let cell = scene.grid.cell;
+        self.nearest.refresh(scene.facets, scene.surface.position, WATCHED * cell, cell);
+    }
+
+    /// Labels the particles of a body around the sheet, and takes note of those that may touch it during the step.
+    /// Returns how many have crossed it since the last step.
+    pub fn find(&mut self, scene: &Scene<'_, D>, body: &Body<D>, friction: Friction, labels: &mut Labels) -> u64 {
+        let particles = &body.particles;
+        let seen: Vec<Seen<D>> =
+            (0..particles.len()).into_par_iter().with_min_len(TASK).filter_map(|p| self.see(scene, body, p)).collect();
+        let fastest = scene.surface.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt();
+        let mut crossed = 0;
+        for (p, foot, radius) in seen {
+            let id = particles.id[p];
+            let old = labels.recall(id, scene.step - 1);
+            let label = Label::of(old, &foot);
+            crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
+            labels.keep(id, scene.step, label);
+            self.vote(scene, body, p, label.side);
+            let offset = scene.surface.offset.get(foot.facet as usize).copied().unwrap_or(0.0);
+            let gap = label.side * foot.distance - radius - offset - scene.tolerance;
+            let closing = 2.0 * (particles.velocity[p].norm() + fastest) * scene.dt + CLOSE * scene.grid.cell;
+            if label.side != 0.0 && friction != Friction::None && gap < closing {
+                let normal = foot.normal * label.side;
+                let facet = &scene.facets[foot.facet as usize];
+                self.contacts.push(Contact {
+                    field: body.field as u32,
+                    place: particles.position[p],
+                    nodes: facet.nodes,
+                    weights: foot.weights,
+                    normal,
+                    gap,
+                    end: 0,
+                    softness: Vector::ZERO,
+                    friction,
+                    impulse: Impulse::default(),
+                    total: Impulse::default(),
+                    work: [0.0; 2],
+                });
+            }
+        }
+        crossed
+    }
+
+    fn see(&self, scene: &Scene<'_, D>, body: &Body<D>, p: usize) -> Option<Seen<D>> {
+        if body.depth(p) > 1.0 {
+            return None;
+        }
+        let cell = scene.grid.cell;
+        let x = body.particles.position[p];
+        let foot = self.nearest.foot(scene.facets, scene.surface.position, x, WATCHED * cell)?;
+        Some((p, foot, body.reach(p, foot.normal, cell)))
+    }
+
+    /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
+    fn vote(&mut self, scene: &Scene<'_, D>, body: &Body<D>, p: usize, side: f64) {
+        if scene.grid.fields.len() < 2 || side == 0.0 {
+            return;
+        }
+        let mass = body.particles.mass[p];
+        scene.lattice.for_each(scene.grid, body.particles.position[p], |node, weight, _| {
+            *self.sides.entry((node as u32, body.field as u32)).or_insert(0.0) += side * mass * weight;
+        });
+    }
+
+    /// True if the sheet runs between the two fields at this grid node.
+    pub fn parts(&self, node: usize, fields: [usize; 2]) -> bool {
+        let [a, b] = fields.map(|field| self.sides.get(&(node as u32, field as u32)).copied().unwrap_or(0.0));
+        a * b < 0.0
+    }
+
+    /// Finds the grid nodes of the particles among the partners, and how far an impulse moves both sides.
+    pub fn choose(
+        &mut self,
+        grid: &Grid<D>,
+        lattice: &Lattice<D>,
+        partners: &mut Partners<D>,
+        softness: impl Fn(usize) -> Vector<D>,
+    ) {
+        let Self { contacts, reached, .. } = self;
+        for contact in contacts {
+            let first = reached.len();
+            let mut total = 0.0;
+            lattice.for_each(grid, contact.place, |node, weight, flips| {
+                if grid.fields[contact.field as usize].nodes[node].mass > lattice.cutoff {
+                    let partner = partners.add(grid, lattice, contact.field as usize, node);
+                    reached.push(Reached { partner, flips, weight });
+                    total += weight;
+                }
+            });
+            contact.end = reached.len() as u32;
+            contact.softness = Vector::ZERO;
+            for near in &mut reached[first..] {
+                near.weight /= total;
+                contact.softness += partners.softness(near.partner) * (near.weight * near.weight);
+            }
+            for (&k, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight > 0.0) {
+                contact.softness += softness(k as usize) * (weight * weight);
+            }
+        }
+    }
+
+    /// Contact at the time `t` [s] after the start of the step, at the end of a sub-step of length `dt` [s]. The sheet
+    /// has the trial velocities `velocity` [m/s]; they are changed by the impulses, which are added to `forces` [N].
+    pub fn resolve(
+        &mut self,
+        partners: &mut Partners<D>,
+        velocity: &mut [Vector<D>],
+        softness: impl Fn(usize) -> Vector<D>,
+        forces: &mut [Vector<D>],
+        [t, dt]: [f64; 2],
+    ) {
+        if self.contacts.is_empty() {
+            return;
+        }
+        self.velocity.clear();
+        self.velocity.extend((0..partners.len()).map(|partner| partners.trial(partner as u32, t).1));
+        self.contacts.iter_mut().for_each(|contact| contact.impulse = Impulse::default());
+        for _ in 0..SWEEPS {
+            let (change, largest) = self.sweep(partners, velocity, &softness, dt);
+            if change <= SETTLED * largest {
+                break;
+            }
+        }
+        let mut start = 0;
+        for contact in &mut self.contacts {
+            let near = &self.reached[start as usize..contact.end as usize];
+            start = contact.end;
+            let j = contact.impulse.total();
+            near.iter().for_each(|at| partners.push(at.partner, flip(j, at.flips) * at.weight));
+            for (&k, weight) in contact.nodes.iter().zip(contact.weights) {
+                forces[k as usize] -= j * (weight / dt);
+            }
+            contact.total.normal += contact.impulse.normal;
+            contact.total.tangent += contact.impulse.tangent;
+            contact.gap += contact.opening(near, &self.velocity, velocity).dot(contact.normal) * dt;
+        }
+    }
+
+    /// One sweep over all particles: the largest change of an impulse, and the largest impulse [N s].
+    fn sweep(
+        &mut self,
+        partners: &Partners<D>,
+        sheet: &mut [Vector<D>],
+        softness: &impl Fn(usize) -> Vector<D>,
+        dt: f64,
+    ) -> (f64, f64) {
+        let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
+        for contact in &mut self.contacts {
+            let near = &self.reached[start as usize..contact.end as usize];
+            start = contact.end;
+            let delta = contact.push(contact.opening(near, &self.velocity, sheet), dt);
+            change = change.max(delta.norm());
+            largest = largest.max(contact.impulse.normal.norm());
+            if delta == Vector::ZERO {
+                continue;
+            }
+            for at in near {
+                let soft = partners.softness(at.partner);
+                let part = flip(delta, at.flips) * at.weight;
+                self.velocity[at.partner as usize] += Vector::from_fn(|a| part[a] * soft[a]);
+            }
+            for (&k, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight > 0.0) {
+                let soft = softness(k as usize);
+                sheet[k as usize] -= Vector::from_fn(|a| delta[a] * weight * soft[a]);
+            }
+        }
+        (change, largest)
+    }
+
+    /// Books the work on the sheet, whose nodes had the mean velocities `mean` [m/s] during the sub-step.
+    pub fn book(&mut self, mean: impl Fn(usize) -> Vector<D>) {
+        for contact in self.contacts.iter_mut().filter(|contact| contact.impulse != Impulse::default()) {
+            let nodes = contact.nodes.iter().zip(contact.weights);
+            let v: Vector<D> = nodes.map(|(&k, weight)| mean(k as usize) * weight).sum();
+            contact.work[0] += contact.impulse.normal.dot(v);
+            contact.work[1] += contact.impulse.tangent.dot(v);
+        }
+    }
+
+    /// Adds the impulses of the step and what was lost, field by field: Σ J on the field [N s], and normal and
+    /// friction dissipation J·(v̂_r − v̂_s) [J].
+    pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [(Vector<D>, [f64; 2])]) {
+        let mut start = 0;
+        for contact in &self.contacts {
+            let near = &self.reached[start as usize..contact.end as usize];
+            start = contact.end;
+            if contact.total == Impulse::default() {
+                continue;
+            }
+            let v: Vector<D> =
+                near.iter().map(|at| flip(partners.mean_velocity(at.partner, grid, dt), at.flips) * at.weight).sum();
+            let (impulse, lost) = &mut sums[contact.field as usize];
+            *impulse += contact.total.total();
+            lost[0] += contact.work[0] - contact.total.normal.dot(v);
+            lost[1] += contact.work[1] - contact.total.tangent.dot(v);
+        }
+    }
+}
+
+impl<const D: usize> Contact<D> {
+    /// v_p − v_c [m/s].
+    #[inline]
+    fn opening(&self, near: &[Reached], body: &[Vector<D>], sheet: &[Vector<D>]) -> Vector<D> {
+        let of_body: Vector<D> = near.iter().map(|at| flip(body[at.partner as usize], at.flips) * at.weight).sum();
+        let nodes = self.nodes.iter().zip(self.weights);
+        of_body - nodes.map(|(&k, weight)| sheet[k as usize] * weight).sum::<Vector<D>>()
+    }
+
+    /// Improves the impulse for the relative velocity `w` [m/s]; returns its change [N s].
+    #[inline]
+    fn push(&mut self, w: Vector<D>, dt: f64) -> Vector<D> {
+        let n = self.normal;
+        let allowed = if self.gap > 0.0 { self.gap } else { RECOVERY * self.gap } / dt;
+        let soft = (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>();
+        let before = self.impulse;
+        let pressed = (before.normal.dot(n) - (w.dot(n) + allowed) / soft).max(0.0);
+        self.impulse.normal = n * pressed;
+        let most = limit(self.friction, pressed);
+        if most > 0.0 {
+            let soft = (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
+            let wanted = before.tangent - (w - n * w.dot(n)) / soft;
+            let size = wanted.norm();
+            self.impulse.tangent = if size > most { wanted * (most / size) } else { wanted };
+        } else {
+            self.impulse.tangent = Vector::ZERO;
+        }
+        self.impulse.total() - before.total()
+    }
+}
+
+impl Label {
+    /// The side of a particle with this foot that had the label `old` a step before: kept while it stays near.
+    fn of<const D: usize>(old: Option<Label>, foot: &Foot<D>) -> Self {
+        match old.filter(|label| label.side != 0.0) {
+            Some(Label { side, .. }) if side * foot.distance >= 0.0 => Self { side, crossed: false },
+            Some(label) if label.crossed => label,
+            Some(Label { side, .. }) if !foot.beyond => Self { side, crossed: true },
+            _ => Self { side: if foot.beyond { 0.0 } else { foot.distance.signum() }, crossed: false },
+        }
+    }
+}
