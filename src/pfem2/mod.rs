@@ -11,10 +11,13 @@
 
 pub mod boundary;
 pub mod convect;
+pub mod correct;
 pub mod element;
 pub mod interface;
+pub mod level_set;
 pub mod particles;
 pub mod phases;
 pub mod project;
+pub mod reseed;
 pub mod surface_tension;
 pub mod viscosity;

@@ -18,6 +18,8 @@ pub struct Particles<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Index of the fluid.
     pub fluid: Vec<u8>,
+    /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
+    pub depth: Vec<f32>,
     /// The element that holds the particle; ascending after [`Particles::sort`].
     pub element: Vec<u32>,
     /// Particles of element e are `first[e]..first[e + 1]`.
@@ -81,6 +83,7 @@ impl<const D: usize> Particles<D> {
         self.position.push(position);
         self.velocity.push(velocity);
         self.fluid.push(fluid);
+        self.depth.push(0.0);
         self.element.push(element);
     }
 
@@ -91,6 +94,7 @@ impl<const D: usize> Particles<D> {
         self.position = gather(&order, &self.position);
         self.velocity = gather(&order, &self.velocity);
         self.fluid = order.par_iter().map(|&p| self.fluid[p as usize]).collect();
+        self.depth = order.par_iter().map(|&p| self.depth[p as usize]).collect();
         self.element = order.par_iter().map(|&p| self.element[p as usize]).collect();
     }
 

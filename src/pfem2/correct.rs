@@ -1,0 +1,129 @@
+//! Stage 4: particles take over what the implicit step changed (eq. 40; theory section 9),
+//!
+//! ```text
+//! v_p ← (1 − α)(v_p + Σ N_i δv_i) + α Σ N_i v_i,   δv_i = v_i − v̂_i,   α = 1 − e^(−dt/T)
+//! ```
+//!
+//! Keeping increments (α = 0, as the paper) never damps what the particles of an element have against each other, of
+//! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
+//! step; what it takes from resolved motion is a viscosity of about h²/10T.
+//!
+//! Heavy particles that may fly (eq. 36) take the increments of their own side of the interface; those without a
+//! heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
+
+use super::convect::{Continued, Projectiles};
+use super::particles::{Particles, interpolate};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+
+/// Particles per parallel task.
+const TASK: usize = 1024;
+
+/// What the particles receive.
+#[derive(Debug, Clone, Copy)]
+pub struct Correction<'a, const D: usize> {
+    /// Increment of the nodes, v_i − v̂_i [m/s].
+    pub increment: &'a [Vector<D>],
+    /// Velocity of the nodes after the step, v_i [m/s].
+    pub velocity: &'a [Vector<D>],
+    /// The share α of the mesh velocity.
+    pub filter: f64,
+    /// Set if heavy particles may fly, with what gravity and buoyancy add to them in the step, dt g (1 − ρ_l/ρ_h)
+    /// [m/s].
+    pub projectiles: Option<(Projectiles<'a, D>, Vector<D>)>,
+}
+
+/// The share of the mesh velocity that removes noise within the time `relaxation` [s]: 1 − e^(−dt/T).
+pub fn filter(dt: f64, relaxation: f64) -> f64 {
+    -(-dt / relaxation).exp_m1()
+}
+
+/// What acts on flying particles.
+struct Heavy<'a, const D: usize> {
+    fluids: &'a [bool],
+    increment: Continued<D>,
+    velocity: Continued<D>,
+    fall: Vector<D>,
+}
+
+impl<const D: usize> Particles<D> {
+    /// Corrects the velocities of all particles.
+    pub fn correct<const N: usize>(&mut self, mesh: &Mesh<D, N>, correction: &Correction<D>) {
+        let &Correction { increment, velocity, filter, projectiles } = correction;
+        let heavy = projectiles.map(|(rule, fall)| Heavy {
+            fluids: rule.fluids,
+            increment: Continued::new(mesh, increment, rule.level),
+            velocity: Continued::new(mesh, velocity, rule.level),
+            fall,
+        });
+        let columns = self.velocity.par_chunks_mut(TASK).zip(self.position.par_chunks(TASK));
+        let columns = columns.zip(self.element.par_chunks(TASK).zip(self.fluid.par_chunks(TASK)));
+        columns.for_each(|((v, x), (element, fluid))| {
+            for p in 0..v.len() {
+                let e = element[p] as usize;
+                let nodes = &mesh.elements()[e];
+                let shape = mesh.shape_functions(e, x[p]);
+                let blend = |increment: &[Vector<D>], velocity: &[Vector<D>]| {
+                    let kept = v[p] + at(&shape, nodes, increment);
+                    kept + (at(&shape, nodes, velocity) - kept) * filter
+                };
+                v[p] = match &heavy {
+                    Some(heavy) if heavy.fluids[fluid[p] as usize] => match heavy.increment.reaches(nodes) {
+                        true => blend(&heavy.increment.values, &heavy.velocity.values),
+                        false => v[p] + heavy.fall,
+                    },
+                    _ => blend(increment, velocity),
+                };
+            }
+        });
+    }
+}
+
+/// Nodal values at a point of an element.
+#[inline(always)]
+pub(super) fn at<const D: usize, const N: usize>(
+    shape: &[f64; N],
+    nodes: &[u32; N],
+    values: &[Vector<D>],
+) -> Vector<D> {
+    interpolate(shape, &nodes.map(|node| values[node as usize]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pfem2::project::{Kernel, project};
+
+    #[test]
+    fn increments_are_added_and_what_the_mesh_does_not_see_dies_in_its_time() {
+        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [6; 2]).unwrap();
+        let rough = |x: Vector<2>| Vector([x[0] + (9e4 * x[0]).sin(), (9e4 * x[1]).sin()]);
+        let mut particles = Particles::seed(&mesh, 5, |_| Some(0), rough);
+        let still = vec![Vector::ZERO; mesh.nodes().len()];
+        let seen = |particles: &Particles<2>| project(&mesh, particles, &[1.0], Kernel::Linear, &still).velocity;
+        let unseen = |particles: &Particles<2>| {
+            let nodal = seen(particles);
+            let square = |p: usize| {
+                let e = particles.element[p] as usize;
+                let shape = mesh.shape_functions(e, particles.position[p]);
+                (particles.velocity[p] - at(&shape, &mesh.elements()[e], &nodal)).norm_squared()
+            };
+            (0..particles.len()).map(square).sum::<f64>().sqrt()
+        };
+        let mean = |particles: &Particles<2>| particles.velocity.iter().copied().sum::<Vector<2>>();
+        let (start, before) = (unseen(&particles), mean(&particles));
+        let (step, steps, relaxation) = (Vector([0.01, -0.02]), 40, 2.0);
+        for _ in 0..steps {
+            let old = seen(&particles);
+            let velocity: Vec<_> = old.iter().map(|&v| v + step).collect();
+            let filter = filter(0.1, relaxation);
+            let increment = &vec![step; old.len()];
+            particles.correct(&mesh, &Correction { increment, velocity: &velocity, filter, projectiles: None });
+        }
+        let left = unseen(&particles) / start;
+        assert!((left / f64::exp(-2.0) - 1.0).abs() < 0.1, "{left}");
+        let gained = (mean(&particles) - before) / (particles.len() * steps) as f64;
+        assert!((gained - step).norm() < 0.05 * step.norm(), "{gained:?}");
+    }
+}

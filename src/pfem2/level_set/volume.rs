@@ -1,0 +1,74 @@
+//! The volume where a nodal level set is negative, and the shift that gives it a wanted value.
+
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::pfem2::interface::{is_cut, split};
+
+/// Share of an element where the linear φ with these nodal values is negative, as the cut elements count it.
+fn negative_share<const N: usize>(level: &[f64; N]) -> f64 {
+    if is_cut(level) {
+        return split(level).iter().filter(|part| part.negative).map(|part| part.share).sum();
+    }
+    if level.iter().sum::<f64>() < 0.0 { 1.0 } else { 0.0 }
+}
+
+/// Volume where φ is negative [m³]; area [m²] in 2D.
+pub fn negative_volume<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> f64 {
+    let own = |e: usize| mesh.elements()[e].map(|node| level[node as usize]);
+    parallel::sum(mesh.elements().len(), |e| mesh.simplex(e).volume * negative_share(&own(e)))
+}
+
+/// Shifts φ so that it is negative in `volume` [m³], to the last digits; returns the shift δ [m].
+///
+/// The volume falls monotonically with δ, so that bisection between ±`reach` [m] finds it. If that is not enough to
+/// reach the volume, the shift that comes nearest is taken.
+pub fn shift_to_volume<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    level: &mut [f64],
+    volume: f64,
+    reach: f64,
+) -> f64 {
+    const BISECTIONS: usize = 60;
+    let (fixed, band) = divide(mesh, level, reach);
+    let excess = |shift: f64| {
+        let own = |i: usize| mesh.elements()[band[i] as usize].map(|node| level[node as usize] + shift);
+        let share = |i: usize| mesh.simplex(band[i] as usize).volume * negative_share(&own(i));
+        fixed + parallel::sum(band.len(), share) - volume
+    };
+    let (mut low, mut high) = (-reach, reach);
+    let mut shift = 0.0;
+    let mut found = excess(shift);
+    let exact = 4.0 * f64::EPSILON * volume.abs();
+    let mut secant = None::<(f64, f64)>;
+    for _ in 0..BISECTIONS {
+        if found.abs() <= exact || high - low <= f64::EPSILON * reach {
+            break;
+        }
+        if found > 0.0 {
+            low = shift
+        } else {
+            high = shift
+        }
+        let guess = secant.map_or(f64::NAN, |(s, f)| shift - found * (shift - s) / (found - f));
+        secant = Some((shift, found));
+        shift = if guess > low && guess < high { guess } else { 0.5 * (low + high) };
+        found = excess(shift);
+    }
+    level.iter_mut().for_each(|phi| *phi += shift);
+    shift
+}
+
+/// The negative volume of the elements that no shift up to `reach` cuts, and the other elements.
+fn divide<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], reach: f64) -> (f64, Vec<u32>) {
+    let mut band = Vec::new();
+    let mut fixed = 0.0;
+    for (e, nodes) in mesh.elements().iter().enumerate() {
+        let own = nodes.map(|node| level[node as usize]);
+        if own.iter().all(|&phi| phi < -reach) {
+            fixed += mesh.simplex(e).volume;
+        } else if !own.iter().all(|&phi| phi > reach) {
+            band.push(e as u32);
+        }
+    }
+    (fixed, band)
+}
