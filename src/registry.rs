@@ -15,9 +15,10 @@ macro_rules! registry {
         $(#[$meta])*
         #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(tag = $tag)]
+        // The reference of keys shows the description of the member itself.
+        #[allow(missing_docs)]
         $vis enum $Name {
             $(
-                #[doc = concat!("`", $label, "`")]
                 #[serde(rename = $label)]
                 $Member($Member)
             ),+

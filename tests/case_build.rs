@@ -184,8 +184,8 @@ fn tables_that_are_wrong() {
     let build = |csv: &str| {
         std::fs::write(directory.path().join("p.csv"), csv).unwrap();
         let text = GOOD.replace("\"1 kPa * ramp(t, 0.1 ms)\"", "{ table = \"p.csv\" }");
-        let case = Case::read(Source::new("case.toml", directory.path(), text.clone()), &[]).unwrap();
-        case.build().map(|_| ()).map_err(|error| match error {
+        let case = Case::read(Source::new("case.toml", directory.path(), text.clone()), &[]);
+        case.and_then(|case| case.build()).map(|_| ()).map_err(|error| match error {
             Error::Case(findings) => {
                 let start = findings[0].span.as_ref().expect("a place").start;
                 assert_eq!(start, text.find("{ table").unwrap());
@@ -197,7 +197,35 @@ fn tables_that_are_wrong() {
     assert_eq!(build("t [ms],p [kPa]\n0,0\n1,2\n"), Ok(()));
     assert!(build("t [ms],p [kPa]\n0,0\n1,2\n1,3\n").unwrap_err().contains("the times must increase: row 3"));
     assert!(build("t [ms],p [kPa]\n0,zero\n").unwrap_err().contains("line 2: `zero` is not a number"));
+    assert!(build("t [ms],p [kN]\n0,0\n1,2\n").unwrap_err().contains("column 2 of the table: expected a pressure"));
+    assert!(build("t [m],p [kPa]\n0,0\n1,2\n").unwrap_err().contains("column 1 of the table: expected a time"));
     std::fs::remove_file(directory.path().join("p.csv")).unwrap();
+}
+
+#[test]
+fn a_yield_curve_comes_as_a_number_as_rows_or_from_a_file() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("copper.csv"), "strain,stress [MPa]\n0,400\n0.1,450\n").unwrap();
+    std::fs::write(directory.path().join("wrong.csv"), "strain,stress [MPa]\n0,400\n0,450\n").unwrap();
+    let read = |value: &str| {
+        let fluid = GOOD.find("material = { law = \"fluid\"").unwrap();
+        let end = fluid + GOOD[fluid..].find('\n').unwrap();
+        let law = format!("law = \"j2\", density = 8960, young = \"124 GPa\", poisson = 0.34, yield-stress = {value}");
+        let text = format!("{}material = {{ {law} }}{}", &GOOD[..fluid], &GOOD[end..]);
+        Case::read(Source::new("case.toml", directory.path(), text), &[]).map(|case| case.resolved_toml())
+    };
+    let rows = "yield-stress = [[0.0, 400000000.0], [0.1, 450000000.0]]";
+    for value in ["[[0, \"400 MPa\"], [0.1, \"450 MPa\"]]", "{ table = \"copper.csv\" }"] {
+        let resolved = read(value).unwrap().replace("\n    ", "").replace(",\n]", "]");
+        assert!(resolved.contains(rows), "{resolved}");
+    }
+    assert!(read("\"400 MPa\"").is_ok());
+    let error = |value: &str| read(value).unwrap_err().to_string();
+    assert!(error("[[0, \"400 MPa\"], [0.1, \"450 mm\"]]").contains("expected a pressure"));
+    assert!(error("[[0, \"400 MPa\"], [0.1, \"300 MPa\"]]").contains("must not fall: row 2"));
+    assert!(error("{ table = \"wrong.csv\" }").contains("plastic strains must increase: row 2"));
+    assert!(error("{ table = \"none.csv\" }").contains("none.csv"));
+    assert!(error("-3").contains("must be above 0 Pa"));
 }
 
 #[test]

@@ -200,6 +200,28 @@ fn a_body_that_leaves_the_grid_stops_the_run_with_its_place() {
     assert!(home.path("runs/block/plots/top.svg").is_file(), "what was computed is plotted");
 }
 
+/// The last good state is reached by repeating steps from a checkpoint: it must be what a run that saves every
+/// step has.
+#[test]
+fn a_failed_run_keeps_its_last_good_state() {
+    let thrown = BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing").replace("bottom = \"slip\"", "");
+    let home = Home::new(&thrown);
+    let newest = |run: &str| -> (String, Vec<u8>) {
+        let files = fs::read_dir(home.path(run).join("checkpoint")).unwrap().map(|entry| entry.unwrap().path());
+        let newest = files.max().unwrap();
+        (newest.file_name().unwrap().to_string_lossy().into_owned(), fs::read(newest).unwrap())
+    };
+    assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "often", "--set", "output.checkpoint=1e-9"])), 3);
+    let output = home.lateen(&["run", "case.toml", "--out", "once", "--set", "output.checkpoint=1 h"]);
+    assert!(messages(&output).contains("saved"), "{}", messages(&output));
+    assert_eq!(newest("once"), newest("often"));
+    let top = fs::read_to_string(home.path("once/history/top.csv")).unwrap();
+    let last: f64 = top.lines().last().unwrap().split(',').next().unwrap().parse().unwrap();
+    let status: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(home.path("once/status.json")).unwrap()).unwrap();
+    assert_eq!(status["time"].as_f64(), Some(last), "the state is shown, too");
+}
+
 #[test]
 fn a_place_that_can_not_be_written_to() {
     let home = Home::new(BLOCK);

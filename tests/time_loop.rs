@@ -32,13 +32,14 @@ impl Solver for Oscillator {
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         if t + dt > self.fails_at {
+            self.state.fill(f64::NAN);
             return Err(StepError {
                 what: "the spring broke".into(),
                 time: t,
                 step: 0,
                 place: Place::Everywhere,
                 quantity: "length",
-                value: self.state[0],
+                value: 1.0,
                 advice: "pull less".into(),
             });
         }
@@ -179,6 +180,22 @@ fn a_failed_step_says_which_one_and_leaves_the_last_checkpoint() {
     assert_eq!(error.time, 0.5);
     let last: Vec<u8> = run.clock().step.to_le_bytes().into();
     assert_eq!(saved.borrow()["loop/step"], last, "the step before the failure is the newest checkpoint");
+}
+
+/// The oscillator falls between two outputs, long after its last checkpoint.
+#[test]
+fn a_failed_run_goes_back_to_its_last_good_state() {
+    let (every, once) = (Saved::default(), Saved::default());
+    let (rows, fails_at) = (Rows::default(), 0.573);
+    let each_step = Plan { checkpoint_every: Duration::ZERO, ..PLAN };
+    simulation(Oscillator { fails_at, ..Oscillator::new() }, each_step, &Rows::default(), &every).run().unwrap_err();
+
+    let mut run = simulation(Oscillator { fails_at, ..Oscillator::new() }, PLAN, &rows, &once);
+    assert!(matches!(run.run(), Err(Error::Step(_))));
+    assert_eq!(*once.borrow(), *every.borrow(), "the same bits as if every step had been saved");
+    let last = rows.borrow().last().copied().unwrap();
+    assert_eq!(last.0, run.clock().time, "the last good state is shown");
+    assert!(last.0 > 0.5 && last.0 <= fails_at);
 }
 
 #[test]

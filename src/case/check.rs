@@ -71,10 +71,17 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let mut look = |key: String, what: &str, name: &str, places: &[Vector<D>]| {
         let count = places.iter().filter(|x| outside(x)).count();
         let Some(first) = places.iter().find(|x| outside(x)) else { return };
-        let at = first.0.map(|c| format!("{c}")).join(", ");
-        let message =
-            format!("{count} of {} {what} of `{name}` lie outside the grid, the first at ({at})", places.len());
-        findings.push(Diagnostic::error(key, message).help("enlarge the grid, or cut the part off at its ends"));
+        let message = format!(
+            "{count} of {} {what} of `{name}` lie outside the grid, the first at ({})",
+            places.len(),
+            coordinates(first)
+        );
+        let help = format!(
+            "enlarge the grid, which reaches from ({}) to ({}), or cut the part off at its ends",
+            coordinates(&grid.lower),
+            coordinates(&upper)
+        );
+        findings.push(Diagnostic::error(key, message).help(help));
     };
     for (i, body) in setup.bodies.iter().enumerate() {
         look(format!("body[{i}].region"), "particles", &body.name, &body.position);
@@ -82,6 +89,11 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     for (i, membrane) in setup.membranes.iter().enumerate() {
         look(format!("membrane[{i}].geometry"), "nodes", &membrane.name, &membrane.position);
     }
+}
+
+/// Coordinates [m] without the noise of their last digits.
+fn coordinates<const D: usize>(x: &Vector<D>) -> String {
+    x.0.map(|c| format!("{}", 1e-9 * (1e9 * c).round())).join(", ")
 }
 
 /// Two bodies may touch, but no particle may lie inside another body.
@@ -122,28 +134,35 @@ fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
 }
 
 /// Checks steps and output intervals against the stable step.
-pub(super) fn steps(file: &CaseFile, summary: &Summary, findings: &mut Vec<Diagnostic>) {
+pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnostic>) {
+    let file = &case.file;
     let stable = summary.stable_step;
     if stable.is_nan() || stable <= 0.0 {
         findings.push(Diagnostic::error("time", format!("the stable step is {stable} s")));
         return;
     }
     if let Some(step) = file.time.step.filter(|step| *step > stable) {
-        let finding =
-            Diagnostic::error("time.step", format!("the step of {step} s is above the stable one of {stable:.4e} s"));
+        let finding = Diagnostic::error(
+            "time.step",
+            format!("the step of {step:.4e} s is above the stable one of {stable:.4e} s"),
+        );
         let safety = file.mpm.safety;
         let help = format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})");
         findings.push(finding.help(help));
     }
     let step = file.time.step.unwrap_or(stable);
     for (name, interval) in [("fields", file.output.fields), ("history", file.output.history)] {
-        let Some(interval) = interval.filter(|interval| *interval < step) else { continue };
-        let message = format!("the interval of {interval} s is shorter than the step of {step:.4e} s");
         let key = format!("output.{name}");
-        findings.push(match file.time.step {
-            Some(_) => Diagnostic::error(key, message).help("increase it, or let the step adapt"),
-            None => Diagnostic::warning(key, message).help("steps will be cut to land on every output"),
-        });
+        let Some(interval) = interval.filter(|interval| *interval < step) else { continue };
+        let message = format!("the interval of {interval:.4e} s is shorter than the step of {step:.4e} s");
+        match file.time.step {
+            Some(_) => findings.push(Diagnostic::error(key, message).help("increase it, or let the step adapt")),
+            // Membranes are sub-cycled in any case: short steps of the whole cost particles, and those only.
+            None if case.says(&key) && !file.body.is_empty() => {
+                findings.push(Diagnostic::warning(key, message).help("steps will be cut to land on every output"));
+            }
+            None => {}
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod build;
 mod check;
+mod columns;
 mod parts;
 mod preset;
 mod quantity;
@@ -109,7 +110,7 @@ impl Case {
         }
         let places = tree.places();
         let mut findings = Vec::new();
-        let file = read_tree(&tree, &mut findings);
+        let file = read_tree(&tree, &source.base, &mut findings);
         match file {
             Some(file) if findings.is_empty() => Ok(Self { file, source, places }),
             _ => {
@@ -148,6 +149,11 @@ impl Case {
         }
     }
 
+    /// True if the file itself gives the key.
+    fn says(&self, key: &str) -> bool {
+        self.places.contains_key(key)
+    }
+
     /// The place of a key, or of the nearest key above it.
     fn place(&self, key: &str) -> Option<Range<usize>> {
         let mut key = key;
@@ -167,13 +173,13 @@ static SCHEMA: LazyLock<walk::Schema> = LazyLock::new(|| {
     schema.as_object().cloned().unwrap_or_default()
 });
 
-fn read_tree(tree: &tree::Node, findings: &mut Vec<Diagnostic>) -> Option<CaseFile> {
+fn read_tree(tree: &tree::Node, base: &Path, findings: &mut Vec<Diagnostic>) -> Option<CaseFile> {
     let dimension = match tree.get("dimension").map(|n| &n.value) {
         Some(tree::Value::Integer(2)) => 2,
         _ => 3,
     };
     let units = tree.get("units").and_then(tree::Node::as_str) != Some("none");
-    let mut walker = walk::Walker::new(&SCHEMA, dimension, units);
+    let mut walker = walk::Walker::new(&SCHEMA, dimension, units, base);
     let value = walker.walk(tree, &SCHEMA, "");
     findings.append(&mut walker.findings);
     let Some(toml::Value::Table(mut table)) = value else { return None };

@@ -37,7 +37,7 @@ impl Walker<'_> {
     }
 
     /// Compares what was written (`None`: no unit) with what the schema asks for.
-    fn dimension_fits(&mut self, node: &Node, found: Option<Dimension>, schema: &Schema, key: &str) -> bool {
+    pub(super) fn dimension_fits(&mut self, node: &Node, found: Option<Dimension>, schema: &Schema, key: &str) -> bool {
         let Some(found) = found else { return true };
         let expected = expected_dimension(schema).unwrap_or(Dimension::NONE);
         if !self.units && !schema.contains_key("clock") {
@@ -92,7 +92,8 @@ impl Walker<'_> {
                 let branches = schema.get("anyOf").and_then(serde_json::Value::as_array)?;
                 let table =
                     branches.iter().filter_map(serde_json::Value::as_object).find(|b| !b.contains_key("type"))?;
-                self.walk(node, table, key)
+                let table = self.walk(node, table, key)?;
+                self.table_fits(node, &table, schema, key).then_some(table)
             }
             _ => self.wrong_kind(node, &format!("{} or a formula", self.expected_number(schema)), key),
         }

@@ -1,5 +1,6 @@
 //! What a case amounts to: particles, nodes, memory, steps.
 
+use super::CaseFile;
 use crate::mpm::{EDGE, Setup};
 use crate::simulation::Solver;
 use std::collections::BTreeSet;
@@ -19,7 +20,7 @@ pub struct Summary {
     pub memory: f64,
     /// First stable step [s].
     pub stable_step: f64,
-    /// Number of steps if the step stays as it is.
+    /// Number of steps if the step stays as it is; steps end at every output.
     pub steps: f64,
 }
 
@@ -87,10 +88,13 @@ fn stored_nodes<const D: usize>(setup: &Setup<D>) -> usize {
 }
 
 impl Summary {
-    pub(super) fn new(solver: &mut dyn Solver, parts: Parts, end: f64, step: Option<f64>) -> Self {
+    pub(super) fn new(solver: &mut dyn Solver, parts: Parts, file: &CaseFile) -> Self {
         let mut columns = 0;
         solver.columns(&mut |_, column| columns += column.data.bytes().len());
         let stable_step = solver.stable_dt();
+        let (end, output) = (file.time.end, &file.output);
+        let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
+        let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil();
         Self {
             // Beside the stored columns a step needs about as much again for what it works with.
             memory: 2.0 * columns as f64 + parts.grid_bytes,
@@ -99,7 +103,7 @@ impl Summary {
             cells: parts.cells,
             nodes: parts.nodes,
             stable_step,
-            steps: (end / step.unwrap_or(stable_step)).ceil(),
+            steps: steps.ceil(),
         }
     }
 
@@ -118,7 +122,7 @@ impl std::fmt::Display for Summary {
             writeln!(f, "membrane {}: {} nodes, {} elements", membrane.name, membrane.nodes, membrane.elements)?;
         }
         writeln!(f, "grid: {} cells, {} nodes stored at the start", self.cells, self.nodes)?;
-        writeln!(f, "memory: about {:.0} MB", self.memory / 1e6)?;
+        writeln!(f, "memory: about {:.1} MB", self.memory / 1e6)?;
         writeln!(f, "first stable step: {:.4e} s", self.stable_step)?;
         write!(f, "steps: about {:.0}", self.steps)
     }

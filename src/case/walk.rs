@@ -4,13 +4,14 @@
 //! Beside the standard keywords the schema carries:
 //! `unit` (of a number, an array of numbers or a signal), `formula` (a number, or text with a formula),
 //! `words` (texts that a signal may be besides), `axes` (a list with one entry per axis of the case, padded
-//! with zeros to three), `infinite` (`inf` is allowed) and `clock` (a time of the clock on the wall, which has
-//! its unit even in a case without units).
+//! with zeros to three), `infinite` (`inf` is allowed), `clock` (a time of the clock on the wall, which has
+//! its unit even in a case without units) and `columns` (rows of two numbers, which may come from a CSV file).
 
 use super::tree::{Entry, Node, Value, join};
 use crate::error::Diagnostic;
 use crate::math::units::{Dimension, Unit};
 use serde_json::{Map, Value as Json};
+use std::path::Path;
 
 /// A schema without references.
 pub(super) type Schema = Map<String, Json>;
@@ -22,15 +23,17 @@ pub(super) struct Walker<'a> {
     dimension: usize,
     /// False for `units = "none"`.
     pub(super) units: bool,
+    /// The directory that the case's files are relative to.
+    pub(super) base: &'a Path,
     /// Everything that is wrong.
     pub(super) findings: Vec<Diagnostic>,
 }
 
 impl<'a> Walker<'a> {
-    pub(super) fn new(root: &'a Schema, dimension: usize, units: bool) -> Self {
+    pub(super) fn new(root: &'a Schema, dimension: usize, units: bool, base: &'a Path) -> Self {
         static NONE: std::sync::LazyLock<Schema> = std::sync::LazyLock::new(Schema::new);
         let definitions = root.get("$defs").and_then(Json::as_object).unwrap_or(&NONE);
-        Self { definitions, dimension, units, findings: Vec::new() }
+        Self { definitions, dimension, units, base, findings: Vec::new() }
     }
 
     /// Checks `node` against `schema`; `None` if something in it is wrong (and was noted).
@@ -38,6 +41,9 @@ impl<'a> Walker<'a> {
         let schema = self.resolve(schema);
         if schema.contains_key("formula") {
             return self.signal(node, &schema, key);
+        }
+        if schema.contains_key("columns") {
+            return self.columns(node, &schema, key);
         }
         if let Some(branches) = alternatives(&schema) {
             return self.walk_alternatives(node, &schema, branches, key);
@@ -148,7 +154,10 @@ impl<'a> Walker<'a> {
                 table.insert(entry.key.clone(), value);
             }
         }
-        for missing in required(schema).filter(|name| !entries.iter().any(|e| e.key == *name)) {
+        // A misspelt key is reported where it stands, and not as missing besides.
+        let meant: Vec<&str> =
+            entries.iter().filter_map(|e| nearest(&e.key, known.keys().map(String::as_str))).collect();
+        for missing in required(schema).filter(|name| !meant.contains(name)) {
             let hint = known.get(missing).and_then(Json::as_object).and_then(|s| self.example(missing, s));
             self.note(node, key, format!("the key `{missing}` is missing"), hint);
         }

@@ -71,7 +71,7 @@ fn advise(error: &Error, directory: &RunDirectory, case: &str) {
     match error {
         Error::Interrupted => eprintln!("go on with: lateen run {case} --out {root} --resume"),
         Error::Step(_) if directory.checkpoints().is_dir() => {
-            eprintln!("the last good checkpoint is in {}", directory.checkpoints().display());
+            eprintln!("the last good state is saved in {root}/checkpoint and shown by the last fields and pictures");
         }
         _ => {}
     }

@@ -9,10 +9,9 @@
 //! The trial mean stress is K (ln J − θ_p) with the volume strain θ_p of dilation only. Opening under tension
 //! is not stored: soil that was pulled apart must close before it bears pressure again.
 
-use super::bulk_viscosity::BulkViscosity;
-use super::elastic::Moduli;
-use super::solid::{self, Increment, Point, Response, Solid};
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
+use super::elastic::{Elastic, Moduli};
+use super::solid::{Increment, Point, Response, Solid};
+use super::{PointState, StartState};
 use crate::math::SymTensor;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,15 +20,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct DruckerPrager {
-    /// Density ρ0 in the reference state.
-    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-    pub density: f64,
-    /// Young's modulus.
-    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
-    pub young: f64,
-    /// Poisson's ratio.
-    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
-    pub poisson: f64,
+    /// Density, Young's modulus, Poisson's ratio, artificial bulk viscosity.
+    #[serde(flatten)]
+    pub elastic: Elastic,
     /// Angle of internal friction φ.
     #[schemars(extend("unit" = "rad", "minimum" = 0.0, "exclusiveMaximum" = std::f64::consts::FRAC_PI_2))]
     pub friction_angle: f64,
@@ -45,10 +38,6 @@ pub struct DruckerPrager {
     #[serde(default)]
     #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]
     pub tensile_strength: f64,
-    /// Artificial bulk viscosity [q1, q2]; 0 for none.
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub bulk_viscosity: BulkViscosity,
 }
 
 /// The yield surface in the plane of mean stress and shear.
@@ -104,10 +93,6 @@ impl Cone {
 }
 
 impl DruckerPrager {
-    fn moduli(&self) -> Moduli {
-        Moduli::new(self.young, self.poisson)
-    }
-
     #[inline(always)]
     fn cone(&self) -> Cone {
         let (friction, dilation) = (self.friction_angle.tan(), self.dilation_angle.tan());
@@ -126,13 +111,32 @@ fn shear_stress(s: &SymTensor) -> f64 {
 }
 
 impl Solid for DruckerPrager {
-    fn bulk_viscosity(&self) -> BulkViscosity {
-        self.bulk_viscosity
+    const HISTORY: &'static [&'static str] = &["plastic strain", "plastic volume strain"];
+
+    fn elastic(&self) -> &Elastic {
+        &self.elastic
+    }
+
+    fn start(&self, start: &StartState) -> Result<PointState, String> {
+        if self.dilation_angle > self.friction_angle {
+            return Err("the angle of dilation can't exceed the angle of friction".into());
+        }
+        let state = self.elastic.start(start)?;
+        let (cone, mean) = (self.cone(), -state.pressure);
+        let shear = shear_stress(&state.stress.deviator());
+        if mean > cone.tension || shear > cone.strength(mean) {
+            return Err(format!(
+                "the stress at the start is beyond yield: mean {mean:e} Pa of {:e} Pa, shear {shear:e} Pa of {:e} Pa",
+                cone.tension,
+                cone.strength(mean)
+            ));
+        }
+        Ok(state)
     }
 
     #[inline(always)]
     fn response(&self, increment: &Increment, point: Point<'_>) -> Response {
-        let moduli = self.moduli();
+        let moduli = self.elastic.moduli();
         let s = moduli.deviator(increment, &point);
         let [plastic_strain, plastic_volume] = point.history else { unreachable!("two history variables") };
         let shear = shear_stress(&s);
@@ -146,60 +150,21 @@ impl Solid for DruckerPrager {
     }
 }
 
-impl PointLaw for DruckerPrager {
-    fn density(&self) -> f64 {
-        self.density
-    }
-
-    fn storage(&self) -> Storage {
-        Storage { stress: true, history: &["plastic strain", "plastic volume strain"], ..Storage::default() }
-    }
-
-    fn initial(&self, start: &StartState) -> Result<PointState, String> {
-        self.bulk_viscosity.check()?;
-        if self.dilation_angle > self.friction_angle {
-            return Err("the angle of dilation can't exceed the angle of friction".into());
-        }
-        let state = self.moduli().start(self.density, start)?;
-        let (cone, mean) = (self.cone(), -state.pressure);
-        let shear = shear_stress(&state.stress.deviator());
-        if mean > cone.tension || shear > cone.strength(mean) {
-            return Err(format!(
-                "the stress at the start is beyond yield: mean {mean:e} Pa of {:e} Pa, shear {shear:e} Pa of {:e} Pa",
-                cone.tension,
-                cone.strength(mean)
-            ));
-        }
-        Ok(state)
-    }
-
-    fn update(&self, batch: &mut PointBatch<'_>) {
-        solid::advance(self, batch);
-    }
-
-    fn reference_sound_speed(&self) -> f64 {
-        (self.moduli().wave() / self.density).sqrt()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::DruckerPrager;
-    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::elastic::Elastic;
     use crate::material::testing::{Sample, check_law};
     use crate::material::{PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
 
     fn soil(cohesion: f64, dilation: f64) -> DruckerPrager {
         DruckerPrager {
-            density: 1800.0,
-            young: 20e6,
-            poisson: 0.3,
+            elastic: Elastic::new(1800.0, 20e6, 0.3),
             friction_angle: 30f64.to_radians(),
             dilation_angle: dilation.to_radians(),
             cohesion,
             tensile_strength: 0.0,
-            bulk_viscosity: BulkViscosity::default(),
         }
     }
 

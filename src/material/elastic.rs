@@ -8,9 +8,89 @@
 //! update second order, where adding the whole after the rotation is first order.
 //! The pressure is a function of the volume, so that no path of increments makes it drift.
 
-use super::solid::{Increment, Point};
+use super::bulk_viscosity::BulkViscosity;
+use super::solid::{Increment, Point, Response};
 use super::{PointState, StartState};
 use crate::math::{SymTensor, Tensor};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What every elastic solid states: these keys stand among the law's own.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub struct Elastic {
+    /// Density ρ0 in the reference state.
+    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
+    pub density: f64,
+    /// Young's modulus at zero strain.
+    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
+    pub young: f64,
+    /// Poisson's ratio at zero strain.
+    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
+    pub poisson: f64,
+    /// Artificial bulk viscosity [q1, q2]; 0 for none.
+    #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
+    pub bulk_viscosity: BulkViscosity,
+}
+
+impl Elastic {
+    /// A solid of `density` [kg/m³] with Young's modulus `young` [Pa] and Poisson's ratio `poisson`, without
+    /// artificial viscosity.
+    pub fn new(density: f64, young: f64, poisson: f64) -> Self {
+        Self { density, young, poisson, bulk_viscosity: BulkViscosity::default() }
+    }
+
+    /// Its moduli.
+    #[inline(always)]
+    pub fn moduli(&self) -> Moduli {
+        Moduli {
+            bulk: self.young / (3.0 * (1.0 - 2.0 * self.poisson)),
+            shear: self.young / (2.0 * (1.0 + self.poisson)),
+        }
+    }
+
+    /// Speed of pressure waves at zero strain [m/s].
+    pub fn sound_speed(&self) -> f64 {
+        (self.moduli().wave() / self.density).sqrt()
+    }
+
+    /// First state of the rate laws: density and energy that go with the prescribed pressure or stress.
+    ///
+    /// # Errors
+    /// A sentence, when an energy is prescribed.
+    pub fn start(&self, start: &StartState) -> Result<PointState, String> {
+        let Moduli { bulk, shear } = self.moduli();
+        let stress = start_stress(start)?;
+        let (pressure, s) = (-stress.trace() / 3.0, stress.deviator());
+        let j = (-pressure / bulk).exp();
+        // ∫ K ln J dJ of the volume, s : s/4G of the shape.
+        let energy = bulk * (j * j.ln() - j + 1.0) + j * s.contract(&s) / (4.0 * shear);
+        Ok(PointState {
+            density: self.density / j,
+            energy,
+            pressure,
+            stress,
+            deformation: Tensor::identity() * j.cbrt(),
+            sound_speed: self.sound_speed() * j.sqrt(),
+        })
+    }
+
+    /// As [`Elastic::start`], for a metal that yields at `yield_stress` [Pa].
+    ///
+    /// # Errors
+    /// A sentence, when an energy is prescribed or a stress beyond yield.
+    pub fn start_below_yield(&self, start: &StartState, yield_stress: f64) -> Result<PointState, String> {
+        let state = self.start(start)?;
+        let equivalent = state.stress.von_mises();
+        if equivalent > yield_stress {
+            return Err(format!(
+                "the stress at the start is beyond yield: von Mises {equivalent:e} Pa, yield stress {yield_stress:e} Pa"
+            ));
+        }
+        Ok(state)
+    }
+}
 
 /// Moduli of isotropic elasticity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,12 +102,6 @@ pub struct Moduli {
 }
 
 impl Moduli {
-    /// From Young's modulus [Pa] and Poisson's ratio.
-    #[inline(always)]
-    pub fn new(young: f64, poisson: f64) -> Self {
-        Self { bulk: young / (3.0 * (1.0 - 2.0 * poisson)), shear: young / (2.0 * (1.0 + poisson)) }
-    }
-
     /// Lamé's first modulus λ = K − ⅔ G [Pa].
     #[inline(always)]
     pub fn lame(&self) -> f64 {
@@ -53,39 +127,17 @@ impl Moduli {
         (point.deviator + half).rotated(&increment.rotation()) + half
     }
 
-    /// First state of the rate laws: density and energy that go with the prescribed pressure or stress.
-    ///
-    /// # Errors
-    /// A sentence, when an energy is prescribed.
-    pub fn start(&self, density: f64, start: &StartState) -> Result<PointState, String> {
-        let stress = start_stress(start)?;
-        let (pressure, s) = (-stress.trace() / 3.0, stress.deviator());
-        let j = (-pressure / self.bulk).exp();
-        // ∫ K ln J dJ of the volume, s : s/4G of the shape.
-        let energy = self.bulk * (j * j.ln() - j + 1.0) + j * s.contract(&s) / (4.0 * self.shear);
-        Ok(PointState {
-            density: density / j,
-            energy,
-            pressure,
-            stress,
-            deformation: Tensor::identity() * j.cbrt(),
-            sound_speed: (self.wave() * j / density).sqrt(),
-        })
+    /// Stress of the rate laws: deviator `s` [Pa] and the pressure of the volume; with the modulus of their waves.
+    #[inline(always)]
+    pub fn response(&self, s: SymTensor, volume_ratio: f64) -> Response {
+        Response { stress: s - SymTensor::isotropic(self.pressure(volume_ratio)), modulus: self.wave() }
     }
-    /// As [`Moduli::start`], for a metal that yields at `yield_stress` [Pa].
-    ///
-    /// # Errors
-    /// A sentence, when an energy is prescribed or a stress beyond yield.
-    pub fn start_below_yield(&self, density: f64, start: &StartState, yield_stress: f64) -> Result<PointState, String> {
-        let state = self.start(density, start)?;
-        let equivalent = state.stress.von_mises();
-        if equivalent > yield_stress {
-            return Err(format!(
-                "the stress at the start is beyond yield: von Mises {equivalent:e} Pa, yield stress {yield_stress:e} Pa"
-            ));
-        }
-        Ok(state)
-    }
+}
+
+/// Von Mises' stress √(3/2 s : s) of a deviator `s` [Pa].
+#[inline(always)]
+pub fn equivalent(s: &SymTensor) -> f64 {
+    (1.5 * s.contract(s)).sqrt()
 }
 
 /// The stress that a solid starts from.

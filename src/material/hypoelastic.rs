@@ -6,11 +6,8 @@
 //!
 //! For small strains at any rotation; in large shear γ the Jaumann rate answers G sin γ.
 
-use super::bulk_viscosity::BulkViscosity;
-use super::elastic::Moduli;
-use super::solid::{self, Increment, Point, Response, Solid};
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
-use crate::math::SymTensor;
+use super::elastic::Elastic;
+use super::solid::{Increment, Point, Response, Solid};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,61 +15,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Hypoelastic {
-    /// Density ρ0 in the reference state.
-    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-    pub density: f64,
-    /// Young's modulus.
-    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
-    pub young: f64,
-    /// Poisson's ratio.
-    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
-    pub poisson: f64,
-    /// Artificial bulk viscosity [q1, q2]; 0 for none.
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub bulk_viscosity: BulkViscosity,
-}
-
-impl Hypoelastic {
-    fn moduli(&self) -> Moduli {
-        Moduli::new(self.young, self.poisson)
-    }
+    /// Density, Young's modulus, Poisson's ratio, artificial bulk viscosity.
+    #[serde(flatten)]
+    pub elastic: Elastic,
 }
 
 impl Solid for Hypoelastic {
-    fn bulk_viscosity(&self) -> BulkViscosity {
-        self.bulk_viscosity
+    fn elastic(&self) -> &Elastic {
+        &self.elastic
     }
 
     #[inline(always)]
     fn response(&self, increment: &Increment, point: Point<'_>) -> Response {
-        let moduli = self.moduli();
+        let moduli = self.elastic.moduli();
         let s = moduli.deviator(increment, &point);
-        let pressure = moduli.pressure(increment.volume_ratio);
-        Response { stress: s - SymTensor::isotropic(pressure), modulus: moduli.wave() }
-    }
-}
-
-impl PointLaw for Hypoelastic {
-    fn density(&self) -> f64 {
-        self.density
-    }
-
-    fn storage(&self) -> Storage {
-        Storage { stress: true, ..Storage::default() }
-    }
-
-    fn initial(&self, start: &StartState) -> Result<PointState, String> {
-        self.bulk_viscosity.check()?;
-        self.moduli().start(self.density, start)
-    }
-
-    fn update(&self, batch: &mut PointBatch<'_>) {
-        solid::advance(self, batch);
-    }
-
-    fn reference_sound_speed(&self) -> f64 {
-        (self.moduli().wave() / self.density).sqrt()
+        moduli.response(s, increment.volume_ratio)
     }
 }
 
@@ -80,12 +37,12 @@ impl PointLaw for Hypoelastic {
 mod tests {
     use super::Hypoelastic;
     use crate::material::StartState;
-    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::elastic::Elastic;
     use crate::material::testing::{Sample, check_law};
     use crate::math::{SymTensor, Tensor};
 
     fn steel() -> Hypoelastic {
-        Hypoelastic { density: 7800.0, young: 210e9, poisson: 0.3, bulk_viscosity: BulkViscosity::default() }
+        Hypoelastic { elastic: Elastic::new(7800.0, 210e9, 0.3) }
     }
 
     #[test]

@@ -1,36 +1,29 @@
 //! Elastic–plastic metal: von Mises yield surface, isotropic hardening, radial return (theory 3.6).
 //!
 //! ```text
-//! σ_y = A + H ε_pⁿ
+//! σ_y = A(ε_p) + H ε_pⁿ,                     A a number, or a curve and H = 0
 //! s_tr = Q (sⁿ + G D' Δt) Qᵀ + G D' Δt,      σ_tr = √(3/2 s_tr : s_tr)
 //! σ_tr − 3 G Δε_p = σ_y(ε_p + Δε_p)        if σ_tr > σ_y(ε_p)
 //! s = s_tr (1 − 3 G Δε_p/σ_tr)
 //! ```
 
-use super::bulk_viscosity::BulkViscosity;
-use super::elastic::Moduli;
-use super::solid::{self, Increment, Point, Response, Solid};
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
-use crate::math::SymTensor;
+use super::elastic::{Elastic, equivalent};
+use super::solid::{Increment, Point, Response, Solid};
+use super::yield_curve::YieldCurve;
+use super::{PointState, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Elastic–plastic metal with yield stress A + H ε_pⁿ.
+/// Elastic–plastic metal with yield stress A + H ε_pⁿ, or with a measured curve A(ε_p).
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct J2 {
-    /// Density ρ0 in the reference state.
-    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-    pub density: f64,
-    /// Young's modulus.
+    /// Density, Young's modulus, Poisson's ratio, artificial bulk viscosity.
+    #[serde(flatten)]
+    pub elastic: Elastic,
+    /// First yield stress A, or a curve of the yield stress over plastic strain.
     #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
-    pub young: f64,
-    /// Poisson's ratio.
-    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
-    pub poisson: f64,
-    /// First yield stress A.
-    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
-    pub yield_stress: f64,
+    pub yield_stress: YieldCurve,
     /// Hardening modulus H; 0: perfectly plastic.
     #[serde(default)]
     #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]
@@ -39,10 +32,6 @@ pub struct J2 {
     #[serde(default = "one")]
     #[schemars(extend("unit" = "1", "exclusiveMinimum" = 0.0, "maximum" = 1.0))]
     pub hardening_exponent: f64,
-    /// Artificial bulk viscosity [q1, q2]; 0 for none.
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub bulk_viscosity: BulkViscosity,
 }
 
 fn one() -> f64 {
@@ -50,19 +39,18 @@ fn one() -> f64 {
 }
 
 impl J2 {
-    fn moduli(&self) -> Moduli {
-        Moduli::new(self.young, self.poisson)
-    }
-
     /// Yield stress at plastic strain `strain` [Pa].
     #[inline(always)]
     pub fn yield_stress_at(&self, strain: f64) -> f64 {
-        self.yield_stress + self.hardening * power(strain, self.hardening_exponent)
+        self.yield_stress.yield_stress_at(strain) + self.hardening * power(strain, self.hardening_exponent)
     }
 
     /// The plastic strain increment that brings the trial stress `trial` [Pa] back to the yield surface.
     #[inline(always)]
     fn plastic_increment(&self, trial: f64, strain: f64, shear: f64) -> f64 {
+        if !self.yield_stress.is_constant() {
+            return self.yield_stress.plastic_increment(trial, strain, 3.0 * shear);
+        }
         let excess = trial - self.yield_stress_at(strain);
         if self.hardening_exponent == 1.0 {
             return excess / (3.0 * shear + self.hardening);
@@ -75,10 +63,10 @@ impl J2 {
     fn power_increment(&self, trial: f64, strain: f64, first: f64, shear: f64) -> f64 {
         /// Quadratic convergence needs five or six; the rest is margin.
         const ITERATIONS: usize = 30;
-        let mut increment = first;
+        let (mut increment, first_yield) = (first, self.yield_stress.first_yield());
         for _ in 0..ITERATIONS {
             let hardening = self.hardening * power(strain + increment, self.hardening_exponent);
-            let residual = trial - 3.0 * shear * increment - self.yield_stress - hardening;
+            let residual = trial - 3.0 * shear * increment - first_yield - hardening;
             let slope = -3.0 * shear - self.hardening_exponent * hardening / (strain + increment);
             let next = (increment - residual / slope).max(0.1 * increment);
             if (next - increment).abs() <= 1e-14 * first {
@@ -97,67 +85,50 @@ fn power(strain: f64, exponent: f64) -> f64 {
 }
 
 impl Solid for J2 {
-    fn bulk_viscosity(&self) -> BulkViscosity {
-        self.bulk_viscosity
+    const HISTORY: &'static [&'static str] = &["plastic strain"];
+
+    fn elastic(&self) -> &Elastic {
+        &self.elastic
+    }
+
+    fn start(&self, start: &StartState) -> Result<PointState, String> {
+        if self.hardening > 0.0 && !self.yield_stress.is_constant() {
+            return Err("a curve as `yield-stress` holds the hardening already: leave out `hardening`".into());
+        }
+        self.elastic.start_below_yield(start, self.yield_stress.first_yield())
     }
 
     #[inline(always)]
     fn response(&self, increment: &Increment, point: Point<'_>) -> Response {
-        let moduli = self.moduli();
+        let moduli = self.elastic.moduli();
         let mut s = moduli.deviator(increment, &point);
         let strain = &mut point.history[0];
-        let trial = (1.5 * s.contract(&s)).sqrt();
+        let trial = equivalent(&s);
         if trial > self.yield_stress_at(*strain) {
             let plastic = self.plastic_increment(trial, *strain, moduli.shear);
             s = s * (1.0 - 3.0 * moduli.shear * plastic / trial);
             *strain += plastic;
         }
-        let pressure = moduli.pressure(increment.volume_ratio);
-        Response { stress: s - SymTensor::isotropic(pressure), modulus: moduli.wave() }
-    }
-}
-
-impl PointLaw for J2 {
-    fn density(&self) -> f64 {
-        self.density
-    }
-
-    fn storage(&self) -> Storage {
-        Storage { stress: true, history: &["plastic strain"], ..Storage::default() }
-    }
-
-    fn initial(&self, start: &StartState) -> Result<PointState, String> {
-        self.bulk_viscosity.check()?;
-        self.moduli().start_below_yield(self.density, start, self.yield_stress)
-    }
-
-    fn update(&self, batch: &mut PointBatch<'_>) {
-        solid::advance(self, batch);
-    }
-
-    fn reference_sound_speed(&self) -> f64 {
-        (self.moduli().wave() / self.density).sqrt()
+        moduli.response(s, increment.volume_ratio)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::J2;
-    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::elastic::Elastic;
     use crate::material::testing::{Sample, check_law};
-    use crate::material::{PointLaw, StartState};
+    use crate::material::{PointLaw, StartState, YieldCurve};
     use crate::math::{SymTensor, Tensor};
 
     fn copper(hardening: f64, hardening_exponent: f64) -> J2 {
-        let bulk_viscosity = BulkViscosity::default();
-        let (density, young, poisson, yield_stress) = (8930.0, 117e9, 0.35, 400e6);
-        J2 { density, young, poisson, yield_stress, hardening, hardening_exponent, bulk_viscosity }
+        J2 { elastic: Elastic::new(8930.0, 117e9, 0.35), yield_stress: 400e6.into(), hardening, hardening_exponent }
     }
 
     #[test]
     fn passes_the_common_checks() {
-        check_law(&J2 { yield_stress: 1e12, ..copper(1e8, 1.0) }, StartState::default());
-        check_law(&J2 { yield_stress: 1e12, ..copper(1e8, 0.4) }, StartState::default());
+        check_law(&J2 { yield_stress: 1e12.into(), ..copper(1e8, 1.0) }, StartState::default());
+        check_law(&J2 { yield_stress: 1e12.into(), ..copper(1e8, 0.4) }, StartState::default());
     }
 
     /// Confined compression ε in one direction: the axial deviator grows as ⅔·2Gε up to ⅔ A and then with
@@ -188,6 +159,23 @@ mod tests {
             let surface = 400e6 + 300e6 * sample.history[0].powf(0.31);
             assert!((sample.stress[0].von_mises() / surface - 1.0).abs() < 1e-9);
         }
+    }
+
+    /// A straight curve is linear hardening, whose closed form is above; a bend in it is met to the digit.
+    #[test]
+    fn a_curve_hardens_as_it_says() {
+        let bent = YieldCurve::try_from(vec![[0.0, 400e6], [0.01, 500e6], [0.02, 510e6]]).unwrap();
+        let law = J2 { yield_stress: bent, ..copper(0.0, 1.0) };
+        let mut sample = Sample::new(&law, StartState::default());
+        let gradient = Tensor([[0.0, 1.0, 0.0], [0.0; 3], [0.0; 3]]);
+        for (steps, strength) in [(20, 400e6..=500e6), (10, 500e6..=510e6), (100, 510e6..=510e6)] {
+            (0..steps).for_each(|_| sample.step(&law, gradient, 1e-3));
+            let (strain, stress) = (sample.history[0], sample.stress[0].von_mises());
+            let exact = (400e6 + 1e10 * strain).min(500e6 + 1e9 * (strain - 0.01)).min(510e6);
+            assert!((stress / exact - 1.0).abs() < 1e-9 && strength.contains(&exact), "{strain}: {stress} {exact}");
+        }
+        let both = J2 { hardening: 1e8, ..law };
+        assert!(both.initial(&StartState::default()).unwrap_err().contains("leave out `hardening`"));
     }
 
     /// All the work of perfectly plastic shear beyond yield is heat: e = A²/6G + A ε_p.

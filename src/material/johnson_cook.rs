@@ -6,11 +6,9 @@
 //! ΔT = χ σ_y Δε_p/(ρ c_v)
 //! ```
 
-use super::bulk_viscosity::BulkViscosity;
-use super::elastic::Moduli;
-use super::solid::{self, Increment, Point, Response, Solid};
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
-use crate::math::SymTensor;
+use super::elastic::{Elastic, equivalent};
+use super::solid::{Increment, Point, Response, Solid};
+use super::{PointState, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,15 +16,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct JohnsonCook {
-    /// Density ρ0 in the reference state.
-    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-    pub density: f64,
-    /// Young's modulus.
-    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
-    pub young: f64,
-    /// Poisson's ratio.
-    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
-    pub poisson: f64,
+    /// Density, Young's modulus, Poisson's ratio, artificial bulk viscosity.
+    #[serde(flatten)]
+    pub elastic: Elastic,
     /// First yield stress A.
     #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
     pub yield_stress: f64,
@@ -60,10 +52,6 @@ pub struct JohnsonCook {
     #[serde(default = "nine_tenths")]
     #[schemars(extend("unit" = "1", "minimum" = 0.0, "maximum" = 1.0))]
     pub heat_fraction: f64,
-    /// Artificial bulk viscosity [q1, q2]; 0 for none.
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub bulk_viscosity: BulkViscosity,
 }
 
 fn one() -> f64 {
@@ -75,10 +63,6 @@ fn nine_tenths() -> f64 {
 }
 
 impl JohnsonCook {
-    fn moduli(&self) -> Moduli {
-        Moduli::new(self.young, self.poisson)
-    }
-
     /// Yield stress [Pa] at plastic strain `strain`, its rate `rate` [1/s] and the rise of temperature `rise` [K].
     pub fn yield_stress_at(&self, strain: f64, rate: f64, rise: f64) -> f64 {
         let hardened = self.yield_stress + self.hardening * strain.powf(self.hardening_exponent);
@@ -92,7 +76,7 @@ impl JohnsonCook {
     fn plastic_increment(&self, trial: f64, residual: impl Fn(f64) -> f64) -> f64 {
         /// The rule is of order 1.44: ten iterations serve, the rest is margin.
         const ITERATIONS: usize = 60;
-        let (mut low, mut high) = (0.0, trial / (3.0 * self.moduli().shear));
+        let (mut low, mut high) = (0.0, trial / (3.0 * self.elastic.moduli().shear));
         let (mut above, mut below) = (residual(low), residual(high));
         let mut middle = high;
         for _ in 0..ITERATIONS {
@@ -112,16 +96,22 @@ impl JohnsonCook {
 }
 
 impl Solid for JohnsonCook {
-    fn bulk_viscosity(&self) -> BulkViscosity {
-        self.bulk_viscosity
+    const HISTORY: &'static [&'static str] = &["plastic strain", "temperature rise"];
+
+    fn elastic(&self) -> &Elastic {
+        &self.elastic
+    }
+
+    fn start(&self, start: &StartState) -> Result<PointState, String> {
+        self.elastic.start_below_yield(start, self.yield_stress)
     }
 
     #[inline(always)]
     fn response(&self, increment: &Increment, point: Point<'_>) -> Response {
-        let moduli = self.moduli();
+        let moduli = self.elastic.moduli();
         let mut s = moduli.deviator(increment, &point);
         let [strain, rise] = point.history else { unreachable!("two history variables") };
-        let trial = (1.5 * s.contract(&s)).sqrt();
+        let trial = equivalent(&s);
         if trial > self.yield_stress_at(*strain, 0.0, *rise) {
             let residual = |plastic: f64| {
                 let strength = self.yield_stress_at(*strain + plastic, plastic / increment.dt, *rise);
@@ -131,34 +121,10 @@ impl Solid for JohnsonCook {
             let stress = trial - 3.0 * moduli.shear * plastic;
             s = s * (stress / trial);
             *strain += plastic;
-            *rise +=
-                self.heat_fraction * stress * plastic * increment.volume_ratio / (self.density * self.specific_heat);
+            *rise += self.heat_fraction * stress * plastic * increment.volume_ratio
+                / (self.elastic.density * self.specific_heat);
         }
-        let pressure = moduli.pressure(increment.volume_ratio);
-        Response { stress: s - SymTensor::isotropic(pressure), modulus: moduli.wave() }
-    }
-}
-
-impl PointLaw for JohnsonCook {
-    fn density(&self) -> f64 {
-        self.density
-    }
-
-    fn storage(&self) -> Storage {
-        Storage { stress: true, history: &["plastic strain", "temperature rise"], ..Storage::default() }
-    }
-
-    fn initial(&self, start: &StartState) -> Result<PointState, String> {
-        self.bulk_viscosity.check()?;
-        self.moduli().start_below_yield(self.density, start, self.yield_stress)
-    }
-
-    fn update(&self, batch: &mut PointBatch<'_>) {
-        solid::advance(self, batch);
-    }
-
-    fn reference_sound_speed(&self) -> f64 {
-        (self.moduli().wave() / self.density).sqrt()
+        moduli.response(s, increment.volume_ratio)
     }
 }
 
@@ -166,16 +132,14 @@ impl PointLaw for JohnsonCook {
 mod tests {
     use super::JohnsonCook;
     use crate::material::StartState;
-    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::elastic::Elastic;
     use crate::material::testing::{Sample, check_law};
     use crate::math::Tensor;
 
     /// OFHC copper (Johnson & Cook 1983).
     fn copper() -> JohnsonCook {
         JohnsonCook {
-            density: 8960.0,
-            young: 124e9,
-            poisson: 0.34,
+            elastic: Elastic::new(8960.0, 124e9, 0.34),
             yield_stress: 90e6,
             hardening: 292e6,
             hardening_exponent: 0.31,
@@ -185,7 +149,6 @@ mod tests {
             melting_rise: 1063.0,
             specific_heat: 383.0,
             heat_fraction: 0.9,
-            bulk_viscosity: BulkViscosity::default(),
         }
     }
 

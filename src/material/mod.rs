@@ -14,12 +14,15 @@ mod j2;
 mod johnson_cook;
 mod kinematics;
 mod neo_hookean;
+pub mod sheet;
 mod solid;
 #[cfg(test)]
 mod testing;
+mod yield_curve;
 
 pub use bulk_viscosity::BulkViscosity;
 pub use drucker_prager::DruckerPrager;
+pub use elastic::Elastic;
 pub use eos::EquationsOfState;
 pub use flow::Flow;
 pub use fluid::Fluid;
@@ -27,9 +30,9 @@ pub use hypoelastic::Hypoelastic;
 pub use j2::J2;
 pub use johnson_cook::JohnsonCook;
 pub use neo_hookean::NeoHookean;
-pub use solid::{Increment, Point, Response, Solid};
-pub mod sheet;
 pub use sheet::{LANES, Sheet, SheetKind, SheetLanes, SheetState};
+pub use solid::{Increment, Point, Response, Solid};
+pub use yield_curve::YieldCurve;
 
 use crate::math::{SymTensor, Tensor};
 use crate::registry;

@@ -4,10 +4,9 @@
 //! W = ½ G (tr b − 3) − G ln J + ½ λ ln² J,      J σ = τ = G (b − 1) + λ ln J 1,      b = F Fᵀ
 //! ```
 
-use super::bulk_viscosity::BulkViscosity;
-use super::elastic::{Moduli, start_stress};
-use super::solid::{self, Increment, Point, Response, Solid};
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
+use super::elastic::{Elastic, Moduli, start_stress};
+use super::solid::{Increment, Point, Response, Solid};
+use super::{PointState, StartState};
 use crate::math::{SymTensor, Tensor, nearest_root};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,29 +15,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct NeoHookean {
-    /// Density ρ0 in the reference state.
-    #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-    pub density: f64,
-    /// Young's modulus at zero strain.
-    #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
-    pub young: f64,
-    /// Poisson's ratio at zero strain.
-    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
-    pub poisson: f64,
-    /// Artificial bulk viscosity [q1, q2]; 0 for none.
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub bulk_viscosity: BulkViscosity,
+    /// Density, Young's modulus, Poisson's ratio, artificial bulk viscosity.
+    #[serde(flatten)]
+    pub elastic: Elastic,
 }
 
 impl NeoHookean {
-    fn moduli(&self) -> Moduli {
-        Moduli::new(self.young, self.poisson)
-    }
-
     /// Stored energy W per reference volume [J/m³].
     pub fn stored_energy(&self, deformation: &Tensor<3>) -> f64 {
-        let moduli = self.moduli();
+        let moduli = self.elastic.moduli();
         let ln_j = deformation.determinant().ln();
         0.5 * moduli.shear * (deformation.contract(deformation) - 3.0) - moduli.shear * ln_j
             + 0.5 * moduli.lame() * ln_j * ln_j
@@ -48,8 +33,8 @@ impl NeoHookean {
     /// ρ c² = ∂σ_i/∂ln λ_i = [G (λ_i² + 1) + λ (1 − ln J)]/J, with the largest λ_i² bounded by Gershgorin.
     #[inline(always)]
     fn stress(&self, deformation: &Tensor<3>) -> Response {
-        let Moduli { shear, .. } = self.moduli();
-        let lame = self.moduli().lame();
+        let Moduli { shear, .. } = self.elastic.moduli();
+        let lame = self.elastic.moduli().lame();
         let j = deformation.determinant();
         let (per_j, ln_j) = (1.0 / j, j.ln());
         let b = deformation.dot(&deformation.transpose()).symmetric();
@@ -63,8 +48,8 @@ impl NeoHookean {
     /// A symmetric deformation gradient that carries `stress`: in its principal axes
     /// λ_i² = 1 + (J σ_i − λ ln J)/G, where J is found from J² = Π λ_i².
     fn prestretch(&self, stress: &SymTensor) -> Option<Tensor<3>> {
-        let Moduli { shear, .. } = self.moduli();
-        let lame = self.moduli().lame();
+        let Moduli { shear, .. } = self.elastic.moduli();
+        let lame = self.elastic.moduli().lame();
         let square = |ln_j: f64, sigma: f64| 1.0 + (ln_j.exp() * sigma - lame * ln_j) / shear;
         let spectrum = stress.spectrum();
         let mismatch = |ln_j: f64| {
@@ -81,32 +66,18 @@ impl NeoHookean {
 }
 
 impl Solid for NeoHookean {
-    fn bulk_viscosity(&self) -> BulkViscosity {
-        self.bulk_viscosity
+    const DEFORMATION: bool = true;
+
+    fn elastic(&self) -> &Elastic {
+        &self.elastic
     }
 
-    #[inline(always)]
-    fn response(&self, _increment: &Increment, point: Point<'_>) -> Response {
-        self.stress(&point.deformation)
-    }
-}
-
-impl PointLaw for NeoHookean {
-    fn density(&self) -> f64 {
-        self.density
-    }
-
-    fn storage(&self) -> Storage {
-        Storage { stress: true, deformation: true, ..Storage::default() }
-    }
-
-    fn initial(&self, start: &StartState) -> Result<PointState, String> {
-        self.bulk_viscosity.check()?;
+    fn start(&self, start: &StartState) -> Result<PointState, String> {
         let stress = start_stress(start)?;
         let deformation = self
             .prestretch(&stress)
             .ok_or_else(|| format!("no deformation of this neo-Hookean solid carries the stress {:?} Pa", stress.0))?;
-        let density = self.density / deformation.determinant();
+        let density = self.elastic.density / deformation.determinant();
         let Response { stress, modulus } = self.stress(&deformation);
         Ok(PointState {
             density,
@@ -118,25 +89,22 @@ impl PointLaw for NeoHookean {
         })
     }
 
-    fn update(&self, batch: &mut PointBatch<'_>) {
-        solid::advance(self, batch);
-    }
-
-    fn reference_sound_speed(&self) -> f64 {
-        (self.moduli().wave() / self.density).sqrt()
+    #[inline(always)]
+    fn response(&self, _increment: &Increment, point: Point<'_>) -> Response {
+        self.stress(&point.deformation)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::NeoHookean;
-    use crate::material::bulk_viscosity::BulkViscosity;
+    use crate::material::elastic::Elastic;
     use crate::material::testing::{Sample, check_law, smooth_path};
     use crate::material::{PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
 
     fn rubber() -> NeoHookean {
-        NeoHookean { density: 1100.0, young: 1e6, poisson: 0.4, bulk_viscosity: BulkViscosity::default() }
+        NeoHookean { elastic: Elastic::new(1100.0, 1e6, 0.4) }
     }
 
     #[test]

@@ -8,19 +8,56 @@
 //! e^{n+1} = eⁿ + V̄ ½(sⁿ + s^{n+1}) : D' Δt − ½ (Pⁿ + P^{n+1}) ΔV,      P = −⅓ tr σ + q
 //! ```
 
-use super::bulk_viscosity::{BulkViscosity, Shock};
+use super::bulk_viscosity::Shock;
+use super::elastic::Elastic;
 use super::kinematics;
-use super::{PointBatch, PointLaw};
+use super::{PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use std::ops::Range;
 
-/// A law of a solid: what its author writes, for one particle.
-pub trait Solid: PointLaw {
-    /// Artificial bulk viscosity.
-    fn bulk_viscosity(&self) -> BulkViscosity;
+/// A law of a solid: what its author writes, for one particle. It makes a [`PointLaw`].
+pub trait Solid: std::fmt::Debug + Send + Sync {
+    /// Names of the history variables.
+    const HISTORY: &'static [&'static str] = &[];
+    /// True if the law needs the deformation gradient.
+    const DEFORMATION: bool = false;
+
+    /// Density, moduli at zero strain, artificial viscosity.
+    fn elastic(&self) -> &Elastic;
+
+    /// The state of one particle at the start; the default is that of the rate laws.
+    ///
+    /// # Errors
+    /// A sentence that says why the law can't start from this state.
+    fn start(&self, start: &StartState) -> Result<PointState, String> {
+        self.elastic().start(start)
+    }
 
     /// The stress at the end of an increment, from the state at its start.
     fn response(&self, increment: &Increment, point: Point<'_>) -> Response;
+}
+
+impl<L: Solid> PointLaw for L {
+    fn density(&self) -> f64 {
+        self.elastic().density
+    }
+
+    fn storage(&self) -> Storage {
+        Storage { stress: true, deformation: L::DEFORMATION, history: L::HISTORY }
+    }
+
+    fn initial(&self, start: &StartState) -> Result<PointState, String> {
+        self.elastic().bulk_viscosity.check()?;
+        self.start(start)
+    }
+
+    fn update(&self, batch: &mut PointBatch<'_>) {
+        advance(self, batch);
+    }
+
+    fn reference_sound_speed(&self) -> f64 {
+        self.elastic().sound_speed()
+    }
 }
 
 /// Motion of one particle during one increment.
@@ -65,14 +102,14 @@ pub struct Response {
 }
 
 /// Advances a batch of a solid by one increment.
-pub fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
-    let storage = law.storage();
-    let (density, stride, q) = (law.density(), storage.history.len(), law.bulk_viscosity());
+fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
+    let Elastic { density, bulk_viscosity: q, .. } = *law.elastic();
+    let stride = L::HISTORY.len();
     for p in 0..batch.len() {
         let v = batch.volume[p] * batch.stretch[p];
         let dv = v - batch.volume[p];
         let increment = increment(batch, p, v * density / batch.mass[p]);
-        let deformation = if storage.deformation { deform(batch, p) } else { Tensor::identity() };
+        let deformation = if L::DEFORMATION { deform(batch, p) } else { Tensor::identity() };
         let deviator = batch.stress[p].deviator();
         let history = &mut batch.history[history_of(p, stride)];
         let response = law.response(&increment, Point { deviator, deformation, history });

@@ -4,12 +4,14 @@ pub mod formula;
 mod root;
 mod signal;
 mod spectral;
+mod table;
 mod tensor;
 pub mod units;
 mod vector;
 
 pub use root::nearest_root;
-pub use signal::{Signal, Table};
+pub use signal::Signal;
 pub use spectral::Spectrum;
+pub use table::{CsvColumns, Table};
 pub use tensor::{SymTensor, Tensor};
 pub use vector::Vector;

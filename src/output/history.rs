@@ -125,6 +125,12 @@ impl Table {
         Ok(Self { heads, columns })
     }
 
+    /// The heads without their units.
+    pub fn names(&self) -> Vec<&str> {
+        let bare = |head: &'_ String| head.rfind(" [").filter(|_| head.ends_with(']')).unwrap_or(head.len());
+        self.heads.iter().map(|head| &head[..bare(head)]).collect()
+    }
+
     /// The column whose head is `name`, with or without a unit in brackets.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let is_head = |head: &String| {

@@ -8,6 +8,8 @@
 //!
 //! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
 
+mod recover;
+
 use super::clock::next_target;
 use super::progress::Pace;
 use super::{CheckpointStore, Clock, Column, Event, Monitor, Observer, Progress, Schedule, Solver};
@@ -59,6 +61,8 @@ pub struct Simulation {
     store: Option<Box<dyn CheckpointStore>>,
     newest: Option<PathBuf>,
     stop: Arc<AtomicBool>,
+    /// True after a step that failed: the solver stands somewhere within it.
+    broken: bool,
     pace: Pace,
     saved: Instant,
     steps: u64,
@@ -80,6 +84,7 @@ impl Simulation {
             store: None,
             newest: None,
             stop: Arc::default(),
+            broken: false,
             pace: Pace::new(Clock::default()),
             saved: Instant::now(),
             steps: 0,
@@ -122,11 +127,7 @@ impl Simulation {
     /// # Errors
     /// Checkpoints that can't be used; input/output errors.
     pub fn resume(&mut self) -> Result<bool> {
-        let Some(store) = &mut self.store else { return Ok(false) };
-        let (solver, clock, stored) = (&mut self.solver, &mut self.clock, &mut self.stored_at_start);
-        let restored = store.restore(&mut |visit| columns(solver.as_mut(), clock, stored, visit))?;
-        let Some(path) = restored else { return Ok(false) };
-        self.solver.restored();
+        let Some(path) = self.restore()? else { return Ok(false) };
         self.newest = Some(path);
         for (_, monitor) in &mut self.monitors {
             monitor.resume(self.clock.time)?;
@@ -134,9 +135,20 @@ impl Simulation {
         Ok(true)
     }
 
+    /// The state of the newest good checkpoint; returns which, or `None` if there is none.
+    fn restore(&mut self) -> Result<Option<PathBuf>> {
+        let Some(store) = &mut self.store else { return Ok(None) };
+        let (solver, clock, stored) = (&mut self.solver, &mut self.clock, &mut self.stored_at_start);
+        let restored = store.restore(&mut |visit| columns(solver.as_mut(), clock, stored, visit))?;
+        if restored.is_some() {
+            self.solver.restored();
+        }
+        Ok(restored)
+    }
+
     /// Runs to the end.
     ///
-    /// Monitors finish their files and a checkpoint is written (or was, before a step failed) whatever happens.
+    /// Monitors finish their files and a checkpoint of the last good state is written whatever happens.
     ///
     /// # Errors
     /// A step that failed, input/output errors, or [`Error::Interrupted`].
@@ -147,6 +159,11 @@ impl Simulation {
             Err(error @ Error::Io { .. }) => {
                 // The state is good: worth a try, though the disk that failed may be the same one.
                 let _ = self.save();
+                Err(error)
+            }
+            Err(error @ Error::Step(_)) => {
+                // Why the step failed is what the user needs to know, whatever comes of saving the state before it.
+                let _ = self.save_last_good();
                 Err(error)
             }
             failed => failed,
@@ -170,6 +187,18 @@ impl Simulation {
     /// # Errors
     /// A step that failed, or input/output errors.
     pub fn step(&mut self) -> Result<()> {
+        self.advance()?;
+        self.steps += 1;
+        self.particle_steps += self.solver.particle_count() as u64;
+        self.sample()?;
+        if self.saved.elapsed() >= self.plan.checkpoint_every {
+            self.save()?;
+        }
+        Ok(())
+    }
+
+    /// One step, cut to land on the next output.
+    fn advance(&mut self) -> Result<()> {
         let schedules = self.monitors.iter().map(|(schedule, _)| *schedule);
         let target = next_target(self.clock.time, self.plan.end, schedules);
         let dt = self.clock.next_dt(target, self.bound()?);
@@ -177,14 +206,10 @@ impl Simulation {
             return Err(self.collapsed(dt).into());
         }
         let step = self.clock.step + 1;
+        self.broken = true;
         self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
+        self.broken = false;
         self.clock.advance(dt, target);
-        self.steps += 1;
-        self.particle_steps += self.solver.particle_count() as u64;
-        self.sample()?;
-        if self.saved.elapsed() >= self.plan.checkpoint_every {
-            self.save()?;
-        }
         Ok(())
     }
 
@@ -196,7 +221,11 @@ impl Simulation {
         self.tell(&Event::Started { from: from.as_deref() }, &progress)?;
         let skipped = self.store.as_ref().map_or(Vec::new(), |store| store.skipped().to_vec());
         skipped.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))?;
-        if from.is_none() { self.sample() } else { Ok(()) }
+        if from.is_some() {
+            return Ok(());
+        }
+        self.sample()?;
+        self.save()
     }
 
     fn march(&mut self) -> Result<()> {
@@ -238,15 +267,20 @@ impl Simulation {
 
     /// Shows the state to every monitor that is due: at its times, at the start and at the end.
     fn sample(&mut self) -> Result<()> {
+        let all = self.clock.step == 0 || self.clock.time >= self.plan.end;
+        self.show(|schedule, time| all || schedule.is_due(time))
+    }
+
+    /// Shows the state to the monitors whose schedules are chosen.
+    fn show(&mut self, chosen: impl Fn(&Schedule, f64) -> bool) -> Result<()> {
         let time = self.clock.time;
-        let all = self.clock.step == 0 || time >= self.plan.end;
-        if !all && !self.monitors.iter().any(|(schedule, _)| schedule.is_due(time)) {
+        if !self.monitors.iter().any(|(schedule, _)| chosen(schedule, time)) {
             return Ok(());
         }
         let mut snapshot = self.solver.snapshot();
         (snapshot.time, snapshot.step, snapshot.dt) = (time, self.clock.step, self.clock.dt);
         for (schedule, monitor) in &mut self.monitors {
-            if all || schedule.is_due(time) {
+            if chosen(schedule, time) {
                 monitor.sample(&snapshot)?;
             }
         }

@@ -1,7 +1,7 @@
 //! `expected.toml`: what a case is compared with, beside its `case.toml`.
 //!
 //! ```toml
-//! [measured]                    # what a full run took, for `lateen cases`
+//! [measured]                    # what a run of the case took on one core, for `lateen cases`
 //! time = "95 s"
 //! size = "3054 particles, 2500 elements"
 //!
@@ -13,7 +13,7 @@
 //! [[check]]
 //! name = "deepest deflection"
 //! history = "centre"            # history/centre.csv
-//! value = "z"                   # a column, or a formula of columns
+//! value = "z"                   # a column, or a formula: "z / pi", "{kinetic energy: water} / 2"
 //! kind = "minimum"
 //! until = 0.45e-3
 //! reference = -1.41e-3
@@ -73,7 +73,7 @@ pub struct Expected {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measured {
-    /// Wall time, with the machine where it matters.
+    /// Processor time on one core, outputs included.
     #[serde(default)]
     pub time: String,
     /// Particles, elements, cells.

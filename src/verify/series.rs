@@ -3,6 +3,7 @@
 //! Between samples a curve is linear; outside its samples it has no value.
 
 use crate::error::{Diagnostic, Error, Result};
+use crate::math::formula::Formula;
 use crate::output::history::Table;
 
 /// A curve y(x) with increasing x.
@@ -133,7 +134,7 @@ pub fn envelope(curves: &[Series], x: f64) -> [f64; 3] {
 /// # Errors
 /// A column that isn't there, or a formula that can't be read.
 pub fn series(table: &Table, x: &str, y: &str) -> Result<Series> {
-    let x = table.column(x).ok_or_else(|| unknown(table, x))?;
+    let x = table.column(x).ok_or_else(|| unknown(table, x, "no such column"))?;
     let y = match table.column(y) {
         Some(column) => column.to_vec(),
         None => formula(table, y, x.len())?,
@@ -142,17 +143,15 @@ pub fn series(table: &Table, x: &str, y: &str) -> Result<Series> {
 }
 
 fn formula(table: &Table, text: &str, rows: usize) -> Result<Vec<f64>> {
-    use exmex::Express;
-    let formula = exmex::parse::<f64>(text).map_err(|_| unknown(table, text))?;
-    let operand = |name: &String| table.column(name).ok_or_else(|| unknown(table, name));
-    let operands = formula.var_names().iter().map(operand).collect::<Result<Vec<_>>>()?;
-    let row = |n: usize| operands.iter().map(|column| column[n]).collect::<Vec<f64>>();
-    (0..rows).map(|n| formula.eval(&row(n)).map_err(|_| unknown(table, text))).collect()
+    let names = table.names();
+    let formula = Formula::over(text, &names).map_err(|error| unknown(table, text, &error.message))?;
+    let columns: Vec<&[f64]> = names.iter().filter_map(|name| table.column(name)).collect();
+    Ok((0..rows).map(|n| formula.at(&columns.iter().map(|column| column[n]).collect::<Vec<f64>>())).collect())
 }
 
-fn unknown(table: &Table, name: &str) -> Error {
-    let names = table.heads.join("`, `");
-    Error::case(Diagnostic::error("column", format!("no column `{name}`")).help(format!("there are `{names}`")))
+fn unknown(table: &Table, name: &str, why: &str) -> Error {
+    let finding = Diagnostic::error("column", format!("`{name}` is neither a column nor a formula of columns: {why}"));
+    Error::case(finding.help(format!("the columns are `{}`", table.heads.join("`, `"))))
 }
 
 #[cfg(test)]
@@ -211,6 +210,7 @@ mod tests {
         assert_eq!(series(&table, "time", "z").unwrap().y, [4.0, 8.0]);
         assert_eq!(series(&table, "time", "sqrt({kinetic energy: water}^2 + z^2)").unwrap().y, [5.0, 10.0]);
         let error = series(&table, "time", "w + z").unwrap_err().to_string();
-        assert!(error.contains("no column `w`") && error.contains("z [m]"), "{error}");
+        assert!(error.contains("`w` is not known") && error.contains("z [m]"), "{error}");
+        assert_eq!(series(&table, "time", "2 * z / pi").unwrap().y[0], 8.0 / std::f64::consts::PI);
     }
 }

@@ -1,7 +1,7 @@
 //! Small models for the tests.
 
 use lateen::error::StepError;
-use lateen::material::{EquationsOfState, Fluid, NeoHookean, PointLaw, StartState, eos};
+use lateen::material::{Elastic, EquationsOfState, Fluid, NeoHookean, PointLaw, StartState, eos};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer, Wall,
@@ -46,7 +46,7 @@ pub fn setup<const D: usize>(grid: GridSetup<D>) -> Setup<D> {
 }
 
 pub fn rubber(density: f64, young: f64, poisson: f64) -> Box<dyn PointLaw> {
-    Box::new(NeoHookean { density, young, poisson, bulk_viscosity: Default::default() })
+    Box::new(NeoHookean { elastic: Elastic::new(density, young, poisson) })
 }
 
 pub fn liquid(density: f64, sound_speed: f64) -> Box<dyn PointLaw> {

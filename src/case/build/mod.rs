@@ -69,8 +69,8 @@ impl Case {
                 return Err(findings);
             }
         };
-        let summary = Summary::new(&mut solver, parts, self.file.time.end, self.file.time.step);
-        check::steps(&self.file, &summary, &mut findings);
+        let summary = Summary::new(&mut solver, parts, &self.file);
+        check::steps(self, &summary, &mut findings);
         check::probes(&self.file, &solver.snapshot(), &mut findings);
         check::pictures(&self.file, &solver.snapshot(), &mut findings);
         if has_errors(&findings) {

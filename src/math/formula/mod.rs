@@ -5,12 +5,15 @@
 //! product = sign (("*" | "/") sign)*
 //! sign    = ("-" | "+") sign | power
 //! power   = atom ("^" sign)?                  −x^2 = −(x^2), 2^3^2 = 2^9
-//! atom    = number unit? | variable | pi | function "(" sum ("," sum)* ")" | "(" sum ")"
+//! atom    = number unit? | variable | "{" name "}" | pi | function "(" sum ("," sum)* ")" | "(" sum ")"
 //! ```
 //! A formula in which no unit occurs is read in SI and its dimensions are not checked. As soon as one number
 //! carries a unit, the whole formula is checked: `x y z` are lengths, `t` a time, a number without unit is a
 //! plain number, and 0 fits everywhere. A unit follows its number directly and extends over `*` and `/` as
 //! long as unit names (or powers of them) follow: `10 m/s * x` is (10 m/s)·x.
+//!
+//! A formula may be over other names instead, such as the columns of a table ([`Formula::over`]); names that
+//! aren't plain words stand in braces: `{kinetic energy: water} / 2`.
 //!
 //! The parser is our own because the dimension check needs the tree with its positions, and because
 //! the expression crates at hand read `-x^2` as (−x)².
@@ -73,7 +76,15 @@ impl Formula {
     /// # Errors
     /// What is wrong and where, dimensions not yet checked (see [`Formula::dimension`]).
     pub fn parse(source: &str) -> Parsed<Self> {
-        let mut parser = Parser { source, at: 0, nodes: 0, depth: 0, has_units: false };
+        Self::over(source, &["x", "y", "z", "t"])
+    }
+
+    /// Parses `source`, in which `names` are the variables. Only formulas in `x y z t` know dimensions.
+    ///
+    /// # Errors
+    /// What is wrong and where.
+    pub fn over(source: &str, names: &[&str]) -> Parsed<Self> {
+        let mut parser = Parser { source, names, at: 0, nodes: 0, depth: 0, has_units: false };
         let root = parser.sum()?;
         parser.skip_spaces();
         if parser.at < source.len() {
@@ -98,6 +109,14 @@ impl Formula {
         self.root.value(&[x[0], x[1], x[2], t])
     }
 
+    /// The value where the variables, in the order of their names, are `values`.
+    ///
+    /// # Panics
+    /// When there are fewer values than names.
+    pub fn at(&self, values: &[f64]) -> f64 {
+        self.root.value(values)
+    }
+
     /// The value if no variable occurs in it.
     pub fn constant(&self) -> Option<f64> {
         (!self.root.varies()).then(|| self.value([0.0; 3], 0.0))
@@ -113,7 +132,7 @@ impl Formula {
 }
 
 impl Node {
-    fn value(&self, at: &[f64; 4]) -> f64 {
+    fn value(&self, at: &[f64]) -> f64 {
         match &self.kind {
             Kind::Number(value, _) => *value,
             Kind::Variable(i) => at[*i],
@@ -281,6 +300,16 @@ mod tests {
         assert!(dimension("1 kPa * ramp(t, 0.001)").is_err());
         assert!(dimension("1 kPa + 1 N").is_err());
         assert!(dimension("(1 m)^t").is_err());
+    }
+
+    #[test]
+    fn other_names_may_be_variables() {
+        let names = ["time", "kinetic energy: water", "y"];
+        let value = |source: &str| Formula::over(source, &names).map(|f| f.at(&[2.0, 3.0, 5.0]));
+        assert_eq!(value("{kinetic energy: water}^2 + y * time"), Ok(19.0));
+        assert_eq!(value("-{y}^2 / pi"), Ok(-25.0 / std::f64::consts::PI));
+        assert!(value("x + y").unwrap_err().message.contains("known are `time`, `kinetic energy: water`, `y`"));
+        assert!(value("{time + y").unwrap_err().message.contains("`}` is missing"));
     }
 
     #[test]

@@ -11,6 +11,7 @@ const MOST_DEPTH: usize = 64;
 /// Reads a formula from left to right.
 pub(super) struct Parser<'a> {
     pub source: &'a str,
+    pub names: &'a [&'a str],
     pub at: usize,
     pub nodes: usize,
     pub depth: usize,
@@ -123,6 +124,7 @@ impl<'a> Parser<'a> {
                 let inner = self.sum()?;
                 if self.accept(')') { Ok(inner) } else { Err(self.error_here("a closing parenthesis is missing")) }
             }
+            Some('{') => self.braced_name(),
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if is_name(c) => self.name(),
             Some(c) => Err(self.error_here(format!("`{c}` is out of place here"))),
@@ -201,8 +203,8 @@ impl<'a> Parser<'a> {
         let length = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
         let name = &rest[..length];
         self.at += length;
-        if let Some(variable) = ["x", "y", "z", "t"].iter().position(|v| *v == name) {
-            return self.node(Kind::Variable(variable), start);
+        if self.names.contains(&name) {
+            return self.variable(name, start);
         }
         if name == "pi" {
             return self.node(Kind::Number(std::f64::consts::PI, Dimension::NONE), start);
@@ -215,7 +217,22 @@ impl<'a> Parser<'a> {
             let arguments = self.arguments(name)?;
             return self.node(Kind::Two(*function, Box::new(arguments)), start);
         }
-        Err(FormulaError { message: unknown_name(name), span: start..self.at })
+        self.variable(name, start)
+    }
+
+    fn braced_name(&mut self) -> Parsed<Node> {
+        let start = self.at;
+        let Some(length) = self.rest().find('}') else { return Err(self.error_here("a closing `}` is missing")) };
+        let name = self.rest()[1..length].trim();
+        self.at += length + 1;
+        self.variable(name, start)
+    }
+
+    fn variable(&mut self, name: &str, start: usize) -> Parsed<Node> {
+        match self.names.iter().position(|known| *known == name) {
+            Some(variable) => self.node(Kind::Variable(variable), start),
+            None => Err(FormulaError { message: unknown_name(name, self.names), span: start..self.at }),
+        }
     }
 
     fn arguments<const N: usize>(&mut self, name: &str) -> Parsed<[Node; N]> {
@@ -235,8 +252,8 @@ impl<'a> Parser<'a> {
     }
 }
 
-fn unknown_name(name: &str) -> String {
-    let known = FUNCTIONS.iter().map(|f| f.name).chain(FUNCTIONS_OF_TWO.iter().map(|f| f.name));
-    let names: Vec<&str> = ["x", "y", "z", "t", "pi"].into_iter().chain(known).collect();
-    format!("`{name}` is not known in formulas; known are {}", names.join(", "))
+fn unknown_name(name: &str, names: &[&str]) -> String {
+    let functions = FUNCTIONS.iter().map(|f| f.name).chain(FUNCTIONS_OF_TWO.iter().map(|f| f.name));
+    let known: Vec<String> = names.iter().copied().chain(["pi"]).chain(functions).map(|n| format!("`{n}`")).collect();
+    format!("`{name}` is not known in formulas; known are {}", known.join(", "))
 }

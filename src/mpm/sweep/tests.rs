@@ -33,8 +33,7 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
         signal: vec![0.0; n],
         ..Particles::default()
     };
-    let law =
-        crate::material::NeoHookean { density: 1.0, young: 1.0, poisson: 0.3, bulk_viscosity: Default::default() };
+    let law = crate::material::NeoHookean { elastic: crate::material::Elastic::new(1.0, 1.0, 0.3) };
     let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
     let kernel = Kernel::new(kind, 0.3);
     Body {

@@ -125,7 +125,7 @@ impl Picture {
     /// When text can't be set.
     pub fn render(&self, snapshot: &Snapshot<'_>) -> std::io::Result<Image> {
         let pixel = pixel(&self.spec);
-        let scene = Scene::new(&self.spec, &self.camera, pixel, snapshot, &self.starts);
+        let scene = Scene::new(&self.spec, &self.camera, pixel, snapshot, &self.starts, self.units);
         let [width, height] = self.spec.size.map(|pixels| pixels as usize * SUPERSAMPLING);
         let [_, _, bar, _] = annotate::margins(scene.colouring.is_some());
         // The colour bar stands on white, also where the model is larger than the frame.

@@ -4,6 +4,7 @@ use super::camera::{Camera, Seen};
 use super::raster::{Finish, Paint, Shape};
 use super::spec::{MeshLines, PictureSpec};
 use crate::math::Vector;
+use crate::output::UnitLabels;
 use crate::output::colour::{PALETTE, Rgb};
 use crate::output::component::Component;
 use crate::output::set::{On, Quantity, Set, Start};
@@ -56,6 +57,7 @@ impl<'s> Scene<'s> {
         pixel: f64,
         snapshot: &'s Snapshot<'s>,
         starts: &BTreeMap<String, Start>,
+        units: UnitLabels,
     ) -> Self {
         let shown = |set: &Set<'_>| spec.of.is_empty() || spec.of.iter().any(|name| name == set.name());
         let mut unit = String::new();
@@ -65,7 +67,7 @@ impl<'s> Scene<'s> {
             let none = Start::new();
             let quantity = field.and_then(|field| set.quantity(field, starts.get(set.name()).unwrap_or(&none)));
             let values = quantity.map(|quantity| {
-                quantity.unit.clone_into(&mut unit);
+                units.unit(quantity.unit).clone_into(&mut unit);
                 Values { on: quantity.on, numbers: numbers(spec, &quantity) }
             });
             (set, values, colour)
@@ -207,6 +209,8 @@ fn numbers(spec: &PictureSpec, quantity: &Quantity<'_>) -> Vec<f64> {
 fn range<'v>(values: impl Iterator<Item = &'v Values>) -> [f64; 2] {
     /// Part of the values that is left out at each end.
     const OUTSIDE: f64 = 0.002;
+    /// Values that differ by less than this part of them are one value: no colours for round-off.
+    const UNIFORM: f64 = 1e-6;
     let mut all: Vec<f64> =
         values.flat_map(|values| values.numbers.iter().copied().filter(|v| v.is_finite())).collect();
     if all.is_empty() {
@@ -216,8 +220,11 @@ fn range<'v>(values: impl Iterator<Item = &'v Values>) -> [f64; 2] {
     let mut quantile = |part: f64| *all.select_nth_unstable_by((part * (count - 1) as f64) as usize, f64::total_cmp).1;
     let (low, high) = (quantile(OUTSIDE), quantile(1.0 - OUTSIDE));
     let low = if low > 0.0 && low < 0.25 * high { 0.0 } else { low };
-    if high - low <= 1e-9 * high.abs().max(low.abs()) {
-        let room = if high == 0.0 { 1.0 } else { 0.5 * high.abs() };
+    if high == 0.0 && low == 0.0 {
+        return [0.0, 1.0];
+    }
+    if high - low <= UNIFORM * high.abs().max(low.abs()) {
+        let room = 0.5 * high.abs();
         return [low - room, high + room];
     }
     let step = round_step((high - low) / 10.0);

@@ -3,6 +3,7 @@
 use super::{Axis, Data, PlotSpec, Series, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
+use crate::output::colour::PALETTE;
 use crate::output::history::Table;
 use std::collections::BTreeMap;
 use std::fs;
@@ -76,7 +77,8 @@ fn history(name: &str, table: &Table, references: &[Reference]) -> Vec<(String, 
     let count = groups.len();
     let plot = |((unit, _), columns): ((String, Option<usize>), Vec<usize>)| {
         let names: Vec<String> = columns.iter().map(|&c| Axis::of_head(&table.heads[c]).name).collect();
-        let mut series: Vec<Series> = of_column(&names[0]).into_iter().map(Series::from).collect();
+        let end = table.columns[0].last().copied().unwrap_or_default();
+        let mut series: Vec<Series> = of_column(&names[0]).into_iter().map(|reference| reference.series(end)).collect();
         series.sort_by_key(|series| !matches!(series.data, Data::Band(_)));
         series.extend(columns.iter().map(|&c| curve(table, c)));
         let stem = if count == 1 { name.to_owned() } else { format!("{name}-{}", names[0]) };
@@ -86,13 +88,14 @@ fn history(name: &str, table: &Table, references: &[Reference]) -> Vec<(String, 
     groups.into_iter().map(plot).collect()
 }
 
-impl From<&Reference> for Series {
-    fn from(reference: &Reference) -> Self {
-        let data = match reference.shape.clone() {
-            Shape::Points(points) => Data::Markers(points),
-            Shape::Band(points) => Data::Band(points),
+impl Reference {
+    /// The reference up to the time `end` of the last row: what lies beyond it would only squeeze the curves.
+    fn series(&self, end: f64) -> Series {
+        let data = match &self.shape {
+            Shape::Points(points) => Data::Markers(points.iter().filter(|point| point[0] <= end).copied().collect()),
+            Shape::Band(points) => Data::Band(points.iter().filter(|point| point[0] <= end).copied().collect()),
         };
-        Self { label: reference.label.clone(), data }
+        Series { label: self.label.clone(), data }
     }
 }
 
@@ -110,14 +113,17 @@ fn balance(table: &Table) -> Vec<(String, PlotSpec)> {
     let is_energy = |head: &str| {
         let axis = Axis::of_head(head);
         // Without units, names tell.
-        axis.unit == energy
-            && !["mass", "momentum", "angular momentum"].iter().any(|other| axis.name.starts_with(other))
+        axis.unit == energy && !["mass", "momentum", "impulse"].iter().any(|other| axis.name.contains(other))
     };
     let energies: Vec<usize> = (1..closure).filter(|&c| is_energy(&table.heads[c])).collect();
     let scale = energies.iter().map(|&c| largest(c)).fold(0.0, f64::max);
-    let visible = energies.iter().filter(|&&c| largest(c) > VISIBLE * scale);
+    let mut visible: Vec<usize> = energies.into_iter().filter(|&c| largest(c) > VISIBLE * scale).collect();
+    // No two curves of one colour: the smallest terms give way.
+    visible.sort_by(|&a, &b| largest(b).total_cmp(&largest(a)));
+    visible.truncate(PALETTE.len());
+    visible.sort_unstable();
 
-    let series = visible.map(|&c| {
+    let series = visible.into_iter().map(|c| {
         let Series { label, data } = curve(table, c);
         let sum = SUMS.contains(&label.as_str());
         Series {

@@ -1,0 +1,138 @@
+//! Tables of numbers: two columns of a CSV file, and the function of time that they make.
+
+use super::units::{Dimension, Unit};
+
+/// A piecewise linear function of time, constant before its first and after its last row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    time: Vec<f64>,
+    value: Vec<f64>,
+}
+
+impl Table {
+    /// A table of `(time [s], value)` rows.
+    ///
+    /// # Errors
+    /// A sentence if there is no row, a number is not finite, or the times don't increase strictly.
+    pub fn new(rows: &[(f64, f64)]) -> Result<Self, String> {
+        if rows.is_empty() {
+            return Err("the table has no rows".to_owned());
+        }
+        for (i, row) in rows.iter().enumerate() {
+            if !(row.0.is_finite() && row.1.is_finite()) {
+                return Err(format!("row {} holds a number that is not finite", i + 1));
+            }
+            if i > 0 && row.0 <= rows[i - 1].0 {
+                let (a, b) = (rows[i - 1].0, row.0);
+                return Err(format!("the times must increase: row {} has {b} s after {a} s", i + 1));
+            }
+        }
+        let (time, value) = rows.iter().copied().unzip();
+        Ok(Self { time, value })
+    }
+
+    /// A table from two columns of CSV text: the time and the value, by name, or else the first and the second.
+    ///
+    /// # Errors
+    /// A sentence with the line number.
+    pub fn from_csv(text: &str, time: Option<&str>, value: Option<&str>) -> Result<Self, String> {
+        let rows = CsvColumns::read(text, [time, value])?.rows;
+        Self::new(&rows.iter().map(|row| (row[0], row[1])).collect::<Vec<_>>())
+    }
+
+    /// The value at `t` [s], linearly between rows.
+    pub fn value(&self, t: f64) -> f64 {
+        let after = self.time.partition_point(|&row| row <= t);
+        if after == 0 {
+            return self.value[0];
+        }
+        if after == self.time.len() {
+            return self.value[after - 1];
+        }
+        let [a, b] = [after - 1, after];
+        let share = (t - self.time[a]) / (self.time[b] - self.time[a]);
+        self.value[a] + share * (self.value[b] - self.value[a])
+    }
+}
+
+/// Two columns of CSV text, in SI; a header may give units, as in `t [ms],p [kPa]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CsvColumns {
+    /// The rows.
+    pub rows: Vec<[f64; 2]>,
+    /// The dimensions of the columns; `None` where the header gives no unit.
+    pub dimensions: [Option<Dimension>; 2],
+}
+
+impl CsvColumns {
+    /// Reads the columns of these names; where none is given, the first and the second.
+    ///
+    /// # Errors
+    /// A sentence with the line number.
+    pub fn read(text: &str, names: [Option<&str>; 2]) -> Result<Self, String> {
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|e| format!("not a CSV file: {e}"))?.clone();
+        let columns = [Column::find(&header, names[0], 0)?, Column::find(&header, names[1], 1)?];
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|e| format!("not a CSV file: {e}"))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            rows.push([columns[0].read(&record, line)?, columns[1].read(&record, line)?]);
+        }
+        Ok(Self { rows, dimensions: columns.map(|column| column.unit.map(|unit| unit.dimension)) })
+    }
+}
+
+/// A column of a CSV file with the unit of its header.
+struct Column {
+    index: usize,
+    unit: Option<Unit>,
+}
+
+impl Column {
+    fn find(header: &csv::StringRecord, name: Option<&str>, default: usize) -> Result<Self, String> {
+        let bare = |cell: &str| cell.split('[').next().unwrap_or_default().trim().to_owned();
+        let index = match name {
+            Some(name) => header.iter().position(|cell| cell == name || bare(cell) == name),
+            None => (default < header.len()).then_some(default),
+        };
+        let names: Vec<String> = header.iter().map(bare).collect();
+        let index = index.ok_or_else(|| match name {
+            Some(name) => format!("there is no column `{name}`; the columns are {}", names.join(", ")),
+            None => format!("two columns are needed; there is {}", names.join(", ")),
+        })?;
+        let unit = header[index].split_once('[').map(|(_, rest)| Unit::parse(rest.trim_end().trim_end_matches(']')));
+        Ok(Self { index, unit: unit.transpose()? })
+    }
+
+    fn read(&self, record: &csv::StringRecord, line: u64) -> Result<f64, String> {
+        let cell = record.get(self.index).unwrap_or_default();
+        let value = cell.parse::<f64>().ok().and(self.unit.unwrap_or(Unit::ONE).in_si(cell));
+        value.ok_or_else(|| format!("line {line}: `{cell}` is not a number"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_linear_between_rows_and_constant_outside() {
+        let table = Table::from_csv("t [ms], p [kPa]\n0, 1\n# a comment\n2, 3\n", None, None).unwrap();
+        for (t, p) in [(-1.0, 1e3), (0.0, 1e3), (1e-3, 2e3), (1.5e-3, 2.5e3), (2e-3, 3e3), (9.0, 3e3)] {
+            assert!((table.value(t) - p).abs() < 1e-9, "{t}: {}", table.value(t));
+        }
+    }
+
+    #[test]
+    fn bad_tables_are_refused_with_a_reason() {
+        let error = |text: &str| Table::from_csv(text, None, None).unwrap_err();
+        assert!(error("t,p\n0,1\n0,2\n").contains("row 2 has 0 s after 0 s"));
+        assert!(error("t,p\n").contains("no rows"));
+        assert!(error("t\n0\n").contains("two columns"));
+        assert!(error("t,p\n0,one\n").contains("line 2: `one` is not a number"));
+        assert!(error("t,p\n0,nan\n").contains("not"));
+        assert!(Table::from_csv("t,p\n0,1\n", None, Some("q")).unwrap_err().contains("columns are t, p"));
+    }
+}
