@@ -156,7 +156,7 @@ fn steps_and_intervals() {
         "end = \"1.2 ms\"",
         "end = \"1.2 ms\"\nstep = \"1 us\"",
         "\"1 us\"",
-        "the step of 0.000001 s is above the stable one of",
+        "the step of 1.0000e-6 s is above the stable one of",
         "leave `step` out: it then adapts (`mpm.safety` is 0.3)",
     );
     let model = good(GOOD, &[("output.history", "1e-12")]);

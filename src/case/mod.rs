@@ -88,6 +88,8 @@ pub struct Case {
     /// Where it comes from.
     pub source: Source,
     places: BTreeMap<String, Range<usize>>,
+    /// Keys that were set from outside.
+    overridden: Vec<String>,
 }
 
 /// Reads the case at `path`; `overrides` are pairs such as `("body[0].spacing", "1 mm")`.
@@ -112,7 +114,10 @@ impl Case {
         let mut findings = Vec::new();
         let file = read_tree(&tree, &source.base, &mut findings);
         match file {
-            Some(file) if findings.is_empty() => Ok(Self { file, source, places }),
+            Some(file) if findings.is_empty() => {
+                let overridden = overrides.iter().map(|(key, _)| key.clone()).collect();
+                Ok(Self { file, source, places, overridden })
+            }
             _ => {
                 findings.sort_by_key(|f| f.span.as_ref().map_or(usize::MAX, |s| s.start));
                 Err(Error::Case(findings))
@@ -149,9 +154,9 @@ impl Case {
         }
     }
 
-    /// True if the file itself gives the key.
+    /// True if the key was given, and not filled in.
     fn says(&self, key: &str) -> bool {
-        self.places.contains_key(key)
+        self.places.contains_key(key) || self.overridden.iter().any(|set| set == key)
     }
 
     /// The place of a key, or of the nearest key above it.

@@ -8,8 +8,16 @@ use std::borrow::Cow;
 ///
 /// A case gives one value, rows, or a CSV file with two columns (`columns` in the schema).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
+#[serde(try_from = "Written", into = "Written")]
 pub struct YieldCurve(Vec<[f64; 2]>);
+
+/// As it is written: one value, or rows.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Written {
+    One(f64),
+    Rows(Vec<[f64; 2]>),
+}
 
 impl YieldCurve {
     /// True if the yield stress is the same at every strain.
@@ -83,9 +91,20 @@ impl From<f64> for YieldCurve {
     }
 }
 
-impl From<YieldCurve> for Vec<[f64; 2]> {
+impl TryFrom<Written> for YieldCurve {
+    type Error = String;
+
+    fn try_from(written: Written) -> Result<Self, String> {
+        match written {
+            Written::One(stress) => vec![[0.0, stress]].try_into(),
+            Written::Rows(rows) => rows.try_into(),
+        }
+    }
+}
+
+impl From<YieldCurve> for Written {
     fn from(curve: YieldCurve) -> Self {
-        curve.0
+        if curve.is_constant() { Self::One(curve.first_yield()) } else { Self::Rows(curve.0) }
     }
 }
 
