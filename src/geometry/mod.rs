@@ -15,6 +15,7 @@
 //! makes the [`Region`]. Points have three coordinates; in 2D the third is zero and ignored.
 
 mod direction;
+mod outline;
 mod polygon;
 mod primitive;
 mod region;
@@ -24,6 +25,7 @@ mod surface;
 mod triangles;
 
 pub use direction::{Axis, Direction};
+pub use outline::Edge;
 pub use polygon::Polygon;
 pub use region::{Bounds, Region};
 pub use sample::{Sample, centred_origin, sample};

@@ -3,11 +3,13 @@
 //!
 //! * [`Facets`]: quadrilaterals and triangles in 3D, segments in 2D, with named sets of nodes;
 //! * [`generate`]: sheets, discs, cylinders, tubes, spheres, chains and circles;
+//! * [`domain`]: whole domains of triangles or tetrahedra, refined, with holes;
 //! * [`gmsh`]: files of Gmsh, versions 2.2 and 4.1, ASCII and binary;
 //! * [`check`]: inverted, degenerate, doubled, dangling;
 //! * [`Mesh`]: simplices with their shape functions, neighbours and point location.
 
 pub mod check;
+pub mod domain;
 mod facets;
 pub mod generate;
 pub mod gmsh;
@@ -15,4 +17,5 @@ mod simplex;
 
 pub use facets::Facets;
 pub use generate::MembraneShape;
-pub use simplex::{Facet, Location, Locator, Mesh, Simplex};
+pub use domain::DomainMesh;
+pub use simplex::{Cut, Facet, Location, Locator, Mesh, Simplex, side_names};

@@ -6,11 +6,12 @@
 //! area vector of the facet opposite node k, outward: −D V_e g_k
 //! ```
 
-mod block;
 mod file;
+mod lattice;
 mod locate;
 mod topology;
 
+pub use lattice::{Cut, side_names};
 pub use locate::{Location, Locator};
 pub use topology::Facet;
 

@@ -1,0 +1,208 @@
+//! Boxes, refined where asked; in 2D with holes.
+
+use super::BuildMesh;
+use super::graded::lines;
+use super::planar::triangulate;
+use super::size::Size;
+use crate::error::Diagnostic;
+use crate::geometry::{Region, Shape};
+use crate::math::Vector;
+use crate::mesh::{Cut, Facet, Mesh};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A rectangle or a box. Its sides are named `left`, `right` (x), `front`, `back` (y, in 3D) and `bottom`,
+/// `top` (the last axis); holes have their own names.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BoxMesh {
+    /// Lower corner [m].
+    #[schemars(extend("unit" = "m"), length(min = 2, max = 3))]
+    pub lower: Vec<f64>,
+    /// Upper corner [m].
+    #[schemars(extend("unit" = "m"), length(min = 2, max = 3))]
+    pub upper: Vec<f64>,
+    /// Edge length of the elements away from refined regions [m].
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub cell: f64,
+    /// How elements are laid.
+    #[serde(default)]
+    pub pattern: Pattern,
+    /// Growth of the edge length with the distance from a refined region.
+    #[serde(default = "growth")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub growth: f64,
+    /// Regions with smaller elements.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refine: Vec<Refinement>,
+    /// Regions without elements; 2D only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub holes: Vec<Hole>,
+}
+
+fn growth() -> f64 {
+    0.2
+}
+
+/// How the elements of a box are laid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pattern {
+    /// `mirrored`, but `free` in 2D where regions are refined or there are holes.
+    #[default]
+    Auto,
+    /// Cells of a lattice, cut in alternating directions (union jack); refined regions make its planes closer.
+    Mirrored,
+    /// Cells of a lattice, all cut alike.
+    Parallel,
+    /// Triangles that follow the size in all directions; 2D only.
+    Free,
+}
+
+/// A region with smaller elements.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Refinement {
+    /// The region.
+    pub region: Shape,
+    /// Edge length in it [m].
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub cell: f64,
+}
+
+/// A region without elements.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hole {
+    /// Name of its boundary.
+    pub name: String,
+    /// The region.
+    pub region: Shape,
+    /// Edge length along its boundary [m]; by default what holds there anyway.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub cell: Option<f64>,
+}
+
+impl BuildMesh for BoxMesh {
+    fn triangles(&self, base_dir: &Path) -> Result<Mesh<2, 3>, Diagnostic> {
+        let (lower, upper) = self.corners::<2>()?;
+        let size = self.size(base_dir, 2)?;
+        let graded = !(self.refine.is_empty() && self.holes.is_empty());
+        let cut = match self.pattern {
+            Pattern::Auto if graded => None,
+            Pattern::Auto | Pattern::Mirrored => Some(Cut::Mirrored),
+            Pattern::Parallel => Some(Cut::Parallel),
+            Pattern::Free => None,
+        };
+        if let Some(cut) = cut {
+            self.no_holes("leave `pattern` out, or say `pattern = \"free\"`")?;
+            return Mesh::lattice(&lines(lower, upper, &size), cut).map_err(|why| Diagnostic::error("cell", why));
+        }
+        let holes = self.hole_regions(base_dir)?;
+        let plane = |x: [f64; 2], z: f64| [x[0], x[1], z];
+        let whole = Region::Box { lower: plane(lower, f64::NEG_INFINITY), upper: plane(upper, f64::INFINITY) };
+        let rest = holes.iter().map(|hole| Region::Complement(Box::new(hole.clone())));
+        let domain = Region::Intersection(std::iter::once(whole).chain(rest).collect());
+        let mut mesh = triangulate(&domain, &size).map_err(|why| Diagnostic::error("cell", why))?;
+        self.name_boundary(&mut mesh, [lower, upper], &holes);
+        Ok(mesh)
+    }
+
+    fn tetrahedra(&self, _: &Path) -> Result<Mesh<3, 4>, Diagnostic> {
+        let (lower, upper) = self.corners::<3>()?;
+        self.no_holes("a generated mesh has holes in 2D only: make this one with Gmsh, `shape = \"file\"`")?;
+        let cut = match self.pattern {
+            Pattern::Auto | Pattern::Mirrored => Cut::Mirrored,
+            Pattern::Parallel => Cut::Parallel,
+            Pattern::Free => {
+                return Err(Diagnostic::error("pattern", "`free` is for 2D")
+                    .help("use `mirrored`, or make the mesh with Gmsh, `shape = \"file\"`"));
+            }
+        };
+        let size = self.size(Path::new(""), 3)?;
+        Mesh::lattice(&lines(lower, upper, &size), cut).map_err(|why| Diagnostic::error("cell", why))
+    }
+}
+
+impl BoxMesh {
+    fn corners<const D: usize>(&self) -> Result<([f64; D], [f64; D]), Diagnostic> {
+        let corner = |key: &str, x: &Vec<f64>| {
+            let wrong = || Diagnostic::error(key, format!("{} coordinates in {D}D", x.len())).help(format!("give {D}"));
+            <[f64; D]>::try_from(x.as_slice()).map_err(|_| wrong())
+        };
+        let (lower, upper) = (corner("lower", &self.lower)?, corner("upper", &self.upper)?);
+        let extent = |i: usize| upper[i] - lower[i];
+        match (0..D).find(|&i| !(extent(i) > 0.0 && extent(i).is_finite())) {
+            Some(i) => Err(Diagnostic::error("upper", format!("the box has no extent along {}", ["x", "y", "z"][i]))
+                .help("every coordinate of `upper` must exceed that of `lower`")),
+            None => Ok((lower, upper)),
+        }
+    }
+
+    fn size(&self, base_dir: &Path, dimension: usize) -> Result<Size, Diagnostic> {
+        let mut refined = Vec::new();
+        for (i, refinement) in self.refine.iter().enumerate() {
+            let key = format!("refine[{i}]");
+            let region = refinement.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
+            refined.push((region, positive(&format!("{key}.cell"), refinement.cell)?));
+        }
+        for (i, hole) in self.holes.iter().enumerate() {
+            if let Some(cell) = hole.cell {
+                let key = format!("holes[{i}]");
+                let region = hole.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
+                refined.push((region, positive(&format!("{key}.cell"), cell)?));
+            }
+        }
+        Ok(Size { coarse: positive("cell", self.cell)?, growth: positive("growth", self.growth)?, refined })
+    }
+
+    fn hole_regions(&self, base_dir: &Path) -> Result<Vec<Region>, Diagnostic> {
+        let build = |(i, hole): (usize, &Hole)| {
+            hole.region.build(base_dir, 2).map_err(|why| within(&format!("holes[{i}].region"), why))
+        };
+        self.holes.iter().enumerate().map(build).collect()
+    }
+
+    fn no_holes(&self, instead: &str) -> Result<(), Diagnostic> {
+        match self.holes.is_empty() {
+            true => Ok(()),
+            false => Err(Diagnostic::error("holes", "this mesh cannot have holes").help(instead)),
+        }
+    }
+
+    /// A facet belongs to the hole or the side of the box on which its middle lies.
+    fn name_boundary(&self, mesh: &mut Mesh<2, 3>, [lower, upper]: [[f64; 2]; 2], holes: &[Region]) {
+        let near = 1e-9 * (upper[0] - lower[0]).max(upper[1] - lower[1]);
+        let side = |x: [f64; 2]| {
+            let distance = [x[0] - lower[0], upper[0] - x[0], x[1] - lower[1], upper[1] - x[1]];
+            let place = distance.iter().position(|d| d.abs() <= near)?;
+            Some(["left", "right", "bottom", "top"][place])
+        };
+        for facet in mesh.boundary().to_vec() {
+            let ends = mesh.facet_nodes(facet).into_iter().map(|n| mesh.nodes()[n as usize]).collect::<Vec<Vector<2>>>();
+            let middle = (ends[0] + ends[1]) * 0.5;
+            let gap = |hole: &Region| ends.iter().map(|x| hole.signed_distance(x.to3()).abs()).fold(0.0, f64::max);
+            let name = side(middle.0).map(str::to_owned).or_else(|| {
+                let nearest = (0..holes.len()).min_by(|&i, &j| gap(&holes[i]).total_cmp(&gap(&holes[j])))?;
+                Some(self.holes[nearest].name.clone())
+            });
+            if let Some(name) = name {
+                mesh.sets.entry(name).or_insert_with(Vec::<Facet>::new).push(facet);
+            }
+        }
+    }
+}
+
+fn within(key: &str, why: Diagnostic) -> Diagnostic {
+    let key = if why.key.is_empty() { key.to_owned() } else { format!("{key}.{}", why.key) };
+    Diagnostic { key, ..why }
+}
+
+fn positive(key: &str, value: f64) -> Result<f64, Diagnostic> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(Diagnostic::error(key, format!("must be positive and finite, not {value}")))
+}

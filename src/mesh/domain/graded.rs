@@ -1,0 +1,31 @@
+//! Graded boxes: a lattice whose planes are close where a refined region is, along each axis by itself.
+
+use super::size::Size;
+use crate::geometry::Region;
+
+/// The planes of the lattice between two corners [m]. A refined region asks for its size along the whole
+/// slab that it spans, since planes go through.
+pub fn lines<const D: usize>(lower: [f64; D], upper: [f64; D], size: &Size) -> [Vec<f64>; D] {
+    std::array::from_fn(|axis| {
+        let along = Size { coarse: size.coarse, growth: size.growth, refined: slabs(size, axis) };
+        let length = upper[axis] - lower[axis];
+        let at = |s: f64| [lower[axis] + s * length, 0.0, 0.0];
+        let mut line: Vec<f64> = along.spread(at, 1).into_iter().map(|s| at(s)[0]).collect();
+        if let Some(last) = line.last_mut() {
+            *last = upper[axis];
+        }
+        line
+    })
+}
+
+/// The extent of each refined region along one axis, turned onto the first.
+fn slabs(size: &Size, axis: usize) -> Vec<(Region, f64)> {
+    let slab = |(region, cell): &(Region, f64)| {
+        let bounds = region.bounds();
+        let mut lower = [f64::NEG_INFINITY; 3];
+        let mut upper = [f64::INFINITY; 3];
+        (lower[0], upper[0]) = (bounds.lower[axis], bounds.upper[axis]);
+        (Region::Box { lower, upper }, *cell)
+    };
+    size.refined.iter().map(slab).collect()
+}

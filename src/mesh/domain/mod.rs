@@ -1,0 +1,47 @@
+//! Meshes of a whole domain, as a case file writes them: `{ shape = "box", lower = [...], upper = [...],
+//! cell = 0.01 }`, or a Gmsh file.
+//!
+//! Elements follow a size h(x): the size asked for, and around each refined region its own size growing
+//! with the distance,
+//!
+//! ```text
+//! h(x) = min(cell, cell_k + growth · dist(x, region_k))
+//! ```
+
+mod block;
+mod boundary;
+mod file;
+mod graded;
+mod planar;
+mod relax;
+mod size;
+
+pub use block::{BoxMesh, Hole, Pattern, Refinement};
+pub use file::MeshFile;
+
+use super::Mesh;
+use crate::error::Diagnostic;
+use std::path::Path;
+
+/// What each mesh of a case file can do.
+pub trait BuildMesh {
+    /// Triangles, for a case in 2D. Files are looked for below `base_dir`.
+    ///
+    /// # Errors
+    /// What is wrong, with a key relative to this mesh.
+    fn triangles(&self, base_dir: &Path) -> Result<Mesh<2, 3>, Diagnostic>;
+
+    /// Tetrahedra, for a case in 3D. Files are looked for below `base_dir`.
+    ///
+    /// # Errors
+    /// What is wrong, with a key relative to this mesh.
+    fn tetrahedra(&self, base_dir: &Path) -> Result<Mesh<3, 4>, Diagnostic>;
+}
+
+crate::registry! {
+    /// The mesh of a domain, as a case file writes it.
+    pub enum DomainMesh: BuildMesh, tag = "shape" {
+        "box" => BoxMesh,
+        "file" => MeshFile,
+    }
+}

@@ -1,0 +1,52 @@
+//! How large elements should be where.
+
+use crate::geometry::Region;
+
+/// The element size h(x).
+pub struct Size {
+    /// Away from all refined regions [m].
+    pub coarse: f64,
+    /// Growth of the size with the distance from a refined region.
+    pub growth: f64,
+    /// Refined regions with the size in and at them [m].
+    pub refined: Vec<(Region, f64)>,
+}
+
+impl Size {
+    /// The size at `x` [m].
+    pub fn at(&self, x: [f64; 3]) -> f64 {
+        let near = |(region, cell): &(Region, f64)| cell + self.growth * region.signed_distance(x).max(0.0);
+        self.refined.iter().map(near).fold(self.coarse, f64::min)
+    }
+
+    /// The smallest size [m].
+    pub fn finest(&self) -> f64 {
+        self.refined.iter().map(|(_, cell)| *cell).fold(self.coarse, f64::min)
+    }
+
+    /// Points along a curve of the given speed |dx/ds|, s from 0 to 1, spaced by the size: the parameters of at
+    /// least `least` pieces, with both ends. The count of elements ∫ ds/h is rounded to the nearest number.
+    pub fn spread(&self, at: impl Fn(f64) -> [f64; 3], least: usize) -> Vec<f64> {
+        const SAMPLES: usize = 4096;
+        let place = |i: usize| at(i as f64 / SAMPLES as f64);
+        let mut passed = vec![0.0; SAMPLES + 1];
+        for i in 0..SAMPLES {
+            let (a, b) = (place(i), place(i + 1));
+            let length = (0..3).map(|k| (b[k] - a[k]).powi(2)).sum::<f64>().sqrt();
+            passed[i + 1] = passed[i] + length / self.at(at((i as f64 + 0.5) / SAMPLES as f64));
+        }
+        let total = passed[SAMPLES];
+        let count = (total.round() as usize).max(least);
+        let mut parameters = Vec::with_capacity(count + 1);
+        let mut i = 0;
+        for n in 0..count {
+            let wanted = total * n as f64 / count as f64;
+            while passed[i + 1] < wanted {
+                i += 1;
+            }
+            parameters.push((i as f64 + (wanted - passed[i]) / (passed[i + 1] - passed[i])) / SAMPLES as f64);
+        }
+        parameters.push(1.0);
+        parameters
+    }
+}

@@ -1,0 +1,161 @@
+//! Meshes of domains against their geometry: areas, angles, names, symmetry, sizes.
+
+use lateen::geometry::{BoxShape, CylinderShape, Shape, SphereShape, UnionShape};
+use lateen::math::Vector;
+use lateen::mesh::domain::{BoxMesh, BuildMesh, Hole, Pattern, Refinement};
+use lateen::mesh::{Cut, Mesh};
+use std::f64::consts::TAU;
+use std::path::Path;
+
+fn plain(lower: &[f64], upper: &[f64], cell: f64) -> BoxMesh {
+    BoxMesh {
+        lower: lower.to_vec(),
+        upper: upper.to_vec(),
+        cell,
+        pattern: Pattern::Auto,
+        growth: 0.2,
+        refine: Vec::new(),
+        holes: Vec::new(),
+    }
+}
+
+fn rectangle(lower: [f64; 2], upper: [f64; 2]) -> Shape {
+    Shape::BoxShape(BoxShape { lower: lower.to_vec(), upper: upper.to_vec() })
+}
+
+fn disc(center: [f64; 2], radius: f64) -> Shape {
+    Shape::SphereShape(SphereShape { center: center.to_vec(), radius })
+}
+
+/// The channel of Turek and Hron with the cylinder and its bar.
+fn channel() -> BoxMesh {
+    let body = Shape::UnionShape(UnionShape { of: vec![disc([0.2, 0.2], 0.05), rectangle([0.2, 0.19], [0.6, 0.21])] });
+    BoxMesh {
+        holes: vec![Hole { name: "body".into(), region: body, cell: Some(0.005) }],
+        ..plain(&[0.0, 0.0], &[2.5, 0.41], 0.04)
+    }
+}
+
+fn smallest_angle(mesh: &Mesh<2, 3>) -> f64 {
+    let angle = |x: [Vector<2>; 3], i: usize| {
+        let (u, v) = (x[(i + 1) % 3] - x[i], x[(i + 2) % 3] - x[i]);
+        (u.dot(v) / (u.norm() * v.norm())).acos().to_degrees()
+    };
+    let of = |e: usize| (0..3).map(|i| angle(mesh.corners(e), i)).fold(180.0, f64::min);
+    (0..mesh.elements().len()).map(of).fold(180.0, f64::min)
+}
+
+/// The chords of the mesh cut a sliver r² (θ − sin θ)/2 off the disc for every node.
+#[test]
+fn a_channel_with_a_cylinder_and_a_bar() {
+    let mesh = channel().triangles(Path::new("")).unwrap();
+    let half = (0.2f64).asin();
+    let hidden = 0.05 * 0.05 * half - 0.01 * 0.05 * half.cos();
+    let bar = 0.02 * (0.4 - 0.05 * half.cos());
+    let body = TAU / 2.0 * 0.0025 - hidden + bar;
+    let chords = 0.0025 * TAU * (0.005f64 / 0.05).powi(2) / 12.0;
+    let missing = 2.5 * 0.41 - body - mesh.volume();
+    assert!((missing + chords).abs() < 0.2 * chords, "{missing} for {chords}");
+    assert!(smallest_angle(&mesh) > 22.0, "{}", smallest_angle(&mesh));
+    let named: usize = mesh.sets.values().map(Vec::len).sum();
+    assert_eq!(named, mesh.boundary().len());
+    let around: f64 = mesh.sets["body"].iter().map(|&facet| mesh.facet_area(facet).norm()).sum();
+    let exact = 0.05 * (TAU - 2.0 * half) + 2.0 * (0.4 - 0.05 * half.cos()) + 0.02;
+    assert!((around - exact).abs() < 2e-3 * exact, "{around} {exact}");
+    let height: f64 = mesh.sets["left"].iter().map(|&facet| mesh.facet_area(facet).norm()).sum();
+    assert!((height - 0.41).abs() < 1e-12);
+}
+
+#[test]
+fn no_element_has_all_its_nodes_on_the_boundary() {
+    let mesh = channel().triangles(Path::new("")).unwrap();
+    let mut on = vec![false; mesh.nodes().len()];
+    mesh.boundary().iter().flat_map(|&facet| mesh.facet_nodes(facet)).for_each(|n| on[n as usize] = true);
+    assert!(!mesh.elements().iter().any(|element| element.iter().all(|&n| on[n as usize])));
+}
+
+#[test]
+fn sizes_are_what_was_asked() {
+    let fine = Refinement { region: rectangle([0.4, 0.4], [0.6, 0.6]), cell: 0.01 };
+    let spec = BoxMesh { refine: vec![fine], ..plain(&[0.0, 0.0], &[1.0, 1.0], 0.08) };
+    let mesh = spec.triangles(Path::new("")).unwrap();
+    let mean = |near: f64, far: f64| {
+        let inside = |e: &usize| {
+            let x = mesh.center(*e);
+            let away = (x[0] - 0.5).abs().max((x[1] - 0.5).abs());
+            (near..far).contains(&away)
+        };
+        let volumes: Vec<f64> = (0..mesh.elements().len()).filter(inside).map(|e| mesh.simplex(e).volume).collect();
+        // An equilateral triangle of this area has this edge.
+        (volumes.iter().sum::<f64>() / volumes.len() as f64 * 4.0 / 3f64.sqrt()).sqrt()
+    };
+    assert!((mean(0.0, 0.1) - 0.01).abs() < 0.0015, "{}", mean(0.0, 0.1));
+    let middle = 0.01 + 0.2 * 0.15;
+    assert!((mean(0.23, 0.27) - middle).abs() < 0.25 * middle, "{}", mean(0.23, 0.27));
+}
+
+#[test]
+fn the_same_mesh_every_time() {
+    let [a, b] = [0, 1].map(|_| channel().triangles(Path::new("")).unwrap());
+    assert_eq!(a.nodes(), b.nodes());
+    assert_eq!(a.elements(), b.elements());
+}
+
+/// With an even number of cells the mirror image of a union jack is itself.
+#[test]
+fn a_mirrored_lattice_is_symmetric() {
+    let mesh = plain(&[-1.0, 0.0], &[1.0, 2.0], 0.25).triangles(Path::new("")).unwrap();
+    let place = |x: Vector<2>| [(x[0] * 1e6).round() as i64, (x[1] * 1e6).round() as i64];
+    let triangle = |e: &[u32; 3], sign: f64| {
+        let mut corners = e.map(|n| place(Vector([sign * mesh.nodes()[n as usize][0], mesh.nodes()[n as usize][1]])));
+        corners.sort_unstable();
+        corners
+    };
+    let mut own: Vec<_> = mesh.elements().iter().map(|e| triangle(e, 1.0)).collect();
+    let mut mirror: Vec<_> = mesh.elements().iter().map(|e| triangle(e, -1.0)).collect();
+    own.sort_unstable();
+    mirror.sort_unstable();
+    assert_eq!(own, mirror);
+}
+
+/// Graded planes in 3D: volume, names of all six sides, closer planes in the refined slab.
+#[test]
+fn a_graded_box() {
+    let region = Shape::BoxShape(BoxShape { lower: vec![0.0, 0.4, 0.0], upper: vec![1.0, 0.6, 1.0] });
+    let fine = Refinement { region, cell: 0.05 };
+    let spec = BoxMesh { refine: vec![fine], ..plain(&[0.0; 3], &[1.0, 1.0, 1.0], 0.25) };
+    let mesh = spec.tetrahedra(Path::new("")).unwrap();
+    assert!((mesh.volume() - 1.0).abs() < 1e-12);
+    for name in ["left", "right", "front", "back", "bottom", "top"] {
+        let area: f64 = mesh.sets[name].iter().map(|&facet| mesh.facet_area(facet).norm()).sum();
+        assert!((area - 1.0).abs() < 1e-12, "{name} {area}");
+    }
+    let fine = (0..mesh.elements().len()).filter(|&e| (mesh.center(e)[1] - 0.5).abs() < 0.1).count();
+    assert!(fine > mesh.elements().len() / 5, "{fine} of {}", mesh.elements().len());
+}
+
+#[test]
+fn mirrored_tetrahedra_fit_together() {
+    let line: Vec<f64> = (0..=4).map(|i| i as f64).collect();
+    let mesh = Mesh::<3, 4>::lattice(&[line.clone(), line.clone(), line], Cut::Mirrored).unwrap();
+    assert!((mesh.volume() - 64.0).abs() < 1e-12);
+    assert_eq!(mesh.boundary().len(), 6 * 16 * 2);
+}
+
+#[test]
+fn mistakes_are_named() {
+    let key = |spec: BoxMesh| spec.triangles(Path::new("")).unwrap_err().key;
+    assert_eq!(key(plain(&[0.0, 0.0], &[1.0, 0.0], 0.1)), "upper");
+    assert_eq!(key(plain(&[0.0, 0.0, 0.0], &[1.0, 1.0], 0.1)), "lower");
+    assert_eq!(key(plain(&[0.0, 0.0], &[1.0, 1.0], -0.1)), "cell");
+    let hole = |region: Shape| Hole { name: "hole".into(), region, cell: None };
+    let holed = |region: Shape| BoxMesh { holes: vec![hole(region)], ..plain(&[0.0, 0.0], &[1.0, 1.0], 0.1) };
+    assert_eq!(key(holed(rectangle([0.5, 0.5], [0.5, 0.6]))), "holes[0].region.upper");
+    assert_eq!(key(holed(rectangle([-1.0, -1.0], [2.0, 2.0]))), "cell");
+    let lattice = BoxMesh { pattern: Pattern::Mirrored, ..holed(disc([0.5, 0.5], 0.1)) };
+    assert_eq!(key(lattice), "holes");
+    let solid = Shape::CylinderShape(CylinderShape { from: [0.0; 3], to: [0.0, 0.0, 1.0], radius: 1.0 });
+    assert_eq!(key(holed(solid)), "holes[0].region.shape");
+    let free = BoxMesh { pattern: Pattern::Free, ..plain(&[0.0; 3], &[1.0; 3], 0.5) };
+    assert_eq!(free.tetrahedra(Path::new("")).unwrap_err().key, "pattern");
+}
