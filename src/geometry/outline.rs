@@ -135,9 +135,8 @@ impl Region {
             }
             Self::Complement(region) => return region.curves(bounds, place, leaves),
             Self::Placed { region, rotation, shift } => {
-                let within = |x: Vector<2>| {
-                    place(Vector::from_fn(|i| rotation[i][0] * x[0] + rotation[i][1] * x[1] + shift[i]))
-                };
+                let within =
+                    |x: Vector<2>| place(Vector::from_fn(|i| rotation[i][0] * x[0] + rotation[i][1] * x[1] + shift[i]));
                 return region.curves(bounds, &within, leaves);
             }
         };

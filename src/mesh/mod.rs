@@ -15,7 +15,7 @@ pub mod generate;
 pub mod gmsh;
 mod simplex;
 
+pub use domain::DomainMesh;
 pub use facets::Facets;
 pub use generate::MembraneShape;
-pub use domain::DomainMesh;
 pub use simplex::{Cut, Facet, Location, Locator, Mesh, Simplex, side_names};

@@ -145,13 +145,15 @@ impl BoxMesh {
         let mut refined = Vec::new();
         for (i, refinement) in self.refine.iter().enumerate() {
             let key = format!("refine[{i}]");
-            let region = refinement.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
+            let region =
+                refinement.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
             refined.push((region, positive(&format!("{key}.cell"), refinement.cell)?));
         }
         for (i, hole) in self.holes.iter().enumerate() {
             if let Some(cell) = hole.cell {
                 let key = format!("holes[{i}]");
-                let region = hole.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
+                let region =
+                    hole.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
                 refined.push((region, positive(&format!("{key}.cell"), cell)?));
             }
         }
@@ -181,7 +183,8 @@ impl BoxMesh {
             Some(["left", "right", "bottom", "top"][place])
         };
         for facet in mesh.boundary().to_vec() {
-            let ends = mesh.facet_nodes(facet).into_iter().map(|n| mesh.nodes()[n as usize]).collect::<Vec<Vector<2>>>();
+            let ends =
+                mesh.facet_nodes(facet).into_iter().map(|n| mesh.nodes()[n as usize]).collect::<Vec<Vector<2>>>();
             let middle = (ends[0] + ends[1]) * 0.5;
             let gap = |hole: &Region| ends.iter().map(|x| hole.signed_distance(x.to3()).abs()).fold(0.0, f64::max);
             let name = side(middle.0).map(str::to_owned).or_else(|| {

@@ -42,8 +42,7 @@ impl MeshFile {
         if !(self.unit > 0.0 && self.unit.is_finite()) {
             return Err(Diagnostic::error("unit", format!("must be positive and finite, not {}", self.unit)));
         }
-        let wrong =
-            |key: &str, why: String| Diagnostic::error(key, format!("{}: {why}", self.path.display()));
+        let wrong = |key: &str, why: String| Diagnostic::error(key, format!("{}: {why}", self.path.display()));
         let file = gmsh::read(&base_dir.join(&self.path)).map_err(|why| wrong("path", why.to_string()))?;
         let key = if self.group.is_some() { "group" } else { "path" };
         Mesh::from_gmsh(&file, self.group.as_deref(), self.unit).map_err(|why| wrong(key, why))

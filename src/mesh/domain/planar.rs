@@ -41,7 +41,8 @@ fn seeds(region: &Region, size: &Size) -> Result<Vec<Vector<2>>, String> {
     for j in 0..count[1].ceil() as u64 {
         for i in 0..=count[0].ceil() as u64 {
             let shift = if j % 2 == 0 { 0.25 } else { 0.75 };
-            let x = [bounds.lower[0] + (i as f64 + shift - 0.5) * finest, bounds.lower[1] + (j as f64 + 0.5) * row, 0.0];
+            let x =
+                [bounds.lower[0] + (i as f64 + shift - 0.5) * finest, bounds.lower[1] + (j as f64 + 0.5) * row, 0.0];
             let h = size.at(x);
             if chance(i, j) < (finest / h).powi(2) && region.signed_distance(x) < -0.6 * h {
                 seeds.push(Vector([x[0], x[1]]));
@@ -93,8 +94,7 @@ fn turn_corners(points: &[Vector<2>], elements: &mut [[u32; 3]], fixed: usize) {
     };
     for e in 0..elements.len() {
         let element = elements[e];
-        let inner: Vec<usize> =
-            (0..3).filter(|&k| behind.contains_key(&[element[(k + 1) % 3], element[k]])).collect();
+        let inner: Vec<usize> = (0..3).filter(|&k| behind.contains_key(&[element[(k + 1) % 3], element[k]])).collect();
         let (&[k], true) = (inner.as_slice(), element.iter().all(|&n| (n as usize) < fixed)) else { continue };
         let [a, b, c] = std::array::from_fn(|i| element[(k + i) % 3]);
         let other = behind[&[b, a]];
@@ -102,7 +102,9 @@ fn turn_corners(points: &[Vector<2>], elements: &mut [[u32; 3]], fixed: usize) {
         let turned = [[c, a, d], [c, d, b]];
         if d as usize >= fixed && turned.iter().all(|&t| area(t) > 0.2 * area(element)) {
             (elements[e], elements[other]) = (turned[0], turned[1]);
-            for (side, owner) in [([c, a], e), ([a, d], e), ([d, c], e), ([c, d], other), ([d, b], other), ([b, c], other)] {
+            for (side, owner) in
+                [([c, a], e), ([a, d], e), ([d, c], e), ([c, d], other), ([d, b], other), ([b, c], other)]
+            {
                 behind.insert(side, owner);
             }
             behind.remove(&[a, b]);

@@ -71,10 +71,8 @@ fn springs(points: &[Vector<2>], region: &Region) -> Result<Vec<[u32; 2]>, Strin
 }
 
 fn forces(points: &[Vector<2>], springs: &[[u32; 2]], size: &Size) -> Vec<Vector<2>> {
-    let wanted: Vec<f64> = springs
-        .iter()
-        .map(|&[a, b]| size.at(((points[a as usize] + points[b as usize]) * 0.5).to3()))
-        .collect();
+    let wanted: Vec<f64> =
+        springs.iter().map(|&[a, b]| size.at(((points[a as usize] + points[b as usize]) * 0.5).to3())).collect();
     let length = |[a, b]: [u32; 2]| (points[b as usize] - points[a as usize]).norm();
     let (squares, sizes) = springs
         .iter()

@@ -42,8 +42,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         if lines.iter().flat_map(|line| line.windows(2)).any(|pair| pair[0] >= pair[1]) {
             return Err("the planes of a lattice must ascend along every axis".into());
         }
-        let nodes =
-            grid(cells.map(|c| c + 1)).map(|index| Vector::from_fn(|i| lines[i][index[i]])).collect::<Vec<_>>();
+        let nodes = grid(cells.map(|c| c + 1)).map(|index| Vector::from_fn(|i| lines[i][index[i]])).collect::<Vec<_>>();
         let number = |index: [usize; D]| (0..D).rev().fold(0, |n, i| n * (cells[i] + 1) + index[i]) as u32;
         let elements = grid(cells).flat_map(|cell| paths::<D, N>(cell, cut).map(|path| path.map(number)));
         let mut mesh = Self::new(nodes, elements.collect())?;
