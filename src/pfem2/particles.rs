@@ -24,6 +24,18 @@ pub struct Particles<const D: usize> {
     pub element: Vec<u32>,
     /// Particles of element e are `first[e]..first[e + 1]`.
     first: Vec<u32>,
+    /// Memory for the sort, kept because fresh pages cost more than the sort itself.
+    spare: Spare<D>,
+}
+
+/// Columns to sort into.
+#[derive(Debug, Clone, Default)]
+struct Spare<const D: usize> {
+    vectors: Vec<Vector<D>>,
+    bytes: Vec<u8>,
+    floats: Vec<f32>,
+    elements: Vec<u32>,
+    order: Vec<u32>,
 }
 
 /// The element of a particle that is to be dropped by the next sort.
@@ -90,12 +102,13 @@ impl<const D: usize> Particles<D> {
     /// Sorts by element and drops the particles whose element is [`GONE`]; those of one element keep their order.
     pub fn sort(&mut self) {
         let order = self.count_and_order();
-        let gather = |order: &[u32], column: &[Vector<D>]| order.par_iter().map(|&p| column[p as usize]).collect();
-        self.position = gather(&order, &self.position);
-        self.velocity = gather(&order, &self.velocity);
-        self.fluid = order.par_iter().map(|&p| self.fluid[p as usize]).collect();
-        self.depth = order.par_iter().map(|&p| self.depth[p as usize]).collect();
-        self.element = order.par_iter().map(|&p| self.element[p as usize]).collect();
+        let mut spare = std::mem::take(&mut self.spare);
+        gather(&order, &mut self.position, &mut spare.vectors);
+        gather(&order, &mut self.velocity, &mut spare.vectors);
+        gather(&order, &mut self.fluid, &mut spare.bytes);
+        gather(&order, &mut self.depth, &mut spare.floats);
+        gather(&order, &mut self.element, &mut spare.elements);
+        self.spare = Spare { order, ..spare };
     }
 
     /// Counts the particles of the elements into `first` and returns the particles in their order.
@@ -109,7 +122,8 @@ impl<const D: usize> Particles<D> {
             self.first[e as usize + 1] += 1;
         }
         (0..elements).for_each(|e| self.first[e + 1] += self.first[e]);
-        let mut order = vec![0u32; self.first[elements] as usize];
+        let mut order = std::mem::take(&mut self.spare.order);
+        order.resize(self.first[elements] as usize, 0);
         let share = elements.div_ceil(rayon::current_num_threads()).max(1);
         let mut parts = Vec::new();
         let mut rest = &mut order[..];
@@ -131,6 +145,13 @@ impl<const D: usize> Particles<D> {
         });
         order
     }
+}
+
+/// Brings a column into a new order, through another one that takes its place.
+fn gather<T: Copy + Send + Sync + Default>(order: &[u32], column: &mut Vec<T>, spare: &mut Vec<T>) {
+    spare.resize(order.len(), T::default());
+    spare.par_iter_mut().zip(order).with_min_len(4096).for_each(|(to, &from)| *to = column[from as usize]);
+    std::mem::swap(column, spare);
 }
 
 /// Lattice points in a simplex, as shape functions: N = (i + 1/(D+1))/(m+1) for all i_0 + … + i_D = m, with

@@ -106,6 +106,14 @@ pub(super) struct Taylor<const N: usize> {
     pub reach: f64,
 }
 
+impl<const N: usize> Taylor<N> {
+    /// The fastest change of a shape function [1/s].
+    #[cold]
+    fn fastest(&self) -> f64 {
+        self.terms.iter().map(|a| a[1].abs()).fold(0.0, f64::max)
+    }
+}
+
 /// What moves a particle: the streamlines, or its own flight.
 pub(super) trait Motion<const D: usize, const N: usize> {
     /// Its motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
@@ -198,8 +206,8 @@ pub(super) fn walk<const D: usize, const N: usize>(
         let mut taylor = motion.taylor(mesh, &place, &walls);
         walls.hold(&mut taylor);
         let end = rest.min(taylor.reach);
-        let (taken, exit) = first_exit(&taylor, end);
-        advance(&mut place.shape, &taylor, taken, exit);
+        let (taken, shape, exit) = stay(&taylor, end);
+        place.shape = shape;
         rest -= taken;
         motion.elapse(taken);
         match exit {
@@ -218,48 +226,41 @@ pub(super) fn walk<const D: usize, const N: usize>(
     Walk { place, end: End::Stuck, rest }
 }
 
-/// How long the particle stays in the element, at most until `end`, and the local node opposite to its exit.
+/// How long the particle stays in the element, at most until `end`, its shape functions then, and the local node
+/// opposite to its exit.
 ///
 /// Who is outside at `end` came out earlier; at that time another shape function may be negative that has become
 /// positive again, so the search goes on until nobody is outside.
 #[inline(always)]
-fn first_exit<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, Option<usize>) {
-    let mut first = (end, None);
-    while let Some(earlier) = exit_before(taylor, first) {
-        first = earlier;
+fn stay<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<usize>) {
+    let (mut time, mut exit) = (end, None);
+    loop {
+        let mut shape: [f64; N] = std::array::from_fn(|k| value(&taylor.terms[k], time));
+        if let Some(k) = exit {
+            shape[k] = 0.0;
+        }
+        match exit_before(taylor, &shape, time) {
+            Some((earlier, k)) => (time, exit) = (earlier, Some(k)),
+            None => return (time, shape.map(|n| n.max(0.0)), exit),
+        }
     }
-    first
 }
 
 /// The first exit of those who are outside at a time.
 #[inline(always)]
-fn exit_before<const N: usize>(taylor: &Taylor<N>, (end, exit): (f64, Option<usize>)) -> Option<(f64, Option<usize>)> {
-    let outside: [bool; N] = std::array::from_fn(|k| value(&taylor.terms[k], end) < 0.0 && exit != Some(k));
-    if !outside.contains(&true) {
-        return None;
-    }
-    let fastest = taylor.terms.iter().map(|a| a[1].abs()).fold(0.0, f64::max);
+fn exit_before<const N: usize>(taylor: &Taylor<N>, shape: &[f64; N], time: f64) -> Option<(f64, usize)> {
     let mut first = None;
-    for k in (0..N).filter(|&k| outside[k]) {
-        let a = &taylor.terms[k];
-        let rounding = value(a, end) > -ROUNDING && (a[0] > 0.0 || a[1].abs() <= ROUNDING * fastest);
-        let time = if rounding { end } else { leaves(a, end) };
-        if !rounding && first.is_none_or(|(earliest, _)| time < earliest) {
-            first = Some((time, Some(k)));
+    for k in 0..N {
+        if shape[k] < 0.0 {
+            let a = &taylor.terms[k];
+            let rounding = shape[k] > -ROUNDING && (a[0] > 0.0 || a[1].abs() <= ROUNDING * taylor.fastest());
+            let exit = if rounding { f64::INFINITY } else { leaves(a, time) };
+            if exit < first.map_or(f64::INFINITY, |(earliest, _)| earliest) {
+                first = Some((exit, k));
+            }
         }
     }
     first
-}
-
-/// Moves the shape functions on; the one that ran out is zero exactly.
-#[inline(always)]
-fn advance<const N: usize>(shape: &mut [f64; N], taylor: &Taylor<N>, time: f64, exit: Option<usize>) {
-    for k in 0..N {
-        shape[k] = value(&taylor.terms[k], time).max(0.0);
-    }
-    if let Some(k) = exit {
-        shape[k] = 0.0;
-    }
 }
 
 /// The same point seen from the element behind one of the facets that it lies on.
