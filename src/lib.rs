@@ -23,6 +23,8 @@ pub mod material;
 pub mod mesh;
 pub mod parallel;
 
+pub mod linalg;
+
 pub mod simulation;
 
 pub mod mpm;

@@ -1,0 +1,67 @@
+//! Sparse matrices of small dense blocks on the pattern of a mesh.
+//!
+//! ```text
+//! row i, column j: a block of B × B numbers; the unknowns of node i are (v_1 … v_D, p), B = D + 1
+//! ```
+
+use super::pattern::Pattern;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Rows per task of a product. Fixed, and each row is summed in one task: the same bits for any number of threads.
+const ROWS: usize = 512;
+
+/// A matrix with one block of B × B per entry of the pattern.
+#[derive(Debug, Clone)]
+pub struct BlockMatrix<const B: usize> {
+    /// Where the blocks are.
+    pub pattern: Arc<Pattern>,
+    /// One block per entry: `values[entry][row][column]`.
+    pub values: Vec<[[f64; B]; B]>,
+}
+
+impl<const B: usize> BlockMatrix<B> {
+    /// All zeros.
+    pub fn zeros(pattern: Arc<Pattern>) -> Self {
+        let values = vec![[[0.0; B]; B]; pattern.entries()];
+        Self { pattern, values }
+    }
+
+    /// y = A x.
+    pub fn multiply(&self, x: &[[f64; B]], y: &mut [[f64; B]]) {
+        let columns = self.pattern.columns();
+        y.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, rows)| {
+            for (offset, sum) in rows.iter_mut().enumerate() {
+                *sum = [0.0; B];
+                for entry in self.pattern.row(chunk * ROWS + offset) {
+                    add_product(&self.values[entry], &x[columns[entry] as usize], sum);
+                }
+            }
+        });
+    }
+
+    /// s_i = |a_ii|^(−1/2), and one where the diagonal is zero: symmetric scaling makes the diagonal ±1.
+    pub fn scaling(&self) -> Vec<[f64; B]> {
+        let diagonal = |row: usize| &self.values[self.pattern.diagonal(row)];
+        (0..self.pattern.rows()).map(|row| std::array::from_fn(|k| scale_of(diagonal(row)[k][k]))).collect()
+    }
+
+    /// The symmetric part at an entry: (A_ij + A_jiᵀ)/2.
+    pub fn symmetric(&self, entry: usize) -> [[f64; B]; B] {
+        let (block, mirrored) = (&self.values[entry], &self.values[self.pattern.mirror(entry)]);
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (block[i][j] + mirrored[j][i])))
+    }
+}
+
+fn scale_of(diagonal: f64) -> f64 {
+    if diagonal == 0.0 { 1.0 } else { diagonal.abs().sqrt().recip() }
+}
+
+#[inline(always)]
+fn add_product<const B: usize>(block: &[[f64; B]; B], x: &[f64; B], sum: &mut [f64; B]) {
+    for (sum, row) in sum.iter_mut().zip(block) {
+        for (a, x) in row.iter().zip(x) {
+            *sum += a * x;
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! The linear systems of an implicit step on a fixed mesh.
+//!
+//! ```text
+//! [ A   G ] [v]   [f_v]      A: mass/Δt and viscosity, positive definite
+//! [ Gᵀ −C ] [p] = [f_p]      C: stabilisation, positive semi-definite
+//! ```
+//! The pattern never changes: the order of elimination, the structure of the factor and all room are found once, and
+//! a step brings only numbers. Flexible GMRES solves; what differs is its preconditioner:
+//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and in two dimensions;
+//! * **iterative**: block-triangular, with multigrid for the Schur complement C + Gᵀ diag(A)⁻¹ G, for the rest.
+//!
+//! Nothing depends on the number of threads or on measured times: factors are kept while the iterations that they
+//! cost weigh less than a new one, by counts of operations.
+
+mod direct;
+mod dissection;
+mod krylov;
+mod matrix;
+mod multigrid;
+mod pattern;
+mod preconditioner;
+mod schur;
+mod solver;
+mod vectors;
+
+pub use matrix::BlockMatrix;
+pub use pattern::Pattern;
+pub use solver::{Kind, LinearSolver, Memory, NotConverged, Options, Outcome};

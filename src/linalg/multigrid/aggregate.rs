@@ -1,0 +1,61 @@
+//! Aggregates of strongly coupled unknowns (Vaněk, Mandel & Brezina 1996).
+//!
+//! ```text
+//! i and j are strongly coupled if  a_ij² > θ² a_ii a_jj
+//! ```
+
+use super::csr::Csr;
+
+/// No aggregate: an unknown that is coupled to nothing, which the smoother solves alone.
+pub(super) const ALONE: u32 = u32::MAX;
+
+/// Aggregate of each unknown, and their number.
+pub(super) struct Aggregates {
+    pub of: Vec<u32>,
+    pub count: usize,
+}
+
+/// The strong part of a matrix; what is weak is added to the diagonal, so that constants stay in its kernel.
+pub(super) fn strong_part(a: &Csr, diagonal: &[f32], threshold: f32) -> Csr {
+    let strong = |i: usize, j: usize, v: f32| v * v > threshold * threshold * (diagonal[i] * diagonal[j]).abs();
+    Csr::from_rows(a.rows(), a.width, |i, row| {
+        row.add(i, 0.0);
+        for (j, v) in a.row(i) {
+            row.add(if j == i || strong(i, j, v) { j } else { i }, v);
+        }
+    })
+}
+
+/// Groups each unknown with its strong neighbours: first where all are free, then the rest joins, then new groups.
+pub(super) fn aggregate(strong: &Csr) -> Aggregates {
+    const FREE: u32 = u32::MAX - 1;
+    let n = strong.rows();
+    let neighbours = |i: usize| strong.row(i).map(|(j, _)| j).filter(move |&j| j != i);
+    let mut of: Vec<u32> = (0..n).map(|i| if neighbours(i).next().is_none() { ALONE } else { FREE }).collect();
+    let mut count = 0;
+    for i in 0..n {
+        if of[i] == FREE && neighbours(i).all(|j| of[j] == FREE) {
+            of[i] = count;
+            neighbours(i).for_each(|j| of[j] = count);
+            count += 1;
+        }
+    }
+    let first_pass = of.clone();
+    for i in (0..n).filter(|&i| first_pass[i] == FREE) {
+        let strongest = strong
+            .row(i)
+            .filter(|&(j, _)| j != i && first_pass[j] < FREE)
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(&a.0)));
+        if let Some((j, _)) = strongest {
+            of[i] = first_pass[j];
+        }
+    }
+    for i in 0..n {
+        if of[i] == FREE {
+            of[i] = count;
+            neighbours(i).filter(|&j| of[j] == FREE).collect::<Vec<_>>().into_iter().for_each(|j| of[j] = count);
+            count += 1;
+        }
+    }
+    Aggregates { of, count: count as usize }
+}

@@ -1,0 +1,238 @@
+//! Multigrid by smoothed aggregation (Vaněk, Mandel & Brezina 1996) with Krylov cycles (Notay & Vassilevski 2008).
+//!
+//! ```text
+//! P = (I − ω D⁻¹ A_s) P_0,   ω = 4 / (3 ρ(D⁻¹ A_s)),   A_c = Pᵀ A P
+//! A_s: the strong part of A; P_0: one on the unknowns of an aggregate
+//! ```
+//! A coarse level solves by two steps of a residual-minimising iteration, each preconditioned by its own cycle. This
+//! costs little, because levels shrink fast, and keeps the iterations from growing with their number.
+//!
+//! In single precision, on the matrix scaled to a diagonal of one: it only preconditions.
+
+mod aggregate;
+mod csr;
+mod dense;
+mod smoother;
+
+use aggregate::{ALONE, Aggregates, aggregate, strong_part};
+pub(super) use csr::Csr;
+use dense::Dense;
+pub(super) use smoother::block_rows;
+use smoother::{backward, forward_from_zero};
+
+/// Coupling below which a neighbour is weak, on the finest level; halved on each coarser one.
+const WEAK: f32 = 0.06;
+
+/// A level this small is solved at once.
+const COARSEST: usize = 250;
+
+/// A coarse residual reduced to this part needs no second step.
+const ENOUGH: f64 = 0.2;
+
+/// Levels from fine to coarse.
+pub(super) struct Hierarchy {
+    /// 1/√|a_ii| of the finest matrix.
+    scaling: Vec<f32>,
+    levels: Vec<Level>,
+    coarsest: Dense,
+}
+
+struct Level {
+    a: Csr,
+    inverse_diagonal: Vec<f32>,
+    /// To this level from the next coarser one, and back; empty on the coarsest.
+    prolongation: Csr,
+    restriction: Csr,
+    room: Room,
+}
+
+/// Vectors of a level.
+#[derive(Default)]
+struct Room {
+    right: Vec<f32>,
+    x: Vec<f32>,
+    residual: Vec<f32>,
+    old: Vec<f32>,
+    direction: Vec<f32>,
+    image: [Vec<f32>; 2],
+}
+
+impl Room {
+    fn new(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            right: zeros(),
+            x: zeros(),
+            residual: zeros(),
+            old: zeros(),
+            direction: zeros(),
+            image: [zeros(), zeros()],
+        }
+    }
+}
+
+impl Hierarchy {
+    /// For a matrix that is about symmetric and positive, up to rows without couplings.
+    pub fn new(mut a: Csr) -> Self {
+        let scaling = scale(&mut a);
+        let mut levels: Vec<Level> = Vec::new();
+        let mut threshold = WEAK;
+        loop {
+            let coarser = if a.rows() > COARSEST { coarsen(&a, threshold) } else { None };
+            let diagonal = a.diagonal();
+            let inverse_diagonal = diagonal.iter().map(|&d| if d == 0.0 { 0.0 } else { d.recip() }).collect();
+            let room = Room::new(a.rows());
+            let Some((prolongation, restriction, next)) = coarser else {
+                let coarsest = if a.rows() <= 8 * COARSEST { dense(&a) } else { Dense::default() };
+                let (prolongation, restriction) = (Csr::default(), Csr::default());
+                levels.push(Level { a, inverse_diagonal, prolongation, restriction, room });
+                return Self { scaling, levels, coarsest };
+            };
+            levels.push(Level { a, inverse_diagonal, prolongation, restriction, room });
+            a = next;
+            threshold *= 0.5;
+        }
+    }
+
+    /// x ≈ A⁻¹ b by one cycle.
+    pub fn apply(&mut self, b: &[f64], x: &mut [f64]) {
+        let size = b.iter().zip(&self.scaling).map(|(b, &s)| (b * f64::from(s)).abs()).fold(0.0, f64::max);
+        if size == 0.0 || !size.is_finite() {
+            x.fill(0.0);
+            return;
+        }
+        let right = &mut self.levels[0].room.right;
+        for ((right, b), &s) in right.iter_mut().zip(b).zip(&self.scaling) {
+            *right = (b / size) as f32 * s;
+        }
+        cycle(&mut self.levels, &self.coarsest);
+        for ((x, &y), &s) in x.iter_mut().zip(&self.levels[0].room.x).zip(&self.scaling) {
+            *x = f64::from(y * s) * size;
+        }
+    }
+}
+
+/// A ← S A S with a diagonal of ±1; gives S.
+fn scale(a: &mut Csr) -> Vec<f32> {
+    let scaling: Vec<f32> = a.diagonal().iter().map(|&d| if d == 0.0 { 1.0 } else { d.abs().sqrt().recip() }).collect();
+    for i in 0..a.rows() {
+        for entry in a.start[i] as usize..a.start[i + 1] as usize {
+            a.values[entry] *= scaling[i] * scaling[a.columns[entry] as usize];
+        }
+    }
+    scaling
+}
+
+/// P, Pᵀ and PᵀAP; `None` where nothing is left to group.
+fn coarsen(a: &Csr, threshold: f32) -> Option<(Csr, Csr, Csr)> {
+    let strong = strong_part(a, &a.diagonal(), threshold);
+    let aggregates = aggregate(&strong);
+    if aggregates.count == 0 || aggregates.count * 10 > a.rows() * 9 {
+        return None;
+    }
+    let prolongation = smoothed(&strong, &aggregates);
+    let restriction = prolongation.transposed();
+    let coarse = restriction.product(&a.product(&prolongation));
+    Some((prolongation, restriction, coarse))
+}
+
+/// P = (I − ω D⁻¹ A_s) P_0.
+fn smoothed(strong: &Csr, aggregates: &Aggregates) -> Csr {
+    let inverse: Vec<f32> = strong.diagonal().iter().map(|d| d.recip()).collect();
+    let omega = 4.0 / (3.0 * largest_eigenvalue(strong, &inverse));
+    Csr::from_rows(strong.rows(), aggregates.count, |i, row| {
+        if aggregates.of[i] == ALONE {
+            return;
+        }
+        row.add(aggregates.of[i] as usize, 1.0);
+        for (j, v) in strong.row(i).filter(|&(j, _)| aggregates.of[j] != ALONE) {
+            row.add(aggregates.of[j] as usize, -omega * inverse[i] * v);
+        }
+    })
+}
+
+/// ρ(D⁻¹ A) by some steps of the power method from a rough start, and a little more.
+fn largest_eigenvalue(a: &Csr, inverse_diagonal: &[f32]) -> f32 {
+    const STEPS: usize = 8;
+    let n = a.rows();
+    let mut x: Vec<f32> = (0..n).map(|i| if (i * 2654435761) >> 7 & 1 == 0 { 1.0 } else { -1.0 }).collect();
+    let mut y = vec![0.0; n];
+    let mut value = 1.0;
+    for _ in 0..STEPS {
+        a.multiply(&x, &mut y, |_, ax| ax);
+        y.iter_mut().zip(inverse_diagonal).for_each(|(y, d)| *y *= d);
+        let (before, after) = (dot(&x, &x), dot(&y, &y));
+        value = (after / before).sqrt();
+        let scale = (1.0 / after.sqrt()) as f32;
+        x.iter_mut().zip(&y).for_each(|(x, y)| *x = y * scale);
+    }
+    1.1 * value as f32
+}
+
+fn dense(a: &Csr) -> Dense {
+    let n = a.rows();
+    let mut full = vec![0.0; n * n];
+    for i in 0..n {
+        a.row(i).for_each(|(j, v)| full[i * n + j] += f64::from(v));
+    }
+    Dense::new(n, full)
+}
+
+/// x ≈ A⁻¹ right on the first of the levels: smooth, correct from the next, smooth.
+fn cycle(levels: &mut [Level], coarsest: &Dense) {
+    let Some((level, coarser)) = levels.split_first_mut() else { return };
+    let Level { a, inverse_diagonal, prolongation, restriction, room } = level;
+    let Some(next) = coarser.first_mut() else {
+        if coarsest.is_empty() {
+            forward_from_zero(a, inverse_diagonal, &room.right, &mut room.x);
+            backward(a, inverse_diagonal, &room.right, &mut room.x, &mut room.old);
+        } else {
+            coarsest.solve(&room.right, &mut room.x);
+        }
+        return;
+    };
+    forward_from_zero(a, inverse_diagonal, &room.right, &mut room.x);
+    room.residual.copy_from_slice(&room.right);
+    a.multiply(&room.x, &mut room.residual, |b, ax| b - ax);
+    restriction.multiply(&room.residual, &mut next.room.right, |_, rest| rest);
+    minimize(coarser, coarsest);
+    prolongation.multiply(&coarser[0].room.x, &mut room.x, |x, correction| x + correction);
+    backward(a, inverse_diagonal, &room.right, &mut room.x, &mut room.old);
+}
+
+/// x ≈ A⁻¹ right by at most two steps of GCR, each preconditioned by a cycle; one on the coarsest level.
+fn minimize(levels: &mut [Level], coarsest: &Dense) {
+    cycle(levels, coarsest);
+    if levels.len() == 1 {
+        return;
+    }
+    let Level { a, room, .. } = &mut levels[0];
+    a.multiply(&room.x, &mut room.image[0], |_, ax| ax);
+    let square = dot(&room.image[0], &room.image[0]);
+    let start = dot(&room.right, &room.right);
+    if square == 0.0 || start == 0.0 {
+        return;
+    }
+    let step = (dot(&room.image[0], &room.right) / square) as f32;
+    room.right.iter_mut().zip(&room.image[0]).for_each(|(r, image)| *r -= step * image);
+    room.direction.copy_from_slice(&room.x);
+    if dot(&room.right, &room.right) <= ENOUGH * ENOUGH * start {
+        room.x.iter_mut().for_each(|x| *x *= step);
+        return;
+    }
+    cycle(levels, coarsest);
+    let Level { a, room, .. } = &mut levels[0];
+    a.multiply(&room.x, &mut room.image[1], |_, ax| ax);
+    let along = (dot(&room.image[1], &room.image[0]) / square) as f32;
+    let [first, second] = &mut room.image;
+    second.iter_mut().zip(first).for_each(|(w, v)| *w -= along * *v);
+    let square = dot(second, second);
+    let second_step = if square == 0.0 { 0.0 } else { (dot(second, &room.right) / square) as f32 };
+    let first_step = step - along * second_step;
+    room.x.iter_mut().zip(&room.direction).for_each(|(x, d)| *x = first_step * d + second_step * *x);
+}
+
+/// a·b in double precision, in a fixed order.
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    crate::parallel::sum(a.len(), |i| f64::from(a[i]) * f64::from(b[i]))
+}

@@ -1,0 +1,94 @@
+//! What FGMRES is preconditioned with, and when one is replaced.
+
+use super::direct::{Analysis, Factor};
+use super::matrix::BlockMatrix;
+use super::schur::BlockTriangular;
+
+/// Unknowns up to which a factorisation is worth its memory, in 2D and 3D.
+const DIRECT_NODES: [usize; 2] = [400_000, 6_000];
+
+/// Nodes up to which a factorisation helps where nothing else converges, in 2D and 3D.
+const LAST_RESORT_NODES: [usize; 2] = [1_000_000, 40_000];
+
+/// Whether a factorisation suits this many nodes with B = D + 1 unknowns each.
+pub(super) fn suits_direct<const B: usize>(nodes: usize) -> bool {
+    nodes <= DIRECT_NODES[usize::from(B > 3)]
+}
+
+/// Whether a factorisation is possible at all.
+pub(super) fn allows_direct<const B: usize>(nodes: usize) -> bool {
+    nodes <= LAST_RESORT_NODES[usize::from(B > 3)]
+}
+
+/// An approximate inverse of one matrix, in the order in which they are tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Method {
+    /// Multigrid.
+    Iterative,
+    /// L D Lᵀ in single precision.
+    Single,
+    /// L D Lᵀ in double precision.
+    Double,
+}
+
+/// An approximate inverse of one matrix.
+pub(super) enum Preconditioner<const B: usize> {
+    Blocks(Box<BlockTriangular<B>>),
+    Single(Factor<f32>),
+    Double(Factor<f64>),
+}
+
+impl<const B: usize> Preconditioner<B> {
+    /// For a matrix; `None` where it breaks down.
+    pub fn new(method: Method, analysis: Option<&Analysis>, a: &BlockMatrix<B>) -> Option<Self> {
+        let scaling = a.scaling();
+        match (method, analysis) {
+            (Method::Single, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Single),
+            (Method::Double, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Double),
+            _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a)))),
+        }
+    }
+
+    /// z ≈ A⁻¹ r.
+    pub fn apply(&mut self, analysis: Option<&Analysis>, a: &BlockMatrix<B>, r: &[[f64; B]], z: &mut [[f64; B]]) {
+        match (self, analysis) {
+            (Self::Blocks(blocks), _) => blocks.apply(a, r, z),
+            (Self::Single(factor), Some(analysis)) => factor.solve(analysis, r, z),
+            (Self::Double(factor), Some(analysis)) => factor.solve(analysis, r, z),
+            (_, None) => z.copy_from_slice(r),
+        }
+    }
+}
+
+/// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Wear {
+    /// Cost of a new one, in iterations.
+    pub price: f64,
+    /// Iterations since it was made.
+    pub spent: f64,
+    /// Systems since it was made.
+    pub systems: f64,
+    /// The next system gets a new one.
+    pub replace: bool,
+}
+
+impl Wear {
+    /// Of a new preconditioner.
+    pub fn new(price: f64) -> Self {
+        Self { price, ..Self::default() }
+    }
+
+    /// Counts a system. Once one costs more than the average so far, the next gets a new preconditioner.
+    pub fn count(&mut self, iterations: usize) {
+        self.systems += 1.0;
+        self.spent += iterations as f64;
+        self.replace = self.systems > 1.0 && iterations as f64 > (self.price + self.spent) / self.systems;
+    }
+
+    /// Iterations with a kept preconditioner beyond which it is replaced at once.
+    pub fn patience(&self) -> usize {
+        let usual = if self.systems > 0.0 { self.spent / self.systems } else { 0.0 };
+        (2.0 * usual + self.price + 5.0) as usize
+    }
+}
