@@ -107,6 +107,8 @@ pub struct Boundary<const D: usize> {
     sets: Vec<BoundarySetup<D>>,
     /// Kind of every facet, in the order of [`Mesh::boundary`].
     pub kinds: Vec<BoundaryKind>,
+    /// Set of every facet.
+    owner: Vec<u32>,
     /// Nodes with a prescribed velocity, and their sets.
     fixed: Vec<(u32, u32)>,
     glides: Vec<Glide<D>>,
@@ -167,7 +169,8 @@ impl<const D: usize> Boundary<D> {
         let glides = glides(mesh, &kinds, &fixed);
         let closed = !kinds.contains(&BoundaryKind::Outlet);
         let pin = closed.then(|| highest(mesh, gravity));
-        Self { sets, kinds, fixed: fixed.into_iter().collect(), glides, pin }
+        let owner = owner.into_iter().map(|set| set as u32).collect();
+        Self { sets, kinds, owner, fixed: fixed.into_iter().collect(), glides, pin }
     }
 
     /// The sets, with the one of the facets that no set named last.
@@ -220,6 +223,20 @@ impl<const D: usize> Boundary<D> {
     fn prescribed<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, set: u32, t: f64) -> Vector<D> {
         let x = mesh.nodes()[node as usize];
         self.sets[set as usize].condition.velocity(x, t).unwrap_or_default()
+    }
+
+    /// The velocity at which fluid comes in through the facet of an element opposite to a local node, at the place `x`
+    /// [m] and time `t` [s]; `None` where it isn't prescribed [m/s].
+    pub fn inflow<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        (element, opposite): (usize, usize),
+        x: Vector<D>,
+        t: f64,
+    ) -> Option<Vector<D>> {
+        let facet = Facet { element: element as u32, opposite: opposite as u32 };
+        let place = mesh.boundary().binary_search(&facet).ok()?;
+        self.sets[self.owner[place] as usize].condition.velocity(x, t)
     }
 
     /// Adds the loads of tractions and pressures at time `t` to the nodal forces [N].

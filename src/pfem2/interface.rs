@@ -119,14 +119,17 @@ pub fn corners<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
 }
 
 /// Which functions enrich the pressure of a cut element.
+///
+/// Both keep fluids at rest. In motion one kink ties the two gradients together: a standing wave of water under air
+/// gains energy with it and loses a little with one function per node, which also carries the jump of surface tension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Enrichment {
     /// None: for comparison.
     None,
-    /// One kink (theory 7.5).
-    #[default]
+    /// One kink (theory 7.5): the paper.
     Kink,
-    /// A jump and a kink, one function per node: with surface tension.
+    /// A jump and a kink, one function per node.
+    #[default]
     Jump,
 }
 

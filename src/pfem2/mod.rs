@@ -9,15 +9,30 @@
 //! 4 correct              v_p ← v_p + Σ N_i (v_i − v̂_i)
 //! ```
 
+pub mod assemble;
 pub mod boundary;
 pub mod convect;
 pub mod correct;
 pub mod element;
+pub mod forces;
+mod health;
+pub mod implicit;
 pub mod interface;
+mod ledger;
 pub mod level_set;
 pub mod particles;
 pub mod phases;
 pub mod project;
 pub mod reseed;
+pub mod setup;
+mod snapshot;
+mod step;
+pub mod subscale;
 pub mod surface_tension;
+#[cfg(test)]
+mod tests;
 pub mod viscosity;
+
+pub use boundary::Boundary;
+pub use setup::Setup;
+pub use step::Pfem2;

@@ -28,8 +28,8 @@ pub enum Filling<const N: usize> {
 pub struct Phases<'a> {
     /// Densities of the fluids [kg/m³].
     pub density: &'a [f64],
-    /// Fractions: of node i, `fraction[i * fluids..(i + 1) * fluids]`.
-    pub fraction: &'a [f64],
+    /// Fraction of each fluid at each node, by fluid and node.
+    pub fraction: &'a [Vec<f64>],
     /// With two fluids: level set, negative in the heavier one.
     pub level: &'a [f64],
 }
@@ -44,11 +44,26 @@ impl Phases<'_> {
             2 if self.level[node] < 0.0 => heavy,
             2 => light,
             _ => {
-                let fractions = &self.fraction[node * count..(node + 1) * count];
                 let order = |a: &usize, b: &usize| {
-                    fractions[*a].total_cmp(&fractions[*b]).then(self.density[*a].total_cmp(&self.density[*b]))
+                    let [f, g] = [a, b].map(|fluid| self.fraction[*fluid][node]);
+                    f.total_cmp(&g).then(self.density[*a].total_cmp(&self.density[*b]))
                 };
                 (0..count).max_by(order).unwrap_or(0)
+            }
+        }
+    }
+
+    /// The fluid at a point of an element with these nodes and shape functions.
+    pub fn at_place<const N: usize>(&self, nodes: &[u32; N], shape: &[f64; N]) -> usize {
+        let mean = |values: &[f64]| nodes.iter().zip(shape).map(|(&i, n)| n * values[i as usize]).sum::<f64>();
+        match self.density.len() {
+            1 => 0,
+            2 => {
+                let (heavy, light) = self.pair();
+                if mean(self.level) < 0.0 { heavy } else { light }
+            }
+            count => {
+                (0..count).max_by(|a, b| mean(&self.fraction[*a]).total_cmp(&mean(&self.fraction[*b]))).unwrap_or(0)
             }
         }
     }
@@ -82,7 +97,7 @@ impl Phases<'_> {
         if count == 2 {
             return self.level[node];
         }
-        let (a, b) = (self.fraction[node * count + heavy], self.fraction[node * count + light]);
+        let (a, b) = (self.fraction[heavy][node], self.fraction[light][node]);
         let level = (b - a) / (a + b).max(f64::MIN_POSITIVE);
         // A node of the heavier fluid counts to its side also when the fractions are equal.
         if self.at(node) == heavy { level.min(-f64::MIN_POSITIVE) } else { level.max(f64::MIN_POSITIVE) }
@@ -91,7 +106,7 @@ impl Phases<'_> {
     /// Mean fractions over an element's nodes.
     fn mean<const N: usize>(&self, nodes: &[u32; N]) -> Vec<f64> {
         let count = self.density.len();
-        let at = |fluid: usize| nodes.iter().map(|&i| self.fraction[i as usize * count + fluid]).sum::<f64>();
+        let at = |fluid: usize| nodes.iter().map(|&i| self.fraction[fluid][i as usize]).sum::<f64>();
         let sums: Vec<f64> = (0..count).map(at).collect();
         let total: f64 = sums.iter().sum();
         sums.iter().map(|sum| sum / total).collect()
@@ -146,7 +161,7 @@ mod tests {
 
     #[test]
     fn three_fluids_meet_in_a_mixture_and_pairs_in_a_cut() {
-        let fraction = [0.9, 0.1, 0.0, 0.0, 1.0, 0.0, 0.0, 0.25, 0.75];
+        let fraction = [vec![0.9, 0.0, 0.0], vec![0.1, 1.0, 0.25], vec![0.0, 0.0, 0.75]];
         let phases = Phases { density: &DENSITY, fraction: &fraction, level: &[] };
         let Filling::Mixed(shares) = phases.filling(&[0, 1, 2]) else { panic!("three fluids are a mixture") };
         assert!((shares[0] - 0.3).abs() < 1e-15 && (shares[2] - 0.25).abs() < 1e-15);

@@ -20,7 +20,7 @@ impl<'a> Column<'a> {
 
 /// An array that can be read as bytes and replaced from bytes.
 pub trait ColumnData {
-    /// `"f64"`, `"u32"`, `"i32"`, `"u64"` or `"u8"`.
+    /// `"f64"`, `"f32"`, `"u32"`, `"i32"`, `"u64"` or `"u8"`.
     fn kind(&self) -> &'static str;
     /// Bytes per number.
     fn number_size(&self) -> usize;
@@ -55,6 +55,7 @@ column_data!("f64", f64;
     [const D: usize] crate::math::Tensor<D>,
     [] crate::math::SymTensor,
 );
+column_data!("f32", f32; [] f32);
 column_data!("u32", u32; [] u32, [] [u32; 2], [] [u32; 3], [] [u32; 4]);
 column_data!("i32", i32; [] i32);
 column_data!("u64", u64; [] u64);

@@ -1,0 +1,256 @@
+//! The system of a step: every row gathers the blocks of the elements around its node, in ascending order.
+//!
+//! No element matrix is stored: a block of [`element::block`] costs about as much as loading it. Rows are made in
+//! parallel, each by one thread in a fixed order, so the values have the same bits for any number of threads. The
+//! places of an element's nodes in a row are found once, since the mesh is fixed.
+//!
+//! Rows of rotated nodes are turned into their frames, A_ij ← Q_i A_ij Q_jᵀ; prescribed unknowns are eliminated
+//! symmetrically: their columns go to the right-hand side, their rows keep the diagonal alone.
+
+use super::boundary::Constraints;
+use super::element::{self, Block, Content, Drive, Equations};
+use super::interface::Enriched;
+use crate::linalg::{BlockMatrix, Pattern};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Rows per task.
+const ROWS: usize = 256;
+
+/// An element that an interface cuts.
+#[derive(Debug, Clone)]
+pub struct CutElement<const D: usize, const N: usize> {
+    /// The element.
+    pub element: u32,
+    /// Its enriched pressure.
+    pub enriched: Enriched<N>,
+    /// Forces of surface tension on its nodes [N].
+    pub tension: [Vector<D>; N],
+    /// Energy of the interface [J].
+    pub energy: f64,
+}
+
+/// Everything that the equations of a step consist of.
+#[derive(Debug)]
+pub struct Elements<'a, const D: usize, const N: usize> {
+    /// The mesh.
+    pub mesh: &'a Mesh<D, N>,
+    /// Constants of the step.
+    pub equations: Equations,
+    /// Content of each element.
+    pub contents: &'a [Content<N>],
+    /// Cut elements, ascending.
+    pub cuts: &'a [CutElement<D, N>],
+    /// Body force at the nodes [m/s²].
+    pub force: &'a [Vector<D>],
+    /// Convected velocity v̂ at the nodes [m/s].
+    pub convected: &'a [Vector<D>],
+    /// Projected ∇p/ρ at the nodes [m/s²].
+    pub projected: &'a [Vector<D>],
+}
+
+impl<const D: usize, const N: usize> Elements<'_, D, N> {
+    fn cut(&self, element: usize) -> Option<&CutElement<D, N>> {
+        let place = self.cuts.binary_search_by_key(&(element as u32), |cut| cut.element).ok()?;
+        Some(&self.cuts[place])
+    }
+
+    /// The drive of an element.
+    pub fn drive(&self, element: usize, cut: bool) -> Drive<D, N> {
+        let nodes = self.mesh.elements()[element].map(|node| node as usize);
+        let of = if cut { self.force } else { self.projected };
+        let projected = nodes.iter().map(|&node| of[node]).sum::<Vector<D>>() / N as f64;
+        Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected }
+    }
+
+    /// The block of an element's local nodes `i` and `j`, condensed.
+    #[inline]
+    fn block(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
+        let mut block = element::block(self.mesh.simplex(element), &self.contents[element], &self.equations, (i, j));
+        if let Some(cut) = cut {
+            add(&mut block, &cut.enriched.block(i, j));
+        }
+        block
+    }
+
+    /// The right-hand side of an element's local node `i`, condensed.
+    fn load(&self, element: usize, cut: Option<&CutElement<D, N>>, i: usize) -> [f64; N] {
+        let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
+        let mut load = element::load(simplex, content, &self.equations, &self.drive(element, cut.is_some()), i);
+        if let Some(cut) = cut {
+            let condensed = cut.enriched.load(i);
+            (0..N).for_each(|r| load[r] += condensed[r]);
+            (0..D).for_each(|r| load[r] += cut.tension[i][r]);
+        }
+        load
+    }
+
+    /// What the elements push their node `i` with [N] when the nodal unknowns are `x`: load − matrix · x. The rows of
+    /// free nodes vanish; those of prescribed ones are minus the reaction of the support.
+    pub fn push(&self, i: usize, x: impl Fn(usize) -> [f64; N]) -> Vector<D> {
+        let mut push = Vector::ZERO;
+        for &e in self.mesh.elements_around(i) {
+            let element = e as usize;
+            let nodes = &self.mesh.elements()[element];
+            let Some(own) = nodes.iter().position(|&node| node as usize == i) else { continue };
+            let cut = self.cut(element);
+            let load = self.load(element, cut, own);
+            (0..D).for_each(|r| push[r] += load[r]);
+            for (j, &node) in nodes.iter().enumerate() {
+                let (block, x) = (self.block(element, cut, (own, j)), x(node as usize));
+                for r in 0..D {
+                    push[r] -= (0..N).map(|s| block[r][s] * x[s]).sum::<f64>();
+                }
+            }
+        }
+        push
+    }
+}
+
+fn add<const N: usize>(a: &mut Block<N>, b: &Block<N>) {
+    for r in 0..N {
+        for s in 0..N {
+            a[r][s] += b[r][s];
+        }
+    }
+}
+
+/// The fixed part of the assembly: pattern and places.
+#[derive(Debug)]
+pub struct Assembly<const N: usize> {
+    pattern: Arc<Pattern>,
+    /// Elements around node i have their places at `start[i]..start[i + 1]`.
+    start: Vec<u32>,
+    /// Places of an element's nodes in the row.
+    places: Vec<[u16; N]>,
+}
+
+impl<const N: usize> Assembly<N> {
+    /// For a mesh.
+    pub fn new<const D: usize>(mesh: &Mesh<D, N>) -> Self {
+        let nodes = mesh.nodes().len();
+        let pattern = Pattern::new(nodes, mesh.elements());
+        let mut start = vec![0u32; nodes + 1];
+        (0..nodes).for_each(|i| start[i + 1] = start[i] + mesh.elements_around(i).len() as u32);
+        let places_of = |i: usize| {
+            let row = &pattern.columns()[pattern.row(i)];
+            let place = move |node: u32| row.binary_search(&node).unwrap_or(0) as u16;
+            mesh.elements_around(i).iter().map(move |&e| mesh.elements()[e as usize].map(place))
+        };
+        let places = (0..nodes).flat_map(places_of).collect();
+        Self { pattern: Arc::new(pattern), start, places }
+    }
+
+    /// The pattern.
+    pub fn pattern(&self) -> Arc<Pattern> {
+        self.pattern.clone()
+    }
+
+    /// Fills the matrix and the right-hand side, which already holds the loads of the boundary.
+    pub fn assemble<const D: usize>(
+        &self,
+        elements: &Elements<D, N>,
+        constraints: &Constraints<D, N>,
+        matrix: &mut BlockMatrix<N>,
+        rhs: &mut [[f64; N]],
+    ) {
+        let mut tasks = Vec::with_capacity(rhs.len().div_ceil(ROWS));
+        let mut rest = &mut matrix.values[..];
+        for (chunk, rhs) in rhs.chunks_mut(ROWS).enumerate() {
+            let rows = chunk * ROWS..chunk * ROWS + rhs.len();
+            let size = self.pattern.row(rows.end - 1).end - self.pattern.row(rows.start).start;
+            let (values, after) = rest.split_at_mut(size);
+            rest = after;
+            tasks.push((rows, values, rhs));
+        }
+        tasks.into_par_iter().for_each(|(rows, mut values, rhs)| {
+            for (i, f) in rows.zip(rhs) {
+                let (row, after) = values.split_at_mut(self.pattern.row(i).len());
+                values = after;
+                self.gather(elements, i, row, f);
+                constrain(constraints, self.columns(i), i, row, f);
+            }
+        });
+    }
+
+    /// Columns of a row.
+    fn columns(&self, i: usize) -> &[u32] {
+        &self.pattern.columns()[self.pattern.row(i)]
+    }
+
+    /// One row: the sum over the elements around its node.
+    fn gather<const D: usize>(&self, elements: &Elements<D, N>, i: usize, row: &mut [Block<N>], f: &mut [f64; N]) {
+        row.fill([[0.0; N]; N]);
+        let places = &self.places[self.start[i] as usize..self.start[i + 1] as usize];
+        let diagonal = (self.pattern.diagonal(i) - self.pattern.row(i).start) as u16;
+        for (&e, places) in elements.mesh.elements_around(i).iter().zip(places) {
+            let element = e as usize;
+            let Some(own) = places.iter().position(|&place| place == diagonal) else { continue };
+            let cut = elements.cut(element);
+            let load = elements.load(element, cut, own);
+            (0..N).for_each(|r| f[r] += load[r]);
+            for (j, &place) in places.iter().enumerate() {
+                add(&mut row[place as usize], &elements.block(element, cut, (own, j)));
+            }
+        }
+    }
+}
+
+/// Turns a row into the frames of its nodes and eliminates what is prescribed.
+fn constrain<const D: usize, const N: usize>(
+    constraints: &Constraints<D, N>,
+    columns: &[u32],
+    i: usize,
+    row: &mut [Block<N>],
+    f: &mut [f64; N],
+) {
+    if let Some(frame) = constraints.frame(i) {
+        let turned = frame.apply(Vector::from_fn(|r| f[r]));
+        f[..D].copy_from_slice(&turned.0);
+    }
+    let own = constraints.mask[i];
+    for (block, &column) in row.iter_mut().zip(columns) {
+        let j = column as usize;
+        turn(constraints, (i, j), block);
+        let kept = std::array::from_fn::<f64, N, _>(|r| block[r][r]);
+        for s in (0..N).filter(|s| constraints.mask[j] >> s & 1 == 1) {
+            let value = constraints.value[j][s];
+            for r in 0..N {
+                f[r] -= block[r][s] * value;
+                block[r][s] = 0.0;
+            }
+        }
+        for r in (0..N).filter(|r| own >> r & 1 == 1) {
+            block[r] = [0.0; N];
+            if i == j {
+                // The diagonal keeps its size and has the sign that the solver expects.
+                let size = if kept[r] == 0.0 { 1.0 } else { kept[r].abs() };
+                block[r][r] = if r < D { size } else { -size };
+            }
+        }
+    }
+    if own != 0 {
+        let place = columns.binary_search(&(i as u32)).unwrap_or(0);
+        for r in (0..N).filter(|r| own >> r & 1 == 1) {
+            f[r] = row[place][r][r] * constraints.value[i][r];
+        }
+    }
+}
+
+/// Q_i A Q_jᵀ.
+fn turn<const D: usize, const N: usize>(constraints: &Constraints<D, N>, (i, j): (usize, usize), block: &mut Block<N>) {
+    if let Some(frame) = constraints.frame(i) {
+        for s in 0..N {
+            let column = frame.apply(Vector::<D>::from_fn(|r| block[r][s]));
+            (0..D).for_each(|r| block[r][s] = column[r]);
+        }
+    }
+    if let Some(frame) = constraints.frame(j) {
+        for values in block.iter_mut() {
+            let turned = frame.apply(Vector::<D>::from_fn(|s| values[s]));
+            values[..D].copy_from_slice(&turned.0);
+        }
+    }
+}

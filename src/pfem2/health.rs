@@ -1,0 +1,35 @@
+//! What must hold after a step; the first violation stops the run with its place and advice.
+
+use super::implicit::Implicit;
+use super::particles::Particles;
+use crate::error::{Place, StepError};
+use rayon::prelude::*;
+
+/// Velocity and pressure are numbers at all nodes.
+///
+/// # Errors
+/// Names the first node where they are not.
+pub fn check_nodes<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Result<(), StepError> {
+    let finite = |i: usize| implicit.velocity[i].is_finite() && implicit.pressure[i].is_finite();
+    let Some(bad) = (0..implicit.velocity.len()).into_par_iter().position_first(|i| !finite(i)) else { return Ok(()) };
+    let advice = "look for formulas of boundaries or gravity that are no numbers there, or properties in wrong units";
+    let what = "velocity or pressure is not a number";
+    Err(error(what, implicit.place(bad), ("speed", implicit.velocity[bad].norm()), advice))
+}
+
+/// There are particles left.
+///
+/// # Errors
+/// All have left the mesh.
+pub fn check_particles<const D: usize>(particles: &Particles<D>) -> Result<(), StepError> {
+    if !particles.is_empty() {
+        return Ok(());
+    }
+    let advice = "check the directions of inlets and outlets, and that a region of a fluid covers the mesh";
+    Err(error("all particles have left the mesh", Place::Everywhere, ("particles", 0.0), advice))
+}
+
+/// Time and step are filled in by the step and the time loop.
+fn error(what: &str, place: Place, (quantity, value): (&'static str, f64), advice: &str) -> StepError {
+    StepError { what: what.to_owned(), time: 0.0, step: 0, place, quantity, value, advice: advice.to_owned() }
+}

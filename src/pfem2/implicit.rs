@@ -1,0 +1,392 @@
+//! The mesh stage of a step: from convected velocities and phases to velocity and pressure at the nodes.
+//!
+//! ```text
+//! M (v − v̂)/Δ + K v − Dᵀ p = M b + t̄ + surface tension,     D v + C p = τ V g·s,     Δ = θ Δt
+//! ```
+//!
+//! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
+//! the share 1 − θ of the last acceleration (see [`super::step`]).
+
+use super::assemble::{Assembly, CutElement, Elements};
+use super::boundary::{Boundary, Constraints};
+use super::element::{self, Content, Equations, Mass, Stabilisation};
+use super::interface::{Enriched, Enrichment, Medium};
+use super::phases::{Filling, Phases};
+use super::setup::FluidSetup;
+use super::viscosity::shear_rate;
+use super::{subscale, surface_tension};
+use crate::error::{Place, StepError};
+use crate::linalg::{BlockMatrix, LinearSolver, Options, Outcome};
+use crate::math::{Signal, Vector};
+use crate::mesh::Mesh;
+use crate::parallel;
+use rayon::prelude::*;
+
+/// Time, step and implicit share of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Time at its start [s].
+    pub t: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// Implicit share θ; 1: backward Euler.
+    pub theta: f64,
+}
+
+impl Step {
+    /// Δ = θ Δt [s].
+    pub fn delta(&self) -> f64 {
+        self.theta * self.dt
+    }
+
+    /// Time at its end [s].
+    pub fn end(&self) -> f64 {
+        self.t + self.dt
+    }
+}
+
+/// Numbers that stay the same during a run.
+#[derive(Debug, Clone)]
+pub struct Physics<const D: usize> {
+    /// The fluids.
+    pub fluids: Vec<FluidSetup>,
+    /// Surface tension of pairs of fluids [N/m].
+    pub tension: Vec<([usize; 2], f64)>,
+    /// Body force per unit mass, a formula per axis [m/s²].
+    pub gravity: [Signal; D],
+    /// Mass matrix.
+    pub mass: Mass,
+    /// Stabilisation.
+    pub stabilisation: Stabilisation,
+    /// Enrichment of cut elements without surface tension.
+    pub enrichment: Enrichment,
+}
+
+impl<const D: usize> Physics<D> {
+    /// Surface tension between two fluids [N/m].
+    fn tension_between(&self, pair: [usize; 2]) -> f64 {
+        let same = |other: &[usize; 2]| *other == pair || *other == [pair[1], pair[0]];
+        self.tension.iter().find(|(other, _)| same(other)).map_or(0.0, |(_, tension)| *tension)
+    }
+}
+
+/// Velocity and pressure on the mesh.
+pub struct Implicit<const D: usize, const N: usize> {
+    /// The mesh.
+    pub mesh: Mesh<D, N>,
+    /// Conditions on its boundary.
+    pub boundary: Boundary<D>,
+    /// What the fluids are and what drives them.
+    pub physics: Physics<D>,
+    /// Velocity at the nodes [m/s].
+    pub velocity: Vec<Vector<D>>,
+    /// Pressure at the nodes [Pa].
+    pub pressure: Vec<f64>,
+    /// Projected ∇p/ρ at the nodes [m/s²].
+    pub projected: Vec<Vector<D>>,
+    /// Body force at the nodes [m/s²].
+    pub force: Vec<Vector<D>>,
+    /// Content of each element in the last step.
+    pub contents: Vec<Content<N>>,
+    /// Elements that an interface cut in the last step.
+    pub cuts: Vec<CutElement<D, N>>,
+    /// Recovered pressures of the cut elements [Pa].
+    pub recovered: Vec<Vec<f64>>,
+    /// Volume of each fluid in the last step [m³].
+    pub volumes: Vec<f64>,
+    /// How the last system was solved.
+    pub outcome: Outcome,
+    pub(super) equations: Equations,
+    density: Vec<f64>,
+    /// Shortest edge of each element [m].
+    size: Vec<f64>,
+    /// Elements with one fluid.
+    pure: Vec<bool>,
+    constraints: Constraints<D, N>,
+    assembly: Assembly<N>,
+    matrix: BlockMatrix<N>,
+    rhs: Vec<[f64; N]>,
+    pub(super) unknowns: Vec<[f64; N]>,
+    linear: LinearSolver<N>,
+    options: Options,
+    /// Preconditioners made so far.
+    pub(super) preconditioners: u64,
+}
+
+impl<const D: usize, const N: usize> Implicit<D, N> {
+    /// A state that starts with these nodal velocities [m/s].
+    pub fn new(
+        mesh: Mesh<D, N>,
+        boundary: Boundary<D>,
+        physics: Physics<D>,
+        velocity: Vec<Vector<D>>,
+        options: Options,
+    ) -> Self {
+        let nodes = mesh.nodes().len();
+        let assembly = Assembly::new(&mesh);
+        let force = body_force(&mesh, &physics.gravity, 0.0);
+        let equations = Equations { delta: 1.0, mass: physics.mass, stabilisation: physics.stabilisation };
+        Self {
+            size: (0..mesh.elements().len()).map(|e| mesh.shortest_edge(e)).collect(),
+            density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
+            constraints: boundary.constraints(nodes),
+            matrix: BlockMatrix::zeros(assembly.pattern()),
+            linear: solver(&mesh, &assembly, options),
+            options,
+            rhs: vec![[0.0; N]; nodes],
+            unknowns: vec![[0.0; N]; nodes],
+            pressure: vec![0.0; nodes],
+            projected: force.clone(),
+            contents: Vec::new(),
+            cuts: Vec::new(),
+            recovered: Vec::new(),
+            volumes: vec![0.0; physics.fluids.len()],
+            outcome: Outcome { iterations: 0, residual: 0.0, rebuilt: false },
+            pure: vec![true; mesh.elements().len()],
+            velocity,
+            mesh,
+            boundary,
+            physics,
+            force,
+            equations,
+            assembly,
+            preconditioners: 0,
+        }
+    }
+
+    /// Solves for velocity and pressure at the end of the step.
+    ///
+    /// # Errors
+    /// The linear solver doesn't converge.
+    pub fn solve(&mut self, step: Step, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
+        self.equations.delta = step.delta();
+        self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
+        self.fill(phases, convected);
+        self.boundary.prescribe(&self.mesh, step.end(), &mut self.constraints);
+        self.assemble(step, convected);
+        self.start_from(convected);
+        self.outcome = self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns).map_err(|failure| {
+            let place = self.place(failure.worst_node);
+            not_converged(place, &failure.history, failure.residual)
+        })?;
+        self.preconditioners += u64::from(self.outcome.rebuilt);
+        self.unpack();
+        self.recover();
+        self.project_subscales();
+        Ok(())
+    }
+
+    /// Forgets the preconditioner that it keeps over steps: what follows depends on the nodal values alone.
+    pub fn forget(&mut self) {
+        self.linear = solver(&self.mesh, &self.assembly, self.options);
+    }
+
+    /// The equations of the last step.
+    pub fn elements<'a>(&'a self, convected: &'a [Vector<D>]) -> Elements<'a, D, N> {
+        Elements {
+            mesh: &self.mesh,
+            equations: self.equations,
+            contents: &self.contents,
+            cuts: &self.cuts,
+            force: &self.force,
+            convected,
+            projected: &self.projected,
+        }
+    }
+
+    /// Energy of the interfaces, σ A [J].
+    pub fn surface_energy(&self) -> f64 {
+        self.cuts.iter().map(|cut| cut.energy).sum()
+    }
+
+    /// The shortest edge of the mesh [m].
+    pub fn shortest(&self) -> f64 {
+        self.size.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The shortest time in which the flow crosses an element, in free fall if it is at rest [s].
+    pub fn crossing_time(&self) -> f64 {
+        parallel::min(self.size.len(), |e| {
+            let (h, nodes) = (self.size[e], &self.mesh.elements()[e]);
+            let largest = |values: &[Vector<D>]| nodes.iter().map(|&i| values[i as usize].norm()).fold(0.0, f64::max);
+            let (v, g) = (largest(&self.velocity), largest(&self.force));
+            // v t + ½ g t² = h
+            2.0 * h / (v + (v * v + 2.0 * g * h).sqrt())
+        })
+    }
+
+    /// A node as the place of an error.
+    pub fn place(&self, node: usize) -> Place {
+        Place::Node { body: "mesh".into(), index: node, position: self.mesh.nodes()[node].to3() }
+    }
+
+    /// Finds what fills each element: its content, and the enrichment of cut ones.
+    pub(super) fn fill(&mut self, phases: &Phases, convected: &[Vector<D>]) {
+        let elements = self.mesh.elements();
+        let filled: Vec<(Content<N>, bool)> = elements
+            .par_iter()
+            .enumerate()
+            .map(|(e, nodes)| {
+                let filling = phases.filling(nodes);
+                let volume = self.mesh.simplex(e).volume;
+                let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
+                let content = match filling.cut(&self.density, viscosity) {
+                    Some(cut) => cut.content(volume, tau),
+                    None => filling.content(volume, &self.density, viscosity, tau),
+                };
+                (content, matches!(filling, Filling::Pure(_)))
+            })
+            .collect();
+        let drives = self.elements(convected);
+        let enrich = |(e, nodes): (usize, &[u32; N])| {
+            let source = drives.drive(e, true).source(&self.equations);
+            self.enrich(e, phases.filling(nodes), filled[e].0.tau, source)
+        };
+        let cuts = elements.par_iter().enumerate().filter(|(e, _)| !filled[*e].1).filter_map(enrich).collect();
+        self.volumes = self.volumes_of(phases);
+        self.cuts = cuts;
+        (self.contents, self.pure) = filled.into_iter().unzip();
+    }
+
+    /// The enriched pressure and the surface tension of an element, if it is cut.
+    fn enrich(&self, e: usize, filling: Filling<N>, tau: f64, source: Vector<D>) -> Option<CutElement<D, N>> {
+        let cut = filling.cut(&self.density, |fluid| self.viscosity(e, fluid))?;
+        let Filling::Cut(pair, level) = filling else { return None };
+        let simplex = self.mesh.simplex(e);
+        let tension = self.physics.tension_between(pair);
+        let enrichment = if tension > 0.0 { Enrichment::Jump } else { self.physics.enrichment };
+        let inertia = match self.physics.stabilisation {
+            Stabilisation::ConsistentPspg => tau / self.equations.delta,
+            Stabilisation::Pspg | Stabilisation::Oss => 0.0,
+        };
+        let enriched = Enriched::new(&cut, enrichment, simplex, tau, source, inertia);
+        let x = self.mesh.corners(e);
+        let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
+        let tension = surface_tension::forces(&level, &x, simplex, tension);
+        Some(CutElement { element: e as u32, enriched, tension, energy })
+    }
+
+    /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
+    fn viscosity(&self, e: usize, fluid: usize) -> f64 {
+        let law = &self.physics.fluids[fluid].viscosity;
+        let rate = if law.varies() {
+            let velocity = self.mesh.elements()[e].map(|node| self.velocity[node as usize]);
+            shear_rate(&self.mesh.simplex(e).gradient, &velocity)
+        } else {
+            0.0
+        };
+        law.at(rate)
+    }
+
+    /// Stabilisation time of an element [s]. Only the paper's form counts the speed: the system has no convection.
+    fn tau(&self, e: usize, medium: Medium) -> f64 {
+        let speed = match self.physics.stabilisation {
+            Stabilisation::Pspg => {
+                let nodes = self.mesh.elements()[e];
+                nodes.iter().map(|&i| self.velocity[i as usize]).sum::<Vector<D>>().norm() / N as f64
+            }
+            Stabilisation::ConsistentPspg | Stabilisation::Oss => 0.0,
+        };
+        element::tau(self.equations.delta, medium.viscosity, medium.density, self.size[e], speed)
+    }
+
+    /// Volume of each fluid [m³].
+    fn volumes_of(&self, phases: &Phases) -> Vec<f64> {
+        let count = self.density.len();
+        let chunk = |range: std::ops::Range<usize>| {
+            let mut volumes = vec![0.0; count];
+            for e in range {
+                let volume = self.mesh.simplex(e).volume;
+                match phases.filling(&self.mesh.elements()[e]) {
+                    Filling::Pure(fluid) => volumes[fluid] += volume,
+                    Filling::Mixed(shares) => (0..count).for_each(|k| volumes[k] += shares[k] * volume),
+                    filling @ Filling::Cut([heavy, light], _) => {
+                        let share = filling.cut(&self.density, |_| 0.0).map_or(0.0, |cut| cut.negative_share());
+                        volumes[heavy] += share * volume;
+                        volumes[light] += (1.0 - share) * volume;
+                    }
+                }
+            }
+            volumes
+        };
+        let add = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).map(|(a, b)| a + b).collect();
+        parallel::reduce(self.mesh.elements().len(), chunk, add).unwrap_or_default()
+    }
+
+    /// Fills matrix and right-hand side.
+    fn assemble(&mut self, step: Step, convected: &[Vector<D>]) {
+        let mut rhs = std::mem::take(&mut self.rhs);
+        rhs.fill([0.0; N]);
+        self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));
+        let matrix =
+            std::mem::replace(&mut self.matrix, BlockMatrix { pattern: self.assembly.pattern(), values: Vec::new() });
+        let mut matrix = matrix;
+        self.assembly.assemble(&self.elements(convected), &self.constraints, &mut matrix, &mut rhs);
+        (self.matrix, self.rhs) = (matrix, rhs);
+    }
+
+    /// The first guess: convected velocity, last pressure, prescribed values.
+    fn start_from(&mut self, convected: &[Vector<D>]) {
+        for (i, x) in self.unknowns.iter_mut().enumerate() {
+            x[..D].copy_from_slice(&self.constraints.into_frame(i, convected[i]).0);
+            x[D] = self.pressure[i];
+            let mask = self.constraints.mask[i];
+            (0..N).filter(|r| mask >> r & 1 == 1).for_each(|r| x[r] = self.constraints.value[i][r]);
+        }
+    }
+
+    /// Velocity and pressure from the unknowns, turned back to the axes.
+    fn unpack(&mut self) {
+        for (i, x) in self.unknowns.iter_mut().enumerate() {
+            let v = self.constraints.out_of_frame(i, Vector::from_fn(|r| x[r]));
+            self.velocity[i] = v;
+            self.pressure[i] = x[D];
+            x[..D].copy_from_slice(&v.0);
+        }
+    }
+
+    /// The condensed pressures of the cut elements.
+    fn recover(&mut self) {
+        let nodal =
+            |cut: &CutElement<D, N>| self.mesh.elements()[cut.element as usize].map(|i| self.unknowns[i as usize]);
+        self.recovered = self.cuts.par_iter().map(|cut| cut.enriched.recover(&nodal(cut))).collect();
+    }
+
+    fn project_subscales(&mut self) {
+        if self.physics.stabilisation == Stabilisation::Oss {
+            let mut projected = std::mem::take(&mut self.projected);
+            let pressure = |node: usize| self.pressure[node];
+            let pure = |e: usize| self.pure[e];
+            subscale::project(&self.mesh, &self.contents, pure, pressure, &self.force, &mut projected);
+            self.projected = projected;
+        }
+    }
+}
+
+fn solver<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    assembly: &Assembly<N>,
+    options: Options,
+) -> LinearSolver<N> {
+    let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
+    LinearSolver::new(assembly.pattern(), &places, options)
+}
+
+/// Body force at the nodes at time `t` [m/s²].
+fn body_force<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: &[Signal; D], t: f64) -> Vec<Vector<D>> {
+    if gravity.iter().all(Signal::is_uniform) {
+        return vec![Vector::from_fn(|i| gravity[i].value([0.0; 3], t)); mesh.nodes().len()];
+    }
+    mesh.nodes().par_iter().map(|x| Vector::from_fn(|i| gravity[i].value(x.to3(), t))).collect()
+}
+
+fn not_converged(place: Place, history: &[f64], residual: f64) -> StepError {
+    let first = history.first().copied().unwrap_or(residual);
+    let advice = format!(
+        "the residual went from {first:.1e} to {residual:.1e} in {} iterations: halve the step, look for flat or tiny \
+         elements there, or choose `solver = \"direct\"`",
+        history.len()
+    );
+    let what = "the linear solver did not converge".to_owned();
+    StepError { what, time: 0.0, step: 0, place, quantity: "relative residual", value: residual, advice }
+}

@@ -1,0 +1,134 @@
+//! Energy and momentum of the flow on the mesh.
+//!
+//! ```text
+//! kinetic      ½ Σ_e Σ_i m_i |v_i|²
+//! gravity      Δt Σ m_i b_i·v_i           boundaries  Δt Σ (traction and support)·v_i
+//! viscous      Δt Σ_e V μ γ̇²
+//! surface      σ A
+//! ```
+//!
+//! Powers are taken at both ends of a step with the weights 1 − θ and θ. What they don't explain is booked as
+//! numerical dissipation: of the transport by particles, of the time integration and of the stabilisation.
+
+use super::implicit::Implicit;
+use super::viscosity::shear_rate;
+use crate::math::Vector;
+use crate::parallel;
+use crate::simulation::TermKind::{Gain, Loss, Other, Stored};
+use crate::simulation::{BalanceTerm, Ledger};
+
+/// Sums over the mesh.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Totals {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Momentum [N s].
+    pub momentum: [f64; 3],
+    /// Weight of the fluid [N].
+    pub weight: [f64; 3],
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Power of gravity [W].
+    pub gravity: f64,
+    /// Power lost to viscosity [W].
+    pub viscous: f64,
+}
+
+impl Totals {
+    /// Of a state.
+    pub fn of<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Self {
+        let chunk = |range: std::ops::Range<usize>| {
+            range.map(|e| Self::of_element(implicit, e)).fold(Self::default(), Self::plus)
+        };
+        parallel::reduce(implicit.contents.len(), chunk, Self::plus).unwrap_or_default()
+    }
+
+    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, e: usize) -> Self {
+        let (simplex, content) = (implicit.mesh.simplex(e), &implicit.contents[e]);
+        let nodes = implicit.mesh.elements()[e].map(|node| node as usize);
+        let velocity = nodes.map(|i| implicit.velocity[i]);
+        let mut totals = Self::default();
+        let (mut momentum, mut weight) = (Vector::<D>::ZERO, Vector::<D>::ZERO);
+        for ((m, v), i) in content.mass.iter().zip(&velocity).zip(nodes) {
+            totals.mass += m;
+            totals.kinetic += 0.5 * m * v.norm_squared();
+            momentum += *v * *m;
+            weight += implicit.force[i] * *m;
+            totals.gravity += m * implicit.force[i].dot(*v);
+        }
+        totals.viscous = simplex.volume * content.viscosity * shear_rate(&simplex.gradient, &velocity).powi(2);
+        (totals.momentum, totals.weight) = (momentum.to3(), weight.to3());
+        totals
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let add = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + b[i]);
+        Self {
+            mass: self.mass + other.mass,
+            momentum: add(self.momentum, other.momentum),
+            weight: add(self.weight, other.weight),
+            kinetic: self.kinetic + other.kinetic,
+            gravity: self.gravity + other.gravity,
+            viscous: self.viscous + other.viscous,
+        }
+    }
+}
+
+/// Powers at the end of a step [W].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Powers {
+    /// Of gravity.
+    pub gravity: f64,
+    /// Of tractions and supports.
+    pub boundary: f64,
+    /// Lost to viscosity.
+    pub viscous: f64,
+}
+
+/// The running books: [gravity, boundaries, viscous] works since the start [J], the impulse from outside [N s].
+#[derive(Debug, Clone, Default)]
+pub struct Books {
+    /// Works, then impulse: one column of a checkpoint.
+    pub entries: Vec<f64>,
+    /// Powers and forces at the end of the last step: one column of a checkpoint.
+    pub last: Vec<f64>,
+    /// Kinetic and surface energy at the start [J].
+    pub start: Vec<f64>,
+}
+
+impl Books {
+    /// Opens the books with the energy at the start [J].
+    pub fn open(energy: f64) -> Self {
+        Self { entries: vec![0.0; 6], last: vec![0.0; 6], start: vec![energy] }
+    }
+
+    /// Books a step of `dt` with implicit share `theta` and the powers and outer force at its end.
+    pub fn add(&mut self, [dt, theta]: [f64; 2], powers: Powers, force: [f64; 3]) {
+        let now = [powers.gravity, powers.boundary, powers.viscous, force[0], force[1], force[2]];
+        for (k, now) in now.into_iter().enumerate() {
+            self.entries[k] += dt * ((1.0 - theta) * self.last[k] + theta * now);
+            self.last[k] = now;
+        }
+    }
+
+    /// All terms of the ledger: energies, mass, momentum.
+    pub fn ledger<const D: usize>(&self, totals: &Totals, surface: f64) -> Ledger {
+        let [gravity, boundary, viscous] = [self.entries[0], self.entries[1], self.entries[2]];
+        let numerical = self.start[0] + gravity + boundary - viscous - totals.kinetic - surface;
+        let term = |kind, name: &str, unit, value| BalanceTerm { name: name.to_owned(), unit, kind, value };
+        let mut terms = vec![
+            term(Stored, "kinetic energy", "J", totals.kinetic),
+            term(Stored, "surface energy", "J", surface),
+            term(Gain, "work of gravity", "J", gravity),
+            term(Gain, "work of boundaries", "J", boundary),
+            term(Loss, "viscous dissipation", "J", viscous),
+            term(Loss, "numerical dissipation", "J", numerical),
+            term(Other, "mass", "kg", totals.mass),
+        ];
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(D) {
+            terms.push(term(Other, &format!("momentum {name}"), "N s", totals.momentum[axis]));
+            terms.push(term(Other, &format!("external impulse {name}"), "N s", self.entries[3 + axis]));
+        }
+        Ledger { terms }
+    }
+}

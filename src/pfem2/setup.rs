@@ -1,0 +1,94 @@
+//! What the method needs to start: a complete, checked description, made by the case layer.
+
+use super::boundary::BoundarySetup;
+use super::element::{Mass, Stabilisation};
+use super::interface::Enrichment;
+use super::level_set::LevelSet;
+use super::particles::Particles;
+use super::project::Kernel;
+use super::viscosity::Viscosity;
+use crate::linalg;
+use crate::math::{Signal, Vector};
+use crate::mesh::Mesh;
+
+/// Everything that a run of PFEM-2 starts from.
+#[derive(Debug)]
+pub struct Setup<const D: usize, const N: usize> {
+    /// The fixed mesh.
+    pub mesh: Mesh<D, N>,
+    /// Conditions on sets of boundary facets; facets in no set are walls at rest.
+    pub boundaries: Vec<BoundarySetup<D>>,
+    /// The fluids.
+    pub fluids: Vec<FluidSetup>,
+    /// Surface tension of pairs of fluids [N/m].
+    pub tension: Vec<([usize; 2], f64)>,
+    /// Body force per unit mass, a formula per axis [m/s²].
+    pub gravity: [Signal; D],
+    /// Particles at the start, sorted.
+    pub particles: Particles<D>,
+    /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of eq. 37.
+    pub level_set: Option<LevelSet>,
+    /// What is done about the volume of each fluid in a closed box.
+    pub volume: VolumeCorrection,
+    /// Velocity of the nodes at the start [m/s].
+    pub velocity: Vec<Vector<D>>,
+    /// Time integration.
+    pub scheme: Scheme,
+    /// Stabilisation of the pressure.
+    pub stabilisation: Stabilisation,
+    /// Mass matrix.
+    pub mass: Mass,
+    /// Enrichment of cut elements without surface tension.
+    pub enrichment: Enrichment,
+    /// From the particles to the nodes.
+    pub kernel: Kernel,
+    /// Density ratio from which heavy fluids follow their own side of the interface (eq. 36).
+    pub projectile_ratio: f64,
+    /// Time in which the particles forget what the mesh can't see [s]; infinity: never.
+    pub relaxation: f64,
+    /// Elements that a particle may cross in a step; infinity: no bound.
+    pub courant: f64,
+    /// The linear solver.
+    pub linear: linalg::Options,
+}
+
+/// What is done about the volume of the fluids where nothing flows in or out (theory 12.4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum VolumeCorrection {
+    /// It is only reported.
+    None,
+    /// A sharp level set is shifted to the volume at the start; the shift is reported.
+    #[default]
+    Shift,
+}
+
+/// Time integration (theory 10).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scheme {
+    /// The paper's: streamlines of vⁿ, backward Euler; first order.
+    BackwardEuler,
+    /// Streamlines of the velocity extrapolated to the middle of the step; forces at its end with the weight θ, at its
+    /// start with 3/2 − 2θ and one step before with θ − ½; second order. θ = ½ is the trapezoidal rule, which never
+    /// forgets noise; more damps what the step doesn't resolve.
+    SecondOrder {
+        /// Implicit share θ, in ½..=1.
+        theta: f64,
+    },
+}
+
+impl Default for Scheme {
+    fn default() -> Self {
+        Self::SecondOrder { theta: 0.6 }
+    }
+}
+
+/// A fluid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FluidSetup {
+    /// Name.
+    pub name: String,
+    /// Density [kg/m³].
+    pub density: f64,
+    /// Law of viscosity.
+    pub viscosity: Viscosity,
+}

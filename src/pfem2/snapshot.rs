@@ -1,0 +1,141 @@
+//! What outputs and checkpoints see: particles, mesh, ledger, forces, counts.
+
+use super::Pfem2;
+use super::step::Counts;
+use crate::math::Vector;
+use crate::simulation::TermKind::Other;
+use crate::simulation::{BalanceTerm, Column, Field, Ledger, PointSet, Snapshot, SurfaceSet};
+use std::borrow::Cow;
+
+/// A field of vectors with three components.
+fn vectors<'a, const D: usize>(name: &'static str, unit: &'static str, values: &'a [Vector<D>]) -> Field<'a> {
+    Field::computed(name, unit, 3, move || values.iter().flat_map(|v| v.to3()).collect())
+}
+
+/// The state of a run.
+pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<'_> {
+    let forces = pfem.parts.iter().zip(&pfem.forces);
+    Snapshot {
+        step: pfem.steps,
+        dt: pfem.dt_before,
+        dimension: D,
+        points: vec![points(pfem)],
+        surfaces: vec![mesh(pfem)],
+        ledger: ledger(pfem),
+        forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
+        counts: counts(pfem),
+        ..Snapshot::default()
+    }
+}
+
+/// The particles.
+fn points<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> PointSet<'_> {
+    let particles = &pfem.particles;
+    let fluid = || particles.fluid.iter().map(|&fluid| f64::from(fluid)).collect();
+    PointSet {
+        name: "particles",
+        position: particles.position.iter().map(|x| x.to3()).collect(),
+        id: (0..particles.len() as u32).collect(),
+        fields: vec![vectors("velocity", "m/s", &particles.velocity), Field::computed("fluid", "", 1, fluid)],
+    }
+}
+
+/// The mesh with what its nodes know.
+fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
+    let implicit = &pfem.implicit;
+    let mut node_fields = vec![
+        vectors("velocity", "m/s", &implicit.velocity),
+        Field::scalar("pressure", "Pa", &implicit.pressure),
+        Field::computed("density", "kg/m^3", 1, || densities(pfem)),
+    ];
+    if !pfem.level.is_empty() {
+        node_fields.push(Field::scalar("level set", "", &pfem.level));
+    }
+    SurfaceSet {
+        name: "mesh",
+        position: Cow::Borrowed(&pfem.places),
+        reference: Cow::Borrowed(&pfem.places),
+        elements: implicit.mesh.elements().iter().map(|nodes| &nodes[..]).collect(),
+        node_fields,
+        element_fields: Vec::new(),
+    }
+}
+
+/// Mean density at the nodes [kg/m³].
+fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
+    let at = |node: usize| pfem.fraction.iter().zip(&pfem.density).map(|(f, rho)| f[node] * rho).sum();
+    (0..pfem.places.len()).map(at).collect()
+}
+
+/// Energies, momentum, and the volume of each fluid.
+fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
+    let mut ledger = pfem.books.ledger::<D>(&pfem.totals, pfem.implicit.surface_energy());
+    let unit = if D == 2 { "m^2" } else { "m^3" };
+    for (fluid, &value) in pfem.implicit.physics.fluids.iter().zip(&pfem.implicit.volumes) {
+        ledger.terms.push(BalanceTerm { name: format!("volume: {}", fluid.name), unit, kind: Other, value });
+    }
+    let fastest = pfem.implicit.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
+    ledger.terms.push(BalanceTerm { name: "shift of the interface".into(), unit: "m", kind: Other, value: pfem.shift });
+    ledger
+}
+
+fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u64)> {
+    let counts = [
+        ("particles", pfem.particles.len() as u64),
+        ("particles: left", pfem.counts.left),
+        ("particles: stuck", pfem.counts.stuck),
+        ("particles: added", pfem.counts.added),
+        ("particles: inflow", pfem.counts.inflow),
+        ("particles: merged", pfem.counts.merged),
+        ("elements: empty", pfem.counts.empty),
+        ("elements: cut", pfem.implicit.cuts.len() as u64),
+        ("solver: iterations", pfem.implicit.outcome.iterations as u64),
+        ("solver: preconditioners", pfem.implicit.preconditioners),
+    ];
+    counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
+}
+
+/// The columns of a checkpoint. The solver starts afresh from here, as it does in a run that is resumed from them: both
+/// go on with the same bits.
+pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    pfem.implicit.forget();
+    let particles = &mut pfem.particles;
+    visit("particles/position", Column::new(&mut particles.position));
+    visit("particles/velocity", Column::new(&mut particles.velocity));
+    visit("particles/fluid", Column::new(&mut particles.fluid));
+    visit("particles/depth", Column::new(&mut particles.depth));
+    visit("particles/element", Column::new(&mut particles.element));
+    visit("nodes/velocity", Column::new(&mut pfem.implicit.velocity));
+    visit("nodes/pressure", Column::new(&mut pfem.implicit.pressure));
+    visit("nodes/projected", Column::new(&mut pfem.implicit.projected));
+    visit("nodes/before", Column::new(&mut pfem.before));
+    visit("nodes/acceleration", Column::new(&mut pfem.acceleration));
+    visit("nodes/carried", Column::new(&mut pfem.carried));
+    visit("nodes/level", Column::new(&mut pfem.level));
+    for (fluid, fraction) in pfem.implicit.physics.fluids.iter().zip(&mut pfem.fraction) {
+        visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
+    }
+    visit("books/works", Column::new(&mut pfem.books.entries));
+    visit("books/last", Column::new(&mut pfem.books.last));
+    visit("books/start", Column::new(&mut pfem.books.start));
+    let mut clock = vec![pfem.dt_before];
+    visit("dt", Column::new(&mut clock));
+    pfem.dt_before = clock.first().copied().unwrap_or(0.0);
+    let counts = &mut pfem.counts;
+    let Counts { left, stuck, added, inflow, merged, empty } = *counts;
+    let mut numbers = vec![pfem.steps, left, stuck, added, inflow, merged, empty];
+    visit("counts", Column::new(&mut numbers));
+    if let [steps, left, stuck, added, inflow, merged, empty] = numbers[..] {
+        pfem.steps = steps;
+        *counts = Counts { left, stuck, added, inflow, merged, empty };
+    }
+    if let Some(sharp) = &mut pfem.sharp {
+        let mut state = vec![sharp.band, sharp.age as f64];
+        visit("level set/level", Column::new(&mut sharp.level));
+        visit("level set/state", Column::new(&mut state));
+        if let [band, age] = state[..] {
+            (sharp.band, sharp.age) = (band, age as usize);
+        }
+    }
+}

@@ -1,0 +1,400 @@
+//! The step: particles carry what moves, the fixed mesh solves the rest, all fluids in one system
+//! (Becker, Idelsohn & Oñate 2015; theory 10).
+//!
+//! ```text
+//! paper         x_p along vⁿ for Δt                          M (vⁿ⁺¹ − v̂)/Δt = forces(vⁿ⁺¹, pⁿ⁺¹)
+//! second order  v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹)                  explicit share, before the particle moves
+//!               x_p along v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ      the velocity at the middle of the step
+//!               M (vⁿ⁺¹ − v̂)/(θΔt) = forces(vⁿ⁺¹, pⁿ⁺¹)      implicit share, aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/(θΔt)
+//!               β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂
+//! ```
+//!
+//! The second integrates forces along the paths of the particles: each acceleration is taken where the particle is at
+//! its time, and vⁿ⁺¹ is free of divergence at the time and place at which it is shown. aⁿ⁻¹ is carried to where the
+//! particles are now by tracing the nodes back. At θ = ½ these are the trapezoidal rule of theory 10.2; with it, what
+//! the nodes take from the particles comes back with the opposite sign, and noise never dies. θ = 9/16 are the weights
+//! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is one of backward
+//! Euler, since a⁰ is unknown. All of it is linear: convection and geometry come from the particles.
+
+use super::convect::{self, Place, Projectiles, Streamlines};
+use super::correct::{self, Correction};
+use super::forces::{self, Part};
+use super::implicit::{Implicit, Physics, Step};
+use super::ledger::{Books, Powers, Totals};
+use super::level_set::{self, LevelSet};
+use super::particles::Particles;
+use super::phases::Phases;
+use super::project::{Kernel, project};
+use super::reseed::{Density, Origin};
+use super::setup::{Scheme, Setup, VolumeCorrection};
+use super::{Boundary, health, snapshot};
+use crate::error::StepError;
+use crate::math::Vector;
+use crate::simulation::{Column, Snapshot, Solver, Timer};
+use crate::timed;
+use rayon::prelude::*;
+
+/// PFEM-2 in `D` dimensions on simplices with `N` = `D` + 1 nodes.
+pub struct Pfem2<const D: usize, const N: usize> {
+    pub(super) implicit: Implicit<D, N>,
+    pub(super) particles: Particles<D>,
+    /// vⁿ⁻¹ at the nodes [m/s].
+    pub(super) before: Vec<Vector<D>>,
+    /// aⁿ at the nodes [m/s²].
+    pub(super) acceleration: Vec<Vector<D>>,
+    /// aⁿ⁻¹ of what is at the nodes now [m/s²].
+    pub(super) carried: Vec<Vector<D>>,
+    /// Fraction of each fluid at the nodes.
+    pub(super) fraction: Vec<Vec<f64>>,
+    /// Level set at the nodes, negative in the heavier of two fluids.
+    pub(super) level: Vec<f64>,
+    /// Source of `level`, if it is sharp.
+    pub(super) sharp: Option<LevelSet>,
+    /// Volume of the heavier fluid that shifts of the level set keep [m³].
+    kept_volume: Option<f64>,
+    /// The last shift [m].
+    pub(super) shift: f64,
+    pub(super) density: Vec<f64>,
+    pub(super) scheme: Scheme,
+    kernel: Kernel,
+    crowd: Density,
+    /// Fluids that follow their own side of the interface.
+    flying: Vec<bool>,
+    pub(super) relaxation: f64,
+    courant: f64,
+    pub(super) parts: Vec<Part<D>>,
+    /// Forces of the fluid on the parts at the end of the last step [N].
+    pub(super) forces: Vec<Vector<D>>,
+    pub(super) totals: Totals,
+    pub(super) books: Books,
+    pub(super) counts: Counts,
+    pub(super) places: Vec<[f64; 3]>,
+    /// The last step [s]; 0 before the first.
+    pub(super) dt_before: f64,
+    pub(super) steps: u64,
+    timer: Timer,
+}
+
+/// What happened so far, for histories.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Particles that left through open boundaries.
+    pub left: u64,
+    /// Particles that crossed too many elements and stopped on their way.
+    pub stuck: u64,
+    /// Particles added where there were none.
+    pub added: u64,
+    /// Of these, those that came in through an inlet.
+    pub inflow: u64,
+    /// Particles merged where there were too many.
+    pub merged: u64,
+    /// Elements found empty.
+    pub empty: u64,
+}
+
+impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
+    fn stable_dt(&self) -> f64 {
+        self.capillary_dt().min(self.courant_dt())
+    }
+
+    fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
+        let theta = match self.scheme {
+            Scheme::SecondOrder { theta } if self.dt_before > 0.0 => theta,
+            _ => 1.0,
+        };
+        self.advance(Step { t, dt, theta }).map_err(|error| StepError { time: t, ..error })?;
+        self.dt_before = dt;
+        self.steps += 1;
+        Ok(())
+    }
+
+    fn snapshot(&self) -> Snapshot<'_> {
+        snapshot::snapshot(self)
+    }
+
+    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        snapshot::columns(self, visit);
+    }
+
+    fn restored(&mut self) {
+        self.particles.sort();
+        self.settle();
+    }
+
+    fn stage_times(&self) -> Vec<(&'static str, f64)> {
+        self.timer.seconds()
+    }
+
+    fn particle_count(&self) -> usize {
+        self.particles.len()
+    }
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// The state at the start.
+    pub fn new(setup: Setup<D, N>) -> Self {
+        let Setup { mesh, boundaries, fluids, tension, gravity, velocity, .. } = setup;
+        let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
+        let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
+        let boundary = Boundary::new(&mesh, boundaries, down);
+        let parts = forces::parts(&mesh, &boundary);
+        let nodes = mesh.nodes().len();
+        let density: Vec<f64> = fluids.iter().map(|fluid| fluid.density).collect();
+        let lightest = density.iter().copied().fold(f64::INFINITY, f64::min);
+        let nominal = setup.particles.len() / mesh.elements().len();
+        let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
+        let places = mesh.nodes().iter().map(|x| x.to3()).collect();
+        let implicit = Implicit::new(mesh, boundary, physics, velocity, setup.linear);
+        let mut pfem = Self {
+            particles: setup.particles,
+            before: implicit.velocity.clone(),
+            acceleration: vec![Vector::ZERO; nodes],
+            carried: vec![Vector::ZERO; nodes],
+            fraction: Vec::new(),
+            level: Vec::new(),
+            kept_volume: None,
+            sharp: setup.level_set.filter(|_| density.len() == 2),
+            shift: 0.0,
+            scheme: setup.scheme,
+            kernel: setup.kernel,
+            crowd: Density::new::<D>(nominal),
+            flying: density.iter().map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest).collect(),
+            density,
+            relaxation: setup.relaxation,
+            courant: setup.courant,
+            forces: vec![Vector::ZERO; parts.len()],
+            parts,
+            totals: Totals::default(),
+            books: Books::default(),
+            counts: Counts::default(),
+            places,
+            dt_before: 0.0,
+            steps: 0,
+            timer: Timer::default(),
+            implicit,
+        };
+        pfem.project();
+        pfem.settle();
+        let shifts = setup.volume == VolumeCorrection::Shift && pfem.implicit.boundary.pin.is_some();
+        let start = pfem.sharp.as_ref().map(|set| level_set::negative_volume(&pfem.implicit.mesh, &set.level));
+        pfem.kept_volume = start.filter(|_| shifts);
+        pfem.books = Books::open(pfem.totals.kinetic + pfem.implicit.surface_energy());
+        pfem
+    }
+
+    /// The step of the method.
+    fn advance(&mut self, step: Step) -> Result<(), StepError> {
+        timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)
+        timed!(self.timer, "convect", self.convect(step)); // streamlines                       (34–36)
+        timed!(self.timer, "interface", self.follow_interface()); // φ, sharp
+        let mut convected = timed!(self.timer, "project", self.project()); // v̂, φ              (37–39)
+        self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
+        self.before.copy_from_slice(&self.implicit.velocity);
+        timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          (20, 29–33)
+        timed!(self.timer, "correct", self.correct(step, &convected)); // v_p += N δv           (40)
+        timed!(self.timer, "account", self.account(step, &convected));
+        health::check_particles(&self.particles)?;
+        health::check_nodes(&self.implicit)
+    }
+
+    /// β₁ and β₂.
+    fn explicit_shares(&self, step: Step) -> [f64; 2] {
+        match self.scheme {
+            Scheme::SecondOrder { theta } if self.dt_before > 0.0 => {
+                let earlier = (theta - 0.5) * step.dt / self.dt_before;
+                [1.0 - theta - earlier, earlier]
+            }
+            _ => [0.0, 0.0],
+        }
+    }
+
+    /// What the explicit share of the step gives the nodes [m/s].
+    fn kicks(&self, step: Step) -> Vec<Vector<D>> {
+        let [now, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
+        self.acceleration.iter().zip(&self.carried).map(|(a, carried)| *a * now + *carried * earlier).collect()
+    }
+
+    /// Gives the particles the explicit share of the step.
+    fn kick(&mut self, step: Step) {
+        let [now, earlier] = self.explicit_shares(step);
+        if now + earlier != 0.0 {
+            let kicks = self.kicks(step);
+            self.give(&kicks, (now + earlier) * step.dt, 0.0);
+        }
+    }
+
+    /// Gives nodal increments [m/s], which took the time `dt` [s], to the particles.
+    fn give(&mut self, increment: &[Vector<D>], dt: f64, filter: f64) {
+        let gravity = self.implicit.force[0];
+        let (heavy, light) = extremes(&self.density);
+        let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity };
+        let projectiles = self.flies().then_some((rule, gravity * (dt * (1.0 - light / heavy))));
+        let correction = Correction { increment, velocity: &self.implicit.velocity, filter, projectiles };
+        self.particles.correct(&self.implicit.mesh, &correction);
+    }
+
+    /// True if some fluid follows its own side of the interface.
+    fn flies(&self) -> bool {
+        self.flying.contains(&true)
+    }
+
+    /// v* at the nodes [m/s].
+    fn carrier(&self, step: Step) -> Vec<Vector<D>> {
+        let ahead = match self.scheme {
+            Scheme::SecondOrder { .. } if self.dt_before > 0.0 => 0.5 * step.dt / self.dt_before,
+            _ => 0.0,
+        };
+        let both = self.implicit.velocity.iter().zip(&self.before);
+        both.map(|(v, before)| *v + (*v - *before) * ahead).collect()
+    }
+
+    /// Moves the particles, fills what runs empty, and carries the acceleration along.
+    fn convect(&mut self, step: Step) {
+        let (carrier, kicks) = (self.carrier(step), self.kicks(step));
+        let start: Vec<Vector<D>> = self.implicit.velocity.iter().zip(&kicks).map(|(v, kick)| *v + *kick).collect();
+        let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity: self.implicit.force[0] };
+        let Implicit { mesh, boundary, .. } = &self.implicit;
+        let flow = convect::Flow {
+            velocity: &carrier,
+            boundary: &boundary.kinds,
+            projectiles: self.flying.contains(&true).then_some(rule),
+        };
+        let fate = self.particles.convect(mesh, &flow, step.dt);
+        let lines = Streamlines::new(mesh, &flow);
+        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+        let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
+        let inflow = |element: usize, opposite: usize, x: Vector<D>, after: f64| {
+            let velocity = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
+            Some((velocity, fluid(&Place::of(mesh, element, x)).0))
+        };
+        let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
+        let done = self.particles.reseed(mesh, self.crowd, &origin);
+        self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
+        self.counts.left += fate.left as u64;
+        self.counts.stuck += fate.stuck as u64;
+        self.counts.added += done.added as u64;
+        self.counts.inflow += done.inflow as u64;
+        self.counts.merged += done.merged as u64;
+        self.counts.empty += done.empty as u64;
+    }
+
+    /// A sharp level set follows the particles and keeps its volume.
+    fn follow_interface(&mut self) {
+        let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());
+        if let Some(sharp) = &mut self.sharp {
+            sharp.update(mesh, &mut self.particles);
+            if let Some(volume) = self.kept_volume {
+                self.shift = level_set::shift_to_volume(mesh, &mut sharp.level, volume, reach);
+            }
+        }
+    }
+
+    /// Velocity and phases at the nodes; returns v̂ [m/s].
+    fn project(&mut self) -> Vec<Vector<D>> {
+        let Implicit { mesh, velocity, .. } = &self.implicit;
+        let projected = project(mesh, &self.particles, &self.density, self.kernel, velocity);
+        self.fraction = projected.fraction;
+        let heavy = usize::from(self.density.len() == 2 && self.density[1] > self.density[0]);
+        self.level = match (&self.sharp, self.density.len()) {
+            (Some(sharp), _) => sharp.level.clone(),
+            (None, 2) => level_set::pseudo(&self.fraction[heavy]),
+            _ => Vec::new(),
+        };
+        projected.velocity
+    }
+
+    fn solve(&mut self, step: Step, convected: &[Vector<D>]) -> Result<(), StepError> {
+        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+        self.implicit.solve(step, &phases, convected)
+    }
+
+    /// Gives the particles what the nodes gained, and keeps the acceleration for the next step.
+    fn correct(&mut self, step: Step, convected: &[Vector<D>]) {
+        let velocity = &self.implicit.velocity;
+        let gain: Vec<Vector<D>> = velocity.iter().zip(convected).map(|(v, hat)| *v - *hat).collect();
+        self.give(&gain, step.delta(), correct::filter(step.dt, self.relaxation));
+        self.acceleration.clear();
+        self.acceleration.extend(gain.iter().map(|gain| *gain / step.delta()));
+        if self.dt_before == 0.0 {
+            self.carried.copy_from_slice(&self.acceleration);
+        }
+    }
+
+    /// Forces on the boundary, and the books.
+    fn account(&mut self, step: Step, convected: &[Vector<D>]) {
+        let elements = self.implicit.elements(convected);
+        let pushes: Vec<_> = self.parts.iter().map(|part| part.force(&elements, &self.implicit.unknowns)).collect();
+        let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
+        for (force, work) in &pushes {
+            outside -= *force;
+            power += work;
+        }
+        self.implicit.boundary.load(&self.implicit.mesh, step.end(), |node, traction| {
+            outside += traction;
+            power += traction.dot(self.implicit.velocity[node]);
+        });
+        self.forces = pushes.into_iter().map(|(force, _)| force).collect();
+        self.totals = Totals::of(&self.implicit);
+        let Totals { gravity, viscous, weight, .. } = self.totals;
+        let outside: [f64; 3] = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
+        self.books.add([step.dt, step.theta], Powers { gravity, boundary: power, viscous }, outside);
+    }
+
+    /// Rebuilds what follows from the columns: contents of the elements and sums over the mesh.
+    fn settle(&mut self) {
+        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+        self.implicit.fill(&phases, &self.before);
+        self.totals = Totals::of(&self.implicit);
+    }
+
+    /// √((ρ_1 + ρ_2) h³/(4π σ)) (Brackbill): the shortest capillary wave [s].
+    fn capillary_dt(&self) -> f64 {
+        let h = self.implicit.shortest();
+        let bound = |(pair, tension): &([usize; 2], f64)| {
+            let density: f64 = pair.iter().map(|&fluid| self.density[fluid]).sum();
+            (density * h.powi(3) / (4.0 * std::f64::consts::PI * tension)).sqrt()
+        };
+        let pulling = self.implicit.physics.tension.iter().filter(|(_, tension)| *tension > 0.0);
+        pulling.map(bound).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The step in which no particle crosses more elements than asked for [s].
+    fn courant_dt(&self) -> f64 {
+        if self.courant.is_finite() { self.implicit.crossing_time() * self.courant } else { f64::INFINITY }
+    }
+}
+
+/// The largest and the smallest density [kg/m³].
+fn extremes(density: &[f64]) -> (f64, f64) {
+    let largest = density.iter().copied().fold(0.0, f64::max);
+    (largest, density.iter().copied().fold(f64::INFINITY, f64::min))
+}
+
+/// The fluid at a place and the depth below the interface [m].
+fn fluid_at<const D: usize, const N: usize>(
+    mesh: &crate::mesh::Mesh<D, N>,
+    phases: &Phases,
+    sharp: Option<&LevelSet>,
+    place: &Place<N>,
+) -> (u8, f32) {
+    let nodes = &mesh.elements()[place.element];
+    match sharp {
+        Some(set) => set.at(mesh, place, 1 - set.inside),
+        None => (phases.at_place(nodes, &place.shape) as u8, f32::INFINITY),
+    }
+}
+
+/// Nodal values carried along for `dt` [s]: each node takes what was at the foot of its streamline.
+fn carried<const D: usize, const N: usize>(
+    mesh: &crate::mesh::Mesh<D, N>,
+    lines: &Streamlines<D, N>,
+    dt: f64,
+    values: &[Vector<D>],
+) -> Vec<Vector<D>> {
+    let at = |(node, x): (usize, &Vector<D>)| {
+        let Some(&element) = mesh.elements_around(node).first() else { return values[node] };
+        let foot = lines.trace(Place::of(mesh, element as usize, *x), dt, -1.0).place;
+        correct::at(&foot.shape, &mesh.elements()[foot.element], values)
+    };
+    mesh.nodes().par_iter().enumerate().map(at).collect()
+}

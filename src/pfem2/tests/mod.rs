@@ -1,0 +1,142 @@
+//! The method against closed forms and published values; problems small enough to run with every build.
+
+mod bubble;
+mod rest;
+mod resume;
+mod stokes;
+mod vortex;
+mod waves;
+
+use super::boundary::{BoundarySetup, Condition};
+use super::element::{Mass, Stabilisation};
+use super::implicit::{Implicit, Physics, Step};
+use super::interface::Enrichment;
+use super::particles::Particles;
+use super::phases::Phases;
+use super::project::Kernel;
+use super::setup::{FluidSetup, Scheme, Setup, VolumeCorrection};
+use super::viscosity::Viscosity;
+use crate::linalg::Options;
+use crate::math::{Signal, Vector};
+use crate::mesh::{Facet, Mesh};
+
+/// Facets whose nodes all satisfy a test.
+fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {
+    let all = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&node| on(mesh.nodes()[node as usize]));
+    mesh.boundary().iter().filter(all).copied().collect()
+}
+
+/// A condition on the facets whose nodes all satisfy a test.
+fn set<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    name: &str,
+    condition: Condition<D>,
+    on: impl Fn(Vector<D>) -> bool,
+) -> BoundarySetup<D> {
+    BoundarySetup { name: name.into(), facets: facets(mesh, on), condition }
+}
+
+/// A formula in x, y, z and t.
+fn formula(source: &str) -> Signal {
+    Signal::formula(source).unwrap()
+}
+
+/// No body force.
+fn weightless<const D: usize>() -> [Signal; D] {
+    std::array::from_fn(|_| Signal::ZERO)
+}
+
+/// A Newtonian fluid.
+fn fluid(name: &str, density: f64, viscosity: f64) -> FluidSetup {
+    FluidSetup { name: name.into(), density, viscosity: Viscosity::Newtonian(viscosity) }
+}
+
+/// The default choices, without surface tension.
+fn physics<const D: usize>(fluids: Vec<FluidSetup>, gravity: [Signal; D]) -> Physics<D> {
+    Physics {
+        fluids,
+        tension: Vec::new(),
+        gravity,
+        mass: Mass::default(),
+        stabilisation: Stabilisation::default(),
+        enrichment: Enrichment::default(),
+    }
+}
+
+/// The default choices in a whole setup; every fluid starts where `fluid_at` says, with velocity `start`.
+fn setup<const D: usize, const N: usize>(
+    mesh: Mesh<D, N>,
+    boundaries: Vec<BoundarySetup<D>>,
+    physics: Physics<D>,
+    fluid_at: impl Fn(Vector<D>) -> u8 + Sync,
+    start: impl Fn(Vector<D>) -> Vector<D> + Sync,
+) -> Setup<D, N> {
+    let Physics { fluids, tension, gravity, mass, stabilisation, enrichment } = physics;
+    let particles = Particles::seed(&mesh, if D == 2 { 5 } else { 4 }, |x| Some(fluid_at(x)), &start);
+    let velocity = mesh.nodes().iter().map(|x| start(*x)).collect();
+    Setup {
+        mesh,
+        boundaries,
+        fluids,
+        tension,
+        gravity,
+        particles,
+        level_set: None,
+        volume: VolumeCorrection::default(),
+        velocity,
+        scheme: Scheme::default(),
+        stabilisation,
+        mass,
+        enrichment,
+        kernel: Kernel::default(),
+        projectile_ratio: f64::INFINITY,
+        relaxation: f64::INFINITY,
+        courant: f64::INFINITY,
+        linear: Options::default(),
+    }
+}
+
+/// Marches the mesh alone, without convection: the θ-scheme of the step with particles that don't move.
+fn march<const D: usize, const N: usize>(implicit: &mut Implicit<D, N>, phases: &Phases, dt: f64, steps: usize) {
+    let Scheme::SecondOrder { theta } = Scheme::default() else { return };
+    let still = vec![Vector::ZERO; implicit.velocity.len()];
+    let (mut now, mut earlier) = (still.clone(), still);
+    for k in 0..steps {
+        let step = Step { t: k as f64 * dt, dt, theta: if k == 0 { 1.0 } else { theta } };
+        let share = if k == 0 { 0.0 } else { step.theta - 0.5 };
+        let kick = |i: usize| now[i] * ((1.0 - step.theta - share) * dt) + earlier[i] * (share * dt);
+        let mut convected: Vec<Vector<D>> = implicit.velocity.iter().enumerate().map(|(i, v)| *v + kick(i)).collect();
+        implicit.boundary.impose(&implicit.mesh, [step.t, dt, step.theta], &mut convected);
+        implicit.solve(step, phases, &convected).unwrap();
+        let gained = implicit.velocity.iter().zip(&convected).map(|(v, hat)| (*v - *hat) / step.delta()).collect();
+        earlier = std::mem::replace(&mut now, gained);
+        if k == 0 {
+            earlier.clone_from(&now);
+        }
+    }
+}
+
+/// Phases of one fluid.
+fn one(density: &[f64]) -> Phases<'_> {
+    Phases { density, fraction: &[], level: &[] }
+}
+
+/// Root of the mean square of the differences to an exact field.
+fn rms<const D: usize>(nodes: &[Vector<D>], values: &[Vector<D>], exact: impl Fn(Vector<D>) -> Vector<D>) -> f64 {
+    let sum: f64 = nodes.iter().zip(values).map(|(x, v)| (*v - exact(*x)).norm_squared()).sum();
+    (sum / nodes.len() as f64).sqrt()
+}
+
+/// The largest speed [m/s].
+fn fastest<const D: usize>(velocity: &[Vector<D>]) -> f64 {
+    velocity.iter().map(|v| v.norm()).fold(0.0, f64::max)
+}
+
+/// A mesh whose inner nodes are shifted by up to a tenth of a cell, so that nothing holds by symmetry.
+fn shaken<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cell: f64) -> Mesh<D, N> {
+    let mut edge = vec![false; mesh.nodes().len()];
+    mesh.boundary().iter().flat_map(|&f| mesh.facet_nodes(f)).for_each(|node| edge[node as usize] = true);
+    let shift = |i: usize| Vector::from_fn(|axis| 0.1 * cell * (i as f64 * (1.7 + axis as f64)).sin());
+    let moved = |(i, x): (usize, &Vector<D>)| if edge[i] { *x } else { *x + shift(i) };
+    Mesh::new(mesh.nodes().iter().enumerate().map(moved).collect(), mesh.elements().to_vec()).unwrap()
+}

@@ -1,0 +1,93 @@
+//! What is at rest stays at rest.
+
+use super::*;
+use crate::pfem2::boundary::Boundary;
+
+/// Two fluids at rest under gravity along `normal`, with the interface at the distance `offset` from the origin: the
+/// largest speed after a step, over g Δt. Theory 5.6, 13.5 (4).
+fn stirred<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    (normal, offset): (Vector<D>, f64),
+    enrichment: Enrichment,
+    condition: Condition<D>,
+) -> f64 {
+    let (g, dt) = (9.81, 0.01);
+    let gravity = std::array::from_fn(|axis| Signal::Constant(-g * normal[axis]));
+    let level: Vec<f64> = mesh.nodes().iter().map(|x| x.dot(normal) - offset).collect();
+    let physics =
+        Physics { enrichment, ..physics(vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)], gravity) };
+    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition }];
+    let boundary = Boundary::new(mesh, sets, normal * -g);
+    let still = vec![Vector::ZERO; mesh.nodes().len()];
+    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let mut implicit = Implicit::new(mesh.clone(), boundary, physics, still.clone(), options);
+    let phases = Phases { density: &[1000.0, 1.0], fraction: &[], level: &level };
+    implicit.solve(Step { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
+    assert!(!implicit.cuts.is_empty());
+    fastest(&implicit.velocity) / (g * dt)
+}
+
+/// Interfaces through the middle of elements, through nodes, and a hair beside them.
+fn offsets<const D: usize>(node: f64) -> [f64; 7] {
+    [0.35, 0.61, node, node + 1e-6, node + 1e-9, node - 1e-11, node + 1e-13]
+}
+
+#[test]
+fn two_fluids_of_ratio_1000_stay_at_rest_wherever_the_interface_cuts() {
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap(), 0.14);
+    for normal in [Vector([0.0, 1.0]), Vector([0.6, 0.8])] {
+        for offset in offsets::<2>(mesh.nodes()[30].dot(normal)) {
+            for enrichment in [Enrichment::Kink, Enrichment::Jump] {
+                for condition in [Condition::Slip, Condition::wall()] {
+                    let speed = stirred(&mesh, (normal, offset), enrichment, condition);
+                    assert!(speed < 1e-10, "{normal:?} {offset} {enrichment:?}: {speed:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn they_do_so_in_three_dimensions() {
+    let mesh = shaken(&Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0, 1.0, 1.3]), [3, 3, 4]).unwrap(), 0.33);
+    for normal in [Vector([0.0, 0.0, 1.0]), Vector([0.48, 0.6, 0.64])] {
+        let node = mesh.nodes()[37].dot(normal);
+        for offset in offsets::<3>(node) {
+            let speed = stirred(&mesh, (normal, offset), Enrichment::Kink, Condition::Slip);
+            assert!(speed < 1e-10, "{normal:?} {offset}: {speed:e}");
+        }
+    }
+}
+
+/// 0.98 g Δt, as theory 5.6 measured: what the enrichment is for.
+#[test]
+fn without_enrichment_they_fall() {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap();
+    let speed = stirred(&mesh, (Vector([0.0, 1.0]), 0.613), Enrichment::None, Condition::Slip);
+    assert!((0.9..1.05).contains(&speed), "{speed}");
+}
+
+/// The floor carries the water and what presses on it; the sides carry nothing downwards.
+#[test]
+fn an_open_box_carries_its_weight_on_its_floor() {
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, 1.0]), [8, 5]).unwrap(), 0.2);
+    let sets = vec![
+        set(&mesh, "floor", Condition::wall(), |x| x[1] == 0.0),
+        set(&mesh, "sides", Condition::Slip, |x| x[0] == 0.0 || x[0] == 2.0),
+        set(&mesh, "top", Condition::Pressure(500.0.into()), |x| x[1] == 1.0),
+    ];
+    let setup = setup(
+        mesh,
+        sets,
+        physics(vec![fluid("water", 1000.0, 1e-3)], [0.0.into(), (-9.81).into()]),
+        |_| 0,
+        |_| Vector::ZERO,
+    );
+    let mut pfem =
+        crate::pfem2::Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
+    crate::simulation::Solver::step(&mut pfem, 0.0, 0.01).unwrap();
+    let snapshot = crate::simulation::Solver::snapshot(&pfem);
+    let force = |name: &str| snapshot.forces.iter().find(|(part, _)| part == name).unwrap().1;
+    assert!((force("floor")[1] / -(1000.0 * 9.81 * 2.0 + 500.0 * 2.0) - 1.0).abs() < 1e-9, "{:?}", force("floor"));
+    assert!(force("sides")[0].abs() < 1e-6);
+}

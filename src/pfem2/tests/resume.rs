@@ -1,0 +1,67 @@
+//! The same bits for any number of threads, and after a restart.
+
+use super::*;
+use crate::pfem2::Pfem2;
+use crate::pfem2::level_set::LevelSet;
+use crate::simulation::{Column, Solver};
+
+/// A falling drop in a box with an inlet and an outlet.
+fn drop() -> Pfem2<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [12; 2]).unwrap();
+    let sets = vec![
+        set(&mesh, "in", Condition::Inlet([formula("4*y*(1 - y)"), 0.0.into()]), |x| x[0] == 0.0),
+        set(&mesh, "out", Condition::Outlet, |x| x[0] == 1.0),
+    ];
+    let surface = |x: Vector<2>| (x - Vector([0.4, 0.6])).norm() - 0.2;
+    let fluids = vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)];
+    let physics = physics(fluids, [0.0.into(), (-9.81).into()]);
+    let mut setup = setup(mesh, sets, physics, |x| u8::from(surface(x) >= 0.0), |_| Vector::ZERO);
+    setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
+    setup.projectile_ratio = 10.0;
+    Pfem2::new(setup)
+}
+
+fn advance(pfem: &mut Pfem2<2, 3>, steps: std::ops::Range<u32>) {
+    steps.for_each(|k| pfem.step(f64::from(k) * 0.01, 0.01).unwrap());
+}
+
+/// All columns, byte by byte.
+fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
+    let mut columns = Vec::new();
+    pfem.columns(&mut |name, column| columns.push((name.to_owned(), column.data.bytes().to_vec())));
+    columns
+}
+
+#[test]
+fn the_bits_do_not_depend_on_the_number_of_threads() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut pfem = drop();
+            advance(&mut pfem, 0..8);
+            bytes(&mut pfem)
+        })
+    };
+    assert!(run(1) == run(3));
+}
+
+#[test]
+fn a_restored_run_goes_on_with_the_same_bits() {
+    let mut whole = drop();
+    advance(&mut whole, 0..4);
+    let saved = bytes(&mut whole);
+    advance(&mut whole, 4..8);
+    let mut resumed = drop();
+    let mut next = saved.iter();
+    resumed.columns(&mut |name, column: Column<'_>| {
+        let (saved, bytes) = next.next().unwrap();
+        assert_eq!(saved, name);
+        assert!(column.data.replace(bytes));
+    });
+    resumed.restored();
+    assert!(bytes(&mut resumed) == saved);
+    advance(&mut resumed, 4..8);
+    let (whole, resumed) = (bytes(&mut whole), bytes(&mut resumed));
+    let differing: Vec<&str> = whole.iter().zip(&resumed).filter(|(a, b)| a != b).map(|(a, _)| a.0.as_str()).collect();
+    assert!(differing.is_empty(), "{differing:?}");
+}

@@ -1,0 +1,96 @@
+//! The mesh stage alone, without convection.
+
+use super::*;
+use crate::pfem2::boundary::Boundary;
+
+/// Flow between plates from rest under a body force; the ends are open and far. Reference: analytic_misc.csv,
+/// u_c = 1 − 32 Σ (−1)ⁿ/((2n+1)π)³ exp(−((2n+1)π)² ν t/H²) for H = ν = 1, G = 8 μ.
+#[test]
+fn flow_between_plates_starts_as_the_series_says() {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([6.0, 1.0]), [36, 16]).unwrap();
+    let middle = mesh.nodes().iter().position(|x| (*x - Vector([3.0, 0.5])).norm() < 1e-9).unwrap();
+    let sets = vec![set(&mesh, "ends", Condition::Outlet, |x| x[0] == 0.0 || x[0] == 6.0)];
+    for (t, exact) in [(0.05, 0.3703863), (0.25, 0.9124771)] {
+        let boundary = Boundary::new(&mesh, sets.clone(), Vector::ZERO);
+        let still = vec![Vector::ZERO; mesh.nodes().len()];
+        let physics = physics(vec![fluid("oil", 1.0, 1.0)], [8.0.into(), 0.0.into()]);
+        let mut implicit = Implicit::new(mesh.clone(), boundary, physics, still, Options::default());
+        march(&mut implicit, &one(&[1.0]), t / 20.0, 20);
+        let speed = implicit.velocity[middle][0];
+        assert!((speed / exact - 1.0).abs() < 0.01, "t = {t}: {speed} instead of {exact}");
+    }
+}
+
+/// Plates that a Bingham fluid fills: u = G (H/2 − y_p)²/(2 k) in the plug, with y_p = τ_y/G, so (1 − τ_y/(G H/2))² of
+/// the Newtonian value.
+#[test]
+fn a_bingham_fluid_moves_as_a_plug_between_layers() {
+    let (force, yield_stress) = (8.0, 1.6);
+    let law = Viscosity::HerschelBulkley { consistency: 1.0, index: 1.0, yield_stress, regularisation: 0.01 };
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([6.0, 1.0]), [24, 20]).unwrap();
+    let sets = vec![set(&mesh, "ends", Condition::Outlet, |x| x[0] == 0.0 || x[0] == 6.0)];
+    let at = |y: f64| mesh.nodes().iter().position(|x| (*x - Vector([3.0, y])).norm() < 1e-9).unwrap();
+    let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
+    let fluids = vec![FluidSetup { name: "paste".into(), density: 1.0, viscosity: law }];
+    let still = vec![Vector::ZERO; mesh.nodes().len()];
+    let mut implicit =
+        Implicit::new(mesh.clone(), boundary, physics(fluids, [force.into(), 0.0.into()]), still, Options::default());
+    for _ in 0..60 {
+        let convected = implicit.velocity.clone();
+        implicit.solve(Step { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&[1.0]), &convected).unwrap();
+    }
+    let exact = force * (0.5 - yield_stress / force).powi(2) / 2.0;
+    for y in [0.35, 0.5, 0.65] {
+        let speed = implicit.velocity[at(y)][0];
+        assert!((speed / exact - 1.0).abs() < 0.02, "y = {y}: {speed} instead of {exact}");
+    }
+}
+
+/// Rigid rotation has no strain and no flux through a round slip wall: it goes on for ever.
+#[test]
+fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
+    let (rings, sectors) = (5u32, 24u32);
+    let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(sectors);
+    let ring = |r: u32| (0..sectors).map(move |k| Vector([angle(k).cos(), angle(k).sin()]) * (f64::from(r) / 5.0));
+    let nodes: Vec<Vector<2>> = std::iter::once(Vector::ZERO).chain((1..=rings).flat_map(ring)).collect();
+    let at = |r: u32, k: u32| if r == 0 { 0 } else { 1 + (r - 1) * sectors + k % sectors };
+    let core = (0..sectors).map(|k| [0, at(1, k), at(1, k + 1)]);
+    let shell = (1..rings).flat_map(|r| {
+        (0..sectors).flat_map(move |k| {
+            let quad = [at(r, k), at(r + 1, k), at(r + 1, k + 1), at(r, k + 1)];
+            [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]
+        })
+    });
+    let mesh = Mesh::<2, 3>::new(nodes, core.chain(shell).collect()).unwrap();
+    let sets = vec![BoundarySetup { name: "rim".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
+    let turn = |x: Vector<2>| Vector([-x[1], x[0]]);
+    let start = mesh.nodes().iter().map(|x| turn(*x)).collect();
+    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let mut implicit =
+        Implicit::new(mesh, boundary, physics(vec![fluid("oil", 1.0, 0.1)], weightless()), start, options);
+    march(&mut implicit, &one(&[1.0]), 0.1, 5);
+    assert!(rms(implicit.mesh.nodes(), &implicit.velocity, turn) < 1e-10);
+}
+
+/// A linear velocity prescribed all around, in three dimensions, with the pressure that gravity asks for.
+#[test]
+fn a_linear_flow_and_a_linear_pressure_are_exact() {
+    let mesh = shaken(&Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [3, 3, 3]).unwrap(), 0.33);
+    let around = Condition::Inlet([formula("x + 2*y"), formula("z - 3*y"), formula("2*z - x")]);
+    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: around }];
+    let gravity = Vector([1.0, -2.0, 0.5]);
+    let boundary = Boundary::new(&mesh, sets, gravity);
+    let flow = |x: Vector<3>| Vector([x[0] + 2.0 * x[1], x[2] - 3.0 * x[1], 2.0 * x[2] - x[0]]);
+    let start = mesh.nodes().iter().map(|x| flow(*x)).collect();
+    let pin = boundary.pin.unwrap() as usize;
+    let physics = physics(vec![fluid("oil", 2.0, 0.1)], gravity.0.map(Signal::Constant));
+    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let mut implicit = Implicit::new(mesh, boundary, physics, start, options);
+    march(&mut implicit, &one(&[2.0]), 0.1, 3);
+    assert!(rms(implicit.mesh.nodes(), &implicit.velocity, flow) < 1e-10);
+    let top = implicit.mesh.nodes()[pin];
+    for (x, p) in implicit.mesh.nodes().iter().zip(&implicit.pressure) {
+        assert!((p - 2.0 * gravity.dot(*x - top)).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,52 @@
+//! Standing waves between two fluids in a box.
+
+use super::*;
+use crate::pfem2::Pfem2;
+use crate::pfem2::level_set::LevelSet;
+use crate::simulation::Solver;
+use std::f64::consts::PI;
+
+/// A box of width and height 1, half full, under a rigid lid, with the surface at 0.02 cos πx: the period of its
+/// horizontal momentum, from its first two zeros after the start. Rows of cells become thinner towards the surface,
+/// y ↦ ½ sinh(by)/sinh(b/2): along it one fluid glides on the other, but the mesh has one velocity for both.
+fn period([columns, rows]: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64 {
+    let even = Mesh::<2, 3>::block(Vector([0.0, -0.5]), Vector([1.0, 0.5]), [columns, rows]).unwrap();
+    let place = |x: &Vector<2>| Vector([x[0], 0.5 * (thinning * x[1]).sinh() / (0.5 * thinning).sinh()]);
+    let mesh = Mesh::<2, 3>::new(even.nodes().iter().map(place).collect(), even.elements().to_vec()).unwrap();
+    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let fluids = vec![fluid("below", densities[0], 0.0), fluid("above", densities[1], 0.0)];
+    let surface = |x: Vector<2>| x[1] - 0.02 * (PI * x[0]).cos();
+    let below = |x: Vector<2>| u8::from(surface(x) >= 0.0);
+    let mut setup = setup(mesh, sets, physics(fluids, [0.0.into(), (-9.81).into()]), below, |_| Vector::ZERO);
+    setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
+    let mut pfem = Pfem2::new(setup);
+    let volume = pfem.implicit.volumes[0];
+    let (mut before, mut zeros) = (0.0, Vec::new());
+    for k in 0.. {
+        let t = k as f64 * dt;
+        pfem.step(t, dt).unwrap();
+        let momentum = pfem.totals.momentum[0];
+        if before * momentum < 0.0 {
+            zeros.push(t + dt * before / (before - momentum));
+        }
+        before = momentum;
+        if zeros.len() == 2 || k > 1000 {
+            break;
+        }
+    }
+    assert!((pfem.implicit.volumes[0] / volume - 1.0).abs() < 1e-9);
+    2.0 * (zeros[1] - zeros[0])
+}
+
+/// analytic_misc.csv: ω² = (ρ₁ − ρ₂) g k/(ρ₁ coth kh₁ + ρ₂ coth kh₂), k = π.
+#[test]
+fn two_layers_slosh_with_the_period_of_linear_theory() {
+    let period = period([16, 32], 6.0, 0.025, [1000.0, 500.0]);
+    assert!((period / 2.046965 - 1.0).abs() < 0.01, "{period}");
+}
+
+#[test]
+fn water_under_air_sloshes_with_the_period_of_linear_theory() {
+    let period = period([28, 28], 0.1, 0.015, [1000.0, 1.0]);
+    assert!((period / 1.182998 - 1.0).abs() < 0.01, "{period}");
+}
