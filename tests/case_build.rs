@@ -240,6 +240,39 @@ fn a_state_prescribed_twice() {
 }
 
 #[test]
+fn loads_on_a_body() {
+    let plane = |load: &str| {
+        let text = format!(
+            "name = 'block'\ndimension = 2\ntime = {{ end = 1e-4 }}\ngrid = {{ cell = 1, lower = [0, 0], upper = [8, 8] }}\n\
+             [[body]]\nname = 'block'\nregion = {{ shape = 'box', lower = [2, 2], upper = [6, 5] }}\nspacing = 0.5\n\
+             material = {{ law = 'neo-hookean', density = 1000, young = '1 MPa', poisson = 0.3 }}\n\
+             traction = [{{ {load} }}]\n"
+        );
+        let mut solver = model(&text, &[])?.solver;
+        let dt = 1e-5;
+        solver.step(0.0, dt).unwrap();
+        let momentum = |name: &str| {
+            let ledger = solver.snapshot().ledger;
+            ledger.terms.iter().find(|term| term.name == name).unwrap().value / (0.5 * dt)
+        };
+        Ok::<_, Vec<Diagnostic>>([momentum("momentum x"), momentum("momentum y")])
+    };
+    // 4 m of surface per metre of depth, half a step of momentum.
+    let near = |found: [f64; 2], exact: [f64; 2]| (0..2).all(|i| (found[i] - exact[i]).abs() < 1e-6);
+    for (load, force) in [
+        ("on = 'top', pressure = '1 kPa'", [0.0, -4e3]),
+        ("on = 'bottom', pressure = '1 kPa'", [0.0, 4e3]),
+        ("on = 'left', pressure = '1 kPa'", [3e3, 0.0]),
+        ("on = 'right', value = ['1 kPa', 0]", [3e3, 0.0]),
+    ] {
+        let found = plane(load).unwrap();
+        assert!(near(found, force), "{load}: {found:?}");
+    }
+    assert!(plane("on = 'top'").unwrap_err()[0].message.contains("give `value`"));
+    assert!(plane("on = 'front', pressure = 1").unwrap_err()[0].message.contains("3D only"));
+}
+
+#[test]
 fn an_empty_model() {
     let text = "name = \"a\"\ndimension = 2\ntime = { end = 1 }\ngrid = { cell = 1, lower = [0, 0], upper = [1, 1] }";
     let Err(found) = model(text, &[]) else { panic!("nothing would move") };

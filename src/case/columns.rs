@@ -1,7 +1,8 @@
 //! Values of a case that stand in a CSV file: curves (`columns` in the schema) and signals over time.
 
+use super::keywords::expected_dimension;
 use super::tree::{Node, Value};
-use super::walk::{Schema, Walker, expected_dimension};
+use super::walk::{Schema, Walker};
 use crate::math::CsvColumns;
 use crate::math::units::Dimension;
 use serde_json::Value as Json;

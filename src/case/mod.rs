@@ -9,6 +9,7 @@
 mod build;
 mod check;
 mod columns;
+mod keywords;
 mod parts;
 mod preset;
 mod quantity;

@@ -79,9 +79,14 @@ pub enum Lattice {
 pub struct TractionSpec {
     /// The loaded side: the outermost layer of particles towards it.
     pub on: Side,
-    /// Force per area of the undeformed surface.
+    /// Force per area of the undeformed surface, fixed in direction; or give `pressure`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa", "axes" = true))]
-    pub value: [SignalSpec; 3],
+    pub value: Option<[SignalSpec; 3]>,
+    /// Pressure that follows the deformed surface, into the body where positive; or give `value`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "Pa"))]
+    pub pressure: Option<SignalSpec>,
 }
 
 /// A side of a body or membrane.

@@ -1,7 +1,8 @@
 //! Numbers, quantities and formulas in a case: units to SI, dimensions, ranges.
 
+use super::keywords::expected_dimension;
 use super::tree::{Node, Value};
-use super::walk::{Schema, Walker, expected_dimension};
+use super::walk::{Schema, Walker};
 use crate::math::formula::{Formula, FormulaError};
 use crate::math::units::{Dimension, Quantity};
 

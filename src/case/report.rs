@@ -7,6 +7,9 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 ///
 /// `name` is the path to show, `text` the case file.
 pub fn render(findings: &[Diagnostic], name: &str, text: &str, color: bool) -> String {
+    if findings.is_empty() {
+        return String::new();
+    }
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
     let rendered = findings.iter().map(|finding| renderer.render(&[group(finding, name, text)]).to_string());
     let mut page = rendered.collect::<Vec<_>>().join("\n\n");

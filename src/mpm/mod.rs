@@ -34,6 +34,7 @@ pub mod stencil;
 mod step;
 mod stress;
 mod sweep;
+pub mod traction;
 mod wall;
 
 pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
@@ -46,3 +47,4 @@ pub use setup::{
 };
 use step::{Accounts, Tally};
 pub use step::{Mpm, Step};
+pub use traction::{Load, Traction};

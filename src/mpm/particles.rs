@@ -1,6 +1,7 @@
 //! Material points, column by column.
 
 use super::kernel::Kernel;
+use super::traction::Traction;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
 use rayon::prelude::*;
@@ -21,8 +22,8 @@ pub struct Body<const D: usize> {
     /// How deep each particle lies below the body's surface at the start, in edges of its volume, by identity; empty:
     /// half an edge. The ball of this radius around the particle lies inside the body and touches its surface.
     pub depth: Vec<f64>,
-    /// Surface tractions: particle identity, area [m²] and traction [Pa].
-    pub traction: Vec<(u32, f64, [Signal; 3])>,
+    /// Loads on the surface.
+    pub traction: Vec<Traction>,
     /// What lives during a step only.
     pub work: Work<D>,
 }
@@ -120,14 +121,11 @@ impl<const D: usize> Body<D> {
         if !traction.is_empty() {
             particles.id.iter().zip(0..).for_each(|(&id, p)| index[id as usize] = p);
         }
-        for (id, area, traction) in traction {
-            if let Some(&p) = index.get(*id as usize) {
-                let p = p as usize;
-                let x = particles.position[p].to3();
-                let force = Vector::from_fn(|a| traction[a].value(x, t)) * *area;
-                work.external[p] += force;
-                work.traction.push((p, force));
-            }
+        for traction in traction {
+            let force = traction.force(t, |id| particles.position[index[id as usize] as usize]);
+            let p = index[traction.particle as usize] as usize;
+            work.external[p] += force;
+            work.traction.push((p, force));
         }
     }
 

@@ -1,5 +1,6 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
+use super::traction::Traction;
 use crate::geometry::Region;
 use crate::material::{PointLaw, Sheet, StartState};
 use crate::math::{Signal, Vector};
@@ -190,8 +191,8 @@ pub struct BodySetup<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// First state of each particle.
     pub state: Vec<StartState>,
-    /// Surface traction: particle index, area [m²] and traction vector [Pa].
-    pub traction: Vec<(u32, f64, [Signal; 3])>,
+    /// Loads on the surface; identities are indices of `position`.
+    pub traction: Vec<Traction>,
 }
 
 /// A membrane at the start.

@@ -3,7 +3,7 @@
 use crate::model::*;
 use lateen::geometry::Region;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{KernelKind, Locking, Mpm, Obstacle, StressUpdate, Transfer, WallKind};
+use lateen::mpm::{KernelKind, Load, Locking, Mpm, Obstacle, StressUpdate, Traction, Transfer, WallKind};
 
 /// A block thrown into a corner of the box, hard enough to load every wall that it meets.
 fn thrown(kernel: KernelKind, transfer: Transfer, stress_update: StressUpdate, kind: WallKind) -> Mpm<2> {
@@ -13,7 +13,8 @@ fn thrown(kernel: KernelKind, transfer: Transfer, stress_update: StressUpdate, k
     setup.gravity = [Signal::Constant(1.0), Signal::Constant(-10.0)];
     let velocity = |x: Vector<2>| Vector([-1.0 + 0.2 * x[1], -2.0]);
     let mut block = body(rubber(10.0, 1e4, 0.3), ([0.1, 0.4], [8, 8], 0.125), |_| true, velocity);
-    block.traction = vec![(3, 0.125, [Signal::Constant(50.0), Signal::Constant(20.0), Signal::ZERO])];
+    let value = [50.0, 20.0, 0.0].map(Signal::Constant);
+    block.traction = vec![Traction { particle: 3, load: Load::Dead { value, area: 0.125 } }];
     setup.bodies = vec![block];
     setup.obstacles = vec![Obstacle {
         name: "step".into(),

@@ -1,14 +1,13 @@
-//! Bodies: particles on a lattice, their first state, loads on their surface.
+//! Bodies: particles on a lattice and their first state.
 
 use super::Assembly;
 use super::signals::Samples;
-use crate::case::{BodySpec, Lattice, TractionSpec};
+use crate::case::{BodySpec, Lattice};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Sample, centred_origin, sample};
 use crate::material::StartState;
 use crate::math::{Signal, SymTensor, Vector};
 use crate::mpm::BodySetup;
-use hashbrown::HashMap;
 
 impl Assembly<'_> {
     /// The body `body[index]`; `None` if it can't be made (and why was noted).
@@ -107,37 +106,5 @@ impl Assembly<'_> {
             stress: stress.as_ref().map(|s| SymTensor(std::array::from_fn(|i| s[i].value(x, 0.0)))),
         };
         sample.position.iter().map(state).collect()
-    }
-
-    /// Loads the outermost particle of every line of the lattice towards a side.
-    fn traction<const D: usize>(
-        &mut self,
-        spec: &TractionSpec,
-        key: &str,
-        position: &[Vector<D>],
-        spacing: f64,
-    ) -> Vec<(u32, f64, [Signal; 3])> {
-        let Some((axis, upper)) = spec.on.axis(D) else {
-            let finding = Diagnostic::error(format!("{key}.on"), "this side exists in 3D only");
-            self.findings.push(finding.help("in 2D the sides are left, right, bottom and top"));
-            return Vec::new();
-        };
-        let samples = Samples::over(position, self.case.file.time.end);
-        let value: [Signal; 3] = self.signals(&format!("{key}.value"), &spec.value, &samples);
-        let line = |x: &Vector<D>| -> [i64; D] {
-            std::array::from_fn(|i| if i == axis { 0 } else { (x[i] / spacing).floor() as i64 })
-        };
-        let mut outermost: HashMap<[i64; D], u32> = HashMap::new();
-        for (p, x) in (0u32..).zip(position) {
-            let best = outermost.entry(line(x)).or_insert(p);
-            let farther = x[axis] > position[*best as usize][axis];
-            if farther == upper {
-                *best = p;
-            }
-        }
-        let mut particles: Vec<u32> = outermost.into_values().collect();
-        particles.sort_unstable();
-        let area = spacing.powi(D as i32 - 1);
-        particles.into_iter().map(|p| (p, area, value.clone())).collect()
     }
 }

@@ -6,6 +6,7 @@
 mod body;
 mod membrane;
 mod signals;
+mod traction;
 
 use super::check;
 use super::schema::{GridSpec, Method};
