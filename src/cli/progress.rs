@@ -22,7 +22,7 @@ struct Bar {
 
 impl Bar {
     fn new(unit: &'static str) -> Self {
-        let style = ProgressStyle::with_template("{bar:24} {percent:>3}%  {msg}").expect("the template is valid");
+        let style = ProgressStyle::with_template("{bar:16} {percent:>3}%  {msg}").expect("the template is valid");
         Self { bar: ProgressBar::new(1000).with_style(style), unit }
     }
 }
@@ -86,24 +86,23 @@ fn announce(event: &Event<'_>) -> Option<String> {
     }
 }
 
-/// t / t_end, step, Δt, speed, energy drift, time left.
+/// t / t_end, time left, energy drift, step, Δt, speed: what matters most first, where the line is cut.
 fn describe(progress: &Progress, unit: &str) -> String {
     let clock = progress.clock;
-    let mut line = format!(
-        "t {} / {}  step {}  dt {}  {} steps/s  {} particle-steps/s",
-        quantity(clock.time, unit),
-        quantity(progress.end, unit),
+    let mut line = format!("t {} / {}", quantity(clock.time, unit), quantity(progress.end, unit));
+    if let Some(left) = progress.remaining {
+        line.push_str(&format!("  {} left", duration(left)));
+    }
+    if let Some(drift) = progress.energy_drift {
+        line.push_str(&format!("  energy {drift:+.1e}"));
+    }
+    line.push_str(&format!(
+        "  step {}  dt {}  {} steps/s  {} particle-steps/s",
         clock.step,
         quantity(clock.dt, unit),
         quantity(progress.steps_per_second, ""),
         quantity(progress.particle_steps_per_second, ""),
-    );
-    if let Some(drift) = progress.energy_drift {
-        line.push_str(&format!("  energy {drift:+.1e}"));
-    }
-    if let Some(left) = progress.remaining {
-        line.push_str(&format!("  {} left", duration(left)));
-    }
+    ));
     line
 }
 

@@ -59,17 +59,20 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             Ok(())
         }
         Err(error) => {
-            advise(&error, &directory, &arguments.case);
+            advise(&error, &directory, &arguments.case, &arguments.set);
             Err(located(error, &folder))
         }
     }
 }
 
 /// What to do after a run that stopped before its end.
-fn advise(error: &Error, directory: &RunDirectory, case: &str) {
+fn advise(error: &Error, directory: &RunDirectory, case: &str, set: &[(String, String)]) {
     let root = directory.root().display();
     match error {
-        Error::Interrupted => eprintln!("go on with: lateen run {case} --out {root} --resume"),
+        Error::Interrupted => {
+            let set: String = set.iter().map(|(key, value)| format!(" --set '{key}={value}'")).collect();
+            eprintln!("go on with: lateen run {case}{set} --out {root} --resume");
+        }
         Error::Step(_) if directory.checkpoints().is_dir() => {
             eprintln!("the last good state is saved in {root}/checkpoint and shown by the last fields and pictures");
         }

@@ -2,6 +2,7 @@
 
 use super::{Failure, located, signals, use_threads};
 use lateen::catalog;
+use lateen::error::Error;
 use lateen::run::Folder;
 use lateen::verify::{self, Level};
 use std::path::{Path, PathBuf};
@@ -28,12 +29,22 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
     let level = if arguments.full { Level::Full } else { Level::Quick };
     let stop = signals::stop_flag()?;
     let (mut compared, mut failed) = (0, 0);
-    for (name, folder) in chosen(arguments.pattern.as_deref())? {
-        let outcomes = verify::verify(&folder, level, &arguments.out.join(&name), &stop);
-        let outcomes = outcomes.map_err(|error| located(error, &folder))?;
+    let cases = chosen(arguments.pattern.as_deref())?;
+    for (n, (name, folder)) in cases.iter().enumerate() {
+        eprintln!("{} of {}: {name}", n + 1, cases.len());
+        let outcomes = verify::verify(folder, level, &arguments.out.join(name), &stop);
+        let outcomes = match outcomes {
+            // A run that breaks down is a comparison that failed: the other cases still tell something.
+            Err(Error::Step(error)) => {
+                println!("{name}\nFAILED  {error}\n");
+                (compared, failed) = (compared + 1, failed + 1);
+                continue;
+            }
+            outcomes => outcomes.map_err(|error| located(error, folder))?,
+        };
         compared += outcomes.len();
         failed += outcomes.iter().filter(|outcome| !outcome.passed()).count();
-        println!("{}", verify::render(&name, &outcomes));
+        println!("{}", verify::render(name, &outcomes));
     }
     println!("{} of {compared} comparisons hold", compared - failed);
     if failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
