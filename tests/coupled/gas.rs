@@ -65,6 +65,27 @@ fn the_loop_of_gas_oscillates_and_loses_what_contact_takes() {
     assert_eq!(crossed(&mpm), 0);
 }
 
+/// The membrane is inextensible, so it swings about a circle of perimeter 6 with the period 0.988 of the second ring
+/// mode of a gas-filled loop (theory 12.4).
+#[test]
+fn the_loop_of_gas_swings_in_its_ring_mode() {
+    let mut mpm = expansion();
+    let (mut crossings, mut last) = (Vec::new(), 0.0);
+    run(&mut mpm, 3.0, |t, mpm| {
+        let points = nodes(mpm);
+        let difference = points[0][0] - points[15][1];
+        if last * difference < 0.0 && t > 0.2 {
+            crossings.push(t);
+        }
+        last = difference;
+    });
+    let period = 2.0 * (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
+    assert!((period / 0.988 - 1.0).abs() < 0.05, "ring mode: {period}, {crossings:?}");
+    let radii: Vec<f64> = nodes(&mpm).iter().map(|x| x[0].hypot(x[1])).collect();
+    let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+    assert!((mean / 0.9554 - 1.0).abs() < 0.02, "radius {mean}");
+}
+
 /// A square box of membrane, held at its corners and blown up by the gas in it: no particle leaves in 10,000
 /// steps, and the gas presses as hard as its energy says.
 #[test]

@@ -1,4 +1,5 @@
 //! Bodies and membranes together.
 
 mod gas;
+mod impact;
 mod model;
