@@ -85,6 +85,7 @@ pub enum Reduction {
 /// A coordinate axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "Coordinate")]
 pub enum Axis {
     /// First.
     X,
