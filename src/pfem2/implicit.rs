@@ -5,7 +5,7 @@
 //! ```
 //!
 //! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
-//! the share 1 − θ of the last acceleration (see [`super::step`]).
+//! the share 1 − θ of the last acceleration (see `step.rs`).
 
 use super::assemble::{Assembly, CutElement, Elements};
 use super::boundary::{Boundary, Constraints};

@@ -1,7 +1,7 @@
 //! Runs validation cases and compares what they compute with published, analytic or independent values.
 //!
-//! What a case is compared with stands beside it in `expected.toml` ([`expected`]); what can be measured on
-//! histories is in [`series`] and [`measure`], what on fields in [`profile`].
+//! What a case is compared with stands beside it in `expected.toml` ([`mod@expected`]); what can be
+//! measured on histories is in [`series`] and [`measure`], what on fields in [`profile`].
 
 pub mod expected;
 pub mod measure;
