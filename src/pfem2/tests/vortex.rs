@@ -38,3 +38,26 @@ fn the_order_is_two_in_the_step_alone() {
     let [long, short] = [planar(40, 5), planar(40, 10)];
     assert!((long[0] / short[0]).log2() > 1.9, "{long:?} {short:?}");
 }
+
+/// The same vortices in a slab of tetrahedra, with their axis along y.
+fn spatial(cells: usize, steps: usize) -> f64 {
+    let (low, high) = (Vector([0.25, 0.0, 0.25]), Vector([0.75, 0.5, 0.75]));
+    let mesh = Mesh::<3, 4>::block(low, high, [cells; 3]).unwrap();
+    let decay = |t: f64| (-2.0 * TAU * TAU / 100.0 * t).exp();
+    let wave = |x: Vector<3>| {
+        let [x, z] = [x[0], x[2]].map(|c| TAU * c);
+        Vector([-x.cos() * z.sin(), 0.0, x.sin() * z.cos()])
+    };
+    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let setup = setup(mesh, sets, physics(vec![fluid("fluid", 1.0, 0.01)], weightless()), |_| 0, wave);
+    let mut pfem = Pfem2::new(setup);
+    let dt = 0.5 / steps as f64;
+    (0..steps).for_each(|k| pfem.step(k as f64 * dt, dt).unwrap());
+    rms(pfem.implicit.mesh.nodes(), &pfem.implicit.velocity, |x| wave(x) * decay(0.5))
+}
+
+#[test]
+fn the_order_is_two_in_three_dimensions() {
+    let [coarse, fine] = [spatial(6, 8), spatial(12, 16)];
+    assert!((coarse / fine).log2() > 1.9, "{coarse} {fine}");
+}
