@@ -54,8 +54,10 @@ impl<const D: usize> Mpm<D> {
         let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
         let (books, accounts) = Accounts::open();
         let bins = bodies.iter().map(|_| Bins::default()).collect();
+        let mut grid = Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count);
+        grid.folds = walls.folds();
         let mut mpm = Self {
-            grid: Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count),
+            grid,
             ghosts: Ghosts::default(),
             walls,
             bodies,

@@ -9,6 +9,9 @@
 //! extrapolate  u_{−k} = (1 + k) u_0 − k u_1             (all others: the open-knot splines; linear fields exact)
 //! ```
 //!
+//! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
+//! hands to a node further inside belongs to the place of that node (`sweep::shape`).
+//!
 //! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right.
 
 use super::grid::{Grid, Node};
@@ -110,8 +113,9 @@ where
 }
 
 impl<const D: usize> Ghosts<D> {
-    /// The ghosts among the active nodes of `grid`, under the rules of both ends of each axis.
-    pub fn new(grid: &Grid<D>, folds: [[Fold; 2]; D]) -> Self {
+    /// The ghosts among the active nodes of `grid`, under its rules for both ends of each axis.
+    pub fn new(grid: &Grid<D>) -> Self {
+        let folds = grid.folds;
         let mut axes = vec![Vec::new(); D];
         for node in 0..grid.node_count() {
             let ijk = grid.coordinates(node);
@@ -205,8 +209,9 @@ mod tests {
         for kind in KINDS {
             let kernel = Kernel::new(kind, 0.25);
             for x in points() {
-                let grid = grid_around(kernel, x);
-                let ghosts = Ghosts::new(&grid, [[Fold::Extrapolate; 2]; 2]);
+                let mut grid = grid_around(kernel, x);
+                grid.folds = [[Fold::Extrapolate; 2]; 2];
+                let ghosts = Ghosts::new(&grid);
                 let mut weights = vec![[0.0; 3]; grid.node_count()];
                 kernel.for_each(&grid, x, |node, n, dn| weights[node] = [n, dn[0], dn[1]]);
                 ghosts.fold(&mut weights, |_, _, _| {});
@@ -237,7 +242,8 @@ mod tests {
                 active.touch(kernel, x);
                 active.touch(kernel, twin);
                 grid.set_blocks(active.into_sorted());
-                let ghosts = Ghosts::new(&grid, [[Fold::Mirror, Fold::Extrapolate], [Fold::Extrapolate; 2]]);
+                grid.folds = [[Fold::Mirror, Fold::Extrapolate], [Fold::Extrapolate; 2]];
+                let ghosts = Ghosts::new(&grid);
                 let mut half = vec![Vector::<2>::ZERO; grid.node_count()];
                 kernel.for_each(&grid, x, |node, n, _| half[node] += v * n);
                 let mut whole = half.clone();
@@ -258,8 +264,9 @@ mod tests {
     fn fill_is_the_adjoint_of_fold() {
         let kernel = Kernel::new(KernelKind::Cubic, 0.25);
         for x in points() {
-            let grid = grid_around(kernel, x);
-            let ghosts = Ghosts::new(&grid, [[Fold::Mirror, Fold::Extrapolate], [Fold::Extrapolate, Fold::Mirror]]);
+            let mut grid = grid_around(kernel, x);
+            grid.folds = [[Fold::Mirror, Fold::Extrapolate], [Fold::Extrapolate, Fold::Mirror]];
+            let ghosts = Ghosts::new(&grid);
             let mut weights = vec![Vector::<2>::ZERO; grid.node_count()];
             kernel.for_each(&grid, x, |node, n, _| weights[node] = Vector([n, 2.0 * n]));
             let mut values: Vec<Vector<2>> =

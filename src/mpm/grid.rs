@@ -8,6 +8,7 @@
 //! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always — and at last
 //! (m, v⁺, a) for the gather.
 
+use super::ghost::Fold;
 use super::kernel::Kernel;
 use crate::math::Vector;
 use hashbrown::HashMap;
@@ -24,6 +25,8 @@ pub struct Grid<const D: usize> {
     pub cell: f64,
     /// Cells of the domain along each axis.
     pub cells: [i32; D],
+    /// How the ghosts beyond both ends of each axis follow the domain; mirrors until told otherwise.
+    pub folds: [[Fold; 2]; D],
     /// Velocity fields.
     pub fields: Vec<Field<D>>,
     slots: HashMap<[i32; D], u32>,
@@ -67,6 +70,7 @@ impl<const D: usize> Grid<D> {
             origin,
             cell,
             cells,
+            folds: [[Fold::Mirror; 2]; D],
             fields: vec![Field::default(); fields],
             slots: HashMap::new(),
             blocks: Vec::new(),

@@ -33,6 +33,8 @@ pub struct Body<const D: usize> {
 pub struct Work<const D: usize> {
     /// Volume ratio of the increment.
     pub stretch: Vec<f64>,
+    /// What averaging adds to the pressure that makes forces [Pa]; empty without the cure of locking.
+    pub excess: Vec<f64>,
     /// External force [N]; empty where there is none.
     pub external: Vec<Vector<D>>,
     /// The tractions among the external forces: particle index and force [N].
@@ -200,6 +202,15 @@ impl<const D: usize> Particles<D> {
     #[inline(always)]
     pub fn stress(&self, p: usize) -> SymTensor {
         self.stress.get(p).copied().unwrap_or_else(|| SymTensor::isotropic(-self.pressure[p]))
+    }
+
+    /// Minus the mean of the normal stresses along the D axes [Pa]: what works on volume changes in D dimensions.
+    #[inline(always)]
+    pub fn mean_pressure(&self, p: usize) -> f64 {
+        match self.stress.get(p) {
+            Some(stress) => -stress.0[..D].iter().sum::<f64>() / D as f64,
+            None => self.pressure[p],
+        }
     }
 
     /// Kinetic energy Σ ½ m v² [J].

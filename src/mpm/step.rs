@@ -10,7 +10,7 @@ use super::ledger::{AccountId, Books};
 use super::motion::{Landing, Summary, Transport, gather_mean, gather_motion};
 use super::particles::Body;
 use super::stability::GROWTH;
-use super::stress::{Strain, strain_and_land, update_stress};
+use super::stress::{Strain, average_pressure, strain_and_land, update_stress};
 use super::sweep::{Answer, Bins, Content, Sweep, View};
 use super::wall::Walls;
 use super::{Grid, Locking, Node, StressUpdate, Transfer, columns, health, snapshot};
@@ -193,7 +193,7 @@ impl<const D: usize> Mpm<D> {
             self.grid.clear();
         }
         if changed {
-            self.ghosts = Ghosts::new(&self.grid, self.walls.folds());
+            self.ghosts = Ghosts::new(&self.grid);
         }
         if changed || self.walls.moving() {
             self.walls.find_nodes(&self.grid);
@@ -209,10 +209,13 @@ impl<const D: usize> Mpm<D> {
     /// m_I and p_I⁻ with the binding walls (60, 61).
     fn scatter_particles(&mut self, field: usize, step: &Step) {
         let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
-        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, .. } = self;
+        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, locking, .. } = self;
         grid.with_field(field, |grid, own| {
             for (body, bins) in in_field(bodies, bins, field) {
                 body.find_external_forces(gravity, step.t);
+                if content == Content::MomentumAndForce {
+                    average_pressure((grid, ghosts), *locking, body, bins);
+                }
                 bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
             walls.fold(ghosts, field, &mut own.nodes);
@@ -249,10 +252,11 @@ impl<const D: usize> Mpm<D> {
     fn scatter_forces(&mut self, field: usize, step: &Step) {
         let at_once = self.scatters_at_once();
         let gravity = self.uniform_gravity(step.t);
-        let Self { grid, bodies, bins, ghosts, walls, .. } = self;
+        let Self { grid, bodies, bins, ghosts, walls, locking, .. } = self;
         grid.with_field(field, |grid, own| {
             if !at_once {
                 for (body, bins) in in_field(bodies, bins, field) {
+                    average_pressure((grid, ghosts), *locking, body, bins);
                     Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, Content::Force);
                 }
                 walls.fold(ghosts, field, &mut own.nodes);

@@ -9,16 +9,27 @@
 //!
 //! so that det(1 + Δt L̄) = ΔJ̄: the volumetric part that laws take from `stretch` and the trace of the
 //! gradient agree, and plane strain stays plane.
+//!
+//! The average A of a field of particles, A q = Σ N_Ip (Σ V q N_I/Σ V N_I), is its own adjoint, Σ V p A q = Σ V q A p.
+//! The forces are therefore made of the averaged pressure
+//!
+//! ```text
+//! p̃ = (1 − β) p + β A p        so that      Σ V_p p_p tr L̄_p = Σ V_p p̃_p tr L_p
+//! ```
+//!
+//! and do the work that the laws store. With p itself they don't: they push on volume changes that no stress sees,
+//! and a column of liquid under its own pressure gains energy from them without end.
 
 use super::ghost::Ghosts;
 use super::grid::{Grid, Node};
 use super::motion::{Landing, Summary, Transport};
 use super::particles::Body;
-use super::sweep::{Chunk, Content, Sweep, Wanted, record};
+use super::sweep::{Bins, Chunk, Content, Extent, Sweep, Wanted, record};
 use super::{Locking, health};
 use crate::error::StepError;
 use crate::material::PointLaw;
 use crate::math::{Tensor, Vector};
+use rayon::prelude::*;
 
 /// What strains a body, and when.
 #[derive(Clone, Copy)]
@@ -49,12 +60,12 @@ pub(super) fn update_stress<const D: usize>(
         Locking::Average { blend } if strain.dt > 0.0 => {
             let (_, view) = body.view();
             sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| measure(chunk, &strain));
-            let mean = mean_stretch(sweep, (grid, ghosts), body);
+            let (mean, _) = average(sweep, (grid, ghosts), body, Content::Volumes);
             let node = |n: usize| record(mean[n][0], &strain.velocity[n], &Vector::ZERO);
             let (law, view) = body.view();
             sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| {
                 measure(chunk, &strain);
-                average(chunk, strain.dt, blend);
+                blend_stretch(chunk, strain.dt, blend);
                 advance(law, chunk, &strain, (sweep.cell, landing))
             })
         }
@@ -119,22 +130,40 @@ fn advance<const D: usize>(
     landing.land(&mut chunk.particles)
 }
 
-/// The volume ratio averaged over the grid, ghosts filled.
-fn mean_stretch<const D: usize>(
+/// Volume ratio or pressure averaged over the grid, ghosts filled; and the part of each tile that was reached.
+fn average<const D: usize>(
     sweep: &Sweep<'_, D>,
     (grid, ghosts): (&Grid<D>, &Ghosts<D>),
     body: &Body<D>,
-) -> Vec<[f64; 1]> {
+    content: Content,
+) -> (Vec<[f64; 1]>, Vec<Extent>) {
     let mut nodal = vec![[0.0; 2]; grid.node_count()];
-    sweep.scatter(&mut nodal, body, Content::Volumes);
+    let extents = sweep.scatter(&mut nodal, body, content);
     ghosts.fold(&mut nodal, |_, _, _| {});
-    let mut mean: Vec<[f64; 1]> = nodal.iter().map(|[v, vj]| [if *v > 0.0 { vj / v } else { 0.0 }]).collect();
+    let mut mean: Vec<[f64; 1]> = nodal.iter().map(|[v, vq]| [if *v > 0.0 { vq / v } else { 0.0 }]).collect();
     ghosts.fill(&mut mean);
-    mean
+    (mean, extents)
+}
+
+/// What averaging adds to the pressures that make forces, p̃ − p = β (A p − p).
+pub(super) fn average_pressure<const D: usize>(
+    (grid, ghosts): (&Grid<D>, &Ghosts<D>),
+    locking: Locking,
+    body: &mut Body<D>,
+    bins: &mut Bins<D>,
+) {
+    let Locking::Average { blend } = locking else { return };
+    let (mean, extents) = average(&Sweep::new(grid, body.kernel, bins), (grid, ghosts), body, Content::Pressures);
+    bins.extents = extents;
+    body.work.excess = (0..body.particles.len()).into_par_iter().map(|p| body.particles.mean_pressure(p)).collect();
+    let node = |n: usize| record(mean[n][0], &Vector::<D>::ZERO, &Vector::ZERO);
+    Sweep::new(grid, body.kernel, bins).gather(node, body.view().1, Wanted::Motion, |chunk| {
+        chunk.particles.excess.iter_mut().zip(chunk.scalar).for_each(|(p, mean)| *p = blend * (mean - *p));
+    });
 }
 
 /// Blends the volume ratios of a chunk with their average over the grid and scales the gradients to fit.
-fn average<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
+fn blend_stretch<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
     for ((l, stretch), mean) in chunk.gradient.iter_mut().zip(chunk.particles.stretch.iter_mut()).zip(chunk.scalar) {
         let blended = *stretch + blend * (mean - *stretch);
         let growth = (((blended - *stretch) / *stretch).ln_1p() / D as f64).exp_m1();

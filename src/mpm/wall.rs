@@ -89,6 +89,12 @@ impl WallKind {
         matches!(self, Self::Fixed | Self::Slip)
     }
 
+    /// How the ghosts beyond a wall of this kind follow that moves with `speed` along its normal: slip walls that
+    /// stand still are exact mirrors.
+    pub(super) fn fold(self, speed: &Signal) -> Fold {
+        if self == Self::Slip && speed.is_zero() { Fold::Mirror } else { Fold::Extrapolate }
+    }
+
     /// The order in which several conditions of one node are applied: the strictest last.
     fn strictness(self) -> u8 {
         match self {
@@ -140,13 +146,12 @@ impl<const D: usize> Walls<D> {
         Self { boundaries, regions, displacement, conditions: Vec::new(), reactions, force }
     }
 
-    /// How the ghosts beyond each side follow: slip walls that stand still are exact mirrors.
+    /// How the ghosts beyond each side follow.
     pub fn folds(&self) -> [[Fold; 2]; D] {
         std::array::from_fn(|axis| {
             std::array::from_fn(|end| {
-                let wall = &self.boundaries[2 * axis + end];
-                let still = wall.velocity[axis].is_zero();
-                if wall.kind == WallKind::Slip && still { Fold::Mirror } else { Fold::Extrapolate }
+                let Boundary { kind, velocity, .. } = &self.boundaries[2 * axis + end];
+                kind.fold(&velocity[axis])
             })
         })
     }

@@ -1,6 +1,8 @@
 //! The material point core against exact solutions, conservation laws and itself (threads, resumed runs).
 
+mod bodies;
 mod books;
 mod exact;
+mod manufactured;
 mod model;
 mod resume;

@@ -27,6 +27,7 @@
 mod band;
 pub mod impulse;
 pub mod locate;
+mod margin;
 mod nearest;
 pub mod nodes;
 pub mod normal;

@@ -5,6 +5,7 @@
 //! extrapolate the two nodes next to the wall, as the bodies' ghosts do.
 
 use crate::math::Vector;
+use crate::mpm::ghost::Fold;
 use crate::mpm::kernel::{Kernel, Shape, with_shape};
 use crate::mpm::{EDGE, Grid, Wall, WallKind};
 
@@ -25,6 +26,7 @@ pub fn flip<const D: usize>(v: Vector<D>, flips: Flips) -> Vector<D> {
 pub struct Lattice<const D: usize> {
     kernel: Kernel,
     walls: [[WallKind; 2]; D],
+    folds: [[Fold; 2]; D],
     /// Nodes of bodies up to this mass have no velocity and don't touch anything [kg].
     pub cutoff: f64,
 }
@@ -43,7 +45,14 @@ struct AxisNodes<const S: usize> {
 impl<const D: usize> Lattice<D> {
     /// For the shape functions of the bodies and the domain's walls.
     pub fn new(kernel: Kernel, walls: &[[Wall; 2]; D]) -> Self {
-        Self { kernel, walls: std::array::from_fn(|a| std::array::from_fn(|end| walls[a][end].kind)), cutoff: 0.0 }
+        let kind = |a: usize, end: usize| walls[a][end].kind;
+        let fold = |a: usize, end: usize| walls[a][end].kind.fold(&walls[a][end].velocity[a]);
+        Self {
+            kernel,
+            walls: std::array::from_fn(|a| [kind(a, 0), kind(a, 1)]),
+            folds: std::array::from_fn(|a| [fold(a, 0), fold(a, 1)]),
+            cutoff: 0.0,
+        }
     }
 
     /// The same, leaving out the bodies' nodes up to the mass `cutoff` [kg], which the bodies leave out, too.
@@ -107,7 +116,7 @@ impl<const D: usize> Lattice<D> {
 
     #[inline]
     fn fold<const S: usize>(&self, axis: usize, first: i32, weight: [f64; S], cells: i32) -> AxisNodes<S> {
-        let [lower, upper] = self.walls[axis].map(|kind| kind == WallKind::Slip);
+        let [lower, upper] = self.folds[axis].map(|fold| fold == Fold::Mirror);
         let folded: [(i32, bool); S] = std::array::from_fn(|i| match first + i as i32 {
             node if node < 0 && lower => (-node, true),
             node if node > cells && upper => (2 * cells - node, true),
@@ -182,6 +191,7 @@ fn extrapolate<const S: usize>(inward: &[i32; S], weight: &mut [f64; S]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Signal;
     use crate::mpm::KernelKind;
 
     fn lattice(kind: WallKind) -> Lattice<2> {
@@ -220,6 +230,26 @@ mod tests {
             assert!((sum - 1.0).abs() < 1e-14 && (centre - x).norm() < 1e-14, "{x:?} {centre:?}");
         }
         assert_eq!(lattice.free(&grid, grid.find([0, 2]).unwrap()), [false, true]);
+    }
+
+    /// A slip wall that moves along its normal is no mirror: its ghosts extrapolate, as the bodies' do.
+    #[test]
+    fn slip_walls_that_move_along_their_normal_extrapolate() {
+        let moving = Wall { kind: WallKind::Slip, velocity: std::array::from_fn(|_| Signal::Constant(1.0)) };
+        let lattice = Lattice::<2>::new(
+            Kernel::new(KernelKind::Quadratic, 0.25),
+            &std::array::from_fn(|_| [moving.clone(), moving.clone()]),
+        );
+        let mut grid = Grid::<2>::new(Vector::ZERO, 0.5, [4, 4], 1);
+        grid.set_blocks(vec![[0, 0], [1, 0], [0, 1], [1, 1]]);
+        let x = Vector([0.05, 0.3]);
+        let (mut sum, mut centre) = (0.0, Vector::ZERO);
+        lattice.for_each(&grid, x, |node, weight, flips| {
+            assert_eq!(flips, 0);
+            sum += weight;
+            centre += grid.position(node) * weight;
+        });
+        assert!((sum - 1.0).abs() < 1e-14 && (centre - x).norm() < 1e-14, "{centre:?}");
     }
 
     /// Inactive blocks are left out, whichever corner of the support they are.

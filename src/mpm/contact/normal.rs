@@ -1,25 +1,35 @@
-//! The plane between two bodies near a grid node, by logistic regression (Nairn et al. 2020; theory 6.3 iv).
+//! The plane between two bodies near a grid node: that of widest margin between their particles ([`super::margin`]),
+//! or where the bodies embrace, so that no plane separates them, by logistic regression (Nairn et al. 2020; theory
+//! 6.3 iv):
 //!
 //! ```text
 //! particles of a carry c = −1, those of b carry c = +1;  X = (x − x_I)/h extended by 1
 //! f(X) = 2/(1 + e^{−β·X}) − 1,      β = argmin Σ (c − f)² + λ|β₁…D|²
 //! (Σ φφ X Xᵀ + Λ) δβ = Σ φ (c − f) X − Λβ,   φ = 2e^{−d}/(1 + e^{−d})²,  d = β·X
 //! n = β₁…D/|β₁…D|                   from a to b
-//! g = min_b(x·n − r) − max_a(x·n + r)
 //! ```
+//!
+//! The gap is g = min_b(x·n − r) − max_a(x·n + r) over the particles in the strip that the node stands for, half a cell
+//! to either side along the surface: over the whole support, a patch of contact would be wider by the support. With
+//! half the size r = |Sᵀn| a particle is the ball of its first size, deformed: unlike a square's, its size doesn't
+//! change when the body turns.
 
-use crate::math::Vector;
+use super::margin::shortest;
+use crate::math::{Tensor, Vector};
 
 /// A particle near the node.
 #[derive(Debug, Clone, Copy)]
 pub struct Point<const D: usize> {
     /// Position relative to the node [cells].
     pub position: Vector<D>,
-    /// Half its size [cells].
-    pub radius: f64,
+    /// What the unit ball was deformed to [cells].
+    pub shape: Tensor<D>,
     /// False: body a; true: body b.
     pub second: bool,
 }
+
+/// Round-off of positions next to the edge of a strip [cells].
+const NEAR: f64 = 1e-9;
 
 /// Where two bodies face each other.
 #[derive(Debug, Clone, Copy)]
@@ -38,8 +48,23 @@ const ITERATIONS: usize = 15;
 /// The plane that separates the two bodies best; `None` if one of them is missing or they coincide.
 /// Components along axes where `free` is false (symmetry planes through the node) are zero.
 pub fn separate<const D: usize>(cloud: &[Point<D>], free: [bool; D]) -> Option<Interface<D>> {
-    let mut beta = linear(cloud, free)?;
-    let mut normal = direction(&beta, free)?;
+    let fit = linear(cloud, free)?;
+    let guess = direction(&fit, free)?;
+    let normal = widest(cloud, guess, free).unwrap_or_else(|| fitted(cloud, fit, guess, free));
+    Some(Interface { normal, gap: gap(cloud, normal)? })
+}
+
+/// The normal of widest margin, if a plane separates the particles.
+fn widest<const D: usize>(cloud: &[Point<D>], guess: Vector<D>, free: [bool; D]) -> Option<Vector<D>> {
+    let body = |second: bool| -> Vec<Vector<D>> {
+        let own = cloud.iter().filter(|point| point.second == second);
+        own.map(|point| Vector::from_fn(|a| if free[a] { point.position[a] } else { 0.0 })).collect()
+    };
+    shortest(&body(false), &body(true), guess)?.normalized()
+}
+
+/// The normal of the regression, starting from a linear fit and its direction.
+fn fitted<const D: usize>(cloud: &[Point<D>], mut beta: Beta, mut normal: Vector<D>, free: [bool; D]) -> Vector<D> {
     for _ in 0..ITERATIONS {
         improve(cloud, &mut beta);
         let Some(next) = direction(&beta, free) else { break };
@@ -49,7 +74,7 @@ pub fn separate<const D: usize>(cloud: &[Point<D>], free: [bool; D]) -> Option<I
             break;
         }
     }
-    Some(Interface { normal, gap: gap(cloud, normal) })
+    normal
 }
 
 /// Coefficients: D of the normal and the offset at index 3.
@@ -119,7 +144,7 @@ fn accumulate(matrix: &mut [[f64; 4]; 4], right: &mut Beta, x: Beta, slope: f64,
 }
 
 /// Solves a symmetric positive semi-definite system; directions without information stay zero.
-fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
+pub(super) fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
     let scale = (0..4).map(|i| a[i][i]).fold(0.0, f64::max);
     let mut done = [false; 4];
     for _ in 0..4 {
@@ -135,17 +160,25 @@ fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
     std::array::from_fn(|i| if done[i] { b[i] / a[i][i] } else { 0.0 })
 }
 
-fn gap<const D: usize>(cloud: &[Point<D>], normal: Vector<D>) -> f64 {
+/// The gap within the strip that the node stands for; `None` if a body has no particle there.
+fn gap<const D: usize>(cloud: &[Point<D>], normal: Vector<D>) -> Option<f64> {
+    // Half a cell to either side along the surface; half the diagonal where the surface has two directions.
+    let half = 0.5 * ((D - 1) as f64).sqrt() + NEAR;
     let (mut first, mut second) = (f64::NEG_INFINITY, f64::INFINITY);
     for point in cloud {
         let height = point.position.dot(normal);
+        if (point.position - normal * height).norm() > half {
+            continue;
+        }
+        let radius = point.shape.transpose().apply(normal).norm();
         if point.second {
-            second = second.min(height - point.radius);
+            second = second.min(height - radius);
         } else {
-            first = first.max(height + point.radius);
+            first = first.max(height + radius);
         }
     }
-    second - first
+    let gap = second - first;
+    gap.is_finite().then_some(gap)
 }
 
 #[cfg(test)]
@@ -162,13 +195,13 @@ mod tests {
                 for j in -8..8 {
                     let x = Vector([f64::from(i), f64::from(j)]) * 0.19 + Vector([0.07, 0.03]);
                     if x.dot(n).abs() > 0.1 && x.norm() < 1.5 {
-                        cloud.push(Point { position: x, radius: 0.1, second: x.dot(n) > 0.0 });
+                        cloud.push(Point { position: x, shape: Tensor::identity() * 0.1, second: x.dot(n) > 0.0 });
                     }
                 }
             }
             let interface = separate(&cloud, [true; 2]).unwrap();
             assert!(interface.normal.dot(n) > 0.998, "{degrees}: {:?}", interface.normal);
-            assert!((interface.gap - gap(&cloud, n)).abs() < 0.06, "{degrees}: {}", interface.gap);
+            assert!((interface.gap - gap(&cloud, n).unwrap()).abs() < 0.06, "{degrees}: {}", interface.gap);
         }
     }
 
@@ -177,8 +210,11 @@ mod tests {
     fn two_points_face_each_other() {
         let a = Vector([0.1, -0.2, 0.3]);
         let b = Vector([0.5, 0.4, -0.1]);
-        let cloud =
-            [Point { position: a, radius: 0.2, second: false }, Point { position: b, radius: 0.1, second: true }];
+        let ball = |radius| Tensor::identity() * radius;
+        let cloud = [
+            Point { position: a, shape: ball(0.2), second: false },
+            Point { position: b, shape: ball(0.1), second: true },
+        ];
         let interface = separate(&cloud, [true; 3]).unwrap();
         let line = (b - a).normalized().unwrap();
         assert!(interface.normal.dot(line) > 1.0 - 1e-6);
@@ -188,10 +224,45 @@ mod tests {
     /// On a symmetry plane the normal lies in the plane; a single body has no interface.
     #[test]
     fn symmetry_and_absence_are_respected() {
-        let point = |x, y, second| Point { position: Vector([x, y]), radius: 0.1, second };
-        let cloud = [point(0.5, -0.5, false), point(0.7, 0.5, true)];
+        let point = |x, y, second| Point { position: Vector([x, y]), shape: Tensor::identity() * 0.1, second };
+        let cloud = [point(0.3, -0.5, false), point(0.4, 0.5, true)];
         let interface = separate(&cloud, [false, true]).unwrap();
         assert_eq!(interface.normal, Vector([0.0, 1.0]));
         assert!(separate(&cloud[..1], [true; 2]).is_none());
+    }
+
+    /// Next to the leading corner of a block that lies on a slab the normal is that of the slab; a fit tilts.
+    #[test]
+    fn a_corner_does_not_tilt_the_normal_of_a_face() {
+        for node in [0.0, 0.2, 0.8, 1.2] {
+            let mut cloud = Vec::new();
+            for i in -6..6 {
+                for j in -6..6 {
+                    let x = Vector([(f64::from(i) + 0.5) * 0.25, (f64::from(j) + 0.5) * 0.25]);
+                    if x[1] < 0.0 || x[0] < -node {
+                        cloud.push(Point { position: x, shape: Tensor::identity() * 0.125, second: x[1] > 0.0 });
+                    }
+                }
+            }
+            let Some(interface) = separate(&cloud, [true; 2]) else {
+                assert!(node > 0.5, "the block lies above this node's strip");
+                continue;
+            };
+            assert!(node < 0.5, "the block lies beside this node's strip");
+            assert!((interface.normal - Vector([0.0, 1.0])).norm() < 1e-4, "{node}: {:?}", interface.normal);
+            assert!(interface.gap.abs() < 1e-4, "{node}: {}", interface.gap);
+        }
+    }
+
+    /// A particle that turns keeps its size; one that is stretched along the normal grows.
+    #[test]
+    fn sizes_follow_stretch_and_not_rotation() {
+        let turned = Tensor::from_fn(|i, j| [[0.6, -0.8], [0.8, 0.6]][i][j] * 0.1);
+        let long = Tensor::from_fn(|i, j| if i != j { 0.0 } else { [0.3, 0.05][i] });
+        let gap_of = |shape| {
+            let point = |x, second| Point { position: Vector([x, 0.0]), shape, second };
+            separate(&[point(0.0, false), point(1.0, true)], [true; 2]).unwrap().gap
+        };
+        assert!((gap_of(turned) - 0.8).abs() < 1e-12 && (gap_of(long) - 0.4).abs() < 1e-12);
     }
 }

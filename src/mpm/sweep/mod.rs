@@ -19,9 +19,10 @@ mod view;
 pub(crate) use bins::Bins;
 pub(crate) use gather::{Answer, CHUNK, Chunk, Wanted};
 pub(crate) use scatter::Content;
-pub(crate) use tile::record;
+pub(crate) use tile::{Extent, record};
 pub(crate) use view::View;
 
+use super::ghost::Fold;
 use super::{Grid, Kernel};
 use crate::math::Vector;
 
@@ -36,12 +37,16 @@ pub(crate) struct Sweep<'a, const D: usize> {
     pub origin: Vector<D>,
     /// Cell size [m].
     pub cell: f64,
+    /// Number of the last node of the domain along each axis.
+    pub cells: [i32; D],
+    /// How ghosts follow the domain.
+    pub folds: [[Fold; 2]; D],
 }
 
 impl<'a, const D: usize> Sweep<'a, D> {
     /// A sweep of the particles in `bins`.
     pub fn new(grid: &Grid<D>, kernel: Kernel, bins: &'a Bins<D>) -> Self {
-        Self { bins, kernel, origin: grid.origin, cell: grid.cell }
+        Self { bins, kernel, origin: grid.origin, cell: grid.cell, cells: grid.cells, folds: grid.folds }
     }
 }
 

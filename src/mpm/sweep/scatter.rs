@@ -3,10 +3,11 @@
 use super::dispatch::{Task, widest};
 use super::kernel;
 use super::lanes::{Lanes, Record};
-use super::shape::{Axes, Cubic, Gimp, Linear, Quadratic, Shape};
-use super::tile::{Extent, TILE_NODES, Target, Tile, for_each_run};
+use super::shape::{Axes, Cubic, Gimp, Linear, Quadratic, Shape, Weights};
+use super::tile::{Extent, TILE, TILE_NODES, Target, Tile, for_each_run};
 use super::{Kernel, Sweep, bins::tile_origin, with_shape};
 use crate::math::Vector;
+use crate::mpm::ghost::Fold;
 use crate::mpm::particles::{Body, Particles, Work};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -22,13 +23,22 @@ pub(crate) enum Content {
     MomentumAndForce,
     /// Volume before and after an increment, V and V ΔJ, as two scalars.
     Volumes,
+    /// Volume and its product with the pressure, V and V p, as two scalars.
+    Pressures,
+}
+
+impl Content {
+    /// True if momentum is among it.
+    fn moves(self) -> bool {
+        matches!(self, Self::Momentum | Self::MomentumAndForce)
+    }
 }
 
 impl<const D: usize> Sweep<'_, D> {
     /// Adds the particles' contributions to `nodes`. Returns the part of each tile that was reached.
     pub fn scatter<T: Target>(&self, nodes: &mut [T], body: &Body<D>, content: Content) -> Vec<Extent> {
         let source = Source { particles: &body.particles, work: &body.work, content };
-        let affine = content != Content::Force && content != Content::Volumes && !body.particles.affine.is_empty();
+        let affine = content.moves() && !body.particles.affine.is_empty();
         // Behind a pointer, so that targets are not compiled once more for every shape function.
         let scatter: &BlockFn<'_, D> = with_shape!(self, shape => if affine {
             &move |tile, frame, range| widest(BlockScatter::<_, _, D, true> { tile, shape, frame, source, range })
@@ -66,13 +76,38 @@ type BlockFn<'a, const D: usize> = dyn Fn(&mut Tile, Frame<D>, Range<usize>) -> 
 pub(crate) struct Frame<const D: usize> {
     scale: f64,
     shift: Axes,
+    ends: Ends<D>,
 }
+
+/// Ends of the domain beyond which ghosts extrapolate, in tile coordinates; `None` where there is none in the tile.
+type Ends<const D: usize> = [[Option<f64>; 2]; D];
 
 impl<const D: usize> Frame<D> {
     pub fn new(sweep: &Sweep<'_, D>, block: [i32; D]) -> Self {
         let scale = 1.0 / sweep.cell;
         let tile = tile_origin(block);
-        Self { scale, shift: std::array::from_fn(|a| if a < D { sweep.origin[a] * scale + tile[a] } else { 0.0 }) }
+        let end = |a: usize, end: usize| {
+            let plane = if end == 0 { 0.0 } else { f64::from(sweep.cells[a]) } - tile[a];
+            let extrapolates = sweep.folds[a][end] == Fold::Extrapolate && (0.0..TILE as f64).contains(&plane);
+            extrapolates.then_some(plane)
+        };
+        Self {
+            scale,
+            shift: std::array::from_fn(|a| if a < D { sweep.origin[a] * scale + tile[a] } else { 0.0 }),
+            ends: std::array::from_fn(|a| [end(a, 0), end(a, 1)]),
+        }
+    }
+
+    /// Gives the affine parts next to walls that extrapolate the places of the nodes that receive them.
+    #[inline(always)]
+    fn correct_offsets<const W: usize>(&self, w: &mut Weights<W>) {
+        for (axis, ends) in self.ends.iter().enumerate() {
+            for (plane, inward) in ends.iter().zip([1.0, -1.0]) {
+                if let Some(plane) = plane {
+                    w.fold_offsets(axis, *plane, inward);
+                }
+            }
+        }
     }
 
     #[inline(always)]
@@ -92,7 +127,13 @@ impl<const D: usize> Source<'_, D> {
     /// True if every lane is a product of one number and one-dimensional weights.
     fn is_simple(&self) -> bool {
         let free = self.particles.stress.is_empty() && self.work.external.is_empty();
-        free || matches!(self.content, Content::Momentum | Content::Volumes)
+        free || !matches!(self.content, Content::Force | Content::MomentumAndForce)
+    }
+
+    /// What averaging adds to the pressure of particle `p` [Pa].
+    #[inline(always)]
+    fn excess(&self, p: usize) -> f64 {
+        self.work.excess.get(p).copied().unwrap_or_default()
     }
 
     /// Value of particle `p` without shear stress: (m, m v, V p/h in every force lane).
@@ -100,8 +141,13 @@ impl<const D: usize> Source<'_, D> {
     fn simple_lanes<L: Lanes>(&self, p: usize, cell: f64) -> L {
         let mut value = [0.0; 8];
         let all = self.particles;
-        if self.content == Content::Volumes {
-            (value[0], value[1]) = (all.volume[p], all.volume[p] * self.work.stretch[p]);
+        let average = match self.content {
+            Content::Volumes => Some(self.work.stretch[p]),
+            Content::Pressures => Some(all.mean_pressure(p)),
+            _ => None,
+        };
+        if let Some(average) = average {
+            (value[0], value[1]) = (all.volume[p], all.volume[p] * average);
             return L::set(value);
         }
         if self.content != Content::Force {
@@ -112,7 +158,7 @@ impl<const D: usize> Source<'_, D> {
             }
         }
         if self.content != Content::Momentum {
-            let force = all.volume[p] * all.pressure[p] / cell;
+            let force = all.volume[p] * (all.pressure[p] + self.excess(p)) / cell;
             value[1 + D..1 + 2 * D].fill(force);
         }
         L::set(value)
@@ -146,7 +192,7 @@ impl<const D: usize> Source<'_, D> {
                 value[1 + D..1 + 2 * D].copy_from_slice(&self.work.external[p].0);
             }
             if all.stress.is_empty() {
-                let force = v * all.pressure[p];
+                let force = v * (all.pressure[p] + self.excess(p));
                 for axis in 0..D {
                     slopes[axis][1 + D + axis] = force;
                 }
@@ -157,6 +203,7 @@ impl<const D: usize> Source<'_, D> {
                     for a in 0..D {
                         slopes[axis][1 + D + a] = -v * sigma[a][axis];
                     }
+                    slopes[axis][1 + D + axis] += v * self.excess(p);
                 }
             }
         }
@@ -180,8 +227,12 @@ impl<S: Shape<W>, const W: usize, const D: usize, const AFFINE: bool> Task for B
         let mut extent = Extent::EMPTY;
         let cell = 1.0 / self.frame.scale;
         let simple = !AFFINE && self.source.is_simple();
+        let at_wall = AFFINE && self.frame.ends.iter().flatten().any(Option::is_some);
         for p in self.range {
-            let w = self.shape.weights(self.frame.coordinates(self.source.particles.position[p]));
+            let mut w = self.shape.weights(self.frame.coordinates(self.source.particles.position[p]));
+            if at_wall {
+                self.frame.correct_offsets(&mut w);
+            }
             let first = if simple {
                 kernel::scatter_simple::<L, W, D>(self.tile, &w, self.source.simple_lanes::<L>(p, cell))
             } else {

@@ -21,6 +21,28 @@ pub(crate) struct Weights<const W: usize> {
     pub offset: [Axes; W],
 }
 
+impl<const W: usize> Weights<W> {
+    /// Makes Σ N offset over the nodes that ghosts beyond `plane` are folded to (u_g = 2 u_0 − u_1) that of these
+    /// nodes' own places: N_0 d_0 + 2 N_g d_g → (N_0 + 2 N_g) d_0 and N_1 d_1 − N_g d_g → (N_1 − N_g) d_1. `inward` is
+    /// the sign of the direction into the domain.
+    #[inline(always)]
+    pub fn fold_offsets(&mut self, axis: usize, plane: f64, inward: f64) {
+        for g in 0..W {
+            let ghost = self.base[axis] + g as f64 == plane - inward;
+            let n = self.n[g][axis];
+            if !ghost || n == 0.0 {
+                continue;
+            }
+            for (depth, sign) in [(1, 1.0), (2, -1.0)] {
+                let i = if inward > 0.0 { g + depth } else { g.wrapping_sub(depth) };
+                if i < W && self.n[i][axis] > 0.0 {
+                    self.offset[i][axis] += sign * inward * 2.0 * n / self.n[i][axis];
+                }
+            }
+        }
+    }
+}
+
 /// A shape function of `W` nodes per axis.
 pub(crate) trait Shape<const W: usize>: Copy + Send + Sync {
     /// Weights at `s`, in cells.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::math::{SymTensor, Tensor};
+use crate::mpm::ghost::Ghosts;
 use crate::mpm::grid::Node;
 use crate::mpm::kernel::with_shape;
 use crate::mpm::particles::{Body, Particles, Work};
@@ -153,6 +154,37 @@ fn tiles_of_one_colour_share_no_node() {
             for n in 0..512 {
                 assert!(seen.insert([first[0] + n % 8, first[1] + n / 8 % 8, first[2] + n / 64]));
             }
+        }
+    }
+}
+
+/// Next to walls that extrapolate, particles that carry a linear velocity field (their affine matrices included) give
+/// it to the nodes exactly, at the corners, too; so momentum and angular momentum arrive unchanged.
+#[test]
+fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
+    for kind in KINDS {
+        let mut body = body::<2>(kind, false, true);
+        let spin = Tensor::from_fn(|i, j| [[0.3, -1.2], [0.7, 0.4]][i][j]);
+        let field = |x: Vector<2>| Vector([0.5, -0.2]) + spin.apply(x);
+        let mut grid = Grid::new(Vector::splat(-0.1), CELL, [3, 4], 1);
+        grid.folds = [[Fold::Extrapolate; 2]; 2];
+        let (lower, size) = (grid.origin, grid.upper() - grid.origin);
+        let all = &mut body.particles;
+        for (p, x) in all.position.iter_mut().enumerate() {
+            *x = lower + Vector::from_fn(|a| size[a] * (0.5 + 0.5 * noise(p * 2 + a)));
+            (all.velocity[p], all.affine[p]) = (field(*x), spin);
+        }
+        let mut bins = Bins::sort(&mut body.particles, grid.origin, CELL);
+        grid.set_blocks(Bins::blocks(std::slice::from_ref(&bins)));
+        bins.locate(&grid);
+        let mut nodes = vec![Node::default(); grid.node_count()];
+        Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
+        Ghosts::new(&grid).fold(&mut nodes, |_, _, _| {});
+        let heavy: Vec<_> = nodes.iter().enumerate().filter(|(_, node)| node.mass > 1e-9).collect();
+        assert_eq!(heavy.len(), 4 * 5, "{kind:?}");
+        for (n, node) in heavy {
+            let v = node.momentum / node.mass;
+            assert!((v - field(grid.position(n))).norm() < 1e-12, "{kind:?} node {:?}: {v:?}", grid.coordinates(n));
         }
     }
 }

@@ -44,6 +44,7 @@ view! {
     affine: Tensor<D>,
     signal: f64,
     stretch: f64,
+    excess: f64,
     rate: Vector<D>,
     mean: Vector<D>,
 }
@@ -65,7 +66,7 @@ impl<const D: usize> Body<D> {
             signal,
             ..
         } = &mut self.particles;
-        let Work { stretch, rate, mean, .. } = &mut self.work;
+        let Work { stretch, excess, rate, mean, .. } = &mut self.work;
         let stride = self.law.storage().history.len();
         let view = View {
             position,
@@ -78,6 +79,7 @@ impl<const D: usize> Body<D> {
             affine,
             signal,
             stretch,
+            excess,
             rate,
             mean,
             history,
