@@ -108,6 +108,7 @@ fn setup(n: usize, kernel: KernelKind) -> Setup<3> {
         safety: 0.3,
         membrane_safety: 0.8,
         max_substeps: 1,
+        contact_passes: 2,
         gravity: [Signal::ZERO, Signal::ZERO, Signal::Constant(GRAVITY)],
         bodies: vec![BodySetup {
             name: "water".into(),

@@ -8,6 +8,7 @@ stress-update = "first"
 locking = { kind = "none" }
 max-substeps = 1
 sheet-contact = "nodes"
+contact-passes = 1
 "#;
 
 /// Gases: FLIP keeps the entropy where it is; the filter removes what the grid can't see.

@@ -164,6 +164,9 @@ pub struct MpmSpec {
     /// Most membrane sub-steps per step of the bodies; 1: none.
     #[schemars(extend("minimum" = 1, "maximum" = 100_000))]
     pub max_substeps: usize,
+    /// Passes of contact between membranes and bodies per sub-step.
+    #[schemars(extend("minimum" = 1, "maximum" = 100))]
+    pub contact_passes: usize,
     /// Body force per unit mass.
     #[schemars(extend("unit" = "m/s^2", "axes" = true))]
     pub gravity: [SignalSpec; 3],
@@ -319,6 +322,7 @@ impl Default for MpmSpec {
             safety: 0.3,
             membrane_safety: 0.8,
             max_substeps: 500,
+            contact_passes: 2,
             gravity: Default::default(),
             friction: FrictionSpec::Coefficient(0.0),
             sheet_contact: SheetContactSpec::Particles,

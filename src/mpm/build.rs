@@ -49,7 +49,7 @@ impl<const D: usize> Mpm<D> {
             Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(cutoff),
             &FrictionTable { listed: setup.friction, default: setup.default_friction },
             (setup.sheet_contact, setup.gap_tolerance * cell),
-            (setup.membrane_safety, setup.max_substeps),
+            (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
         );
         let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
         let (books, accounts) = Accounts::open();

@@ -24,6 +24,8 @@ pub struct Setup<const D: usize> {
     pub membrane_safety: f64,
     /// Most membrane sub-steps per step of the bodies (1: no sub-cycling, as in the paper).
     pub max_substeps: usize,
+    /// Passes of contact between membranes and bodies per sub-step (theory 6.7; 1: the paper).
+    pub contact_passes: usize,
     /// Body force per unit mass, a formula per axis [m/s²].
     pub gravity: [Signal; D],
     /// Bodies of material points.

@@ -306,13 +306,20 @@ impl<const D: usize> World<D> {
                     previous: &previous,
                     offset: &sheet.offset,
                 };
-                let forces = self.contact.resolve(index, &surface, sub as f64 * part, part);
+                let forces = self.contact.resolve((index, 0), &surface, sub as f64 * part, part);
                 for k in 0..sheet.position.len() {
                     let free = Vector::from_fn(|a| if sheet.held[k][a] { 0.0 } else { forces[k][a] });
                     sheet.velocity[k] += free * (part / sheet.mass[k]);
                     self.work += (self.gravity * (sheet.mass[k] * part)).dot((previous[k] + sheet.velocity[k]) * 0.5);
                     sheet.position[k] += sheet.velocity[k] * part;
                 }
+                let surface = Surface {
+                    position: &sheet.position,
+                    velocity: &sheet.velocity,
+                    previous: &previous,
+                    offset: &sheet.offset,
+                };
+                self.contact.conclude(index, &surface, sub as f64 * part, part);
             }
         }
         self.contact.finish_step(&mut self.grid);

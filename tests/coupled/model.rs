@@ -30,6 +30,7 @@ pub fn setup<const D: usize>(
         safety: 0.3,
         membrane_safety: 0.8,
         max_substeps: 500,
+        contact_passes: 2,
         gravity: std::array::from_fn(|_| Signal::ZERO),
         bodies,
         membranes,

@@ -34,6 +34,7 @@ pub fn setup<const D: usize>(grid: GridSetup<D>) -> Setup<D> {
         safety: 0.3,
         membrane_safety: 0.8,
         max_substeps: 1,
+        contact_passes: 2,
         gravity: std::array::from_fn(|_| Signal::ZERO),
         bodies: Vec::new(),
         membranes: Vec::new(),

@@ -119,6 +119,7 @@ impl Assembly<'_> {
             safety: mpm.safety,
             membrane_safety: mpm.membrane_safety,
             max_substeps: mpm.max_substeps,
+            contact_passes: mpm.contact_passes,
             gravity: std::array::from_fn(|i| gravity[i].clone()),
             bodies,
             membranes,

@@ -16,6 +16,8 @@
 //! ```text
 //! begin_step     map membranes, label particles, measure gaps; contact between bodies
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
+//!                in passes, as the nodes take up less than the grid gives (theory 6.7)
+//! conclude       gaps and losses of the sub-step
 //! finish_step    hand the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
 //! account        (after the walls) forces of the step, and what contact dissipated (theory 10)
 //! restore        (after the particles moved) put back particles that had crept too close to a membrane
@@ -218,12 +220,26 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Contact of one sheet at the end of its sub-step from `t` − `dt` to `t` [s after the start of the step]:
-    /// the forces on its nodes [N]. The supports' share is included; the membrane leaves it to them.
-    pub fn resolve(&mut self, sheet: usize, surface: &Surface<'_, D>, t: f64, dt: f64) -> &[Vector<D>] {
-        let (forces, lost) = self.sheets[sheet].resolve(surface, &mut self.partners, self.tolerance, [t, dt]);
+    /// Contact of one sheet at the end of its sub-step from `t` − `dt` to `t` [s after the start of the step]: in
+    /// `pass` 0, who touches, and the forces on the sheet's nodes [N]; in further passes, after the nodes have taken
+    /// up the forces of the last, their change (theory 6.7). The supports' share is included; the membrane leaves it
+    /// to them.
+    pub fn resolve(
+        &mut self,
+        (sheet, pass): (usize, usize),
+        surface: &Surface<'_, D>,
+        t: f64,
+        dt: f64,
+    ) -> &[Vector<D>] {
+        let Self { sheets, partners, tolerance, .. } = self;
+        sheets[sheet].resolve(pass, surface, partners, *tolerance, [t, dt])
+    }
+
+    /// Ends the sub-step of a sheet, after its last pass: gaps and losses follow the velocities that its nodes
+    /// have now.
+    pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, t: f64, dt: f64) {
+        let lost = self.sheets[sheet].conclude(surface, &self.partners, [t, dt]);
         self.losses[2 * self.forces.len() + sheet] += lost;
-        forces
     }
 
     /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.

@@ -21,8 +21,10 @@ pub(super) struct Row<const D: usize> {
     pub momentum: Vector<D>,
     /// Mean of the momentum before and after the forces [N s].
     pub average: Vector<D>,
-    /// Contact impulse of this sub-step on the sheet [N s].
+    /// Contact impulse of this pass on the sheet [N s].
     pub impulse: Vector<D>,
+    /// Velocity that the impulse gives the row's own mass [m/s].
+    pub pushed: Vector<D>,
     pub free: [bool; D],
 }
 
@@ -35,6 +37,10 @@ pub(super) struct Pair<const D: usize> {
     pub vote: f64,
     /// The body's node in [`Partners`]; `NONE` while it is too far.
     pub partner: u32,
+    /// True if the two touch in this sub-step.
+    pub touching: bool,
+    /// J of this sub-step on the body, all passes together [N s].
+    pub held: Impulse<D>,
     /// Σ J over the sub-steps on the body: normal part and friction [N s].
     pub total: Impulse<D>,
     /// Σ J·v̂_I^r: normal part and friction [J].
@@ -46,7 +52,15 @@ pub(super) const NONE: u32 = u32::MAX;
 
 impl<const D: usize> Default for Pair<D> {
     fn default() -> Self {
-        Self { gap: [f64::INFINITY; 2], vote: 0.0, partner: NONE, total: Impulse::default(), work: [0.0; 2] }
+        Self {
+            gap: [f64::INFINITY; 2],
+            vote: 0.0,
+            partner: NONE,
+            touching: false,
+            held: Impulse::default(),
+            total: Impulse::default(),
+            work: [0.0; 2],
+        }
     }
 }
 
@@ -67,11 +81,14 @@ impl<const D: usize> Pair<D> {
 }
 
 impl<const D: usize> Pair<D> {
-    pub fn receive(&mut self, j: &Impulse<D>, mean: Vector<D>) {
-        self.total.normal += j.normal;
-        self.total.tangent += j.tangent;
-        self.work[0] += j.normal.dot(mean);
-        self.work[1] += j.tangent.dot(mean);
+    /// Books the impulse of the sub-step at a row that moved with `mean` [m/s]; returns J·v̂ [J].
+    pub fn receive(&mut self, mean: Vector<D>) -> f64 {
+        let work = [self.held.normal.dot(mean), self.held.tangent.dot(mean)];
+        self.total.normal += self.held.normal;
+        self.total.tangent += self.held.tangent;
+        self.work[0] += work[0];
+        self.work[1] += work[1];
+        work[0] + work[1]
     }
 }
 
@@ -86,6 +103,7 @@ impl<const D: usize> Row<D> {
             momentum: Vector::ZERO,
             average: Vector::ZERO,
             impulse: Vector::ZERO,
+            pushed: Vector::ZERO,
             free: [true; D],
         }
     }
@@ -96,7 +114,8 @@ impl<const D: usize> Row<D> {
     }
 }
 
-/// The gap after the sub-step: what it was, changed by the relative motion.
+/// The gaps after the sub-step: what they were, changed by the motion relative to the sheet, which moves with
+/// `velocity` [m/s].
 pub(super) fn close<const D: usize>(
     row: &Row<D>,
     pairs: &mut [Pair<D>],
@@ -104,10 +123,9 @@ pub(super) fn close<const D: usize>(
     velocity: Vector<D>,
     [t, dt]: [f64; 2],
 ) {
-    let after = velocity + row.impulse / row.mass;
     for pair in pairs.iter_mut().filter(|pair| pair.partner != NONE) {
         let (_, v) = partners.trial(pair.partner, t);
-        let opening = (row.project(v) - after).dot(row.normal) * pair.side() * dt;
+        let opening = (row.project(v) - velocity).dot(row.normal) * pair.side() * dt;
         pair.gap[usize::from(pair.vote >= 0.0)] += opening;
     }
 }

@@ -8,7 +8,7 @@
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 
-use super::impulse::{self, Touch};
+use super::impulse::{self, Impulse, Touch};
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::points::Points;
@@ -71,9 +71,12 @@ pub(super) struct Sheet<const D: usize> {
     lookup: Vec<u32>,
     entries: Vec<Entry>,
     spans: Vec<(u32, u32)>,
+    /// Change of the forces on the nodes in the last pass [N].
     forces: Vec<Vector<D>>,
     /// Node velocities after the impulses of the sub-step [m/s].
     after: Vec<Vector<D>>,
+    /// Forces on the nodes in the sub-step [N].
+    received: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Sheet<D> {
@@ -85,6 +88,7 @@ impl<const D: usize> Sheet<D> {
             facets: source.facets.clone(),
             points: Points::new(&source.facets, source.mass.len()),
             forces: vec![Vector::ZERO; source.mass.len()],
+            received: vec![Vector::ZERO; source.mass.len()],
             mass: source.mass.to_vec(),
             held: source.held.clone(),
             friction,
@@ -209,27 +213,49 @@ impl<const D: usize> Sheet<D> {
         (self.entries, self.spans) = (kept, spans);
     }
 
-    /// Contact at the time `t` [s] after the start of the step, at the end of a sub-step of length `dt` [s]:
-    /// the force on each node [N], and the energy that the map loses [J].
+    /// One pass of contact at the time `t` [s] after the start of the step, at the end of a sub-step of length `dt`
+    /// [s]: the force on each node [N], in further passes its change.
     pub fn resolve(
         &mut self,
+        pass: usize,
         surface: &Surface<'_, D>,
         partners: &mut Partners<D>,
         tolerance: f64,
-        [t, dt]: [f64; 2],
-    ) -> (&[Vector<D>], f64) {
+        times: [f64; 2],
+    ) -> &[Vector<D>] {
         self.forces.fill(Vector::ZERO);
-        if !self.points.is_empty() {
-            self.touch(surface, partners, [t, dt]);
+        if pass == 0 && !self.points.is_empty() {
+            self.touch(surface, partners, times);
         }
+        if !self.entries.is_empty() {
+            self.map_momentum(surface);
+            if pass == 0 {
+                self.meet(partners, tolerance, times);
+            }
+            self.push(partners, times);
+        }
+        &self.forces
+    }
+
+    /// Ends the sub-step, with the velocities that the nodes have in the end: gaps, and the energy that the map
+    /// loses [J].
+    pub fn conclude(&mut self, surface: &Surface<'_, D>, partners: &Partners<D>, [t, dt]: [f64; 2]) -> f64 {
         if self.entries.is_empty() {
-            return (&self.forces, 0.0);
+            return 0.0;
         }
         self.map_momentum(surface);
-        let work = self.push(partners, tolerance, [t, dt]);
-        self.map_back(dt);
-        let received = self.received_work(surface, dt);
-        (&self.forces, work - received)
+        let fields = self.friction.len();
+        let mut work = 0.0;
+        for (r, row) in self.rows.iter().enumerate() {
+            let pairs = &mut self.pairs[r * fields..][..fields];
+            let after = row.project(row.momentum) / row.mass;
+            let mean = row.project(row.average) / row.mass + (row.pushed - after) * 0.5;
+            for pair in pairs.iter_mut().filter(|pair| pair.touching) {
+                work -= pair.receive(mean);
+            }
+            close(row, pairs, partners, after, [t, dt]);
+        }
+        work - self.received_work(surface, dt)
     }
 
     /// Contact with the particles that touch the surface.
@@ -244,7 +270,7 @@ impl<const D: usize> Sheet<D> {
     /// p̄_I^r, and the mean with the momentum before the forces.
     fn map_momentum(&mut self, surface: &Surface<'_, D>) {
         for row in &mut self.rows {
-            (row.momentum, row.average, row.impulse) = (Vector::ZERO, Vector::ZERO, Vector::ZERO);
+            (row.momentum, row.average) = (Vector::ZERO, Vector::ZERO);
         }
         let mut start = 0;
         for &(q, end) in &self.spans {
@@ -264,38 +290,47 @@ impl<const D: usize> Sheet<D> {
         }
     }
 
-    /// Solves every row; returns Σ J_r·v̂_r [J].
-    fn push(&mut self, partners: &mut Partners<D>, tolerance: f64, [t, dt]: [f64; 2]) -> f64 {
+    /// Marks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
+    /// length `dt` [s] (52); they have exchanged nothing yet.
+    fn meet(&mut self, partners: &Partners<D>, tolerance: f64, [t, dt]: [f64; 2]) {
+        self.received.fill(Vector::ZERO);
         let fields = self.friction.len();
-        let (mut touches, mut which, mut impulses) = (Vec::new(), Vec::new(), Vec::new());
-        let mut work = 0.0;
+        for (r, row) in self.rows.iter().enumerate() {
+            let velocity = row.project(row.momentum) / row.mass;
+            for pair in self.pairs[r * fields..][..fields].iter_mut().filter(|pair| pair.partner != NONE) {
+                let (_, v) = partners.trial(pair.partner, t);
+                let closing = (row.project(v) - velocity).dot(row.normal) * pair.side() * dt;
+                pair.touching = pair.distance() - row.offset + closing.min(0.0) <= tolerance;
+                pair.held = Impulse::default();
+            }
+        }
+    }
+
+    /// Solves every row for the impulses of the whole sub-step, as if its last were not there yet: they may shrink,
+    /// but never pull. The nodes get the change.
+    fn push(&mut self, partners: &mut Partners<D>, [t, dt]: [f64; 2]) {
+        let fields = self.friction.len();
+        let (mut touches, mut impulses) = (Vec::new(), Vec::new());
         for (r, row) in self.rows.iter_mut().enumerate() {
             let pairs = &mut self.pairs[r * fields..][..fields];
             let velocity = row.project(row.momentum) / row.mass;
+            let held: Vector<D> = pairs.iter().filter(|pair| pair.touching).map(|pair| pair.held.total()).sum();
             touches.clear();
-            which.clear();
-            for (field, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.partner != NONE) {
+            for (field, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.touching) {
                 let (mass, v) = partners.trial(pair.partner, t);
-                let closing = (row.project(v) - velocity).dot(row.normal) * pair.side() * dt;
-                if pair.distance() - row.offset + closing.min(0.0) <= tolerance {
-                    let (side, friction) = (pair.side(), self.friction[field]);
-                    touches.push(Touch { mass, velocity: row.project(v), side, friction });
-                    which.push(field);
-                }
+                let (side, friction) = (pair.side(), self.friction[field]);
+                touches.push(Touch { mass, velocity: row.project(v) - pair.held.total() / mass, side, friction });
             }
-            impulse::solve(row.mass, velocity, row.normal, &touches, &mut impulses);
-            for (&field, j) in which.iter().zip(&impulses) {
+            impulse::solve(row.mass, velocity + held / row.mass, row.normal, &touches, &mut impulses);
+            row.impulse = held;
+            for (pair, &j) in pairs.iter_mut().filter(|pair| pair.touching).zip(&impulses) {
                 row.impulse -= j.total();
-                partners.push(pairs[field].partner, j.total());
+                partners.push(pair.partner, j.total() - pair.held.total());
+                pair.held = j;
             }
-            let mean = (row.project(row.average) + row.impulse * 0.5) / row.mass;
-            work += row.impulse.dot(mean);
-            for (&field, j) in which.iter().zip(&impulses) {
-                pairs[field].receive(j, mean);
-            }
-            close(row, pairs, partners, velocity, [t, dt]);
+            row.pushed = velocity + row.impulse / row.mass;
         }
-        work
+        self.map_back(dt);
     }
 
     /// F_K by the adjoint of the map.
@@ -313,18 +348,13 @@ impl<const D: usize> Sheet<D> {
                 self.forces[k as usize] += pull * (mass / dt);
             }
         }
+        self.received.iter_mut().zip(&self.forces).for_each(|(sum, force)| *sum += *force);
     }
 
-    /// Σ F_K·v̂_K Δt [J], prescribed components moving as prescribed.
+    /// Σ F_K·v̂_K Δt [J] over the forces of the sub-step.
     fn received_work(&self, surface: &Surface<'_, D>, dt: f64) -> f64 {
-        let mut work = 0.0;
-        for (k, force) in self.forces.iter().enumerate() {
-            for axis in 0..D {
-                let gain = if self.held[k][axis] { 0.0 } else { force[axis] * dt / self.mass[k] };
-                work += force[axis] * dt * 0.5 * (surface.previous[k][axis] + surface.velocity[k][axis] + gain);
-            }
-        }
-        work
+        let nodes = self.received.iter().zip(surface.previous.iter().zip(surface.velocity));
+        nodes.map(|(force, (before, after))| force.dot(*before + *after)).sum::<f64>() * (0.5 * dt)
     }
 
     /// The impulses of the step and what was lost at the rows, field by field: Σ J on the field [N s], and
