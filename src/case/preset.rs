@@ -14,7 +14,7 @@ contact-passes = 1
 /// Gases: FLIP keeps the entropy where it is; the filter removes what the grid can't see.
 const GAS: &str = r#"
 kernel = "quadratic"
-transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 100 }
+transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 50 }
 stress-update = "average"
 locking = { kind = "none" }
 sheet-contact = "nodes"

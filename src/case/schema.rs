@@ -217,7 +217,7 @@ pub enum TransferSpec {
         #[serde(default)]
         #[schemars(extend("maximum" = 10))]
         filter_order: u32,
-        /// Steps between two filters.
+        /// Time between two filters, in steps of 0.3 cells per speed of sound at the start.
         #[serde(default = "hundred")]
         #[schemars(extend("minimum" = 1))]
         filter_interval: u32,

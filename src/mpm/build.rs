@@ -51,6 +51,7 @@ impl<const D: usize> Mpm<D> {
             (setup.sheet_contact, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
         );
+        let filter_time = filter_time(setup.transfer, &bodies, cell);
         let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
         let (books, accounts) = Accounts::open();
         let bins = bodies.iter().map(|_| Bins::default()).collect();
@@ -63,6 +64,8 @@ impl<const D: usize> Mpm<D> {
             bodies,
             coupling,
             transfer: setup.transfer,
+            filter_time,
+            filter_order: 0,
             stress_update: setup.stress_update,
             locking: setup.locking,
             safety: setup.safety,
@@ -210,6 +213,16 @@ fn build_body<const D: usize>(
         traction: setup.traction,
         work,
     })
+}
+
+/// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
+/// start, which the signals hold before the first step.
+fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
+    let sound = bodies.iter().flat_map(|body| &body.particles.signal).fold(0.0, |most: f64, &c| most.max(c));
+    match transfer {
+        Transfer::Flip { filter_interval: steps @ 1.., .. } if sound > 0.0 => f64::from(steps) * 0.3 * cell / sound,
+        _ => f64::INFINITY,
+    }
 }
 
 /// Depths below the surface [m] in edges of the particles' volumes. A fluid's particles may come to the surface from

@@ -115,14 +115,14 @@ pub enum KernelKind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transfer {
     /// FLIP, relaxed towards PIC with time constant `relaxation` [s] (infinity: pure FLIP): the PIC share
-    /// of a step is 1 − exp(−Δt/relaxation). Every `filter_interval` steps one FMPM(k) update removes the
+    /// of a step is 1 − exp(−Δt/relaxation). At fixed times one FMPM(k) update removes the
     /// noise that the grid can't see.
     Flip {
         /// Time constant [s].
         relaxation: f64,
         /// Order k of the filter; 0: never.
         filter_order: u32,
-        /// Steps between two filters.
+        /// Time between two filters, in steps of 0.3 h/c with the speed of sound at the start; 0: never.
         filter_interval: u32,
     },
     /// Affine particle-in-cell: conserves angular momentum.

@@ -99,6 +99,10 @@ pub struct Mpm<const D: usize> {
     pub(super) fastest: Vec<f64>,
     pub(super) coupling: Coupling<D>,
     pub(super) transfer: Transfer,
+    /// Time between two noise filters [s].
+    pub(super) filter_time: f64,
+    /// Order of the noise filter in this step; 0: none.
+    pub(super) filter_order: u32,
     pub(super) stress_update: StressUpdate,
     pub(super) locking: Locking,
     pub(super) safety: f64,
@@ -155,6 +159,7 @@ impl<const D: usize> Mpm<D> {
     fn advance(&mut self, step: &Step) -> Result<(), StepError> {
         timed!(self.timer, "activate", self.activate());
         self.tally = Tally::default();
+        self.filter_order = self.due_filter(step);
         self.summaries = vec![Summary::default(); self.bodies.len()];
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻        (60, 61)
@@ -334,11 +339,12 @@ impl<const D: usize> Mpm<D> {
         }
     }
 
-    /// Order of the noise filter if it is due in this step, else 0.
-    fn filter_order(&self) -> u32 {
+    /// Order of the noise filter if it is due in this step, else 0. It is due by time, not by steps: a viscous gas or
+    /// a short step would be filtered more often for no more noise.
+    fn due_filter(&self, step: &Step) -> u32 {
         match self.transfer {
-            Transfer::Flip { filter_order, filter_interval, .. }
-                if filter_interval > 0 && (self.steps + 1).is_multiple_of(u64::from(filter_interval)) =>
+            Transfer::Flip { filter_order, .. }
+                if ((step.t + step.dt) / self.filter_time).floor() > (step.t / self.filter_time).floor() =>
             {
                 filter_order
             }
@@ -348,7 +354,7 @@ impl<const D: usize> Mpm<D> {
 
     /// True if the particles can move, strain and land in one sweep: nothing needs the grid in between.
     fn lands_at_once(&self) -> bool {
-        self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order() == 0
+        self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order == 0
     }
 
     /// Where the particles are at the end of the step.
@@ -360,7 +366,7 @@ impl<const D: usize> Mpm<D> {
     /// in the same sweep.
     fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let dt = step.momentum_dt;
-        let (share, order) = (self.pic_share(dt), self.filter_order());
+        let (share, order) = (self.pic_share(dt), self.filter_order);
         let (at_once, landing) = (self.lands_at_once(), self.landing(step));
         let Self { grid, bodies, bins, ghosts, walls, tally, books, accounts, summaries, .. } = self;
         let (grid, own) = (&*grid, &grid.fields[field]);
