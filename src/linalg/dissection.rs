@@ -14,12 +14,12 @@ pub(super) fn nested_dissection(pattern: &Pattern, places: &[[f64; 3]], axes: us
     let nodes = pattern.rows();
     let mut order: Vec<u32> = (0..nodes as u32).collect();
     let mut cutter = Cutter { pattern, places, axes, side: vec![0; nodes], stamp: 0 };
-    let mut open = vec![0..nodes];
-    while let Some(range) = open.pop() {
-        if range.len() > LEAF {
-            let [low, high] = cutter.cut(&mut order[range.clone()]);
-            open.push(range.start..range.start + low);
-            open.push(range.start + low..range.start + low + high);
+    let mut open = Vec::from([(0, nodes)]);
+    while let Some((start, end)) = open.pop() {
+        if end - start > LEAF {
+            let [low, high] = cutter.cut(&mut order[start..end]);
+            open.push((start, start + low));
+            open.push((start + low, start + low + high));
         }
     }
     order

@@ -7,7 +7,7 @@ use super::size::Size;
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Shape};
 use crate::math::Vector;
-use crate::mesh::{Cut, Facet, Mesh};
+use crate::mesh::{Cut, Mesh};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -192,7 +192,7 @@ impl BoxMesh {
                 Some(self.holes[nearest].name.clone())
             });
             if let Some(name) = name {
-                mesh.sets.entry(name).or_insert_with(Vec::<Facet>::new).push(facet);
+                mesh.sets.entry(name).or_default().push(facet);
             }
         }
     }
