@@ -44,13 +44,13 @@ fn measure<const D: usize, const N: usize, const B: usize>(cells: usize, kind: K
     let (mut first, mut rest, mut iterations, mut rebuilt) = (0.0, 0.0, 0, 0);
     for step in 0..=STEPS {
         let (a, b) = system::<D, N, B>(&mesh, &pattern, 0.6 + 0.3 * step as f64 / cells as f64);
-        let start = Instant::now();
+        let start = seconds();
         let outcome = solver.solve(&a, &b, &mut x).unwrap_or_else(|failure| panic!("{failure}"));
-        let seconds = start.elapsed().as_secs_f64();
+        let spent = seconds() - start;
         if step == 0 {
-            first = seconds;
+            first = spent;
         } else {
-            rest += seconds / STEPS as f64;
+            rest += spent / STEPS as f64;
             iterations += outcome.iterations;
             rebuilt += usize::from(outcome.rebuilt);
         }
@@ -111,6 +111,19 @@ fn prescribe<const B: usize>(a: &mut BlockMatrix<B>, b: &mut [[f64; B]], node: u
     }
     a.values[pattern.diagonal(node)][unknown][unknown] = 1.0;
     b[node][unknown] = 0.0;
+}
+
+/// Processor time of this process [s], so that a busy machine doesn't count; wall time where the system doesn't tell.
+fn seconds() -> f64 {
+    static START: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
+    const TICKS: f64 = 100.0;
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let mut after_name = text.rsplit(") ").next().unwrap_or_default().split(' ').skip(11);
+    let mut ticks = || after_name.next().and_then(|field| field.parse::<f64>().ok());
+    match (ticks(), ticks()) {
+        (Some(user), Some(system)) => (user + system) / TICKS,
+        _ => START.elapsed().as_secs_f64(),
+    }
 }
 
 /// Most memory that the process has held, matrices and mesh included [MB]; 0 where the system doesn't tell.

@@ -18,8 +18,8 @@ fn read(text: &str, overrides: &[(&str, &str)]) -> Case {
 fn the_paper_s_units_become_si() {
     let file = read(WATER_SPHERE, &[]).file;
     assert_eq!(file.time.end, 1.2e-3);
-    assert_eq!(file.grid.cell, 1e-3);
-    assert_eq!(file.grid.lower, [-27e-3, -27e-3, -12e-3]);
+    assert_eq!(file.grid.as_ref().unwrap().cell, 1e-3);
+    assert_eq!(file.grid.as_ref().unwrap().lower, [-27e-3, -27e-3, -12e-3]);
     assert_eq!(file.mpm.gravity[2], SignalSpec::Number(-9.81));
     assert_eq!(file.body[0].spacing, Some(0.5e-3));
     assert_eq!(file.body[0].velocity[2], SignalSpec::Number(-10.0));
@@ -92,6 +92,6 @@ fn a_case_without_units_takes_plain_numbers_and_formulas() {
         &[],
     );
     assert_eq!(case.file.mpm.gravity[1], SignalSpec::Formula("-ramp(t, 2)".into()));
-    assert_eq!(case.file.grid.upper, [1.0, 2.0, 0.0]);
+    assert_eq!(case.file.grid.as_ref().unwrap().upper, [1.0, 2.0, 0.0]);
     assert_eq!(case.file.output.checkpoint, Some(60.0));
 }

@@ -1,7 +1,7 @@
 //! Checks of the parts of a case against each other.
 
 use super::summary::Summary;
-use super::{Case, CaseFile};
+use super::{Case, CaseFile, Method};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::Setup;
@@ -33,7 +33,8 @@ fn named(file: &CaseFile) -> Vec<(String, &str)> {
     bodies.chain(membranes).chain(obstacles).collect()
 }
 
-fn names(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
+/// Every name names one thing.
+pub(super) fn names(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     let named = named(file);
     for (i, (key, name)) in named.iter().enumerate() {
         if name.trim().is_empty() {
@@ -141,7 +142,8 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
         findings.push(Diagnostic::error("time", format!("the stable step is {stable} s")));
         return;
     }
-    if let Some(step) = file.time.step.filter(|step| *step > stable) {
+    let explicit = file.method == Method::Mpm;
+    if let Some(step) = file.time.step.filter(|step| explicit && *step > stable) {
         let finding = Diagnostic::error(
             "time.step",
             format!("the step of {step:.4e} s is above the stable one of {stable:.4e} s"),
@@ -180,8 +182,8 @@ pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec
 }
 
 /// Checks that pictures find what they show.
-pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec<Diagnostic>) {
-    let (nowhere, domain) = (Path::new(""), [file.grid.lower, file.grid.upper]);
+pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3]; 2], findings: &mut Vec<Diagnostic>) {
+    let nowhere = Path::new("");
     for (i, spec) in file.picture.iter().enumerate() {
         let key = format!("picture[{i}]");
         if file.picture[..i].iter().any(|other| other.name == spec.name) {

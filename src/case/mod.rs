@@ -9,7 +9,9 @@
 mod build;
 mod check;
 mod columns;
+mod flow;
 mod keywords;
+mod method;
 mod parts;
 mod preset;
 mod quantity;
@@ -23,6 +25,7 @@ mod tree;
 mod walk;
 
 pub use build::Model;
+pub use flow::*;
 pub use parts::*;
 pub use reference::{laws, schema};
 pub use report::{line_and_column, render};
@@ -128,7 +131,7 @@ impl Case {
 
     /// The case with every default, in SI, as TOML.
     pub fn resolved_toml(&self) -> String {
-        toml::to_string(&self.file).unwrap_or_else(|error| format!("# {error}\n"))
+        own_text(&self.file).unwrap_or_else(|error| format!("# {error}\n"))
     }
 
     /// Identifies what is computed: cases with one hash can go on from each other's checkpoints. The end
@@ -141,7 +144,7 @@ impl Case {
         file.output = OutputSpec::default();
         file.probe.clear();
         file.picture.clear();
-        let text = toml::to_string(&file).unwrap_or_default();
+        let text = own_text(&file).unwrap_or_default();
         // FNV-1a, 64 bits.
         let hash =
             text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3));
@@ -179,6 +182,13 @@ static SCHEMA: LazyLock<walk::Schema> = LazyLock::new(|| {
     schema.as_object().cloned().unwrap_or_default()
 });
 
+/// The case as TOML, without the sections of other methods.
+fn own_text(file: &CaseFile) -> Result<String, toml::ser::Error> {
+    let mut table = toml::Table::try_from(file)?;
+    method::keep_own(&mut table);
+    toml::to_string(&table)
+}
+
 fn read_tree(tree: &tree::Node, base: &Path, findings: &mut Vec<Diagnostic>) -> Option<CaseFile> {
     let dimension = match tree.get("dimension").map(|n| &n.value) {
         Some(tree::Value::Integer(2)) => 2,
@@ -188,6 +198,7 @@ fn read_tree(tree: &tree::Node, base: &Path, findings: &mut Vec<Diagnostic>) -> 
     let mut walker = walk::Walker::new(&SCHEMA, dimension, units, base);
     let value = walker.walk(tree, &SCHEMA, "");
     findings.append(&mut walker.findings);
+    method::check(tree, findings);
     let Some(toml::Value::Table(mut table)) = value else { return None };
     preset::apply(&mut table);
     match serde_path_to_error::deserialize::<_, CaseFile>(toml::Value::Table(table)) {

@@ -1,5 +1,6 @@
 //! What a case is made of: bodies, membranes, obstacles, walls, contact.
 
+use super::flow::FlowLaw;
 use super::schema::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
 use crate::geometry::Shape;
@@ -8,9 +9,9 @@ use crate::material::sheet::SheetLaw;
 use crate::mesh::MembraneShape;
 use crate::mpm::WallKind;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-/// A body of material points.
+/// A body: of material points, or a fluid on a mesh.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BodySpec {
@@ -52,10 +53,34 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The law.
-    pub material: PointLaws,
+    pub material: Material,
     /// Loads on its surface.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<TractionSpec>,
+}
+
+/// The law of a body: of material points, or of a fluid on a mesh.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Material {
+    /// For `method = "mpm"`.
+    Point(PointLaws),
+    /// For `method = "pfem2"`.
+    Flow(FlowLaw),
+}
+
+impl<'de> Deserialize<'de> for Material {
+    /// By the name of the law, so that a law can say what is wrong with its numbers.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let table = toml::Value::deserialize(deserializer)?;
+        let law = table.get("law").and_then(toml::Value::as_str).unwrap_or_default();
+        let made = if FlowLaw::NAMES.contains(&law) {
+            FlowLaw::deserialize(table).map(Self::Flow)
+        } else {
+            PointLaws::deserialize(table).map(Self::Point)
+        };
+        made.map_err(|error| serde::de::Error::custom(error.message()))
+    }
 }
 
 fn yes() -> bool {

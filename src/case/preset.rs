@@ -1,4 +1,4 @@
-//! Defaults of `[mpm]` by preset and material. A preset is a piece of TOML under what the case says itself.
+//! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says itself.
 
 /// Lian, Liu & Zhang (2014): hat functions, pure FLIP, stresses first, one step for bodies and membranes.
 const LIAN_2014: &str = r#"
@@ -37,17 +37,33 @@ stress-update = "average"
 locking = { kind = "none" }
 "#;
 
-/// Fills the keys of `[mpm]` that the case leaves open.
+/// Becker, Idelsohn & Oñate (2015): what the paper and its program do.
+const BECKER_2015: &str = r#"
+scheme = { kind = "backward-euler" }
+stabilisation = "pspg"
+mass = "lumped"
+enrichment = "kink"
+kernel = "shape"
+interface = "pseudo"
+volume = "none"
+courant = inf
+"#;
+
+/// Fills the keys of the method's section that the case leaves open.
 pub(super) fn apply(case: &mut toml::Table) {
-    let preset = match case.get("preset").and_then(toml::Value::as_str) {
-        Some("lian-2014") => LIAN_2014,
-        _ => recommended(case),
+    let text = |key| case.get(key).and_then(toml::Value::as_str);
+    let (section, preset) = match (text("method"), text("preset")) {
+        (Some("pfem2"), Some("becker-2015")) => ("pfem2", BECKER_2015),
+        // The defaults of the section are the recommended ones.
+        (Some("pfem2"), _) => ("pfem2", ""),
+        (_, Some("lian-2014")) => ("mpm", LIAN_2014),
+        _ => ("mpm", recommended(case)),
     };
     let defaults: toml::Table = toml::from_str(preset).expect("presets are TOML");
-    let mpm = case.entry("mpm").or_insert_with(|| toml::Value::Table(toml::Table::new()));
-    if let toml::Value::Table(mpm) = mpm {
+    let section = case.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+    if let toml::Value::Table(section) = section {
         for (key, value) in defaults {
-            mpm.entry(key).or_insert(value);
+            section.entry(key).or_insert(value);
         }
     }
 }

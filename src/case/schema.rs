@@ -1,8 +1,10 @@
 //! The case file as plain structs: its keys, units, ranges and defaults. The JSON Schema, the reference
 //! pages and the checks while reading are all made from these.
 
+use super::flow::{BoundarySpec, Pfem2Spec, TensionSpec};
 use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
 use super::signal::SignalSpec;
+use crate::mesh::domain::DomainMesh;
 use crate::mpm;
 use crate::output::{PictureSpec, ProbeSpec};
 use schemars::JsonSchema;
@@ -29,17 +31,30 @@ pub struct CaseFile {
     /// Whether numbers have units.
     #[serde(default)]
     pub units: Units,
-    /// Where the defaults of `[mpm]` come from.
+    /// Where the defaults of `[mpm]` or `[pfem2]` come from.
     #[serde(default)]
     pub preset: Preset,
     /// How long, and with which step.
     pub time: TimeSpec,
-    /// The background grid.
-    pub grid: GridSpec,
+    /// The background grid of `method = "mpm"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grid: Option<GridSpec>,
+    /// The mesh of `method = "pfem2"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<DomainMesh>,
     /// Choices of the material point method.
     #[serde(default)]
     pub mpm: MpmSpec,
-    /// Bodies of material points.
+    /// Choices of PFEM-2.
+    #[serde(default)]
+    pub pfem2: Pfem2Spec,
+    /// Conditions on the boundary of the mesh.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub boundary: Vec<BoundarySpec>,
+    /// Surface tension of pairs of fluids.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tension: Vec<TensionSpec>,
+    /// Bodies: of material points, or fluids on the mesh; of fluids that overlap the first one counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodySpec>,
     /// Membranes.
@@ -69,6 +84,8 @@ pub enum Method {
     /// The explicit material point method with membranes.
     #[default]
     Mpm,
+    /// The particle finite element method for several fluids on a fixed mesh.
+    Pfem2,
 }
 
 /// Whether numbers have units.
@@ -82,7 +99,7 @@ pub enum Units {
     None,
 }
 
-/// Where defaults of `[mpm]` come from.
+/// Where defaults of `[mpm]` or `[pfem2]` come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
     /// What suits the materials of the case.
@@ -92,6 +109,10 @@ pub enum Preset {
     /// The choices of Lian, Liu & Zhang (2014): linear shape functions, pure FLIP, stress first.
     #[serde(rename = "lian-2014")]
     Lian2014,
+    /// The choices of Becker, Idelsohn & Oñate (2015): backward Euler, stabilisation without inertia, projection by
+    /// shape functions.
+    #[serde(rename = "becker-2015")]
+    Becker2015,
 }
 
 /// How long, and with which step.

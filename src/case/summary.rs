@@ -1,7 +1,9 @@
 //! What a case amounts to: particles, nodes, memory, steps.
 
-use super::CaseFile;
+use super::{CaseFile, LinearKind};
+use crate::linalg::Pattern;
 use crate::mpm::{EDGE, Setup};
+use crate::pfem2::{self, boundary::BoundaryKind};
 use crate::simulation::Solver;
 use std::collections::BTreeSet;
 
@@ -12,10 +14,16 @@ pub struct Summary {
     pub bodies: Vec<BodySummary>,
     /// Membranes.
     pub membranes: Vec<MembraneSummary>,
-    /// Cells of the whole domain.
+    /// Cells of the whole grid, or elements of the mesh.
     pub cells: f64,
-    /// Grid nodes that are stored at the start, over all velocity fields.
+    /// Grid nodes that are stored at the start, over all velocity fields; nodes of the mesh.
     pub nodes: usize,
+    /// Unknowns of the implicit system; 0 without one.
+    pub unknowns: usize,
+    /// Lower and upper corner of the domain [m].
+    pub domain: [[f64; 3]; 2],
+    /// What was chosen for the user, in sentences.
+    pub notes: Vec<String>,
     /// Estimated memory at the start [bytes].
     pub memory: f64,
     /// First stable step [s].
@@ -46,26 +54,6 @@ pub struct MembraneSummary {
     pub elements: usize,
 }
 
-/// What is known before the solver is made: bodies, membranes, cells, nodes and bytes of the grid.
-pub(super) struct Parts {
-    bodies: Vec<BodySummary>,
-    membranes: Vec<MembraneSummary>,
-    cells: f64,
-    nodes: usize,
-    grid_bytes: f64,
-}
-
-pub(super) fn parts<const D: usize>(setup: &Setup<D>) -> Parts {
-    let nodes = stored_nodes(setup);
-    Parts {
-        bodies: setup.bodies.iter().map(body_summary).collect(),
-        membranes: setup.membranes.iter().map(membrane_summary).collect(),
-        cells: setup.grid.cells.iter().map(|&n| f64::from(n)).product(),
-        nodes,
-        grid_bytes: (nodes * 8 * (1 + 2 * D)) as f64,
-    }
-}
-
 fn body_summary<const D: usize>(body: &crate::mpm::BodySetup<D>) -> BodySummary {
     BodySummary { name: body.name.clone(), particles: body.position.len(), volume: body.volume.iter().sum() }
 }
@@ -87,24 +75,81 @@ fn stored_nodes<const D: usize>(setup: &Setup<D>) -> usize {
     blocks.len() * EDGE.pow(D as u32) * (groups.len() + setup.membranes.len()).max(1)
 }
 
+/// Numbers of the factor of a matrix of n blocks, in 2D and 3D: n log n and n^(4/3), as measured.
+fn factor_numbers(nodes: f64, dimension: usize) -> f64 {
+    if dimension == 2 { 9.0 * 3.1 * nodes * nodes.log2() } else { 16.0 * 7.0 * nodes.powf(4.0 / 3.0) }
+}
+
+/// Says where the pressure of a closed box is zero.
+fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Option<String> {
+    let open = setup.boundaries.iter().any(|set| set.condition.kind() == BoundaryKind::Outlet);
+    let text = "pressure: zero at the highest node of the boundary, since no part of it is open";
+    (!open).then(|| text.to_owned())
+}
+
 impl Summary {
-    pub(super) fn new(solver: &mut dyn Solver, parts: Parts, file: &CaseFile) -> Self {
+    /// What the bodies, membranes and grid amount to before the solver is made.
+    pub(super) fn of_points<const D: usize>(setup: &Setup<D>, domain: [[f64; 3]; 2]) -> Self {
+        let nodes = stored_nodes(setup);
+        Self {
+            bodies: setup.bodies.iter().map(body_summary).collect(),
+            membranes: setup.membranes.iter().map(membrane_summary).collect(),
+            cells: setup.grid.cells.iter().map(|&n| f64::from(n)).product(),
+            nodes,
+            unknowns: 0,
+            domain,
+            notes: Vec::new(),
+            memory: (nodes * 8 * (1 + 2 * D)) as f64,
+            stable_step: 0.0,
+            steps: 0.0,
+        }
+    }
+
+    /// What the fluids and the mesh amount to before the solver is made.
+    pub(super) fn of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>, file: &CaseFile) -> Self {
+        let (mesh, particles) = (&setup.mesh, &setup.particles);
+        let nodes = mesh.nodes().len();
+        let count = |fluid: usize| particles.fluid.iter().filter(|&&f| usize::from(f) == fluid).count();
+        let share = |e: usize| mesh.simplex(e).volume / particles.of(e).len().max(1) as f64;
+        let volume = |fluid: usize| {
+            let own = (0..particles.len()).filter(|&p| usize::from(particles.fluid[p]) == fluid);
+            own.map(|p| share(particles.element[p] as usize)).sum()
+        };
+        let bodies = setup.fluids.iter().enumerate().map(|(fluid, setup)| BodySummary {
+            name: setup.name.clone(),
+            particles: count(fluid),
+            volume: volume(fluid),
+        });
+        let axis = |i: usize| mesh.nodes().iter().map(move |x| x.to3()[i]);
+        let lower = std::array::from_fn(|i| axis(i).fold(f64::INFINITY, f64::min));
+        let upper = std::array::from_fn(|i| axis(i).fold(f64::NEG_INFINITY, f64::max));
+        let matrix = (Pattern::new(nodes, mesh.elements()).entries() * N * N * 8) as f64;
+        let direct = file.pfem2.solver.kind == LinearKind::Direct || (D == 2 && nodes < 400_000) || nodes < 6_000;
+        let solver = if direct { 4.0 * factor_numbers(nodes as f64, D) } else { 60.0 * 8.0 * (nodes * N) as f64 };
+        Self {
+            bodies: bodies.collect(),
+            membranes: Vec::new(),
+            cells: mesh.elements().len() as f64,
+            nodes,
+            unknowns: nodes * N,
+            domain: [lower, upper],
+            notes: pin_note(setup).into_iter().collect(),
+            memory: 2.0 * matrix + solver + (mesh.elements().len() * N * (D + 8) * 8) as f64,
+            stable_step: 0.0,
+            steps: 0.0,
+        }
+    }
+
+    /// Adds what the solver knows: columns, first step.
+    pub(super) fn with_solver(self, solver: &mut dyn Solver, file: &CaseFile) -> Self {
         let mut columns = 0;
         solver.columns(&mut |_, column| columns += column.data.bytes().len());
         let stable_step = solver.stable_dt();
         let (end, output) = (file.time.end, &file.output);
         let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
-        let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil();
-        Self {
-            // Beside the stored columns a step needs about as much again for what it works with.
-            memory: 2.0 * columns as f64 + parts.grid_bytes,
-            bodies: parts.bodies,
-            membranes: parts.membranes,
-            cells: parts.cells,
-            nodes: parts.nodes,
-            stable_step,
-            steps: steps.ceil(),
-        }
+        let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil().max(1.0);
+        // Beside the stored columns a step needs about as much again for what it works with.
+        Self { memory: self.memory + 2.0 * columns as f64, stable_step, steps: steps.ceil(), ..self }
     }
 
     /// Particles of all bodies.
@@ -121,7 +166,14 @@ impl std::fmt::Display for Summary {
         for membrane in &self.membranes {
             writeln!(f, "membrane {}: {} nodes, {} elements", membrane.name, membrane.nodes, membrane.elements)?;
         }
-        writeln!(f, "grid: {} cells, {} nodes stored at the start", self.cells, self.nodes)?;
+        if self.unknowns > 0 {
+            writeln!(f, "mesh: {} elements, {} nodes, {} unknowns", self.cells, self.nodes, self.unknowns)?;
+        } else {
+            writeln!(f, "grid: {} cells, {} nodes stored at the start", self.cells, self.nodes)?;
+        }
+        for note in &self.notes {
+            writeln!(f, "{note}")?;
+        }
         writeln!(f, "memory: about {:.1} MB", self.memory / 1e6)?;
         writeln!(f, "first stable step: {:.4e} s", self.stable_step)?;
         write!(f, "steps: about {:.0}", self.steps)

@@ -15,6 +15,7 @@
 //! makes the [`Region`]. Points have three coordinates; in 2D the third is zero and ignored.
 
 mod direction;
+mod graph;
 mod outline;
 mod polygon;
 mod primitive;
@@ -25,6 +26,7 @@ mod surface;
 mod triangles;
 
 pub use direction::{Axis, Direction};
+pub use graph::{BelowShape, Height};
 pub use outline::Edge;
 pub use polygon::Polygon;
 pub use region::{Bounds, Region};

@@ -3,7 +3,7 @@
 //! One struct per shape; its fields are the keys. The case reader has converted units when a shape is
 //! built, so every number is in SI here.
 
-use super::{Direction, Polygon, Region, Surface};
+use super::{BelowShape, Direction, Polygon, Region, Surface};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use schemars::JsonSchema;
@@ -29,6 +29,7 @@ crate::registry! {
         "cylinder" => CylinderShape,
         "half-space" => HalfSpaceShape,
         "polygon" => PolygonShape,
+        "below" => BelowShape,
         "surface" => SurfaceShape,
         "union" => UnionShape,
         "intersection" => IntersectionShape,

@@ -61,6 +61,9 @@ impl<const B: usize> Preconditioner<B> {
 }
 
 /// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost.
+///
+/// Where matrices change so much from one system to the next that a kept one fails, as with an interface between
+/// water and air that crosses elements, keeping it is tried more and more rarely.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Wear {
     /// Cost of a new one, in iterations.
@@ -71,12 +74,26 @@ pub(super) struct Wear {
     pub systems: f64,
     /// The next system gets a new one.
     pub replace: bool,
+    /// How often keeping one failed in a row.
+    pub failures: u32,
+    /// Systems to come that get a new one without a trial.
+    pub rest: u32,
 }
 
+/// At least every so many systems keeping is tried again.
+const LONGEST_REST: u32 = 64;
+
 impl Wear {
-    /// Of a new preconditioner.
-    pub fn new(price: f64) -> Self {
-        Self { price, ..Self::default() }
+    /// Of a new preconditioner in place of the last one.
+    pub fn renewed(self, price: f64) -> Self {
+        Self { price, failures: self.failures, rest: self.rest, ..Self::default() }
+    }
+
+    /// Counts a kept preconditioner that failed.
+    pub fn fail(&mut self) {
+        self.failures += 1;
+        self.rest = (1 << self.failures.min(6)).min(LONGEST_REST);
+        self.replace = true;
     }
 
     /// Counts a system. Once one costs more than the average so far, the next gets a new preconditioner.
@@ -84,11 +101,17 @@ impl Wear {
         self.systems += 1.0;
         self.spent += iterations as f64;
         self.replace = self.systems > 1.0 && iterations as f64 > (self.price + self.spent) / self.systems;
+        if self.systems > 1.0 {
+            self.failures = 0;
+        } else if self.rest > 0 {
+            self.rest -= 1;
+            self.replace = true;
+        }
     }
 
     /// Iterations with a kept preconditioner beyond which it is replaced at once.
     pub fn patience(&self) -> usize {
         let usual = if self.systems > 0.0 { self.spent / self.systems } else { 0.0 };
-        (2.0 * usual + self.price + 5.0) as usize
+        (1.5 * usual + self.price + 2.0) as usize
     }
 }

@@ -65,7 +65,7 @@ pub struct NotConverged {
 }
 
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
-const SINGLE_PATIENCE: usize = 15;
+const SINGLE_PATIENCE: usize = 10;
 
 /// Cost of a new multigrid hierarchy, in iterations.
 const HIERARCHY_PRICE: f64 = 8.0;
@@ -85,12 +85,12 @@ pub struct LinearSolver<const B: usize> {
 }
 
 /// What a solver carries from one system to the next: with it a resumed run repeats the same bits.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Memory {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
-    /// How it is used: method, price, iterations spent, systems solved.
-    pub counters: [f64; 4],
+    /// How it is used: method, price, iterations spent, systems solved, whether the next one is new, failures, rest.
+    pub counters: [f64; 7],
 }
 
 impl<const B: usize> LinearSolver<B> {
@@ -143,8 +143,12 @@ impl<const B: usize> LinearSolver<B> {
                 let residual = norm(residual.as_flattened()) / reference;
                 return Ok(Outcome { iterations, residual, rebuilt: fresh });
             }
+            if !fresh {
+                self.wear.fail();
+                continue;
+            }
             self.wear.replace = true;
-            if fresh && !self.next_method() {
+            if !self.next_method() {
                 return Err(failure(history, &residual, reference));
             }
         }
@@ -156,7 +160,15 @@ impl<const B: usize> LinearSolver<B> {
         let kept = self.source.as_ref().filter(|_| !self.wear.replace);
         Memory {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            counters: [method.unwrap_or(0) as f64, self.wear.price, self.wear.spent, self.wear.systems],
+            counters: [
+                method.unwrap_or(0) as f64,
+                self.wear.price,
+                self.wear.spent,
+                self.wear.systems,
+                f64::from(u8::from(self.wear.replace)),
+                f64::from(self.wear.failures),
+                f64::from(self.wear.rest),
+            ],
         }
     }
 
@@ -169,14 +181,15 @@ impl<const B: usize> LinearSolver<B> {
         if !memory.values.is_empty() && memory.values.len() != expected {
             return Err(format!("the kept matrix has {} numbers instead of {expected}", memory.values.len()));
         }
-        let [method, price, spent, systems] = memory.counters;
+        let [method, price, spent, systems, replace, failures, rest] = memory.counters;
         self.method = [Method::Iterative, Method::Single, Method::Double][(method as usize).min(2)];
         self.preconditioner = None;
         if !memory.values.is_empty() {
             let values = memory.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
-            self.wear = Wear { price, spent, systems, replace: false };
         }
+        self.wear =
+            Wear { price, spent, systems, replace: replace != 0.0, failures: failures as u32, rest: rest as u32 };
         Ok(())
     }
 
@@ -218,7 +231,7 @@ impl<const B: usize> LinearSolver<B> {
             (Method::Iterative, _) | (_, None) => HIERARCHY_PRICE,
             (_, Some(analysis)) => analysis.price(),
         };
-        self.wear = Wear::new(price);
+        self.wear = self.wear.renewed(price);
         match &mut self.source {
             Some(source) => source.values.copy_from_slice(&a.values),
             None => self.source = Some(a.clone()),

@@ -16,7 +16,7 @@ use super::setup::FluidSetup;
 use super::viscosity::shear_rate;
 use super::{subscale, surface_tension};
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, LinearSolver, Options, Outcome};
+use crate::linalg::{BlockMatrix, LinearSolver, Memory, Options, Outcome};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -176,9 +176,17 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         Ok(())
     }
 
-    /// Forgets the preconditioner that it keeps over steps: what follows depends on the nodal values alone.
-    pub fn forget(&mut self) {
-        self.linear = solver(&self.mesh, &self.assembly, self.options);
+    /// What the linear solver carries from one step to the next.
+    pub(super) fn memory(&self) -> Memory {
+        self.linear.memory()
+    }
+
+    /// Goes on from the memory of another run of the same case.
+    pub(super) fn recall(&mut self, memory: &Memory) {
+        // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.
+        if self.linear.restore(memory).is_err() {
+            self.linear = solver(&self.mesh, &self.assembly, self.options);
+        }
     }
 
     /// The equations of the last step.

@@ -96,10 +96,13 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
     counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
 }
 
-/// The columns of a checkpoint. The solver starts afresh from here, as it does in a run that is resumed from them: both
-/// go on with the same bits.
+/// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    pfem.implicit.forget();
+    pfem.memory = pfem.implicit.memory();
+    let mut counters = pfem.memory.counters.to_vec();
+    visit("solver/matrix", Column::new(&mut pfem.memory.values));
+    visit("solver/counters", Column::new(&mut counters));
+    pfem.memory.counters.iter_mut().zip(counters).for_each(|(kept, read)| *kept = read);
     let particles = &mut pfem.particles;
     visit("particles/position", Column::new(&mut particles.position));
     visit("particles/velocity", Column::new(&mut particles.velocity));
@@ -124,10 +127,10 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     pfem.dt_before = clock.first().copied().unwrap_or(0.0);
     let counts = &mut pfem.counts;
     let Counts { left, stuck, added, inflow, merged, empty } = *counts;
-    let mut numbers = vec![pfem.steps, left, stuck, added, inflow, merged, empty];
+    let mut numbers = vec![pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners];
     visit("counts", Column::new(&mut numbers));
-    if let [steps, left, stuck, added, inflow, merged, empty] = numbers[..] {
-        pfem.steps = steps;
+    if let [steps, left, stuck, added, inflow, merged, empty, preconditioners] = numbers[..] {
+        (pfem.steps, pfem.implicit.preconditioners) = (steps, preconditioners);
         *counts = Counts { left, stuck, added, inflow, merged, empty };
     }
     if let Some(sharp) = &mut pfem.sharp {

@@ -29,6 +29,7 @@ use super::reseed::{Density, Origin};
 use super::setup::{Scheme, Setup, VolumeCorrection};
 use super::{Boundary, health, snapshot};
 use crate::error::StepError;
+use crate::linalg::Memory;
 use crate::math::Vector;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
@@ -72,6 +73,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// The last step [s]; 0 before the first.
     pub(super) dt_before: f64,
     pub(super) steps: u64,
+    /// What the linear solver carries over steps, while a checkpoint is written or read.
+    pub(super) memory: Memory,
     timer: Timer,
 }
 
@@ -98,6 +101,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
+        self.memory = Memory::default();
         let theta = match self.scheme {
             Scheme::SecondOrder { theta } if self.dt_before > 0.0 => theta,
             _ => 1.0,
@@ -119,6 +123,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     fn restored(&mut self) {
         self.particles.sort();
         self.settle();
+        self.implicit.recall(&std::mem::take(&mut self.memory));
     }
 
     fn stage_times(&self) -> Vec<(&'static str, f64)> {
@@ -170,6 +175,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             places,
             dt_before: 0.0,
             steps: 0,
+            memory: Memory::default(),
             timer: Timer::default(),
             implicit,
         };

@@ -4,12 +4,25 @@ use super::{RunDirectory, unit_labels};
 use crate::case::Case;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::{Balance, Counts, Fields, Forces, Picture, Precision, Probe};
-use crate::simulation::{Monitor, Simulation};
+use crate::simulation::{Monitor, Simulation, Snapshot};
 
 /// Frames of a run, where the case doesn't say.
 const FRAMES: f64 = 50.0;
 /// Rows of a history, where the case doesn't say.
 const ROWS: f64 = 500.0;
+
+/// Lower and upper corner of what pictures show: the grid, or else the mesh.
+fn domain(case: &Case, initial: &Snapshot<'_>) -> [[f64; 3]; 2] {
+    if let Some(grid) = &case.file.grid {
+        return [grid.lower, grid.upper];
+    }
+    let nodes = || initial.surfaces.iter().flat_map(|surface| surface.position.iter());
+    let bound = |i: usize, start: f64, pick: fn(f64, f64) -> f64| nodes().map(|x| x[i]).fold(start, pick);
+    [
+        std::array::from_fn(|i| bound(i, f64::INFINITY, f64::min)),
+        std::array::from_fn(|i| bound(i, f64::NEG_INFINITY, f64::max)),
+    ]
+}
 
 /// Adds the balance, forces, counts, fields, probes and pictures of a case to its run.
 ///
@@ -35,7 +48,7 @@ pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory)
         }
     }
     for (n, spec) in file.picture.iter().enumerate() {
-        let (key, domain) = (format!("picture[{n}]"), [file.grid.lower, file.grid.upper]);
+        let (key, domain) = (format!("picture[{n}]"), domain(case, &initial));
         match Picture::new(spec.clone(), &key, &initial, domain, &directory.pictures(), frames, units) {
             Ok(picture) => monitors.push(Box::new(case.obstacles().into_iter().fold(picture, Picture::with_obstacle))),
             Err(finding) => findings.push(finding),

@@ -2,10 +2,10 @@
 
 use super::Assembly;
 use super::signals::Samples;
-use crate::case::{BodySpec, Lattice};
+use crate::case::{BodySpec, Lattice, Material};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Sample, centred_origin, sample};
-use crate::material::StartState;
+use crate::material::{PointLaw, PointLaws, StartState};
 use crate::math::{Signal, SymTensor, Vector};
 use crate::mpm::BodySetup;
 
@@ -27,7 +27,7 @@ impl Assembly<'_> {
             traction.flat_map(|(i, t)| self.traction(t, &format!("{key}.traction[{i}]"), &position, spacing)).collect();
         Some(BodySetup {
             name: spec.name.clone(),
-            law: spec.material.clone().into_box(),
+            law: self.point_law(index)?,
             group: self.group(index),
             depth: sample.position.iter().map(|&x| -region.signed_distance(x)).collect(),
             volume: vec![sample.volume; position.len()],
@@ -36,6 +36,19 @@ impl Assembly<'_> {
             state,
             traction,
         })
+    }
+
+    fn point_law(&mut self, index: usize) -> Option<Box<dyn PointLaw>> {
+        match &self.case.file.body[index].material {
+            Material::Point(law) => Some(law.clone().into_box()),
+            Material::Flow(law) => {
+                let message = format!("the law `{}` is for `method = \"pfem2\"`", law.name());
+                let finding = Diagnostic::error(format!("body[{index}].material"), message);
+                self.findings
+                    .push(finding.help(format!("laws of material points are {}", PointLaws::NAMES.join(", "))));
+                None
+            }
+        }
     }
 
     /// Bodies with the same group name have the number of the first of them.
@@ -48,7 +61,7 @@ impl Assembly<'_> {
     fn spacing(&mut self, spec: &BodySpec, key: &str) -> Option<f64> {
         match (spec.spacing, spec.particles_per_cell) {
             (Some(spacing), None) => Some(spacing),
-            (None, Some(count)) => Some(self.case.file.grid.cell / f64::from(count)),
+            (None, Some(count)) => Some(self.case.file.grid.as_ref()?.cell / f64::from(count)),
             (Some(_), Some(_)) => {
                 let message = "give `spacing` or `particles-per-cell`, not both";
                 self.findings.push(Diagnostic::error(format!("{key}.particles-per-cell"), message));
@@ -65,7 +78,7 @@ impl Assembly<'_> {
     fn sample(&mut self, spec: &BodySpec, key: &str, region: &Region, spacing: f64) -> Option<Sample> {
         let dimension = self.case.file.dimension;
         let origin = match spec.lattice {
-            Lattice::Grid => Ok(self.case.file.grid.lower),
+            Lattice::Grid => Ok(self.case.file.grid.as_ref()?.lower),
             Lattice::Centred => centred_origin(region, spacing, dimension),
         };
         match origin.and_then(|origin| sample(region, spacing, dimension, origin)) {

@@ -4,13 +4,14 @@
 //! other, and only a description without errors becomes a solver.
 
 mod body;
+mod flow;
 mod membrane;
 mod signals;
 mod traction;
 
 use super::check;
 use super::schema::{GridSpec, Method};
-use super::summary::{self, Summary};
+use super::summary::Summary;
 use super::{Case, Side};
 use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
@@ -46,6 +47,8 @@ impl Case {
         let result = match (self.file.method, self.file.dimension) {
             (Method::Mpm, 2) => self.mpm::<2>(),
             (Method::Mpm, _) => self.mpm::<3>(),
+            (Method::Pfem2, 2) => self.pfem2::<2, 3>(|mesh, base| mesh.as_dyn().triangles(base)),
+            (Method::Pfem2, _) => self.pfem2::<3, 4>(|mesh, base| mesh.as_dyn().tetrahedra(base)),
         };
         result.map_err(|mut findings| {
             self.locate(&mut findings);
@@ -62,7 +65,8 @@ impl Case {
             check::parts(self, setup, &mut findings);
         }
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
-        let parts = summary::parts(&setup);
+        let domain = self.file.grid.as_ref().map_or([[0.0; 3]; 2], |grid| [grid.lower, grid.upper]);
+        let summary = Summary::of_points(&setup, domain);
         let mut solver = match Mpm::new(setup) {
             Ok(solver) => solver,
             Err(more) => {
@@ -70,10 +74,10 @@ impl Case {
                 return Err(findings);
             }
         };
-        let summary = Summary::new(&mut solver, parts, &self.file);
+        let summary = summary.with_solver(&mut solver, &self.file);
         check::steps(self, &summary, &mut findings);
         check::probes(&self.file, &solver.snapshot(), &mut findings);
-        check::pictures(&self.file, &solver.snapshot(), &mut findings);
+        check::pictures(&self.file, &solver.snapshot(), domain, &mut findings);
         if has_errors(&findings) {
             return Err(findings);
         }
@@ -101,7 +105,7 @@ impl Assembly<'_> {
 
     fn setup<const D: usize>(&mut self) -> Option<Setup<D>> {
         let file = &self.case.file;
-        let grid = self.grid::<D>(&file.grid);
+        let grid = self.grid::<D>(file.grid.as_ref()?);
         let bodies: Vec<_> = (0..file.body.len()).filter_map(|i| self.body(i)).collect();
         let membranes: Vec<_> = (0..file.membrane.len()).filter_map(|i| self.membrane(i)).collect();
         let obstacles = (0..file.obstacle.len()).filter_map(|i| self.obstacle(i)).collect();
@@ -192,7 +196,7 @@ impl Assembly<'_> {
     fn obstacle(&mut self, index: usize) -> Option<Obstacle> {
         let spec = &self.case.file.obstacle[index];
         let key = format!("obstacle[{index}]");
-        let grid = &self.case.file.grid;
+        let grid = self.case.file.grid.as_ref()?;
         let samples = Samples::at(&[grid.lower, grid.upper], self.case.file.time.end);
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &samples);
         let region = self.region(&format!("{key}.region"), &spec.region)?;

@@ -1,0 +1,81 @@
+//! Which keys belong to which method.
+
+use super::tree::{Node, Value};
+use crate::error::Diagnostic;
+
+/// Top-level keys of one method alone; the first must be there.
+const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
+const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
+
+/// Keys of a body that only particles with a volume of their own have.
+const MPM_BODY: &[&str] =
+    &["spacing", "particles-per-cell", "exact-volume", "lattice", "pressure", "energy", "stress", "group", "traction"];
+
+/// The method that a case names.
+fn name(tree: &Node) -> &str {
+    tree.get("method").and_then(Node::as_str).unwrap_or("mpm")
+}
+
+/// Notes keys of the other method, and what this one needs.
+pub(super) fn check(tree: &Node, findings: &mut Vec<Diagnostic>) {
+    let (own, other, example) = match name(tree) {
+        "mpm" => (MPM, PFEM2, "write `[grid]` with `cell`, `lower` and `upper`"),
+        "pfem2" => (PFEM2, MPM, "write `mesh = { shape = \"box\", lower = [...], upper = [...], cell = ... }`"),
+        _ => return,
+    };
+    if tree.get(own[0]).is_none() {
+        let finding = Diagnostic::error("", format!("the key `{}` is missing", own[0])).help(example);
+        findings.push(Diagnostic { span: tree.span.clone(), ..finding });
+    }
+    for key in other.iter().filter(|key| tree.get(key).is_some()) {
+        findings.push(foreign(tree, key, tree.get(key)));
+    }
+    preset(tree, findings);
+    if name(tree) == "pfem2" {
+        bodies(tree, findings);
+    }
+}
+
+fn foreign(tree: &Node, key: &str, node: Option<&Node>) -> Diagnostic {
+    let message = format!("`{key}` does not belong to `method = \"{}\"`", name(tree));
+    let finding = Diagnostic::error(key, message).help("take it out, or choose the other method");
+    Diagnostic { span: node.and_then(|node| node.span.clone()), ..finding }
+}
+
+fn preset(tree: &Node, findings: &mut Vec<Diagnostic>) {
+    let Some(node) = tree.get("preset") else { return };
+    let own = match node.as_str() {
+        Some("lian-2014") => "mpm",
+        Some("becker-2015") => "pfem2",
+        _ => return,
+    };
+    if own != name(tree) {
+        let message = format!("this preset is for `method = \"{own}\"`");
+        let finding = Diagnostic::error("preset", message).help("leave it out: the recommended one then holds");
+        findings.push(Diagnostic { span: node.span.clone(), ..finding });
+    }
+}
+
+fn bodies(tree: &Node, findings: &mut Vec<Diagnostic>) {
+    let Some(Value::Array(bodies)) = tree.get("body").map(|node| &node.value) else { return };
+    for (i, body) in bodies.iter().enumerate() {
+        for key in MPM_BODY.iter().filter(|key| body.get(key).is_some()) {
+            findings.push(foreign(tree, &format!("body[{i}].{key}"), body.get(key)));
+        }
+    }
+}
+
+/// Takes the sections of the other method out of a resolved case.
+pub(super) fn keep_own(table: &mut toml::Table) {
+    let other = match table.get("method").and_then(toml::Value::as_str) {
+        Some("pfem2") => MPM,
+        _ => PFEM2,
+    };
+    other.iter().for_each(|key| drop(table.remove(*key)));
+    if other == MPM {
+        let bodies = table.get_mut("body").and_then(toml::Value::as_array_mut).into_iter().flatten();
+        for body in bodies.filter_map(toml::Value::as_table_mut) {
+            MPM_BODY.iter().for_each(|key| drop(body.remove(*key)));
+        }
+    }
+}

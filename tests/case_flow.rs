@@ -1,0 +1,196 @@
+//! Cases of PFEM-2: what they build, what is wrong with them, what a run leaves, and that it repeats.
+
+use lateen::Error;
+use lateen::case::{Case, Model, Source, line_and_column};
+use lateen::error::Diagnostic;
+use lateen::run::{Existing, Options, RunDirectory, run};
+use lateen::simulation::{Event, Observer, Progress};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+const GOOD: &str = include_str!("fixtures/two_fluids.toml");
+
+fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
+    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
+        Ok(model) => Ok(model),
+        Err(Error::Case(findings)) => Err(findings),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn good(text: &str) -> Model {
+    model(text, Path::new("")).unwrap_or_else(|findings| {
+        panic!("{}", Source::new("case.toml", "", text).render(&findings, false));
+    })
+}
+
+/// Expects one finding at the place of `at` after replacing `from` by `to`.
+#[track_caller]
+fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
+    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
+    let text = GOOD.replace(from, to);
+    let Err(found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].message.contains(message), "{}", found[0].message);
+    assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);
+    if !at.is_empty() {
+        let start = found[0].span.as_ref().expect("a place").start;
+        let wanted = text.find(at).expect("the marked text is there");
+        assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{:?}", found[0]);
+    }
+}
+
+#[test]
+fn a_box_of_two_fluids() {
+    let summary = good(GOOD).summary;
+    assert_eq!((summary.cells, summary.nodes, summary.unknowns), (200.0, 121, 363));
+    assert_eq!(summary.domain, [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);
+    // The plane leaves 0.47 below it on average.
+    assert!((summary.bodies[0].volume - 0.47).abs() < 0.01, "{}", summary.bodies[0].volume);
+    assert!((summary.bodies[0].volume + summary.bodies[1].volume - 1.0).abs() < 1e-12);
+    assert!(summary.to_string().contains("pressure: zero at the highest node"), "{summary}");
+    assert_eq!(summary.steps, 20.0);
+}
+
+#[test]
+fn presets_fill_what_is_open() {
+    let paper = GOOD.replace("method =", "preset = \"becker-2015\"\nmethod =");
+    let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
+    for line in
+        ["kind = \"backward-euler\"", "stabilisation = \"pspg\"", "kernel = \"shape\"", "interface = \"pseudo\""]
+    {
+        assert!(resolved(&paper).contains(line) && !resolved(GOOD).contains(line), "{line}");
+    }
+    assert!(resolved(GOOD).contains("stabilisation = \"oss\"") && !resolved(GOOD).contains("[mpm]"));
+    // What is resolved can be read again and says the same.
+    assert_eq!(resolved(&resolved(GOOD)), resolved(GOOD));
+}
+
+#[test]
+fn keys_of_the_other_method() {
+    expect("[pfem2]\n", "[mpm]\nsafety = 0.2\n[pfem2]\n", "[mpm]", "`mpm` does not belong", "");
+    expect("name = \"oil\"", "name = \"oil\"\nspacing = \"1 mm\"", "\"1 mm\"", "does not belong", "");
+    expect("method =", "preset = \"lian-2014\"\nmethod =", "\"lian-2014\"", "for `method = \"mpm\"`", "leave it out");
+    let mpm = "law = \"hypoelastic\", density = \"800 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
+    let oil = "law = \"newtonian\", density = \"800 kg/m^3\", viscosity = \"0.01 Pa s\"";
+    expect(oil, mpm, "", "is for `method = \"mpm\"`", "newtonian");
+}
+
+#[test]
+fn conditions_on_the_boundary() {
+    expect("[\"left\", \"right\"]", "[\"left\"]", "", "nothing is prescribed on `right`", "rest");
+    expect("[\"left\", \"right\"]", "[\"left\", \"rigth\", \"right\"]", "[\"left\"", "no part `rigth`", "`right`");
+    expect("[\"bottom\", \"top\"]", "[\"bottom\", \"top\", \"left\"]", "[\"bottom\"", "already has a condition", "");
+    expect("kind = \"slip\"", "kind = \"slip\"\npressure = \"1 Pa\"", "\"1 Pa\"", "says nothing", "change `kind`");
+    expect("kind = \"slip\"", "kind = \"slyp\"", "\"slyp\"", "unknown name", "`slip`");
+    good(&GOOD.replace("[\"bottom\", \"top\"]", "\"rest\""));
+}
+
+#[test]
+fn what_flows_in_must_flow_out() {
+    let inlet = "kind = \"inlet\"\nvelocity = [\"ramp(t, 0.1 s) * 1 m/s\", 0]";
+    let text = GOOD.replace("[\"left\", \"right\"]\nkind = \"slip\"", &format!("\"left\"\n{inlet}"));
+    let closed = format!("{text}\n[[boundary]]\non = \"right\"\n");
+    let found = model(&closed, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("nothing lets them out"), "{found:?}");
+    let open = good(&format!("{text}\n[[boundary]]\non = \"right\"\nkind = \"outlet\"\n"));
+    assert!(!open.summary.to_string().contains("pressure: zero"));
+}
+
+#[test]
+fn fluids_must_fill_the_mesh_and_have_particles() {
+    expect("upper = [\"2 m\", \"2 m\"]", "upper = [\"2 m\", \"0.8 m\"]", "", "elements lie in no body", "listed later");
+    let under = "[[body]]\nname = \"oil\"";
+    let hidden = "[[body]]\nname = \"drop\"\nregion = { shape = \"sphere\", center = [0.5, 0.1], radius = 0.05 }\n\
+                  material = { law = \"newtonian\", density = 900.0 }\n[[body]]\nname = \"oil\"";
+    expect(under, hidden, "{ shape = \"sphere\"", "no particles", "listed before it");
+}
+
+#[test]
+fn meshes_that_can_not_be_used() {
+    expect("upper = [\"1 m\", \"1 m\"]", "upper = [\"1 m\", \"-1 m\"]", "[\"1 m\", \"-1 m\"]", "no extent along y", "");
+    let home = tempfile::tempdir().unwrap();
+    let inverted = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n$EndNodes\n\
+                    $Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 2 3 4\n$EndElements\n";
+    std::fs::write(home.path().join("bad.msh"), inverted).unwrap();
+    let start = GOOD.find("shape = \"box\"\nlower").unwrap();
+    let end = GOOD.find("[pfem2]").unwrap();
+    let text = format!("{}shape = \"file\"\npath = \"bad.msh\"\n{}", &GOOD[..start], &GOOD[end..]);
+    let found = model(&text, home.path()).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("element 1"), "{found:?}");
+    assert!(found[0].message.contains("inverted"), "{found:?}");
+}
+
+/// Histories of a run, by name.
+fn histories(directory: &Path) -> Vec<(String, String)> {
+    let files = std::fs::read_dir(directory.join("history")).unwrap().map(|entry| entry.unwrap().path());
+    let csv = files.filter(|path| path.extension().is_some_and(|e| e == "csv"));
+    let mut all: Vec<(String, String)> = csv
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read_to_string(path).unwrap()))
+        .collect();
+    all.sort();
+    all
+}
+
+fn run_whole(text: &str, directory: &Path) {
+    let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap();
+    let solver = case.build().unwrap();
+    run(&case, solver, &RunDirectory::new(directory), Options::default()).unwrap();
+}
+
+#[test]
+fn a_run_leaves_histories_fields_and_pictures() {
+    let home = tempfile::tempdir().unwrap();
+    let pictures = "\n[[picture]]\nname = \"flow\"\nof = [\"mesh\"]\nfield = \"velocity\"\nevery = \"0.2 s\"\n";
+    run_whole(&format!("{GOOD}{pictures}"), home.path());
+    let histories = histories(home.path());
+    let text = |name: &str| &histories.iter().find(|(file, _)| file == name).expect(name).1;
+    assert!(text("balance.csv").lines().next().unwrap().contains("volume: water"), "{}", text("balance.csv"));
+    let counts = text("counts.csv");
+    assert!(counts.contains("solver: iterations") && counts.contains("particles"), "{counts}");
+    assert_eq!(counts.lines().count(), 12);
+    let written = |folder: &str, end: &str| {
+        let files = std::fs::read_dir(home.path().join(folder)).unwrap().map(|f| f.unwrap().path());
+        files.filter(|f| f.to_string_lossy().ends_with(end)).count()
+    };
+    assert!(written("fields", ".pvd") >= 2, "particles and mesh");
+    assert!(written("pictures/flow", ".png") >= 2 || written("pictures", ".png") >= 2);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let runs = [1, 3].map(|threads| {
+        let home = tempfile::tempdir().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run_whole(GOOD, home.path()));
+        histories(home.path())
+    });
+    assert!(runs[0] == runs[1]);
+}
+
+#[test]
+fn an_interrupted_run_goes_on_bit_for_bit() {
+    struct StopAt(f64, Arc<AtomicBool>);
+    impl Observer for StopAt {
+        fn event(&mut self, _: &Event<'_>, progress: &Progress) -> lateen::Result<()> {
+            if progress.clock.time > self.0 {
+                self.1.store(true, Ordering::Relaxed);
+            }
+            Ok(())
+        }
+    }
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    run_whole(GOOD, whole.path());
+    let case = Case::read(Source::new("case.toml", "", GOOD), &[]).unwrap();
+    let stop = Arc::new(AtomicBool::new(false));
+    let options = Options { observers: vec![Box::new(StopAt(0.15, stop.clone()))], stop, ..Options::default() };
+    let interrupted = run(&case, case.build().unwrap(), &RunDirectory::new(parts.path()), options);
+    assert!(matches!(interrupted, Err(Error::Interrupted)));
+    let options = Options { existing: Existing::Resume, ..Options::default() };
+    run(&case, case.build().unwrap(), &RunDirectory::new(parts.path()), options).unwrap();
+    for ((name, whole), (_, parts)) in histories(whole.path()).iter().zip(&histories(parts.path())) {
+        let differing = whole.lines().zip(parts.lines()).find(|(a, b)| a != b);
+        assert!(whole == parts, "{name}: {differing:?}");
+    }
+}
