@@ -1,12 +1,21 @@
 //! Particle-steps per second of the collapsing water column: 1 × 0.5 × 0.5 m in a tank of 2 × 1 × 0.5 m, eight
 //! particles per cell.
 //!
-//! `cargo bench --bench step -- [thousands of particles] [steps] [linear|quadratic]`; by default 128 and 1024 thousand
-//! with both kernels. `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
-//! transfers, equation of state, walls, ledger, health check. The same process then runs a plain loop over the same
-//! column (dense grid, one particle at a time, no sorting, no books, one thread) as a yardstick, so that a busy machine
-//! still gives a ratio: once in the order in which the lattice was made, which is a sorted one, and once mixed.
+//! `cargo bench --bench step -- [thousands of particles] [steps] [linear|gimp|quadratic|cubic]`; by default 128 and 1024
+//! thousand with all kernels. `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
+//! transfers, equation of state, walls, ledger, health check. The column is measured as it begins to fall, and while it
+//! flows (a stagnation flow of up to 3 m/s, as in the middle of a collapse), when particles must be sorted again and
+//! again.
+//!
+//! The same process then runs a plain loop over the same column (dense grid, one particle at a time, no sorting, no
+//! books, one thread) as a yardstick, so that a busy machine still gives a ratio. Its particles lie in an order that has
+//! nothing to do with their places, which is what a code that never sorts ends with (*unsorted*, the ratio that counts),
+//! or row by row, as the lattice was made: a sorted order.
+//!
+//! Stages are compared with the time in which the memory of this machine could move what they must read and write of
+//! the particles (triad in the same process).
 
+mod stream;
 mod yardstick;
 
 use lateen::material::eos::{EquationsOfState, Linear};
@@ -17,6 +26,7 @@ use lateen::mpm::{
     WallKind,
 };
 use lateen::simulation::Solver;
+use std::process::Command;
 use std::time::Instant;
 use yardstick::{Column, Order};
 
@@ -24,17 +34,35 @@ use yardstick::{Column, Order};
 const WATER: (f64, f64) = (1000.0, 44.0);
 const GRAVITY: f64 = -9.81;
 
+/// Names of the kernels.
+const KERNELS: [(&str, KernelKind); 4] = [
+    ("linear", KernelKind::Linear),
+    ("gimp", KernelKind::Gimp),
+    ("quadratic", KernelKind::Quadratic),
+    ("cubic", KernelKind::Cubic),
+];
+
+/// Bytes of a particle's columns that a stage reads or writes (a write of what was not read counts twice): position,
+/// velocity, mass, volume and pressure for the scatter; these and the energy, back again without the mass, with the
+/// signal and the stretch, for the gather.
+const BYTES: [(&str, f64); 2] = [("p2g", 72.0), ("g2p", 80.0 + 72.0 + 32.0)];
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let sizes = arguments.first().and_then(|a| a.parse().ok()).map_or(vec![128, 1024], |size: usize| vec![size]);
-    let steps = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(30);
-    let only = arguments.get(2).map(String::as_str);
+    let steps: usize = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(30);
+    if let Some(only) = arguments.get(2) {
+        let (name, kernel) = KERNELS.into_iter().find(|(name, _)| name == only).expect("a kernel");
+        return measure(sizes[0], steps, name, kernel);
+    }
     println!("{} threads", rayon::current_num_threads());
+    println!("triad: {:.1} GB per processor second of one core", stream::triad() * 1e-9);
     for size in sizes {
-        for (name, kernel) in [("linear", KernelKind::Linear), ("quadratic", KernelKind::Quadratic)] {
-            if only.is_none_or(|only| only == name) {
-                measure(size, steps, name, kernel);
-            }
+        for (name, _) in KERNELS {
+            // A process of its own: the memory that one measurement has freed doesn't hide that of the next.
+            let program = std::env::current_exe().expect("this program");
+            let run = Command::new(program).args([size.to_string(), steps.to_string(), name.into()]).status();
+            assert!(run.is_ok_and(|status| status.success()), "{name} failed");
         }
     }
 }
@@ -47,44 +75,74 @@ fn cells(thousands: usize) -> usize {
 fn measure(thousands: usize, steps: usize, name: &str, kernel: KernelKind) {
     let n = cells(thousands);
     let before = resident_bytes();
-    let mut mpm = Mpm::new(setup(n, kernel)).expect("a valid column");
+    let (mpm, still) = run(setup(n, kernel, 0.0), steps);
     let count = mpm.particle_count();
-    let dt = mpm.stable_dt();
-    let mut t = 0.0;
-    let mut advance = |steps: usize| {
-        for _ in 0..steps {
-            mpm.step(t, dt).expect("a sound step");
-            t += dt;
-        }
-    };
-    advance(3);
-    let (start, idle) = (Instant::now(), processor_seconds());
-    advance(steps);
-    let (wall, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - idle);
-    let rate = |seconds: f64| (count * steps) as f64 / seconds * 1e-6;
     let bytes = (resident_bytes() - before) / count as f64;
-    println!(
-        "{name}, {count} particles: {:.2} million particle-steps/s ({:.2} per processor second), {bytes:.0} bytes per particle",
-        rate(wall),
-        rate(busy)
-    );
-    let total: f64 = mpm.stage_times().iter().map(|(_, s)| s).sum();
-    for (stage, seconds) in mpm.stage_times() {
-        let steps = (steps + 3) as f64;
-        println!("  {stage:10} {:6.1} ns  {:4.1} %", seconds / (count as f64 * steps) * 1e9, 100.0 * seconds / total);
+    println!("{name}, {count} particles, {bytes:.0} bytes each");
+    println!("  begins to fall: {still}");
+    let limit = 1e9 / stream::triad();
+    let total: f64 = still.stages.iter().map(|(_, s)| s).sum();
+    for &(stage, seconds) in still.stages.iter().filter(|(_, seconds)| *seconds > 0.001 * total) {
+        let share = seconds / total;
+        let ns = share * 1e3 / still.per_processor;
+        let moved = BYTES.iter().find(|entry| entry.0 == stage).map(|(_, bytes)| (bytes, ns / (bytes * limit)));
+        let moved = moved
+            .map_or(String::new(), |(bytes, times)| format!("  {bytes:3.0} bytes, {times:.1} times the memory limit"));
+        println!("    {stage:10} {ns:6.1} ns  {:4.1} %{moved}", 100.0 * share);
     }
-    for (name, order) in [("rows of the lattice", Order::Lattice), ("mixed order", Order::Mixed)] {
+    let dt = mpm.stable_dt();
+    drop(mpm);
+    println!("  flows: {}", run(setup(n, kernel, 3.0), 2 * steps).1);
+    if !matches!(kernel, KernelKind::Linear | KernelKind::Quadratic) {
+        return;
+    }
+    for (name, order) in [("unsorted", Order::Mixed), ("row by row", Order::Lattice)] {
         let mut column = Column::new(n, kernel, (WATER, GRAVITY), order);
         column.step(dt);
         let (idle, plain) = (processor_seconds(), (steps / 3).max(2));
         (0..plain).for_each(|_| column.step(dt));
         let plain = (count * plain) as f64 / (processor_seconds() - idle) * 1e-6;
-        println!("  plain loop, {name}: {plain:.2} million per processor second; ratio {:.2}", rate(busy) / plain);
+        println!("  plain loop, {name}: {plain:.2} per processor second; ratio {:.2}", still.per_processor / plain);
     }
 }
 
-/// The column, with cells of 0.5/n m.
-fn setup(n: usize, kernel: KernelKind) -> Setup<3> {
+/// Million particle-steps per second and per processor second, and the time of each stage [s].
+struct Rate {
+    per_second: f64,
+    per_processor: f64,
+    stages: Vec<(&'static str, f64)>,
+}
+
+impl std::fmt::Display for Rate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { per_second, per_processor, .. } = self;
+        write!(f, "{per_second:.2} million particle-steps/s ({per_processor:.2} per processor second)")
+    }
+}
+
+/// Runs a few steps to warm up (the first one sorts), then measures.
+fn run(setup: Setup<3>, steps: usize) -> (Mpm<3>, Rate) {
+    let mut mpm = Mpm::new(setup).expect("a valid column");
+    let dt = mpm.stable_dt();
+    let mut t = 0.0;
+    let mut advance = |mpm: &mut Mpm<3>, steps: usize| {
+        for _ in 0..steps {
+            mpm.step(t, dt).expect("a sound step");
+            t += dt;
+        }
+    };
+    advance(&mut mpm, 3);
+    let (start, idle, warm) = (Instant::now(), processor_seconds(), mpm.stage_times());
+    advance(&mut mpm, steps);
+    let (wall, busy) = (start.elapsed().as_secs_f64(), processor_seconds() - idle);
+    let rate = |seconds: f64| (mpm.particle_count() * steps) as f64 / seconds * 1e-6;
+    let stages = mpm.stage_times().into_iter().zip(warm).map(|((name, after), (_, before))| (name, after - before));
+    let rate = Rate { per_second: rate(wall), per_processor: rate(busy), stages: stages.collect() };
+    (mpm, rate)
+}
+
+/// The column, with cells of 0.5/n m, spreading at `speed` [m/s] at its foot and sinking as fast as it spreads.
+fn setup(n: usize, kernel: KernelKind, speed: f64) -> Setup<3> {
     let cell = 0.5 / n as f64;
     let position = lattice(n);
     let law = Fluid {
@@ -116,7 +174,7 @@ fn setup(n: usize, kernel: KernelKind) -> Setup<3> {
             group: 0,
             depth: Vec::new(),
             volume: vec![(0.5 * cell).powi(3); position.len()],
-            velocity: vec![Vector::ZERO; position.len()],
+            velocity: position.iter().map(|x| Vector([speed * x[0], 0.0, -speed * x[2]])).collect(),
             state: vec![StartState::default(); position.len()],
             traction: Vec::new(),
             position,

@@ -13,6 +13,7 @@ use super::PointBatch;
 use super::bulk_viscosity::{BulkViscosity, Shock};
 use super::eos::EquationOfState;
 use crate::math::SymTensor;
+use crate::math::simd::{Lanes, Task, widest};
 
 /// What a fluid has besides its equation of state.
 #[derive(Debug, Clone, Copy)]
@@ -31,10 +32,11 @@ pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &Flow, batch: &mut Po
     if flow.viscosity > 0.0 {
         shear(flow, batch);
     }
+    let density = flow.density;
     if q.is_zero() {
-        compress(eos, flow.density, batch, |_, _, _| Shock::NONE);
+        widest(Compress { eos, density, batch, shock: |_, _, _| Shock::NONE });
     } else {
-        compress(eos, flow.density, batch, |rho, c, growth| q.shock(rho, c, growth / dt, length));
+        widest(Compress { eos, density, batch, shock: |rho, c, growth| q.shock(rho, c, growth / dt, length) });
     }
     if flow.viscosity > 0.0 {
         collect(flow, batch);
@@ -54,39 +56,46 @@ fn shear(flow: &Flow, batch: &mut PointBatch<'_>) {
 }
 
 /// Volume, pressure, energy and signal speed, with the artificial viscosity `shock(ρ, c, ΔV/V)`.
-/// Nothing branches inside the loop, so that it vectorises.
-#[inline(always)]
-fn compress<E: EquationOfState + ?Sized>(
-    eos: &E,
+struct Compress<'a, 'b, E: ?Sized, Q> {
+    eos: &'a E,
     density: f64,
-    batch: &mut PointBatch<'_>,
-    shock: impl Fn(f64, f64, f64) -> Shock,
-) {
-    let n = batch.len();
-    let (mass, stretch) = (&batch.mass[..n], &batch.stretch[..n]);
-    let (volume, energy) = (&mut batch.volume[..n], &mut batch.energy[..n]);
-    let (pressure, signal) = (&mut batch.pressure[..n], &mut batch.signal[..n]);
-    let (least, per_density) = (eos.least_pressure(), 1.0 / density);
-    for p in 0..n {
-        let per_v0 = density / mass[p];
-        let v = volume[p] * stretch[p];
-        let dv = v - volume[p];
-        let expansion = v * per_v0;
-        let k = eos.coefficients(density, 1.0 / expansion - 1.0);
+    batch: &'a mut PointBatch<'b>,
+    shock: Q,
+}
 
-        let e = energy[p] * per_v0;
-        let c_squared = k.modulus(e, k.pressure(e), expansion) * per_density;
-        let shock = shock(mass[p] / v, c_squared.max(0.0).sqrt(), stretch[p] - 1.0);
+impl<E: EquationOfState + ?Sized, Q: Fn(f64, f64, f64) -> Shock> Task for Compress<'_, '_, E, Q> {
+    type Output = ();
 
-        let e_star = energy[p] - 0.5 * (pressure[p] + shock.pressure) * dv;
-        let trial = k.pressure(e_star * per_v0) / (1.0 + 0.5 * k.b * dv * per_v0);
-        let p_new = if trial < least { least } else { trial };
-        let e_new = e_star - 0.5 * p_new * dv;
+    /// Nothing branches inside the loop, so that it becomes vectors.
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { eos, density, batch, shock } = self;
+        let n = batch.len();
+        let (mass, stretch) = (&batch.mass[..n], &batch.stretch[..n]);
+        let (volume, energy) = (&mut batch.volume[..n], &mut batch.energy[..n]);
+        let (pressure, signal) = (&mut batch.pressure[..n], &mut batch.signal[..n]);
+        let (least, per_density) = (eos.least_pressure(), 1.0 / density);
+        for p in 0..n {
+            let per_v0 = density / mass[p];
+            let v = volume[p] * stretch[p];
+            let dv = v - volume[p];
+            let expansion = v * per_v0;
+            let k = eos.coefficients(density, 1.0 / expansion - 1.0);
 
-        volume[p] = v;
-        energy[p] = e_new;
-        pressure[p] = p_new + shock.pressure;
-        signal[p] = shock.signal(k.modulus(e_new * per_v0, p_new, expansion) * per_density);
+            let e = energy[p] * per_v0;
+            let c_squared = k.modulus(e, k.pressure(e), expansion) * per_density;
+            let shock = shock(mass[p] / v, c_squared.max(0.0).sqrt(), stretch[p] - 1.0);
+
+            let e_star = energy[p] - 0.5 * (pressure[p] + shock.pressure) * dv;
+            let trial = k.pressure(e_star * per_v0) / (1.0 + 0.5 * k.b * dv * per_v0);
+            let p_new = if trial < least { least } else { trial };
+            let e_new = e_star - 0.5 * p_new * dv;
+
+            volume[p] = v;
+            energy[p] = e_new;
+            pressure[p] = p_new + shock.pressure;
+            signal[p] = shock.signal(k.modulus(e_new * per_v0, p_new, expansion) * per_density);
+        }
     }
 }
 

@@ -70,6 +70,10 @@ impl PointLaw for Fluid {
         })
     }
 
+    fn needs_gradient(&self) -> bool {
+        self.viscosity > 0.0
+    }
+
     fn update(&self, batch: &mut PointBatch<'_>) {
         self.eos.as_dyn().advance(&self.flow(), batch);
     }

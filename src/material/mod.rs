@@ -65,6 +65,11 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// A sentence that says why the law can't start from this state.
     fn initial(&self, start: &StartState) -> Result<PointState, String>;
 
+    /// False if the law takes all it needs from `batch.stretch`; `batch.gradient` is then empty.
+    fn needs_gradient(&self) -> bool {
+        true
+    }
+
     /// Advances the batch by `batch.dt` under the velocity gradients `batch.gradient`.
     fn update(&self, batch: &mut PointBatch<'_>);
 
@@ -130,6 +135,7 @@ pub struct PointBatch<'a> {
     pub length: f64,
     /// Velocity gradient L = ∂v/∂x [1/s] over the positions x at the start of the increment: the motion of
     /// the increment is 1 + dt L. A gradient over the positions at its end is L (1 − dt L)⁻¹ here.
+    /// Empty for laws that don't need it.
     pub gradient: &'a [Tensor<3>],
     /// Volume ratio V^{n+1}/V^n of this increment. The solver computes it (1 + dt tr L, or its
     /// locking-free average), so that all laws share one cure of volumetric locking.

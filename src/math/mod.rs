@@ -3,6 +3,7 @@
 pub mod formula;
 mod root;
 mod signal;
+pub(crate) mod simd;
 mod spectral;
 mod table;
 mod tensor;

@@ -12,6 +12,7 @@
 
 use super::ghost::Ghosts;
 use super::grid::{Field, Grid};
+use super::motion::keep_velocity;
 use super::particles::Body;
 use super::sweep::{Bins, Content, Sweep, Wanted, record};
 use super::wall::Walls;
@@ -50,7 +51,7 @@ fn gather<const D: usize>(grid: &Grid<D>, nodal: &[Vector<D>], bodies: &mut [(&m
     for (body, bins) in bodies {
         let node = |n: usize| record(0.0, &nodal[n], &Vector::ZERO);
         Sweep::new(grid, body.kernel, bins).gather(node, body.view().1, Wanted::Motion, |chunk| {
-            chunk.particles.velocity.copy_from_slice(chunk.velocity);
+            keep_velocity(chunk.particles.velocity, chunk.rows);
         });
     }
 }

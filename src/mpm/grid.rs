@@ -155,8 +155,8 @@ impl<const D: usize> Grid<D> {
     pub fn clear(&mut self) {
         let count = self.node_count();
         for field in &mut self.fields {
-            field.nodes.clear();
             field.nodes.resize(count, Node::default());
+            crate::parallel::for_each_mut(&mut field.nodes, |node| *node = Node::default());
         }
     }
 

@@ -9,8 +9,9 @@
 use super::grid::Node;
 use super::kernel::Kernel;
 use super::particles::Body;
-use super::sweep::{Answer, Chunk, Sweep, View, Wanted, record};
-use crate::math::{Tensor, Vector};
+use super::sweep::{Answer, CHUNK, Chunk, Rows, Sweep, View, Wanted, record};
+use crate::math::Vector;
+use crate::math::simd::{Lanes, Task, WIDTH, widest};
 
 /// What the end of a step tells about a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -27,12 +28,19 @@ pub(super) struct Summary {
     pub inverted: bool,
     /// A particle is not finite, or not in the domain.
     pub lost: bool,
+    /// How many times nodes were read in the last gather: the fewer, the better the particles are sorted.
+    pub visits: usize,
 }
 
 impl Summary {
     /// A particle was turned inside out.
     pub fn inverted() -> Self {
         Self { inverted: true, ..Self::default() }
+    }
+
+    /// What a chunk's landing adds, unless a particle was turned inside out; `visits` of nodes were made.
+    pub fn then(self, land: impl FnOnce() -> Self, visits: usize) -> Self {
+        if self.inverted { self } else { Self { visits, ..land() } }
     }
 }
 
@@ -45,6 +53,7 @@ impl Answer for Summary {
             shift: self.shift.max(other.shift),
             inverted: self.inverted | other.inverted,
             lost: self.lost | other.lost,
+            visits: self.visits + other.visits,
         }
     }
 }
@@ -64,34 +73,99 @@ pub(super) enum Landing<const D: usize> {
 }
 
 impl<const D: usize> Landing<D> {
-    /// Moves the particles by their rates and sums up.
+    /// Moves the particles by the rates of their column and sums up.
     pub fn land(&self, particles: &mut View<'_, D>) -> Summary {
-        let Self::Move { dt, domain: [lower, upper] } = self else { return Summary::default() };
-        let mut summary = Summary::default();
-        // Slices of one length: the loop is free of bounds checks.
-        let n = particles.len();
-        let (position, rate) = (&mut particles.position[..n], &particles.rate[..n]);
-        let (velocity, mass, signal) = (&particles.velocity[..n], &particles.mass[..n], &particles.signal[..n]);
-        let (pressure, energy) = (&particles.pressure[..n], &particles.energy[..n]);
-        for p in 0..n {
-            let mut inside = true;
-            for a in 0..D {
-                let shift = rate[p][a] * dt;
-                let x = position[p][a] + shift;
-                position[p][a] = x;
-                // Written so that a NaN is outside.
-                inside &= (x >= lower[a]) & (x <= upper[a]);
-                summary.shift = larger(summary.shift, shift.abs());
-            }
-            let square = velocity[p].norm_squared();
-            let state = square + pressure[p] + energy[p];
-            summary.lost |= !(inside & state.is_finite());
-            summary.kinetic += 0.5 * mass[p] * square;
-            summary.internal += energy[p];
-            summary.fastest = larger(summary.fastest, signal[p] + square.sqrt());
-        }
+        let rate = std::mem::take(&mut particles.rate);
+        let summary = self.land_by(particles, &*rate);
+        particles.rate = rate;
         summary
     }
+
+    /// Moves the particles by rates [m/s] and sums up.
+    pub fn land_by(&self, particles: &mut View<'_, D>, rates: impl Rates) -> Summary {
+        let Self::Move { dt, domain } = *self else { return Summary::default() };
+        widest(Land { particles, rates, dt, domain })
+    }
+}
+
+/// Rates of the positions of a chunk's particles.
+pub(super) trait Rates {
+    /// Component `a` of the rate of particle `p` [m/s].
+    fn rate(&self, p: usize, a: usize) -> f64;
+}
+
+impl<const D: usize> Rates for &[Vector<D>] {
+    #[inline(always)]
+    fn rate(&self, p: usize, a: usize) -> f64 {
+        self[p][a]
+    }
+}
+
+impl<const D: usize> Rates for &Rows<D> {
+    #[inline(always)]
+    fn rate(&self, p: usize, a: usize) -> f64 {
+        self.velocity[a][p]
+    }
+}
+
+/// The landing of a chunk.
+struct Land<'a, 'b, R, const D: usize> {
+    particles: &'a mut View<'b, D>,
+    rates: R,
+    dt: f64,
+    domain: [Vector<D>; 2],
+}
+
+impl<R: Rates, const D: usize> Task for Land<'_, '_, R, D> {
+    type Output = Summary;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Summary {
+        let [lower, upper] = self.domain;
+        // Slices of one length: the loops are free of bounds checks, and without sums they become vectors.
+        let n = self.particles.len().min(CHUNK);
+        let (position, velocity) = (&mut self.particles.position[..n], &self.particles.velocity[..n]);
+        let (mass, signal) = (&self.particles.mass[..n], &self.particles.signal[..n]);
+        let (pressure, energy) = (&self.particles.pressure[..n], &self.particles.energy[..n]);
+        let [mut shift, mut lost, mut kinetic, mut internal, mut speed] = [[0.0; CHUNK]; 5];
+        for p in 0..n {
+            let (mut outside, mut square) = (0.0, 0.0);
+            for a in 0..D {
+                let step = self.rates.rate(p, a) * self.dt;
+                let x = position[p][a] + step;
+                position[p][a] = x;
+                // Written so that a NaN is outside.
+                outside = if (x >= lower[a]) & (x <= upper[a]) { outside } else { 1.0 };
+                shift[p] = larger(shift[p], step.abs());
+                square += velocity[p][a] * velocity[p][a];
+            }
+            let state = square + pressure[p] + energy[p];
+            lost[p] = if state.abs() < f64::INFINITY { outside } else { 1.0 };
+            kinetic[p] = 0.5 * mass[p] * square;
+            internal[p] = energy[p];
+            speed[p] = signal[p] + square.sqrt();
+        }
+        Summary {
+            kinetic: fold::<L>(&kinetic, L::add, |a, b| a + b),
+            internal: fold::<L>(&internal, L::add, |a, b| a + b),
+            fastest: fold::<L>(&speed, L::max, larger),
+            shift: fold::<L>(&shift, L::max, larger),
+            lost: fold::<L>(&lost, L::max, larger) > 0.0,
+            ..Summary::default()
+        }
+    }
+}
+
+/// Folds the numbers of a chunk: each lane first, then the lanes in order.
+#[inline(always)]
+fn fold<L: Lanes>(numbers: &[f64; CHUNK], lanes: impl Fn(L, L) -> L, one: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut sum = L::splat(0.0);
+    for row in numbers.as_chunks::<WIDTH>().0 {
+        sum = lanes(L::load(row), sum);
+    }
+    let mut row = [0.0; WIDTH];
+    sum.store(&mut row);
+    row.into_iter().fold(0.0, one)
 }
 
 /// The larger of two numbers; one instruction, unlike `f64::max`, whose care for NaN is not needed here.
@@ -126,25 +200,53 @@ impl Transport {
         }
     }
 
-    /// New velocities and affine matrices of a chunk, and its rates.
+    /// New velocities and affine matrices of a chunk.
     pub fn carry<const D: usize>(&self, chunk: &mut Chunk<'_, D>) {
-        let (dt, share) = (self.dt, self.share);
-        let particles = &mut chunk.particles;
-        particles.rate.copy_from_slice(chunk.velocity);
-        if !particles.affine.is_empty() {
-            particles.velocity.copy_from_slice(chunk.velocity);
-            for (p, c) in particles.affine.iter_mut().enumerate() {
-                *c = match self.per_inertia {
-                    Some(scale) => chunk.moment[p] * scale,
-                    None => Tensor::from_fn(|i, j| chunk.gradient[p][i][j]),
-                };
+        let Chunk { particles, rows, .. } = chunk;
+        let share = if particles.affine.is_empty() { self.share } else { 1.0 };
+        widest(Carry { velocity: particles.velocity, rows, dt: self.dt, share });
+        for (p, c) in particles.affine.iter_mut().enumerate() {
+            *c = match self.per_inertia {
+                Some(scale) => rows.moment(p) * scale,
+                None => rows.gradient(p),
+            };
+        }
+    }
+}
+
+/// New velocities of a chunk.
+struct Carry<'a, const D: usize> {
+    velocity: &'a mut [Vector<D>],
+    rows: &'a Rows<D>,
+    dt: f64,
+    share: f64,
+}
+
+impl<const D: usize> Task for Carry<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { velocity, rows, dt, share } = self;
+        let n = velocity.len().min(CHUNK);
+        if share == 1.0 {
+            // Nothing of the old velocity remains; accelerations may not have been gathered.
+            for (p, v) in velocity[..n].iter_mut().enumerate() {
+                *v = rows.velocity(p);
             }
             return;
         }
-        for ((v, v_plus), a) in particles.velocity.iter_mut().zip(chunk.velocity).zip(chunk.acceleration) {
-            *v = (*v + *a * dt) * (1.0 - share) + *v_plus * share;
+        for (p, v) in velocity[..n].iter_mut().enumerate() {
+            for a in 0..D {
+                v[a] = (v[a] + rows.acceleration[a][p] * dt) * (1.0 - share) + rows.velocity[a][p] * share;
+            }
         }
     }
+}
+
+/// Sets a column of vectors to what was gathered as velocity.
+pub(super) fn keep_velocity<const D: usize>(column: &mut [Vector<D>], rows: &Rows<D>) {
+    column.iter_mut().enumerate().for_each(|(p, v)| *v = rows.velocity(p));
 }
 
 /// New velocities of a body and the rates of its positions, from nodes that hold (m, v⁺, a).
@@ -156,13 +258,16 @@ pub(super) fn gather_motion<const D: usize>(
 ) {
     let wanted = transport.wanted(!body.particles.affine.is_empty(), false);
     let node = |n: usize| record(0.0, &nodes[n].momentum, &nodes[n].force);
-    sweep.gather(node, body.view().1, wanted, |chunk| transport.carry(chunk));
+    sweep.gather(node, body.view().1, wanted, |chunk| {
+        keep_velocity(chunk.particles.rate, chunk.rows);
+        transport.carry(chunk);
+    });
 }
 
 /// Σ N v̂ of the particles on which external forces work, v̂ = v⁺ − ½ Δt a.
 pub(super) fn gather_mean<const D: usize>(sweep: &Sweep<'_, D>, nodes: &[Node<D>], dt: f64, body: &mut Body<D>) {
     if !body.work.mean.is_empty() {
         let node = |n: usize| record(0.0, &(nodes[n].momentum - nodes[n].force * (0.5 * dt)), &Vector::ZERO);
-        sweep.gather(node, body.view().1, Wanted::Motion, |chunk| chunk.particles.mean.copy_from_slice(chunk.velocity));
+        sweep.gather(node, body.view().1, Wanted::Motion, |chunk| keep_velocity(chunk.particles.mean, chunk.rows));
     }
 }

@@ -13,9 +13,10 @@ use super::stability::GROWTH;
 use super::stress::{Strain, average_pressure, strain_and_land, update_stress};
 use super::sweep::{Answer, Bins, Content, Sweep, View};
 use super::wall::Walls;
-use super::{Grid, Locking, Node, StressUpdate, Transfer, columns, health, snapshot};
+use super::{Field, Grid, Locking, Node, StressUpdate, Transfer, columns, health, snapshot};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
+use crate::parallel;
 use crate::simulation::{Column, Snapshot, Solver, TermKind, Timer};
 use crate::timed;
 
@@ -84,6 +85,26 @@ pub(super) struct Tally {
     applied: f64,
     /// Of gravity and tractions.
     external: f64,
+}
+
+/// What the forces on nodes did during a step [J], and the mass they act on [kg].
+#[derive(Debug, Clone, Copy, Default)]
+struct NodeWork {
+    all: f64,
+    applied: f64,
+    weight: f64,
+    mass: f64,
+}
+
+impl NodeWork {
+    fn and(self, other: Self) -> Self {
+        Self {
+            all: self.all + other.all,
+            applied: self.applied + other.applied,
+            weight: self.weight + other.weight,
+            mass: self.mass + other.mass,
+        }
+    }
 }
 
 /// The material point method in `D` dimensions.
@@ -164,7 +185,7 @@ impl<const D: usize> Mpm<D> {
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻        (60, 61)
             timed!(self.timer, "stress", self.stress_first(field, step)?); // Δε, Ω, σ          (62, 63)
-            timed!(self.timer, "force", self.scatter_forces(field, step)); // f_I               (17, 18)
+            timed!(self.timer, "force", self.scatter_forces(field)); // f_I                     (17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
         }
         let Self { grid, bodies, coupling, timer, .. } = self;
@@ -187,7 +208,7 @@ impl<const D: usize> Mpm<D> {
         let mut sorted = false;
         for (body, bins) in self.bodies.iter_mut().zip(&mut self.bins) {
             if bins.stale(body.kernel, body.particles.len()) {
-                *bins = Bins::sort(&mut body.particles, self.grid.origin, self.grid.cell);
+                *bins = Bins::sort(&mut body.particles, body.kernel, self.grid.origin, self.grid.cell);
             }
             sorted |= bins.lost();
         }
@@ -225,7 +246,11 @@ impl<const D: usize> Mpm<D> {
             }
             walls.fold(ghosts, field, &mut own.nodes);
             // Nodes that are too light have no velocity; nothing may push them (theory 2.5).
-            own.nodes.iter_mut().filter(|node| node.mass <= *cutoff).for_each(|node| *node = Node::default());
+            parallel::for_each_mut(&mut own.nodes, |node| {
+                if node.mass <= *cutoff {
+                    *node = Node::default();
+                }
+            });
             walls.constrain_start(grid, field, &mut own.nodes, step.before());
         });
     }
@@ -242,8 +267,7 @@ impl<const D: usize> Mpm<D> {
             let velocity = |node: &Node<D>| {
                 if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
             };
-            own.velocity.clear();
-            own.velocity.extend(own.nodes.iter().map(velocity));
+            parallel::map_into(&own.nodes, &mut own.velocity, velocity);
             ghosts.fill(&mut own.velocity);
             let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: true };
             in_field(bodies, bins, field).try_for_each(|(body, bins)| {
@@ -253,22 +277,18 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// f_I of stresses, gravity and tractions (17, 18).
-    fn scatter_forces(&mut self, field: usize, step: &Step) {
-        let at_once = self.scatters_at_once();
-        let gravity = self.uniform_gravity(step.t);
+    /// f_I of stresses and of forces on particles (17, 18), where they could not be scattered with the momentum.
+    fn scatter_forces(&mut self, field: usize) {
+        if self.scatters_at_once() {
+            return;
+        }
         let Self { grid, bodies, bins, ghosts, walls, locking, .. } = self;
         grid.with_field(field, |grid, own| {
-            if !at_once {
-                for (body, bins) in in_field(bodies, bins, field) {
-                    average_pressure((grid, ghosts), *locking, body, bins);
-                    Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, Content::Force);
-                }
-                walls.fold(ghosts, field, &mut own.nodes);
+            for (body, bins) in in_field(bodies, bins, field) {
+                average_pressure((grid, ghosts), *locking, body, bins);
+                Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, Content::Force);
             }
-            for node in &mut own.nodes {
-                node.force = if node.mass > 0.0 { node.force + gravity * node.mass } else { Vector::ZERO };
-            }
+            walls.fold(ghosts, field, &mut own.nodes);
         });
     }
 
@@ -278,16 +298,19 @@ impl<const D: usize> Mpm<D> {
         Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
     }
 
-    /// p̄_I ← p_I⁻ + Δt f_I, then the walls (64).
+    /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls (64).
     fn advance_momentum(&mut self, field: usize, step: &Step) {
+        let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, .. } = self;
         grid.with_field(field, |grid, own| {
-            own.applied.clear();
-            own.applied.extend(own.nodes.iter().map(|node| node.force));
-            for node in &mut own.nodes {
-                node.momentum += node.force * step.momentum_dt;
-            }
-            walls.constrain_trial(grid, field, &mut own.nodes, step.after(), step.momentum_dt);
+            let Field { nodes, applied, .. } = own;
+            applied.resize(nodes.len(), Vector::ZERO);
+            parallel::for_each_pair_mut(nodes, applied, |node, applied| {
+                node.force = if node.mass > 0.0 { node.force + gravity * node.mass } else { Vector::ZERO };
+                node.momentum += node.force * dt;
+                *applied = node.force;
+            });
+            walls.constrain_trial(grid, field, nodes, step.after(), dt);
         });
     }
 
@@ -308,21 +331,23 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
         grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
-            let (mut weight_work, mut mass) = (0.0, 0.0);
-            for (node, applied) in own.nodes.iter_mut().zip(&own.applied) {
-                if node.mass > 0.0 {
-                    let force = node.force;
-                    (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
-                    let mean = node.momentum - node.force * (0.5 * dt);
-                    tally.nodes += force.dot(mean) * dt;
-                    tally.applied += applied.dot(mean) * dt;
-                    weight_work += node.mass * gravity.dot(mean) * dt;
-                    mass += node.mass;
+            let Field { nodes, applied, .. } = own;
+            let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
+                if node.mass <= 0.0 {
+                    return NodeWork::default();
                 }
-            }
-            tally.external += weight_work;
-            books.add(accounts.gravity, weight_work);
-            books.push((gravity * (mass * dt)).to3());
+                let force = node.force;
+                (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
+                let mean = node.momentum - node.force * (0.5 * dt);
+                let (all, applied, weight) = (force.dot(mean), applied.dot(mean), node.mass * gravity.dot(mean));
+                NodeWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass: node.mass }
+            };
+            let sum = parallel::reduce_pair_mut(nodes, applied, finish, NodeWork::and).unwrap_or_default();
+            tally.nodes += sum.all;
+            tally.applied += sum.applied;
+            tally.external += sum.weight;
+            books.add(accounts.gravity, sum.weight);
+            books.push((gravity * (sum.mass * dt)).to3());
             ghosts.fill(&mut own.nodes);
             let done = walls.settle(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
@@ -408,20 +433,20 @@ impl<const D: usize> Mpm<D> {
         let landing = self.landing(step);
         let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
-            own.velocity.clear();
             if remapped {
+                own.velocity.clear();
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
                 for (body, bins) in in_field(bodies, bins, field) {
                     Sweep::new(grid, body.kernel, bins).scatter(&mut own.velocity, body, Content::Momentum);
                 }
                 ghosts.fold(&mut own.velocity, |_, _, _| {});
-                for (v, node) in own.velocity.iter_mut().zip(&own.nodes) {
+                parallel::for_each_pair_mut(&mut own.velocity, &mut own.nodes, |v, node| {
                     *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
-                }
+                });
                 walls.constrain_velocity(grid, &mut own.velocity, step.after());
                 ghosts.fill(&mut own.velocity);
             } else {
-                own.velocity.extend(own.nodes.iter().map(|node| node.momentum));
+                parallel::map_into(&own.nodes, &mut own.velocity, |node| node.momentum);
             }
             let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: false };
             for (index, (body, bins)) in
@@ -446,11 +471,12 @@ impl<const D: usize> Mpm<D> {
             if summary.lost {
                 health::check_particles(&self.grid, body)?;
             }
-            self.bins[index].drift += summary.shift / self.grid.cell;
+            self.bins[index].disorder.drift += summary.shift / self.grid.cell;
+            self.bins[index].disorder.note(summary.visits);
             self.fastest[index] = summary.fastest;
         }
         let put_back = self.coupling.contact.restore(&mut self.bodies);
-        self.bins.iter_mut().for_each(|bins| bins.drift += put_back / self.grid.cell);
+        self.bins.iter_mut().for_each(|bins| bins.disorder.drift += put_back / self.grid.cell);
         self.walls.advance(step.t, step.dt);
         Ok(())
     }

@@ -24,10 +24,11 @@ use super::ghost::Ghosts;
 use super::grid::{Grid, Node};
 use super::motion::{Landing, Summary, Transport};
 use super::particles::Body;
-use super::sweep::{Bins, Chunk, Content, Extent, Sweep, Wanted, record};
+use super::sweep::{Bins, CHUNK, Chunk, Content, Extent, Rows, Sweep, Wanted, record};
 use super::{Locking, health};
 use crate::error::StepError;
 use crate::material::PointLaw;
+use crate::math::simd::{Lanes, Task, widest};
 use crate::math::{Tensor, Vector};
 use rayon::prelude::*;
 
@@ -59,21 +60,30 @@ pub(super) fn update_stress<const D: usize>(
     let summary = match strain.locking {
         Locking::Average { blend } if strain.dt > 0.0 => {
             let (_, view) = body.view();
-            sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| measure(chunk, &strain));
+            sweep.gather(node, view, Wanted::Gradient, |chunk| measure(chunk, &strain));
             let (mean, _) = average(sweep, (grid, ghosts), body, Content::Volumes);
             let node = |n: usize| record(mean[n][0], &strain.velocity[n], &Vector::ZERO);
             let (law, view) = body.view();
-            sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| {
+            sweep.gather(node, view, Wanted::Gradient, |chunk| {
                 measure(chunk, &strain);
-                blend_stretch(chunk, strain.dt, blend);
-                advance(law, chunk, &strain, (sweep.cell, landing))
+                let needed = law.needs_gradient();
+                if needed && strain.backwards {
+                    refer_to_start(chunk, strain.dt);
+                }
+                blend_stretch(chunk, strain.dt, blend, needed);
+                let summary = advance(law, chunk, strain.dt, sweep.cell);
+                summary.then(|| landing.land(&mut chunk.particles), chunk.visits)
             })
         }
         _ => {
             let (law, view) = body.view();
-            sweep.gather(node, view, Wanted::MotionAndGradient, |chunk| {
+            sweep.gather(node, view, Wanted::Gradient, |chunk| {
                 measure(chunk, &strain);
-                advance(law, chunk, &strain, (sweep.cell, landing))
+                if strain.backwards && law.needs_gradient() {
+                    refer_to_start(chunk, strain.dt);
+                }
+                let summary = advance(law, chunk, strain.dt, sweep.cell);
+                summary.then(|| landing.land(&mut chunk.particles), chunk.visits)
             })
         }
     };
@@ -99,35 +109,94 @@ pub(super) fn strain_and_land<const D: usize>(
     let summary = sweep.gather(node, view, wanted, |chunk| {
         transport.carry(chunk);
         measure(chunk, &strain);
-        advance(law, chunk, &strain, (sweep.cell, landing))
+        let summary = advance(law, chunk, dt, sweep.cell);
+        summary.then(|| landing.land_by(&mut chunk.particles, &*chunk.rows), chunk.visits)
     });
     if summary.inverted { Err(health::inverted(body)) } else { Ok(summary) }
 }
 
-/// Sets the volume ratios of a chunk; its gradients are then over the positions at the start of the increment.
+/// Sets the volume ratios of a chunk: det(1 + Δt L), or 1/det(1 − Δt L) for gradients over the positions at the end.
 fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, strain: &Strain<'_, D>) {
-    for (l, stretch) in chunk.gradient.iter_mut().zip(chunk.particles.stretch.iter_mut()) {
-        if strain.backwards {
-            // x at the start is (1 − dt L) x at the end.
-            let back = (Tensor::identity() - *l * strain.dt).inverse();
-            *l = back.map_or(Tensor::identity() * f64::NAN, |back| l.dot(&back));
+    let Strain { dt, backwards, .. } = *strain;
+    widest(Measure { rows: chunk.rows, stretch: chunk.particles.stretch, dt, backwards });
+}
+
+struct Measure<'a, const D: usize> {
+    rows: &'a Rows<D>,
+    stretch: &'a mut [f64],
+    dt: f64,
+    backwards: bool,
+}
+
+impl<const D: usize> Task for Measure<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let n = self.stretch.len().min(CHUNK);
+        let stretch = &mut self.stretch[..n];
+        if self.backwards {
+            for (p, j) in stretch.iter_mut().enumerate() {
+                *j = 1.0 / determinant(self.rows, p, -self.dt);
+            }
+        } else {
+            for (p, j) in stretch.iter_mut().enumerate() {
+                *j = determinant(self.rows, p, self.dt);
+            }
         }
-        *stretch = (Tensor::identity() + *l * strain.dt).determinant();
     }
 }
 
-/// Updates the stresses of a chunk and lands its particles, unless one was turned inside out.
-fn advance<const D: usize>(
-    law: &dyn PointLaw,
-    chunk: &mut Chunk<'_, D>,
-    strain: &Strain<'_, D>,
-    (cell, landing): (f64, Landing<D>),
-) -> Summary {
-    if chunk.particles.stretch.iter().any(|j| !(*j > 0.0 && j.is_finite())) {
+/// det(1 + Δt L) of particle `p`.
+#[inline(always)]
+fn determinant<const D: usize>(rows: &Rows<D>, p: usize, dt: f64) -> f64 {
+    let f = |a: usize, b: usize| if a == b { 1.0 + dt * rows.gradient[b][a][p] } else { dt * rows.gradient[b][a][p] };
+    let minor = |a: usize, b: usize| f(1, a) * f(D - 1, b) - f(1, b) * f(D - 1, a);
+    if D == 2 {
+        f(0, 0) * f(1, 1) - f(0, 1) * f(1, 0)
+    } else {
+        f(0, 0) * minor(1, 2) + f(0, 1) * minor(2, 0) + f(0, 2) * minor(0, 1)
+    }
+}
+
+/// Gradients over the positions at the start, where x is (1 − Δt L) times x at the end.
+fn refer_to_start<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64) {
+    for p in 0..chunk.particles.len() {
+        let l = chunk.rows.gradient(p).embed(0.0);
+        let back = (Tensor::identity() - l * dt).inverse();
+        let l = back.map_or(Tensor::identity() * f64::NAN, |back| l.dot(&back));
+        chunk.rows.set_gradient(p, &Tensor::from_fn(|i, j| l[i][j]));
+    }
+}
+
+/// True if a volume ratio is not positive or not finite.
+struct AnyUnsound<'a>(&'a [f64]);
+
+impl Task for AnyUnsound<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        // A count instead of an early end: the loop becomes vectors.
+        self.0.iter().fold(0, |count, &j| count + u64::from(!(j > 0.0 && j < f64::INFINITY))) > 0
+    }
+}
+
+/// Updates the stresses of a chunk, unless a particle was turned inside out.
+fn advance<const D: usize>(law: &dyn PointLaw, chunk: &mut Chunk<'_, D>, dt: f64, cell: f64) -> Summary {
+    let particles = &mut chunk.particles;
+    if widest(AnyUnsound(particles.stretch)) {
         return Summary::inverted();
     }
-    chunk.particles.update_law(law, chunk.gradient, strain.dt, cell);
-    landing.land(&mut chunk.particles)
+    if law.needs_gradient() {
+        let mut gradient = [Tensor::ZERO; CHUNK];
+        let n = particles.len();
+        gradient[..n].iter_mut().enumerate().for_each(|(p, l)| *l = chunk.rows.gradient(p).embed(0.0));
+        particles.update_law(law, &gradient[..n], dt, cell);
+    } else {
+        particles.update_law(law, &[], dt, cell);
+    }
+    Summary::default()
 }
 
 /// Volume ratio or pressure averaged over the grid, ghosts filled; and the part of each tile that was reached.
@@ -157,19 +226,23 @@ pub(super) fn average_pressure<const D: usize>(
     bins.extents = extents;
     body.work.excess = (0..body.particles.len()).into_par_iter().map(|p| body.particles.mean_pressure(p)).collect();
     let node = |n: usize| record(mean[n][0], &Vector::<D>::ZERO, &Vector::ZERO);
-    Sweep::new(grid, body.kernel, bins).gather(node, body.view().1, Wanted::Motion, |chunk| {
-        chunk.particles.excess.iter_mut().zip(chunk.scalar).for_each(|(p, mean)| *p = blend * (mean - *p));
+    Sweep::new(grid, body.kernel, bins).gather(node, body.view().1, Wanted::Scalar, |chunk| {
+        chunk.particles.excess.iter_mut().zip(&chunk.rows.scalar).for_each(|(p, mean)| *p = blend * (mean - *p));
     });
 }
 
-/// Blends the volume ratios of a chunk with their average over the grid and scales the gradients to fit.
-fn blend_stretch<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
-    for ((l, stretch), mean) in chunk.gradient.iter_mut().zip(chunk.particles.stretch.iter_mut()).zip(chunk.scalar) {
-        let blended = *stretch + blend * (mean - *stretch);
-        let growth = (((blended - *stretch) / *stretch).ln_1p() / D as f64).exp_m1();
-        *l = *l * (1.0 + growth);
-        for axis in 0..D {
-            l[axis][axis] += growth / dt;
+/// Blends the volume ratios of a chunk with their average over the grid, and scales the gradients to fit where they
+/// are needed.
+fn blend_stretch<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64, needed: bool) {
+    for (p, stretch) in chunk.particles.stretch.iter_mut().enumerate() {
+        let blended = *stretch + blend * (chunk.rows.scalar[p] - *stretch);
+        if needed {
+            let growth = (((blended - *stretch) / *stretch).ln_1p() / D as f64).exp_m1();
+            let mut l = chunk.rows.gradient(p) * (1.0 + growth);
+            for axis in 0..D {
+                l[axis][axis] += growth / dt;
+            }
+            chunk.rows.set_gradient(p, &l);
         }
         *stretch = blended;
     }

@@ -18,6 +18,35 @@ pub fn reduce<T: Send>(
     parts.into_iter().reduce(fold)
 }
 
+/// Calls `run` for every entry, in parallel.
+pub fn for_each_mut<T: Send>(entries: &mut [T], run: impl Fn(&mut T) + Sync) {
+    entries.par_chunks_mut(CHUNK).for_each(|chunk| chunk.iter_mut().for_each(&run));
+}
+
+/// Calls `run` for every pair of entries of two columns of one length, in parallel.
+pub fn for_each_pair_mut<A: Send, B: Send>(a: &mut [A], b: &mut [B], run: impl Fn(&mut A, &mut B) + Sync) {
+    a.par_chunks_mut(CHUNK)
+        .zip(b.par_chunks_mut(CHUNK))
+        .for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| run(a, b)));
+}
+
+/// As [`for_each_pair_mut`]; folds what `run` returns in order, chunk by chunk.
+pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
+    a: &mut [A],
+    b: &mut [B],
+    run: impl Fn(&mut A, &mut B) -> T + Sync,
+    fold: impl Fn(T, T) -> T + Sync,
+) -> Option<T> {
+    let chunk = |(a, b): (&mut [A], &mut [B])| a.iter_mut().zip(b).map(|(a, b)| run(a, b)).reduce(&fold);
+    let parts: Vec<Option<T>> = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).map(chunk).collect();
+    parts.into_iter().flatten().reduce(fold)
+}
+
+/// Replaces a column by what `map` makes of another, in parallel.
+pub fn map_into<A: Sync, B: Send>(from: &[A], to: &mut Vec<B>, map: impl Fn(&A) -> B + Sync + Send) {
+    from.par_iter().with_min_len(CHUNK).map(map).collect_into_vec(to);
+}
+
 /// The sum of `term` over `0..len`.
 pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).sum::<f64>(), |a, b| a + b).unwrap_or(0.0)

@@ -21,6 +21,8 @@ pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use tension_field::principal;
 
+use crate::math::simd::{Lanes, Task, widest};
+
 /// Elements that a law treats in one call.
 pub const LANES: usize = 8;
 
@@ -77,16 +79,7 @@ pub trait Sheet: std::fmt::Debug + Send + Sync {
     /// Total laws: the greatest stiffness against stretching along a material axis, d(λS)/dλ [Pa]. With the
     /// reference density it gives the speed of waves in reference lengths, which bounds the step.
     fn stiffness(&self, c: [f64; 3]) -> f64 {
-        const STEP: f64 = 1e-4;
-        let along = |axis: usize| {
-            let force = |stretch: f64| {
-                let mut stretched = c;
-                stretched[axis] *= stretch * stretch;
-                stretch * self.total(stretched).stress[axis]
-            };
-            ((force(1.0 + STEP) - force(1.0 - STEP)) / (2.0 * STEP)).max(force(1.0))
-        };
-        along(0).max(along(1))
+        stiffness_by_differences(&|c| self.total(c), c)
     }
 
     /// [`Sheet::rate`] for [`LANES`] elements; returns their thickness strains.
@@ -107,13 +100,79 @@ pub trait Sheet: std::fmt::Debug + Send + Sync {
 
     /// [`Sheet::total`] and [`Sheet::stiffness`] for [`LANES`] elements.
     fn total_lanes(&self, c: &[[f64; LANES]; 3]) -> SheetLanes {
-        let states: [SheetState; LANES] = std::array::from_fn(|k| self.total(c.map(|component| component[k])));
-        SheetLanes {
+        SheetLanes::one_by_one(self, c)
+    }
+}
+
+/// [`Sheet::stiffness`] by central differences, for laws whose response has corners.
+fn stiffness_by_differences(total: &dyn Fn([f64; 3]) -> SheetState, c: [f64; 3]) -> f64 {
+    const STEP: f64 = 1e-4;
+    let along = |axis: usize| {
+        let force = |stretch: f64| {
+            let mut stretched = c;
+            stretched[axis] *= stretch * stretch;
+            stretch * total(stretched).stress[axis]
+        };
+        ((force(1.0 + STEP) - force(1.0 - STEP)) / (2.0 * STEP)).max(force(1.0))
+    };
+    along(0).max(along(1))
+}
+
+/// The greater stiffness d(λS)/dλ = S + 2 C ∂S/∂C along the axes 1 and 2, never below the stress itself [Pa].
+#[inline(always)]
+fn stiffness_of(stress: [f64; 3], c: [f64; 3], tangent: [f64; 2]) -> f64 {
+    let along = |axis: usize| stress[axis] + larger(2.0 * c[axis] * tangent[axis], 0.0);
+    larger(along(0), along(1))
+}
+
+/// The larger of two numbers; one instruction, unlike `f64::max`, whose care for NaN is not needed here.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// A smooth total law that answers for one element without branching, so that eight become vectors.
+trait Smooth {
+    /// State and stiffness; inlined into functions compiled for wide registers.
+    fn respond(&self, c: [f64; 3]) -> (SheetState, f64);
+}
+
+/// [`Sheet::total_lanes`] of a smooth law, with the widest registers.
+fn smooth_lanes<T: Smooth>(law: &T, c: &[[f64; LANES]; 3]) -> SheetLanes {
+    widest(SmoothLanes { law, c })
+}
+
+struct SmoothLanes<'a, T> {
+    law: &'a T,
+    c: &'a [[f64; LANES]; 3],
+}
+
+impl SheetLanes {
+    /// The answer of a law that treats each element alone.
+    fn one_by_one(law: &(impl Sheet + ?Sized), c: &[[f64; LANES]; 3]) -> Self {
+        let states: [SheetState; LANES] = std::array::from_fn(|k| law.total(c.map(|component| component[k])));
+        Self {
             stress: std::array::from_fn(|i| states.map(|s| s.stress[i])),
             energy: states.map(|s| s.energy),
             thickness: states.map(|s| s.thickness),
-            stiffness: std::array::from_fn(|k| self.stiffness(c.map(|component| component[k]))),
+            stiffness: std::array::from_fn(|k| law.stiffness(c.map(|component| component[k]))),
         }
+    }
+}
+
+impl<T: Smooth> Task for SmoothLanes<'_, T> {
+    type Output = SheetLanes;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> SheetLanes {
+        let zero = [0.0; LANES];
+        let mut lanes = SheetLanes { stress: [zero; 3], energy: zero, thickness: zero, stiffness: zero };
+        for k in 0..LANES {
+            let (state, stiffness) = self.law.respond([self.c[0][k], self.c[1][k], self.c[2][k]]);
+            (lanes.stress[0][k], lanes.stress[1][k], lanes.stress[2][k]) = state.stress.into();
+            (lanes.energy[k], lanes.thickness[k], lanes.stiffness[k]) = (state.energy, state.thickness, stiffness);
+        }
+        lanes
     }
 }
 

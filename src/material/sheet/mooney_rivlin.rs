@@ -3,10 +3,13 @@
 //! ```text
 //! W = c1 (I1 − 3) + c2 (I2 − 3),   I1 = tr C + λ3²,   I2 = det C + λ3² tr C,   λ3² = 1 / det C
 //! S = 2 c1 (1 − λ3² C⁻¹) + 2 c2 [(det C − λ3² tr C) C⁻¹ + λ3² 1]
+//! ∂S11/∂C11 = 4 (c1 + c2 tr C) C22² / det³ C − 4 c2 C22 / det² C
 //! ```
 
-use super::neo_hookean::IDENTITY;
-use super::{Sheet, SheetKind, SheetState, tension_field};
+use super::{
+    LANES, Sheet, SheetKind, SheetLanes, SheetState, Smooth, smooth_lanes, stiffness_by_differences, stiffness_of,
+    tension_field,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,20 +31,24 @@ pub struct MooneyRivlin {
     pub wrinkling: bool,
 }
 
-impl MooneyRivlin {
+impl Smooth for MooneyRivlin {
     /// The flat sheet.
-    fn response(&self, [c11, c22, c12]: [f64; 3]) -> SheetState {
+    #[inline(always)]
+    fn respond(&self, c @ [c11, c22, c12]: [f64; 3]) -> (SheetState, f64) {
         let (det, trace) = (c11 * c22 - c12 * c12, c11 + c22);
-        let inverse = [c22 / det, c11 / det, -c12 / det];
-        let thickness2 = 1.0 / det;
-        let first = |i: usize| IDENTITY[i] - thickness2 * inverse[i];
-        let second = |i: usize| (det - thickness2 * trace) * inverse[i] + thickness2 * IDENTITY[i];
-        SheetState {
-            stress: std::array::from_fn(|i| 2.0 * self.c1 * first(i) + 2.0 * self.c2 * second(i)),
-            energy: self.c1 * (trace + thickness2 - 3.0) + self.c2 * (det + thickness2 * trace - 3.0),
-            thickness: thickness2.sqrt(),
+        let per_det = 1.0 / det;
+        let (c1, c2, square) = (2.0 * self.c1, 2.0 * self.c2, per_det * per_det);
+        // S = a 1 + b adj C, with C⁻¹ = adj C / det C.
+        let (a, b) = (c1 + c2 * per_det, c2 * (1.0 - trace * square) - c1 * square);
+        let state = SheetState {
+            stress: [a + b * c22, a + b * c11, -b * c12],
+            energy: self.c1 * (trace + per_det - 3.0) + self.c2 * (det + per_det * trace - 3.0),
+            thickness: per_det.sqrt(),
             volume: 1.0,
-        }
+        };
+        let (cubic, linear) = (2.0 * (c1 + c2 * trace) * square * per_det, 2.0 * c2 * square);
+        let tangent = |other: f64| (cubic * other - linear) * other;
+        (state, stiffness_of(state.stress, c, [tangent(c22), tangent(c11)]))
     }
 }
 
@@ -72,10 +79,18 @@ impl Sheet for MooneyRivlin {
 
     fn total(&self, c: [f64; 3]) -> SheetState {
         if self.wrinkling {
-            tension_field::relaxed(c, |c1| 1.0 / c1.sqrt(), |c| self.response(c))
+            tension_field::relaxed(c, |c1| 1.0 / c1.sqrt(), |c| self.respond(c).0)
         } else {
-            self.response(c)
+            self.respond(c).0
         }
+    }
+
+    fn stiffness(&self, c: [f64; 3]) -> f64 {
+        if self.wrinkling { stiffness_by_differences(&|c| self.total(c), c) } else { self.respond(c).1 }
+    }
+
+    fn total_lanes(&self, c: &[[f64; LANES]; 3]) -> SheetLanes {
+        if self.wrinkling { SheetLanes::one_by_one(self, c) } else { smooth_lanes(self, c) }
     }
 }
 

@@ -5,8 +5,17 @@
 //! compressible     W = ½ G (I1 − 3 − 2 ln J) + ½ λ ln² J     S = G (1 − C⁻¹) + λ ln J C⁻¹
 //!                  with λ3 from S33 = 0: G (λ3² − 1) + λ ln(λ3 √det C) = 0
 //! ```
+//!
+//! S33 = 0 turns both into S = G (1 − λ3² C⁻¹), whose tangent is
+//!
+//! ```text
+//! ∂S11/∂C11 = G λ3² (C22 / det C)² (1 + κ),   κ = ½ λ / (G λ3² + ½ λ)   (1 if incompressible)
+//! ```
 
-use super::{Sheet, SheetKind, SheetState, tension_field};
+use super::{
+    LANES, Sheet, SheetKind, SheetLanes, SheetState, Smooth, smooth_lanes, stiffness_by_differences, stiffness_of,
+    tension_field,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -42,17 +51,11 @@ impl NeoHookean {
 
     /// The flat sheet.
     fn response(&self, c @ [c11, c22, c12]: [f64; 3]) -> SheetState {
+        if self.lame().is_infinite() {
+            return Incompressible { shear: self.shear }.respond(c).0;
+        }
         let (g, det) = (self.shear, c11 * c22 - c12 * c12);
         let inverse = [c22 / det, c11 / det, -c12 / det];
-        if self.lame().is_infinite() {
-            let thickness2 = 1.0 / det;
-            return SheetState {
-                stress: std::array::from_fn(|i| g * (IDENTITY[i] - thickness2 * inverse[i])),
-                energy: 0.5 * g * (c11 + c22 + thickness2 - 3.0),
-                thickness: thickness2.sqrt(),
-                volume: 1.0,
-            };
-        }
         let thickness2 = free_stretch(g, 0.5 * self.lame(), det);
         let log_volume = 0.5 * (thickness2 * det).ln();
         let pressure = self.lame() * log_volume;
@@ -64,14 +67,48 @@ impl NeoHookean {
         }
     }
 
+    /// [`Sheet::stiffness`] of the flat sheet.
+    fn flat_stiffness(&self, c @ [c11, c22, c12]: [f64; 3]) -> f64 {
+        if self.lame().is_infinite() {
+            return Incompressible { shear: self.shear }.respond(c).1;
+        }
+        let state = self.response(c);
+        let (l, det) = (0.5 * self.lame(), c11 * c22 - c12 * c12);
+        let resistance = self.shear * state.thickness * state.thickness;
+        let scale = resistance * (1.0 + l / (resistance + l)) / (det * det);
+        stiffness_of(state.stress, c, [scale * c22 * c22, scale * c11 * c11])
+    }
+
     /// C22 of uniaxial tension: both free directions stretch alike.
     fn width(&self, c1: f64) -> f64 {
         if self.lame().is_infinite() { 1.0 / c1.sqrt() } else { free_stretch(self.shear, self.lame(), c1.sqrt()) }
     }
 }
 
+/// The flat incompressible sheet.
+struct Incompressible {
+    /// G [Pa].
+    shear: f64,
+}
+
+impl Smooth for Incompressible {
+    #[inline(always)]
+    fn respond(&self, c @ [c11, c22, c12]: [f64; 3]) -> (SheetState, f64) {
+        let (g, per_det) = (self.shear, 1.0 / (c11 * c22 - c12 * c12));
+        let square = per_det * per_det;
+        let state = SheetState {
+            stress: [g * (1.0 - square * c22), g * (1.0 - square * c11), g * square * c12],
+            energy: 0.5 * g * (c11 + c22 + per_det - 3.0),
+            thickness: per_det.sqrt(),
+            volume: 1.0,
+        };
+        let scale = 2.0 * g * square * per_det;
+        (state, stiffness_of(state.stress, c, [scale * c22 * c22, scale * c11 * c11]))
+    }
+}
+
 /// The identity in the order 11, 22, 12.
-pub(super) const IDENTITY: [f64; 3] = [1.0, 1.0, 0.0];
+const IDENTITY: [f64; 3] = [1.0, 1.0, 0.0];
 
 /// Solves G (q − 1) + l ln(q d) = 0 for the squared stretch q of a stress-free direction, by Newton's method in ln q
 /// (the residual is convex and increasing there).
@@ -118,6 +155,18 @@ impl Sheet for NeoHookean {
             tension_field::relaxed(c, |c1| self.width(c1), |c| self.response(c))
         } else {
             self.response(c)
+        }
+    }
+
+    fn stiffness(&self, c: [f64; 3]) -> f64 {
+        if self.wrinkling { stiffness_by_differences(&|c| self.total(c), c) } else { self.flat_stiffness(c) }
+    }
+
+    fn total_lanes(&self, c: &[[f64; LANES]; 3]) -> SheetLanes {
+        if !self.wrinkling && self.lame().is_infinite() {
+            smooth_lanes(&Incompressible { shear: self.shear }, c)
+        } else {
+            SheetLanes::one_by_one(self, c)
         }
     }
 }

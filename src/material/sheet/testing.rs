@@ -33,7 +33,9 @@ pub fn total_law(law: &dyn Sheet) {
     let lanes =
         law.total_lanes(&std::array::from_fn(|i| std::array::from_fn(|k| DEFORMATIONS[k % DEFORMATIONS.len()][i])));
     for k in 0..LANES {
-        assert_eq!(lanes.stress.map(|s| s[k]), law.total(DEFORMATIONS[k % DEFORMATIONS.len()]).stress);
+        let c = DEFORMATIONS[k % DEFORMATIONS.len()];
+        assert_eq!(lanes.stress.map(|s| s[k]), law.total(c).stress);
+        assert_eq!((lanes.energy[k], lanes.stiffness[k]), (law.total(c).energy, law.stiffness(c)));
     }
     for c in DEFORMATIONS {
         let derivative: [f64; 3] = std::array::from_fn(|i| {
@@ -48,6 +50,10 @@ pub fn total_law(law: &dyn Sheet) {
             share * (energy(1.0) - energy(-1.0)) / (2.0 * step)
         });
         assert_close(law.total(c).stress, derivative, 2e-8 * scale, "S = 2 ∂W/∂C");
+    }
+    for c in DEFORMATIONS {
+        let differences = super::stiffness_by_differences(&|c| law.total(c), c);
+        assert!((law.stiffness(c) - differences).abs() < 1e-6 * scale, "stiffness at {c:?}");
     }
     let (speed, stiffness) = (law.wave_speed(), law.stiffness([1.0 + 1e-3, 1.0 + 1e-3, 0.0]));
     assert!((law.density() * speed * speed / stiffness - 1.0).abs() < 0.02, "wave speed {speed}");

@@ -108,7 +108,17 @@ struct Stressed {
     frequency2: Lanes,
 }
 
-/// Updates `count` elements of a block with nodes at `x` moving with `v`; returns their nodal forces and sums.
+/// What an update gives back of the elements of a block.
+pub struct Updated<const N: usize> {
+    /// Force at each node [N].
+    pub force: [LaneVector; N],
+    /// Area vector over the number of nodes [m²].
+    pub area: LaneVector,
+    /// Sums over the elements.
+    pub sums: Sums,
+}
+
+/// Updates `count` elements of a block with nodes at `x` moving with `v`.
 #[inline(always)]
 pub fn update<S: Shape<N>, const N: usize>(
     (x, v): ([LaneVector; N], [LaneVector; N]),
@@ -116,7 +126,7 @@ pub fn update<S: Shape<N>, const N: usize>(
     sheet: &dyn Sheet,
     (block, reference): (&mut Block, &Reference),
     count: usize,
-) -> ([LaneVector; N], Sums) {
+) -> Updated<N> {
     let (now, rate) = (S::modes(x, 1.0), S::modes(v, 0.0));
     let metric = Metric::new(now.g1, now.g2);
     let stressed = match sheet.kind() {
@@ -150,7 +160,7 @@ pub fn update<S: Shape<N>, const N: usize>(
         damping: stressed.damping.sum(count),
         frequency2: stressed.frequency2.0.into_iter().fold(0.0, greater),
     };
-    (S::spread(-p, -r, -h), sums)
+    Updated { force: S::spread(-p, -r, -h), area: now.g1.cross(now.g2) * (S::AREA / N as f64), sums }
 }
 
 /// Half the change of the metric over the step, at mid-step: the covariant strain increment.

@@ -23,23 +23,27 @@ pub(super) fn area_vector<const D: usize>(nodes: &[u32], position: &[Vector<D>])
 pub(super) struct Pressure<const D: usize> {
     /// Value [Pa].
     value: Signal,
-    /// Reference area vectors of a dead load; empty if the pressure follows the deformed sheet.
-    dead: Vec<Vector<D>>,
+    /// Area vector of each element over the number of its nodes [m²], empty without pressure: as it is now if the
+    /// pressure follows the deformed sheet (the element pass refreshes it), in the reference state if not.
+    area: Vec<Vector<D>>,
+    follower: bool,
+    /// Value at the centre of each element [Pa]; empty where it is the same everywhere.
+    local: Vec<f64>,
     /// Force on each node [N]; empty without pressure.
     pub force: Vec<Vector<D>>,
-    /// Force per corner of each element [N].
-    share: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Pressure<D> {
     /// Prepares the load on `elements` at the reference positions.
     pub fn new(value: Signal, follower: bool, elements: &Elements, reference: &[Vector<D>]) -> Self {
         let loaded = !value.is_zero();
-        let dead = loaded && !follower;
+        let share = |nodes: &[u32]| area_vector(nodes, reference) * (1.0 / nodes.len() as f64);
+        let varies = loaded && !value.is_uniform();
         Self {
-            dead: elements.iter().filter(|_| dead).map(|nodes| area_vector(nodes, reference)).collect(),
+            area: elements.iter().filter(|_| loaded).map(share).collect(),
+            follower,
+            local: vec![0.0; if varies { elements.len() } else { 0 }],
             force: vec![Vector::ZERO; if loaded { reference.len() } else { 0 }],
-            share: vec![Vector::ZERO; if loaded { elements.len() } else { 0 }],
             value,
         }
     }
@@ -54,20 +58,29 @@ impl<const D: usize> Pressure<D> {
     #[cfg(test)]
     pub fn set(&mut self, value: f64) {
         self.value = Signal::Constant(value);
+        self.local.clear();
+    }
+
+    /// Where the element pass puts the area vectors over the number of nodes [m²]; empty if they aren't needed.
+    pub fn areas(&mut self) -> &mut [Vector<D>] {
+        if self.follower { &mut self.area } else { &mut [] }
     }
 
     /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes (theory 5.4).
     pub fn update(&mut self, t: f64, elements: &Elements, position: &[Vector<D>]) {
-        let Self { value, dead, force, share } = self;
-        share.par_iter_mut().with_min_len(1024).enumerate().for_each(|(e, share)| {
+        let Self { value, area, local, force, .. } = self;
+        local.par_iter_mut().with_min_len(1024).enumerate().for_each(|(e, local)| {
             let nodes = elements.nodes(e);
-            let inverse = 1.0 / nodes.len() as f64;
-            let centre = nodes.iter().map(|&k| position[k as usize]).sum::<Vector<D>>() * inverse;
-            let area = dead.get(e).copied().unwrap_or_else(|| area_vector(nodes, position));
-            *share = area * (value.value(centre.to3(), t) * inverse);
+            let centre = nodes.iter().map(|&k| position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64);
+            *local = value.value(centre.to3(), t);
         });
+        let everywhere = value.value([0.0; 3], t);
+        let pushed = |c: &u32| {
+            let e = elements.element_of(*c);
+            area[e] * local.get(e).copied().unwrap_or(everywhere)
+        };
         force.par_iter_mut().with_min_len(1024).enumerate().for_each(|(k, force)| {
-            *force = elements.corners(k).iter().map(|&c| share[elements.element_of(c)]).sum();
+            *force = elements.corners(k).iter().map(pushed).sum();
         });
     }
 }

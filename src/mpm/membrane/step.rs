@@ -1,11 +1,11 @@
 //! The stages of a membrane's step, and the bookkeeping of what they do.
 
 use super::Membrane;
-use super::element::{Reference, Sums};
+use super::element::Sums;
 use super::lanes::LANES;
 use super::ledger::Balance;
 use super::shape::{Quadrilateral, Segment, Shape, Triangle};
-use super::task::Task;
+use super::task::{Run, Task};
 use crate::error::{Place, StepError};
 use crate::material::SheetKind;
 use crate::math::Vector;
@@ -201,23 +201,25 @@ impl<const D: usize> Membrane<D> {
     /// Updates the `count` elements of one shape that begin at `first`; returns the sums and where the next shape begins.
     fn update_group<S: Shape<N>, const N: usize>(&mut self, first: Group, count: usize, sums: Sums) -> (Sums, Group) {
         let blocks = count.div_ceil(LANES);
-        let next = Group { block: first.block + blocks, corner: first.corner + N * count };
-        let nodes = &self.elements.corner_nodes()[first.corner..next.corner];
-        let references: &[Reference] = self.references.get(first.block..next.block).unwrap_or(&[]);
+        let (element, corner) = (first.element + count, first.corner + N * count);
+        let next = Group { block: first.block + blocks, corner, element };
         let task = Task {
-            nodes,
-            references,
+            nodes: &self.elements.corner_nodes()[first.corner..next.corner],
+            references: self.references.get(first.block..next.block).unwrap_or(&[]),
             position: &self.position,
             velocity: &self.velocity,
             parameters: &self.parameters,
             sheet: &*self.sheet,
         };
-        let parts: Vec<Sums> = self.blocks[first.block..next.block]
-            .par_chunks_mut(TASK)
-            .zip(self.corner_force[first.corner..next.corner].par_chunks_mut(TASK * LANES * N))
-            .enumerate()
-            .map(|(index, (blocks, force))| task.run::<S, N>(index * TASK, blocks, force))
-            .collect();
+        let mut areas = self.pressure.areas().get_mut(first.element..next.element).unwrap_or(&mut []);
+        let mut runs = Vec::with_capacity(blocks.div_ceil(TASK));
+        let forces = self.corner_force[first.corner..next.corner].chunks_mut(TASK * LANES * N);
+        for (index, (blocks, force)) in self.blocks[first.block..next.block].chunks_mut(TASK).zip(forces).enumerate() {
+            let (area, rest) = areas.split_at_mut((TASK * LANES).min(areas.len()));
+            areas = rest;
+            runs.push(Run { first: index * TASK, blocks, force, area });
+        }
+        let parts: Vec<Sums> = runs.into_par_iter().map(|run| task.run::<S, N>(run)).collect();
         (parts.into_iter().fold(sums, Sums::and), next)
     }
 
@@ -250,6 +252,7 @@ impl<const D: usize> Membrane<D> {
 struct Group {
     block: usize,
     corner: usize,
+    element: usize,
 }
 
 /// Power of the forces on a node or several.

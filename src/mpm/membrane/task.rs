@@ -5,6 +5,8 @@ use super::lanes::{LANES, LaneVector};
 use super::shape::Shape;
 use crate::material::Sheet;
 use crate::math::Vector;
+use crate::math::simd::{self, widest};
+use std::marker::PhantomData;
 
 /// What the element tasks of one shape read.
 pub(super) struct Task<'a, const D: usize> {
@@ -22,71 +24,54 @@ pub(super) struct Task<'a, const D: usize> {
     pub sheet: &'a dyn Sheet,
 }
 
+/// A run of blocks and what it writes.
+pub(super) struct Run<'a, const D: usize> {
+    /// Number of the first block of its shape.
+    pub first: usize,
+    /// History of the elements.
+    pub blocks: &'a mut [Block],
+    /// Nodal forces, element by element [N].
+    pub force: &'a mut [Vector<D>],
+    /// Area vectors over the number of nodes [m²]; empty if nobody asks.
+    pub area: &'a mut [Vector<D>],
+}
+
 impl<const D: usize> Task<'_, D> {
-    /// Updates a run of blocks, the first of which is number `first` of its shape, with the widest vector instructions
-    /// of this machine. The arithmetic, and so the result, is the same with all of them.
-    #[allow(unsafe_code)]
-    pub fn run<S: Shape<N>, const N: usize>(
-        &self,
-        first: usize,
-        blocks: &mut [Block],
-        force: &mut [Vector<D>],
-    ) -> Sums {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
-                // SAFETY: the processor has these instructions.
-                return unsafe { self.run_avx512::<S, N>(first, blocks, force) };
-            }
-            if is_x86_feature_detected!("avx2") {
-                // SAFETY: as above.
-                return unsafe { self.run_avx2::<S, N>(first, blocks, force) };
-            }
-        }
-        self.run_blocks::<S, N>(first, blocks, force)
+    /// Updates a run of blocks with the widest vector instructions of this machine. The arithmetic, and so the result,
+    /// is the same with all of them.
+    pub fn run<S: Shape<N>, const N: usize>(&self, run: Run<'_, D>) -> Sums {
+        widest(Update::<S, D, N> { task: self, run, shape: PhantomData })
     }
+}
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl")]
-    fn run_avx512<S: Shape<N>, const N: usize>(
-        &self,
-        first: usize,
-        blocks: &mut [Block],
-        force: &mut [Vector<D>],
-    ) -> Sums {
-        self.run_blocks::<S, N>(first, blocks, force)
-    }
+/// The update of a run as a task for the registers of this machine.
+struct Update<'a, 'b, S, const D: usize, const N: usize> {
+    task: &'a Task<'a, D>,
+    run: Run<'b, D>,
+    shape: PhantomData<S>,
+}
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn run_avx2<S: Shape<N>, const N: usize>(
-        &self,
-        first: usize,
-        blocks: &mut [Block],
-        force: &mut [Vector<D>],
-    ) -> Sums {
-        self.run_blocks::<S, N>(first, blocks, force)
-    }
+impl<S: Shape<N>, const D: usize, const N: usize> simd::Task for Update<'_, '_, S, D, N> {
+    type Output = Sums;
 
     #[inline(always)]
-    fn run_blocks<S: Shape<N>, const N: usize>(
-        &self,
-        first: usize,
-        blocks: &mut [Block],
-        force: &mut [Vector<D>],
-    ) -> Sums {
+    fn run<L: simd::Lanes>(self) -> Sums {
+        let Run { first, blocks, force, area } = self.run;
+        let task = self.task;
         let mut sums = Sums::default();
         let no_reference = Reference::default();
         for (index, (block, force)) in blocks.iter_mut().zip(force.chunks_mut(LANES * N)).enumerate() {
             let count = force.len() / N;
             let start = (first + index) * LANES * N;
-            let nodes = &self.nodes[start..start + count * N];
-            let reference = self.references.get(first + index).unwrap_or(&no_reference);
-            let (x, v) = (gather(nodes, count, self.position), gather(nodes, count, self.velocity));
-            let (corners, part) =
-                element::update::<S, N>((x, v), self.parameters, self.sheet, (block, reference), count);
-            scatter(&corners, force);
-            sums = sums.and(part);
+            let nodes = &task.nodes[start..start + count * N];
+            let reference = task.references.get(first + index).unwrap_or(&no_reference);
+            let (x, v) = (gather(nodes, count, task.position), gather(nodes, count, task.velocity));
+            let updated = element::update::<S, N>((x, v), task.parameters, task.sheet, (block, reference), count);
+            scatter(&updated.force, force);
+            if let Some(area) = area.get_mut(index * LANES..index * LANES + count) {
+                scatter(&[updated.area], area);
+            }
+            sums = sums.and(updated.sums);
         }
         sums
     }

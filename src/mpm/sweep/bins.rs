@@ -1,9 +1,11 @@
 //! Particles sorted by grid block, so that transfers stream memory and node data stays in the first-level cache.
 //!
-//! Block b owns positions [4b + ½, 4b + 4½) in cells. A particle may leave its block by the kernel's slack
-//! before the body must be sorted again: every few dozen steps.
+//! Block b owns the positions [4b + w, 4b + 4 + w) in cells, where w is 0 for the linear kernel and ½ for the others.
+//! A particle may leave its block by the kernel's slack before the body must be sorted again. It is sorted sooner when
+//! so many particles have left their cells that reading the nodes of each run of particles anew has cost more than a sort.
 
 use super::shape::slack;
+use super::sort::{slowest_last, sort};
 use super::tile::{Extent, TILE};
 use crate::math::Vector;
 use crate::mpm::Kernel;
@@ -32,60 +34,84 @@ pub(crate) struct Bins<const D: usize> {
     pub extents: Vec<Extent>,
     /// Bin numbers per colour; tiles of one colour are disjoint.
     pub colours: Vec<Vec<usize>>,
-    /// How far any particle has moved along an axis since the sort, in cells, at most.
+    /// What has become of the order since the sort.
+    pub disorder: Disorder,
+}
+
+/// How much a body has lost its order since it was sorted.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Disorder {
+    /// How far any particle has moved along an axis, in cells, at most.
     pub drift: f64,
+    /// Visits of nodes in the first gather; 0 before it.
+    fresh: f64,
+    /// Visits beyond those since then.
+    excess: f64,
+}
+
+/// A sort takes about as long as this many visits of nodes per particle.
+const SORT_COST: f64 = 0.7;
+
+impl Disorder {
+    /// Notes the visits of nodes of a gather.
+    pub fn note(&mut self, visits: usize) {
+        if self.fresh == 0.0 {
+            self.fresh = visits as f64;
+        }
+        self.excess += visits as f64 - self.fresh;
+    }
 }
 
 impl<const D: usize> Bins<D> {
     /// Sorts a body's particles by block and cell.
-    pub fn sort(particles: &mut Particles<D>, origin: Vector<D>, cell: f64) -> Self {
-        let keys: Vec<u64> = particles.position.par_iter().map(|&x| key((x - origin) * (1.0 / cell))).collect();
-        let mut order: Vec<(u64, u32)> = keys.iter().zip(0u32..).map(|(&key, p)| (key, p)).collect();
-        if !order.is_sorted() {
-            order.par_sort_unstable();
-            let order: Vec<u32> = order.iter().map(|&(_, p)| p).collect();
-            particles.permute(&order);
+    pub fn sort(particles: &mut Particles<D>, kernel: Kernel, origin: Vector<D>, cell: f64) -> Self {
+        let sorted = sort(kernel, &particles.position, origin, cell);
+        if !sorted.order.is_sorted() {
+            particles.permute(&sorted.order);
         }
-        let mut bins: Vec<Bin<D>> = Vec::new();
-        for (p, &(key, _)) in order.iter().enumerate() {
-            let block = block_of_key(key);
-            match bins.last_mut() {
-                Some(bin) if bin.block == block => bin.range.end = p + 1,
-                _ => bins.push(Bin { block, range: p..p + 1 }),
-            }
-        }
-        Self::new(bins, 0.0)
+        let mut end = 0;
+        let bin = |(block, count)| {
+            end += count;
+            Bin { block, range: end - count..end }
+        };
+        Self::new(sorted.blocks.into_iter().map(bin).collect(), Disorder::default())
     }
 
-    fn new(bins: Vec<Bin<D>>, drift: f64) -> Self {
+    fn new(bins: Vec<Bin<D>>, disorder: Disorder) -> Self {
         let mut colours = vec![Vec::new(); 1 << D];
         for (b, bin) in bins.iter().enumerate() {
             colours[colour(bin.block)].push(b);
         }
         let extents = vec![Extent::EMPTY; bins.len()];
-        Self { bins, slots: Vec::new(), extents, colours, drift }
+        Self { bins, slots: Vec::new(), extents, colours, disorder }
     }
 
-    /// Block coordinates, first particle and one past the last of each bin, and the drift: for checkpoints.
+    /// Block coordinates, first particle and one past the last of each bin, and the disorder: for checkpoints.
     pub fn to_numbers(&self) -> (Vec<i32>, Vec<u32>, Vec<f64>) {
         let blocks = self.bins.iter().flat_map(|bin| bin.block).collect();
         let starts = self.bins.iter().flat_map(|bin| [bin.range.start as u32, bin.range.end as u32]).collect();
-        (blocks, starts, vec![self.drift])
+        let Disorder { drift, fresh, excess } = self.disorder;
+        (blocks, starts, vec![drift, fresh, excess])
     }
 
     /// Restores what [`Self::to_numbers`] gave.
-    pub fn from_numbers(blocks: &[i32], starts: &[u32], drift: &[f64]) -> Self {
+    pub fn from_numbers(blocks: &[i32], starts: &[u32], disorder: &[f64]) -> Self {
         let bins = blocks.chunks_exact(D).zip(starts.chunks_exact(2)).map(|(block, range)| Bin {
             block: std::array::from_fn(|a| block[a]),
             range: range[0] as usize..range[1] as usize,
         });
-        Self::new(bins.collect(), drift.first().copied().unwrap_or(f64::INFINITY))
+        let disorder = match *disorder {
+            [drift, fresh, excess] => Disorder { drift, fresh, excess },
+            _ => Disorder { drift: f64::INFINITY, ..Disorder::default() },
+        };
+        Self::new(bins.collect(), disorder)
     }
 
     /// True if the particles must be sorted before the next sweep of `kernel`.
     pub fn stale(&self, kernel: Kernel, particles: usize) -> bool {
         let sorted = self.bins.last().map_or(0, |bin| bin.range.end);
-        self.drift > 0.99 * slack(kernel) || sorted != particles
+        let Disorder { drift, excess, .. } = self.disorder;
+        drift > 0.99 * slack(kernel) || excess > SORT_COST * particles as f64 || sorted != particles
     }
 
     /// True if the slots must be looked up.
@@ -97,7 +123,7 @@ impl<const D: usize> Bins<D> {
     pub fn blocks(bodies: &[Self]) -> Vec<[i32; D]> {
         let mut blocks: Vec<_> =
             bodies.iter().flat_map(|bins| &bins.bins).flat_map(|bin| neighbours(bin.block)).collect();
-        blocks.sort_unstable_by(|a, b| a.iter().rev().cmp(b.iter().rev()));
+        blocks.sort_unstable_by(slowest_last);
         blocks.dedup();
         blocks
     }
@@ -125,21 +151,4 @@ fn colour<const D: usize>(block: [i32; D]) -> usize {
 fn neighbours<const D: usize>(block: [i32; D]) -> impl Iterator<Item = [i32; D]> {
     (0..3usize.pow(D as u32))
         .map(move |n| std::array::from_fn(|a| block[a] + (n / 3usize.pow(a as u32)) as i32 % 3 - 1))
-}
-
-const BITS: u32 = 18;
-const BIAS: i32 = 1 << (BITS - 1);
-
-/// Sort key: block coordinates (z slowest), then the cell inside the block.
-fn key<const D: usize>(s: Vector<D>) -> u64 {
-    let cell: [i32; D] = std::array::from_fn(|a| (s[a] - 0.5).floor() as i32);
-    let block = |a: usize| (cell[a].div_euclid(EDGE as i32) + BIAS) as u64 & ((1 << BITS) - 1);
-    let local = |a: usize| cell[a].rem_euclid(EDGE as i32) as u64;
-    let blocks = (0..D).rev().fold(0, |key, a| key << BITS | block(a));
-    (0..D).rev().fold(blocks, |key, a| key << 2 | local(a))
-}
-
-fn block_of_key<const D: usize>(key: u64) -> [i32; D] {
-    let blocks = key >> (2 * D);
-    std::array::from_fn(|a| (blocks >> (BITS * a as u32) & ((1 << BITS) - 1)) as i32 - BIAS)
 }

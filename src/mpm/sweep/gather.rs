@@ -1,47 +1,65 @@
 //! Grid to particles: velocity, acceleration (65, 19), velocity gradient (62, 63), affine moment (APIC).
 
 use super::bins::Bin;
-use super::dispatch::{Task, widest};
-use super::kernel::{self, numbers};
-use super::lanes::{Lanes, Record};
-use super::scatter::Frame;
+use super::frame::{self, Frame};
+use super::group::Group;
+use super::kernel::{self, Gathered, Sums};
+use super::rows::{CHUNK, Column, Rows};
 use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape};
-use super::tile::{Extent, TILE_NODES, Tile, for_each_run};
+use super::tile::{Extent, Record, TILE_NODES, Tile, for_each_run};
 use super::view::View;
 use super::{Kernel, Sweep, with_shape};
-use crate::math::{Tensor, Vector};
-
-/// Particles per call of a visitor: their gathered values stay in the first-level cache.
-pub(crate) const CHUNK: usize = 128;
+use crate::math::Vector;
+use crate::math::simd::{Lanes, Task, WIDTH, widest};
 
 /// Few enough bins for one thread.
 const FEW: usize = 16;
 
-/// What the grid says at a few consecutive particles.
+/// A few consecutive particles, and what the grid says there.
 pub(crate) struct Chunk<'a, const D: usize> {
     /// Their columns.
     pub particles: View<'a, D>,
-    /// Σ N s of the scalar slot.
-    pub scalar: &'a [f64],
-    /// Σ N v [m/s].
-    pub velocity: &'a [Vector<D>],
-    /// Σ N a [m/s²]; not meaningful when the moment is gathered.
-    pub acceleration: &'a [Vector<D>],
-    /// Σ v ⊗ ∇N [1/s], embedded in three dimensions; meaningful when it is gathered.
-    pub gradient: &'a mut [Tensor<3>],
-    /// Σ N v ⊗ (x_I − x_p) [m²/s]; meaningful when it is gathered.
-    pub moment: &'a [Tensor<D>],
+    /// What was gathered.
+    pub rows: &'a mut Rows<D>,
+    /// How many times nodes were read: once per run of particles, up to eight, with the same nodes.
+    pub visits: usize,
 }
 
 /// What a gather computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wanted {
-    /// Scalar, velocity and acceleration only.
+    /// Scalar and velocity.
+    Scalar,
+    /// Velocity and acceleration.
     Motion,
-    /// Scalar, velocity and acceleration, and the velocity gradient.
+    /// Scalar, velocity and its gradient.
+    Gradient,
+    /// Velocity, acceleration, and the velocity gradient.
     MotionAndGradient,
-    /// Scalar, velocity, its gradient and its affine moment.
+    /// Velocity, its gradient and its affine moment.
     MotionAndMoment,
+}
+
+/// Makes the types of [`Sums`].
+macro_rules! sums {
+    ($($Name:ident: $scalar:literal, $acceleration:literal, $slopes:literal;)+) => {
+        $(
+            #[derive(Clone, Copy)]
+            struct $Name;
+            impl Sums for $Name {
+                const SCALAR: bool = $scalar;
+                const ACCELERATION: bool = $acceleration;
+                const SLOPES: usize = $slopes;
+            }
+        )+
+    };
+}
+sums! {
+    ScalarSums: true, false, 0;
+    MotionSums: false, true, 0;
+    GradientSums: true, false, 1;
+    MotionAndGradientSums: false, true, 1;
+    MotionAndMomentSums: false, false, 2;
 }
 
 /// An answer of visitors that can be combined; combined in a fixed order.
@@ -65,18 +83,17 @@ impl<const D: usize> Sweep<'_, D> {
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
     ) -> A {
         let all = Part { bins: &self.bins.bins, slots: &self.bins.slots, extents: &self.bins.extents };
-        let cell = self.cell;
         // Behind a pointer, so that visitors are not compiled once more for every shape function.
         let gather: &ChunkFn<'_, D> = with_shape!(self, shape => {
-            &move |tile, frame, positions, buffer| widest(ChunkGather { tile, shape, frame, positions, wanted, cell, buffer })
+            &move |tile, frame, positions, rows| widest(ChunkGather { tile, shape, frame, positions, wanted, rows })
         });
-        let work = GatherPart { sweep: self, node: &node, gather, wanted };
+        let work = GatherPart { sweep: self, node: &node, gather };
         split(all, particles, &|part: Part<'_, D>, particles: View<'_, D>| work.run(part, particles, &visit))
     }
 }
 
-/// Gathers for the particles of a chunk from a tile.
-type ChunkFn<'a, const D: usize> = dyn Fn(&Tile, Frame<D>, &[Vector<D>], &mut Buffer<D>) + Sync + 'a;
+/// Gathers for the particles of a chunk from a tile; returns how many times nodes were read.
+type ChunkFn<'a, const D: usize> = dyn Fn(&Tile, Frame<D>, &[Vector<D>], &mut Rows<D>) -> usize + Sync + 'a;
 
 /// Consecutive bins.
 #[derive(Clone, Copy)]
@@ -116,7 +133,6 @@ struct GatherPart<'a, N, const D: usize> {
     sweep: &'a Sweep<'a, D>,
     node: &'a N,
     gather: &'a ChunkFn<'a, D>,
-    wanted: Wanted,
 }
 
 impl<N: Fn(usize) -> Record + Sync, const D: usize> GatherPart<'_, N, D> {
@@ -127,12 +143,12 @@ impl<N: Fn(usize) -> Record + Sync, const D: usize> GatherPart<'_, N, D> {
         visit: &(impl Fn(&mut Chunk<'_, D>) -> A + Sync),
     ) -> A {
         let mut tile = Box::new([Record::default(); TILE_NODES]);
-        let mut buffer = Box::new(Buffer::default());
+        let mut rows = Box::new(Rows::default());
         let mut answer = A::default();
         for ((bin, slots), extent) in bins.iter().zip(slots).zip(extents) {
             for_each_run::<D>(slots, extent, |node, t, count| {
                 for (i, record) in tile[t..t + count].iter_mut().enumerate() {
-                    *record = prepare::<D>((self.node)(node + i), self.wanted);
+                    *record = (self.node)(node + i);
                 }
             });
             let frame = Frame::new(self.sweep, bin.block);
@@ -141,59 +157,11 @@ impl<N: Fn(usize) -> Record + Sync, const D: usize> GatherPart<'_, N, D> {
                 let len = CHUNK.min(left);
                 let (chunk, rest) = particles.split_at(len);
                 (particles, left) = (rest, left - len);
-                (self.gather)(&tile, frame, chunk.position, &mut buffer);
-                answer = answer.and(visit(&mut buffer.chunk(chunk)));
+                let visits = (self.gather)(&tile, frame, chunk.position, &mut rows);
+                answer = answer.and(visit(&mut Chunk { particles: chunk, rows: &mut rows, visits }));
             }
         }
         answer
-    }
-}
-
-/// A node's record for a gather: the affine moment needs a second copy of the velocity.
-#[inline(always)]
-fn prepare<const D: usize>(record: Record, wanted: Wanted) -> Record {
-    match wanted {
-        Wanted::Motion | Wanted::MotionAndGradient => record,
-        Wanted::MotionAndMoment => {
-            let mut r = record.0;
-            r.copy_within(1..=D, 1 + D);
-            Record(r)
-        }
-    }
-}
-
-/// What is gathered for the particles of a chunk.
-struct Buffer<const D: usize> {
-    scalar: [f64; CHUNK],
-    velocity: [Vector<D>; CHUNK],
-    acceleration: [Vector<D>; CHUNK],
-    gradient: [Tensor<3>; CHUNK],
-    moment: [Tensor<D>; CHUNK],
-}
-
-impl<const D: usize> Default for Buffer<D> {
-    fn default() -> Self {
-        Self {
-            scalar: [0.0; CHUNK],
-            velocity: [Vector::ZERO; CHUNK],
-            acceleration: [Vector::ZERO; CHUNK],
-            gradient: [Tensor::ZERO; CHUNK],
-            moment: [Tensor::ZERO; CHUNK],
-        }
-    }
-}
-
-impl<const D: usize> Buffer<D> {
-    fn chunk<'a>(&'a mut self, particles: View<'a, D>) -> Chunk<'a, D> {
-        let len = particles.len();
-        Chunk {
-            particles,
-            scalar: &self.scalar[..len],
-            velocity: &self.velocity[..len],
-            acceleration: &self.acceleration[..len],
-            gradient: &mut self.gradient[..len],
-            moment: &self.moment[..len],
-        }
     }
 }
 
@@ -203,60 +171,121 @@ struct ChunkGather<'a, S, const W: usize, const D: usize> {
     frame: Frame<D>,
     positions: &'a [Vector<D>],
     wanted: Wanted,
-    cell: f64,
-    buffer: &'a mut Buffer<D>,
+    rows: &'a mut Rows<D>,
 }
 
 impl<S: Shape<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W, D> {
-    type Output = ();
+    type Output = usize;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) {
+    fn run<L: Lanes>(self) -> usize {
         match self.wanted {
-            Wanted::Motion => self.motion::<L>(),
-            Wanted::MotionAndGradient => self.slopes::<L, false>(),
-            Wanted::MotionAndMoment => self.slopes::<L, true>(),
+            Wanted::Scalar => self.sums::<L, ScalarSums>(),
+            Wanted::Motion => self.sums::<L, MotionSums>(),
+            Wanted::Gradient => self.sums::<L, GradientSums>(),
+            Wanted::MotionAndGradient => self.sums::<L, MotionAndGradientSums>(),
+            Wanted::MotionAndMoment => self.sums::<L, MotionAndMomentSums>(),
         }
+    }
+}
+
+/// Tile coordinates of the particles of a chunk, and where their supports begin.
+#[repr(C, align(64))]
+struct Places<const D: usize> {
+    s: [Column; D],
+    first: [u32; CHUNK + WIDTH],
+}
+
+impl<const D: usize> Places<D> {
+    /// How many of the eight particles from `p` on have the same support as the first of them.
+    #[inline(always)]
+    fn run(&self, p: usize) -> usize {
+        let mut same = 0u32;
+        for k in 0..WIDTH {
+            same |= u32::from(self.first[p + k] == self.first[p]) << k;
+        }
+        same.trailing_ones() as usize
     }
 }
 
 impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
     #[inline(always)]
-    fn motion<L: Lanes>(self) {
-        for (p, &x) in self.positions.iter().enumerate() {
-            let w = self.shape.weights(self.frame.coordinates(x));
-            let r = numbers(kernel::gather_value::<L, W, D>(self.tile, &w));
-            self.buffer.put(p, &r);
-        }
-    }
-
-    #[inline(always)]
-    fn slopes<L: Lanes, const AFFINE: bool>(self) {
-        let per_cell = 1.0 / self.cell;
-        for (p, &x) in self.positions.iter().enumerate() {
-            let w = self.shape.weights(self.frame.coordinates(x));
-            let (value, slopes) = kernel::gather::<L, W, D, AFFINE>(self.tile, &w);
-            self.buffer.put(p, &numbers(value));
-            for (axis, slope) in slopes.into_iter().enumerate() {
-                let g = numbers(slope);
-                for a in 0..D {
-                    self.buffer.gradient[p][a][axis] = g[1 + a] * per_cell;
-                    if AFFINE {
-                        self.buffer.moment[p][a][axis] = g[1 + D + a] * self.cell;
-                    }
-                }
+    fn places<L: Lanes>(&self) -> Places<D> {
+        let mut places = Places { s: [[0.0; CHUNK + WIDTH]; D], first: [u32::MAX; CHUNK + WIDTH] };
+        let n = self.positions.len();
+        for p in (0..n).step_by(WIDTH) {
+            let group = Group::new(p, n);
+            let s = self.frame.coordinates::<L>(group, self.positions);
+            let mut base = s;
+            for axis in 0..D {
+                base[axis] = frame::base(self.shape, s[axis]);
+                put(s[axis], p, &mut places.s[axis]);
+            }
+            let mut first = [0.0; WIDTH];
+            frame::tile_number(&base).store(&mut first);
+            for k in 0..group.count() {
+                places.first[p + k] = first[k] as u32;
             }
         }
+        places
+    }
+
+    /// Takes runs of particles with the same support, eight at a time: what is stored beyond a run is wrong, and is
+    /// replaced by the next.
+    #[inline(always)]
+    fn sums<L: Lanes, Q: Sums>(self) -> usize {
+        let places = self.places::<L>();
+        let (mut p, mut visits) = (0, 0);
+        while p < self.positions.len() {
+            let mut s = [L::splat(0.0); D];
+            for axis in 0..D {
+                s[axis] = get(p, &places.s[axis]);
+            }
+            let mut base = s;
+            for axis in 0..D {
+                // Of the first particle of the run.
+                base[axis] = frame::base(self.shape, L::splat(places.s[axis][p]));
+            }
+            let weights = frame::weights(self.shape, &s, &base);
+            let sums = kernel::gather::<L, Q, W, D>(self.tile, places.first[p] as usize, &weights);
+            put_rows::<L, Q, D>(&sums, self.frame.scale, p, self.rows);
+            p += places.run(p);
+            visits += 1;
+        }
+        visits
     }
 }
 
-impl<const D: usize> Buffer<D> {
-    #[inline(always)]
-    fn put(&mut self, p: usize, r: &[f64; 8]) {
-        self.scalar[p] = r[0];
-        for a in 0..D {
-            self.velocity[p][a] = r[1 + a];
-            self.acceleration[p][a] = r[1 + D + a];
+/// Eight numbers of a column.
+#[inline(always)]
+fn get<L: Lanes>(p: usize, column: &Column) -> L {
+    L::load(column[p..].first_chunk().expect("columns end eight numbers beyond the chunk"))
+}
+
+/// Stores eight numbers of a column.
+#[inline(always)]
+fn put<L: Lanes>(lanes: L, p: usize, column: &mut Column) {
+    lanes.store(column[p..].first_chunk_mut().expect("columns end eight numbers beyond the chunk"));
+}
+
+/// Stores the sums of eight particles.
+#[inline(always)]
+fn put_rows<L: Lanes, Q: Sums, const D: usize>(sums: &Gathered<L, D>, per_cell: f64, p: usize, rows: &mut Rows<D>) {
+    if Q::SCALAR {
+        put(sums.value[0], p, &mut rows.scalar);
+    }
+    for a in 0..D {
+        put(sums.value[1 + a], p, &mut rows.velocity[a]);
+        if Q::ACCELERATION {
+            put(sums.value[1 + D + a], p, &mut rows.acceleration[a]);
+        }
+        for axis in 0..D {
+            if Q::SLOPES > 0 {
+                put(sums.slopes[0][axis][a].mul(L::splat(per_cell)), p, &mut rows.gradient[axis][a]);
+            }
+            if Q::SLOPES > 1 {
+                put(sums.slopes[1][axis][a].mul(L::splat(1.0 / per_cell)), p, &mut rows.moment[axis][a]);
+            }
         }
     }
 }

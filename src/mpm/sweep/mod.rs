@@ -5,19 +5,22 @@
 //! any order, since each particle belongs to one block. Both give the same bits for any number of threads.
 
 mod bins;
-mod dispatch;
+mod frame;
 mod gather;
+mod group;
 mod kernel;
-mod lanes;
+mod rows;
 mod scatter;
 mod shape;
+mod sort;
 #[cfg(test)]
 mod tests;
 mod tile;
 mod view;
 
 pub(crate) use bins::Bins;
-pub(crate) use gather::{Answer, CHUNK, Chunk, Wanted};
+pub(crate) use gather::{Answer, Chunk, Wanted};
+pub(crate) use rows::{CHUNK, Rows};
 pub(crate) use scatter::Content;
 pub(crate) use tile::{Extent, record};
 pub(crate) use view::View;

@@ -1,13 +1,12 @@
 //! Particles to grid: mass and momentum (60, 61), internal and body force (17, 18).
 
-use super::dispatch::{Task, widest};
-use super::kernel;
-use super::lanes::{Lanes, Record};
-use super::shape::{Axes, Cubic, Gimp, Linear, Quadratic, Shape, Weights};
-use super::tile::{Extent, TILE, TILE_NODES, Target, Tile, for_each_run};
-use super::{Kernel, Sweep, bins::tile_origin, with_shape};
-use crate::math::Vector;
-use crate::mpm::ghost::Fold;
+use super::frame::{self, Frame};
+use super::group::Group;
+use super::kernel::{self, WeightRows};
+use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape};
+use super::tile::{Extent, Record, TILE, TILE_NODES, Target, Tile, for_each_run};
+use super::{Kernel, Sweep, with_shape};
+use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mpm::particles::{Body, Particles, Work};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -71,51 +70,6 @@ impl<const D: usize> Sweep<'_, D> {
 /// Scatters the particles of a block into its tile.
 type BlockFn<'a, const D: usize> = dyn Fn(&mut Tile, Frame<D>, Range<usize>) -> Extent + Sync + 'a;
 
-/// Positions to tile coordinates: s = x · scale − shift.
-#[derive(Clone, Copy)]
-pub(crate) struct Frame<const D: usize> {
-    scale: f64,
-    shift: Axes,
-    ends: Ends<D>,
-}
-
-/// Ends of the domain beyond which ghosts extrapolate, in tile coordinates; `None` where there is none in the tile.
-type Ends<const D: usize> = [[Option<f64>; 2]; D];
-
-impl<const D: usize> Frame<D> {
-    pub fn new(sweep: &Sweep<'_, D>, block: [i32; D]) -> Self {
-        let scale = 1.0 / sweep.cell;
-        let tile = tile_origin(block);
-        let end = |a: usize, end: usize| {
-            let plane = if end == 0 { 0.0 } else { f64::from(sweep.cells[a]) } - tile[a];
-            let extrapolates = sweep.folds[a][end] == Fold::Extrapolate && (0.0..TILE as f64).contains(&plane);
-            extrapolates.then_some(plane)
-        };
-        Self {
-            scale,
-            shift: std::array::from_fn(|a| if a < D { sweep.origin[a] * scale + tile[a] } else { 0.0 }),
-            ends: std::array::from_fn(|a| [end(a, 0), end(a, 1)]),
-        }
-    }
-
-    /// Gives the affine parts next to walls that extrapolate the places of the nodes that receive them.
-    #[inline(always)]
-    fn correct_offsets<const W: usize>(&self, w: &mut Weights<W>) {
-        for (axis, ends) in self.ends.iter().enumerate() {
-            for (plane, inward) in ends.iter().zip([1.0, -1.0]) {
-                if let Some(plane) = plane {
-                    w.fold_offsets(axis, *plane, inward);
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    pub fn coordinates(&self, x: Vector<D>) -> Axes {
-        kernel::array(0.0, |a| if a < D { x[a] * self.scale - self.shift[a] } else { 0.0 })
-    }
-}
-
 #[derive(Clone, Copy)]
 struct Source<'a, const D: usize> {
     particles: &'a Particles<D>,
@@ -130,84 +84,120 @@ impl<const D: usize> Source<'_, D> {
         free || !matches!(self.content, Content::Force | Content::MomentumAndForce)
     }
 
-    /// What averaging adds to the pressure of particle `p` [Pa].
+    /// Pressures that make forces [Pa]: with what averaging adds.
     #[inline(always)]
-    fn excess(&self, p: usize) -> f64 {
-        self.work.excess.get(p).copied().unwrap_or_default()
+    fn pressure<L: Lanes>(&self, group: Group) -> L {
+        let p = group.scalars::<L>(&self.particles.pressure);
+        if self.work.excess.is_empty() { p } else { p.add(group.scalars(&self.work.excess)) }
     }
 
-    /// Value of particle `p` without shear stress: (m, m v, V p/h in every force lane).
+    /// Values of particles without shear stress: (m, m v, V p/h in every force lane).
     #[inline(always)]
-    fn simple_lanes<L: Lanes>(&self, p: usize, cell: f64) -> L {
-        let mut value = [0.0; 8];
+    fn simple_lanes<L: Lanes>(&self, group: Group, per_cell: f64) -> [L; WIDTH] {
+        let mut value = [L::splat(0.0); WIDTH];
         let all = self.particles;
         let average = match self.content {
-            Content::Volumes => Some(self.work.stretch[p]),
-            Content::Pressures => Some(all.mean_pressure(p)),
+            Content::Volumes => Some(group.scalars(&self.work.stretch)),
+            Content::Pressures => Some(group.each::<L>(|p| all.mean_pressure(p))),
             _ => None,
         };
         if let Some(average) = average {
-            (value[0], value[1]) = (all.volume[p], all.volume[p] * average);
-            return L::set(value);
+            value[0] = group.scalars(&all.volume);
+            value[1] = value[0].mul(average);
+            return value;
         }
         if self.content != Content::Force {
-            let (m, v) = (all.mass[p], all.velocity[p]);
-            value[0] = m;
-            for a in 0..D {
-                value[1 + a] = m * v[a];
-            }
+            self.put_momentum(group, &mut value);
         }
         if self.content != Content::Momentum {
-            let force = all.volume[p] * (all.pressure[p] + self.excess(p)) / cell;
-            value[1 + D..1 + 2 * D].fill(force);
+            let area = group.scalars::<L>(&all.volume).mul(L::splat(per_cell));
+            value[1 + D..1 + 2 * D].fill(area.mul(self.pressure(group)));
         }
-        L::set(value)
+        value
     }
 
-    /// Value and slopes of particle `p` in the lanes (m, p, f): (m, m v, F) and, per axis,
+    /// m and m v.
+    #[inline(always)]
+    fn put_momentum<L: Lanes>(&self, group: Group, value: &mut [L; WIDTH]) {
+        let v = group.vectors::<L, D>(&self.particles.velocity);
+        value[0] = group.scalars(&self.particles.mass);
+        for a in 0..D {
+            value[1 + a] = value[0].mul(v[a]);
+        }
+    }
+
+    /// Values and slopes of particles in the lanes (m, p, f): (m, m v, F) and, per axis,
     /// h m C in the momentum lanes and −V σ/h in the force lanes.
     #[inline(always)]
-    fn lanes<L: Lanes, const AFFINE: bool>(&self, p: usize, cell: f64) -> (L, [L; D]) {
-        let (mut value, mut slopes) = ([0.0; 8], [[0.0; 8]; D]);
-        let all = self.particles;
-        let m = all.mass[p];
+    fn lanes<L: Lanes, const AFFINE: bool>(&self, group: Group, per_cell: f64) -> ([L; WIDTH], [[L; WIDTH]; D]) {
+        let zero = L::splat(0.0);
+        let (mut value, mut slopes) = ([zero; WIDTH], [[zero; WIDTH]; D]);
         if self.content != Content::Force {
-            let v = all.velocity[p];
-            value[0] = m;
-            for a in 0..D {
-                value[1 + a] = m * v[a];
-            }
+            self.put_momentum(group, &mut value);
             if AFFINE {
-                let c = &all.affine[p];
+                let weight = value[0].mul(L::splat(1.0 / per_cell));
                 for axis in 0..D {
                     for a in 0..D {
-                        slopes[axis][1 + a] = m * cell * c[a][axis];
+                        let c = group.each::<L>(|p| self.particles.affine[p][a][axis]);
+                        slopes[axis][1 + a] = weight.mul(c);
                     }
                 }
             }
         }
         if self.content != Content::Momentum {
-            let v = all.volume[p] / cell;
-            if !self.work.external.is_empty() {
-                value[1 + D..1 + 2 * D].copy_from_slice(&self.work.external[p].0);
+            self.put_force(group, per_cell, &mut value, &mut slopes);
+        }
+        (value, slopes)
+    }
+
+    /// F and −V σ/h.
+    #[inline(always)]
+    fn put_force<L: Lanes>(&self, group: Group, per_cell: f64, value: &mut [L; WIDTH], slopes: &mut [[L; WIDTH]; D]) {
+        if !self.work.external.is_empty() {
+            value[1 + D..1 + 2 * D].copy_from_slice(&group.vectors::<L, D>(&self.work.external));
+        }
+        let area = group.scalars::<L>(&self.particles.volume).mul(L::splat(per_cell));
+        let minus_area = L::splat(0.0).sub(area);
+        for axis in 0..D {
+            if self.particles.stress.is_empty() {
+                slopes[axis][1 + D + axis] = area.mul(self.pressure(group));
+                continue;
             }
-            if all.stress.is_empty() {
-                let force = v * (all.pressure[p] + self.excess(p));
-                for axis in 0..D {
-                    slopes[axis][1 + D + axis] = force;
-                }
-            } else {
-                let [xx, yy, zz, xy, yz, zx] = all.stress[p].0;
-                let sigma = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
-                for axis in 0..D {
-                    for a in 0..D {
-                        slopes[axis][1 + D + a] = -v * sigma[a][axis];
-                    }
-                    slopes[axis][1 + D + axis] += v * self.excess(p);
-                }
+            for a in 0..D {
+                let sigma = group.each::<L>(|p| self.particles.stress[p].0[VOIGT[a][axis]]);
+                slopes[axis][1 + D + a] = minus_area.mul(sigma);
+            }
+            if !self.work.excess.is_empty() {
+                let slope = &mut slopes[axis][1 + D + axis];
+                *slope = area.mul_add(group.scalars(&self.work.excess), *slope);
             }
         }
-        (L::set(value), kernel::array(L::splat(0.0), |axis| L::set(slopes[axis])))
+    }
+}
+
+/// Where the components of a symmetric tensor lie.
+const VOIGT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+
+/// What the particles of a group send, one record after the other.
+struct Parcels<const W: usize> {
+    weights: WeightRows<W>,
+    value: [Row; WIDTH],
+    slopes: [[Row; WIDTH]; 3],
+    first: Row,
+}
+
+impl<const W: usize> Default for Parcels<W> {
+    fn default() -> Self {
+        let rows = [Row::default(); WIDTH];
+        Self { weights: WeightRows::default(), value: rows, slopes: [rows; 3], first: Row::default() }
+    }
+}
+
+/// Turns lanes of particles into records.
+#[inline(always)]
+fn put_records<L: Lanes>(lanes: [L; WIDTH], records: &mut [Row; WIDTH]) {
+    for (record, lanes) in records.iter_mut().zip(L::transpose(lanes)) {
+        lanes.store(&mut record.0);
     }
 }
 
@@ -224,24 +214,61 @@ impl<S: Shape<W>, const W: usize, const D: usize, const AFFINE: bool> Task for B
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Extent {
-        let mut extent = Extent::EMPTY;
-        let cell = 1.0 / self.frame.scale;
         let simple = !AFFINE && self.source.is_simple();
-        let at_wall = AFFINE && self.frame.ends.iter().flatten().any(Option::is_some);
-        for p in self.range {
-            let mut w = self.shape.weights(self.frame.coordinates(self.source.particles.position[p]));
-            if at_wall {
-                self.frame.correct_offsets(&mut w);
+        let mut parcels = Parcels::<W>::default();
+        let (mut lowest, mut highest) = ([L::splat(TILE as f64); D], [L::splat(0.0); D]);
+        let mut p = self.range.start;
+        while p < self.range.end {
+            let group = Group::new(p, self.range.end);
+            let s = self.frame.coordinates::<L>(group, &self.source.particles.position);
+            let mut base = s;
+            for axis in 0..D {
+                base[axis] = frame::base(self.shape, s[axis]);
+                lowest[axis] = lowest[axis].min(base[axis]);
+                highest[axis] = highest[axis].max(base[axis]);
             }
-            let first = if simple {
-                kernel::scatter_simple::<L, W, D>(self.tile, &w, self.source.simple_lanes::<L>(p, cell))
+            let mut weights = frame::weights(self.shape, &s, &base);
+            if AFFINE {
+                self.frame.fold_moments(&mut weights, &base);
+            }
+            parcels.weights.put::<L, D, AFFINE>(&weights);
+            frame::tile_number(&base).store(&mut parcels.first.0);
+            if simple {
+                put_records(self.source.simple_lanes::<L>(group, self.frame.scale), &mut parcels.value);
+                parcels.scatter_simple::<L, D>(self.tile, group.count());
             } else {
-                let (value, slopes) = self.source.lanes::<L, AFFINE>(p, cell);
-                kernel::scatter::<L, W, D, AFFINE>(self.tile, &w, value, slopes)
-            };
-            extent.include::<W, D>(first);
+                let (value, slopes) = self.source.lanes::<L, AFFINE>(group, self.frame.scale);
+                put_records(value, &mut parcels.value);
+                for axis in 0..D {
+                    put_records(slopes[axis], &mut parcels.slopes[axis]);
+                }
+                parcels.scatter::<L, D, AFFINE>(self.tile, group.count());
+            }
+            p += group.count();
         }
-        extent
+        Extent::around::<L, W, D>(&lowest, &highest)
+    }
+}
+
+impl<const W: usize> Parcels<W> {
+    #[inline(always)]
+    fn scatter_simple<L: Lanes, const D: usize>(&self, tile: &mut Tile, count: usize) {
+        for k in 0..count {
+            let first = self.first.0[k] as usize;
+            kernel::scatter_simple::<L, W, D>(tile, (&self.weights, k), first, L::load(&self.value[k].0));
+        }
+    }
+
+    #[inline(always)]
+    fn scatter<L: Lanes, const D: usize, const AFFINE: bool>(&self, tile: &mut Tile, count: usize) {
+        for k in 0..count {
+            let first = self.first.0[k] as usize;
+            let mut slopes = [L::splat(0.0); D];
+            for axis in 0..D {
+                slopes[axis] = L::load(&self.slopes[axis][k].0);
+            }
+            kernel::scatter::<L, W, D, AFFINE>(tile, (&self.weights, k), first, L::load(&self.value[k].0), slopes);
+        }
     }
 }
 

@@ -5,8 +5,8 @@
 //! tiles, so that all blocks of one colour add their tiles to the grid at the same time, and colour after
 //! colour in a fixed order: the sums don't depend on the number of threads.
 
-use super::lanes::Record;
 use crate::math::Vector;
+use crate::math::simd::{Lanes, Row};
 use crate::mpm::grid::{EDGE, Node};
 
 /// Nodes of a tile along each axis.
@@ -15,6 +15,9 @@ pub(crate) const TILE: usize = 2 * EDGE;
 pub(crate) const PLANE: usize = TILE * TILE + TILE;
 /// Nodes of a tile in memory.
 pub(crate) const TILE_NODES: usize = TILE * PLANE;
+
+/// A node's eight numbers, a cache line.
+pub(crate) type Record = Row;
 
 /// The tile's memory.
 pub(crate) type Tile = [Record; TILE_NODES];
@@ -32,6 +35,25 @@ pub(crate) struct Extent {
     pub from: [usize; 3],
     /// One past the last node per axis.
     pub to: [usize; 3],
+}
+
+impl Extent {
+    /// Nothing yet.
+    pub const EMPTY: Self = Self { from: [usize::MAX; 3], to: [0; 3] };
+
+    /// The supports of `W` nodes per axis whose first nodes lie between the lanes of `lowest` and of `highest`.
+    #[inline(always)]
+    pub fn around<L: Lanes, const W: usize, const D: usize>(lowest: &[L; D], highest: &[L; D]) -> Self {
+        let mut extent = Self { from: [0; 3], to: [1; 3] };
+        for axis in 0..D {
+            let (mut from, mut to) = (Row::default(), Row::default());
+            lowest[axis].store(&mut from.0);
+            highest[axis].store(&mut to.0);
+            extent.from[axis] = from.0.into_iter().fold(f64::INFINITY, f64::min) as usize;
+            extent.to[axis] = to.0.into_iter().fold(0.0, f64::max) as usize + W;
+        }
+        extent
+    }
 }
 
 /// Calls `visit(first node, first tile node, count)` for every run of consecutive nodes of `extent`.
@@ -67,7 +89,7 @@ pub(crate) trait Target: Copy + Send + Sync {
 /// Mass, momentum, force.
 impl<const D: usize> Target for Node<D> {
     #[inline(always)]
-    fn add(&mut self, Record(r): &Record) {
+    fn add(&mut self, Row(r): &Record) {
         self.mass += r[0];
         for a in 0..D {
             self.momentum[a] += r[1 + a];
@@ -79,7 +101,7 @@ impl<const D: usize> Target for Node<D> {
 /// Momentum only.
 impl<const D: usize> Target for Vector<D> {
     #[inline(always)]
-    fn add(&mut self, Record(r): &Record) {
+    fn add(&mut self, Row(r): &Record) {
         for a in 0..D {
             self[a] += r[1 + a];
         }
@@ -89,7 +111,7 @@ impl<const D: usize> Target for Vector<D> {
 /// Two scalars.
 impl Target for [f64; 2] {
     #[inline(always)]
-    fn add(&mut self, Record(r): &Record) {
+    fn add(&mut self, Row(r): &Record) {
         self[0] += r[0];
         self[1] += r[1];
     }
@@ -102,5 +124,5 @@ pub(crate) fn record<const D: usize>(scalar: f64, velocity: &Vector<D>, accelera
     r[0] = scalar;
     r[1..=D].copy_from_slice(&velocity.0);
     r[1 + D..1 + 2 * D].copy_from_slice(&acceleration.0);
-    Record(r)
+    Row(r)
 }

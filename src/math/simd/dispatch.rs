@@ -1,8 +1,8 @@
-//! Chooses the registers at run time, once per block.
+//! Chooses the registers at run time, once per task.
 
 use super::lanes::{Lanes, Portable};
 
-/// Work on one block, written once for all registers. `run` and all that it calls must be
+/// Work on a batch, written once for all registers. `run` and all that it calls must be
 /// `#[inline(always)]`, so that it is compiled for the registers of the function that enters it.
 pub(crate) trait Task {
     /// What it returns.
@@ -15,7 +15,7 @@ pub(crate) trait Task {
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 pub(crate) fn widest<T: Task>(task: T) -> T::Output {
-    use super::lanes::{Avx2, Avx512};
+    use super::x86::{Avx2, Avx512};
 
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,fma,bmi2")]
     fn on_avx512<T: Task>(task: T) -> T::Output {
@@ -43,4 +43,25 @@ pub(crate) fn widest<T: Task>(task: T) -> T::Output {
 #[cfg(not(target_arch = "x86_64"))]
 pub(crate) fn widest<T: Task>(task: T) -> T::Output {
     task.run::<Portable>()
+}
+
+/// Runs a task with every kind of registers that this machine has, plain arrays first.
+#[cfg(test)]
+#[allow(unsafe_code)]
+pub(crate) fn each<T: Task + Copy>(task: T) -> Vec<T::Output> {
+    let mut outputs = vec![task.run::<Portable>()];
+    #[cfg(target_arch = "x86_64")]
+    {
+        use super::x86::Avx2;
+        #[target_feature(enable = "avx2,fma")]
+        fn on_avx2<T: Task>(task: T) -> T::Output {
+            task.run::<Avx2>()
+        }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: the features were detected.
+            outputs.push(unsafe { on_avx2(task) });
+        }
+    }
+    outputs.push(widest(task));
+    outputs
 }

@@ -1,0 +1,140 @@
+//! Eight numbers at once.
+
+/// Numbers per [`Lanes`].
+pub(crate) const WIDTH: usize = 8;
+
+/// Eight numbers in memory, aligned to a cache line.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Row(pub [f64; WIDTH]);
+
+/// Eight numbers with the operations that the hot loops need. All methods are inlined into functions compiled for
+/// the registers in question.
+pub(crate) trait Lanes: Copy {
+    /// All lanes equal.
+    fn splat(value: f64) -> Self;
+    /// From memory.
+    fn load(from: &[f64; WIDTH]) -> Self;
+    /// To memory.
+    fn store(self, to: &mut [f64; WIDTH]);
+    /// Sum.
+    fn add(self, other: Self) -> Self;
+    /// Difference.
+    fn sub(self, other: Self) -> Self;
+    /// Product.
+    fn mul(self, factor: Self) -> Self;
+    /// self · factor + addend.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// The larger one; `other` if one is not a number.
+    fn max(self, other: Self) -> Self;
+    /// The smaller one; `other` if one is not a number.
+    fn min(self, other: Self) -> Self;
+    /// The largest whole number that is not above.
+    fn floor(self) -> Self;
+    /// `yes` where self ≤ bound, `no` elsewhere.
+    fn if_at_most(self, bound: Self, yes: Self, no: Self) -> Self;
+    /// These lanes, but those whose bit is set in `mask` from `other`. The mask is a constant after inlining.
+    fn blend(self, other: Self, mask: u8) -> Self;
+    /// Lane i of entry k becomes lane k of entry i.
+    fn transpose(rows: [Self; WIDTH]) -> [Self; WIDTH];
+
+    /// Component by component from eight vectors of `D` numbers, one after the other.
+    #[inline(always)]
+    fn unzip<const D: usize>(vectors: &[[f64; D]; WIDTH]) -> [Self; D] {
+        let mut lanes = [Self::splat(0.0); D];
+        for (axis, lane) in lanes.iter_mut().enumerate() {
+            let mut row = [0.0; WIDTH];
+            for k in 0..WIDTH {
+                row[k] = vectors[k][axis];
+            }
+            *lane = Self::load(&row);
+        }
+        lanes
+    }
+}
+
+/// Plain arrays, for machines without wide registers.
+#[derive(Clone, Copy)]
+pub(crate) struct Portable([f64; WIDTH]);
+
+impl Portable {
+    #[inline(always)]
+    fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for k in 0..WIDTH {
+            self.0[k] = f(self.0[k], other.0[k]);
+        }
+        self
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Self([value; WIDTH])
+    }
+    #[inline(always)]
+    fn load(from: &[f64; WIDTH]) -> Self {
+        Self(*from)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64; WIDTH]) {
+        *to = self.0;
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.with(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.with(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, factor: Self) -> Self {
+        self.with(factor, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        self.mul(factor).add(addend)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.with(other, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.with(other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        self.with(self, |a, _| a.floor())
+    }
+    #[inline(always)]
+    fn if_at_most(self, bound: Self, yes: Self, no: Self) -> Self {
+        let mut chosen = no;
+        for k in 0..WIDTH {
+            if self.0[k] <= bound.0[k] {
+                chosen.0[k] = yes.0[k];
+            }
+        }
+        chosen
+    }
+    #[inline(always)]
+    fn blend(mut self, other: Self, mask: u8) -> Self {
+        for k in 0..WIDTH {
+            if mask >> k & 1 == 1 {
+                self.0[k] = other.0[k];
+            }
+        }
+        self
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self; WIDTH]) -> [Self; WIDTH] {
+        let mut columns = rows;
+        for (k, column) in columns.iter_mut().enumerate() {
+            for i in 0..WIDTH {
+                column.0[i] = rows[i].0[k];
+            }
+        }
+        columns
+    }
+}
