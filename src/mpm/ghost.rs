@@ -14,8 +14,10 @@
 //!
 //! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right.
 
-use super::grid::{Grid, Node};
+use super::grid::{EDGE, Grid, Node};
 use crate::math::Vector;
+use crate::parallel::CHUNK;
+use rayon::prelude::*;
 
 /// How the ghosts beyond one end of an axis follow the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +45,7 @@ struct Ghost {
 }
 
 /// A quantity that ghosts carry.
-pub trait Ghosted: Copy + Default {
+pub trait Ghosted: Copy + Default + Send + Sync {
     /// The image in a mirror normal to `axis`.
     fn mirrored(self, axis: usize) -> Self;
     /// self + other · factor.
@@ -94,7 +96,7 @@ impl<const D: usize> Ghosted for Node<D> {
 /// Scalars: nothing in them has a direction.
 impl<const N: usize> Ghosted for [f64; N]
 where
-    [f64; N]: Default,
+    Self: Default,
 {
     #[inline]
     fn mirrored(self, _axis: usize) -> Self {
@@ -117,7 +119,10 @@ impl<const D: usize> Ghosts<D> {
     pub fn new(grid: &Grid<D>) -> Self {
         let folds = grid.folds;
         let mut axes = vec![Vec::new(); D];
-        for node in 0..grid.node_count() {
+        let inside =
+            |block: &[i32; D]| (0..D).all(|a| block[a] >= 0 && (block[a] + 1) * EDGE as i32 <= grid.cells[a] + 1);
+        let border = grid.blocks().iter().enumerate().filter(|(_, block)| !inside(block));
+        for node in border.flat_map(|(slot, _)| slot * Grid::<D>::BLOCK..(slot + 1) * Grid::<D>::BLOCK) {
             let ijk = grid.coordinates(node);
             let outside = |a: usize| !(0..=grid.cells[a]).contains(&ijk[a]);
             let Some(axis) = (0..D).find(|&a| outside(a)) else { continue };
@@ -147,10 +152,10 @@ impl<const D: usize> Ghosts<D> {
     /// ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
     pub fn fold<T: Ghosted>(&self, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
-            for ghost in ghosts {
-                if values[ghost.node as usize].is_nothing() {
-                    continue;
-                }
+            // Looking is what takes time, so that is done in parallel; few ghosts carry anything.
+            let laden = |ghost: &&Ghost| !values[ghost.node as usize].is_nothing();
+            let laden: Vec<&Ghost> = ghosts.par_iter().with_min_len(CHUNK).filter(laden).collect();
+            for ghost in laden {
                 let mut value = std::mem::take(&mut values[ghost.node as usize]);
                 if ghost.mirror {
                     before(ghost.side, ghost.node as usize, &value);
@@ -166,13 +171,16 @@ impl<const D: usize> Ghosts<D> {
     /// Fills the ghosts from the domain.
     pub fn fill<T: Ghosted>(&self, values: &mut [T]) {
         for (axis, ghosts) in self.axes.iter().enumerate().rev() {
-            for ghost in ghosts {
+            // A ghost's images are no ghosts of the same axis.
+            let image = |ghost: &Ghost| {
                 let mut value = T::default();
                 for (image, factor) in ghost.images.into_iter().filter(|(_, factor)| *factor != 0.0) {
                     value = value.plus(values[image as usize], factor);
                 }
-                values[ghost.node as usize] = if ghost.mirror { value.mirrored(axis) } else { value };
-            }
+                if ghost.mirror { value.mirrored(axis) } else { value }
+            };
+            let images: Vec<T> = ghosts.par_iter().with_min_len(CHUNK).map(image).collect();
+            ghosts.iter().zip(images).for_each(|(ghost, image)| values[ghost.node as usize] = image);
         }
     }
 

@@ -18,6 +18,8 @@ use super::ghost::{Fold, Ghosts};
 use super::grid::{Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
+use crate::parallel::CHUNK;
+use rayon::prelude::*;
 
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
@@ -163,28 +165,30 @@ impl<const D: usize> Walls<D> {
 
     /// Finds the nodes under a condition, after the active blocks or an obstacle changed.
     pub fn find_nodes(&mut self, grid: &Grid<D>) {
-        let mut conditions = Vec::new();
-        for node in 0..grid.node_count() {
-            let ijk = grid.coordinates(node);
-            if !grid.contains(ijk) {
-                continue;
-            }
-            let first = conditions.len();
-            for (side, boundary) in self.boundaries[..2 * D].iter().enumerate() {
-                let (axis, end) = (side / 2, side % 2);
-                if boundary.kind != WallKind::Open && ijk[axis] == if end == 0 { 0 } else { grid.cells[axis] } {
-                    let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
-                    conditions.push(Condition { node: node as u32, boundary: side as u32, normal });
-                }
-            }
-            for obstacle in 0..self.regions.len() {
-                if let Some(normal) = self.obstacle_normal(obstacle, grid.position(node), grid.cell) {
-                    conditions.push(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal });
-                }
-            }
-            conditions[first..].sort_by_key(|c| self.boundaries[c.boundary as usize].kind.strictness());
+        let nodes = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK);
+        self.conditions = nodes.flat_map_iter(|node| self.conditions_of(grid, node)).collect();
+    }
+
+    /// The conditions of a node, the strictest last.
+    fn conditions_of(&self, grid: &Grid<D>, node: usize) -> Vec<Condition<D>> {
+        let (mut conditions, ijk) = (Vec::new(), grid.coordinates(node));
+        if !grid.contains(ijk) {
+            return conditions;
         }
-        self.conditions = conditions;
+        for (side, boundary) in self.boundaries[..2 * D].iter().enumerate() {
+            let (axis, end) = (side / 2, side % 2);
+            if boundary.kind != WallKind::Open && ijk[axis] == if end == 0 { 0 } else { grid.cells[axis] } {
+                let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
+                conditions.push(Condition { node: node as u32, boundary: side as u32, normal });
+            }
+        }
+        for obstacle in 0..self.regions.len() {
+            if let Some(normal) = self.obstacle_normal(obstacle, grid.position(node), grid.cell) {
+                conditions.push(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal });
+            }
+        }
+        conditions.sort_by_key(|c| self.boundaries[c.boundary as usize].kind.strictness());
+        conditions
     }
 
     /// The outward normal of an obstacle at `x`, if `x` is inside.

@@ -123,7 +123,7 @@ impl<const D: usize> Bins<D> {
     pub fn blocks(bodies: &[Self]) -> Vec<[i32; D]> {
         let mut blocks: Vec<_> =
             bodies.iter().flat_map(|bins| &bins.bins).flat_map(|bin| neighbours(bin.block)).collect();
-        blocks.sort_unstable_by(slowest_last);
+        blocks.par_sort_unstable_by(slowest_last);
         blocks.dedup();
         blocks
     }

@@ -253,7 +253,7 @@ impl<S: Shape<W>, const W: usize, const D: usize, const AFFINE: bool> Task for B
 impl<const W: usize> Parcels<W> {
     #[inline(always)]
     fn scatter_simple<L: Lanes, const D: usize>(&self, tile: &mut Tile, count: usize) {
-        for k in 0..count {
+        for k in 0..count.min(WIDTH) {
             let first = self.first.0[k] as usize;
             kernel::scatter_simple::<L, W, D>(tile, (&self.weights, k), first, L::load(&self.value[k].0));
         }
@@ -261,7 +261,7 @@ impl<const W: usize> Parcels<W> {
 
     #[inline(always)]
     fn scatter<L: Lanes, const D: usize, const AFFINE: bool>(&self, tile: &mut Tile, count: usize) {
-        for k in 0..count {
+        for k in 0..count.min(WIDTH) {
             let first = self.first.0[k] as usize;
             let mut slopes = [L::splat(0.0); D];
             for axis in 0..D {
