@@ -177,7 +177,7 @@ fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
             *x = lower + Vector::from_fn(|a| size[a] * (0.5 + 0.5 * noise(p * 2 + a)));
             (all.velocity[p], all.affine[p]) = (field(*x), spin);
         }
-        let mut bins = Bins::sort(&mut body.particles, grid.origin, CELL);
+        let mut bins = Bins::sort(&mut body.particles, body.kernel, grid.origin, CELL);
         grid.set_blocks(Bins::blocks(std::slice::from_ref(&bins)));
         bins.locate(&grid);
         let mut nodes = vec![Node::default(); grid.node_count()];
