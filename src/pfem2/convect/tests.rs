@@ -196,3 +196,29 @@ fn the_heavy_side_is_continued_by_one_layer() {
         assert_eq!(v[0], if x[0] < 0.6 { 3.0 } else { -1.0 });
     }
 }
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    use crate::pfem2::level_set::LevelSet;
+    use crate::pfem2::project::{Kernel, project};
+    let mesh = square(24);
+    let velocity = nodal(&mesh, vortex);
+    let boundary = kinds(&mesh, BoundaryKind::Slip);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let phi = |x: Vector<2>| (x - Vector([0.5, 0.75])).norm() - 0.15;
+            let mut particles = Particles::seed(&mesh, 5, |x| Some(u8::from(phi(x) < 0.0)), vortex);
+            let mut level = LevelSet::new(&mesh, 1, phi, &mut particles);
+            for _ in 0..12 {
+                let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
+                particles.convect(&mesh, &flow, 0.1);
+                level.update(&mesh, &mut particles);
+            }
+            let projected = project(&mesh, &particles, &[1.0, 1000.0], Kernel::Linear, &velocity);
+            (particles.position, particles.depth, projected.velocity, level.level)
+        })
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(5));
+}
