@@ -109,7 +109,12 @@ fn fold_back(first: (Vector<2>, Vector<2>), second: (Vector<2>, Vector<2>), in_o
     cross(u, v) == 0.0 && u.dot(v) <= 0.0
 }
 
+/// Two sides that have a point in common. Where they lie in line, round-off decides on which side of each other their
+/// ends are, so that the boxes around them have the first word.
 fn touch(a: Vector<2>, b: Vector<2>, c: Vector<2>, d: Vector<2>) -> bool {
+    if (0..2).any(|i| a[i].max(b[i]) < c[i].min(d[i]) || c[i].max(d[i]) < a[i].min(b[i])) {
+        return false;
+    }
     let turn = |p: Vector<2>, q: Vector<2>, r: Vector<2>| cross(q - p, r - p);
     let between = |p: Vector<2>, q: Vector<2>, r: Vector<2>| (r - p).dot(r - q) <= 0.0;
     let (t1, t2, t3, t4) = (turn(a, b, c), turn(a, b, d), turn(c, d, a), turn(c, d, b));

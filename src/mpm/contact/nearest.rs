@@ -245,6 +245,6 @@ mod tests {
             let point: Vector<3> = corners.iter().zip(found.weights).map(|(&c, w)| c * w).sum();
             assert!((point - plane(x, y)).norm() < 1e-12 && !found.beyond);
         }
-        assert!(foot(&facets, &position, Vector([-0.3, 1.0, -0.1])).unwrap().beyond);
+        assert!(foot(&facets, &position, plane(-0.3, 1.0)).unwrap().beyond);
     }
 }
