@@ -12,8 +12,6 @@
 #![warn(missing_docs)]
 // Units stand in brackets, [m], which rustdoc takes for links; `.ci/run` looks at the others.
 #![allow(rustdoc::broken_intra_doc_links)]
-// Sums over indices read as the formulas do.
-#![allow(clippy::needless_range_loop)]
 
 pub mod error;
 pub mod registry;
