@@ -1,4 +1,4 @@
-//! The plane between two bodies near a grid node: that of widest margin between their particles ([`super::margin`]),
+//! The plane between two bodies near a grid node: that of widest margin between their particles (`margin`),
 //! or where the bodies embrace, so that no plane separates them, by logistic regression (Nairn et al. 2020; theory
 //! 6.3 iv):
 //!
