@@ -8,12 +8,12 @@
 //! pressure pin     p = 0 at one node of a box that nothing opens
 //! ```
 //!
-//! A node of several sets takes the first of wall, inlet, slip that is among them; of two walls or inlets the one
-//! that is listed first. Theory 5.7.
+//! A node of several sets takes the first of wall, inlet, slip that is among them. Of several walls or inlets the
+//! slowest counts: a lid that slides along a box must not push fluid through the walls that it meets. Theory 5.7.
 
 use crate::math::{Signal, Tensor, Vector};
 use crate::mesh::{Facet, Mesh};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a boundary facet is to the flow and to the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -109,8 +109,8 @@ pub struct Boundary<const D: usize> {
     pub kinds: Vec<BoundaryKind>,
     /// Set of every facet.
     owner: Vec<u32>,
-    /// Nodes with a prescribed velocity, and their sets.
-    fixed: Vec<(u32, u32)>,
+    /// Nodes with a prescribed velocity, and the sets that prescribe it.
+    fixed: Vec<(u32, Vec<u32>)>,
     glides: Vec<Glide<D>>,
     /// The node whose pressure is zero, where no facet is open.
     pub pin: Option<u32>,
@@ -183,8 +183,8 @@ impl<const D: usize> Boundary<D> {
         let upright = Constraints::<D, N>::UPRIGHT;
         let (mask, value, frame) = (vec![0; nodes], vec![[0.0; N]; nodes], vec![upright; nodes]);
         let mut constraints = Constraints { mask, value, frame, frames: Vec::new() };
-        for &(node, _) in &self.fixed {
-            constraints.mask[node as usize] |= (1 << D) - 1;
+        for (node, _) in &self.fixed {
+            constraints.mask[*node as usize] |= (1 << D) - 1;
         }
         for glide in &self.glides {
             let node = glide.node as usize;
@@ -205,24 +205,26 @@ impl<const D: usize> Boundary<D> {
 
     /// Sets the prescribed velocities of time `t` [s].
     pub fn prescribe<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64, constraints: &mut Constraints<D, N>) {
-        for &(node, set) in &self.fixed {
-            let v = self.prescribed(mesh, node, set, t);
-            constraints.value[node as usize][..D].copy_from_slice(&v.0);
+        for (node, sets) in &self.fixed {
+            let v = self.prescribed(mesh, *node, sets, t);
+            constraints.value[*node as usize][..D].copy_from_slice(&v.0);
         }
     }
 
     /// Makes the convected velocity of nodes with a prescribed one fit it: at the end of the step they have it, and
     /// within θ Δt of that they changed by θ of its change in the step.
     pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, [t, dt, theta]: [f64; 3], convected: &mut [Vector<D>]) {
-        for &(node, set) in &self.fixed {
-            let [before, after] = [t, t + dt].map(|t| self.prescribed(mesh, node, set, t));
-            convected[node as usize] = after + (before - after) * theta;
+        for (node, sets) in &self.fixed {
+            let [before, after] = [t, t + dt].map(|t| self.prescribed(mesh, *node, sets, t));
+            convected[*node as usize] = after + (before - after) * theta;
         }
     }
 
-    fn prescribed<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, set: u32, t: f64) -> Vector<D> {
+    /// The slowest of the velocities that the sets of a node prescribe [m/s].
+    fn prescribed<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, sets: &[u32], t: f64) -> Vector<D> {
         let x = mesh.nodes()[node as usize];
-        self.sets[set as usize].condition.velocity(x, t).unwrap_or_default()
+        let velocities = sets.iter().filter_map(|&set| self.sets[set as usize].condition.velocity(x, t));
+        velocities.min_by(|v, w| v.norm_squared().total_cmp(&w.norm_squared())).unwrap_or_default()
     }
 
     /// The velocity at which fluid comes in through the facet of an element opposite to a local node, at the place `x`
@@ -259,32 +261,32 @@ impl<const D: usize> Boundary<D> {
     }
 }
 
-/// Nodes of walls and inlets with their sets.
+/// Nodes of walls, and of inlets that are on no wall, with their sets in ascending order.
 fn fixed_nodes<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     sets: &[BoundarySetup<D>],
     owner: &[usize],
-) -> BTreeMap<u32, u32> {
-    let mut fixed = BTreeMap::new();
-    for kind in [BoundaryKind::Wall, BoundaryKind::Inlet] {
-        let mut listed: Vec<(usize, Facet)> =
-            owner.iter().zip(mesh.boundary()).map(|(&set, &facet)| (set, facet)).collect();
-        listed.retain(|(set, _)| sets[*set].condition.kind() == kind);
-        listed.sort_by_key(|(set, _)| *set);
-        for (set, facet) in listed {
+) -> BTreeMap<u32, Vec<u32>> {
+    let nodes_of = |kind: BoundaryKind| {
+        let facets = owner.iter().zip(mesh.boundary()).filter(move |(set, _)| sets[**set].condition.kind() == kind);
+        let mut found: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        for (&set, &facet) in facets {
             for node in mesh.facet_nodes(facet) {
-                fixed.entry(node).or_insert(set as u32);
+                found.entry(node).or_default().insert(set as u32);
             }
         }
-    }
-    fixed
+        found
+    };
+    let mut fixed = nodes_of(BoundaryKind::Inlet);
+    fixed.append(&mut nodes_of(BoundaryKind::Wall));
+    fixed.into_iter().map(|(node, sets)| (node, sets.into_iter().collect())).collect()
 }
 
 /// Slip nodes that aren't fixed, with their normals.
 fn glides<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     kinds: &[BoundaryKind],
-    fixed: &BTreeMap<u32, u32>,
+    fixed: &BTreeMap<u32, Vec<u32>>,
 ) -> Vec<Glide<D>> {
     /// Facets whose normals differ by more than 45° bind separately.
     const SMOOTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -413,6 +415,16 @@ mod tests {
         let mut convected = vec![Vector::splat(9.0); 9];
         boundary.impose(&mesh, [3.0, 0.5, 0.5], &mut convected);
         assert_eq!([convected[6], convected[4]], [Vector([3.25, 0.0]), Vector::splat(9.0)]);
+    }
+
+    #[test]
+    fn a_lid_leaves_its_corners_to_the_walls_that_it_meets() {
+        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [2; 2]).unwrap();
+        let lid = Condition::Wall([1.0.into(), 0.0.into()]);
+        let boundary = Boundary::new(&mesh, vec![set("lid", facets(&mesh, |x| x[1] == 1.0), lid)], Vector::ZERO);
+        let mut constraints = boundary.constraints::<3>(9);
+        boundary.prescribe(&mesh, 0.0, &mut constraints);
+        assert_eq!([6, 7, 8].map(|node| constraints.value[node][0]), [0.0, 1.0, 0.0]);
     }
 
     #[test]

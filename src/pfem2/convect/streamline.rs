@@ -39,7 +39,10 @@ impl<const N: usize> Place<N> {
     /// The place of a point that lies in `element`, up to rounding.
     #[inline(always)]
     pub fn of<const D: usize>(mesh: &Mesh<D, N>, element: usize, x: Vector<D>) -> Self {
-        Self { element, shape: mesh.shape_functions(element, x).map(|n| n.max(0.0)) }
+        let inside = mesh.shape_functions(element, x).map(|n| n.max(0.0));
+        // Without the sum, a point a hair outside would move away by |x|/h times its distance every time.
+        let sum: f64 = inside.iter().sum();
+        Self { element, shape: inside.map(|n| n / sum) }
     }
 
     /// Its position [m].

@@ -169,6 +169,20 @@ fn a_uniform_stream_carries_out_what_passes_the_outlet() {
 }
 
 #[test]
+fn a_point_a_hair_outside_comes_back() {
+    let lower = Vector([10.0, 10.0]);
+    let mesh = Mesh::<2, 3>::block(lower, lower + Vector([1.0, 1.0]), [40, 40]).unwrap();
+    let element = mesh.elements().len() - 2;
+    let mut x = Vector([11.0 + 1e-12, mesh.center(element)[1]]);
+    for _ in 0..20 {
+        let place = Place::of(&mesh, element, x);
+        assert!((place.shape.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        x = place.position(&mesh);
+    }
+    assert!((x - Vector([11.0, mesh.center(element)[1]])).norm() < 1e-11, "{x:?}");
+}
+
+#[test]
 fn a_heavy_particle_far_from_its_fluid_flies_a_parabola() {
     let mesh = square(9);
     let boundary = kinds(&mesh, BoundaryKind::Wall);

@@ -1,6 +1,7 @@
 //! The method against closed forms and published values; problems small enough to run with every build.
 
 mod bubble;
+mod cavity;
 mod rest;
 mod resume;
 mod stokes;
