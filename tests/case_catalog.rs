@@ -6,9 +6,13 @@ use lateen::case::{Case, Source};
 use std::path::{Path, PathBuf};
 
 fn cases() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/mpm");
-    let folders = std::fs::read_dir(root).expect("the folder of cases");
-    let mut files: Vec<_> = folders.filter_map(|f| Some(f.ok()?.path().join("case.toml"))).collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let folders = |at: &Path| -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(at).expect("a folder of cases");
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).collect()
+    };
+    let methods = folders(&root);
+    let mut files: Vec<_> = methods.iter().flat_map(|at| folders(at)).map(|at| at.join("case.toml")).collect();
     files.retain(|file| file.exists());
     files.sort();
     files

@@ -50,7 +50,7 @@ impl Default for Pfem2Spec {
             scheme: SchemeSpec::SecondOrder { theta: theta() },
             stabilisation: StabilisationSpec::Oss,
             mass: MassSpec::Lumped,
-            enrichment: EnrichmentSpec::Kink,
+            enrichment: EnrichmentSpec::Jump,
             kernel: ProjectionSpec::Linear,
             interface: InterfaceSpec::Sharp,
             volume: VolumeSpec::Shift,

@@ -19,7 +19,7 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         step: pfem.steps,
         dt: pfem.dt_before,
         dimension: D,
-        points: vec![points(pfem)],
+        points: (0..pfem.density.len()).map(|fluid| points(pfem, fluid)).collect(),
         surfaces: vec![mesh(pfem)],
         ledger: ledger(pfem),
         forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
@@ -28,15 +28,23 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
     }
 }
 
-/// The particles.
-fn points<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> PointSet<'_> {
+/// The particles of a fluid.
+fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usize) -> PointSet<'a> {
     let particles = &pfem.particles;
-    let fluid = || particles.fluid.iter().map(|&fluid| f64::from(fluid)).collect();
+    let own: Vec<u32> =
+        (0..particles.len() as u32).filter(|&p| usize::from(particles.fluid[p as usize]) == fluid).collect();
+    let position = own.iter().map(|&p| particles.position[p as usize].to3()).collect();
+    let id = Cow::Owned(own.clone());
+    let count = own.len();
+    let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
     PointSet {
-        name: "particles",
-        position: particles.position.iter().map(|x| x.to3()).collect(),
-        id: (0..particles.len() as u32).collect(),
-        fields: vec![vectors("velocity", "m/s", &particles.velocity), Field::computed("fluid", "", 1, fluid)],
+        name: &pfem.implicit.physics.fluids[fluid].name,
+        position,
+        id,
+        fields: vec![
+            Field::computed("velocity", "m/s", 3, velocity),
+            Field::computed("fluid", "", 1, move || vec![fluid as f64; count]),
+        ],
     }
 }
 
