@@ -26,7 +26,6 @@ kernel = "quadratic"
 transfer = { kind = "apic" }
 stress-update = "average"
 locking = { kind = "average", blend = 1.0 }
-sheet-contact = "nodes"
 "#;
 
 /// Elastic solids.

@@ -22,6 +22,7 @@ mod primitive;
 mod region;
 mod sample;
 mod shape;
+mod skin;
 mod surface;
 mod triangles;
 
@@ -35,5 +36,6 @@ pub use shape::{
     BoxShape, BuildRegion, ComplementShape, CylinderShape, DifferenceShape, EllipsoidShape, HalfSpaceShape,
     IntersectionShape, PolygonShape, RotatedShape, Shape, SphereShape, SurfaceShape, TranslatedShape, UnionShape,
 };
+pub use skin::{SkinPoint, skin};
 pub use surface::Surface;
 pub use triangles::Triangles;

@@ -2,6 +2,7 @@
 
 use super::kernel::Kernel;
 use super::traction::Traction;
+use crate::geometry::SkinPoint;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
 use rayon::prelude::*;
@@ -19,9 +20,9 @@ pub struct Body<const D: usize> {
     pub kernel: Kernel,
     /// Its particles.
     pub particles: Particles<D>,
-    /// How deep each particle lies below the body's surface at the start, in edges of its volume, by identity; empty:
-    /// half an edge. The ball of this radius around the particle lies inside the body and touches its surface.
-    pub depth: Vec<f64>,
+    /// Points on the surface of a body that keeps its shape, carried along by particles (by identity); empty where
+    /// there are none: then every particle may come to the surface, and reaches half its size.
+    pub skin: Vec<SkinPoint>,
     /// Loads on the surface.
     pub traction: Vec<Traction>,
     /// What lives during a step only.
@@ -77,29 +78,6 @@ pub struct Particles<const D: usize> {
 }
 
 impl<const D: usize> Body<D> {
-    /// How deep particle `p` was below the body's surface at the start [edges of its volume].
-    #[inline]
-    pub fn depth(&self, p: usize) -> f64 {
-        self.depth.get(self.particles.id[p] as usize).copied().unwrap_or(0.5)
-    }
-
-    /// How far the body reaches from the centre of particle `p` along `normal` [m]: the depth of the particle, which
-    /// follows the deformation where that is known; for fluids at most half the edge of its volume, kept within 0.3 to 1
-    /// half cells (theory 6.2).
-    pub fn reach(&self, p: usize, normal: Vector<D>, cell: f64) -> f64 {
-        let particles = &self.particles;
-        let edge = |volume: f64| if D == 2 { volume.sqrt() } else { volume.cbrt() };
-        match particles.deformation.get(p) {
-            Some(f) => {
-                let extent = |k: usize| (0..D).map(|i| f[i][k] * normal[i]).sum::<f64>();
-                let stretch = (0..D).map(|k| extent(k) * extent(k)).sum::<f64>().sqrt();
-                self.depth(p) * edge(particles.volume[p] / f.determinant()) * stretch
-            }
-            None if self.law.keeps_shape() => self.depth(p) * edge(particles.volume[p]),
-            None => self.depth(p) * edge(particles.volume[p]).clamp(0.3 * cell, cell),
-        }
-    }
-
     /// External forces on the particles at time `t` [N]: tractions, and gravity that varies in space.
     pub fn find_external_forces(&mut self, gravity: &[Signal; D], t: f64) {
         let Self { particles, traction, work, .. } = self;

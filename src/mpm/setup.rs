@@ -1,7 +1,7 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
 use super::traction::Traction;
-use crate::geometry::Region;
+use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
 use crate::math::{Signal, Vector};
 
@@ -185,8 +185,8 @@ pub struct BodySetup<const D: usize> {
     pub group: usize,
     /// Particle positions [m].
     pub position: Vec<Vector<D>>,
-    /// How deep each particle lies below the body's surface [m]; empty: unknown.
-    pub depth: Vec<f64>,
+    /// Points on its surface, for a body that keeps its shape; empty: any particle may come to the surface.
+    pub skin: Vec<SkinPoint>,
     /// Volume of each particle at the start [m³].
     pub volume: Vec<f64>,
     /// Velocity of each particle at the start [m/s].

@@ -116,6 +116,7 @@ fn moment_terms<const D: usize>(mpm: &Mpm<D>, impulse: Vector<3>, terms: &mut Ve
     let parts = bodies.chain(mpm.coupling.membranes.iter().map(membrane_moments));
     let (mass, momentum, spin) =
         parts.fold((0.0, Vector::ZERO, Vector::ZERO), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
+    let added = mpm.coupling.contact.losses().spin;
     terms.push(other("mass".into(), "kg", mass));
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         if axis < D {
@@ -124,6 +125,7 @@ fn moment_terms<const D: usize>(mpm: &Mpm<D>, impulse: Vector<3>, terms: &mut Ve
         }
         if D == 3 || axis == 2 {
             terms.push(other(format!("angular momentum {name}"), "N m s", spin[axis]));
+            terms.push(other(format!("angular momentum of contact {name}"), "N m s", added[axis]));
         }
     }
 }

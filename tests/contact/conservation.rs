@@ -69,6 +69,9 @@ fn momentum_is_conserved_and_the_ledger_closes() {
             assert!(losses.normal > 0.03 * start.kinetic, "{name}: nothing happened: {losses:?}");
             assert!(losses.mapping >= 0.0 && world.flip_loss >= 0.0);
             assert_eq!(losses.friction > 0.0, friction != Friction::Slip(0.0), "{losses:?}");
+            // Only impulses along the line between foot and particle leave angular momentum alone (theory 6.6).
+            let aligned = place == SheetContact::Particles && friction == Friction::Slip(0.0);
+            assert_eq!(Vector(losses.spin).norm() < 1e-12 * scale, aligned, "{name}: {losses:?}");
             assert_eq!(world.contact.counts()[0].1, 0);
         }
     }

@@ -1,5 +1,7 @@
-//! Contact alone: conservation, the laws of impact and friction, and when it begins.
+//! Contact alone: conservation, the laws of impact and friction, when it begins, folds and both sides of a sheet.
 
 mod conservation;
 mod laws;
+mod passes;
+mod sides;
 mod world;

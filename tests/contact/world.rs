@@ -64,8 +64,8 @@ pub fn block<const D: usize>(
         ..Particles::default()
     };
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
-    let (traction, work, depth) = (Vec::new(), Work::default(), Vec::new());
-    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, depth, traction, work }
+    let (traction, work, skin) = (Vec::new(), Work::default(), Vec::new());
+    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, skin, traction, work }
 }
 
 /// A membrane reduced to its nodes.
@@ -107,6 +107,8 @@ pub struct World<const D: usize> {
     pub sheets: Vec<Sheet<D>>,
     pub contact: Contact<D>,
     pub substeps: usize,
+    /// Passes of contact per sub-step.
+    pub passes: usize,
     friction: Friction,
     /// Bodies that move as a whole: all their particles get the mean velocity after each step.
     pub rigid: bool,
@@ -175,6 +177,7 @@ impl<const D: usize> World<D> {
             sheets,
             contact,
             substeps,
+            passes: 1,
             friction,
             rigid: false,
             fixed: Vec::new(),
@@ -300,16 +303,20 @@ impl<const D: usize> World<D> {
                 for (v, held) in sheet.velocity.iter_mut().zip(&sheet.held) {
                     *v += Vector::from_fn(|a| if held[a] { 0.0 } else { self.gravity[a] * part });
                 }
-                let surface = Surface {
-                    position: &sheet.position,
-                    velocity: &sheet.velocity,
-                    previous: &previous,
-                    offset: &sheet.offset,
-                };
-                let forces = self.contact.resolve((index, 0), &surface, sub as f64 * part, part);
+                for pass in 0..self.passes {
+                    let surface = Surface {
+                        position: &sheet.position,
+                        velocity: &sheet.velocity,
+                        previous: &previous,
+                        offset: &sheet.offset,
+                    };
+                    let forces = self.contact.resolve((index, pass), &surface, sub as f64 * part, part);
+                    for (k, force) in forces.iter().enumerate() {
+                        let free = Vector::from_fn(|a| if sheet.held[k][a] { 0.0 } else { force[a] });
+                        sheet.velocity[k] += free * (part / sheet.mass[k]);
+                    }
+                }
                 for k in 0..sheet.position.len() {
-                    let free = Vector::from_fn(|a| if sheet.held[k][a] { 0.0 } else { forces[k][a] });
-                    sheet.velocity[k] += free * (part / sheet.mass[k]);
                     self.work += (self.gravity * (sheet.mass[k] * part)).dot((previous[k] + sheet.velocity[k]) * 0.5);
                     sheet.position[k] += sheet.velocity[k] * part;
                 }

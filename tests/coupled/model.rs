@@ -74,7 +74,7 @@ pub fn body<const D: usize>(
         name: name.into(),
         law,
         group: name.bytes().map(usize::from).sum(),
-        depth: Vec::new(),
+        skin: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: vec![velocity; position.len()],
         state: vec![start; position.len()],

@@ -75,7 +75,7 @@ pub fn body<const D: usize>(
         name: "body".into(),
         law,
         group: 0,
-        depth: Vec::new(),
+        skin: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: position.iter().map(|&x| velocity(x)).collect(),
         state: vec![StartState::default(); position.len()],

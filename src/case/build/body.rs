@@ -4,7 +4,7 @@ use super::Assembly;
 use super::signals::Samples;
 use crate::case::{BodySpec, Lattice, Material};
 use crate::error::Diagnostic;
-use crate::geometry::{Region, Sample, centred_origin, sample};
+use crate::geometry::{Region, Sample, centred_origin, sample, skin};
 use crate::material::{PointLaw, PointLaws, StartState};
 use crate::math::{Signal, SymTensor, Vector};
 use crate::mpm::BodySetup;
@@ -25,11 +25,13 @@ impl Assembly<'_> {
         let traction = spec.traction.iter().enumerate();
         let traction =
             traction.flat_map(|(i, t)| self.traction(t, &format!("{key}.traction[{i}]"), &position, spacing)).collect();
+        let law = self.point_law(index)?;
+        let touched = law.keeps_shape() && !self.case.file.membrane.is_empty();
         Some(BodySetup {
             name: spec.name.clone(),
-            law: self.point_law(index)?,
+            law,
             group: self.group(index),
-            depth: sample.position.iter().map(|&x| -region.signed_distance(x)).collect(),
+            skin: if touched { skin(&region, &sample, D) } else { Vec::new() },
             volume: vec![sample.volume; position.len()],
             position,
             velocity,

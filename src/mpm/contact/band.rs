@@ -164,6 +164,27 @@ pub(super) struct Band<'a, const D: usize> {
 }
 
 impl<const D: usize> Band<'_, D> {
+    /// Where the sheet is folded, adds the arms to the particles `near` it, each turned to the side that it is on.
+    pub fn lean(&self, sheet: &mut Sheet<D>, body: &Body<D>, near: &[u32], labels: &Labels, locator: &mut Locator<D>) {
+        for &p in near {
+            let (x, id) = (body.particles.position[p as usize], body.particles.id[p as usize]);
+            let mut side = None;
+            self.lattice.for_each(self.grid, x, |node, weight, flips| {
+                let Some(row) = sheet.row(node).filter(|&row| sheet.rows[row].folded) else { return };
+                let side = *side.get_or_insert_with(|| match labels.recall(id, self.step - 1) {
+                    Some(label) if label.side != 0.0 => label.side,
+                    _ => match self.place(sheet, x, locator) {
+                        Place::Beside(d) => d.signum(),
+                        Place::Beyond | Place::Away => 0.0,
+                    },
+                });
+                let row = &mut sheet.rows[row];
+                let arm = self.lattice.mirror(self.grid, x, flips) - row.centre;
+                row.normal += arm * (side * body.particles.mass[p as usize] * weight);
+            });
+        }
+    }
+
     /// Labels the particles `near` the sheet and lowers the gaps at its rows; returns how many have crossed,
     /// and adds those that are too close to `shifts`.
     pub fn measure(
@@ -222,10 +243,7 @@ impl<const D: usize> Band<'_, D> {
         distance: f64,
         locator: &mut Locator<D>,
     ) -> Label {
-        let mut place = || {
-            locator.refresh(&sheet.facets, self.surface.position, self.grid.cell);
-            locator.place(&sheet.facets, self.surface.position, self.grid.cell, x)
-        };
+        let mut place = || self.place(sheet, x, locator);
         match old.filter(|label| label.side != 0.0) {
             Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
             Some(label) if label.crossed => label,
@@ -245,15 +263,23 @@ impl<const D: usize> Band<'_, D> {
         }
     }
 
+    /// Where `x` is, measured from the closest point of the sheet.
+    fn place(&self, sheet: &Sheet<D>, x: Vector<D>, locator: &mut Locator<D>) -> Place {
+        locator.refresh(&sheet.facets, self.surface.position, self.grid.cell);
+        locator.place(&sheet.facets, self.surface.position, self.grid.cell, x)
+    }
+
     fn lower_gaps(&self, sheet: &mut Sheet<D>, body: &Body<D>, p: usize, side: f64, gap: f64) {
         let fields = self.grid.fields.len();
-        let mass = body.particles.mass[p];
-        self.lattice.for_each(self.grid, body.particles.position[p], |node, weight, _| {
+        let (mass, x) = (body.particles.mass[p], body.particles.position[p]);
+        self.lattice.for_each(self.grid, x, |node, weight, flips| {
             let Some(row) = sheet.row(node) else { return };
             let pair = &mut sheet.pairs[row * fields + body.field];
             let lowest = &mut pair.gap[usize::from(side > 0.0)];
             *lowest = lowest.min(gap);
             pair.vote += side * mass * weight;
+            pair.mass += mass * weight;
+            pair.moment += self.lattice.mirror(self.grid, x, flips) * (mass * weight);
         });
     }
 }

@@ -43,6 +43,29 @@ impl<const D: usize> Impulse<D> {
     }
 }
 
+/// What contact with one body came to in a step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Settled<const D: usize> {
+    /// Σ J on the body [N s].
+    pub impulse: Vector<D>,
+    /// What was lost along the normals and by friction [J].
+    pub lost: [f64; 2],
+    /// Angular momentum that appeared because the two impulses of a pair act at different places: Σ (x_s − x_r) × J
+    /// [N m s] (theory 6.6).
+    pub spin: Vector<3>,
+}
+
+impl<const D: usize> Settled<D> {
+    /// Adds the impulses `j` of one pair: the work that the middle partner received, the mean velocity `v` of the body
+    /// [m/s], and the arm from the middle partner to the body [m].
+    pub fn add(&mut self, j: &Impulse<D>, work: [f64; 2], v: Vector<D>, arm: Vector<D>) {
+        self.impulse += j.total();
+        self.lost[0] += work[0] - j.normal.dot(v);
+        self.lost[1] += work[1] - j.tangent.dot(v);
+        self.spin += Vector(arm.to3()).cross(Vector(j.total().to3()));
+    }
+}
+
 /// Solves one node: `mass` [kg] and trial `velocity` [m/s] of the middle partner, its unit `normal`, and the
 /// bodies that touch it. Fills `impulses` with one entry per touch.
 pub fn solve<const D: usize>(

@@ -1,8 +1,10 @@
 //! Contact on the background grid: membranes with bodies, and bodies with each other.
 //!
-//! Bodies and membranes first move as if they were alone; where both have mass at a grid node, approach, and
-//! have closed their gap, they exchange an impulse (Lian, Liu & Zhang 2014, section 5, with the signs of
-//! eqs. 55, 58 and 59 corrected; theory 6 and 7.2):
+//! Bodies and membranes first move as if they were alone. Then they exchange impulses, in one of two places
+//! ([`SheetContact`](crate::mpm::SheetContact)): on the surface of the membrane, between its elements and the points of
+//! bodies near it (`points`, `nearest`; theory 8.2), or, as in the paper, at the grid nodes (`sheet`, `row`, `band`):
+//! where both have mass at a node, approach, and have closed their gap, they exchange an impulse (Lian, Liu & Zhang
+//! 2014, section 5, with the signs of eqs. 55, 58 and 59 corrected; theory 6 and 7.2):
 //!
 //! ```text
 //! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection          (50, 52)
@@ -14,7 +16,7 @@
 //! The order of a step:
 //!
 //! ```text
-//! begin_step     map membranes, label particles, measure gaps; contact between bodies
+//! begin_step     label particles, find who may touch (nodes: map membranes, measure gaps); contact between bodies
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
 //!                in passes, as the nodes take up less than the grid gives (theory 6.7)
 //! conclude       gaps and losses of the sub-step
@@ -24,7 +26,7 @@
 //! ```
 //!
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
-//! Angular momentum is conserved up to Σ (x̄_I^r − x̄_I^s) × J (theory 6.6).
+//! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory 6.6).
 
 mod band;
 pub mod impulse;
@@ -39,6 +41,7 @@ mod points;
 mod row;
 pub mod sample;
 mod sheet;
+mod watch;
 
 pub use sheet::{SheetSource, Surface};
 
@@ -46,12 +49,13 @@ use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SheetContact};
 use crate::simulation::Column;
 use band::{Band, Labels, Marks, Shift};
+use impulse::Settled;
 use locate::Locator;
 use nodes::Lattice;
 use pairwise::Pairwise;
 use partner::Partners;
-use points::Scene;
 use sheet::Sheet;
+use watch::Scene;
 
 /// Friction by name: pairs that the case lists, and the default for the others.
 #[derive(Debug, Clone)]
@@ -78,6 +82,9 @@ pub struct Losses {
     pub friction: f64,
     /// Mapping between grid and membrane nodes.
     pub mapping: f64,
+    /// Angular momentum that contact of sheets has added [N m s], because friction and nodes that are not opposite
+    /// each other push along lines that don't coincide (theory 6.6).
+    pub spin: [f64; 3],
 }
 
 /// A contact force: its name, and the mean over the last step [N] on the body that is named first.
@@ -109,7 +116,7 @@ pub struct Contact<const D: usize> {
     forces: Vec<NamedForce<D>>,
     /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
     counts: Vec<u64>,
-    /// Losses of each force's pair (normal, friction), then the mapping loss of each sheet.
+    /// Losses of each force's pair (normal, friction), then the mapping loss of each sheet, then the spin.
     losses: Vec<f64>,
 }
 
@@ -162,7 +169,7 @@ impl<const D: usize> Contact<D> {
             marks: Marks::default(),
             shifts: vec![Vec::new(); bodies.len()],
             counts: vec![0; 2 + sheets.len()],
-            losses: vec![0.0; 2 * forces.len() + sheets.len()],
+            losses: vec![0.0; 2 * forces.len() + sheets.len() + 3],
             forces,
         }
     }
@@ -207,15 +214,19 @@ impl<const D: usize> Contact<D> {
         for row in self.sheets.iter().flat_map(|sheet| &sheet.rows) {
             self.marks.mark(grid, &self.lattice, row.node as usize);
         }
-        for (b, body) in bodies.iter().enumerate() {
-            let near = self.marks.near(grid, &self.lattice, &body.particles.position);
-            let shifts = &mut self.shifts[b];
-            shifts.clear();
-            for (s, surface) in surfaces.iter().enumerate() {
-                let band = Band { grid, lattice: &self.lattice, surface, step: self.counts[0] };
-                let labels = &mut self.labels[s * bodies.len() + b];
-                self.counts[1 + s] +=
-                    band.measure(&mut self.sheets[s], body, &near, labels, &mut self.locators[s], shifts);
+        let near = |body: &Body<D>| self.marks.near(grid, &self.lattice, &body.particles.position);
+        let near: Vec<Vec<u32>> = bodies.iter().map(near).collect();
+        self.shifts.iter_mut().for_each(Vec::clear);
+        for (s, surface) in surfaces.iter().enumerate() {
+            let band = Band { grid, lattice: &self.lattice, surface, step: self.counts[0] };
+            let (sheet, locator) = (&mut self.sheets[s], &mut self.locators[s]);
+            let labels = &mut self.labels[s * bodies.len()..][..bodies.len()];
+            if sheet.rows.iter().any(|row| row.folded) {
+                bodies.iter().enumerate().for_each(|(b, body)| band.lean(sheet, body, &near[b], &labels[b], locator));
+                sheet.unfold();
+            }
+            for (b, body) in bodies.iter().enumerate() {
+                self.counts[1 + s] += band.measure(sheet, body, &near[b], &mut labels[b], locator, &mut self.shifts[b]);
             }
         }
     }
@@ -250,11 +261,15 @@ impl<const D: usize> Contact<D> {
     /// Books forces and losses of the step, when p̄ and f on the grid are final.
     pub fn account(&mut self, grid: &Grid<D>) {
         let sheets = self.sheets.iter().flat_map(|sheet| sheet.settle(&self.partners, grid, self.dt));
-        let settled: Vec<_> = sheets.chain(self.pairwise.settle(grid, self.dt)).collect();
-        for (index, (impulse, lost)) in settled.into_iter().enumerate() {
-            self.forces[index].value = impulse / self.dt;
-            self.losses[2 * index] += lost[0];
-            self.losses[2 * index + 1] += lost[1];
+        let pairs = self.pairwise.settle(grid, self.dt).into_iter();
+        let pairs = pairs.map(|(impulse, lost)| Settled { impulse, lost, spin: Vector::ZERO });
+        let settled: Vec<_> = sheets.chain(pairs).collect();
+        let spin = 2 * self.forces.len() + self.sheets.len();
+        for (index, settled) in settled.into_iter().enumerate() {
+            self.forces[index].value = settled.impulse / self.dt;
+            self.losses[2 * index] += settled.lost[0];
+            self.losses[2 * index + 1] += settled.lost[1];
+            (0..3).for_each(|axis| self.losses[spin + axis] += settled.spin[axis]);
         }
     }
 
@@ -287,11 +302,13 @@ impl<const D: usize> Contact<D> {
 
     /// What contact has dissipated since the start.
     pub fn losses(&self) -> Losses {
-        let (pairs, mapping) = self.losses.split_at(2 * self.forces.len());
+        let (pairs, rest) = self.losses.split_at(2 * self.forces.len());
+        let (mapping, spin) = rest.split_at(self.sheets.len());
         Losses {
             normal: pairs.iter().step_by(2).sum(),
             friction: pairs.iter().skip(1).step_by(2).sum(),
             mapping: mapping.iter().sum(),
+            spin: std::array::from_fn(|axis| spin[axis]),
         }
     }
 

@@ -4,6 +4,14 @@
 //! x_c = Σ_K W_K x_K,   ΣW_K = 1,      d = ±|x − x_c|,      n = (x − x_c)/d        n points to the + side
 //! ```
 //!
+//! Elements are flat, what they stand for is not: where a sheet hugs a ball of radius R, facets of length h stand h²/8R
+//! inside it. The distance is therefore measured to the curved surface that the normals n_K of the nodes describe,
+//! which lies above the facet by
+//!
+//! ```text
+//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)              exact to third order on spheres (Boubekeur & Alexa 2008, α = ½)
+//! ```
+//!
 //! A quadrilateral is the fan of four triangles around its mean point, which has no preferred diagonal, so that
 //! contact keeps the symmetry of the mesh. The sign of d is that of the area-weighted normals of the nodes
 //! around x_c (Bærentzen & Aanæs 2005).
@@ -22,6 +30,9 @@ const SLACK: f64 = 0.5;
 /// Closer than this [cells] the direction to the foot is lost in rounding, and the sheet's normal stands in.
 const TOUCHING: f64 = 1e-7;
 
+/// The least cosine between the normals of the nodes and that of the foot on a surface that counts as smooth.
+const SMOOTH: f64 = 0.7;
+
 /// The closest point of a sheet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Foot<const D: usize> {
@@ -33,6 +44,8 @@ pub(super) struct Foot<const D: usize> {
     pub distance: f64,
     /// Unit vector n.
     pub normal: Vector<D>,
+    /// How far the curved surface lies above the facet, δ [m].
+    pub bulge: f64,
     /// True if the point is beyond a free edge rather than beside the sheet.
     pub beyond: bool,
 }
@@ -109,31 +122,52 @@ impl<const D: usize> Nearest<D> {
 
     fn close(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, best: &Best<D>) -> Foot<D> {
         let facet = &facets[best.facet as usize];
-        let mean = self.mean_normal(facets, position, facet, &best.weights);
+        let normals: [Vector<D>; 4] = std::array::from_fn(|k| self.node_normal(facets, position, facet.nodes[k]));
+        let mean: Vector<D> = normals.iter().zip(best.weights).map(|(&n, w)| n * w).sum();
+        let flat = || facet.area(position).normalized().unwrap_or_else(|| Vector::unit(0));
+        let mean = mean.normalized().unwrap_or_else(flat);
         let (arm, distance) = (x - best.point, best.square.sqrt());
         let height = arm.dot(mean);
         let side = if height < 0.0 { -1.0 } else { 1.0 };
         let lost = distance <= TOUCHING * self.size;
         let border = on_border(facet, &best.weights, &self.borders);
+        let normal = if lost { mean } else { arm * (side / distance) };
         Foot {
             facet: best.facet,
             weights: best.weights,
             distance: side * distance,
-            normal: if lost { mean } else { arm * (side / distance) },
+            normal,
+            bulge: bulge(&facet.corners(position), &best.weights, best.point, &normals, normal),
             beyond: border && height.abs() < 0.5 * distance,
         }
     }
 
-    /// The normal Σ W_K n_K, n_K the area vectors around a node.
-    fn mean_normal(&self, facets: &[Facet], position: &[Vector<D>], facet: &Facet, weights: &[f64; 4]) -> Vector<D> {
+    /// The area vectors around a node, added up [m²].
+    fn node_normal(&self, facets: &[Facet], position: &[Vector<D>], node: u32) -> Vector<D> {
         let (starts, around) = &self.around;
-        let mut sum = Vector::ZERO;
-        for (&k, &weight) in facet.nodes().iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
-            let near = &around[starts[k as usize] as usize..starts[k as usize + 1] as usize];
-            sum += near.iter().map(|&e| facets[e as usize].area(position)).sum::<Vector<D>>() * weight;
-        }
-        sum.normalized().or_else(|| facet.area(position).normalized()).unwrap_or_else(|| Vector::unit(0))
+        let near = &around[starts[node as usize] as usize..starts[node as usize + 1] as usize];
+        near.iter().map(|&e| facets[e as usize].area(position)).sum()
     }
+}
+
+/// δ at a point with these weights; zero where the normals of the nodes differ too much to describe a surface.
+fn bulge<const D: usize>(
+    corners: &[Vector<D>; 4],
+    weights: &[f64; 4],
+    point: Vector<D>,
+    normals: &[Vector<D>; 4],
+    normal: Vector<D>,
+) -> f64 {
+    let mut sum = 0.0;
+    for ((corner, weight), n) in corners.iter().zip(weights).zip(normals).filter(|((_, weight), _)| **weight > 0.0) {
+        let n = n.normalized().unwrap_or_default();
+        let along = n.dot(normal);
+        if along < SMOOTH {
+            return 0.0;
+        }
+        sum += 0.5 * weight * (*corner - point).dot(n) * along;
+    }
+    sum
 }
 
 /// The closest point so far.
@@ -246,5 +280,22 @@ mod tests {
             assert!((point - plane(x, y)).norm() < 1e-12 && !found.beyond);
         }
         assert!(foot(&facets, &position, plane(-0.3, 1.0)).unwrap().beyond);
+    }
+
+    /// Quadrilaterals with their nodes on a sphere: the curved surface is the sphere, to a twentieth of what the
+    /// facets are off.
+    #[test]
+    fn the_curved_surface_of_a_ball_is_a_ball() {
+        let (n, h, r) = (9_u32, 0.1, 1.0_f64);
+        let at = |i: u32| h * (f64::from(i) - 4.0);
+        let on_ball = |x: f64, y: f64| Vector([x, y, -(r * r - x * x - y * y).sqrt()]);
+        let position: Vec<_> = (0..n * n).map(|k| on_ball(at(k % n), at(k / n))).collect();
+        let quad = |k: u32| [k, k + 1, k + n + 1, k + n];
+        let facets: Vec<_> = (0..n * (n - 1)).filter(|k| k % n < n - 1).map(|k| Facet::new(&quad(k))).collect();
+        for (x, y) in [(0.05, 0.0), (0.05, 0.05), (0.02, 0.07), (-0.03, 0.01)] {
+            let found = foot(&facets, &position, on_ball(x, y) * 0.99).unwrap();
+            let (flat, curved) = (found.distance - 0.01, found.distance - found.bulge - 0.01);
+            assert!(flat < -5e-4 && curved.abs() < -flat / 20.0, "{x} {y}: {flat:e} {curved:e}");
+        }
     }
 }

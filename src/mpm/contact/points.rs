@@ -1,14 +1,17 @@
-//! Contact of particles with the surface of a sheet itself (theory 8.2).
+//! Contact of bodies with the surface of a sheet itself (theory 8.2).
 //!
 //! ```text
-//! g   = c_p d_p − r_p − t/2                              gap of particle p, d_p from `nearest`, c_p its side
-//! w   = (Σ_I N_Ip v̄_I − Σ_K W_K v̄_K)·n                   velocity at which it opens, n from the sheet to p
+//! x_s = Σ_p w_p x_p                                      a point on the skin of a body that keeps its shape, or a
+//!                                                        particle of a fluid
+//! g   = c (d − δ) − r − t/2                              its gap: d, δ and n from `nearest`, c its side, r how far the
+//!                                                        body reaches from there
+//! w   = (Σ_I N_Is v̄_I − Σ_K W_K v̄_K)·n                   velocity at which it opens, N_Is = Σ_p w_p N_Ip
 //! J_n ≥ 0,  w + g/Δt ≥ 0,  J_n (w + g/Δt) = 0            the gap closes, at the earliest, at the end of the step
-//! M⁻¹ = Σ_I N_Ip²/m_I + Σ_K W_K²/m_K
-//! p_I ← p_I + N_Ip J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
+//! M⁻¹ = Σ_I N_Is²/m_I + Σ_K W_K²/m_K
+//! p_I ← p_I + N_Is J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
 //! ```
 //!
-//! All particles together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. A gap
+//! All points together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. A gap
 //! that is below zero closes by the fraction β per step (theory 7.3). Friction follows the normal impulse:
 //! ‖J_t‖ ≤ μ_f J_n.
 //!
@@ -17,20 +20,17 @@
 //! Because Σ N = Σ W = 1 momentum is conserved to round-off, and because n lies along the line from foot to
 //! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
 
-use super::band::{Label, Labels};
-use super::impulse::{Impulse, limit};
-use super::nearest::{Foot, Nearest};
+use super::band::Labels;
+use super::impulse::{Impulse, Settled, limit};
+use super::nearest::Nearest;
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::sample::Facet;
-use super::sheet::Surface;
+use super::watch::{Scene, Seen, WATCHED, Watch, label, stencil};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid};
 use hashbrown::HashMap;
 use rayon::prelude::*;
-
-/// How far from the sheet particles are watched [cells].
-const WATCHED: f64 = 1.0;
 
 /// The fraction of an overlap that is undone in one step (theory 7.3).
 const RECOVERY: f64 = 0.1;
@@ -42,9 +42,6 @@ const SETTLED: f64 = 1e-4;
 /// Allowance for forces when particles that may touch are chosen [cells].
 const CLOSE: f64 = 0.02;
 
-/// Particles per parallel task.
-const TASK: usize = 256;
-
 /// A grid node in the support of a touching particle.
 #[derive(Debug, Clone, Copy)]
 struct Reached {
@@ -55,15 +52,17 @@ struct Reached {
 
 /// A particle close to the sheet, and what it does there during the step.
 #[derive(Debug, Clone)]
-struct Contact<const D: usize> {
+struct Spot<const D: usize> {
     field: u32,
-    /// x_p at the start of the step [m].
-    place: Vector<D>,
+    /// Its particles end here in the list of all.
+    members: u32,
     /// K, repeated where the facet has fewer than four nodes, and W_K.
     nodes: [u32; 4],
     weights: [f64; 4],
     /// n, from the sheet to the particle.
     normal: Vector<D>,
+    /// Distance along n from the sheet to where the body is pushed [m].
+    arm: f64,
     /// g at the start of the sub-step [m].
     gap: f64,
     /// Its nodes end here in the list of all.
@@ -82,29 +81,17 @@ struct Contact<const D: usize> {
 #[derive(Debug, Default)]
 pub(super) struct Points<const D: usize> {
     nearest: Nearest<D>,
-    contacts: Vec<Contact<D>>,
+    contacts: Vec<Spot<D>>,
+    /// Places [m] and weights of the particles of all contacts.
+    members: Vec<(Vector<D>, f64)>,
     reached: Vec<Reached>,
     /// Σ ± m_p N_Ip of the watched particles, by node and field.
     sides: HashMap<(u32, u32), f64>,
     /// Trial velocities of the partners with the impulses so far [m/s].
     velocity: Vec<Vector<D>>,
+    /// 1/m of the partners [1/kg].
+    softness: Vec<Vector<D>>,
 }
-
-/// The sheet and its surroundings at the start of a step.
-pub(super) struct Scene<'a, const D: usize> {
-    pub grid: &'a Grid<D>,
-    pub lattice: &'a Lattice<D>,
-    pub surface: &'a Surface<'a, D>,
-    pub facets: &'a [Facet],
-    /// Gap below which contact acts [m].
-    pub tolerance: f64,
-    /// Length [s] and number of the step.
-    pub dt: f64,
-    pub step: u64,
-}
-
-/// A particle within the watched distance: its index, its foot, and its half size along the normal [m].
-type Seen<const D: usize> = (usize, Foot<D>, f64);
 
 impl<const D: usize> Points<D> {
     /// For a sheet of these facets over `nodes` nodes.
@@ -120,39 +107,40 @@ impl<const D: usize> Points<D> {
     /// Forgets the last step and looks where the sheet is now.
     pub fn begin(&mut self, scene: &Scene<'_, D>) {
         self.contacts.clear();
+        self.members.clear();
         self.reached.clear();
         self.sides.clear();
         let cell = scene.grid.cell;
         self.nearest.refresh(scene.facets, scene.surface.position, WATCHED * cell, cell);
     }
 
-    /// Labels the particles of a body around the sheet, and takes note of those that may touch it during the step.
-    /// Returns how many have crossed it since the last step.
+    /// Labels what a body touches with around the sheet, and takes note of what may touch it during the step.
+    /// Returns how much has crossed it since the last step.
     pub fn find(&mut self, scene: &Scene<'_, D>, body: &Body<D>, friction: Friction, labels: &mut Labels) -> u64 {
         let particles = &body.particles;
-        let seen: Vec<Seen<D>> =
-            (0..particles.len()).into_par_iter().with_min_len(TASK).filter_map(|p| self.see(scene, body, p)).collect();
+        let Self { nearest, contacts, members, sides, .. } = self;
+        let watch = Watch::new(scene, nearest, body);
         let fastest = scene.surface.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt();
         let mut crossed = 0;
-        for (p, foot, radius) in seen {
-            let id = particles.id[p];
-            let old = labels.recall(id, scene.step - 1);
-            let label = Label::of(old, &foot);
+        for seen in watch.seen() {
+            let old = labels.recall(seen.key, scene.step - 1);
+            let label = label(old, &seen);
             crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
-            labels.keep(id, scene.step, label);
-            self.vote(scene, body, p, label.side);
-            let offset = scene.surface.offset.get(foot.facet as usize).copied().unwrap_or(0.0);
-            let gap = label.side * foot.distance - radius - offset - scene.tolerance;
-            let closing = 2.0 * (particles.velocity[p].norm() + fastest) * scene.dt + CLOSE * scene.grid.cell;
-            if label.side != 0.0 && friction != Friction::None && gap < closing {
-                let normal = foot.normal * label.side;
-                let facet = &scene.facets[foot.facet as usize];
-                self.contacts.push(Contact {
+            labels.keep(seen.key, scene.step, label);
+            vote(sides, scene, body, &seen, label.side);
+            let offset = scene.surface.offset.get(seen.foot.facet as usize).copied().unwrap_or(0.0);
+            let gap = label.side * (seen.foot.distance - seen.foot.bulge) - seen.radius - offset - scene.tolerance;
+            let speed = particles.velocity[seen.particle].norm() + fastest;
+            let near = gap < 2.0 * speed * scene.dt + CLOSE * scene.grid.cell;
+            if label.side != 0.0 && friction != Friction::None && near {
+                members.extend(watch.members(&seen));
+                contacts.push(Spot {
                     field: body.field as u32,
-                    place: particles.position[p],
-                    nodes: facet.nodes,
-                    weights: foot.weights,
-                    normal,
+                    members: members.len() as u32,
+                    nodes: scene.facets[seen.foot.facet as usize].nodes,
+                    weights: seen.foot.weights,
+                    normal: seen.foot.normal * label.side,
+                    arm: label.side * seen.foot.distance,
                     gap,
                     end: 0,
                     softness: Vector::ZERO,
@@ -164,27 +152,6 @@ impl<const D: usize> Points<D> {
             }
         }
         crossed
-    }
-
-    fn see(&self, scene: &Scene<'_, D>, body: &Body<D>, p: usize) -> Option<Seen<D>> {
-        if body.depth(p) > 1.0 {
-            return None;
-        }
-        let cell = scene.grid.cell;
-        let x = body.particles.position[p];
-        let foot = self.nearest.foot(scene.facets, scene.surface.position, x, WATCHED * cell)?;
-        Some((p, foot, body.reach(p, foot.normal, cell)))
-    }
-
-    /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
-    fn vote(&mut self, scene: &Scene<'_, D>, body: &Body<D>, p: usize, side: f64) {
-        if scene.grid.fields.len() < 2 || side == 0.0 {
-            return;
-        }
-        let mass = body.particles.mass[p];
-        scene.lattice.for_each(scene.grid, body.particles.position[p], |node, weight, _| {
-            *self.sides.entry((node as u32, body.field as u32)).or_insert(0.0) += side * mass * weight;
-        });
     }
 
     /// True if the sheet runs between the two fields at this grid node.
@@ -201,23 +168,22 @@ impl<const D: usize> Points<D> {
         partners: &mut Partners<D>,
         softness: impl Fn(usize) -> Vector<D>,
     ) {
-        let Self { contacts, reached, .. } = self;
-        for contact in contacts {
-            let first = reached.len();
-            let mut total = 0.0;
-            lattice.for_each(grid, contact.place, |node, weight, flips| {
-                if grid.fields[contact.field as usize].nodes[node].mass > lattice.cutoff {
-                    let partner = partners.add(grid, lattice, contact.field as usize, node);
-                    reached.push(Reached { partner, flips, weight });
-                    total += weight;
-                }
-            });
-            contact.end = reached.len() as u32;
-            contact.softness = Vector::ZERO;
-            for near in &mut reached[first..] {
-                near.weight /= total;
-                contact.softness += partners.softness(near.partner) * (near.weight * near.weight);
+        let Self { contacts, members, reached, .. } = self;
+        let stencils: Vec<Vec<(u32, Flips, f64)>> = (0..contacts.len())
+            .into_par_iter()
+            .map(|c| {
+                let start = if c == 0 { 0 } else { contacts[c - 1].members };
+                let members = &members[start as usize..contacts[c].members as usize];
+                stencil(grid, lattice, contacts[c].field as usize, members)
+            })
+            .collect();
+        for (contact, stencil) in contacts.iter_mut().zip(stencils) {
+            for (node, flips, weight) in stencil {
+                let partner = partners.add(grid, lattice, contact.field as usize, node as usize);
+                contact.softness += partners.softness(partner) * (weight * weight);
+                reached.push(Reached { partner, flips, weight });
             }
+            contact.end = reached.len() as u32;
             for (&k, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight > 0.0) {
                 contact.softness += softness(k as usize) * (weight * weight);
             }
@@ -239,9 +205,11 @@ impl<const D: usize> Points<D> {
         }
         self.velocity.clear();
         self.velocity.extend((0..partners.len()).map(|partner| partners.trial(partner as u32, t).1));
+        self.softness.clear();
+        self.softness.extend((0..partners.len()).map(|partner| partners.softness(partner as u32)));
         self.contacts.iter_mut().for_each(|contact| contact.impulse = Impulse::default());
         for _ in 0..SWEEPS {
-            let (change, largest) = self.sweep(partners, velocity, &softness, dt);
+            let (change, largest) = self.sweep(velocity, &softness, dt);
             if change <= SETTLED * largest {
                 break;
             }
@@ -262,13 +230,7 @@ impl<const D: usize> Points<D> {
     }
 
     /// One sweep over all particles: the largest change of an impulse, and the largest impulse [N s].
-    fn sweep(
-        &mut self,
-        partners: &Partners<D>,
-        sheet: &mut [Vector<D>],
-        softness: &impl Fn(usize) -> Vector<D>,
-        dt: f64,
-    ) -> (f64, f64) {
+    fn sweep(&mut self, sheet: &mut [Vector<D>], softness: &impl Fn(usize) -> Vector<D>, dt: f64) -> (f64, f64) {
         let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
         for contact in &mut self.contacts {
             let near = &self.reached[start as usize..contact.end as usize];
@@ -280,7 +242,7 @@ impl<const D: usize> Points<D> {
                 continue;
             }
             for at in near {
-                let soft = partners.softness(at.partner);
+                let soft = self.softness[at.partner as usize];
                 let part = flip(delta, at.flips) * at.weight;
                 self.velocity[at.partner as usize] += Vector::from_fn(|a| part[a] * soft[a]);
             }
@@ -302,9 +264,8 @@ impl<const D: usize> Points<D> {
         }
     }
 
-    /// Adds the impulses of the step and what was lost, field by field: Σ J on the field [N s], and normal and
-    /// friction dissipation J·(v̂_r − v̂_s) [J].
-    pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [(Vector<D>, [f64; 2])]) {
+    /// Adds the impulses of the step, field by field, and what was lost: J·(v̂_r − v̂_s).
+    pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [Settled<D>]) {
         let mut start = 0;
         for contact in &self.contacts {
             let near = &self.reached[start as usize..contact.end as usize];
@@ -314,15 +275,12 @@ impl<const D: usize> Points<D> {
             }
             let v: Vector<D> =
                 near.iter().map(|at| flip(partners.mean_velocity(at.partner, grid, dt), at.flips) * at.weight).sum();
-            let (impulse, lost) = &mut sums[contact.field as usize];
-            *impulse += contact.total.total();
-            lost[0] += contact.work[0] - contact.total.normal.dot(v);
-            lost[1] += contact.work[1] - contact.total.tangent.dot(v);
+            sums[contact.field as usize].add(&contact.total, contact.work, v, contact.normal * contact.arm);
         }
     }
 }
 
-impl<const D: usize> Contact<D> {
+impl<const D: usize> Spot<D> {
     /// v_p − v_c [m/s].
     #[inline]
     fn opening(&self, near: &[Reached], body: &[Vector<D>], sheet: &[Vector<D>]) -> Vector<D> {
@@ -353,14 +311,19 @@ impl<const D: usize> Contact<D> {
     }
 }
 
-impl Label {
-    /// The side of a particle with this foot that had the label `old` a step before: kept while it stays near.
-    fn of<const D: usize>(old: Option<Label>, foot: &Foot<D>) -> Self {
-        match old.filter(|label| label.side != 0.0) {
-            Some(Label { side, .. }) if side * foot.distance >= 0.0 => Self { side, crossed: false },
-            Some(label) if label.crossed => label,
-            Some(Label { side, .. }) if !foot.beyond => Self { side, crossed: true },
-            _ => Self { side: if foot.beyond { 0.0 } else { foot.distance.signum() }, crossed: false },
-        }
+/// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
+fn vote<const D: usize>(
+    sides: &mut HashMap<(u32, u32), f64>,
+    scene: &Scene<'_, D>,
+    body: &Body<D>,
+    seen: &Seen<D>,
+    side: f64,
+) {
+    if scene.grid.fields.len() < 2 || side == 0.0 {
+        return;
     }
+    let mass = body.particles.mass[seen.particle];
+    scene.lattice.for_each(scene.grid, seen.inside, |node, weight, _| {
+        *sides.entry((node as u32, body.field as u32)).or_insert(0.0) += side * mass * weight;
+    });
 }

@@ -13,6 +13,8 @@ pub(super) struct Row<const D: usize> {
     pub mass: f64,
     /// Unit normal; zero where the sheet has no direction or contact may not push.
     pub normal: Vector<D>,
+    /// True where the areas around the node cancel: the normal then comes from the bodies (theory 6.3).
+    pub folded: bool,
     /// Centre of mass of the sheet around the node, x̄_I^r [m].
     pub centre: Vector<D>,
     /// Half thickness around the node [m].
@@ -35,6 +37,11 @@ pub(super) struct Pair<const D: usize> {
     pub gap: [f64; 2],
     /// Σ ± m_p N_Ip over the labelled particles: their majority decides the side.
     pub vote: f64,
+    /// Σ m_p N_Ip [kg] and Σ m_p N_Ip x_p [kg m] over the same particles.
+    pub mass: f64,
+    pub moment: Vector<D>,
+    /// Side from which the body comes to the sheet in this sub-step, +1 where the normal points.
+    pub side: f64,
     /// The body's node in [`Partners`]; `NONE` while it is too far.
     pub partner: u32,
     /// True if the two touch in this sub-step.
@@ -55,6 +62,9 @@ impl<const D: usize> Default for Pair<D> {
         Self {
             gap: [f64::INFINITY; 2],
             vote: 0.0,
+            mass: 0.0,
+            moment: Vector::ZERO,
+            side: 1.0,
             partner: NONE,
             touching: false,
             held: Impulse::default(),
@@ -65,22 +75,28 @@ impl<const D: usize> Default for Pair<D> {
 }
 
 impl<const D: usize> Pair<D> {
-    /// Side of the body, +1 where the normal points.
-    pub fn side(&self) -> f64 {
-        if self.vote >= 0.0 { 1.0 } else { -1.0 }
-    }
-
+    /// The lesser of the two gaps [m].
     pub fn distance(&self) -> f64 {
-        self.gap[usize::from(self.vote >= 0.0)]
+        self.gap[0].min(self.gap[1])
     }
 
-    /// ±1 if the body has particles near the node, 0 if not.
+    /// The side of most of the body's particles near the node, 0 if there are none.
     pub fn present(&self) -> f64 {
-        if self.distance().is_finite() { self.side() } else { 0.0 }
+        match self.distance().is_finite() {
+            true if self.vote >= 0.0 => 1.0,
+            true => -1.0,
+            false => 0.0,
+        }
     }
-}
 
-impl<const D: usize> Pair<D> {
+    /// Turns to the side that matters while the body moves with `w` [m/s] along the normal relative to the sheet: a
+    /// body on both sides comes from the one that it moves away from. Returns the gap there [m].
+    pub fn turn(&mut self, w: f64) -> f64 {
+        let [minus, plus] = self.gap.map(f64::is_finite);
+        self.side = if plus && !(minus && w > 0.0) { 1.0 } else { -1.0 };
+        self.gap[usize::from(self.side > 0.0)]
+    }
+
     /// Books the impulse of the sub-step at a row that moved with `mean` [m/s]; returns J·v̂ [J].
     pub fn receive(&mut self, mean: Vector<D>) -> f64 {
         let work = [self.held.normal.dot(mean), self.held.tangent.dot(mean)];
@@ -98,6 +114,7 @@ impl<const D: usize> Row<D> {
             node: node as u32,
             mass: 0.0,
             normal: Vector::ZERO,
+            folded: false,
             centre: Vector::ZERO,
             offset: 0.0,
             momentum: Vector::ZERO,
@@ -125,7 +142,7 @@ pub(super) fn close<const D: usize>(
 ) {
     for pair in pairs.iter_mut().filter(|pair| pair.partner != NONE) {
         let (_, v) = partners.trial(pair.partner, t);
-        let opening = (row.project(v) - velocity).dot(row.normal) * pair.side() * dt;
-        pair.gap[usize::from(pair.vote >= 0.0)] += opening;
+        let opening = (row.project(v) - velocity).dot(row.normal) * dt;
+        pair.gap = [pair.gap[0] - opening, pair.gap[1] + opening];
     }
 }

@@ -8,10 +8,16 @@
 //! cells. Each node's lumped mass m_K is shared by its elements in proportion to their area (m_K,e), so
 //! that mass and momentum of the samples are exactly those of the nodes.
 
+use super::nodes::{Flips, Lattice};
 use crate::math::Vector;
+use crate::mpm::Grid;
+use rayon::prelude::*;
 
 /// Most samples along an element's side.
 const MOST: u32 = 64;
+
+/// Samples per parallel task.
+const TASK: usize = 256;
 
 /// How much heavier a node held in all directions is on the grid: contact pushes it, its support answers
 /// (theory 6.5).
@@ -104,6 +110,15 @@ fn shape_functions(count: usize, [n, m]: [u32; 2], mut visit: impl FnMut([f64; 4
     }
 }
 
+/// A grid node that a sample reaches.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Visit {
+    pub sample: u32,
+    pub node: u32,
+    pub flips: Flips,
+    pub weight: f64,
+}
+
 /// The samples of a sheet.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
@@ -137,6 +152,34 @@ impl Samples {
         for (e, facet) in facets.iter().enumerate() {
             self.fill(e as u32, facet.count, corner_mass[e]);
         }
+    }
+
+    /// x_q [m].
+    pub(super) fn place<const D: usize>(&self, facets: &[Facet], position: &[Vector<D>], q: usize) -> Vector<D> {
+        let corners = facets[self.element[q] as usize].corners(position);
+        corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
+    }
+
+    /// The nodes with bodies that each sample reaches, sample by sample.
+    pub(super) fn visits<const D: usize>(
+        &self,
+        facets: &[Facet],
+        position: &[Vector<D>],
+        grid: &Grid<D>,
+        lattice: &Lattice<D>,
+    ) -> Vec<Vec<Visit>> {
+        let visit = |task: usize| {
+            let mut visits = Vec::new();
+            for sample in task * TASK..self.count().min((task + 1) * TASK) {
+                lattice.for_each(grid, self.place(facets, position, sample), |node, weight, flips| {
+                    if grid.fields.iter().any(|field| field.nodes[node].mass > lattice.cutoff) {
+                        visits.push(Visit { sample: sample as u32, node: node as u32, flips, weight });
+                    }
+                });
+            }
+            visits
+        };
+        (0..self.count().div_ceil(TASK)).into_par_iter().map(visit).collect()
     }
 
     fn fill(&mut self, element: u32, count: usize, corner_mass: [f64; 4]) {

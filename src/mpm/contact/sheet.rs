@@ -8,12 +8,12 @@
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 
-use super::impulse::{self, Impulse, Touch};
+use super::impulse::{self, Impulse, Settled, Touch};
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::points::Points;
 use super::row::{NONE, Pair, Row, close};
-use super::sample::{Facet, Samples, corner_mass};
+use super::sample::{Facet, Samples, Visit, corner_mass};
 use crate::math::Vector;
 use crate::mpm::{Friction, Grid};
 
@@ -120,37 +120,36 @@ impl<const D: usize> Sheet<D> {
         self.entries.clear();
         self.spans.clear();
         self.samples.lay(&self.facets, surface.position, &self.corner_mass, grid.cell);
+        let visits = self.samples.visits(&self.facets, surface.position, grid, lattice);
         let mut areas = Vec::new();
-        for q in 0..self.samples.count() {
-            self.map_sample(grid, lattice, surface, q, &mut areas);
+        for visits in visits.iter().flat_map(|list| list.chunk_by(|a, b| a.sample == b.sample)) {
+            self.map_sample(grid, lattice, surface, visits, &mut areas);
         }
         self.close_rows(grid, lattice, &areas);
         self.pairs.clear();
         self.pairs.resize(self.rows.len() * self.friction.len(), Pair::default());
     }
 
+    /// Adds what one sample brings to the nodes that it reaches.
     fn map_sample(
         &mut self,
         grid: &Grid<D>,
         lattice: &Lattice<D>,
         surface: &Surface<'_, D>,
-        q: usize,
+        visits: &[Visit],
         areas: &mut Vec<f64>,
     ) {
-        let (e, shape) = (self.samples.element[q] as usize, self.samples.shape[q]);
-        let facet = &self.facets[e];
-        let x: Vector<D> = facet.corners(surface.position).iter().zip(shape).map(|(&x, n)| x * n).sum();
+        let q = visits[0].sample as usize;
+        let e = self.samples.element[q] as usize;
+        let x = self.samples.place(&self.facets, surface.position, q);
         let mass: f64 = self.samples.mass[q].iter().sum();
-        let area = facet.area(surface.position) * self.samples.share[q];
+        let area = self.facets[e].area(surface.position) * self.samples.share[q];
         let offset = surface.offset.get(e).copied().unwrap_or(0.0);
-        lattice.for_each(grid, x, |node, weight, flips| {
-            if grid.fields.iter().all(|field| field.nodes[node].mass <= lattice.cutoff) {
-                return;
-            }
-            let row = &mut self.lookup[node];
+        for &Visit { node, flips, weight, .. } in visits {
+            let row = &mut self.lookup[node as usize];
             if *row == NONE {
                 *row = self.rows.len() as u32;
-                self.rows.push(Row::at(node));
+                self.rows.push(Row::at(node as usize));
                 areas.push(0.0);
             }
             self.entries.push(Entry { row: *row, flips, weight });
@@ -160,11 +159,12 @@ impl<const D: usize> Sheet<D> {
             row.normal += flip(area, flips) * weight;
             row.centre += lattice.mirror(grid, x, flips) * (mass * weight);
             row.offset += offset * mass * weight;
-        });
+        }
         self.spans.push((q as u32, self.entries.len() as u32));
     }
 
-    /// Turns sums into means; rows with a negligible share of the sheet get no normal and never act.
+    /// Turns sums into means; rows with a negligible share of the sheet get no normal and never act, those where it is
+    /// folded get theirs from [`Self::unfold`].
     fn close_rows(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, areas: &[f64]) {
         let heaviest = self.rows.iter().map(|row| row.mass).fold(0.0, f64::max);
         for (row, area) in self.rows.iter_mut().zip(areas) {
@@ -172,8 +172,17 @@ impl<const D: usize> Sheet<D> {
             row.centre = row.centre / row.mass;
             row.offset /= row.mass;
             let normal = row.project(row.normal);
-            let clear = row.mass > LEAST * heaviest && normal.norm() > FOLDED * area;
-            row.normal = if clear { normal / normal.norm() } else { Vector::ZERO };
+            let (heavy, clear) = (row.mass > LEAST * heaviest, normal.norm() > FOLDED * area);
+            row.folded = heavy && !clear;
+            row.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
+        }
+    }
+
+    /// Where the sheet is folded, the normals become directions: the sums of arms to the particles around, each turned
+    /// to the side that it is on ([`super::band::Band::lean`]).
+    pub fn unfold(&mut self) {
+        for row in self.rows.iter_mut().filter(|row| row.folded) {
+            row.normal = row.project(row.normal).normalized().unwrap_or_default();
         }
     }
 
@@ -299,8 +308,9 @@ impl<const D: usize> Sheet<D> {
             let velocity = row.project(row.momentum) / row.mass;
             for pair in self.pairs[r * fields..][..fields].iter_mut().filter(|pair| pair.partner != NONE) {
                 let (_, v) = partners.trial(pair.partner, t);
-                let closing = (row.project(v) - velocity).dot(row.normal) * pair.side() * dt;
-                pair.touching = pair.distance() - row.offset + closing.min(0.0) <= tolerance;
+                let w = (row.project(v) - velocity).dot(row.normal);
+                let gap = pair.turn(w);
+                pair.touching = gap - row.offset + (w * pair.side * dt).min(0.0) <= tolerance;
                 pair.held = Impulse::default();
             }
         }
@@ -318,7 +328,7 @@ impl<const D: usize> Sheet<D> {
             touches.clear();
             for (field, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.touching) {
                 let (mass, v) = partners.trial(pair.partner, t);
-                let (side, friction) = (pair.side(), self.friction[field]);
+                let (side, friction) = (pair.side, self.friction[field]);
                 touches.push(Touch { mass, velocity: row.project(v) - pair.held.total() / mass, side, friction });
             }
             impulse::solve(row.mass, velocity + held / row.mass, row.normal, &touches, &mut impulses);
@@ -357,17 +367,15 @@ impl<const D: usize> Sheet<D> {
         nodes.map(|(force, (before, after))| force.dot(*before + *after)).sum::<f64>() * (0.5 * dt)
     }
 
-    /// The impulses of the step and what was lost at the rows, field by field: Σ J on the field [N s], and
-    /// normal and friction dissipation J·(v̂_r − v̂_s) [J].
-    pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64) -> Vec<(Vector<D>, [f64; 2])> {
+    /// The impulses of the step, field by field, and what was lost: J·(v̂_r − v̂_s).
+    pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64) -> Vec<Settled<D>> {
         let fields = self.friction.len();
-        let mut sums = vec![(Vector::ZERO, [0.0; 2]); fields];
+        let mut sums = vec![Settled::default(); fields];
         for (index, pair) in self.pairs.iter().enumerate().filter(|(_, pair)| pair.partner != NONE) {
             let mean = partners.mean_velocity(pair.partner, grid, dt);
-            let (impulse, lost) = &mut sums[index % fields];
-            *impulse += pair.total.total();
-            lost[0] += pair.work[0] - pair.total.normal.dot(mean);
-            lost[1] += pair.work[1] - pair.total.tangent.dot(mean);
+            let arm =
+                if pair.mass > 0.0 { pair.moment / pair.mass - self.rows[index / fields].centre } else { Vector::ZERO };
+            sums[index % fields].add(&pair.total, pair.work, mean, arm);
         }
         self.points.settle(partners, grid, dt, &mut sums);
         sums
@@ -382,5 +390,5 @@ fn softness<const D: usize>(mass: &[f64], held: &[[bool; D]], k: usize) -> Vecto
 /// Nodes with less than this share of the heaviest node's mass are left out.
 const LEAST: f64 = 1e-6;
 
-/// Where the vector area is less than this share of the area, the sheet is folded and has no normal.
+/// Where the vector area is less than this share of the area, the sheet is folded and gives no direction.
 const FOLDED: f64 = 0.1;

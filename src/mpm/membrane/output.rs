@@ -25,6 +25,7 @@ impl<const D: usize> Membrane<D> {
             reference: padded(&self.reference),
             elements: self.elements.iter().collect(),
             node_fields: vec![
+                Field::scalar("mass", "kg", &self.mass),
                 Field::computed("velocity", "m/s", 3, || flat(self.velocity.iter().copied())),
                 Field::computed("displacement", "m", 3, || {
                     flat(self.position.iter().zip(&self.reference).map(|(&x, &reference)| x - reference))

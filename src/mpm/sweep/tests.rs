@@ -43,7 +43,7 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
         field: 0,
         kernel,
         particles,
-        depth: Vec::new(),
+        skin: Vec::new(),
         traction: Vec::new(),
         work,
     }

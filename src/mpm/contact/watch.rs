@@ -1,0 +1,152 @@
+//! What a body may touch a sheet with: its particles, or the points on its skin, near the sheet, and on which side.
+
+use super::band::{Label, radius};
+use super::nearest::{Foot, Nearest};
+use super::nodes::{Flips, Lattice};
+use super::sample::Facet;
+use super::sheet::Surface;
+use crate::geometry::SkinPoint;
+use crate::math::Vector;
+use crate::mpm::{Body, Grid};
+use rayon::prelude::*;
+
+/// How far from the sheet particles are watched [cells].
+pub(super) const WATCHED: f64 = 1.0;
+
+/// Particles per parallel task.
+const TASK: usize = 256;
+
+/// The sheet and its surroundings at the start of a step.
+pub(super) struct Scene<'a, const D: usize> {
+    pub grid: &'a Grid<D>,
+    pub lattice: &'a Lattice<D>,
+    pub surface: &'a Surface<'a, D>,
+    pub facets: &'a [Facet],
+    /// Gap below which contact acts [m].
+    pub tolerance: f64,
+    /// Length [s] and number of the step.
+    pub dt: f64,
+    pub step: u64,
+}
+
+/// A particle, or a point on the skin of a body, within the watched distance.
+pub(super) struct Seen<const D: usize> {
+    /// Number of the particle or point, by which it is remembered, and index of (one of) its particles.
+    pub key: u32,
+    pub particle: usize,
+    /// Where it is inside its body, to tell its side [m].
+    pub inside: Vector<D>,
+    /// Signed distance of that place from the sheet, and whether it is beyond an edge.
+    pub distance: f64,
+    pub beyond: bool,
+    /// Foot of the place that touches.
+    pub foot: Foot<D>,
+    /// How far the body reaches from there [m].
+    pub radius: f64,
+}
+
+/// A body next to a sheet.
+pub(super) struct Watch<'a, const D: usize> {
+    scene: &'a Scene<'a, D>,
+    nearest: &'a Nearest<D>,
+    body: &'a Body<D>,
+    /// Index of the particle of each identity; empty without a skin.
+    index: Vec<u32>,
+}
+
+impl<'a, const D: usize> Watch<'a, D> {
+    /// Of `body` next to the sheet of `scene`.
+    pub fn new(scene: &'a Scene<'a, D>, nearest: &'a Nearest<D>, body: &'a Body<D>) -> Self {
+        let mut index = vec![0_u32; if body.skin.is_empty() { 0 } else { body.particles.len() }];
+        if !index.is_empty() {
+            body.particles.id.iter().zip(0..).for_each(|(&id, p)| index[id as usize] = p);
+        }
+        Self { scene, nearest, body, index }
+    }
+
+    /// What of the body is within the watched distance, in a fixed order.
+    pub fn seen(&self) -> Vec<Seen<D>> {
+        let skin = &self.body.skin;
+        let count = if skin.is_empty() { self.body.particles.len() } else { skin.len() };
+        let see = |key: usize| match skin.get(key) {
+            Some(point) => self.see_skin(key, point),
+            None => self.see_particle(key),
+        };
+        (0..count).into_par_iter().with_min_len(TASK).filter_map(see).collect()
+    }
+
+    /// Places [m] and weights of the particles that take the impulse.
+    pub fn members(&self, seen: &Seen<D>) -> Vec<(Vector<D>, f64)> {
+        match self.body.skin.get(seen.key as usize).filter(|_| !self.index.is_empty()) {
+            Some(point) => self.place(point).collect(),
+            None => vec![(seen.inside, 1.0)],
+        }
+    }
+
+    fn place(&self, point: &SkinPoint) -> impl Iterator<Item = (Vector<D>, f64)> {
+        let at = |id: u32| self.body.particles.position[self.index[id as usize] as usize];
+        point.members.iter().map(move |&(id, weight)| (at(id), weight))
+    }
+
+    fn see_particle(&self, p: usize) -> Option<Seen<D>> {
+        let inside = self.body.particles.position[p];
+        let foot = self.foot(inside)?;
+        let radius = radius(&self.body.particles, p, foot.normal, self.scene.grid.cell);
+        let (distance, beyond) = (foot.distance, foot.beyond);
+        Some(Seen { key: self.body.particles.id[p], particle: p, inside, distance, beyond, foot, radius })
+    }
+
+    fn see_skin(&self, key: usize, point: &SkinPoint) -> Option<Seen<D>> {
+        let tip: Vector<D> = self.place(point).map(|(x, w)| x * w).sum();
+        let foot = self.foot(tip)?;
+        let particles = self.place(point).map(|(x, _)| x);
+        let inside = particles.sum::<Vector<D>>() / point.members.len() as f64;
+        let within = self.foot(inside)?;
+        let particle = self.index[point.members[0].0 as usize] as usize;
+        let (distance, beyond) = (within.distance, within.beyond || foot.beyond);
+        Some(Seen { key: key as u32, particle, inside, distance, beyond, foot, radius: point.radius })
+    }
+
+    fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
+        self.nearest.foot(self.scene.facets, self.scene.surface.position, x, WATCHED * self.scene.grid.cell)
+    }
+}
+
+/// The side of what had the label `old` a step before: kept while it stays near.
+pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Seen<D>) -> Label {
+    let (distance, beyond) = (seen.distance, seen.beyond);
+    match old.filter(|label| label.side != 0.0) {
+        Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
+        Some(label) if label.crossed => label,
+        Some(Label { side, .. }) if !beyond => Label { side, crossed: true },
+        _ => Label { side: if beyond { 0.0 } else { distance.signum() }, crossed: false },
+    }
+}
+
+/// Σ_p w_p N_Ip at the nodes of a field around some particles, normalised over the nodes that have mass.
+pub(super) fn stencil<const D: usize>(
+    grid: &Grid<D>,
+    lattice: &Lattice<D>,
+    field: usize,
+    members: &[(Vector<D>, f64)],
+) -> Vec<(u32, Flips, f64)> {
+    let mut all = Vec::new();
+    for &(x, share) in members {
+        lattice.for_each(grid, x, |node, weight, flips| {
+            if grid.fields[field].nodes[node].mass > lattice.cutoff {
+                all.push((node as u32, flips, share * weight));
+            }
+        });
+    }
+    all.sort_by_key(|&(node, flips, _)| (node, flips));
+    all.dedup_by(|next, kept| {
+        let same = (next.0, next.1) == (kept.0, kept.1);
+        if same {
+            kept.2 += next.2;
+        }
+        same
+    });
+    let total: f64 = all.iter().map(|(.., weight)| weight).sum();
+    all.iter_mut().for_each(|(.., weight)| *weight /= total);
+    all
+}

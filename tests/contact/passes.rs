@@ -1,0 +1,32 @@
+//! Passes of contact at grid nodes: what the nodes of a sheet take up (theory 6.7).
+
+use crate::world::{Sheet, World, block};
+use lateen::math::Vector;
+use lateen::mpm::{Friction, KernelKind};
+
+/// The impulse on a heavy particle that sits at a grid node and hits a fine chain of mass 1 per length at speed 1.
+fn impulse(passes: usize) -> f64 {
+    let mut hammer = block("hammer", 0, [7.95, 4.95], [1, 1], 0.1, 1e12, Vector([0.0, -1.0]));
+    hammer.particles.position[0] = Vector([8.0, 5.0]);
+    let elements: Vec<_> = (0..160_u32).map(|k| [k + 1, k]).collect();
+    let elements: Vec<_> = elements.iter().map(|e| e.as_slice()).collect();
+    let at = |k: u32| Vector([4.0 + 0.05 * f64::from(k), 5.0]);
+    let sheet = Sheet::new(&elements, (0..=160).map(at).collect(), 1.0);
+    let mut world = World::new([16, 12], KernelKind::Linear, vec![hammer], vec![sheet], Friction::Slip(0.0), 1);
+    world.passes = passes;
+    let dt = 1e-3;
+    world.step(dt);
+    world.contact.forces()[0].1[1] * dt
+}
+
+/// The one grid node sees the mass m = ∫N dx = 1 of the chain, but the chain's own nodes take up a velocity N(x) of which
+/// the grid gets back ∫N² dx / ∫N dx = 2/3 only: each pass leaves a third of the approach, and the impulses of n passes
+/// are m (1 + 1/3 + …) = 3/2 (1 − 3⁻ⁿ).
+#[test]
+fn each_pass_leaves_a_third_of_the_approach() {
+    for passes in [1, 2, 3, 8] {
+        let expected = 1.5 * (1.0 - 3.0_f64.powi(-(passes as i32)));
+        let found = impulse(passes);
+        assert!((found - expected).abs() < 5e-3, "{passes} passes: {found} for {expected}");
+    }
+}
