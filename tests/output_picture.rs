@@ -3,7 +3,7 @@
 use lateen::output::image::Image;
 use lateen::output::picture::{Corners, Obstacle};
 use lateen::output::{Picture, PictureSpec, UnitLabels};
-use lateen::simulation::{Field, Monitor, PointSet, Snapshot, SurfaceSet};
+use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +33,7 @@ impl Model {
             position: Cow::Borrowed(&self.nodes),
             reference: Cow::Borrowed(&self.nodes),
             elements: self.elements.iter().map(Vec::as_slice).collect(),
+            kind: Elements::Sheet,
             node_fields: vec![Field::scalar("speed", "m/s", &self.node_speed)],
             element_fields: vec![],
         };

@@ -3,7 +3,7 @@
 use lateen::error::Diagnostic;
 use lateen::output::history::Table;
 use lateen::output::{Probe, ProbeSpec, UnitLabels};
-use lateen::simulation::{Field, Monitor, PointSet, Snapshot, SurfaceSet};
+use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -44,6 +44,7 @@ impl Model {
             position: Cow::Borrowed(&self.nodes),
             reference: Cow::Borrowed(&self.reference),
             elements: vec![&[0, 1, 2, 3]],
+            kind: Elements::Sheet,
             node_fields: vec![],
             element_fields: vec![Field { components: 6, ..Field::scalar("stress", "Pa", &self.stress) }],
         };

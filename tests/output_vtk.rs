@@ -4,7 +4,7 @@
 //! the test says so and passes, unless `LATEEN_REQUIRE_VTK=1`.
 
 use lateen::output::{Fields, Precision, UnitLabels};
-use lateen::simulation::{Field, Monitor, PointSet, Snapshot, SurfaceSet};
+use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::path::Path;
@@ -55,6 +55,7 @@ impl Model {
             position: Cow::Borrowed(&self.nodes),
             reference: Cow::Borrowed(&self.nodes),
             elements: ELEMENTS.to_vec(),
+            kind: Elements::Sheet,
             node_fields: vec![Field::computed("height", "", 1, || self.nodes.iter().map(|x| x[2]).collect())],
             element_fields: vec![Field::scalar("tension", "N/m", &self.tension)],
         };
@@ -132,6 +133,31 @@ fn vtk_reads_back_every_number_in_double_precision() {
 #[test]
 fn vtk_reads_back_single_precision_to_seven_digits() {
     write_and_read_back(Precision::Single, 6.0e-8, &[32_768, 0, 5]);
+}
+
+/// A tetrahedron has four nodes, as a quadrilateral has; VTK's own numbers are 10 and 9 (*VTK File Formats*, fig. 2).
+#[test]
+fn tetrahedra_are_no_quadrilaterals() {
+    let directory = tempfile::tempdir().unwrap();
+    let nodes = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
+    let elements: [&[u32]; 2] = [&[0, 1, 2, 3], &[1, 2, 3, 4]];
+    let mesh = SurfaceSet {
+        name: "mesh",
+        position: Cow::Borrowed(&nodes),
+        reference: Cow::Borrowed(&nodes),
+        elements: elements.to_vec(),
+        kind: Elements::Volume,
+        node_fields: vec![],
+        element_fields: vec![],
+    };
+    let snapshot = Snapshot { dimension: 3, surfaces: vec![mesh], ..Snapshot::default() };
+    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot).unwrap();
+    let expected = json!({ "mesh": [{
+        "time": 0.0, "tolerance": 0.0, "points": nodes, "connectivity": elements.concat(), "offsets": [0, 4, 8],
+        "types": [10, 10], "point-data": [], "cell-data": [],
+    }] });
+    std::fs::write(directory.path().join("expected.json"), expected.to_string()).unwrap();
+    read_back(directory.path());
 }
 
 #[test]

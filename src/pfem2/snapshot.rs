@@ -4,7 +4,7 @@ use super::Pfem2;
 use super::step::Counts;
 use crate::math::Vector;
 use crate::simulation::TermKind::Other;
-use crate::simulation::{BalanceTerm, Column, Field, Ledger, PointSet, Snapshot, SurfaceSet};
+use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
 
 /// A field of vectors with three components.
@@ -64,6 +64,7 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
         position: Cow::Borrowed(&pfem.places),
         reference: Cow::Borrowed(&pfem.places),
         elements: implicit.mesh.elements().iter().map(|nodes| &nodes[..]).collect(),
+        kind: if D == 3 { Elements::Volume } else { Elements::Sheet },
         node_fields,
         element_fields: Vec::new(),
     }

@@ -16,7 +16,7 @@ pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
-pub use snapshot::{BalanceTerm, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
+pub use snapshot::{BalanceTerm, Elements, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

@@ -39,7 +39,17 @@ pub struct PointSet<'a> {
     pub fields: Vec<Field<'a>>,
 }
 
-/// A mesh with fields: a membrane (quadrilaterals, triangles, segments) or a volume mesh.
+/// What the elements of a mesh are: four nodes make a quadrilateral or a tetrahedron.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Elements {
+    /// Segments, triangles, quadrilaterals: membranes, and meshes in 2D.
+    #[default]
+    Sheet,
+    /// Tetrahedra.
+    Volume,
+}
+
+/// A mesh with fields: a membrane or the mesh of a domain.
 pub struct SurfaceSet<'a> {
     /// The membrane's or mesh's name.
     pub name: &'a str,
@@ -47,8 +57,10 @@ pub struct SurfaceSet<'a> {
     pub position: Cow<'a, [[f64; 3]]>,
     /// Node positions at the start [m] (probes name points of the undeformed sheet).
     pub reference: Cow<'a, [[f64; 3]]>,
-    /// Elements: 2 nodes = segment, 3 = triangle, 4 = quadrilateral.
+    /// Nodes of each element: 2 of a segment, 3 of a triangle, 4 of a quadrilateral or tetrahedron.
     pub elements: Vec<&'a [u32]>,
+    /// What they are.
+    pub kind: Elements,
     /// Per-node fields.
     pub node_fields: Vec<Field<'a>>,
     /// Per-element fields.

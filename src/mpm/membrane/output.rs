@@ -5,7 +5,7 @@ use super::element::Block;
 use super::ledger::Books;
 use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
-use crate::simulation::{Column, ColumnData, Field, SurfaceSet};
+use crate::simulation::{Column, ColumnData, Elements, Field, SurfaceSet};
 use std::borrow::Cow;
 
 impl<const D: usize> Membrane<D> {
@@ -24,6 +24,7 @@ impl<const D: usize> Membrane<D> {
             position: padded(&self.position),
             reference: padded(&self.reference),
             elements: self.elements.iter().collect(),
+            kind: Elements::Sheet,
             node_fields: vec![
                 Field::scalar("mass", "kg", &self.mass),
                 Field::computed("velocity", "m/s", 3, || flat(self.velocity.iter().copied())),

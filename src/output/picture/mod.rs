@@ -10,6 +10,7 @@ mod camera;
 mod light;
 mod raster;
 mod scene;
+mod skin;
 mod spec;
 
 pub use spec::{CutSpec, FrameSpec, FrameWord, MeshLines, PictureSpec};

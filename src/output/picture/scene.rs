@@ -2,6 +2,7 @@
 
 use super::camera::{Camera, Seen};
 use super::raster::{Finish, Paint, Shape};
+use super::skin::skin;
 use super::spec::{MeshLines, PictureSpec};
 use crate::math::Vector;
 use crate::output::UnitLabels;
@@ -9,7 +10,7 @@ use crate::output::colour::{PALETTE, Rgb};
 use crate::output::component::Component;
 use crate::output::set::{On, Quantity, Set, Start};
 use crate::output::ticks::round_step;
-use crate::simulation::{PointSet, Snapshot, SurfaceSet};
+use crate::simulation::{Elements, PointSet, Snapshot, SurfaceSet};
 use std::collections::BTreeMap;
 
 /// Colours of the table that graded paint looks up.
@@ -140,10 +141,28 @@ impl<'s> Scene<'s> {
     }
 
     fn add_elements(&self, set: &SurfaceSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Shape>) {
+        let shown = |nodes: &[u32]| !nodes.iter().any(|&n| self.hidden(&set.position[n as usize]));
+        let skin = if set.kind == Elements::Volume { skin(&set.elements, shown) } else { Vec::new() };
+        let faces: Vec<_> = match set.kind {
+            Elements::Sheet => set.elements.iter().copied().enumerate().collect(),
+            Elements::Volume => skin.iter().map(|(e, nodes)| (*e, &nodes[..])).collect(),
+        };
+        self.add_faces(set, &faces, values, own, shapes);
+    }
+
+    /// `faces`: the element of each, and its nodes.
+    fn add_faces(
+        &self,
+        set: &SurfaceSet<'_>,
+        faces: &[(usize, &[u32])],
+        values: Option<&Values>,
+        own: Rgb,
+        shapes: &mut Vec<Shape>,
+    ) {
         let seen: Vec<Seen> = set.position.iter().map(|x| self.camera.see(*x)).collect();
-        let normals = node_normals(set, self.camera);
-        let line = self.line_width(set, &seen);
-        for (e, nodes) in set.elements.iter().enumerate() {
+        let normals = node_normals(set, faces, self.camera);
+        let line = self.line_width(faces, &seen);
+        for &(e, nodes) in faces {
             let places = nodes.iter().map(|&n| set.position[n as usize]);
             if places.into_iter().any(|x| self.hidden(&x)) {
                 continue;
@@ -179,8 +198,8 @@ impl<'s> Scene<'s> {
     }
 
     /// Half the width of mesh lines [pixels]; none for elements that are too small.
-    fn line_width(&self, set: &SurfaceSet<'_>, seen: &[Seen]) -> f32 {
-        let edges = set.elements.iter().filter(|nodes| nodes.len() > 2).map(|nodes| {
+    fn line_width(&self, faces: &[(usize, &[u32])], seen: &[Seen]) -> f32 {
+        let edges = faces.iter().filter(|(_, nodes)| nodes.len() > 2).map(|(_, nodes)| {
             let [a, b] = [seen[nodes[0] as usize], seen[nodes[1] as usize]];
             (a.x - b.x).hypot(a.y - b.y).max((a.near - b.near).abs())
         });
@@ -231,11 +250,11 @@ fn range<'v>(values: impl Iterator<Item = &'v Values>) -> [f64; 2] {
     [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step]
 }
 
-/// Sums of the normals of the elements around each node, in the camera's frame.
-fn node_normals(set: &SurfaceSet<'_>, camera: &Camera) -> Vec<Vector<3>> {
+/// Sums of the normals of the faces around each node, in the camera's frame.
+fn node_normals(set: &SurfaceSet<'_>, faces: &[(usize, &[u32])], camera: &Camera) -> Vec<Vector<3>> {
     let mut normals = vec![Vector::ZERO; set.position.len()];
     let at = |n: u32| Vector(set.position[n as usize]);
-    for nodes in set.elements.iter().filter(|nodes| nodes.len() > 2) {
+    for (_, nodes) in faces.iter().filter(|(_, nodes)| nodes.len() > 2) {
         let normal = if nodes.len() == 4 {
             (at(nodes[2]) - at(nodes[0])).cross(at(nodes[3]) - at(nodes[1]))
         } else {

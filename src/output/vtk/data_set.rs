@@ -3,7 +3,7 @@
 use super::array::{DataArray, Numbers, Precision};
 use crate::error::Result;
 use crate::output::{UnitLabels, atomic};
-use crate::simulation::{PointSet, SurfaceSet};
+use crate::simulation::{Elements, PointSet, SurfaceSet};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -76,17 +76,21 @@ fn cells<'a>(set: &'a SurfaceSet<'a>) -> Vec<DataArray<'a>> {
     vec![
         DataArray::plain("connectivity", Numbers::I64(Box::new(connectivity))),
         DataArray::plain("offsets", Numbers::I64(Box::new(offsets))),
-        DataArray::plain("types", Numbers::U8(Box::new(|| elements.iter().map(|e| cell_type(e.len())).collect()))),
+        DataArray::plain(
+            "types",
+            Numbers::U8(Box::new(|| elements.iter().map(|e| cell_type(set.kind, e.len())).collect())),
+        ),
     ]
 }
 
-/// VTK's number for a vertex, line, triangle or quadrilateral; a polygon for anything else.
-fn cell_type(nodes: usize) -> u8 {
-    match nodes {
-        1 => 1,
-        2 => 3,
-        3 => 5,
-        4 => 9,
+/// VTK's number for a tetrahedron, vertex, line, triangle or quadrilateral; a polygon for anything else.
+fn cell_type(kind: Elements, nodes: usize) -> u8 {
+    match (kind, nodes) {
+        (Elements::Volume, 4) => 10,
+        (_, 1) => 1,
+        (_, 2) => 3,
+        (_, 3) => 5,
+        (_, 4) => 9,
         _ => 7,
     }
 }
