@@ -143,6 +143,22 @@ fn mirrored_tetrahedra_fit_together() {
 }
 
 #[test]
+fn an_obstacle_is_cut_out_of_a_box_of_tetrahedra() {
+    // Its sides lie on no plane of an even lattice; it stands on the floor and at the front.
+    let obstacle = Shape::BoxShape(BoxShape { lower: vec![0.37, 0.0, 0.0], upper: vec![0.52, 0.21, 0.161] });
+    let holes = vec![Hole { name: "obstacle".into(), region: obstacle, cell: None }];
+    let spec = BoxMesh { holes, ..plain(&[0.0; 3], &[1.0, 0.5, 0.4], 0.05) };
+    let mesh = spec.tetrahedra(Path::new("")).unwrap();
+    assert!((mesh.volume() - (0.2 - 0.15 * 0.21 * 0.161)).abs() < 1e-14);
+    let area = |name: &str| mesh.sets[name].iter().map(|&facet| mesh.facet_area(facet).norm()).sum::<f64>();
+    let wetted = 2.0 * 0.21 * 0.161 + 0.15 * 0.161 + 0.15 * 0.21;
+    assert!((area("obstacle") - wetted).abs() < 1e-14, "{}", area("obstacle"));
+    assert!((area("bottom") - (0.5 - 0.15 * 0.21)).abs() < 1e-14 && (area("top") - 0.5).abs() < 1e-14);
+    assert!((area("front") - (0.4 - 0.15 * 0.161)).abs() < 1e-14);
+    assert_eq!(mesh.sets.values().map(Vec::len).sum::<usize>(), mesh.boundary().len());
+}
+
+#[test]
 fn mistakes_are_named() {
     let key = |spec: BoxMesh| spec.triangles(Path::new("")).unwrap_err().key;
     assert_eq!(key(plain(&[0.0, 0.0], &[1.0, 0.0], 0.1)), "upper");
@@ -158,4 +174,7 @@ fn mistakes_are_named() {
     assert_eq!(key(holed(solid)), "holes[0].region.shape");
     let free = BoxMesh { pattern: Pattern::Free, ..plain(&[0.0; 3], &[1.0; 3], 0.5) };
     assert_eq!(free.tetrahedra(Path::new("")).unwrap_err().key, "pattern");
+    let ball = Shape::SphereShape(SphereShape { center: vec![0.5; 3], radius: 0.1 });
+    let round = BoxMesh { holes: vec![hole(ball)], ..plain(&[0.0; 3], &[1.0; 3], 0.5) };
+    assert_eq!(round.tetrahedra(Path::new("")).unwrap_err().key, "holes[0].region");
 }

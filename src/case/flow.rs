@@ -2,7 +2,8 @@
 
 use super::signal::SignalSpec;
 use crate::linalg;
-use crate::pfem2::{element, interface, project, setup, viscosity::Viscosity};
+use crate::material::Viscosity;
+use crate::pfem2::{element, interface, project, setup};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

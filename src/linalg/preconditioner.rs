@@ -50,9 +50,9 @@ impl<const B: usize> Preconditioner<B> {
     }
 
     /// z ≈ A⁻¹ r.
-    pub fn apply(&mut self, analysis: Option<&Analysis>, a: &BlockMatrix<B>, r: &[[f64; B]], z: &mut [[f64; B]]) {
+    pub fn apply(&mut self, analysis: Option<&Analysis>, r: &[[f64; B]], z: &mut [[f64; B]]) {
         match (self, analysis) {
-            (Self::Blocks(blocks), _) => blocks.apply(a, r, z),
+            (Self::Blocks(blocks), _) => blocks.apply(r, z),
             (Self::Single(factor), Some(analysis)) => factor.solve(analysis, r, z),
             (Self::Double(factor), Some(analysis)) => factor.solve(analysis, r, z),
             (_, None) => z.copy_from_slice(r),

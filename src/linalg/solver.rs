@@ -291,7 +291,7 @@ impl<const B: usize> System for Preconditioned<'_, B> {
         let room = self.room.as_flattened_mut();
         update(room, |i, _| r[i] / s[i]);
         match &mut self.preconditioner {
-            Some(preconditioner) => preconditioner.apply(self.analysis, self.a, &self.room, z.as_chunks_mut().0),
+            Some(preconditioner) => preconditioner.apply(self.analysis, &self.room, z.as_chunks_mut().0),
             None => z.copy_from_slice(room),
         }
     }

@@ -13,7 +13,7 @@ use super::element::{self, Content, Equations, Mass, Stabilisation};
 use super::interface::{Enriched, Enrichment, Medium};
 use super::phases::{Filling, Phases};
 use super::setup::FluidSetup;
-use super::viscosity::shear_rate;
+use super::shear::shear_rate;
 use super::{subscale, surface_tension};
 use crate::error::{Place, StepError};
 use crate::linalg::{BlockMatrix, LinearSolver, Memory, Options, Outcome};

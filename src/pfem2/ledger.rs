@@ -11,7 +11,7 @@
 //! numerical dissipation: of the transport by particles, of the time integration and of the stabilisation.
 
 use super::implicit::Implicit;
-use super::viscosity::shear_rate;
+use super::shear::shear_rate;
 use crate::math::Vector;
 use crate::parallel;
 use crate::simulation::TermKind::{Gain, Loss, Other, Stored};

@@ -25,13 +25,13 @@ pub mod phases;
 pub mod project;
 pub mod reseed;
 pub mod setup;
+mod shear;
 mod snapshot;
 mod step;
 pub mod subscale;
 pub mod surface_tension;
 #[cfg(test)]
 mod tests;
-pub mod viscosity;
 
 pub use boundary::Boundary;
 pub use setup::Setup;

@@ -6,8 +6,8 @@ use super::interface::Enrichment;
 use super::level_set::LevelSet;
 use super::particles::Particles;
 use super::project::Kernel;
-use super::viscosity::Viscosity;
 use crate::linalg;
+use crate::material::Viscosity;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 

@@ -36,6 +36,8 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     let position = own.iter().map(|&p| particles.position[p as usize].to3()).collect();
     let id = Cow::Owned(own.clone());
     let count = own.len();
+    let here = own.clone();
+    let volume = move || here.iter().map(|&p| pfem.volume(p as usize)).collect();
     let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
     PointSet {
         name: &pfem.implicit.physics.fluids[fluid].name,
@@ -43,8 +45,17 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
         id,
         fields: vec![
             Field::computed("velocity", "m/s", 3, velocity),
+            Field::computed("volume", if D == 2 { "m^2" } else { "m^3" }, 1, volume),
             Field::computed("fluid", "", 1, move || vec![fluid as f64; count]),
         ],
+    }
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// What a particle stands for: its share of its element [m³], or per depth [m²].
+    fn volume(&self, particle: usize) -> f64 {
+        let element = self.particles.element[particle] as usize;
+        self.implicit.mesh.simplex(element).volume / self.particles.of(element).len() as f64
     }
 }
 

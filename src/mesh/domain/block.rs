@@ -1,6 +1,7 @@
-//! Boxes, refined where asked; in 2D with holes.
+//! Boxes, refined where asked, with holes.
 
 use super::BuildMesh;
+use super::carve::{Block, carve, planes};
 use super::graded::lines;
 use super::planar::triangulate;
 use super::size::Size;
@@ -36,7 +37,7 @@ pub struct BoxMesh {
     /// Regions with smaller elements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refine: Vec<Refinement>,
-    /// Regions without elements; 2D only.
+    /// Regions without elements; in 3D boxes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub holes: Vec<Hole>,
 }
@@ -98,9 +99,10 @@ impl BuildMesh for BoxMesh {
         };
         if let Some(cut) = cut {
             self.no_holes("leave `pattern` out, or say `pattern = \"free\"`")?;
-            return Mesh::lattice(&lines(lower, upper, &size), cut).map_err(|why| Diagnostic::error("cell", why));
+            return Mesh::lattice(&lines(lower, upper, Default::default(), &size), cut)
+                .map_err(|why| Diagnostic::error("cell", why));
         }
-        let holes = self.hole_regions(base_dir)?;
+        let holes = self.hole_regions(base_dir, 2)?;
         let plane = |x: [f64; 2], z: f64| [x[0], x[1], z];
         let whole = Region::Box { lower: plane(lower, f64::NEG_INFINITY), upper: plane(upper, f64::INFINITY) };
         let rest = holes.iter().map(|hole| Region::Complement(Box::new(hole.clone())));
@@ -110,9 +112,8 @@ impl BuildMesh for BoxMesh {
         Ok(mesh)
     }
 
-    fn tetrahedra(&self, _: &Path) -> Result<Mesh<3, 4>, Diagnostic> {
+    fn tetrahedra(&self, base_dir: &Path) -> Result<Mesh<3, 4>, Diagnostic> {
         let (lower, upper) = self.corners::<3>()?;
-        self.no_holes("a generated mesh has holes in 2D only: make this one with Gmsh, `shape = \"file\"`")?;
         let cut = match self.pattern {
             Pattern::Auto | Pattern::Mirrored => Cut::Mirrored,
             Pattern::Parallel => Cut::Parallel,
@@ -121,8 +122,15 @@ impl BuildMesh for BoxMesh {
                     .help("use `mirrored`, or make the mesh with Gmsh, `shape = \"file\"`"));
             }
         };
-        let size = self.size(Path::new(""), 3)?;
-        Mesh::lattice(&lines(lower, upper, &size), cut).map_err(|why| Diagnostic::error("cell", why))
+        let size = self.size(base_dir, 3)?;
+        let blocks = self.blocks(base_dir)?;
+        let wrong = |why: String| Diagnostic::error("cell", why);
+        let lattice = Mesh::lattice(&lines(lower, upper, planes(&blocks, lower, upper), &size), cut).map_err(wrong)?;
+        if blocks.is_empty() {
+            return Ok(lattice);
+        }
+        let names: Vec<&str> = self.holes.iter().map(|hole| hole.name.as_str()).collect();
+        carve(&lattice, std::array::from_fn(|i| [lower[i], upper[i]]), &blocks, &names).map_err(wrong)
     }
 }
 
@@ -160,9 +168,21 @@ impl BoxMesh {
         Ok(Size { coarse: positive("cell", self.cell)?, growth: positive("growth", self.growth)?, refined })
     }
 
-    fn hole_regions(&self, base_dir: &Path) -> Result<Vec<Region>, Diagnostic> {
+    /// The holes of a box in 3D, which a lattice can follow if they are boxes, too.
+    fn blocks(&self, base_dir: &Path) -> Result<Vec<Block>, Diagnostic> {
+        let block = |(i, region): (usize, Region)| match region {
+            Region::Box { lower, upper } => Ok([lower, upper]),
+            _ => {
+                Err(Diagnostic::error(format!("holes[{i}].region"), "in 3D a generated mesh has holes that are boxes")
+                    .help("use a `box`, or make the mesh with Gmsh, `shape = \"file\"`"))
+            }
+        };
+        self.hole_regions(base_dir, 3)?.into_iter().enumerate().map(block).collect()
+    }
+
+    fn hole_regions(&self, base_dir: &Path, dimension: usize) -> Result<Vec<Region>, Diagnostic> {
         let build = |(i, hole): (usize, &Hole)| {
-            hole.region.build(base_dir, 2).map_err(|why| within(&format!("holes[{i}].region"), why))
+            hole.region.build(base_dir, dimension).map_err(|why| within(&format!("holes[{i}].region"), why))
         };
         self.holes.iter().enumerate().map(build).collect()
     }

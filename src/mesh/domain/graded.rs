@@ -3,16 +3,19 @@
 use super::size::Size;
 use crate::geometry::Region;
 
-/// The planes of the lattice between two corners [m]. A refined region asks for its size along the whole
-/// slab that it spans, since planes go through.
-pub fn lines<const D: usize>(lower: [f64; D], upper: [f64; D], size: &Size) -> [Vec<f64>; D] {
+/// The planes of the lattice between two corners [m]; those of `fixed` are among them. A refined region asks for
+/// its size along the whole slab that it spans, since planes go through.
+pub fn lines<const D: usize>(lower: [f64; D], upper: [f64; D], fixed: [Vec<f64>; D], size: &Size) -> [Vec<f64>; D] {
     std::array::from_fn(|axis| {
         let along = Size { coarse: size.coarse, growth: size.growth, refined: slabs(size, axis) };
-        let length = upper[axis] - lower[axis];
-        let at = |s: f64| [lower[axis] + s * length, 0.0, 0.0];
-        let mut line: Vec<f64> = along.spread(at, 1).into_iter().map(|s| at(s)[0]).collect();
-        if let Some(last) = line.last_mut() {
-            *last = upper[axis];
+        let ends = fixed[axis].iter().copied().chain([upper[axis]]);
+        let mut line = vec![lower[axis]];
+        for end in ends {
+            let start = line[line.len() - 1];
+            let at = |s: f64| [start + s * (end - start), 0.0, 0.0];
+            let inside = along.spread(at, 1);
+            line.extend(inside[1..inside.len() - 1].iter().map(|&s| at(s)[0]));
+            line.push(end);
         }
         line
     })

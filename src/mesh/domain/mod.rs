@@ -10,6 +10,7 @@
 
 mod block;
 mod boundary;
+mod carve;
 mod file;
 mod graded;
 mod planar;

@@ -46,17 +46,15 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         let number = |index: [usize; D]| (0..D).rev().fold(0, |n, i| n * (cells[i] + 1) + index[i]) as u32;
         let elements = grid(cells).flat_map(|cell| paths::<D, N>(cell, cut).map(|path| path.map(number)));
         let mut mesh = Self::new(nodes, elements.collect())?;
-        mesh.name_sides(|x, axis| if x == lines[axis][0] { -1 } else { (x == lines[axis][cells[axis]]) as i8 });
+        mesh.name_sides(std::array::from_fn(|axis| [lines[axis][0], lines[axis][cells[axis]]]));
         Ok(mesh)
     }
 
-    /// Names the boundary facets of a box: `side(x_axis, axis)` is −1 on the lower side, 1 on the upper one.
-    fn name_sides(&mut self, side: impl Fn(f64, usize) -> i8) {
+    /// Names the boundary facets on the sides of a box, given its lower and upper end along each axis [m].
+    pub(in crate::mesh) fn name_sides(&mut self, ends: [[f64; 2]; D]) {
         for axis in 0..D {
-            for (end, name) in [-1, 1].into_iter().zip(side_names::<D>(axis)) {
-                let on = |facet: &Facet| {
-                    self.facet_nodes(*facet).iter().all(|&n| side(self.nodes[n as usize][axis], axis) == end)
-                };
+            for (end, name) in ends[axis].into_iter().zip(side_names::<D>(axis)) {
+                let on = |facet: &Facet| self.facet_nodes(*facet).iter().all(|&n| self.nodes[n as usize][axis] == end);
                 let facets: Vec<Facet> = self.boundary().iter().filter(|facet| on(facet)).copied().collect();
                 self.sets.insert(name.to_owned(), facets);
             }

@@ -16,8 +16,8 @@ use super::particles::Particles;
 use super::phases::Phases;
 use super::project::Kernel;
 use super::setup::{FluidSetup, Scheme, Setup, VolumeCorrection};
-use super::viscosity::Viscosity;
 use crate::linalg::Options;
+use crate::material::Viscosity;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
 

@@ -1,4 +1,4 @@
-//! Laws of viscosity μ(γ̇), with γ̇ = √(2 d:d) of the last velocity.
+//! Laws of viscosity μ(γ̇), with the shear rate γ̇ = √(2 d:d).
 //!
 //! ```text
 //! Newton             μ
@@ -6,8 +6,6 @@
 //! ```
 //!
 //! Below γ̇_0 the yield stress acts as the large but finite viscosity τ_y/γ̇_0; the power law keeps its value there.
-
-use crate::math::{Tensor, Vector};
 
 /// A law of viscosity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,21 +46,6 @@ impl Viscosity {
     }
 }
 
-/// γ̇ = √(2 d:d) [1/s] of an element with these gradients of shape functions and nodal velocities.
-pub fn shear_rate<const D: usize, const N: usize>(gradient: &[Vector<D>; N], velocity: &[Vector<D>; N]) -> f64 {
-    let mut l = Tensor::<D>::ZERO;
-    for (g, v) in gradient.iter().zip(velocity) {
-        for i in 0..D {
-            for j in 0..D {
-                l.0[i][j] += v[i] * g[j];
-            }
-        }
-    }
-    // d = sym ∇v
-    let d = Tensor::<D>::from_fn(|i, j| 0.5 * (l[i][j] + l[j][i]));
-    (2.0 * d.contract(&d)).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,13 +67,5 @@ mod tests {
         assert!((BINGHAM.at(0.0) - (2.0 + 1e4)).abs() < 1e-6);
         let rates: Vec<f64> = (0..60).map(|k| BINGHAM.at(1e-6 * 1.5f64.powi(k))).collect();
         assert!(rates.windows(2).all(|pair| pair[1] <= pair[0]));
-    }
-
-    #[test]
-    fn simple_shear_has_its_rate() {
-        let gradient = [Vector([-1.0, -1.0]), Vector([1.0, 0.0]), Vector([0.0, 1.0])];
-        // v = (3 y, 0)
-        let velocity = [Vector([0.0, 0.0]), Vector([0.0, 0.0]), Vector([3.0, 0.0])];
-        assert!((shear_rate(&gradient, &velocity) - 3.0).abs() < 1e-15);
     }
 }
