@@ -76,7 +76,7 @@ fn no_element_has_all_its_nodes_on_the_boundary() {
 
 #[test]
 fn sizes_are_what_was_asked() {
-    let fine = Refinement { region: rectangle([0.4, 0.4], [0.6, 0.6]), cell: 0.01 };
+    let fine = Refinement { region: rectangle([0.4, 0.4], [0.6, 0.6]), cell: 0.01, growth: None };
     let spec = BoxMesh { refine: vec![fine], ..plain(&[0.0, 0.0], &[1.0, 1.0], 0.08) };
     let mesh = spec.triangles(Path::new("")).unwrap();
     let mean = |near: f64, far: f64| {
@@ -122,7 +122,7 @@ fn a_mirrored_lattice_is_symmetric() {
 #[test]
 fn a_graded_box() {
     let region = Shape::BoxShape(BoxShape { lower: vec![0.0, 0.4, 0.0], upper: vec![1.0, 0.6, 1.0] });
-    let fine = Refinement { region, cell: 0.05 };
+    let fine = Refinement { region, cell: 0.05, growth: None };
     let spec = BoxMesh { refine: vec![fine], ..plain(&[0.0; 3], &[1.0, 1.0, 1.0], 0.25) };
     let mesh = spec.tetrahedra(Path::new("")).unwrap();
     assert!((mesh.volume() - 1.0).abs() < 1e-12);

@@ -34,7 +34,7 @@ pub struct Pfem2Spec {
     /// Time in which particles forget what the mesh can't see; `inf`: never.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "infinite" = true))]
     pub relaxation: f64,
-    /// Elements that the flow may cross in a step; `inf`: no bound.
+    /// Elements that the flow may cross in a step where `time.step` is left out; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub courant: f64,
     /// Body force per unit mass.
@@ -226,6 +226,9 @@ pub struct BoundarySpec {
     #[serde(default)]
     #[schemars(extend("unit" = "Pa"))]
     pub pressure: SignalSpec,
+    /// The body whose fluid comes in through an inlet or an open boundary; by default the fluid of each place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<String>,
 }
 
 /// A name, or a list of names.
@@ -261,11 +264,11 @@ pub enum BoundaryWord {
     Symmetry,
     /// The fluid comes in with `velocity`.
     Inlet,
-    /// Open, free of traction.
+    /// Open: a developed flow leaves undisturbed, −p n + µ ∂v/∂n = 0.
     Outlet,
     /// Open, under `traction`.
     Traction,
-    /// Open, under `pressure`.
+    /// Open, under `pressure`: −p n + µ ∂v/∂n = −`pressure` n.
     Pressure,
 }
 

@@ -324,10 +324,11 @@ pub struct OutputSpec {
 }
 
 impl OutputSpec {
-    /// Fills in what depends on the length of the run.
-    pub(super) fn complete(&mut self, end: f64) {
-        self.fields.get_or_insert(end / 50.0);
-        self.history.get_or_insert(end / 500.0);
+    /// Fills in what depends on the length of the run; with a fixed step, as whole numbers of steps.
+    pub(super) fn complete(&mut self, end: f64, step: Option<f64>) {
+        let whole = |interval: f64| step.map_or(interval, |step| (interval / step).round().max(1.0) * step);
+        self.fields.get_or_insert(whole(end / 50.0));
+        self.history.get_or_insert(whole(end / 500.0));
         self.checkpoint.get_or_insert(60.0);
     }
 }

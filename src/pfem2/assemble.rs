@@ -10,6 +10,7 @@
 use super::boundary::Constraints;
 use super::element::{self, Block, Content, Drive, Equations};
 use super::interface::Enriched;
+use super::outflow;
 use crate::linalg::{BlockMatrix, Pattern};
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -49,6 +50,8 @@ pub struct Elements<'a, const D: usize, const N: usize> {
     pub convected: &'a [Vector<D>],
     /// Projected ∇p/ρ at the nodes [m/s²].
     pub projected: &'a [Vector<D>],
+    /// Open facets of each element, as bits (see `outflow`).
+    pub open: &'a [u8],
 }
 
 impl<const D: usize, const N: usize> Elements<'_, D, N> {
@@ -68,7 +71,11 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
     /// The block of an element's local nodes `i` and `j`, condensed.
     #[inline]
     fn block(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
-        let mut block = element::block(self.mesh.simplex(element), &self.contents[element], &self.equations, (i, j));
+        let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
+        let mut block = element::block(simplex, content, &self.equations, (i, j));
+        if self.open[element] != 0 {
+            outflow::release(&mut block, simplex, content.viscosity, self.open[element], (i, j));
+        }
         if let Some(cut) = cut {
             add(&mut block, &cut.enriched.block(i, j));
         }

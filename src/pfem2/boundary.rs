@@ -4,7 +4,8 @@
 //! wall, inlet      v = v̄(x, t) at the nodes
 //! slip, symmetry   v·n = 0 along the nodal normal n_i ∝ Σ_f ∫N_i n dA; normals that differ by more than 45°
 //!                  bind separately, so that an edge between two planes keeps one direction free
-//! outlet           σ n = 0;   traction  σ n = t̄(x, t);   pressure  σ n = −p̄(x, t) n
+//! outlet           −p n + μ ∂v/∂n = 0;   pressure  −p n + μ ∂v/∂n = −p̄(x, t) n     (see `outflow`)
+//! traction         σ n = t̄(x, t)
 //! pressure pin     p = 0 at one node of a box that nothing opens
 //! ```
 //!
@@ -38,7 +39,7 @@ pub enum Condition<const D: usize> {
     Slip,
     /// Inflow with this velocity [m/s].
     Inlet([Signal; D]),
-    /// Free of traction.
+    /// Open: the flow leaves as it comes, without resistance.
     Outlet,
     /// Open, under a traction [Pa].
     Traction([Signal; D]),
@@ -89,6 +90,17 @@ pub struct BoundarySetup<const D: usize> {
     pub facets: Vec<Facet>,
     /// What is prescribed there.
     pub condition: Condition<D>,
+    /// The fluid that comes in; `None`: the one of the place.
+    pub brings: Option<u8>,
+}
+
+/// What comes in through a facet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inflow<const D: usize> {
+    /// Its velocity, where one is prescribed [m/s].
+    pub velocity: Option<Vector<D>>,
+    /// Its fluid, where one is named.
+    pub fluid: Option<u8>,
 }
 
 /// Directions in which a slip node is held.
@@ -162,7 +174,7 @@ impl<const D: usize> Boundary<D> {
         if !rest.is_empty() {
             rest.iter().for_each(|&place| owner[place] = sets.len());
             let facets = rest.iter().map(|&place| mesh.boundary()[place]).collect();
-            sets.push(BoundarySetup { name: "walls".into(), facets, condition: Condition::wall() });
+            sets.push(BoundarySetup { name: "walls".into(), facets, condition: Condition::wall(), brings: None });
         }
         let kinds: Vec<BoundaryKind> = owner.iter().map(|&set| sets[set].condition.kind()).collect();
         let fixed = fixed_nodes(mesh, &sets, &owner);
@@ -227,18 +239,29 @@ impl<const D: usize> Boundary<D> {
         velocities.min_by(|v, w| v.norm_squared().total_cmp(&w.norm_squared())).unwrap_or_default()
     }
 
-    /// The velocity at which fluid comes in through the facet of an element opposite to a local node, at the place `x`
-    /// [m] and time `t` [s]; `None` where it isn't prescribed [m/s].
+    /// What comes in through the facet of an element opposite to a local node, at the place `x` [m] and time `t` [s];
+    /// `None` inside.
     pub fn inflow<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
         (element, opposite): (usize, usize),
         x: Vector<D>,
         t: f64,
-    ) -> Option<Vector<D>> {
+    ) -> Option<Inflow<D>> {
         let facet = Facet { element: element as u32, opposite: opposite as u32 };
         let place = mesh.boundary().binary_search(&facet).ok()?;
-        self.sets[self.owner[place] as usize].condition.velocity(x, t)
+        let set = &self.sets[self.owner[place] as usize];
+        Some(Inflow { velocity: set.condition.velocity(x, t), fluid: set.brings })
+    }
+
+    /// The facets whose set passes a test, in the order of [`Mesh::boundary`].
+    pub fn facets_of<'a, const N: usize>(
+        &'a self,
+        mesh: &'a Mesh<D, N>,
+        test: impl Fn(&BoundarySetup<D>) -> bool + 'a,
+    ) -> impl Iterator<Item = Facet> + 'a {
+        let owned = self.owner.iter().zip(mesh.boundary());
+        owned.filter(move |(set, _)| test(&self.sets[**set as usize])).map(|(_, facet)| *facet)
     }
 
     /// Adds the loads of tractions and pressures at time `t` to the nodal forces [N].
@@ -345,7 +368,7 @@ mod tests {
     use super::*;
 
     fn set<const D: usize>(name: &str, facets: Vec<Facet>, condition: Condition<D>) -> BoundarySetup<D> {
-        BoundarySetup { name: name.into(), facets, condition }
+        BoundarySetup { name: name.into(), facets, condition, brings: None }
     }
 
     /// Facets whose nodes all satisfy a test.

@@ -14,7 +14,7 @@ use super::interface::{Enriched, Enrichment, Medium};
 use super::phases::{Filling, Phases};
 use super::setup::FluidSetup;
 use super::shear::shear_rate;
-use super::{subscale, surface_tension};
+use super::{outflow, subscale, surface_tension};
 use crate::error::{Place, StepError};
 use crate::linalg::{BlockMatrix, LinearSolver, Memory, Options, Outcome};
 use crate::math::{Signal, Vector};
@@ -102,6 +102,8 @@ pub struct Implicit<const D: usize, const N: usize> {
     size: Vec<f64>,
     /// Elements with one fluid.
     pure: Vec<bool>,
+    /// Open facets of each element, as bits.
+    open: Vec<u8>,
     constraints: Constraints<D, N>,
     assembly: Assembly<N>,
     matrix: BlockMatrix<N>,
@@ -129,6 +131,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         Self {
             size: (0..mesh.elements().len()).map(|e| mesh.shortest_edge(e)).collect(),
             density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
+            open: outflow::open_facets(&mesh, &boundary),
             constraints: boundary.constraints(nodes),
             matrix: BlockMatrix::zeros(assembly.pattern()),
             linear: solver(&mesh, &assembly, options),
@@ -199,6 +202,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             force: &self.force,
             convected,
             projected: &self.projected,
+            open: &self.open,
         }
     }
 
@@ -388,12 +392,21 @@ fn body_force<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: &[Sign
     mesh.nodes().par_iter().map(|x| Vector::from_fn(|i| gravity[i].value(x.to3(), t))).collect()
 }
 
+/// How the residual went, at the start, four times on the way and at the end.
+fn residuals(history: &[f64], last: f64) -> String {
+    const SHOWN: usize = 5;
+    let end = history.len().saturating_sub(1);
+    let mut shown: Vec<usize> = (0..SHOWN).map(|k| end * k / SHOWN).collect();
+    shown.dedup();
+    let on_the_way = shown.iter().filter_map(|&k| history.get(k).map(|r| format!("{r:.1e} after {k}")));
+    let way: Vec<String> = on_the_way.chain([format!("{last:.1e} after {end} iterations")]).collect();
+    format!("residuals {}", way.join(", "))
+}
+
 fn not_converged(place: Place, history: &[f64], residual: f64) -> StepError {
-    let first = history.first().copied().unwrap_or(residual);
     let advice = format!(
-        "the residual went from {first:.1e} to {residual:.1e} in {} iterations: halve the step, look for flat or tiny \
-         elements there, or choose `solver = \"direct\"`",
-        history.len()
+        "{}: halve the step, look for flat or tiny elements there, or choose `pfem2.solver = {{ kind = \"direct\" }}`",
+        residuals(history, residual)
     );
     let what = "the linear solver did not converge".to_owned();
     StepError { what, time: 0.0, step: 0, place, quantity: "relative residual", value: residual, advice }

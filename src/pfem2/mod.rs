@@ -20,6 +20,8 @@ pub mod implicit;
 pub mod interface;
 mod ledger;
 pub mod level_set;
+mod notices;
+pub mod outflow;
 pub mod particles;
 pub mod phases;
 pub mod project;

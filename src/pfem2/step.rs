@@ -16,6 +16,7 @@
 //! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is one of backward
 //! Euler, since a⁰ is unknown. All of it is linear: convection and geometry come from the particles.
 
+use super::boundary::Inflow;
 use super::convect::{self, Place, Projectiles, Streamlines};
 use super::correct::{self, Correction};
 use super::forces::{self, Part};
@@ -27,7 +28,7 @@ use super::phases::Phases;
 use super::project::{Kernel, project};
 use super::reseed::{Density, Origin};
 use super::setup::{Scheme, Setup, VolumeCorrection};
-use super::{Boundary, health, snapshot};
+use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
 use crate::linalg::Memory;
 use crate::math::Vector;
@@ -75,6 +76,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) steps: u64,
     /// What the linear solver carries over steps, while a checkpoint is written or read.
     pub(super) memory: Memory,
+    notices: Notices,
     timer: Timer,
 }
 
@@ -109,7 +111,12 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.advance(Step { t, dt, theta }).map_err(|error| StepError { time: t, ..error })?;
         self.dt_before = dt;
         self.steps += 1;
+        self.notices.look(&self.implicit, &self.particles, &self.fraction);
         Ok(())
+    }
+
+    fn notices(&mut self) -> Vec<String> {
+        self.notices.take()
     }
 
     fn snapshot(&self) -> Snapshot<'_> {
@@ -176,11 +183,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             dt_before: 0.0,
             steps: 0,
             memory: Memory::default(),
+            notices: Notices::default(),
             timer: Timer::default(),
             implicit,
         };
         pfem.project();
         pfem.settle();
+        pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
         let shifts = setup.volume == VolumeCorrection::Shift && pfem.implicit.boundary.pin.is_some();
         let start = pfem.sharp.as_ref().map(|set| level_set::negative_volume(&pfem.implicit.mesh, &set.level));
         pfem.kept_volume = start.filter(|_| shifts);
@@ -276,8 +285,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
         let inflow = |element: usize, opposite: usize, x: Vector<D>, after: f64| {
-            let velocity = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
-            Some((velocity, fluid(&Place::of(mesh, element, x)).0))
+            let Inflow { velocity, fluid: named } = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
+            if velocity.is_none() && named.is_none() {
+                return None;
+            }
+            let place = Place::of(mesh, element, x);
+            let velocity = velocity.unwrap_or_else(|| correct::at(&place.shape, &mesh.elements()[element], &start));
+            Some((velocity, named.unwrap_or_else(|| fluid(&place).0)))
         };
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
         let done = self.particles.reseed(mesh, self.crowd, &origin);
@@ -342,6 +356,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             power += work;
         }
         self.implicit.boundary.load(&self.implicit.mesh, step.end(), |node, traction| {
+            outside += traction;
+            power += traction.dot(self.implicit.velocity[node]);
+        });
+        outflow::load(&elements, &self.implicit.velocity, |node, traction| {
             outside += traction;
             power += traction.dot(self.implicit.velocity[node]);
         });

@@ -43,6 +43,11 @@ pub trait Solver: Send {
     /// Rebuilds what is derived from the columns after a restore.
     fn restored(&mut self) {}
 
+    /// What the user should know about the steps since the last call, in sentences; each is said once.
+    fn notices(&mut self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Seconds spent per stage since the start, in the order of the step: `(stage, seconds)`.
     fn stage_times(&self) -> Vec<(&'static str, f64)> {
         Vec::new()

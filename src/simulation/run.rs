@@ -210,7 +210,8 @@ impl Simulation {
         self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
         self.broken = false;
         self.clock.advance(dt, target);
-        Ok(())
+        let (notices, progress) = (self.solver.notices(), self.progress());
+        notices.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))
     }
 
     fn begin(&mut self) -> Result<()> {

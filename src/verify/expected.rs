@@ -158,6 +158,10 @@ pub enum Kind {
     Largest,
     /// The mean over time.
     Mean,
+    /// Half of the sum of the largest and the smallest value: what an oscillation swings about.
+    Midrange,
+    /// Half of the difference of the largest and the smallest value.
+    Amplitude,
     /// The time of the largest value [s].
     TimeOfMaximum,
     /// The time of the smallest value [s].

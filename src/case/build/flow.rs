@@ -66,6 +66,7 @@ impl Assembly<'_> {
             return None;
         }
         self.through_flow(&mesh, &boundaries);
+        self.left_over(&mesh, &boundaries);
         self.unfilled(&mesh, &parts);
         let mut particles = self.seed(&mesh, &parts)?;
         let level_set = sharp(&file.pfem2, &mesh, &fluids, &parts, &mut particles);
@@ -87,7 +88,7 @@ impl Assembly<'_> {
             kernel: spec.kernel.into(),
             projectile_ratio: spec.projectile_ratio,
             relaxation: spec.relaxation,
-            courant: spec.courant,
+            courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
             linear: spec.solver.options(),
             mesh,
         })
@@ -131,6 +132,7 @@ impl Assembly<'_> {
             name: spec.name.clone().unwrap_or_else(|| spec.on.list().join("+")),
             facets: facets(spec),
             condition: self.condition(&format!("boundary[{i}]"), spec, &samples),
+            brings: self.inflowing(&format!("boundary[{i}].fluid"), spec),
         });
         made.collect()
     }
@@ -179,6 +181,46 @@ impl Assembly<'_> {
             BoundaryWord::Pressure => {
                 Condition::Pressure(self.signal(&format!("{key}.pressure"), &spec.pressure, samples))
             }
+        }
+    }
+
+    /// The fluid that a boundary brings in, if it names one.
+    fn inflowing(&mut self, key: &str, spec: &BoundarySpec) -> Option<u8> {
+        let name = spec.fluid.as_ref()?;
+        let bodies: Vec<&str> = self.case.file.body.iter().map(|body| body.name.as_str()).collect();
+        let place = bodies.iter().position(|body| body == name);
+        let finding = match (spec.kind, place) {
+            (BoundaryWord::Wall | BoundaryWord::Slip | BoundaryWord::Symmetry, _) => {
+                Diagnostic::error(key, "nothing flows in through a boundary of this kind").help("take it out")
+            }
+            (_, None) => Diagnostic::error(key, format!("there is no body `{name}`"))
+                .help(format!("there are `{}`", bodies.join("`, `"))),
+            (_, Some(place)) => return Some(place as u8),
+        };
+        self.findings.push(finding);
+        None
+    }
+
+    /// Says what is left out of a mesh, and which part of its boundary nobody named.
+    fn left_over<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, sets: &[BoundarySetup<D>]) {
+        let place = |x: Vector<D>| x.0.map(|c| format!("{c:.6}")).join(", ");
+        if let Some(&first) = mesh.isolated.first() {
+            let message =
+                format!("{} nodes belong to no element, the first at ({})", mesh.isolated.len(), place(first));
+            self.findings.push(Diagnostic::warning("mesh", message).help("they are left out"));
+        }
+        let named: usize = sets.iter().map(|set| set.facets.len()).sum();
+        let facets = mesh.boundary();
+        let bare = || facets.iter().filter(|facet| !sets.iter().any(|set| set.facets.contains(facet)));
+        if named < facets.len() {
+            let Some(&first) = bare().next() else { return };
+            let nodes = mesh.facet_nodes(first);
+            let middle = nodes.iter().map(|&n| mesh.nodes()[n as usize]).sum::<Vector<D>>() / D as f64;
+            let count = facets.len() - named;
+            let message =
+                format!("{count} facets of the boundary are in no named part, the first at ({})", place(middle));
+            let help = "they are walls at rest: say so with `on = \"rest\"`, or give them a physical group";
+            self.findings.push(Diagnostic::warning("boundary", message).help(help));
         }
     }
 

@@ -4,7 +4,7 @@ use super::BuildMesh;
 use super::carve::{Block, carve, planes};
 use super::graded::lines;
 use super::planar::triangulate;
-use super::size::Size;
+use super::size::{Refined, Size};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Shape};
 use crate::math::Vector;
@@ -30,7 +30,8 @@ pub struct BoxMesh {
     /// How elements are laid.
     #[serde(default)]
     pub pattern: Pattern,
-    /// Growth of the edge length with the distance from a refined region.
+    /// Growth of the edge length with the distance from a refined region. An error of second order falls by four if
+    /// all lengths and this are halved: with the same growth, elements at a distance stay as they are.
     #[serde(default = "growth")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub growth: f64,
@@ -70,6 +71,11 @@ pub struct Refinement {
     /// Edge length in it [m].
     #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
     pub cell: f64,
+    /// Growth of the edge length with the distance from it; by default that of the mesh. A sharp corner, at which the
+    /// solution is singular, needs small elements near it alone: a fast growth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub growth: Option<f64>,
 }
 
 /// A region without elements.
@@ -150,22 +156,21 @@ impl BoxMesh {
     }
 
     fn size(&self, base_dir: &Path, dimension: usize) -> Result<Size, Diagnostic> {
-        let mut refined = Vec::new();
-        for (i, refinement) in self.refine.iter().enumerate() {
-            let key = format!("refine[{i}]");
-            let region =
-                refinement.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
-            refined.push((region, positive(&format!("{key}.cell"), refinement.cell)?));
-        }
-        for (i, hole) in self.holes.iter().enumerate() {
-            if let Some(cell) = hole.cell {
-                let key = format!("holes[{i}]");
-                let region =
-                    hole.region.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
-                refined.push((region, positive(&format!("{key}.cell"), cell)?));
-            }
-        }
-        Ok(Size { coarse: positive("cell", self.cell)?, growth: positive("growth", self.growth)?, refined })
+        let growth = positive("growth", self.growth)?;
+        let refined = |key: String, shape: &Shape, cell: f64, own: Option<f64>| {
+            let region = shape.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
+            let growth = own.map_or(Ok(growth), |own| positive(&format!("{key}.growth"), own))?;
+            Ok(Refined { region, cell: positive(&format!("{key}.cell"), cell)?, growth })
+        };
+        let regions = self.refine.iter().enumerate();
+        let regions = regions.map(|(i, fine)| refined(format!("refine[{i}]"), &fine.region, fine.cell, fine.growth));
+        let holes = self
+            .holes
+            .iter()
+            .enumerate()
+            .filter_map(|(i, hole)| hole.cell.map(|cell| refined(format!("holes[{i}]"), &hole.region, cell, None)));
+        let refined = regions.chain(holes).collect::<Result<_, Diagnostic>>()?;
+        Ok(Size { coarse: positive("cell", self.cell)?, refined })
     }
 
     /// The holes of a box in 3D, which a lattice can follow if they are boxes, too.

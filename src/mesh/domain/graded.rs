@@ -1,13 +1,13 @@
 //! Graded boxes: a lattice whose planes are close where a refined region is, along each axis by itself.
 
-use super::size::Size;
+use super::size::{Refined, Size};
 use crate::geometry::Region;
 
 /// The planes of the lattice between two corners [m]; those of `fixed` are among them. A refined region asks for
 /// its size along the whole slab that it spans, since planes go through.
 pub fn lines<const D: usize>(lower: [f64; D], upper: [f64; D], fixed: [Vec<f64>; D], size: &Size) -> [Vec<f64>; D] {
     std::array::from_fn(|axis| {
-        let along = Size { coarse: size.coarse, growth: size.growth, refined: slabs(size, axis) };
+        let along = Size { coarse: size.coarse, refined: slabs(size, axis) };
         let ends = fixed[axis].iter().copied().chain([upper[axis]]);
         let mut line = vec![lower[axis]];
         for end in ends {
@@ -22,13 +22,13 @@ pub fn lines<const D: usize>(lower: [f64; D], upper: [f64; D], fixed: [Vec<f64>;
 }
 
 /// The extent of each refined region along one axis, turned onto the first.
-fn slabs(size: &Size, axis: usize) -> Vec<(Region, f64)> {
-    let slab = |(region, cell): &(Region, f64)| {
-        let bounds = region.bounds();
+fn slabs(size: &Size, axis: usize) -> Vec<Refined> {
+    let slab = |refined: &Refined| {
+        let bounds = refined.region.bounds();
         let mut lower = [f64::NEG_INFINITY; 3];
         let mut upper = [f64::INFINITY; 3];
         (lower[0], upper[0]) = (bounds.lower[axis], bounds.upper[axis]);
-        (Region::Box { lower, upper }, *cell)
+        Refined { region: Region::Box { lower, upper }, cell: refined.cell, growth: refined.growth }
     };
     size.refined.iter().map(slab).collect()
 }

@@ -6,22 +6,30 @@ use crate::geometry::Region;
 pub struct Size {
     /// Away from all refined regions [m].
     pub coarse: f64,
-    /// Growth of the size with the distance from a refined region.
+    /// Regions with smaller elements.
+    pub refined: Vec<Refined>,
+}
+
+/// A region with smaller elements.
+pub struct Refined {
+    /// The region.
+    pub region: Region,
+    /// The size in and at it [m].
+    pub cell: f64,
+    /// Growth of the size with the distance from it.
     pub growth: f64,
-    /// Refined regions with the size in and at them [m].
-    pub refined: Vec<(Region, f64)>,
 }
 
 impl Size {
     /// The size at `x` [m].
     pub fn at(&self, x: [f64; 3]) -> f64 {
-        let near = |(region, cell): &(Region, f64)| cell + self.growth * region.signed_distance(x).max(0.0);
+        let near = |near: &Refined| near.cell + near.growth * near.region.signed_distance(x).max(0.0);
         self.refined.iter().map(near).fold(self.coarse, f64::min)
     }
 
     /// The smallest size [m].
     pub fn finest(&self) -> f64 {
-        self.refined.iter().map(|(_, cell)| *cell).fold(self.coarse, f64::min)
+        self.refined.iter().map(|near| near.cell).fold(self.coarse, f64::min)
     }
 
     /// Points along a curve of the given speed |dx/ds|, s from 0 to 1, spaced by the size: the parameters of at

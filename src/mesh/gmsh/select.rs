@@ -36,6 +36,14 @@ impl GmshMesh {
         Ok(cells)
     }
 
+    /// Nodes that no element of a dimension uses, whatever its group, ascending.
+    pub fn isolated(&self, dimension: usize) -> Vec<u32> {
+        let mut used = vec![false; self.nodes.len()];
+        let cells = self.cells.iter().filter(|cell| cell.kind.dimension() == dimension);
+        cells.flat_map(Cell::nodes).for_each(|&node| used[node as usize] = true);
+        (0u32..).zip(used).filter(|(_, used)| !used).map(|(node, _)| node).collect()
+    }
+
     fn list_groups(&self, dimension: usize) -> String {
         let names: Vec<_> =
             self.groups.iter().filter(|g| g.dimension == dimension).map(|g| format!("`{}`", g.name)).collect();

@@ -7,7 +7,8 @@ use hashbrown::HashMap;
 
 impl<const D: usize, const N: usize> Mesh<D, N> {
     /// The triangles (2D) or tetrahedra (3D) of a physical group, or all of them; `unit` is the length of one
-    /// unit of the file [m]. Physical groups of boundary facets become named sets.
+    /// unit of the file [m]. Physical groups of boundary facets become named sets. Nodes that no element of the file
+    /// uses are left out, and kept as [`Mesh::isolated`].
     ///
     /// # Errors
     /// No such group or element; quadrilaterals; whatever [`Mesh::new`] finds.
@@ -17,7 +18,8 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         used.sort_unstable();
         used.dedup();
         let index = |node: &u32| used.binary_search(node).ok().map(|place| place as u32);
-        let nodes = used.iter().map(|&n| Vector::from_fn(|i| file.nodes[n as usize][i] * unit)).collect();
+        let place = |n: u32| Vector::from_fn(|i| file.nodes[n as usize][i] * unit);
+        let nodes = used.iter().map(|&n| place(n)).collect();
         let mut elements = Vec::with_capacity(cells.len());
         for (place, cell) in cells.iter().enumerate() {
             let element: Vec<u32> = cell.nodes().iter().filter_map(index).collect();
@@ -27,6 +29,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         }
         let mut mesh = Self::new(nodes, elements)?;
         mesh.name_boundary(file, index);
+        mesh.isolated = file.isolated(D).into_iter().map(place).collect();
         Ok(mesh)
     }
 

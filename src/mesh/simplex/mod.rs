@@ -28,6 +28,8 @@ pub struct Mesh<const D: usize, const N: usize> {
     topology: Topology<N>,
     /// Named sets of boundary facets (physical groups of a Gmsh file).
     pub sets: BTreeMap<String, Vec<Facet>>,
+    /// Nodes of the file that no element uses [m]: they were left out.
+    pub isolated: Vec<Vector<D>>,
 }
 
 /// What is constant in an element.
@@ -78,7 +80,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         let simplices =
             elements.iter().enumerate().map(|(e, element)| sound(e, element, &nodes)).collect::<Result<_, _>>()?;
         let topology = Topology::new(&elements, nodes.len())?;
-        Ok(Self { nodes, elements, simplices, topology, sets: BTreeMap::new() })
+        Ok(Self { nodes, elements, simplices, topology, sets: BTreeMap::new(), isolated: Vec::new() })
     }
 
     /// Node positions [m].
@@ -166,9 +168,9 @@ fn sound<const D: usize, const N: usize>(
     let place = x[0].to3();
     match Simplex::new(x) {
         Some(simplex) if simplex.volume > THINNEST * longest.powi(D as i32) => Ok(simplex),
-        Some(simplex) if simplex.volume < -THINNEST * longest.powi(D as i32) => {
-            Err(format!("element {index} at {place:?} m is inverted: its volume is negative"))
-        }
-        _ => Err(format!("element {index} at {place:?} m is degenerate: it has no volume")),
+        Some(simplex) if simplex.volume < -THINNEST * longest.powi(D as i32) => Err(format!(
+            "element {index} at {place:?} m is inverted: its volume is negative; reverse its order of nodes"
+        )),
+        _ => Err(format!("element {index} at {place:?} m is degenerate: it has no volume; mesh the geometry anew")),
     }
 }

@@ -34,7 +34,7 @@ fn set<const D: usize, const N: usize>(
     condition: Condition<D>,
     on: impl Fn(Vector<D>) -> bool,
 ) -> BoundarySetup<D> {
-    BoundarySetup { name: name.into(), facets: facets(mesh, on), condition }
+    BoundarySetup { name: name.into(), facets: facets(mesh, on), condition, brings: None }
 }
 
 /// A formula in x, y, z and t.

@@ -16,7 +16,7 @@ fn stirred<const D: usize, const N: usize>(
     let level: Vec<f64> = mesh.nodes().iter().map(|x| x.dot(normal) - offset).collect();
     let physics =
         Physics { enrichment, ..physics(vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)], gravity) };
-    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition }];
+    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition, brings: None }];
     let boundary = Boundary::new(mesh, sets, normal * -g);
     let still = vec![Vector::ZERO; mesh.nodes().len()];
     let options = Options { tolerance: 1e-13, ..Options::default() };

@@ -62,7 +62,12 @@ fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
         })
     });
     let mesh = Mesh::<2, 3>::new(nodes, core.chain(shell).collect()).unwrap();
-    let sets = vec![BoundarySetup { name: "rim".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let sets = vec![BoundarySetup {
+        name: "rim".into(),
+        facets: mesh.boundary().to_vec(),
+        condition: Condition::Slip,
+        brings: None,
+    }];
     let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
     let turn = |x: Vector<2>| Vector([-x[1], x[0]]);
     let start = mesh.nodes().iter().map(|x| turn(*x)).collect();
@@ -78,7 +83,8 @@ fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
 fn a_linear_flow_and_a_linear_pressure_are_exact() {
     let mesh = shaken(&Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [3, 3, 3]).unwrap(), 0.33);
     let around = Condition::Inlet([formula("x + 2*y"), formula("z - 3*y"), formula("2*z - x")]);
-    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: around }];
+    let sets =
+        vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: around, brings: None }];
     let gravity = Vector([1.0, -2.0, 0.5]);
     let boundary = Boundary::new(&mesh, sets, gravity);
     let flow = |x: Vector<3>| Vector([x[0] + 2.0 * x[1], x[2] - 3.0 * x[1], 2.0 * x[2] - x[0]]);

@@ -14,7 +14,12 @@ fn planar(cells: usize, steps: usize) -> [f64; 2] {
         let [x, y] = x.0.map(|c| TAU * c);
         Vector([-x.cos() * y.sin(), x.sin() * y.cos()])
     };
-    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let sets = vec![BoundarySetup {
+        name: "all".into(),
+        facets: mesh.boundary().to_vec(),
+        condition: Condition::Slip,
+        brings: None,
+    }];
     let setup = setup(mesh, sets, physics(vec![fluid("fluid", 1.0, 0.01)], weightless()), |_| 0, wave);
     let mut pfem = Pfem2::new(setup);
     let dt = 0.5 / steps as f64;
@@ -48,7 +53,12 @@ fn spatial(cells: usize, steps: usize) -> f64 {
         let [x, z] = [x[0], x[2]].map(|c| TAU * c);
         Vector([-x.cos() * z.sin(), 0.0, x.sin() * z.cos()])
     };
-    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let sets = vec![BoundarySetup {
+        name: "all".into(),
+        facets: mesh.boundary().to_vec(),
+        condition: Condition::Slip,
+        brings: None,
+    }];
     let setup = setup(mesh, sets, physics(vec![fluid("fluid", 1.0, 0.01)], weightless()), |_| 0, wave);
     let mut pfem = Pfem2::new(setup);
     let dt = 0.5 / steps as f64;

@@ -13,7 +13,12 @@ fn period([columns, rows]: [usize; 2], thinning: f64, dt: f64, densities: [f64; 
     let even = Mesh::<2, 3>::block(Vector([0.0, -0.5]), Vector([1.0, 0.5]), [columns, rows]).unwrap();
     let place = |x: &Vector<2>| Vector([x[0], 0.5 * (thinning * x[1]).sinh() / (0.5 * thinning).sinh()]);
     let mesh = Mesh::<2, 3>::new(even.nodes().iter().map(place).collect(), even.elements().to_vec()).unwrap();
-    let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition: Condition::Slip }];
+    let sets = vec![BoundarySetup {
+        name: "all".into(),
+        facets: mesh.boundary().to_vec(),
+        condition: Condition::Slip,
+        brings: None,
+    }];
     let fluids = vec![fluid("below", densities[0], 0.0), fluid("above", densities[1], 0.0)];
     let surface = |x: Vector<2>| x[1] - 0.02 * (PI * x[0]).cos();
     let below = |x: Vector<2>| u8::from(surface(x) >= 0.0);

@@ -1,0 +1,82 @@
+//! What a user should hear of while a run goes on: a fluid that is gone, an interface that came to an inlet.
+//!
+//! Neither stops a run. Where an interface meets an inlet, what flows in is the fluid of each place, unless the case
+//! names one; what a fluid without particles leaves behind is filled by the others.
+
+use super::boundary::{BoundaryKind, BoundarySetup};
+use super::implicit::Implicit;
+use super::particles::Particles;
+use std::collections::BTreeSet;
+
+/// What happened, each kind said once.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Notices {
+    /// Inlets by their place among the sets, with the fluids that were there.
+    met: BTreeSet<(usize, usize)>,
+    said: BTreeSet<String>,
+    pending: Vec<String>,
+}
+
+impl Notices {
+    /// Takes the state at the start for granted: a case may begin with two fluids at an inlet.
+    pub fn of_the_start<const D: usize, const N: usize>(
+        implicit: &Implicit<D, N>,
+        particles: &Particles<D>,
+        fraction: &[Vec<f64>],
+    ) -> Self {
+        let mut notices = Self::default();
+        notices.look(implicit, particles, fraction);
+        Self { met: notices.met, ..Self::default() }
+    }
+
+    /// Looks at the state after a step; `fraction` by fluid and node.
+    pub fn look<const D: usize, const N: usize>(
+        &mut self,
+        implicit: &Implicit<D, N>,
+        particles: &Particles<D>,
+        fraction: &[Vec<f64>],
+    ) {
+        let fluids = &implicit.physics.fluids;
+        if fluids.len() < 2 {
+            return;
+        }
+        let mut left = vec![false; fluids.len()];
+        particles.fluid.iter().for_each(|&fluid| left[usize::from(fluid)] = true);
+        for (fluid, _) in fluids.iter().zip(left).filter(|(_, left)| !left) {
+            self.say(format!("no particle of `{}` is left", fluid.name));
+        }
+        for (inlet, fluid) in at_inlets(implicit, fraction) {
+            if !self.met.insert((inlet, fluid)) {
+                continue;
+            }
+            let name = &implicit.boundary.sets()[inlet].name;
+            self.say(format!(
+                "an interface came to the inlet `{name}`: the fluid of each place flows in; `fluid` of the boundary \
+                 names another"
+            ));
+        }
+    }
+
+    /// What is new since the last call.
+    pub fn take(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.pending)
+    }
+
+    fn say(&mut self, text: String) {
+        if self.said.insert(text.clone()) {
+            self.pending.push(text);
+        }
+    }
+}
+
+/// The fluids at the inlets that bring none of their own, as pairs of the place of the set and the fluid.
+fn at_inlets<const D: usize, const N: usize>(implicit: &Implicit<D, N>, fraction: &[Vec<f64>]) -> Vec<(usize, usize)> {
+    let sets = implicit.boundary.sets().iter().enumerate();
+    let asks = |set: &BoundarySetup<D>| set.condition.kind() == BoundaryKind::Inlet && set.brings.is_none();
+    let touching = |(inlet, set): (usize, &BoundarySetup<D>)| {
+        let nodes: BTreeSet<u32> = set.facets.iter().flat_map(|&facet| implicit.mesh.facet_nodes(facet)).collect();
+        let there = fraction.iter().enumerate().filter(|(_, share)| nodes.iter().any(|&n| share[n as usize] > 0.5));
+        there.map(|(fluid, _)| (inlet, fluid)).collect::<Vec<_>>()
+    };
+    sets.filter(|(_, set)| asks(set)).flat_map(touching).collect()
+}

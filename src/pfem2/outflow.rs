@@ -1,0 +1,62 @@
+//! Outlets that a developed flow leaves undisturbed.
+//!
+//! ```text
+//! σ n = −p n + μ (∂v/∂n + (∇v)ᵀ n)        (∇v)ᵀ n = Σ_j g_j (v_j·n)
+//! outlet:   −p n + μ ∂v/∂n = 0      that is      σ n = μ (∇v)ᵀ n
+//! A_ij −= μ/d g_j ⊗ S_f             for the nodes i of an open facet with area vector S_f
+//! ```
+//!
+//! Freedom from traction, σ n = 0, would ask a flow between plates for ∂v_x/∂y = 0 at the outlet: it flares there.
+//! This is the condition of the benchmarks that are computed with ∫μ ∇v:∇w (Heywood, Rannacher & Turek 1996); for
+//! viscosities that vary only the term on the boundary does the same. It makes the rows of open facets unsymmetric.
+
+use super::assemble::Elements;
+use super::boundary::{Boundary, Condition};
+use super::element::Block;
+use crate::math::Vector;
+use crate::mesh::{Mesh, Simplex};
+
+/// Which facets of each element are open in this way: bit k for the one opposite to local node k.
+pub fn open_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
+    let mut open = vec![0; mesh.elements().len()];
+    let free = |condition: &Condition<D>| matches!(condition, Condition::Outlet | Condition::Pressure(_));
+    for facet in boundary.facets_of(mesh, |set| free(&set.condition)) {
+        open[facet.element as usize] |= 1 << facet.opposite;
+    }
+    open
+}
+
+/// Subtracts μ/d g_j ⊗ S_f from the block of rows of node `i` and columns of node `j`.
+pub fn release<const D: usize, const N: usize>(
+    block: &mut Block<N>,
+    simplex: &Simplex<D, N>,
+    viscosity: f64,
+    open: u8,
+    (i, j): (usize, usize),
+) {
+    for k in (0..N).filter(|&k| k != i && open >> k & 1 == 1) {
+        let area = simplex.facet_area(k) * (viscosity / D as f64);
+        for r in 0..D {
+            for s in 0..D {
+                block[r][s] -= simplex.gradient[j][r] * area[s];
+            }
+        }
+    }
+}
+
+/// Adds the tractions μ (∇v)ᵀ n of the open facets to the nodal forces [N].
+pub fn load<const D: usize, const N: usize>(
+    elements: &Elements<D, N>,
+    velocity: &[Vector<D>],
+    mut add: impl FnMut(usize, Vector<D>),
+) {
+    let mesh = elements.mesh;
+    for e in (0..elements.open.len()).filter(|&e| elements.open[e] != 0) {
+        let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
+        for k in (0..N).filter(|&k| elements.open[e] >> k & 1 == 1) {
+            let area = simplex.facet_area(k) * (elements.contents[e].viscosity / D as f64);
+            let share = (0..N).map(|j| simplex.gradient[j] * velocity[nodes[j]].dot(area)).sum::<Vector<D>>();
+            (0..N).filter(|&i| i != k).for_each(|i| add(nodes[i], share));
+        }
+    }
+}

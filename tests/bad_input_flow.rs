@@ -1,0 +1,181 @@
+//! What a wrong or unlucky case of PFEM-2 gets: meshes from files, boundaries, fluids that leave or come in, a solver
+//! that gives up. Mistakes in the keys stand in `case_flow.rs`.
+
+use lateen::Error;
+use lateen::case::{Case, Model, Source};
+use lateen::error::{Diagnostic, Severity};
+use lateen::run::{Options, RunDirectory, run};
+use std::path::Path;
+
+const CHANNEL: &str = r#"
+name = "channel"
+method = "pfem2"
+dimension = 2
+units = "none"
+[time]
+end = 1.5
+step = 0.05
+[mesh]
+shape = "box"
+lower = [0, 0]
+upper = [1, 0.4]
+cell = 0.1
+[[body]]
+name = "water"
+region = { shape = "half-space", point = [START, 0], normal = [1, 0] }
+velocity = [SPEED, 0]
+material = { law = "newtonian", density = 2.0, viscosity = 0.01 }
+[[body]]
+name = "oil"
+region = { shape = "box", lower = [-1, -1], upper = [2, 2] }
+velocity = [SPEED, 0]
+material = { law = "newtonian", density = 1.0, viscosity = 0.01 }
+[[boundary]]
+on = "left"
+kind = "inlet"
+velocity = [SPEED, 0]
+# left
+[[boundary]]
+on = "right"
+kind = "outlet"
+# right
+[[boundary]]
+on = ["bottom", "top"]
+kind = "slip"
+[output]
+history = 0.05
+"#;
+
+/// A channel in which water reaches from the left to `start`, and everything moves with `speed`.
+fn channel(start: &str, speed: &str) -> String {
+    CHANNEL.replace("START", start).replace("SPEED", speed)
+}
+
+fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
+    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
+        Ok(model) => Ok(model),
+        Err(Error::Case(findings)) => Err(findings),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// Nodes of a unit square with a fifth one at the centre of nothing.
+const NODES: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"around\"\n1 2 \"lid\"\n2 3 \"domain\"\n\
+    $EndPhysicalNames\n$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 7 8 0\n6 2 0 0\n$EndNodes\n";
+
+/// A closed case on a file of these elements.
+fn on_file(elements: &[&str]) -> Result<Model, Vec<Diagnostic>> {
+    let home = tempfile::tempdir().unwrap();
+    let lines: Vec<String> = elements.iter().enumerate().map(|(i, e)| format!("{} {e}\n", i + 1)).collect();
+    let text = format!("{NODES}$Elements\n{}\n{}$EndElements\n", lines.len(), lines.concat());
+    std::fs::write(home.path().join("domain.msh"), text).unwrap();
+    let case = "name = \"file\"\nmethod = \"pfem2\"\ndimension = 2\nunits = \"none\"\n[time]\nend = 1.0\nstep = 0.1\n\
+        [mesh]\nshape = \"file\"\npath = \"domain.msh\"\n[[body]]\nname = \"oil\"\n\
+        region = { shape = \"box\", lower = [-9, -9], upper = [9, 9] }\n\
+        material = { law = \"newtonian\", density = 1.0, viscosity = 0.1 }\n[[boundary]]\non = \"around\"\n";
+    model(case, home.path())
+}
+
+const TRIANGLES: [&str; 2] = ["2 2 3 1 1 2 3", "2 2 3 1 1 3 4"];
+const AROUND: [&str; 4] = ["1 2 1 1 1 2", "1 2 1 1 2 3", "1 2 1 1 3 4", "1 2 1 1 4 1"];
+
+#[track_caller]
+fn one(found: Result<Model, Vec<Diagnostic>>) -> Diagnostic {
+    let found = found.map(|_| ()).unwrap_err();
+    assert_eq!(found.len(), 1, "{found:?}");
+    found[0].clone()
+}
+
+#[test]
+fn inverted_and_flat_elements_are_named_with_their_place() {
+    let inverted = one(on_file(&[TRIANGLES[0], "2 2 3 1 1 4 3"]));
+    assert!(inverted.message.contains("element 1 at") && inverted.message.contains("inverted"), "{inverted:?}");
+    assert!(inverted.message.contains("reverse its order"));
+    let flat = one(on_file(&[TRIANGLES[0], "2 2 3 1 1 2 6"]));
+    assert!(flat.message.contains("element 1 at") && flat.message.contains("degenerate"), "{flat:?}");
+    assert_eq!(flat.key, "mesh.path");
+}
+
+#[test]
+fn isolated_nodes_are_left_out_and_that_is_said() {
+    let model = on_file(&[&TRIANGLES[..], &AROUND[..]].concat()).unwrap();
+    assert_eq!(model.summary.nodes, 4);
+    let [warning] = &model.warnings[..] else { panic!("{:?}", model.warnings) };
+    assert_eq!(warning.severity, Severity::Warning);
+    assert!(warning.message.contains("2 nodes belong to no element, the first at (7.0"), "{warning:?}");
+    assert!(model.summary.to_string().contains("pressure: zero at the highest node"));
+}
+
+#[test]
+fn groups_without_a_condition_and_facets_without_a_group() {
+    let unsaid = one(on_file(&[&TRIANGLES[..], &AROUND[..3], &["1 2 2 1 4 1"]].concat()));
+    assert!(unsaid.message.contains("nothing is prescribed on `lid`"), "{unsaid:?}");
+    let model = on_file(&[&TRIANGLES[..], &AROUND[..3]].concat()).unwrap();
+    let texts: Vec<&str> = model.warnings.iter().map(|warning| warning.message.as_str()).collect();
+    assert!(texts.iter().any(|text| text.contains("1 facets of the boundary are in no named part, the first at (0.0")));
+}
+
+#[test]
+fn what_an_inlet_brings_is_a_body() {
+    let named = |fluid: &str, at: &str| channel("0.3", "1").replace(at, &format!("fluid = \"{fluid}\""));
+    assert!(one(model(&named("milk", "# left"), Path::new(""))).message.contains("no body `milk`"));
+    let wall = CHANNEL.replace("kind = \"slip\"", "kind = \"slip\"\nfluid = \"oil\"");
+    let wall = wall.replace("START", "0.3").replace("SPEED", "1");
+    assert!(one(model(&wall, Path::new(""))).message.contains("nothing flows in"));
+}
+
+/// Runs a case; its histories, by table and column.
+fn ran(text: &str) -> impl Fn(&str, &str) -> Vec<f64> + use<> {
+    let home = tempfile::tempdir().unwrap();
+    let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap();
+    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
+    move |table: &str, name: &str| {
+        let text = std::fs::read_to_string(home.path().join(format!("history/{table}.csv"))).unwrap();
+        let mut lines = text.lines();
+        let header = lines.next().unwrap().split(',');
+        let place = header.clone().position(|title| title.starts_with(name)).unwrap_or_else(|| panic!("{header:?}"));
+        lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
+    }
+}
+
+/// One particle per element, and steps over four elements: most run empty, and are filled from where the flow came.
+#[test]
+fn elements_that_run_empty_are_filled_and_counted() {
+    let text = channel("0.3", "1")
+        .replace("[[body]]\nname = \"water\"", "[pfem2]\nparticles-per-edge = 1\n[[body]]\nname = \"water\"");
+    let text = text
+        .replace("step = 0.05", "step = 0.4")
+        .replace("end = 1.5", "end = 2.0")
+        .replace("history = 0.05", "history = 0.4");
+    let column = ran(&text);
+    assert!(*column("counts", "elements: empty").last().unwrap() > 50.0);
+    assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-6));
+    for (water, oil) in column("balance", "volume: water").iter().zip(column("balance", "volume: oil")) {
+        assert!((water + oil - 0.4).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_solver_that_gives_up_says_where_and_saves_the_state() {
+    let home = tempfile::tempdir().unwrap();
+    let solver =
+        "[pfem2]\nsolver = { kind = \"iterative\", max-iterations = 3, tolerance = 1e-13 }\n[[body]]\nname = \"water\"";
+    let text = channel("0.3", "1").replace("[[body]]\nname = \"water\"", solver).replace("cell = 0.1", "cell = 0.02");
+    let text = text.replace("velocity = [1, 0]", "velocity = [\"sin(9*y) * exp(-t)\", 0]");
+    let case = Case::read(Source::new("case.toml", "", &text), &[]).unwrap();
+    let directory = RunDirectory::new(home.path());
+    let Err(error) = run(&case, case.build().unwrap(), &directory, Options::default()) else { panic!("it converged") };
+    let text = error.to_string();
+    for part in [
+        "did not converge",
+        "relative residual",
+        "residuals 1.0e-1 after 0, ",
+        "after 3 iterations",
+        "node",
+        "mesh",
+        "halve the step",
+    ] {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
+    assert!(std::fs::read_dir(home.path().join("checkpoint")).unwrap().count() > 0);
+}
