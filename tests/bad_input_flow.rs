@@ -5,7 +5,9 @@ use lateen::Error;
 use lateen::case::{Case, Model, Source};
 use lateen::error::{Diagnostic, Severity};
 use lateen::run::{Options, RunDirectory, run};
+use lateen::simulation::{Event, Observer, Progress};
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
 const CHANNEL: &str = r#"
 name = "channel"
@@ -124,18 +126,44 @@ fn what_an_inlet_brings_is_a_body() {
     assert!(one(model(&wall, Path::new(""))).message.contains("nothing flows in"));
 }
 
-/// Runs a case; its histories, by table and column.
-fn ran(text: &str) -> impl Fn(&str, &str) -> Vec<f64> + use<> {
+/// Keeps the warnings of a run.
+#[derive(Clone, Default)]
+struct Warnings(Arc<Mutex<Vec<String>>>);
+
+impl Observer for Warnings {
+    fn event(&mut self, event: &Event<'_>, _: &Progress) -> lateen::Result<()> {
+        if let Event::Warning(text) = event {
+            self.0.lock().unwrap().push((*text).to_owned());
+        }
+        Ok(())
+    }
+}
+
+/// Runs a case; its warnings, and a history by name.
+fn ran(text: &str) -> (Vec<String>, impl Fn(&str, &str) -> Vec<f64> + use<>) {
     let home = tempfile::tempdir().unwrap();
     let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap();
-    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
-    move |table: &str, name: &str| {
+    let warnings = Warnings::default();
+    let options = Options { observers: vec![Box::new(warnings.clone())], ..Options::default() };
+    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), options).unwrap();
+    let said = warnings.0.lock().unwrap().clone();
+    let column = move |table: &str, name: &str| {
         let text = std::fs::read_to_string(home.path().join(format!("history/{table}.csv"))).unwrap();
         let mut lines = text.lines();
         let header = lines.next().unwrap().split(',');
         let place = header.clone().position(|title| title.starts_with(name)).unwrap_or_else(|| panic!("{header:?}"));
         lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
-    }
+    };
+    (said, column)
+}
+
+/// Everything moves towards the inlet, through which water leaves; oil follows from the outlet.
+#[test]
+fn an_interface_that_comes_to_an_inlet_is_said_and_the_run_goes_on() {
+    let (said, column) = ran(&channel("0.3", "-1"));
+    assert_eq!(said.iter().filter(|text| text.contains("came to the inlet `left`")).count(), 1, "{said:?}");
+    assert!(column("balance", "volume: water").last().unwrap().abs() < 1e-3);
+    assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-6));
 }
 
 /// One particle per element, and steps over four elements: most run empty, and are filled from where the flow came.
@@ -147,7 +175,7 @@ fn elements_that_run_empty_are_filled_and_counted() {
         .replace("step = 0.05", "step = 0.4")
         .replace("end = 1.5", "end = 2.0")
         .replace("history = 0.05", "history = 0.4");
-    let column = ran(&text);
+    let (_, column) = ran(&text);
     assert!(*column("counts", "elements: empty").last().unwrap() > 50.0);
     assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-6));
     for (water, oil) in column("balance", "volume: water").iter().zip(column("balance", "volume: oil")) {
