@@ -1,6 +1,7 @@
 //! Flow between plates, whose solution is known everywhere: what an outlet does to it, and what walls hold.
 
 use lateen::linalg::Options;
+use lateen::material::Viscosity;
 use lateen::math::{Signal, Vector};
 use lateen::mesh::{Facet, Mesh};
 use lateen::pfem2::boundary::{BoundarySetup, Condition};
@@ -11,7 +12,6 @@ use lateen::pfem2::particles::Particles;
 use lateen::pfem2::phases::Phases;
 use lateen::pfem2::project::Kernel;
 use lateen::pfem2::setup::{FluidSetup, Scheme, VolumeCorrection};
-use lateen::pfem2::viscosity::Viscosity;
 use lateen::pfem2::{Boundary, Pfem2, Setup};
 use lateen::simulation::Solver;
 
