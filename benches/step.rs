@@ -173,6 +173,7 @@ fn setup(n: usize, kernel: KernelKind, speed: f64) -> Setup<3> {
             law: Box::new(law),
             group: 0,
             skin: Vec::new(),
+            depth: Vec::new(),
             volume: vec![(0.5 * cell).powi(3); position.len()],
             velocity: position.iter().map(|x| Vector([speed * x[0], 0.0, -speed * x[2]])).collect(),
             state: vec![StartState::default(); position.len()],

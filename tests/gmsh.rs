@@ -117,6 +117,7 @@ fn wrong_files_are_told_what_and_on_which_line() {
     }
 }
 
+/// Broken elements are named by the numbers that the file has for them.
 #[test]
 fn broken_elements_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,9 +127,9 @@ fn broken_elements_are_named() {
         let shape: MembraneShape = toml::from_str("shape = \"file\"\npath = \"a.msh\"\ngroup = \"sheet\"").unwrap();
         shape.build(folder.path(), 3).unwrap_err().message
     };
-    assert!(told("18 0.5000000000003758 0.5000000000003758 0", "18 -0.2 -0.2 0").contains("element 8 is folded"));
-    assert!(told("8 2 2 3 2 17 19 5", "8 2 2 3 2 17 5 19").contains("element 2 is inverted"));
-    assert!(told("8 2 2 3 2 17 19 5", "8 2 2 3 2 17 19 19").contains("element 2 covers nothing"));
+    assert!(told("18 0.5000000000003758 0.5000000000003758 0", "18 -0.2 -0.2 0").contains("element 20 is folded"));
+    assert!(told("8 2 2 3 2 17 19 5", "8 2 2 3 2 17 5 19").contains("element 8 is inverted"));
+    assert!(told("8 2 2 3 2 17 19 5", "8 2 2 3 2 17 19 19").contains("element 8 covers nothing"));
 }
 
 #[test]

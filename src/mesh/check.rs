@@ -19,9 +19,12 @@ pub struct Finding {
     pub problem: Problem,
     /// Where: the centre of the element, or the node [m].
     pub place: [f64; 3],
+    /// What the message calls the element or node, and its neighbour.
+    called: [i64; 2],
 }
 
-/// What can be wrong. Elements and nodes are counted from 0 in the order of the mesh.
+/// What can be wrong. Elements and nodes are counted from 0 in the order of the mesh; messages name them as the mesh's file
+/// does, if there is one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Problem {
     /// The mesh has no elements.
@@ -79,32 +82,60 @@ impl Problem {
     }
 }
 
+impl Finding {
+    fn new(problem: Problem, place: [f64; 3]) -> Self {
+        Self { problem, place, called: [0; 2] }
+    }
+}
+
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [own, other] = self.called;
         match &self.problem {
             Problem::Empty => return f.write_str("the mesh has no elements"),
-            Problem::Malformed { element } => {
-                return write!(f, "element {element} names a node that isn't there or has not 2, 3 or 4 nodes");
+            Problem::Malformed { .. } => {
+                return write!(f, "element {own} names a node that isn't there or has not 2, 3 or 4 nodes");
             }
-            Problem::NotFinite { node } => return write!(f, "node {node} has a position that is not finite"),
-            Problem::Degenerate { element } => write!(f, "element {element} covers nothing")?,
-            Problem::Folded { element } => write!(f, "element {element} is folded: sides cross or a corner points in")?,
-            Problem::Inverted { element, neighbour } => {
-                write!(f, "element {element} is inverted: its normal is opposite to that of element {neighbour}")?;
+            Problem::NotFinite { .. } => return write!(f, "node {own} has a position that is not finite"),
+            Problem::Degenerate { .. } => write!(f, "element {own} covers nothing")?,
+            Problem::Folded { .. } => write!(f, "element {own} is folded: sides cross or a corner points in")?,
+            Problem::Inverted { .. } => {
+                write!(f, "element {own} is inverted: its normal is opposite to that of element {other}")?;
             }
-            Problem::NonManifold { element, count } => {
-                write!(f, "{count} elements meet at an edge of element {element}")?
-            }
-            Problem::DuplicateNodes { nodes: [a, b] } => write!(f, "nodes {a} and {b} lie at one place")?,
-            Problem::Unreferenced { node } => write!(f, "node {node} belongs to no element")?,
+            Problem::NonManifold { count, .. } => write!(f, "{count} elements meet at an edge of element {own}")?,
+            Problem::DuplicateNodes { .. } => write!(f, "nodes {own} and {other} lie at one place")?,
+            Problem::Unreferenced { .. } => write!(f, "node {own} belongs to no element")?,
         }
         let [x, y, z] = self.place;
         write!(f, " (at {x:.6e}, {y:.6e}, {z:.6e} m)")
     }
 }
 
-/// All findings about a mesh, element by element, then node by node.
+impl Problem {
+    /// The element or node, and its neighbour, as messages about `facets` call them.
+    fn called(&self, facets: &Facets) -> [i64; 2] {
+        let numbers = &facets.numbers;
+        match *self {
+            Self::Empty => [0; 2],
+            Self::Malformed { element }
+            | Self::Degenerate { element }
+            | Self::Folded { element }
+            | Self::NonManifold { element, .. } => [numbers.element(element); 2],
+            Self::Inverted { element, neighbour } => [element, neighbour].map(|e| numbers.element(e)),
+            Self::NotFinite { node } | Self::Unreferenced { node } => [numbers.node(node); 2],
+            Self::DuplicateNodes { nodes } => nodes.map(|node| numbers.node(node)),
+        }
+    }
+}
+
+/// All findings about a mesh, element by element, then node by node; messages count as the mesh's file does.
 pub fn check(facets: &Facets) -> Vec<Finding> {
+    let mut findings = find(facets);
+    findings.iter_mut().for_each(|finding| finding.called = finding.problem.called(facets));
+    findings
+}
+
+fn find(facets: &Facets) -> Vec<Finding> {
     let unsound = unsound(facets);
     if !unsound.is_empty() {
         return unsound;
@@ -120,7 +151,7 @@ pub fn check(facets: &Facets) -> Vec<Finding> {
 /// What must be right before anything else can be looked at.
 fn unsound(facets: &Facets) -> Vec<Finding> {
     let count = facets.nodes.len();
-    let nowhere = |problem| Finding { problem, place: [0.0; 3] };
+    let nowhere = |problem| Finding::new(problem, [0.0; 3]);
     if facets.elements.is_empty() {
         return vec![nowhere(Problem::Empty)];
     }
@@ -147,7 +178,7 @@ fn shapes(facets: &Facets, findings: &mut Vec<Finding>) {
         } else {
             continue;
         };
-        findings.push(Finding { problem, place: facets.center(element).0 });
+        findings.push(Finding::new(problem, facets.center(element).0));
     }
 }
 
@@ -182,14 +213,14 @@ fn neighbours(facets: &Facets, findings: &mut Vec<Finding>) {
             [_] => {}
             more => {
                 let problem = Problem::NonManifold { element: more[0].1, count: more.len() };
-                findings.push(Finding { problem, place: facets.center(more[0].1).0 });
+                findings.push(Finding::new(problem, facets.center(more[0].1).0));
             }
         }
     }
-    findings.extend(blame(&shared, &pairs).into_iter().map(|[element, neighbour]| Finding {
-        problem: Problem::Inverted { element, neighbour },
-        place: facets.center(element).0,
-    }));
+    let inverted = |[element, neighbour]: [usize; 2]| {
+        Finding::new(Problem::Inverted { element, neighbour }, facets.center(element).0)
+    };
+    findings.extend(blame(&shared, &pairs).into_iter().map(inverted));
 }
 
 /// Of neighbours that disagree the one is inverted that disagrees with the greater share of its neighbours,
@@ -221,7 +252,7 @@ fn duplicates(facets: &Facets, findings: &mut Vec<Finding>) {
     for (node, &place) in (0u32..).zip(&facets.nodes) {
         let first = *first_in.entry(place.map(cell)).or_insert(node);
         if first != node {
-            findings.push(Finding { problem: Problem::DuplicateNodes { nodes: [first, node] }, place });
+            findings.push(Finding::new(Problem::DuplicateNodes { nodes: [first, node] }, place));
         }
     }
 }
@@ -230,6 +261,6 @@ fn unreferenced(facets: &Facets, findings: &mut Vec<Finding>) {
     let mut used = vec![false; facets.nodes.len()];
     facets.elements.iter().flatten().for_each(|&node| used[node as usize] = true);
     for (node, place) in (0u32..).zip(&facets.nodes).filter(|(node, _)| !used[*node as usize]) {
-        findings.push(Finding { problem: Problem::Unreferenced { node }, place: *place });
+        findings.push(Finding::new(Problem::Unreferenced { node }, *place));
     }
 }

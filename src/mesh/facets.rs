@@ -16,6 +16,30 @@ pub struct Facets {
     pub elements: Vec<Vec<u32>>,
     /// Named sets of nodes, in ascending order.
     pub sets: BTreeMap<String, Vec<u32>>,
+    /// What a file calls its nodes and elements.
+    pub numbers: Numbers,
+}
+
+/// The numbers that a file has for its nodes and elements, for messages; both empty where there is no file: then nodes
+/// and elements count from 0.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Numbers {
+    /// Of each node.
+    pub nodes: Vec<i64>,
+    /// Of each element.
+    pub elements: Vec<i64>,
+}
+
+impl Numbers {
+    /// What a message calls a node.
+    pub fn node(&self, node: u32) -> i64 {
+        self.nodes.get(node as usize).copied().unwrap_or(i64::from(node))
+    }
+
+    /// What a message calls an element.
+    pub fn element(&self, element: usize) -> i64 {
+        self.elements.get(element).copied().unwrap_or(element as i64)
+    }
 }
 
 impl Facets {

@@ -16,6 +16,6 @@ pub mod gmsh;
 mod simplex;
 
 pub use domain::DomainMesh;
-pub use facets::Facets;
+pub use facets::{Facets, Numbers};
 pub use generate::MembraneShape;
 pub use simplex::{Cut, Facet, Location, Locator, Mesh, Simplex, side_names};

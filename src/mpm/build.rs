@@ -200,6 +200,7 @@ fn build_body<const D: usize>(
             particles.deformation[p] = state.deformation;
         }
     }
+    let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
     let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
     Ok(Body {
@@ -209,6 +210,7 @@ fn build_body<const D: usize>(
         kernel: Kernel::new(kernel, 0.5 * width / cell),
         particles,
         skin: setup.skin,
+        depth,
         traction: setup.traction,
         work,
     })
@@ -222,4 +224,11 @@ fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64
         Transfer::Flip { filter_interval: steps @ 1.., .. } if sound > 0.0 => f64::from(steps) * 0.3 * cell / sound,
         _ => f64::INFINITY,
     }
+}
+
+/// Depths below the surface [m] in edges of the particles' volumes. A fluid's particles may come to the surface from
+/// below: they don't reach farther than half an edge.
+fn depth_in_edges<const D: usize>(depth: &[f64], volume: &[f64], keeps_shape: bool) -> Vec<f64> {
+    let most = if keeps_shape { f64::INFINITY } else { 0.5 };
+    depth.iter().zip(volume).map(|(d, v)| (d / v.powf(1.0 / D as f64)).clamp(0.0, most)).collect()
 }

@@ -16,7 +16,7 @@
 
 use super::grid::{EDGE, Grid, Node};
 use crate::math::Vector;
-use crate::parallel::CHUNK;
+use crate::parallel::{self, CHUNK};
 use rayon::prelude::*;
 
 /// How the ghosts beyond one end of an axis follow the domain.
@@ -180,7 +180,13 @@ impl<const D: usize> Ghosts<D> {
                 if ghost.mirror { value.mirrored(axis) } else { value }
             };
             let images: Vec<T> = ghosts.par_iter().with_min_len(CHUNK).map(image).collect();
-            ghosts.iter().zip(images).for_each(|(ghost, image)| values[ghost.node as usize] = image);
+            // Ghosts are in the order of their nodes, so that every chunk has nodes of its own.
+            let nodes = ghosts.chunks(CHUNK).map(|part| part[0].node as usize..part[part.len() - 1].node as usize + 1);
+            let parts: Vec<_> = parallel::parts_mut(values, nodes).into_iter().zip(ghosts.chunks(CHUNK)).collect();
+            parts.into_par_iter().zip(images.par_chunks(CHUNK)).for_each(|((values, ghosts), images)| {
+                let first = ghosts[0].node as usize;
+                ghosts.iter().zip(images).for_each(|(ghost, image)| values[ghost.node as usize - first] = *image);
+            });
         }
     }
 

@@ -28,6 +28,7 @@ mod motion;
 mod particles;
 pub mod plain;
 mod setup;
+mod sides;
 mod snapshot;
 mod stability;
 pub mod stencil;
@@ -45,6 +46,7 @@ pub use setup::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
     SupportSetup, Transfer, Wall, WallKind,
 };
+pub use sides::astray;
 use step::{Accounts, Tally};
 pub use step::{Mpm, Step};
 pub use traction::{Load, Traction};

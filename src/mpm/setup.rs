@@ -187,6 +187,8 @@ pub struct BodySetup<const D: usize> {
     pub position: Vec<Vector<D>>,
     /// Points on its surface, for a body that keeps its shape; empty: any particle may come to the surface.
     pub skin: Vec<SkinPoint>,
+    /// How deep each particle lies below the body's surface [m]; empty: half an edge of its volume.
+    pub depth: Vec<f64>,
     /// Volume of each particle at the start [m³].
     pub volume: Vec<f64>,
     /// Velocity of each particle at the start [m/s].

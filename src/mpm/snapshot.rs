@@ -26,10 +26,17 @@ fn vector_field<'a, const D: usize>(name: &'static str, unit: &'static str, vect
 /// The particles of a body.
 fn points<const D: usize>(body: &Body<D>) -> PointSet<'_> {
     let particles = &body.particles;
+    // What averaging adds makes forces, too: next to walls the law's own pressure alternates about the one that acts.
+    let acting = || particles.pressure.iter().zip(&body.work.excess).map(|(p, more)| p + more).collect();
+    let pressure = if body.work.excess.len() == particles.len() {
+        Field::computed("pressure", "Pa", 1, acting)
+    } else {
+        Field::scalar("pressure", "Pa", &particles.pressure)
+    };
     let density = || particles.mass.iter().zip(&particles.volume).map(|(m, v)| m / v).collect();
     let mut fields = vec![
         vector_field("velocity", "m/s", &particles.velocity),
-        Field::scalar("pressure", "Pa", &particles.pressure),
+        pressure,
         Field::computed("density", "kg/m^3", 1, density),
         Field::scalar("internal energy", "J", &particles.energy),
         Field::scalar("volume", "m^3", &particles.volume),

@@ -10,19 +10,28 @@
 //! friction   as separate, and the relative tangential velocity shrinks by min(1, μ|Δv_n|/|v_t|)
 //! ```
 //!
-//! `fixed` and `slip` bind always: they act on p⁻ too. The others act like contact, on p̄ only. Every change
+//! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, those of obstacles where
+//! the gap to the body closes (`gap`). Every change
 //! of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
 //! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
+
+mod constrain;
+mod gap;
 
 use super::ghost::{Fold, Ghosts};
 use super::grid::{Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
-use crate::parallel::CHUNK;
+use crate::parallel::{self, CHUNK};
+use constrain::Part;
 use rayon::prelude::*;
 
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
+
+/// Nodes up to this far outside an obstacle [cells] lie on its surface: a row of nodes on the surface of a box must not
+/// be left out because of how −0.3 + 6 · 0.05 is rounded.
+const ON_SURFACE: f64 = 1e-6;
 
 /// Something rigid that grid nodes meet.
 #[derive(Debug)]
@@ -46,6 +55,9 @@ struct Condition<const D: usize> {
 struct Reaction<const D: usize> {
     /// Force of each condition [N].
     force: Vec<Vector<D>>,
+    /// Gap at the node of each condition [m], and whether it closes in this step.
+    gap: Vec<f64>,
+    closed: Vec<bool>,
     /// Changes of p⁻ per boundary [N s].
     start: Vec<Vector<D>>,
     /// Mirrored force and momentum per side, and the masses of the mirrored ghosts.
@@ -65,6 +77,20 @@ pub struct WallWork<const D: usize> {
     pub impulse: Vector<D>,
 }
 
+/// Sums over conditions: impulses on the material by boundary [N s], work of the moving walls and of all forces [J].
+struct Sums<const D: usize> {
+    impulse: Vec<Vector<D>>,
+    work: f64,
+    total: f64,
+}
+
+impl<const D: usize> Sums<D> {
+    fn and(mut self, other: Self) -> Self {
+        self.impulse.iter_mut().zip(other.impulse).for_each(|(sum, impulse)| *sum += impulse);
+        Self { work: self.work + other.work, total: self.total + other.total, ..self }
+    }
+}
+
 /// All walls and obstacles of a run.
 #[derive(Debug)]
 pub struct Walls<const D: usize> {
@@ -74,6 +100,9 @@ pub struct Walls<const D: usize> {
     /// How far each obstacle has moved [m].
     pub displacement: Vec<Vector<3>>,
     conditions: Vec<Condition<D>>,
+    /// Parts of the conditions with nodes of their own.
+    parts: Vec<Part>,
+    places: gap::Places,
     reactions: Vec<Reaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,
@@ -145,7 +174,16 @@ impl<const D: usize> Walls<D> {
         let force = vec![Vector::ZERO; boundaries.len()];
         let displacement = vec![Vector::ZERO; regions.len()];
         let reactions = vec![Reaction::default(); fields];
-        Self { boundaries, regions, displacement, conditions: Vec::new(), reactions, force }
+        Self {
+            boundaries,
+            regions,
+            displacement,
+            conditions: Vec::new(),
+            parts: Vec::new(),
+            places: gap::Places::default(),
+            reactions,
+            force,
+        }
     }
 
     /// How the ghosts beyond each side follow.
@@ -167,6 +205,16 @@ impl<const D: usize> Walls<D> {
     pub fn find_nodes(&mut self, grid: &Grid<D>) {
         let nodes = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK);
         self.conditions = nodes.flat_map_iter(|node| self.conditions_of(grid, node)).collect();
+        self.parts = constrain::parts(&self.conditions);
+        let has_gap = |condition: &Condition<D>| self.has_gap(condition);
+        self.places = gap::Places::new(grid, &self.conditions, has_gap);
+    }
+
+    /// True if a condition acts where a gap closes: that of an obstacle that bodies may leave. The walls of the domain act at
+    /// all their nodes, since nothing may pass them by even a rounding.
+    fn has_gap(&self, condition: &Condition<D>) -> bool {
+        let boundary = condition.boundary as usize;
+        boundary >= 2 * D && !self.boundaries[boundary].kind.binds()
     }
 
     /// The conditions of a node, the strictest last.
@@ -191,19 +239,23 @@ impl<const D: usize> Walls<D> {
         conditions
     }
 
-    /// The outward normal of an obstacle at `x`, if `x` is inside.
+    /// The outward normal of an obstacle at `x`, if `x` is inside or, up to round-off, on its surface.
     fn obstacle_normal(&self, obstacle: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
-        let region = &self.regions[obstacle];
-        let x = x - Vector::from3(self.displacement[obstacle].0);
-        if region.signed_distance(x.to3()) > 0.0 {
+        if self.obstacle_distance(obstacle, x) > ON_SURFACE * cell {
             return None;
         }
         let step = NORMAL_STEP * cell;
         let slope = Vector::from_fn(|a| {
             let d = Vector::unit(a) * step;
-            region.signed_distance((x + d).to3()) - region.signed_distance((x - d).to3())
+            self.obstacle_distance(obstacle, x + d) - self.obstacle_distance(obstacle, x - d)
         });
         Some(slope.normalized().unwrap_or(Vector::unit(D - 1)))
+    }
+
+    /// Distance of `x` [m] from an obstacle where it is now, negative inside.
+    fn obstacle_distance(&self, obstacle: usize, x: Vector<D>) -> f64 {
+        let x = x - Vector::from3(self.displacement[obstacle].0);
+        self.regions[obstacle].signed_distance(x.to3())
     }
 
     /// Starts a step: no reactions yet.
@@ -215,6 +267,8 @@ impl<const D: usize> Walls<D> {
                 column.resize(len, Vector::ZERO);
             };
             zero(&mut reaction.force, self.conditions.len());
+            reaction.closed.clear();
+            reaction.closed.resize(self.conditions.len(), false);
             zero(&mut reaction.start, self.boundaries.len());
             zero(&mut reaction.mirrored, 2 * D);
             zero(&mut reaction.mirrored_start, 2 * D);
@@ -240,73 +294,12 @@ impl<const D: usize> Walls<D> {
         Vector::from_fn(|a| self.boundaries[boundary].velocity[a].value(x.to3(), t))
     }
 
-    /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
-    pub fn constrain_start(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64) {
-        for k in 0..self.conditions.len() {
-            let Condition { node, boundary, normal } = self.conditions[k];
-            let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
-            let Node { mass, momentum, .. } = nodes[node as usize];
-            if kind.binds() && mass > 0.0 {
-                let wall = self.velocity(boundary, grid.position(node as usize), t);
-                let constrained = kind.constrain(momentum / mass, wall, normal) * mass;
-                self.reactions[field].start[boundary] += constrained - momentum;
-                nodes[node as usize].momentum = constrained;
-            }
-        }
-    }
-
-    /// All conditions on p̄ at time `t`; `dt` is the step of the momentum (theory 9, 2e and after contact).
-    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64, dt: f64) {
-        for k in 0..self.conditions.len() {
-            let Condition { node, boundary, normal } = self.conditions[k];
-            let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
-            let Node { mass, momentum, .. } = nodes[node as usize];
-            if mass > 0.0 {
-                let wall = self.velocity(boundary, grid.position(node as usize), t);
-                let force = (kind.constrain(momentum / mass, wall, normal) * mass - momentum) / dt;
-                nodes[node as usize].momentum += force * dt;
-                nodes[node as usize].force += force;
-                self.reactions[field].force[k] += force;
-            }
-        }
-    }
-
-    /// All conditions on bare velocities at time `t` (those that only strain the particles).
-    pub fn constrain_velocity(&self, grid: &Grid<D>, velocity: &mut [Vector<D>], t: f64) {
-        for &Condition { node, boundary, normal } in &self.conditions {
-            let (boundary, v) = (boundary as usize, &mut velocity[node as usize]);
-            let wall = self.velocity(boundary, grid.position(node as usize), t);
-            *v = self.boundaries[boundary].kind.constrain(*v, wall, normal);
-        }
-    }
-
-    /// Removes from velocity corrections what binding conditions don't allow.
-    pub fn constrain_correction(&self, correction: &mut [Vector<D>]) {
-        for condition in &self.conditions {
-            let kind = self.boundaries[condition.boundary as usize].kind;
-            if kind.binds() {
-                let c = &mut correction[condition.node as usize];
-                *c = kind.constrain(*c, Vector::ZERO, condition.normal);
-            }
-        }
-    }
-
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
     /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
     pub fn settle(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.reactions[field];
-        let mut impulse = vec![Vector::ZERO; self.boundaries.len()];
-        let (mut work, mut total) = (0.0, 0.0);
-        for (condition, &force) in self.conditions.iter().zip(&reaction.force) {
-            let Node { momentum: v, force: a, .. } = nodes[condition.node as usize];
-            let boundary = condition.boundary as usize;
-            impulse[boundary] += force * dt;
-            total += force.dot(v - a * (0.5 * dt)) * dt;
-            let x = grid.position(condition.node as usize);
-            let (before, after) = (self.velocity(boundary, x, step.before()), self.velocity(boundary, x, step.after()));
-            work += force.dot(before + after) * (0.5 * dt);
-        }
+        let Sums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
         for (boundary, &start) in reaction.start.iter().enumerate() {
             impulse[boundary] += start * share;
         }
@@ -325,6 +318,26 @@ impl<const D: usize> Walls<D> {
         WallWork { work, dissipation: work - total, impulse: impulse.into_iter().sum() }
     }
 
+    /// What the conditions of a field did, summed over their nodes.
+    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
+        let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
+        let (dt, force) = (step.momentum_dt, &self.reactions[field].force);
+        let sum = |range: std::ops::Range<usize>| {
+            let mut sums = none();
+            for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {
+                let Node { momentum: v, force: a, .. } = nodes[condition.node as usize];
+                let boundary = condition.boundary as usize;
+                sums.impulse[boundary] += force * dt;
+                sums.total += force.dot(v - a * (0.5 * dt)) * dt;
+                let x = grid.position(condition.node as usize);
+                let wall = self.velocity(boundary, x, step.before()) + self.velocity(boundary, x, step.after());
+                sums.work += force.dot(wall) * (0.5 * dt);
+            }
+            sums
+        };
+        parallel::reduce(self.conditions.len(), sum, Sums::and).unwrap_or_else(none)
+    }
+
     /// Moves the obstacles to the end of a step.
     pub fn advance(&mut self, t: f64, dt: f64) {
         for (obstacle, displacement) in self.displacement.iter_mut().enumerate() {
@@ -337,5 +350,35 @@ impl<const D: usize> Walls<D> {
     pub fn reactions(&self) -> impl Iterator<Item = (&str, Vector<D>)> {
         let active = self.boundaries.iter().zip(&self.force).filter(|(b, _)| b.kind != WallKind::Open);
         active.map(|(boundary, &force)| (boundary.name.as_str(), force))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Region;
+
+    /// −0.3 + 6 · 0.05 is rounded to 6 · 10⁻¹⁷: the nodes on the surface of an obstacle there belong to it all the same.
+    #[test]
+    fn nodes_on_the_surface_of_an_obstacle_belong_to_it() {
+        let walls = std::array::from_fn(|_| [Wall::default(), Wall::default()]);
+        let setup = GridSetup::<2> { lower: Vector([0.0, -0.3]), cell: 0.05, cells: [8, 24], walls };
+        let floor = Obstacle {
+            name: "floor".into(),
+            region: Region::Box { lower: [-1.0, -0.3, -1.0], upper: [9.0, 0.0, 1.0] },
+            kind: WallKind::Separate,
+            velocity: std::array::from_fn(|_| Signal::ZERO),
+        };
+        let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
+        grid.set_blocks(vec![[0, 0], [0, 1], [0, 2]]);
+        let mut walls = Walls::new(&setup, vec![floor], 1);
+        walls.find_nodes(&grid);
+        let row = |j: i32| {
+            let on = |c: &&Condition<2>| grid.coordinates(c.node as usize)[1] == j;
+            walls.conditions.iter().filter(on).map(|c| c.normal).collect::<Vec<_>>()
+        };
+        assert!(grid.position(grid.find([0, 6]).unwrap())[1] > 0.0);
+        assert_eq!(row(6), [Vector([0.0, 1.0]); 4]);
+        assert!(row(7).is_empty());
     }
 }

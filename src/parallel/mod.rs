@@ -3,6 +3,7 @@
 //! Floating-point sums are taken over chunks of a fixed size, and the chunk sums are added in order.
 
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Entries per chunk of a deterministic reduction.
 pub const CHUNK: usize = 4096;
@@ -10,7 +11,7 @@ pub const CHUNK: usize = 4096;
 /// Maps fixed chunks of `0..len` in parallel and folds the results in order.
 pub fn reduce<T: Send>(
     len: usize,
-    map: impl Fn(std::ops::Range<usize>) -> T + Sync + Send,
+    map: impl Fn(Range<usize>) -> T + Sync + Send,
     fold: impl FnMut(T, T) -> T,
 ) -> Option<T> {
     let chunks = len.div_ceil(CHUNK);
@@ -40,6 +41,17 @@ pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     let chunk = |(a, b): (&mut [A], &mut [B])| a.iter_mut().zip(b).map(|(a, b)| run(a, b)).reduce(&fold);
     let parts: Vec<Option<T>> = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).map(chunk).collect();
     parts.into_iter().flatten().reduce(fold)
+}
+
+/// The entries of ascending ranges that don't overlap, each to be changed by a thread of its own.
+pub fn parts_mut<T>(mut entries: &mut [T], ranges: impl Iterator<Item = Range<usize>>) -> Vec<&mut [T]> {
+    let mut start = 0;
+    let part = |range: Range<usize>| {
+        let (part, rest) = std::mem::take(&mut entries)[range.start - start..].split_at_mut(range.len());
+        (entries, start) = (rest, range.end);
+        part
+    };
+    ranges.map(part).collect()
 }
 
 /// Replaces a column by what `map` makes of another, in parallel.

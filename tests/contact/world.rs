@@ -64,8 +64,8 @@ pub fn block<const D: usize>(
         ..Particles::default()
     };
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
-    let (traction, work, skin) = (Vec::new(), Work::default(), Vec::new());
-    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, skin, traction, work }
+    let (traction, work, skin, depth) = (Vec::new(), Work::default(), Vec::new(), Vec::new());
+    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, skin, depth, traction, work }
 }
 
 /// A membrane reduced to its nodes.

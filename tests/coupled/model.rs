@@ -75,6 +75,7 @@ pub fn body<const D: usize>(
         law,
         group: name.bytes().map(usize::from).sum(),
         skin: Vec::new(),
+        depth: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: vec![velocity; position.len()],
         state: vec![start; position.len()],

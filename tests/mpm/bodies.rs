@@ -1,8 +1,9 @@
 //! Bodies that meet: impact along a line, friction on an incline.
 
 use crate::model::*;
+use lateen::geometry::Region;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{BodySetup, Friction, Mpm, Transfer, WallKind};
+use lateen::mpm::{BodySetup, Friction, Mpm, Obstacle, Transfer, WallKind};
 use lateen::simulation::Solver;
 
 const GRAVITY: f64 = 9.81;
@@ -128,5 +129,63 @@ fn a_disc_slides_on_an_incline() {
         let a = acceleration(&mut incline(angle, Friction::Slip(coefficient), Transfer::Apic, disc), 0.6);
         let expected = GRAVITY * (angle.sin() - coefficient * angle.cos());
         assert!((a / expected - 1.0).abs() < 0.03, "μ = {coefficient}: {a}, expected {expected}");
+    }
+}
+
+/// When a force with this beginning of its name first acts [s].
+fn first_force(mpm: &mut Mpm<2>, name: &str, end: f64) -> f64 {
+    let mut begin = f64::INFINITY;
+    run(mpm, end, 1.0, |t, _, mpm| {
+        let forces = mpm.snapshot().forces;
+        let (_, f) = forces.iter().find(|(own, _)| own.starts_with(name)).expect("the force has a name");
+        if f.iter().any(|f| f.abs() > 1e-9) {
+            begin = begin.min(t);
+        }
+    })
+    .unwrap();
+    begin
+}
+
+/// A disc of radius 0.2 whose particles know how deep they lie below its rim, not in line with the grid.
+fn disc(center: [f64; 2], spacing: f64, velocity: [f64; 2]) -> BodySetup<2> {
+    let away = |x: Vector<2>| (x - Vector(center)).norm();
+    let lattice = (center.map(|c| c - 0.2 - 0.3 * spacing), [(0.5 / spacing) as usize; 2], spacing);
+    let disc = body(rubber(1000.0, 1000.0, 0.3), lattice, |x| away(x) < 0.2, |_| Vector(velocity));
+    BodySetup { depth: disc.position.iter().map(|&x| 0.2 - away(x)).collect(), ..disc }
+}
+
+/// Two discs meet when they touch (theory 14.3): not when their staircases of particles do, nor a cell early.
+#[test]
+fn discs_meet_when_they_touch() {
+    let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));
+    let spacing = 0.05 / 3.0;
+    setup.bodies = vec![
+        named("left", 0, disc([0.2, 0.2], spacing, [0.1, 0.1])),
+        named("right", 1, disc([0.8, 0.8], spacing, [-0.1, -0.1])),
+    ];
+    let expected = (0.72_f64.sqrt() - 0.4) / 0.08_f64.sqrt();
+    let mut mpm = start(setup);
+    let begin = first_force(&mut mpm, "contact:left", 1.7);
+    let step = mpm.stable_dt();
+    assert!((begin - expected).abs() < step + 0.005, "{begin}, expected {expected}, step {step}");
+}
+
+/// A disc meets an obstacle when it touches it, wherever the surface lies between the nodes.
+#[test]
+fn a_disc_meets_an_obstacle_when_it_touches_it() {
+    for surface in [0.1, 0.115, 0.14] {
+        let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));
+        setup.obstacles = vec![Obstacle {
+            name: "floor".into(),
+            region: Region::Box { lower: [-1.0, -1.0, -1.0], upper: [2.0, surface, 1.0] },
+            kind: WallKind::Friction { coefficient: 0.3 },
+            velocity: std::array::from_fn(|_| Signal::ZERO),
+        }];
+        setup.bodies = vec![disc([0.51, 0.42], 0.05 / 3.0, [0.0, -0.2])];
+        let expected = (0.22 - surface) / 0.2;
+        let mut mpm = start(setup);
+        let begin = first_force(&mut mpm, "obstacle:floor", 0.8);
+        let step = mpm.stable_dt();
+        assert!((begin - expected).abs() < step + 0.005, "{surface}: {begin}, expected {expected}, step {step}");
     }
 }

@@ -76,6 +76,7 @@ pub fn body<const D: usize>(
         law,
         group: 0,
         skin: Vec::new(),
+        depth: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: position.iter().map(|&x| velocity(x)).collect(),
         state: vec![StartState::default(); position.len()],

@@ -32,6 +32,7 @@ impl Assembly<'_> {
             law,
             group: self.group(index),
             skin: if touched { skin(&region, &sample, D) } else { Vec::new() },
+            depth: sample.position.iter().map(|&x| -region.signed_distance(x)).collect(),
             volume: vec![sample.volume; position.len()],
             position,
             velocity,

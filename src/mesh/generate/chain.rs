@@ -69,7 +69,7 @@ fn segments(line: &[Vector<2>], closed: bool) -> Facets {
     Facets {
         nodes: line.iter().map(|x| x.to3()).collect(),
         elements: (0..last).map(|i| vec![i as u32, ((i + 1) % count) as u32]).collect(),
-        sets: BTreeMap::new(),
+        ..Facets::default()
     }
 }
 

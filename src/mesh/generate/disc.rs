@@ -47,7 +47,7 @@ impl BuildFacets for DiscShape {
         let middle = plan.square(plan.half, plan.half);
         let rim = (0..plan.around()).map(|i| plan.ring(i, plan.rings)).collect();
         let sets = BTreeMap::from([("center".to_owned(), vec![middle]), ("edges".to_owned(), rim)]);
-        Ok(Facets { nodes, elements: self.elements.cut(plan.quads()), sets })
+        Ok(Facets { nodes, elements: self.elements.cut(plan.quads()), sets, ..Facets::default() })
     }
 }
 

@@ -7,7 +7,6 @@ use crate::mesh::check::check;
 use crate::mesh::gmsh;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A mesh from a file: Gmsh (`.msh`, versions 2.2 and 4.1) in 2D and 3D, STL or OBJ in 3D. The physical
@@ -64,6 +63,6 @@ impl FileShape {
         }
         let surface = Triangles::read(path, unit)?;
         let elements = surface.triangles.iter().map(|t| t.to_vec()).collect();
-        Ok(Facets { nodes: surface.vertices, elements, sets: BTreeMap::new() })
+        Ok(Facets { nodes: surface.vertices, elements, ..Facets::default() })
     }
 }

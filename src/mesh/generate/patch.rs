@@ -35,7 +35,7 @@ impl Patch {
             nodes: [self.node(i, j), self.node(i + 1, j), self.node(i + 1, j + 1), self.node(i, j + 1)],
             even: (i + j) % 2 == 0,
         });
-        Facets { nodes, elements: kind.cut(quads), sets: self.sets() }
+        Facets { nodes, elements: kind.cut(quads), sets: self.sets(), ..Facets::default() }
     }
 
     fn sets(&self) -> BTreeMap<String, Vec<u32>> {

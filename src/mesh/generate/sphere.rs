@@ -6,7 +6,6 @@ use crate::math::Vector;
 use hashbrown::HashMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
 use std::path::Path;
 
@@ -40,7 +39,7 @@ impl BuildFacets for SphereMeshShape {
             kind => cube(count, kind),
         };
         let nodes = directions.into_iter().map(|direction| (center + direction * radius).0).collect();
-        Ok(Facets { nodes, elements, sets: BTreeMap::new() })
+        Ok(Facets { nodes, elements, ..Facets::default() })
     }
 }
 

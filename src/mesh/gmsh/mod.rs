@@ -21,6 +21,8 @@ use std::path::Path;
 pub struct GmshMesh {
     /// Node positions, in units of the file.
     pub nodes: Vec<[f64; 3]>,
+    /// The file's own numbers of the nodes.
+    pub numbers: Vec<i64>,
     /// Elements of all dimensions, in the order of the file.
     pub cells: Vec<Cell>,
     /// Physical groups.
@@ -45,6 +47,8 @@ pub struct Group {
 pub struct Cell {
     /// Its kind.
     pub kind: CellKind,
+    /// The file's own number of it.
+    pub number: i64,
     nodes: [u32; 4],
     membership: u32,
 }
@@ -218,6 +222,7 @@ impl Builder {
             return cursor.fail(format!("there are two nodes of number {tag}"));
         }
         self.mesh.nodes.push(position);
+        self.mesh.numbers.push(tag);
         Ok(())
     }
 
@@ -232,11 +237,11 @@ impl Builder {
         })
     }
 
-    /// A cell whose nodes are read with `number`.
+    /// A cell of a kind, with a number of its own, whose nodes are read with `number`.
     fn cell<'a>(
         &mut self,
         cursor: &mut Cursor<'a>,
-        kind: CellKind,
+        (kind, own): (CellKind, i64),
         membership: u32,
         number: impl Fn(&mut Cursor<'a>) -> Result<i64, GmshError>,
     ) -> Result<(), GmshError> {
@@ -248,7 +253,7 @@ impl Builder {
                 None => return cursor.fail(format!("an element names node {tag}, which the file doesn't have")),
             }
         }
-        self.mesh.cells.push(Cell { kind, nodes, membership });
+        self.mesh.cells.push(Cell { kind, number: own, nodes, membership });
         Ok(())
     }
 

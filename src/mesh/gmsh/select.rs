@@ -1,7 +1,7 @@
 //! The elements of a physical group as the mesh of a membrane.
 
 use super::{Cell, GmshMesh};
-use crate::mesh::Facets;
+use crate::mesh::{Facets, Numbers};
 use hashbrown::HashSet;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -78,7 +78,11 @@ impl GmshMesh {
             }
         }
         let sets = sets.into_iter().map(|(name, nodes)| (name, nodes.into_iter().collect())).collect();
-        Ok(Facets { nodes, elements, sets })
+        let numbers = Numbers {
+            nodes: used.iter().map(|&n| self.numbers[n as usize]).collect(),
+            elements: cells.iter().map(|cell| cell.number).collect(),
+        };
+        Ok(Facets { nodes, elements, sets, numbers })
     }
 }
 

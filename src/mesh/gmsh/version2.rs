@@ -23,6 +23,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
     let mut left = cursor.count(count, 6, 8)?;
     while left > 0 {
         let (block, kind, tags);
+        let mut own = 0;
         if cursor.is_binary() {
             kind = self::kind(cursor)?;
             let size = cursor.integer()?;
@@ -32,7 +33,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
                 return cursor.fail(format!("a block of {block} elements where {left} are left"));
             }
         } else {
-            cursor.integer()?;
+            own = cursor.integer()?;
             kind = self::kind(cursor)?;
             block = 1;
             tags = cursor.integer()?;
@@ -40,9 +41,9 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
         let tags = cursor.count(tags, 2, 4)?;
         for _ in 0..block {
             if cursor.is_binary() {
-                cursor.integer()?;
+                own = cursor.integer()?;
             }
-            element(cursor, builder, kind, tags)?;
+            element(cursor, builder, (kind, own), tags)?;
         }
         left -= block;
     }
@@ -54,8 +55,13 @@ fn kind(cursor: &mut Cursor<'_>) -> Result<CellKind, GmshError> {
     CellKind::from_number(number).or_else(|why| cursor.fail(why))
 }
 
-/// The first tag is the physical group; 0 means none.
-fn element(cursor: &mut Cursor<'_>, builder: &mut Builder, kind: CellKind, tags: usize) -> Result<(), GmshError> {
+/// An element of a kind, with a number of its own. The first tag is the physical group; 0 means none.
+fn element(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder,
+    kind: (CellKind, i64),
+    tags: usize,
+) -> Result<(), GmshError> {
     let mut physical = 0;
     for place in 0..tags {
         let tag = cursor.integer()?;

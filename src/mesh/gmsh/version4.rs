@@ -68,8 +68,8 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
         let count = cursor.count(count, 4, 16)?;
         let membership = builder.membership(builder.entities.get(&entity).cloned().unwrap_or_default());
         for _ in 0..count {
-            cursor.long()?;
-            builder.cell(cursor, kind, membership, Cursor::long)?;
+            let own = cursor.long()?;
+            builder.cell(cursor, (kind, own), membership, Cursor::long)?;
         }
     }
     Ok(())

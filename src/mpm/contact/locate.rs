@@ -39,6 +39,11 @@ impl<const D: usize> Locator<D> {
         Self { bins: HashMap::new(), binned: Vec::new(), borders: borders(facets) }
     }
 
+    /// True if the sheet has no free edges.
+    pub fn is_closed(&self) -> bool {
+        self.borders.is_empty()
+    }
+
     /// Bins the facets again if the sheet has moved too far.
     pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], cell: f64) {
         let moved = |(a, b): (&Vector<D>, &Vector<D>)| (*a - *b).norm() > SLACK * cell;

@@ -9,10 +9,9 @@
 //! n = β₁…D/|β₁…D|                   from a to b
 //! ```
 //!
-//! The gap is g = min_b(x·n − r) − max_a(x·n + r) over the particles in the strip that the node stands for, half a cell
-//! to either side along the surface: over the whole support, a patch of contact would be wider by the support. With
-//! half the size r = |Sᵀn| a particle is the ball of its first size, deformed: unlike a square's, its size doesn't
-//! change when the body turns.
+//! The gap is g = min_b(x·n − r) − max_a(x·n + r) over the particles next to the node along the surface: over the whole
+//! support, a patch of contact would be wider by the support. With r = |Sᵀn| a particle is the ball that touched the
+//! body's surface at the start, deformed: a disc is round, not a staircase of particles, and stays so when it turns.
 
 use super::margin::shortest;
 use crate::math::{Tensor, Vector};
@@ -24,11 +23,13 @@ pub struct Point<const D: usize> {
     pub position: Vector<D>,
     /// What the unit ball was deformed to [cells].
     pub shape: Tensor<D>,
+    /// How far along the surface from its centre it says where the surface is [cells].
+    pub width: f64,
     /// False: body a; true: body b.
     pub second: bool,
 }
 
-/// Round-off of positions next to the edge of a strip [cells].
+/// Round-off of positions at the edge of a particle's patch [cells].
 const NEAR: f64 = 1e-9;
 
 /// Where two bodies face each other.
@@ -160,14 +161,12 @@ pub(super) fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
     std::array::from_fn(|i| if done[i] { b[i] / a[i][i] } else { 0.0 })
 }
 
-/// The gap within the strip that the node stands for; `None` if a body has no particle there.
+/// The gap next to the node along the surface; `None` if a body has no particle there.
 fn gap<const D: usize>(cloud: &[Point<D>], normal: Vector<D>) -> Option<f64> {
-    // Half a cell to either side along the surface; half the diagonal where the surface has two directions.
-    let half = 0.5 * ((D - 1) as f64).sqrt() + NEAR;
     let (mut first, mut second) = (f64::NEG_INFINITY, f64::INFINITY);
     for point in cloud {
         let height = point.position.dot(normal);
-        if (point.position - normal * height).norm() > half {
+        if (point.position - normal * height).norm() > point.width + NEAR {
             continue;
         }
         let radius = point.shape.transpose().apply(normal).norm();
@@ -195,7 +194,12 @@ mod tests {
                 for j in -8..8 {
                     let x = Vector([f64::from(i), f64::from(j)]) * 0.19 + Vector([0.07, 0.03]);
                     if x.dot(n).abs() > 0.1 && x.norm() < 1.5 {
-                        cloud.push(Point { position: x, shape: Tensor::identity() * 0.1, second: x.dot(n) > 0.0 });
+                        cloud.push(Point {
+                            position: x,
+                            shape: Tensor::identity() * 0.1,
+                            width: 0.5,
+                            second: x.dot(n) > 0.0,
+                        });
                     }
                 }
             }
@@ -212,8 +216,8 @@ mod tests {
         let b = Vector([0.5, 0.4, -0.1]);
         let ball = |radius| Tensor::identity() * radius;
         let cloud = [
-            Point { position: a, shape: ball(0.2), second: false },
-            Point { position: b, shape: ball(0.1), second: true },
+            Point { position: a, shape: ball(0.2), width: 0.5, second: false },
+            Point { position: b, shape: ball(0.1), width: 0.5, second: true },
         ];
         let interface = separate(&cloud, [true; 3]).unwrap();
         let line = (b - a).normalized().unwrap();
@@ -224,7 +228,8 @@ mod tests {
     /// On a symmetry plane the normal lies in the plane; a single body has no interface.
     #[test]
     fn symmetry_and_absence_are_respected() {
-        let point = |x, y, second| Point { position: Vector([x, y]), shape: Tensor::identity() * 0.1, second };
+        let point =
+            |x, y, second| Point { position: Vector([x, y]), shape: Tensor::identity() * 0.1, width: 0.5, second };
         let cloud = [point(0.3, -0.5, false), point(0.4, 0.5, true)];
         let interface = separate(&cloud, [false, true]).unwrap();
         assert_eq!(interface.normal, Vector([0.0, 1.0]));
@@ -240,7 +245,12 @@ mod tests {
                 for j in -6..6 {
                     let x = Vector([(f64::from(i) + 0.5) * 0.25, (f64::from(j) + 0.5) * 0.25]);
                     if x[1] < 0.0 || x[0] < -node {
-                        cloud.push(Point { position: x, shape: Tensor::identity() * 0.125, second: x[1] > 0.0 });
+                        cloud.push(Point {
+                            position: x,
+                            shape: Tensor::identity() * 0.125,
+                            width: 0.5,
+                            second: x[1] > 0.0,
+                        });
                     }
                 }
             }
@@ -260,7 +270,7 @@ mod tests {
         let turned = Tensor::from_fn(|i, j| [[0.6, -0.8], [0.8, 0.6]][i][j] * 0.1);
         let long = Tensor::from_fn(|i, j| if i != j { 0.0 } else { [0.3, 0.05][i] });
         let gap_of = |shape| {
-            let point = |x, second| Point { position: Vector([x, 0.0]), shape, second };
+            let point = |x, second| Point { position: Vector([x, 0.0]), shape, width: 0.5, second };
             separate(&[point(0.0, false), point(1.0, true)], [true; 2]).unwrap().gap
         };
         assert!((gap_of(turned) - 0.8).abs() < 1e-12 && (gap_of(long) - 0.4).abs() < 1e-12);

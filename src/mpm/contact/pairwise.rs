@@ -10,7 +10,7 @@ use super::nodes::Lattice;
 use super::normal::{Interface, Point, separate};
 use super::sheet::Sheet;
 use crate::math::{Tensor, Vector};
-use crate::mpm::{Body, Friction, Grid, Particles};
+use crate::mpm::{Body, Friction, Grid};
 use rayon::prelude::*;
 
 /// Turns that the pairs at a node take when there are several.
@@ -40,19 +40,6 @@ pub(super) struct Pairwise<const D: usize> {
 type Near<const D: usize> = (u32, u32, Point<D>);
 
 const NONE: u32 = u32::MAX;
-
-/// What a particle has made of the unit ball [cells]: half its first edge, deformed with it where its law follows the
-/// deformation; else half the edge of its volume, kept within 0.3 to 1 half cells.
-fn shape<const D: usize>(particles: &Particles<D>, p: usize, cell: f64) -> Tensor<D> {
-    let half_edge = |volume: f64| 0.5 * volume.powf(1.0 / D as f64) / cell;
-    match particles.deformation.get(p) {
-        Some(f) => {
-            let size = half_edge(particles.volume[p] / f.determinant());
-            Tensor::from_fn(|i, k| f[i][k] * size)
-        }
-        None => Tensor::identity() * half_edge(particles.volume[p]).clamp(0.15, 0.5),
-    }
-}
 
 impl<const D: usize> Pairwise<D> {
     /// For the given pairs of fields.
@@ -135,7 +122,7 @@ impl<const D: usize> Pairwise<D> {
             starts[row + 1] += starts[row];
         }
         let mut next = starts.clone();
-        let empty = Point { position: Vector::ZERO, shape: Tensor::ZERO, second: false };
+        let empty = Point { position: Vector::ZERO, shape: Tensor::ZERO, width: 0.0, second: false };
         let mut cloud = vec![(0, empty); found.len()];
         for (row, field, point) in found {
             cloud[next[row as usize] as usize] = (field, point);
@@ -146,13 +133,15 @@ impl<const D: usize> Pairwise<D> {
 
     fn around(&self, grid: &Grid<D>, lattice: &Lattice<D>, body: &Body<D>, p: usize) -> Vec<Near<D>> {
         let (x, h) = (body.particles.position[p], grid.cell);
-        let shape = shape(&body.particles, p, h);
+        // A deeper particle lies within the body; that is all it says.
+        let shape = if body.shows_surface(p) { body.ball(p, h) * (1.0 / h) } else { Tensor::ZERO };
+        let width = body.patch(p) / h;
         let mut list = Vec::new();
         lattice.for_each(grid, x, |node, _, flips| {
             let row = self.lookup[node];
             if row != NONE {
                 let position = (lattice.mirror(grid, x, flips) - grid.position(node)) / h;
-                list.push((row, body.field as u32, Point { position, shape, second: false }));
+                list.push((row, body.field as u32, Point { position, shape, width, second: false }));
             }
         });
         list

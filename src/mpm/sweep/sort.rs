@@ -9,9 +9,16 @@ use crate::mpm::Kernel;
 use crate::mpm::grid::EDGE;
 use hashbrown::HashMap;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Cells of a block along an axis; a window that begins half a cell beyond the supports has one more.
 const CELLS: usize = EDGE + 1;
+
+/// Parts of the particles that are counted at the same time.
+const PARTS: usize = 4;
+
+/// Block and cell in it.
+type Place<const D: usize> = ([i32; D], u32);
 
 /// Where particles belong.
 pub(super) struct Order<const D: usize> {
@@ -23,34 +30,53 @@ pub(super) struct Order<const D: usize> {
 
 /// Sorts positions [m]; the kernel decides about the cells.
 pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vector<D>, cell: f64) -> Order<D> {
-    let places: Vec<([i32; D], u32)> = x.par_iter().map(|&x| place(kernel, (x - origin) * (1.0 / cell))).collect();
+    let places: Vec<Place<D>> = x.par_iter().map(|&x| place(kernel, (x - origin) * (1.0 / cell))).collect();
     let blocks = blocks(&places);
     let cells = CELLS.pow(D as u32);
     let slots: HashMap<[i32; D], usize> =
         blocks.iter().enumerate().map(|(slot, &block)| (block, slot * cells)).collect();
-    // Next place of each cell's particles, after those of all cells before it.
-    let mut next = vec![0u32; blocks.len() * cells + 1];
-    let mut last = LastSlot { slots: &slots, block: [i32::MIN; D], slot: 0 };
-    places.iter().for_each(|(block, local)| next[last.find(block) + *local as usize + 1] += 1);
-    let counts = (0..blocks.len()).map(|b| next[b * cells + 1..][..cells].iter().map(|&n| n as usize).sum());
-    let blocks = blocks.iter().copied().zip(counts.collect::<Vec<usize>>()).collect();
+    let share = places.len().div_ceil(PARTS).max(crate::parallel::CHUNK);
+    let parts: Vec<&[Place<D>]> = places.chunks(share).collect();
+    let mut next: Vec<Vec<u32>> = parts.par_iter().map(|part| count(part, &slots, cells)).collect();
+    let total = |b: usize| next.iter().flat_map(|counts| &counts[b * cells..][..cells]).map(|&n| n as usize).sum();
+    let blocks = blocks.iter().enumerate().map(|(b, &block)| (block, total(b))).collect();
+    place_after(&mut next);
+    // Places are given once each, so that no two threads write to one.
+    let order: Vec<AtomicU32> = (0..x.len()).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+    parts.par_iter().zip(&mut next).enumerate().for_each(|(number, (part, next))| {
+        let mut last = LastSlot { slots: &slots, block: [i32::MIN; D], slot: 0 };
+        for ((block, local), p) in part.iter().zip((number * share) as u32..) {
+            let place = &mut next[last.find(block) + *local as usize];
+            order[*place as usize].store(p, Ordering::Relaxed);
+            *place += 1;
+        }
+    });
+    Order { order: order.into_iter().map(AtomicU32::into_inner).collect(), blocks }
+}
+
+/// How many of a part's particles lie in each cell of each block.
+fn count<const D: usize>(part: &[Place<D>], slots: &HashMap<[i32; D], usize>, cells: usize) -> Vec<u32> {
+    let mut counts = vec![0; slots.len() * cells];
+    let mut last = LastSlot { slots, block: [i32::MIN; D], slot: 0 };
+    part.iter().for_each(|(block, local)| counts[last.find(block) + *local as usize] += 1);
+    counts
+}
+
+/// Turns the counts of the parts into the first place of each cell's particles: after those of all cells before it, and of
+/// all parts before this one.
+fn place_after(counts: &mut [Vec<u32>]) {
     let mut sum = 0;
-    for count in &mut next {
-        sum += *count;
-        *count = sum;
+    for cell in 0..counts.first().map_or(0, Vec::len) {
+        for part in &mut *counts {
+            let count = std::mem::replace(&mut part[cell], sum);
+            sum += count;
+        }
     }
-    let mut order = vec![0; x.len()];
-    for ((block, local), p) in places.iter().zip(0u32..) {
-        let place = &mut next[last.find(block) + *local as usize];
-        order[*place as usize] = p;
-        *place += 1;
-    }
-    Order { order, blocks }
 }
 
 /// Block and cell of a position in cells.
 #[inline(always)]
-fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> ([i32; D], u32) {
+fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> Place<D> {
     let window = window(kernel);
     let block: [i32; D] = std::array::from_fn(|a| ((s[a] - window).floor() as i32).div_euclid(EDGE as i32));
     let begin = |a: usize| (kernel.first(s[a]) - kernel.first(window) - block[a] * EDGE as i32) as u32;
@@ -58,9 +84,9 @@ fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> ([i32; D], u32) {
 }
 
 /// The different blocks, z slowest.
-fn blocks<const D: usize>(places: &[([i32; D], u32)]) -> Vec<[i32; D]> {
+fn blocks<const D: usize>(places: &[Place<D>]) -> Vec<[i32; D]> {
     // Neighbours in memory are mostly neighbours in space.
-    let first = |part: &[([i32; D], u32)]| {
+    let first = |part: &[Place<D>]| {
         let mut blocks: Vec<[i32; D]> = part.iter().map(|place| place.0).collect();
         blocks.dedup();
         blocks.sort_unstable_by(slowest_last);

@@ -44,6 +44,7 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
         kernel,
         particles,
         skin: Vec::new(),
+        depth: Vec::new(),
         traction: Vec::new(),
         work,
     }

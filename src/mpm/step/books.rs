@@ -1,0 +1,85 @@
+//! What a step books: the work of the forces on nodes, and what transfers and stress updates lost or made up (theory 10).
+
+use crate::mpm::Mpm;
+use crate::mpm::ledger::{AccountId, Books};
+use crate::mpm::motion::Summary;
+use crate::mpm::sweep::Answer;
+use crate::simulation::TermKind;
+
+/// The accounts that the bodies book to.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::mpm) struct Accounts {
+    pub gravity: AccountId,
+    pub traction: AccountId,
+    pub wall: AccountId,
+    pub wall_loss: AccountId,
+    pub transfer: AccountId,
+    pub stress: AccountId,
+}
+
+impl Accounts {
+    /// Opens the accounts, in the order in which the ledger shows them.
+    pub(in crate::mpm) fn open() -> (Books, Self) {
+        let mut books = Books::default();
+        let accounts = Self {
+            gravity: books.open("work of gravity", TermKind::Gain),
+            traction: books.open("work of tractions", TermKind::Gain),
+            wall: books.open("work of walls", TermKind::Gain),
+            stress: books.open("stress update error", TermKind::Gain),
+            wall_loss: books.open("wall dissipation", TermKind::Loss),
+            transfer: books.open("transfer dissipation", TermKind::Loss),
+        };
+        (books, accounts)
+    }
+}
+
+/// What the grid did to the bodies during a step [J].
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::mpm) struct Tally {
+    /// Δt Σ f_I · v̂_I over all forces.
+    pub nodes: f64,
+    /// The same over the forces of stresses, gravity and tractions.
+    pub applied: f64,
+    /// Of gravity and tractions.
+    pub external: f64,
+}
+
+/// What the forces on nodes did during a step [J], and the mass they act on [kg].
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct NodeWork {
+    pub all: f64,
+    pub applied: f64,
+    pub weight: f64,
+    pub mass: f64,
+}
+
+impl NodeWork {
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            all: self.all + other.all,
+            applied: self.applied + other.applied,
+            weight: self.weight + other.weight,
+            mass: self.mass + other.mass,
+        }
+    }
+}
+
+impl<const D: usize> Mpm<D> {
+    /// Kinetic and internal energy of all bodies [J].
+    pub(in crate::mpm) fn body_energies(&self) -> [f64; 2] {
+        let kinetic = self.bodies.iter().map(|body| body.particles.kinetic_energy()).sum();
+        let internal = self.bodies.iter().map(|body| body.particles.internal_energy()).sum();
+        [kinetic, internal]
+    }
+
+    /// Books what the transfers lost and what the stress update made up (theory 10).
+    pub(super) fn close_books(&mut self) {
+        let all = self.summaries.iter().fold(Summary::default(), |sum, &summary| sum.and(summary));
+        let Summary { kinetic, internal, .. } = all;
+        let [kinetic_before, internal_before] = self.energy;
+        self.books.add(self.accounts.transfer, self.tally.nodes - (kinetic - kinetic_before));
+        let internal_work = self.tally.applied - self.tally.external;
+        self.books.add(self.accounts.stress, internal - internal_before + internal_work);
+        self.energy = [kinetic, internal];
+    }
+}

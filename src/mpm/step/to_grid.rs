@@ -1,0 +1,136 @@
+//! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum (60–64).
+
+use super::{Step, in_field};
+use crate::error::StepError;
+use crate::math::{Signal, Vector};
+use crate::mpm::ghost::Ghosts;
+use crate::mpm::motion::Landing;
+use crate::mpm::stress::{Strain, average_pressure, update_stress};
+use crate::mpm::sweep::{Bins, Content, Sweep};
+use crate::mpm::{Field, Mpm, Node, StressUpdate};
+use crate::parallel;
+
+impl<const D: usize> Mpm<D> {
+    /// Sorts the bodies whose particles have left their blocks, activates the blocks that they reach, and finds
+    /// the ghosts and wall nodes.
+    pub(super) fn activate(&mut self) {
+        let mut sorted = false;
+        for (body, bins) in self.bodies.iter_mut().zip(&mut self.bins) {
+            if bins.stale(body.kernel, body.particles.len()) {
+                *bins = Bins::sort(&mut body.particles, body.kernel, self.grid.origin, self.grid.cell);
+            }
+            sorted |= bins.lost();
+        }
+        let changed = sorted && self.grid.set_blocks(Bins::blocks(&self.bins));
+        if sorted {
+            self.bins.iter_mut().for_each(|bins| bins.locate(&self.grid));
+        } else {
+            self.grid.clear();
+        }
+        if changed {
+            self.ghosts = Ghosts::new(&self.grid);
+        }
+        if changed || self.walls.moving() {
+            self.walls.find_nodes(&self.grid);
+        }
+        self.walls.start_step();
+    }
+
+    /// True if the stresses that make the forces are known when mass and momentum are scattered.
+    pub(super) fn scatters_at_once(&self) -> bool {
+        matches!(self.stress_update, StressUpdate::Last | StressUpdate::ModifiedLast)
+    }
+
+    /// m_I and p_I⁻ with the binding walls (60, 61).
+    pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) {
+        let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
+        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, locking, .. } = self;
+        grid.with_field(field, |grid, own| {
+            for (body, bins) in in_field(bodies, bins, field) {
+                body.find_external_forces(gravity, step.t);
+                if content == Content::MomentumAndForce {
+                    average_pressure((grid, ghosts), *locking, body, bins);
+                }
+                bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
+            }
+            walls.fold(ghosts, field, &mut own.nodes);
+            // Nodes that are too light have no velocity; nothing may push them (theory 2.5).
+            parallel::for_each_mut(&mut own.nodes, |node| {
+                if node.mass <= *cutoff {
+                    *node = Node::default();
+                }
+            });
+            walls.constrain_start(grid, field, &mut own.nodes, step.before());
+        });
+    }
+
+    /// The stress update before the forces, over the interval that led here (62, 63).
+    pub(super) fn stress_first(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let dt = match self.stress_update {
+            StressUpdate::First => step.dt_before,
+            StressUpdate::Average => 0.5 * step.dt_before,
+            StressUpdate::Last | StressUpdate::ModifiedLast => return Ok(()),
+        };
+        let Self { grid, bodies, bins, ghosts, locking, .. } = self;
+        grid.with_field(field, |grid, own| {
+            let velocity = |node: &Node<D>| {
+                if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
+            };
+            parallel::map_into(&own.nodes, &mut own.velocity, velocity);
+            ghosts.fill(&mut own.velocity);
+            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: true };
+            in_field(bodies, bins, field).try_for_each(|(body, bins)| {
+                let sweep = Sweep::new(grid, body.kernel, bins);
+                update_stress(&sweep, (grid, ghosts), strain, body, Landing::Stay).map(|_| ())
+            })
+        })
+    }
+
+    /// f_I of stresses and of forces on particles (17, 18), where they could not be scattered with the momentum.
+    pub(super) fn scatter_forces(&mut self, field: usize) {
+        if self.scatters_at_once() {
+            return;
+        }
+        let Self { grid, bodies, bins, ghosts, walls, locking, .. } = self;
+        grid.with_field(field, |grid, own| {
+            for (body, bins) in in_field(bodies, bins, field) {
+                average_pressure((grid, ghosts), *locking, body, bins);
+                Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, Content::Force);
+            }
+            walls.fold(ghosts, field, &mut own.nodes);
+        });
+    }
+
+    /// Gravity that is the same everywhere at time `t` acts on the nodes [m/s²]; other gravity on the particles.
+    pub(super) fn uniform_gravity(&self, t: f64) -> Vector<D> {
+        let uniform = self.gravity.iter().all(Signal::is_uniform);
+        Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
+    }
+
+    /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls (64).
+    pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
+        let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
+        let Self { grid, walls, bodies, bins, .. } = self;
+        grid.with_field(field, |grid, own| {
+            let Field { nodes, applied, .. } = own;
+            applied.resize(nodes.len(), Vector::ZERO);
+            parallel::for_each_pair_mut(nodes, applied, |node, applied| {
+                node.force = if node.mass > 0.0 { node.force + gravity * node.mass } else { Vector::ZERO };
+                node.momentum += node.force * dt;
+                *applied = node.force;
+            });
+            walls.measure(grid, field, bodies.iter().zip(&*bins).filter(|(body, _)| body.field == field));
+            walls.constrain_trial(grid, field, nodes, step.after(), dt);
+        });
+    }
+
+    /// The walls once more, after contact.
+    pub(super) fn constrain_walls(&mut self, step: &Step) {
+        let Self { grid, walls, .. } = self;
+        for field in 0..grid.fields.len() {
+            grid.with_field(field, |grid, own| {
+                walls.constrain_trial(grid, field, &mut own.nodes, step.after(), step.momentum_dt);
+            });
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! From the grid back to the particles: velocities, stresses, places (65, 19), and what the step has done.
+
+use super::books::NodeWork;
+use super::{Step, in_field};
+use crate::error::StepError;
+use crate::math::Vector;
+use crate::mpm::filter::filter;
+use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
+use crate::mpm::stress::{Strain, strain_and_land, update_stress};
+use crate::mpm::sweep::{Content, Sweep, View};
+use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate, Transfer, health};
+use crate::parallel;
+
+impl<const D: usize> Mpm<D> {
+    /// Turns (m, p⁺, f) into (m, v⁺, a), settles the work of the forces, and fills the ghosts.
+    pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
+        let share = self.pic_share(step.momentum_dt);
+        let gravity = self.uniform_gravity(step.t);
+        let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
+        grid.with_field(field, |grid, own| {
+            let dt = step.momentum_dt;
+            let Field { nodes, applied, .. } = own;
+            let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
+                if node.mass <= 0.0 {
+                    return NodeWork::default();
+                }
+                let force = node.force;
+                (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
+                let mean = node.momentum - node.force * (0.5 * dt);
+                let (all, applied, weight) = (force.dot(mean), applied.dot(mean), node.mass * gravity.dot(mean));
+                NodeWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass: node.mass }
+            };
+            let sum = parallel::reduce_pair_mut(nodes, applied, finish, NodeWork::and).unwrap_or_default();
+            tally.nodes += sum.all;
+            tally.applied += sum.applied;
+            tally.external += sum.weight;
+            books.add(accounts.gravity, sum.weight);
+            books.push((gravity * (sum.mass * dt)).to3());
+            ghosts.fill(&mut own.nodes);
+            let done = walls.settle(grid, field, &own.nodes, step, share);
+            books.add(accounts.wall, done.work);
+            books.add(accounts.wall_loss, done.dissipation);
+            books.push(done.impulse.to3());
+        });
+    }
+
+    /// The part of the particles' velocity that comes from v⁺ itself.
+    pub(super) fn pic_share(&self, dt: f64) -> f64 {
+        match self.transfer {
+            Transfer::Flip { relaxation, .. } => -(-dt / relaxation).exp_m1(),
+            Transfer::Apic => 1.0,
+        }
+    }
+
+    /// Order of the noise filter if it is due in this step, else 0. It is due by time, not by steps: a viscous gas or
+    /// a short step would be filtered more often for no more noise.
+    pub(super) fn due_filter(&self, step: &Step) -> u32 {
+        match self.transfer {
+            Transfer::Flip { filter_order, .. }
+                if ((step.t + step.dt) / self.filter_time).floor() > (step.t / self.filter_time).floor() =>
+            {
+                filter_order
+            }
+            _ => 0,
+        }
+    }
+
+    /// True if the particles can move, strain and land in one sweep: nothing needs the grid in between.
+    pub(super) fn lands_at_once(&self) -> bool {
+        self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order == 0
+    }
+
+    /// Where the particles are at the end of the step.
+    pub(super) fn landing(&self, step: &Step) -> Landing<D> {
+        Landing::Move { dt: step.dt, domain: [self.grid.origin, self.grid.upper()] }
+    }
+
+    /// v_p and ẋ_p (65, 19), and the work of external forces; all that remains of the step where that can be done
+    /// in the same sweep.
+    pub(super) fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let dt = step.momentum_dt;
+        let (share, order) = (self.pic_share(dt), self.filter_order);
+        let (at_once, landing) = (self.lands_at_once(), self.landing(step));
+        let Self { grid, bodies, bins, ghosts, walls, tally, books, accounts, summaries, .. } = self;
+        let (grid, own) = (&*grid, &grid.fields[field]);
+        for (index, (body, bins)) in
+            bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
+        {
+            let sweep = Sweep::new(grid, body.kernel, bins);
+            let transport = Transport::new(dt, share, body.kernel, grid.cell);
+            gather_mean(&sweep, &own.nodes, dt, body);
+            if at_once {
+                summaries[index] = strain_and_land(&sweep, &own.nodes, transport, step.dt, body, landing)?;
+            } else {
+                gather_motion(&sweep, &own.nodes, transport, body);
+            }
+            let (all, tractions, impulse) = body.external_work(dt);
+            tally.external += all;
+            books.add(accounts.gravity, all - tractions);
+            books.add(accounts.traction, tractions);
+            books.push(impulse.to3());
+        }
+        if order > 0 {
+            let mut bodies: Vec<_> = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field).collect();
+            filter(grid, (ghosts, walls), own, &mut bodies, order);
+        }
+        Ok(())
+    }
+
+    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4); then x_p += Δt ẋ_p.
+    pub(super) fn stress_last(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        if self.lands_at_once() {
+            return Ok(());
+        }
+        let (dt, remapped) = match self.stress_update {
+            StressUpdate::First => return Ok(()),
+            StressUpdate::Last => (step.dt, false),
+            StressUpdate::ModifiedLast => (step.dt, true),
+            StressUpdate::Average => (0.5 * step.dt, true),
+        };
+        let landing = self.landing(step);
+        let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
+        grid.with_field(field, |grid, own| {
+            if remapped {
+                own.velocity.clear();
+                own.velocity.resize(own.nodes.len(), Vector::ZERO);
+                for (body, bins) in in_field(bodies, bins, field) {
+                    Sweep::new(grid, body.kernel, bins).scatter(&mut own.velocity, body, Content::Momentum);
+                }
+                ghosts.fold(&mut own.velocity, |_, _, _| {});
+                parallel::for_each_pair_mut(&mut own.velocity, &mut own.nodes, |v, node| {
+                    *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
+                });
+                walls.constrain_velocity(grid, field, &mut own.velocity, step.after());
+                ghosts.fill(&mut own.velocity);
+            } else {
+                parallel::map_into(&own.nodes, &mut own.velocity, |node| node.momentum);
+            }
+            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: false };
+            for (index, (body, bins)) in
+                bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
+            {
+                let sweep = Sweep::new(grid, body.kernel, bins);
+                summaries[index] = update_stress(&sweep, (grid, ghosts), strain, body, landing)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Lands the particles that have not yet, moves the obstacles, and sees that everything is sound.
+    pub(super) fn move_particles(&mut self, step: &Step) -> Result<(), StepError> {
+        let landing = self.landing(step);
+        let landed = self.stress_update != StressUpdate::First;
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            if !landed {
+                self.summaries[index] = body.view().1.visit(&|chunk: &mut View<'_, D>| landing.land(chunk));
+            }
+            let summary = &self.summaries[index];
+            if summary.lost {
+                health::check_particles(&self.grid, body)?;
+            }
+            self.bins[index].disorder.drift += summary.shift / self.grid.cell;
+            self.bins[index].disorder.note(summary.visits);
+            self.fastest[index] = summary.fastest;
+        }
+        let put_back = self.coupling.contact.restore(&mut self.bodies);
+        self.bins.iter_mut().for_each(|bins| bins.disorder.drift += put_back / self.grid.cell);
+        self.walls.advance(step.t, step.dt);
+        Ok(())
+    }
+}

@@ -1,0 +1,136 @@
+//! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so that
+//! parts of them have nodes of their own.
+
+use super::{Condition, Walls};
+use crate::math::Vector;
+use crate::mpm::{Grid, Node};
+use crate::parallel::parts_mut;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Conditions of a part, about.
+const PART: usize = 1024;
+
+/// Consecutive conditions, and the range of their nodes.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    conditions: Range<usize>,
+    nodes: Range<usize>,
+}
+
+/// Parts the conditions so that no node is in two of them.
+pub(super) fn parts<const D: usize>(conditions: &[Condition<D>]) -> Vec<Part> {
+    let (mut parts, mut start) = (Vec::new(), 0);
+    while start < conditions.len() {
+        let last = conditions[(start + PART).min(conditions.len()) - 1].node;
+        let end = start + conditions[start..].partition_point(|condition| condition.node <= last);
+        parts.push(Part { conditions: start..end, nodes: conditions[start].node as usize..last as usize + 1 });
+        start = end;
+    }
+    parts
+}
+
+impl<const D: usize> Walls<D> {
+    /// Calls `run` with every part's conditions and the values of its nodes, which begin with the node of that number.
+    fn for_each_part<'a, T: Send, R: Send>(
+        &'a self,
+        values: &'a mut [T],
+        run: impl Fn(&Part, usize, &mut [T]) -> R + Sync,
+    ) -> Vec<R> {
+        let values = parts_mut(values, self.parts.iter().map(|part| part.nodes.clone()));
+        self.parts.par_iter().zip(values).map(|(part, values)| run(part, part.nodes.start, values)).collect()
+    }
+
+    /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
+    pub fn constrain_start(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64) {
+        let changes = self.for_each_part(nodes, |part, first, nodes| {
+            let mut start = vec![Vector::ZERO; self.boundaries.len()];
+            for &Condition { node, boundary, normal } in &self.conditions[part.conditions.clone()] {
+                let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
+                let Node { mass, momentum, .. } = &mut nodes[node as usize - first];
+                if kind.binds() && *mass > 0.0 {
+                    let wall = self.velocity(boundary, grid.position(node as usize), t);
+                    let constrained = kind.constrain(*momentum / *mass, wall, normal) * *mass;
+                    start[boundary] += constrained - *momentum;
+                    *momentum = constrained;
+                }
+            }
+            start
+        });
+        for change in changes {
+            self.reactions[field].start.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
+        }
+    }
+
+    /// All conditions on p̄ at time `t` whose gaps close; `dt` is the step of the momentum (theory 9, 2e and after
+    /// contact).
+    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64, dt: f64) {
+        let mut reaction = std::mem::take(&mut self.reactions[field]);
+        let conditions = || self.parts.iter().map(|part| part.conditions.clone());
+        let (force, closed) =
+            (parts_mut(&mut reaction.force, conditions()), parts_mut(&mut reaction.closed, conditions()));
+        let nodes = parts_mut(nodes, self.parts.iter().map(|part| part.nodes.clone()));
+        let parts = self.parts.par_iter().zip(nodes).zip(force.into_par_iter().zip(closed));
+        parts.for_each(|((part, nodes), (forces, closed))| {
+            let own = self.conditions[part.conditions.clone()].iter().zip(&reaction.gap[part.conditions.clone()]);
+            for ((condition, &gap), (sum, closed)) in own.zip(forces.iter_mut().zip(closed)) {
+                let x = grid.position(condition.node as usize);
+                let node = &mut nodes[condition.node as usize - part.nodes.start];
+                let force = self.push(condition, (x, gap), node, closed, (t, dt));
+                node.momentum += force * dt;
+                node.force += force;
+                *sum += force;
+            }
+        });
+        self.reactions[field] = reaction;
+    }
+
+    /// Force of a condition on a node with (m, p̄) at `x` [m], if the gap [m] closes [N].
+    fn push(
+        &self,
+        condition: &Condition<D>,
+        (x, gap): (Vector<D>, f64),
+        node: &Node<D>,
+        closed: &mut bool,
+        (t, dt): (f64, f64),
+    ) -> Vector<D> {
+        if node.mass <= 0.0 {
+            return Vector::ZERO;
+        }
+        let (boundary, velocity) = (condition.boundary as usize, node.momentum / node.mass);
+        let (kind, wall) = (self.boundaries[boundary].kind, self.velocity(boundary, x, t));
+        *closed |= !self.has_gap(condition) || gap + dt * (velocity - wall).dot(condition.normal) <= 0.0;
+        if *closed {
+            (kind.constrain(velocity, wall, condition.normal) * node.mass - node.momentum) / dt
+        } else {
+            Vector::ZERO
+        }
+    }
+
+    /// The conditions that acted on a field's momentum on bare velocities at time `t` (those that only strain the
+    /// particles).
+    pub fn constrain_velocity(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
+        let closed = &self.reactions[field].closed;
+        self.for_each_part(velocity, |part, first, velocity| {
+            let own = self.conditions[part.conditions.clone()].iter().zip(&closed[part.conditions.clone()]);
+            for (&Condition { node, boundary, normal }, _) in own.filter(|(_, closed)| **closed) {
+                let v = &mut velocity[node as usize - first];
+                let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
+                *v = self.boundaries[boundary as usize].kind.constrain(*v, wall, normal);
+            }
+        });
+    }
+
+    /// Removes from velocity corrections what binding conditions don't allow.
+    pub fn constrain_correction(&self, correction: &mut [Vector<D>]) {
+        self.for_each_part(correction, |part, first, correction| {
+            for condition in &self.conditions[part.conditions.clone()] {
+                let kind = self.boundaries[condition.boundary as usize].kind;
+                if kind.binds() {
+                    let c = &mut correction[condition.node as usize - first];
+                    *c = kind.constrain(*c, Vector::ZERO, condition.normal);
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,135 @@
+//! How far bodies are from the obstacles that they may leave (theory 6.2).
+//!
+//! ```text
+//! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle
+//! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0
+//! ```
+//!
+//! with the distance d from the obstacle and the reach r of the body around a particle. A node knows that a body is near as
+//! soon as it lies in a particle's support, one and a half cells ahead; without the gap the body would float there, and a
+//! disc that rolls would be held far from where it touches.
+
+use super::{Condition, Walls};
+use crate::math::Vector;
+use crate::mpm::grid::EDGE;
+use crate::mpm::particles::Body;
+use crate::mpm::sweep::Bins;
+use crate::mpm::{Grid, Kernel};
+use rayon::prelude::*;
+
+/// Where the conditions with gaps are, by node; rebuilt with the conditions.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    /// First condition with a gap of each node that has one; empty without any.
+    first: Vec<u32>,
+    /// Grid blocks with such nodes.
+    blocks: Vec<bool>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Places {
+    /// For conditions in the order of their nodes; `has_gap` is true for those that wait for a gap to close.
+    pub fn new<const D: usize>(
+        grid: &Grid<D>,
+        conditions: &[Condition<D>],
+        has_gap: impl Fn(&Condition<D>) -> bool,
+    ) -> Self {
+        let mut places = Self::default();
+        for (k, condition) in conditions.iter().enumerate().filter(|(_, condition)| has_gap(condition)) {
+            if places.first.is_empty() {
+                places.first = vec![NONE; grid.node_count()];
+                places.blocks = vec![false; grid.blocks().len()];
+            }
+            let node = condition.node as usize;
+            places.first[node] = places.first[node].min(k as u32);
+            places.blocks[node / Grid::<D>::BLOCK] = true;
+        }
+        places
+    }
+}
+
+impl<const D: usize> Walls<D> {
+    /// Measures the gaps between the bodies of a field and the obstacles that they may leave [m].
+    pub fn measure<'a>(
+        &mut self,
+        grid: &Grid<D>,
+        field: usize,
+        bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
+    ) {
+        let mut gaps = std::mem::take(&mut self.reactions[field].gap);
+        gaps.clear();
+        gaps.resize(self.conditions.len(), f64::INFINITY);
+        if !self.places.first.is_empty() {
+            for (body, bins) in bodies {
+                for (condition, gap) in self.gaps(grid, body, bins) {
+                    let least = &mut gaps[condition as usize];
+                    *least = least.min(gap);
+                }
+            }
+        }
+        self.reactions[field].gap = gaps;
+    }
+
+    /// Conditions near the particles of a body, and how far the particles are from their walls [m].
+    fn gaps(&self, grid: &Grid<D>, body: &Body<D>, bins: &Bins<D>) -> Vec<(u32, f64)> {
+        let near = |(_, slots): &(_, &Vec<u32>)| slots.iter().any(|&slot| self.places.blocks[slot as usize]);
+        let bins = bins.bins.par_iter().zip(&bins.slots).filter(near);
+        bins.flat_map_iter(|(bin, slots)| {
+            bin.range.clone().filter(|&p| body.shows_surface(p)).flat_map(move |p| {
+                let node = |ijk: [i32; D]| place(bin.block, slots, ijk);
+                self.gaps_of(grid, body, p, node)
+            })
+        })
+        .collect()
+    }
+
+    /// The gaps that particle `p` shows to the nodes of its support.
+    fn gaps_of(&self, grid: &Grid<D>, body: &Body<D>, p: usize, node: impl Fn([i32; D]) -> usize) -> Vec<(u32, f64)> {
+        let x = body.particles.position[p];
+        let (first, support) = (first(grid, body.kernel, x), body.kernel.support());
+        let (mut gaps, patch) = (Vec::new(), body.patch(p) * (1.0 + 1e-9));
+        let mut measured = (u32::MAX, 0.0);
+        for n in 0..support.pow(D as u32) {
+            let node = node(std::array::from_fn(|a| first[a] + n / support.pow(a as u32) % support));
+            let from = self.places.first[node];
+            if from == NONE {
+                continue;
+            }
+            let offset = x - grid.position(node);
+            for (k, condition) in self.conditions.iter().enumerate().skip(from as usize) {
+                if condition.node as usize != node {
+                    break;
+                }
+                let normal = condition.normal;
+                if !self.has_gap(condition) {
+                    continue;
+                }
+                if (offset - normal * offset.dot(normal)).norm() > patch {
+                    continue;
+                }
+                if measured.0 != condition.boundary {
+                    measured = (condition.boundary, self.obstacle_distance(condition.boundary as usize - 2 * D, x));
+                }
+                gaps.push((k as u32, measured.1 - body.reach(p, normal, grid.cell)));
+            }
+        }
+        gaps
+    }
+}
+
+/// First node of the support of `x` [m].
+fn first<const D: usize>(grid: &Grid<D>, kernel: Kernel, x: Vector<D>) -> [i32; D] {
+    std::array::from_fn(|a| kernel.first((x[a] - grid.origin[a]) / grid.cell))
+}
+
+/// Number of the node `ijk` in one of the 3ᴰ blocks around `block` with these slots.
+fn place<const D: usize>(block: [i32; D], slots: &[u32], ijk: [i32; D]) -> usize {
+    let edge = EDGE as i32;
+    let (mut around, mut local) = (0, 0);
+    for a in (0..D).rev() {
+        around = around * 3 + (ijk[a].div_euclid(edge) - block[a] + 1) as usize;
+        local = local * EDGE + ijk[a].rem_euclid(edge) as usize;
+    }
+    slots[around] as usize * EDGE.pow(D as u32) + local
+}
