@@ -3,7 +3,7 @@
 use super::signal::SignalSpec;
 use crate::linalg;
 use crate::material::Viscosity;
-use crate::pfem2::{element, interface, project, setup};
+use crate::pfem2::{element, interface, project, reseed, setup};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,8 @@ pub struct Pfem2Spec {
     /// Particles along the edge of an element at the start.
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub particles_per_edge: usize,
+    /// By what particles are added and taken away.
+    pub reseeding: ReseedingSpec,
     /// Density ratio from which heavy fluids fly through light ones like projectiles; `inf`: never.
     #[schemars(extend("minimum" = 1.0, "infinite" = true))]
     pub projectile_ratio: f64,
@@ -56,6 +58,7 @@ impl Default for Pfem2Spec {
             interface: InterfaceSpec::Sharp,
             volume: VolumeSpec::Shift,
             particles_per_edge: 3,
+            reseeding: ReseedingSpec::SubCells,
             projectile_ratio: 10.0,
             relaxation: f64::INFINITY,
             courant: 5.0,
@@ -141,6 +144,16 @@ pub enum InterfaceSpec {
     Pseudo,
     /// Where the depths that particles carry change their sign.
     Sharp,
+}
+
+/// By what particles are added and taken away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReseedingSpec {
+    /// By quarters of triangles, eighths of tetrahedra: none stays empty, none is crowded.
+    SubCells,
+    /// By elements, before the projection and at the end of the step (the paper).
+    Elements,
 }
 
 /// What is done about the volume of two fluids in a closed box.
@@ -401,6 +414,15 @@ impl From<EnrichmentSpec> for interface::Enrichment {
             EnrichmentSpec::None => Self::None,
             EnrichmentSpec::Kink => Self::Kink,
             EnrichmentSpec::Jump => Self::Jump,
+        }
+    }
+}
+
+impl From<ReseedingSpec> for reseed::Reseeding {
+    fn from(reseeding: ReseedingSpec) -> Self {
+        match reseeding {
+            ReseedingSpec::SubCells => Self::SubCells,
+            ReseedingSpec::Elements => Self::Elements,
         }
     }
 }

@@ -45,8 +45,14 @@ enrichment = "kink"
 kernel = "shape"
 interface = "pseudo"
 volume = "none"
+reseeding = "elements"
 courant = inf
+projectile-ratio = 10.0
+relaxation = inf
 "#;
+
+/// 15 particles in a triangle, 20 in a tetrahedron.
+const BECKER_2015_PER_EDGE: [i64; 2] = [5, 4];
 
 /// Fills the keys of the method's section that the case leaves open.
 pub(super) fn apply(case: &mut toml::Table) {
@@ -58,7 +64,12 @@ pub(super) fn apply(case: &mut toml::Table) {
         (_, Some("lian-2014")) => ("mpm", LIAN_2014),
         _ => ("mpm", recommended(case)),
     };
-    let defaults: toml::Table = toml::from_str(preset).expect("presets are TOML");
+    let mut defaults: toml::Table = toml::from_str(preset).expect("presets are TOML");
+    if preset == BECKER_2015 {
+        let solid = case.get("dimension").and_then(toml::Value::as_integer) == Some(3);
+        let per_edge = BECKER_2015_PER_EDGE[usize::from(solid)];
+        defaults.insert("particles-per-edge".to_owned(), toml::Value::Integer(per_edge));
+    }
     let section = case.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new()));
     if let toml::Value::Table(section) = section {
         for (key, value) in defaults {

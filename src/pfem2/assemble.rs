@@ -25,6 +25,8 @@ const ROWS: usize = 256;
 pub struct CutElement<const D: usize, const N: usize> {
     /// The element.
     pub element: u32,
+    /// What it adds to the mass matrix of an element of its mean density [kg].
+    pub inertia: [[f64; N]; N],
     /// Its enriched pressure.
     pub enriched: Enriched<N>,
     /// Forces of surface tension on its nodes [N].
@@ -78,6 +80,7 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
         }
         if let Some(cut) = cut {
             add(&mut block, &cut.enriched.block(i, j));
+            (0..D).for_each(|r| block[r][r] += cut.inertia[i][j] / self.equations.delta);
         }
         block
     }
@@ -85,8 +88,11 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
     /// The right-hand side of an element's local node `i`, condensed.
     fn load(&self, element: usize, cut: Option<&CutElement<D, N>>, i: usize) -> [f64; N] {
         let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
-        let mut load = element::load(simplex, content, &self.equations, &self.drive(element, cut.is_some()), i);
+        let drive = self.drive(element, cut.is_some());
+        let mut load = element::load(simplex, content, &self.equations, &drive, i);
         if let Some(cut) = cut {
+            let carried = (0..N).map(|j| drive.convected[j] * cut.inertia[i][j]).sum::<Vector<D>>();
+            (0..D).for_each(|r| load[r] += carried[r] / self.equations.delta);
             let condensed = cut.enriched.load(i);
             (0..N).for_each(|r| load[r] += condensed[r]);
             (0..D).for_each(|r| load[r] += cut.tension[i][r]);

@@ -252,7 +252,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         let drives = self.elements(convected);
         let enrich = |(e, nodes): (usize, &[u32; N])| {
             let source = drives.drive(e, true).source(&self.equations);
-            self.enrich(e, phases.filling(nodes), filled[e].0.tau, source)
+            self.enrich(e, phases.filling(nodes), &filled[e].0, source)
         };
         let cuts = elements.par_iter().enumerate().filter(|(e, _)| !filled[*e].1).filter_map(enrich).collect();
         self.volumes = self.volumes_of(phases);
@@ -261,21 +261,35 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     }
 
     /// The enriched pressure and the surface tension of an element, if it is cut.
-    fn enrich(&self, e: usize, filling: Filling<N>, tau: f64, source: Vector<D>) -> Option<CutElement<D, N>> {
+    fn enrich(
+        &self,
+        e: usize,
+        filling: Filling<N>,
+        content: &Content<N>,
+        source: Vector<D>,
+    ) -> Option<CutElement<D, N>> {
         let cut = filling.cut(&self.density, |fluid| self.viscosity(e, fluid))?;
         let Filling::Cut(pair, level) = filling else { return None };
         let simplex = self.mesh.simplex(e);
         let tension = self.physics.tension_between(pair);
         let enrichment = if tension > 0.0 { Enrichment::Jump } else { self.physics.enrichment };
-        let inertia = match self.physics.stabilisation {
-            Stabilisation::ConsistentPspg => tau / self.equations.delta,
+        let delay = match self.physics.stabilisation {
+            Stabilisation::ConsistentPspg => content.tau / self.equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
-        let enriched = Enriched::new(&cut, enrichment, simplex, tau, source, inertia);
+        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, source, delay);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
         let tension = surface_tension::forces(&level, &x, simplex, tension);
-        Some(CutElement { element: e as u32, enriched, tension, energy })
+        let inertia = match self.physics.mass {
+            Mass::Lumped => [[0.0; N]; N],
+            Mass::Consistent => {
+                let own = cut.mass(simplex.volume);
+                let mean = |i, j| element::mass(content, Mass::Consistent, (i, j));
+                std::array::from_fn(|i| std::array::from_fn(|j| own[i][j] - mean(i, j)))
+            }
+        };
+        Some(CutElement { element: e as u32, inertia, enriched, tension, energy })
     }
 
     /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].

@@ -31,6 +31,8 @@ pub struct Part<const N: usize> {
     pub share: f64,
     /// Shape functions of the element at its centre.
     pub center: [f64; N],
+    /// Mean of N_i N_j over it.
+    pub products: [[f64; N]; N],
     /// True on the side of negative φ.
     pub negative: bool,
 }
@@ -103,8 +105,12 @@ fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> Part<N> {
         (false, false) => 1.0,
         _ => 0.0,
     });
-    let center = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / N as f64);
-    Part { share: edges.determinant().abs(), center, negative }
+    let sum: [f64; N] = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum());
+    // ∫λ_a λ_b dV = V (1 + δ_ab)/(d + 1)(d + 2) for its own shape functions λ.
+    let product =
+        |i: usize, j: usize| sum[i] * sum[j] + corners.iter().map(|corner| corner[i] * corner[j]).sum::<f64>();
+    let products = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j) / (N * (N + 1)) as f64));
+    Part { share: edges.determinant().abs(), center: sum.map(|sum| sum / N as f64), products, negative }
 }
 
 /// Corners of the interface in a cut element: 2 in a triangle, 3 or 4, in order around it, in a tetrahedron.
@@ -116,6 +122,13 @@ pub fn corners<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
         (&[a, b], &[c, d]) => vec![cut(a, c), cut(a, d), cut(b, d), cut(b, c)],
         _ => Vec::new(),
     }
+}
+
+/// The interface in a cut element as simplices: a segment in a triangle, one or two triangles in a tetrahedron.
+pub fn facets<const D: usize, const N: usize>(level: &[f64; N]) -> Vec<[[f64; N]; D]> {
+    let points = corners(level);
+    let facet = |fan: &[Point<N>]| std::array::from_fn(|i| if i == 0 && D == 3 { points[0] } else { fan[i + 2 - D] });
+    points.windows(2).skip(D - 2).map(facet).collect()
 }
 
 /// Which functions enrich the pressure of a cut element.
@@ -185,6 +198,18 @@ impl<const N: usize> Cut<N> {
         let density = content.mass.iter().sum::<f64>() / volume;
         content.tau = tau(Medium { density, viscosity: content.viscosity });
         content
+    }
+
+    /// Consistent mass matrix ∫ρ N_i N_j [kg] of an element of this volume [m³].
+    pub fn mass(&self, volume: f64) -> [[f64; N]; N] {
+        let mut mass = [[0.0; N]; N];
+        for part in &self.parts {
+            let own = volume * part.share * self.medium(part).density;
+            for (row, products) in mass.iter_mut().zip(&part.products) {
+                row.iter_mut().zip(products).for_each(|(m, product)| *m += own * product);
+            }
+        }
+        mass
     }
 
     /// Functions of an enrichment.
@@ -378,6 +403,11 @@ mod tests {
             for k in 0..N {
                 let moment: f64 = parts.iter().map(|part| part.share * part.center[k]).sum();
                 assert!((moment - 1.0 / N as f64).abs() < 1e-12);
+                for j in 0..N {
+                    let product: f64 = parts.iter().map(|part| part.share * part.products[k][j]).sum();
+                    let exact = if j == k { 2.0 } else { 1.0 } / (N * (N + 1)) as f64;
+                    assert!((product - exact).abs() < 1e-12);
+                }
             }
             let negative: f64 = parts.iter().filter(|part| part.negative).map(|part| part.share).sum();
             // Nodes with nearly the same level cancel in the closed form.

@@ -22,6 +22,7 @@ mod ledger;
 pub mod level_set;
 mod notices;
 pub mod outflow;
+pub mod outline;
 pub mod particles;
 pub mod phases;
 pub mod project;

@@ -19,7 +19,7 @@ pub struct Particles<const D: usize> {
     /// Index of the fluid.
     pub fluid: Vec<u8>,
     /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
-    pub depth: Vec<f32>,
+    pub depth: Vec<f64>,
     /// The element that holds the particle; ascending after [`Particles::sort`].
     pub element: Vec<u32>,
     /// Particles of element e are `first[e]..first[e + 1]`.
@@ -33,7 +33,7 @@ pub struct Particles<const D: usize> {
 struct Spare<const D: usize> {
     vectors: Vec<Vector<D>>,
     bytes: Vec<u8>,
-    floats: Vec<f32>,
+    floats: Vec<f64>,
     elements: Vec<u32>,
     order: Vec<u32>,
 }

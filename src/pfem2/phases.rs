@@ -68,6 +68,11 @@ impl Phases<'_> {
         }
     }
 
+    /// The heavier of two fluids.
+    pub fn heavier(&self) -> usize {
+        self.pair().0
+    }
+
     /// The heavier and the lighter of two fluids.
     fn pair(&self) -> (usize, usize) {
         if self.density.len() == 2 && self.density[1] > self.density[0] { (1, 0) } else { (0, 1) }

@@ -6,6 +6,7 @@ use super::interface::Enrichment;
 use super::level_set::LevelSet;
 use super::particles::Particles;
 use super::project::Kernel;
+use super::reseed::Reseeding;
 use crate::linalg;
 use crate::material::Viscosity;
 use crate::math::{Signal, Vector};
@@ -42,6 +43,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub enrichment: Enrichment,
     /// From the particles to the nodes.
     pub kernel: Kernel,
+    /// By what particles are added and taken away.
+    pub reseeding: Reseeding,
     /// Density ratio from which heavy fluids follow their own side of the interface (eq. 36).
     pub projectile_ratio: f64,
     /// Time in which the particles forget what the mesh can't see [s]; infinity: never.

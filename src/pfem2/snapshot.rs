@@ -7,6 +7,11 @@ use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
 
+/// Name of the mesh among the sets that outputs see.
+pub const MESH: &str = "mesh";
+/// Name of the interfaces between the fluids.
+pub const INTERFACE: &str = "interface";
+
 /// A field of vectors with three components.
 fn vectors<'a, const D: usize>(name: &'static str, unit: &'static str, values: &'a [Vector<D>]) -> Field<'a> {
     Field::computed(name, unit, 3, move || values.iter().flat_map(|v| v.to3()).collect())
@@ -20,7 +25,7 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         dt: pfem.dt_before,
         dimension: D,
         points: (0..pfem.density.len()).map(|fluid| points(pfem, fluid)).collect(),
-        surfaces: vec![mesh(pfem)],
+        surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).collect(),
         ledger: ledger(pfem),
         forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
         counts: counts(pfem),
@@ -71,7 +76,7 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
         node_fields.push(Field::scalar("level set", "", &pfem.level));
     }
     SurfaceSet {
-        name: "mesh",
+        name: MESH,
         position: Cow::Borrowed(&pfem.places),
         reference: Cow::Borrowed(&pfem.places),
         elements: implicit.mesh.elements().iter().map(|nodes| &nodes[..]).collect(),
@@ -79,6 +84,19 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
         node_fields,
         element_fields: Vec::new(),
     }
+}
+
+/// Where fluids meet; nothing if there is only one.
+fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<SurfaceSet<'_>> {
+    let outline = &pfem.outline;
+    (pfem.density.len() > 1).then(|| SurfaceSet {
+        name: INTERFACE,
+        position: Cow::Borrowed(&outline.position),
+        reference: Cow::Borrowed(&outline.position),
+        elements: outline.facets(D),
+        node_fields: vec![Field::computed("velocity", "m/s", 3, || outline.velocity.as_flattened().to_vec())],
+        element_fields: vec![Field::scalar("area", if D == 2 { "m" } else { "m^2" }, &outline.size)],
+    })
 }
 
 /// Mean density at the nodes [kg/m³].

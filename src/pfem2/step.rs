@@ -23,10 +23,11 @@ use super::forces::{self, Part};
 use super::implicit::{Implicit, Physics, Step};
 use super::ledger::{Books, Powers, Totals};
 use super::level_set::{self, LevelSet};
+use super::outline::Outline;
 use super::particles::Particles;
 use super::phases::Phases;
 use super::project::{Kernel, project};
-use super::reseed::{Density, Origin};
+use super::reseed::{self, Density, Origin, Reseeding};
 use super::setup::{Scheme, Setup, VolumeCorrection};
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
@@ -59,6 +60,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) density: Vec<f64>,
     pub(super) scheme: Scheme,
     kernel: Kernel,
+    reseeding: Reseeding,
     crowd: Density,
     /// Fluids that follow their own side of the interface.
     flying: Vec<bool>,
@@ -67,6 +69,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) parts: Vec<Part<D>>,
     /// Forces of the fluid on the parts at the end of the last step [N].
     pub(super) forces: Vec<Vector<D>>,
+    /// Where fluids meet after the last step.
+    pub(super) outline: Outline,
     pub(super) totals: Totals,
     pub(super) books: Books,
     pub(super) counts: Counts,
@@ -169,6 +173,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             shift: 0.0,
             scheme: setup.scheme,
             kernel: setup.kernel,
+            reseeding: setup.reseeding,
             crowd: Density::new::<D>(nominal),
             flying: density.iter().map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest).collect(),
             density,
@@ -176,6 +181,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             courant: setup.courant,
             forces: vec![Vector::ZERO; parts.len()],
             parts,
+            outline: Outline::default(),
             totals: Totals::default(),
             books: Books::default(),
             counts: Counts::default(),
@@ -294,7 +300,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             Some((velocity, named.unwrap_or_else(|| fluid(&place).0)))
         };
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
-        let done = self.particles.reseed(mesh, self.crowd, &origin);
+        let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
         self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
         self.counts.left += fate.left as u64;
         self.counts.stuck += fate.stuck as u64;
@@ -309,8 +315,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());
         if let Some(sharp) = &mut self.sharp {
             sharp.update(mesh, &mut self.particles);
+            level_set::absorb_lone_nodes(mesh, &mut sharp.level);
             if let Some(volume) = self.kept_volume {
                 self.shift = level_set::shift_to_volume(mesh, &mut sharp.level, volume, reach);
+                // The shift may leave a node alone that wasn't before; what that changes is below h³.
+                level_set::absorb_lone_nodes(mesh, &mut sharp.level);
             }
         }
     }
@@ -339,6 +348,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let velocity = &self.implicit.velocity;
         let gain: Vec<Vector<D>> = velocity.iter().zip(convected).map(|(v, hat)| *v - *hat).collect();
         self.give(&gain, step.delta(), correct::filter(step.dt, self.relaxation));
+        if self.reseeding == Reseeding::Elements {
+            let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+            let Implicit { mesh, velocity, .. } = &self.implicit;
+            self.counts.added += reseed::refill(&mut self.particles, mesh, velocity, &phases) as u64;
+        }
         self.acceleration.clear();
         self.acceleration.extend(gain.iter().map(|gain| *gain / step.delta()));
         if self.dt_before == 0.0 {
@@ -364,17 +378,26 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             power += traction.dot(self.implicit.velocity[node]);
         });
         self.forces = pushes.into_iter().map(|(force, _)| force).collect();
+        self.trace_interface();
         self.totals = Totals::of(&self.implicit);
         let Totals { gravity, viscous, weight, .. } = self.totals;
         let outside: [f64; 3] = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
         self.books.add([step.dt, step.theta], Powers { gravity, boundary: power, viscous }, outside);
     }
 
-    /// Rebuilds what follows from the columns: contents of the elements and sums over the mesh.
+    /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.
     fn settle(&mut self) {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         self.implicit.fill(&phases, &self.before);
         self.totals = Totals::of(&self.implicit);
+        self.trace_interface();
+    }
+
+    /// Where fluids meet now.
+    fn trace_interface(&mut self) {
+        let Implicit { mesh, cuts, velocity, .. } = &self.implicit;
+        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+        self.outline = Outline::new(mesh, &phases, cuts.iter().map(|cut| cut.element as usize), velocity);
     }
 
     /// √((ρ_1 + ρ_2) h³/(4π σ)) (Brackbill): the shortest capillary wave [s].
@@ -406,11 +429,11 @@ fn fluid_at<const D: usize, const N: usize>(
     phases: &Phases,
     sharp: Option<&LevelSet>,
     place: &Place<N>,
-) -> (u8, f32) {
+) -> (u8, f64) {
     let nodes = &mesh.elements()[place.element];
     match sharp {
         Some(set) => set.at(mesh, place, 1 - set.inside),
-        None => (phases.at_place(nodes, &place.shape) as u8, f32::INFINITY),
+        None => (phases.at_place(nodes, &place.shape) as u8, f64::INFINITY),
     }
 }
 

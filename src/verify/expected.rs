@@ -21,6 +21,12 @@
 //! quick = { relative = 0.08 }   # for the default run; `full` likewise
 //! source = "two finite element programs, rigid sphere"
 //!
+//! [[check]]
+//! name = "pressure inside less that outside"
+//! history = "inside"
+//! minus = "outside"             # the same value of another history is taken off
+//! ...
+//!
 //! [[profile]]                   # a field of particles at the end, over a coordinate
 //! name = "density, L1 error"
 //! of = ["left", "right"]
@@ -103,6 +109,8 @@ pub struct Check {
     pub history: String,
     /// A column of the table, or a formula of its columns.
     pub value: String,
+    /// Another table of the run, whose value at the same time is taken off.
+    pub minus: Option<String>,
     /// What is measured on it.
     pub kind: Kind,
     /// Time of `kind = "value"` [s]; level of `kind = "crossing"`, in the unit of the value.
@@ -170,6 +178,8 @@ pub enum Kind {
     Period,
     /// The rate at which the amplitude of an oscillation falls [1/s].
     Decay,
+    /// The rate at which a value grows like an exponential [1/s].
+    Growth,
     /// The first time at which the level `at` is passed [s].
     Crossing,
     /// The largest distance from the band of the reference curves.

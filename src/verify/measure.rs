@@ -30,17 +30,24 @@ impl Outcome {
 }
 
 impl Check {
-    /// Applies the check to its history; `read_curve` reads the table of a reference curve.
+    /// Applies the check to its history; `other` is the one to take off, `read_curve` reads the table of a reference
+    /// curve.
     ///
     /// # Errors
     /// Columns that aren't there; tables that can't be read.
     pub fn apply(
         &self,
         history: &Table,
+        other: Option<&Table>,
         tolerance: Tolerance,
         read_curve: impl Fn(&str) -> Result<Table>,
     ) -> Result<Outcome> {
-        let history = series(history, "time", &self.value)?.window(self.from, self.until);
+        let own = series(history, "time", &self.value)?;
+        let history = match other {
+            Some(other) => own.minus(&series(other, "time", &self.value)?),
+            None => own,
+        };
+        let history = history.window(self.from, self.until);
         let (computed, reference, deviation) = match &self.reference {
             Reference::Number(reference) => {
                 let computed = self.measure(&history);
@@ -78,6 +85,7 @@ impl Check {
             Kind::TimeOfMinimum => series.minimum().map(|sample| sample.0),
             Kind::Period => series.period(),
             Kind::Decay => series.decay(),
+            Kind::Growth => series.growth(),
             Kind::Crossing => series.passes(self.at?).first().copied(),
             Kind::Curve => None,
         }
@@ -148,7 +156,24 @@ mod tests {
             let row = |n: u32| format!("{},{}\n", n, -1e3 * (f64::from(n) * 1e-3 * TAU / 0.4).cos());
             Ok(Table::parse(format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>()).as_bytes()).unwrap())
         };
-        check.apply(&ringing(), check.tolerance, curve).unwrap()
+        check.apply(&ringing(), None, check.tolerance, curve).unwrap()
+    }
+
+    /// 0.3 e^(2t), and half of it.
+    #[test]
+    fn growth_is_that_of_the_difference_of_two_histories() {
+        let table = |factor: f64| {
+            let row = |n: u32| format!("{n},{}\n", factor * (2.0 * f64::from(n)).exp());
+            Table::parse(format!("time [s],z [m]\n{}", (0..=9).map(row).collect::<String>()).as_bytes()).unwrap()
+        };
+        let text = "[[check]]\nname = 'a'\nhistory = 'h'\nminus = 'g'\nvalue = 'z'\nkind = 'growth'\nreference = 2.0\n\
+                    tolerance = { absolute = 1e-12 }\nsource = 's'";
+        let check = Expected::parse(text).unwrap().checks.remove(0);
+        let none = |_: &str| Ok(Table::default());
+        let apply = |other: &Table| check.apply(&table(0.3), Some(other), check.tolerance, none).unwrap();
+        assert!(apply(&table(0.15)).passed());
+        // A difference that vanishes does not grow.
+        assert_eq!(apply(&table(0.3)).computed, None);
     }
 
     #[test]

@@ -65,12 +65,13 @@ pub fn verify(folder: &Folder, level: Level, directory: &Path, stop: &Arc<Atomic
 /// A history, a column or a reference isn't there.
 pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &Path) -> Result<Vec<Outcome>> {
     let apply = |check: &expected::Check| {
-        let path = histories.join(format!("{}.csv", check.history));
-        let history = Table::read(&path)?;
-        if history.heads.is_empty() {
-            return Err(Error::io(path, io::ErrorKind::NotFound.into()));
-        }
-        check.apply(&history, check.tolerance_at(level), |file| table_beside(folder, file))
+        let read = |name: &String| {
+            let path = histories.join(format!("{name}.csv"));
+            let history = Table::read(&path)?;
+            if history.heads.is_empty() { Err(Error::io(path, io::ErrorKind::NotFound.into())) } else { Ok(history) }
+        };
+        let (history, other) = (read(&check.history)?, check.minus.as_ref().map(read).transpose()?);
+        check.apply(&history, other.as_ref(), check.tolerance_at(level), |file| table_beside(folder, file))
     };
     expected.checks.iter().map(apply).collect()
 }

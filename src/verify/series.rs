@@ -95,6 +95,20 @@ impl Series {
         Self { x, y }.slope().map(|slope| -slope)
     }
 
+    /// The rate n of a growth like e^(nx): a straight line through the logarithms; `None` with fewer than two samples,
+    /// or where the value isn't positive.
+    pub fn growth(&self) -> Option<f64> {
+        if self.y.iter().all(|&y| y > 0.0) { self.map(f64::ln).slope() } else { None }
+    }
+
+    /// This curve less another one, where that has values.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Self {
+        let less = self.x.iter().zip(&self.y).filter_map(|(&x, &y)| Some((x, y - other.at(x)?)));
+        let (x, y) = less.unzip();
+        Self { x, y }
+    }
+
     /// The slope of the straight line that fits the samples best; `None` with fewer than two.
     pub fn slope(&self) -> Option<f64> {
         let count = self.x.len() as f64;

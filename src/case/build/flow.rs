@@ -86,6 +86,7 @@ impl Assembly<'_> {
             mass: spec.mass.into(),
             enrichment: spec.enrichment.into(),
             kernel: spec.kernel.into(),
+            reseeding: spec.reseeding.into(),
             projectile_ratio: spec.projectile_ratio,
             relaxation: spec.relaxation,
             courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },

@@ -6,7 +6,9 @@
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use crate::pfem2::interface::{corners, is_cut};
+use crate::pfem2::interface::{facets, is_cut};
+use crate::pfem2::outline::size;
+use crate::pfem2::particles::interpolate;
 use rayon::prelude::*;
 
 /// No polygon yet.
@@ -31,12 +33,8 @@ impl<const D: usize> Interface<D> {
                 continue;
             }
             let x = mesh.corners(e as usize);
-            let points: Vec<Vector<D>> =
-                corners(&own).iter().map(|shape| crate::pfem2::particles::interpolate(shape, &x)).collect();
-            for fan in points.windows(2).skip(D - 2) {
-                interface
-                    .facets
-                    .push(std::array::from_fn(|i| if i == 0 && D == 3 { points[0] } else { fan[i + 2 - D] }));
+            for facet in facets::<D, N>(&own) {
+                interface.facets.push(facet.map(|shape| interpolate(&shape, &x)));
                 interface.element.push(e);
             }
             let edges = (0..N).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -57,7 +55,7 @@ impl<const D: usize> Interface<D> {
 
     /// Length [m], or area in 3D [m²].
     pub fn area(&self) -> f64 {
-        self.facets.iter().map(area).sum()
+        self.facets.iter().map(size).sum()
     }
 
     /// Distance of each node [m], up to `band`; nodes farther away have `band`.
@@ -151,14 +149,4 @@ fn over_triangle<const D: usize>(facet: &[Vector<D>; D], x: Vector<D>) -> Option
     let size = uu * vv - uv * uv;
     let (s, t) = ((vv * wu - uv * wv) / size, (uu * wv - uv * wu) / size);
     (s >= 0.0 && t >= 0.0 && s + t <= 1.0).then(|| (w - u * s - v * t).norm())
-}
-
-/// Length of a segment or area of a triangle.
-fn area<const D: usize>(facet: &[Vector<D>; D]) -> f64 {
-    let u = facet[1] - facet[0];
-    if D == 2 {
-        return u.norm();
-    }
-    let v = facet[D - 1] - facet[0];
-    0.5 * (u.norm_squared() * v.norm_squared() - u.dot(v).powi(2)).max(0.0).sqrt()
 }

@@ -17,11 +17,13 @@
 //! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations.
 
 mod distance;
+mod lone;
 #[cfg(test)]
 mod tests;
 mod volume;
 
 pub use distance::Interface;
+pub use lone::absorb_lone_nodes;
 pub use volume::{negative_volume, shift_to_volume};
 
 use super::convect::Place;
@@ -31,8 +33,9 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
 
-/// Depths are measured up to this many times the longest edge of the elements that are cut.
-const BAND: f64 = 3.0;
+/// Depths are measured up to this many times the longest edge of the elements that are cut. A slope at the node of a
+/// near element looks at nodes three edges away, and these at particles four edges away: none of them may be cut off.
+const BAND: f64 = 4.0;
 
 /// Steps between two measurements of the depths (theory 12.4).
 const MEASURED_EVERY: usize = 10;
@@ -72,7 +75,7 @@ impl LevelSet {
         let band = BAND * Interface::new(mesh, &level).longest_edge();
         let set = Self { inside, level, band, age: 0 };
         let columns = particles.depth.par_iter_mut().zip(&particles.position).zip(&particles.fluid);
-        columns.for_each(|((depth, &x), &fluid)| *depth = (set.sign(fluid) * phi(x)).max(0.0) as f32);
+        columns.for_each(|((depth, &x), &fluid)| *depth = (set.sign(fluid) * phi(x)).max(0.0));
         set
     }
 
@@ -86,9 +89,9 @@ impl LevelSet {
     }
 
     /// Fluid and depth at a place, with `outside` for the other fluid.
-    pub fn at<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, place: &Place<N>, outside: u8) -> (u8, f32) {
+    pub fn at<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, place: &Place<N>, outside: u8) -> (u8, f64) {
         let phi = value(mesh, place, &self.level);
-        (if phi < 0.0 { self.inside } else { outside }, phi.abs() as f32)
+        (if phi < 0.0 { self.inside } else { outside }, phi.abs())
     }
 
     fn sign(&self, fluid: u8) -> f64 {
@@ -105,7 +108,7 @@ impl LevelSet {
             }
             let mut moments = Moments::new(0);
             for p in own.clone() {
-                let phi = self.sign(particles.fluid[p]) * f64::from(particles.depth[p]).min(self.band);
+                let phi = self.sign(particles.fluid[p]) * particles.depth[p].min(self.band);
                 moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));
             }
             entries.put(&moments);
@@ -137,7 +140,7 @@ impl LevelSet {
         let shallow = |e: usize| {
             let own = particles.of(e);
             let mixed = particles.fluid[own.clone()].windows(2).any(|pair| pair[0] != pair[1]);
-            mixed || particles.depth[own].iter().any(|&depth| f64::from(depth) < 0.99 * self.band)
+            mixed || particles.depth[own].iter().any(|&depth| depth < 0.99 * self.band)
         };
         let shallow: Vec<bool> = elements.clone().into_par_iter().map(shallow).collect();
         let node = |node: usize| {
@@ -157,19 +160,22 @@ impl LevelSet {
             return;
         }
         self.band = BAND * interface.longest_edge();
-        let distance = interface.distances(mesh, self.band);
+        // Signed, so that in cut elements, too, the distance of a plane is linear.
+        let mut distance = interface.distances(mesh, self.band);
+        distance.iter_mut().zip(&self.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
         let slope = self.slopes(mesh);
         let slack = SLACK * interface.longest_edge();
         let columns = particles.depth.par_iter_mut().zip(&particles.position);
         columns.zip(particles.element.par_iter().zip(&particles.fluid)).for_each(|((depth, &x), (&e, &fluid))| {
             let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
-            let away = value(mesh, &place, &distance);
-            if self.sign(fluid) * value(mesh, &place, &self.level) < 0.0 {
+            let sign = self.sign(fluid);
+            if sign * value(mesh, &place, &self.level) < 0.0 {
                 return;
             }
-            let scaled = f64::from(*depth) / value(mesh, &place, &slope);
+            let away = sign * value(mesh, &place, &distance);
+            let scaled = *depth / value(mesh, &place, &slope);
             let near = away < interface.longest_edge() && scaled.is_finite();
-            *depth = if near { scaled.clamp(away - slack, away + slack).max(0.0) } else { away } as f32;
+            *depth = if near { scaled.clamp(away - slack, away + slack).max(0.0) } else { away };
         });
     }
 

@@ -100,3 +100,20 @@ fn zalesaks_disc_loses_less_than_two_percent_of_its_area() {
 fn signs_give_the_pseudo_level_set_of_the_source() {
     assert_eq!(pseudo(&[1.0, 0.5, 0.25]), [-1.0, 0.0, 0.5]);
 }
+
+/// Over a measurement, too: at rest, an interface that moved would set two fluids in motion.
+#[test]
+fn a_plane_at_rest_stays_where_it_is_to_the_last_digits() {
+    for normal in [Vector([0.0, 1.0]), Vector([0.6, 0.8])] {
+        let plane = |x: Vector<2>| x.dot(normal) - 0.4871;
+        let mesh = square(20);
+        let mut particles = Particles::seed(&mesh, 4, |x| Some(u8::from(plane(x) >= 0.0)), |_| Vector::ZERO);
+        let mut set = LevelSet::new(&mesh, 0, plane, &mut particles);
+        for step in 0..25 {
+            set.update(&mesh, &mut particles);
+            let near = mesh.nodes().iter().zip(&set.level).filter(|(x, _)| plane(**x).abs() < 0.1);
+            let worst = near.map(|(x, phi)| (phi - plane(*x)).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-13, "{step}: {worst:e}");
+        }
+    }
+}

@@ -15,6 +15,7 @@ use super::interface::Enrichment;
 use super::particles::Particles;
 use super::phases::Phases;
 use super::project::Kernel;
+use super::reseed::Reseeding;
 use super::setup::{FluidSetup, Scheme, Setup, VolumeCorrection};
 use crate::linalg::Options;
 use crate::material::Viscosity;
@@ -90,6 +91,7 @@ fn setup<const D: usize, const N: usize>(
         mass,
         enrichment,
         kernel: Kernel::default(),
+        reseeding: Reseeding::default(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         courant: f64::INFINITY,

@@ -8,7 +8,12 @@
 //! ```
 //!
 //! A new particle is traced back along its streamline for the whole step: it takes what the mesh had at the foot, or
-//! what flowed in at the time when it crossed the inlet, so that it has the history of its place.
+//! what flowed in at the time when it crossed the inlet, so that it has the history of its place. The paper counts by
+//! elements instead (see `elements`).
+
+mod elements;
+
+pub use elements::refill;
 
 use super::convect::{End, Place, Streamlines};
 use super::correct::at;
@@ -16,6 +21,16 @@ use super::particles::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
+
+/// By what particles are added and taken away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Reseeding {
+    /// By sub-cells: none stays empty, none is crowded.
+    #[default]
+    SubCells,
+    /// By elements, before the projection and at the end of the step (the paper).
+    Elements,
+}
 
 /// How many particles there should be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +57,7 @@ pub struct Origin<'a, const D: usize, const N: usize> {
     /// Nodal velocity at its start [m/s].
     pub velocity: &'a [Vector<D>],
     /// Fluid at a place at its start, and the depth below the interface [m].
-    pub fluid: &'a (dyn Fn(&Place<N>) -> (u8, f32) + Sync),
+    pub fluid: &'a (dyn Fn(&Place<N>) -> (u8, f64) + Sync),
     /// Velocity [m/s] and fluid that flow in through the boundary facet of an element opposite to a local node, at a
     /// position [m] and a time after the start of the step [s]; `None` where nothing is prescribed.
     pub inflow: &'a (dyn Fn(usize, usize, Vector<D>, f64) -> Option<(Vector<D>, u8)> + Sync),
@@ -55,7 +70,7 @@ pub struct Reseeded {
     pub added: usize,
     /// Of these, the ones that came in through an inlet.
     pub inflow: usize,
-    /// Particles that were merged into another.
+    /// Particles that were merged into another, or dropped where there were too many.
     pub merged: usize,
     /// Elements that had no particle.
     pub empty: usize,
@@ -63,18 +78,26 @@ pub struct Reseeded {
 
 /// A change of the columns.
 enum Edit<const D: usize> {
-    Add { position: Vector<D>, velocity: Vector<D>, fluid: u8, depth: f32, element: u32, inflow: bool },
+    Add { position: Vector<D>, velocity: Vector<D>, fluid: u8, depth: f64, element: u32, inflow: bool },
     Merge { keep: usize, drop: usize },
+    Drop { particle: usize },
 }
 
 impl<const D: usize> Particles<D> {
-    /// Fills empty sub-cells and thins out crowded ones.
-    pub fn reseed<const N: usize>(&mut self, mesh: &Mesh<D, N>, density: Density, origin: &Origin<D, N>) -> Reseeded {
-        let edits: Vec<Edit<D>> = (0..mesh.elements().len())
-            .into_par_iter()
-            .with_min_len(256)
-            .flat_map_iter(|e| self.edits(mesh, e, density, origin))
-            .collect();
+    /// Fills what is empty and thins out what is crowded, before the projection; `density` is that of sub-cells.
+    pub fn reseed<const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        reseeding: Reseeding,
+        density: Density,
+        origin: &Origin<D, N>,
+    ) -> Reseeded {
+        let edits = |e: usize| match reseeding {
+            Reseeding::SubCells => self.edits(mesh, e, density, origin),
+            Reseeding::Elements => self.edits_of_element(mesh, e, origin),
+        };
+        let edits: Vec<Edit<D>> =
+            (0..mesh.elements().len()).into_par_iter().with_min_len(256).flat_map_iter(edits).collect();
         let empty = self.first().windows(2).filter(|bounds| bounds[0] == bounds[1]).count();
         let mut done = Reseeded { empty, ..Reseeded::default() };
         for edit in &edits {
@@ -101,7 +124,26 @@ impl<const D: usize> Particles<D> {
                 self.element[drop] = GONE;
                 done.merged += 1;
             }
+            Edit::Drop { particle } => {
+                self.element[particle] = GONE;
+                done.merged += 1;
+            }
         }
+    }
+
+    /// By elements: a few particles where there are too few, none above the most.
+    fn edits_of_element<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        element: usize,
+        origin: &Origin<D, N>,
+    ) -> Vec<Edit<D>> {
+        let own = self.of(element);
+        if own.len() < elements::least::<D>() {
+            let add = |shape| newcomer(mesh, &Place { element, shape }, origin);
+            return elements::before::<N>().into_iter().map(add).collect();
+        }
+        own.skip(elements::most::<D>()).map(|particle| Edit::Drop { particle }).collect()
     }
 
     fn edits<const N: usize>(
@@ -239,7 +281,7 @@ mod tests {
                 (x[0] < 1e-9).then(|| (Vector([dt * step as f64 + after, 0.0]), u8::from(step > 0)))
             };
             let origin = Origin { lines: &lines, dt, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &inflow };
-            let done = particles.reseed(&mesh, Density::new::<2>(15), &origin);
+            let done = particles.reseed(&mesh, Reseeding::SubCells, Density::new::<2>(15), &origin);
             assert!(done.inflow > 0 && done.empty > 0, "{done:?}");
         }
         assert!((0..mesh.elements().len()).all(|e| particles.of(e).len() >= 4));
@@ -264,7 +306,7 @@ mod tests {
             Origin { lines: &lines, dt: 0.0, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &|_, _, _, _| None };
         let density = Density { nominal: 15, most: 14 };
         let before = particles.len();
-        let done = particles.reseed(&mesh, density, &origin);
+        let done = particles.reseed(&mesh, Reseeding::SubCells, density, &origin);
         assert!(done.merged > 0 && particles.len() == before - done.merged);
         for (x, (v, &fluid)) in particles.position.iter().zip(particles.velocity.iter().zip(&particles.fluid)) {
             assert!((*x - *v).norm() < 1e-15 && fluid == u8::from(x[1] > 0.37));
