@@ -59,7 +59,7 @@ impl Default for Pfem2Spec {
             volume: VolumeSpec::Shift,
             particles_per_edge: 3,
             reseeding: ReseedingSpec::SubCells,
-            projectile_ratio: 10.0,
+            projectile_ratio: f64::INFINITY,
             relaxation: f64::INFINITY,
             courant: 5.0,
             gravity: Default::default(),
