@@ -52,7 +52,7 @@ impl Default for Pfem2Spec {
         Self {
             scheme: SchemeSpec::SecondOrder { theta: theta() },
             stabilisation: StabilisationSpec::Oss,
-            mass: MassSpec::Lumped,
+            mass: MassSpec::Consistent,
             enrichment: EnrichmentSpec::Jump,
             kernel: ProjectionSpec::Linear,
             interface: InterfaceSpec::Sharp,
@@ -102,13 +102,13 @@ pub enum StabilisationSpec {
     Oss,
 }
 
-/// Mass matrix of elements that no interface cuts.
+/// Mass matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MassSpec {
-    /// A diagonal.
+    /// A diagonal (the paper).
     Lumped,
-    /// The full one.
+    /// The full one, in cut elements over each side.
     Consistent,
 }
 

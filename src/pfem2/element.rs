@@ -38,9 +38,9 @@ pub enum Stabilisation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mass {
     /// A diagonal.
-    #[default]
     Lumped,
-    /// ∫ρ N_i N_j.
+    /// ∫ρ N_i N_j, in cut elements over each side: it doesn't slow down what is short, or moves along an interface.
+    #[default]
     Consistent,
 }
 
