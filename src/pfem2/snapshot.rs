@@ -94,6 +94,7 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
         position: Cow::Borrowed(&outline.position),
         reference: Cow::Borrowed(&outline.position),
         elements: outline.facets(D),
+        kind: Elements::Sheet,
         node_fields: vec![Field::computed("velocity", "m/s", 3, || outline.velocity.as_flattened().to_vec())],
         element_fields: vec![Field::scalar("area", if D == 2 { "m" } else { "m^2" }, &outline.size)],
     })
