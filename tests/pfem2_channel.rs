@@ -11,6 +11,7 @@ use lateen::pfem2::interface::Enrichment;
 use lateen::pfem2::particles::Particles;
 use lateen::pfem2::phases::Phases;
 use lateen::pfem2::project::Kernel;
+use lateen::pfem2::reseed::Reseeding;
 use lateen::pfem2::setup::{FluidSetup, Scheme, VolumeCorrection};
 use lateen::pfem2::{Boundary, Pfem2, Setup};
 use lateen::simulation::Solver;
@@ -101,6 +102,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         mass,
         enrichment,
         kernel: Kernel::Linear,
+        reseeding: Reseeding::default(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         courant: f64::INFINITY,
