@@ -1,7 +1,7 @@
 //! Contact on the background grid: membranes with bodies, and bodies with each other.
 //!
 //! Bodies and membranes first move as if they were alone. Then they exchange impulses, in one of two places
-//! ([`SheetContact`](crate::mpm::SheetContact)): on the surface of the membrane, between its elements and the points of
+//! ([`SheetContact`]): on the surface of the membrane, between its elements and the points of
 //! bodies near it (`points`, `nearest`; theory 8.2), or, as in the paper, at the grid nodes (`sheet`, `row`, `band`):
 //! where both have mass at a node, approach, and have closed their gap, they exchange an impulse (Lian, Liu & Zhang
 //! 2014, section 5, with the signs of eqs. 55, 58 and 59 corrected; theory 6 and 7.2):
