@@ -218,23 +218,35 @@ impl<const D: usize> Boundary<D> {
     /// Sets the prescribed velocities of time `t` [s].
     pub fn prescribe<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64, constraints: &mut Constraints<D, N>) {
         for (node, sets) in &self.fixed {
-            let v = self.prescribed(mesh, *node, sets, t);
+            let v = self.prescribed(mesh.nodes()[*node as usize], sets, t);
             constraints.value[*node as usize][..D].copy_from_slice(&v.0);
         }
     }
 
-    /// Makes the convected velocity of nodes with a prescribed one fit it: at the end of the step they have it, and
-    /// within θ Δt of that they changed by θ of its change in the step.
+    /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step.
     pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, [t, dt, theta]: [f64; 3], convected: &mut [Vector<D>]) {
         for (node, sets) in &self.fixed {
-            let [before, after] = [t, t + dt].map(|t| self.prescribed(mesh, *node, sets, t));
-            convected[*node as usize] = after + (before - after) * theta;
+            let x = mesh.nodes()[*node as usize];
+            let change = self.change(x, sets, [t + dt, dt]);
+            convected[*node as usize] = self.prescribed(x, sets, t + dt) - change * theta;
         }
     }
 
-    /// The slowest of the velocities that the sets of a node prescribe [m/s].
-    fn prescribed<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, sets: &[u32], t: f64) -> Vector<D> {
-        let x = mesh.nodes()[node as usize];
+    /// Δt times the acceleration of what moves with the prescribed velocity at the time `t` [m/s]: a wall that turns
+    /// leads the fluid around. The formula of an inlet doesn't say how the velocity changes across it.
+    fn change(&self, x: Vector<D>, sets: &[u32], [t, dt]: [f64; 2]) -> Vector<D> {
+        let inlet = sets.iter().any(|&set| self.sets[set as usize].condition.kind() == BoundaryKind::Inlet);
+        let along = if inlet { Vector::ZERO } else { self.prescribed(x, sets, t) };
+        let between = |along: Vector<D>| {
+            let [before, after] = [-0.5 * dt, 0.5 * dt].map(|s| self.prescribed(x + along * s, sets, t + s));
+            after - before
+        };
+        // A formula need not hold beyond the end of the wall.
+        Some(between(along)).filter(|change| change.norm().is_finite()).unwrap_or_else(|| between(Vector::ZERO))
+    }
+
+    /// The slowest of the velocities that sets prescribe at a place [m/s].
+    fn prescribed(&self, x: Vector<D>, sets: &[u32], t: f64) -> Vector<D> {
         let velocities = sets.iter().filter_map(|&set| self.sets[set as usize].condition.velocity(x, t));
         velocities.min_by(|v, w| v.norm_squared().total_cmp(&w.norm_squared())).unwrap_or_default()
     }

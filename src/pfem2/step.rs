@@ -208,11 +208,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)
         timed!(self.timer, "convect", self.convect(step)); // streamlines                       (34–36)
         timed!(self.timer, "interface", self.follow_interface()); // φ, sharp
-        let mut convected = timed!(self.timer, "project", self.project()); // v̂, φ              (37–39)
+        let seen = timed!(self.timer, "project", self.project()); // v̂, φ                      (37–39)
+        let mut convected = seen.clone();
         self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
         self.before.copy_from_slice(&self.implicit.velocity);
         timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          (20, 29–33)
-        timed!(self.timer, "correct", self.correct(step, &convected)); // v_p += N δv           (40)
+        timed!(self.timer, "correct", self.correct(step, &seen, &convected)); // v_p += N δv    (40)
         timed!(self.timer, "account", self.account(step, &convected));
         health::check_particles(&self.particles)?;
         health::check_nodes(&self.implicit)
@@ -343,11 +344,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.implicit.solve(step, &phases, convected)
     }
 
-    /// Gives the particles what the nodes gained, and keeps the acceleration for the next step.
-    fn correct(&mut self, step: Step, convected: &[Vector<D>]) {
-        let velocity = &self.implicit.velocity;
-        let gain: Vec<Vector<D>> = velocity.iter().zip(convected).map(|(v, hat)| *v - *hat).collect();
-        self.give(&gain, step.delta(), correct::filter(step.dt, self.relaxation));
+    /// Gives the particles what the nodes have and they don't show, and keeps the acceleration for the next step.
+    ///
+    /// What particles show at a node with a prescribed velocity enters no equation; unless they are led back to it, it
+    /// drifts away.
+    fn correct(&mut self, step: Step, seen: &[Vector<D>], convected: &[Vector<D>]) {
+        let difference = |from: &[Vector<D>]| -> Vec<Vector<D>> {
+            self.implicit.velocity.iter().zip(from).map(|(v, hat)| *v - *hat).collect()
+        };
+        let (missing, gain) = (difference(seen), difference(convected));
+        self.give(&missing, step.delta(), correct::filter(step.dt, self.relaxation));
         if self.reseeding == Reseeding::Elements {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
             let Implicit { mesh, velocity, .. } = &self.implicit;
