@@ -2,8 +2,8 @@
 
 use crate::model::*;
 use lateen::material::StartState;
-use lateen::math::Vector;
-use lateen::mpm::Mpm;
+use lateen::math::{Signal, Vector};
+use lateen::mpm::{MembraneSetup, Mpm, WallKind};
 use lateen::simulation::Solver;
 
 /// A chain through `corners` with `divisions` segments between them; closed if the last corner is the first.
@@ -84,6 +84,22 @@ fn the_loop_of_gas_swings_in_its_ring_mode() {
     let radii: Vec<f64> = nodes(&mpm).iter().map(|x| x[0].hypot(x[1])).collect();
     let mean = radii.iter().sum::<f64>() / radii.len() as f64;
     assert!((mean / 0.9554 - 1.0).abs() < 0.02, "radius {mean}");
+}
+
+/// A heavy sheet, held at its ends and as strongly pressed from outside as from inside, closes a box of gas: it stays
+/// where it is, also next to its supports.
+#[test]
+fn a_sheet_between_equal_pressures_rests_up_to_its_supports() {
+    let (points, elements) = chain(&[[0.0, 0.0], [0.6, 0.0]], &[12]);
+    let lid = membrane(points, elements, [20.0, 1.0, 0.0, 0.05], vec![support(vec![0, 12], [true; 3])]);
+    let lid = MembraneSetup { pressure: Signal::Constant(1.0), follower: false, ..lid };
+    let mut grid = symmetric(open([0.0, -0.5], 0.1, [6, 9]), &[0, 1]);
+    grid.walls[0][1].kind = WallKind::Slip;
+    let mut mpm = start(setup(grid, vec![pressurised([0.0, -0.5], [24, 20], 0.025, 2.5)], vec![lid]));
+    run(&mut mpm, 0.5, |_, _| ());
+    for [_, y, _] in nodes(&mpm) {
+        assert!(y.abs() < 1e-12, "{y:e}");
+    }
 }
 
 /// A square box of membrane, held at its corners and blown up by the gas in it: no particle leaves in 10,000

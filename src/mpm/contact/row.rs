@@ -11,6 +11,10 @@ pub(super) struct Row<const D: usize> {
     pub node: u32,
     /// m_I^r [kg].
     pub mass: f64,
+    /// The part of it that belongs to nodes whose motion along an axis is prescribed [kg].
+    pub held: Vector<D>,
+    /// Normal impulse over the change of normal velocity [kg].
+    pub inertia: f64,
     /// Unit normal; zero where the sheet has no direction or contact may not push.
     pub normal: Vector<D>,
     /// True where the areas around the node cancel: the normal then comes from the bodies (theory 6.3).
@@ -53,6 +57,9 @@ pub(super) struct Pair<const D: usize> {
     /// Σ J·v̂_I^r: normal part and friction [J].
     pub work: [f64; 2],
 }
+
+/// Share of a sheet that moves even where supports hold all of it: it stops what is up to 10⁶ times heavier.
+const YIELD: f64 = 1e-6;
 
 /// The number of an absent row or partner.
 pub(super) const NONE: u32 = u32::MAX;
@@ -113,6 +120,8 @@ impl<const D: usize> Row<D> {
         Self {
             node: node as u32,
             mass: 0.0,
+            held: Vector::ZERO,
+            inertia: 0.0,
             normal: Vector::ZERO,
             folded: false,
             centre: Vector::ZERO,
@@ -123,6 +132,12 @@ impl<const D: usize> Row<D> {
             pushed: Vector::ZERO,
             free: [true; D],
         }
+    }
+
+    /// m_I^r/(1 − s) with the share s of the mass that supports hold along the normal.
+    pub fn find_inertia(&mut self) {
+        let held: f64 = (0..D).map(|a| self.normal[a].powi(2) * self.held[a]).sum();
+        self.inertia = self.mass / (1.0 - held / self.mass).max(YIELD);
     }
 
     /// `v` without the components that contact may not push.

@@ -19,10 +19,6 @@ const MOST: u32 = 64;
 /// Samples per parallel task.
 const TASK: usize = 256;
 
-/// How much heavier a node held in all directions is on the grid: contact pushes it, its support answers
-/// (theory 6.5).
-const HELD: f64 = 1e3;
-
 /// An element: its nodes (unused ones repeat the last) and their number, 2 to 4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Facet {
@@ -160,6 +156,12 @@ impl Samples {
         corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
     }
 
+    /// The part of a sample's mass that belongs to nodes held along each axis [kg].
+    pub(super) fn held_mass<const D: usize>(&self, facets: &[Facet], held: &[[bool; D]], q: usize) -> Vector<D> {
+        let nodes = facets[self.element[q] as usize].nodes.into_iter().zip(self.mass[q]);
+        nodes.map(|(k, mass)| Vector::from_fn(|a| if held[k as usize][a] { mass } else { 0.0 })).sum()
+    }
+
     /// The nodes with bodies that each sample reaches, sample by sample.
     pub(super) fn visits<const D: usize>(
         &self,
@@ -203,12 +205,7 @@ impl Samples {
 }
 
 /// The mass of each element corner [kg]: a node's mass, shared in proportion to the elements' areas.
-pub fn corner_mass<const D: usize>(
-    facets: &[Facet],
-    reference: &[Vector<D>],
-    mass: &[f64],
-    held: impl Fn(usize) -> bool,
-) -> Vec<[f64; 4]> {
+pub fn corner_mass<const D: usize>(facets: &[Facet], reference: &[Vector<D>], mass: &[f64]) -> Vec<[f64; 4]> {
     let area: Vec<f64> = facets.iter().map(|f| f.area(reference).norm()).collect();
     let mut around = vec![0.0; mass.len()];
     for (facet, area) in facets.iter().zip(&area) {
@@ -216,7 +213,7 @@ pub fn corner_mass<const D: usize>(
             around[k as usize] += area;
         }
     }
-    let share = |k: usize| mass[k] / around[k] * if held(k) { HELD } else { 1.0 };
+    let share = |k: usize| mass[k] / around[k];
     let corner = |f: &Facet, area: f64, k: usize| if k < f.count { area * share(f.nodes[k] as usize) } else { 0.0 };
     facets.iter().zip(&area).map(|(f, &area)| std::array::from_fn(|k| corner(f, area, k))).collect()
 }
@@ -232,7 +229,7 @@ mod tests {
             [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.3], [-0.1, 0.9, 0.0], [2.0, 0.2, 0.1]].map(Vector);
         let facets = [Facet::new(&[0, 1, 2, 3]), Facet::new(&[1, 4, 2])];
         let mass = [1.0, 2.0, 3.0, 4.0, 5.0];
-        let corners = corner_mass(&facets, &position, &mass, |_| false);
+        let corners = corner_mass(&facets, &position, &mass);
         for cell in [3.0, 0.5, 0.21] {
             let mut samples = Samples::default();
             samples.lay(&facets, &position, &corners, cell);
@@ -254,7 +251,7 @@ mod tests {
     fn samples_are_dense_and_follow_the_stretch() {
         let facets = [Facet::new(&[0, 1])];
         let mut position = [Vector([0.0, 0.0]), Vector([1.0, 0.0])];
-        let corners = corner_mass(&facets, &position, &[1.0, 1.0], |_| false);
+        let corners = corner_mass(&facets, &position, &[1.0, 1.0]);
         let mut samples = Samples::default();
         samples.lay(&facets, &position, &corners, 1.0);
         assert_eq!(samples.count(), 2);

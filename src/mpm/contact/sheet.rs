@@ -7,6 +7,10 @@
 //!
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
+//!
+//! Where supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers as
+//! if the sheet weighed m_I^r/(1 − s) (theory 6.5). Held and free nodes take their shares by the same weights: if the map
+//! made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there none.
 
 use super::impulse::{self, Impulse, Settled, Touch};
 use super::nodes::{Flips, Lattice, flip};
@@ -81,10 +85,9 @@ pub(super) struct Sheet<const D: usize> {
 
 impl<const D: usize> Sheet<D> {
     pub fn new(source: &SheetSource<'_, D>, friction: Vec<Friction>) -> Self {
-        let held = |k: usize| source.held[k] == [true; D];
         Self {
             name: source.name.to_owned(),
-            corner_mass: corner_mass(&source.facets, source.reference, source.mass, held),
+            corner_mass: corner_mass(&source.facets, source.reference, source.mass),
             facets: source.facets.clone(),
             points: Points::new(&source.facets, source.mass.len()),
             forces: vec![Vector::ZERO; source.mass.len()],
@@ -143,6 +146,7 @@ impl<const D: usize> Sheet<D> {
         let e = self.samples.element[q] as usize;
         let x = self.samples.place(&self.facets, surface.position, q);
         let mass: f64 = self.samples.mass[q].iter().sum();
+        let held = self.samples.held_mass(&self.facets, &self.held, q);
         let area = self.facets[e].area(surface.position) * self.samples.share[q];
         let offset = surface.offset.get(e).copied().unwrap_or(0.0);
         for &Visit { node, flips, weight, .. } in visits {
@@ -156,6 +160,7 @@ impl<const D: usize> Sheet<D> {
             areas[*row as usize] += area.norm() * weight;
             let row = &mut self.rows[*row as usize];
             row.mass += mass * weight;
+            row.held += held * weight;
             row.normal += flip(area, flips) * weight;
             row.centre += lattice.mirror(grid, x, flips) * (mass * weight);
             row.offset += offset * mass * weight;
@@ -175,6 +180,7 @@ impl<const D: usize> Sheet<D> {
             let (heavy, clear) = (row.mass > LEAST * heaviest, normal.norm() > FOLDED * area);
             row.folded = heavy && !clear;
             row.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
+            row.find_inertia();
         }
     }
 
@@ -183,6 +189,7 @@ impl<const D: usize> Sheet<D> {
     pub fn unfold(&mut self) {
         for row in self.rows.iter_mut().filter(|row| row.folded) {
             row.normal = row.project(row.normal).normalized().unwrap_or_default();
+            row.find_inertia();
         }
     }
 
@@ -331,14 +338,14 @@ impl<const D: usize> Sheet<D> {
                 let (side, friction) = (pair.side, self.friction[field]);
                 touches.push(Touch { mass, velocity: row.project(v) - pair.held.total() / mass, side, friction });
             }
-            impulse::solve(row.mass, velocity + held / row.mass, row.normal, &touches, &mut impulses);
+            impulse::solve(row.inertia, velocity + held / row.inertia, row.normal, &touches, &mut impulses);
             row.impulse = held;
             for (pair, &j) in pairs.iter_mut().filter(|pair| pair.touching).zip(&impulses) {
                 row.impulse -= j.total();
                 partners.push(pair.partner, j.total() - pair.held.total());
                 pair.held = j;
             }
-            row.pushed = velocity + row.impulse / row.mass;
+            row.pushed = velocity + row.impulse / row.inertia;
         }
         self.map_back(dt);
     }
