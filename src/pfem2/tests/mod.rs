@@ -2,6 +2,7 @@
 
 mod bubble;
 mod cavity;
+mod couette;
 mod rest;
 mod resume;
 mod stokes;
