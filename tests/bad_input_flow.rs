@@ -91,10 +91,10 @@ fn one(found: Result<Model, Vec<Diagnostic>>) -> Diagnostic {
 #[test]
 fn inverted_and_flat_elements_are_named_with_their_place() {
     let inverted = one(on_file(&[TRIANGLES[0], "2 2 3 1 1 4 3"]));
-    assert!(inverted.message.contains("element 1 at") && inverted.message.contains("inverted"), "{inverted:?}");
+    assert!(inverted.message.contains("element 2 at") && inverted.message.contains("inverted"), "{inverted:?}");
     assert!(inverted.message.contains("reverse its order"));
     let flat = one(on_file(&[TRIANGLES[0], "2 2 3 1 1 2 6"]));
-    assert!(flat.message.contains("element 1 at") && flat.message.contains("degenerate"), "{flat:?}");
+    assert!(flat.message.contains("element 2 at") && flat.message.contains("degenerate"), "{flat:?}");
     assert_eq!(flat.key, "mesh.path");
 }
 

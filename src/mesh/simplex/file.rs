@@ -21,13 +21,14 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         let place = |n: u32| Vector::from_fn(|i| file.nodes[n as usize][i] * unit);
         let nodes = used.iter().map(|&n| place(n)).collect();
         let mut elements = Vec::with_capacity(cells.len());
-        for (place, cell) in cells.iter().enumerate() {
+        for cell in &cells {
             let element: Vec<u32> = cell.nodes().iter().filter_map(index).collect();
-            let element: [u32; N] =
-                element.try_into().map_err(|_| format!("element {place} is no simplex: mesh with triangles"))?;
+            let element: [u32; N] = element
+                .try_into()
+                .map_err(|_| format!("element {} is no simplex: mesh with triangles", cell.number))?;
             elements.push(element);
         }
-        let mut mesh = Self::new(nodes, elements)?;
+        let mut mesh = Self::numbered(nodes, elements, &|e| cells[e].number)?;
         mesh.name_boundary(file, index);
         mesh.isolated = file.isolated(D).into_iter().map(place).collect();
         Ok(mesh)

@@ -71,15 +71,20 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     /// No elements, a node that isn't there or isn't finite, an element that is degenerate or inverted, a facet
     /// shared by more than two elements. The message names the element.
     pub fn new(nodes: Vec<Vector<D>>, elements: Vec<[u32; N]>) -> Result<Self, String> {
+        Self::numbered(nodes, elements, &|element| element as i64)
+    }
+
+    /// [`Mesh::new`], with the numbers by which messages call the elements.
+    fn numbered(nodes: Vec<Vector<D>>, elements: Vec<[u32; N]>, number: &dyn Fn(usize) -> i64) -> Result<Self, String> {
         if elements.is_empty() {
             return Err("the mesh has no elements".into());
         }
         if let Some(node) = nodes.iter().position(|x| !x.is_finite()) {
             return Err(format!("node {node} has a position that is not finite"));
         }
-        let simplices =
-            elements.iter().enumerate().map(|(e, element)| sound(e, element, &nodes)).collect::<Result<_, _>>()?;
-        let topology = Topology::new(&elements, nodes.len())?;
+        let checked = elements.iter().enumerate().map(|(e, element)| sound(number(e), element, &nodes));
+        let simplices = checked.collect::<Result<_, _>>()?;
+        let topology = Topology::new(&elements, nodes.len(), number)?;
         Ok(Self { nodes, elements, simplices, topology, sets: BTreeMap::new(), isolated: Vec::new() })
     }
 
@@ -155,13 +160,13 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
 
 /// The simplex of an element whose nodes are there and whose volume is positive.
 fn sound<const D: usize, const N: usize>(
-    index: usize,
+    number: i64,
     element: &[u32; N],
     nodes: &[Vector<D>],
 ) -> Result<Simplex<D, N>, String> {
     const THINNEST: f64 = 1e-12;
     if let Some(node) = element.iter().find(|&&node| node as usize >= nodes.len()) {
-        return Err(format!("element {index} names node {node}, but there are only {} nodes", nodes.len()));
+        return Err(format!("element {number} names node {node}, but there are only {} nodes", nodes.len()));
     }
     let x = element.map(|node| nodes[node as usize]);
     let longest = (1..N).map(|k| (x[k] - x[0]).norm()).fold(0.0, f64::max);
@@ -169,8 +174,9 @@ fn sound<const D: usize, const N: usize>(
     match Simplex::new(x) {
         Some(simplex) if simplex.volume > THINNEST * longest.powi(D as i32) => Ok(simplex),
         Some(simplex) if simplex.volume < -THINNEST * longest.powi(D as i32) => Err(format!(
-            "element {index} at {place:?} m is inverted: its volume is negative; reverse its order of nodes"
+            "element {number} at {place:?} m is inverted: its volume is negative; reverse its order of nodes (`ReverseMesh` \
+             in Gmsh)"
         )),
-        _ => Err(format!("element {index} at {place:?} m is degenerate: it has no volume; mesh the geometry anew")),
+        _ => Err(format!("element {number} at {place:?} m is degenerate: it has no volume; mesh the geometry anew")),
     }
 }

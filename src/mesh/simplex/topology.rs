@@ -23,7 +23,7 @@ pub(super) struct Topology<const N: usize> {
 }
 
 impl<const N: usize> Topology<N> {
-    pub fn new(elements: &[[u32; N]], nodes: usize) -> Result<Self, String> {
+    pub fn new(elements: &[[u32; N]], nodes: usize, number: &dyn Fn(usize) -> i64) -> Result<Self, String> {
         let mut facets: Vec<([u32; 3], Facet)> = Vec::with_capacity(elements.len() * N);
         for (element, nodes) in (0u32..).zip(elements) {
             facets.extend((0..N).map(|k| (facet_key(nodes, k), Facet { element, opposite: k as u32 })));
@@ -38,7 +38,10 @@ impl<const N: usize> Topology<N> {
                     neighbours[a.element as usize][a.opposite as usize] = b.element;
                     neighbours[b.element as usize][b.opposite as usize] = a.element;
                 }
-                more => return Err(format!("{} elements share a facet of element {}", more.len(), more[0].1.element)),
+                more => {
+                    let first = number(more[0].1.element as usize);
+                    return Err(format!("{} elements share a facet of element {first}", more.len()));
+                }
             }
         }
         boundary.sort_unstable();
