@@ -20,6 +20,10 @@ use rayon::prelude::*;
 /// Particles count as spread in all directions if det Cov ≥ this times (tr Cov / D)^D.
 const FLATTEST: f64 = 1e-4;
 
+/// They count as more than one if tr Cov ≥ this times their mean square distance from the node: what a single particle
+/// leaves is rounding, whose shape means nothing.
+const SINGLE: f64 = 1e-9;
+
 /// A gradient: ∂f_c/∂x of each component.
 type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 
@@ -84,13 +88,14 @@ impl<const K: usize, const D: usize> Patch<K, D> {
         }
     }
 
-    /// Cov(f, x) Cov(x, x)⁻¹; `None` if the particles lie on a line or plane.
+    /// Cov(f, x) Cov(x, x)⁻¹; `None` if the particles lie on a line or plane, or if there is only one.
     fn gradient(&self) -> Option<Gradient<K, D>> {
         let mean = self.x / self.weight;
         let spread = Tensor::<D>::from_fn(|i, j| self.xx[i][j] - self.x[i] * mean[j]);
         let size = spread.trace() / D as f64;
         let scaled = (spread * (1.0 / size)).embed(1.0);
-        if !(size > 0.0 && scaled.determinant() >= FLATTEST) {
+        let single = SINGLE * self.xx.trace() / D as f64;
+        if !(size > single && scaled.determinant() >= FLATTEST) {
             return None;
         }
         let inverse = scaled.inverse()?;

@@ -66,6 +66,28 @@ fn the_linear_kernel_conserves_momentum_at_a_density_ratio_of_a_thousand() {
     conserves_momentum(&cube(3));
 }
 
+/// Σ m N_i v of one particle among others at rest: it has no gradient, and what rounding makes of its spread is none.
+#[test]
+fn a_particle_alone_gives_what_its_mass_carries() {
+    let (mesh, velocity) = (square(3), Vector([1.0, 2.0]));
+    let rest = Particles::seed(&mesh, 2, |_| Some(0), |_| Vector::ZERO);
+    for sample in 0..2000 {
+        let (p, way) = (sample % rest.len(), 0.3 * (0.5 + 0.5 * f64::from(sample as u32).sin()));
+        let mut particles = rest.clone();
+        (particles.fluid[p], particles.velocity[p]) = (1, velocity);
+        let e = particles.element[p] as usize;
+        let towards = mesh.corners(e)[sample % 3] - particles.position[p];
+        particles.position[p] += towards * way;
+        let mass = mesh.simplex(e).volume / particles.of(e).len() as f64;
+        let shape = mesh.shape_functions(e, particles.position[p]);
+        let projected = plain(&mesh, &particles, Kernel::Linear);
+        for (n, &node) in shape.iter().zip(&mesh.elements()[e]) {
+            let carried = projected.velocity[node as usize] * projected.weight[node as usize];
+            assert!((carried - velocity * (mass * n)).norm() < 1e-12 * mass, "{sample}: {carried:?}");
+        }
+    }
+}
+
 #[test]
 fn constants_pass_every_kernel_and_fractions_add_up_to_one() {
     let mesh = square(5);
