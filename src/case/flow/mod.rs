@@ -1,8 +1,13 @@
-//! What a case of PFEM-2 is made of: the choices of the method, conditions on the boundary, surface tension.
+//! What a case of PFEM-2 is made of: the choices of the method here, conditions on the boundary, laws of fluids.
+
+mod boundary;
+mod law;
+
+pub use boundary::*;
+pub use law::*;
 
 use super::signal::SignalSpec;
 use crate::linalg;
-use crate::material::Viscosity;
 use crate::pfem2::{element, interface, project, reseed, setup};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -212,171 +217,6 @@ impl LinearSpec {
         };
         let &Self { tolerance, max_iterations, restart, .. } = self;
         linalg::Options { kind, tolerance, max_iterations, restart }
-    }
-}
-
-/// A condition on a part of the boundary of the mesh.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct BoundarySpec {
-    /// Its name in histories of forces; by default the name of the part.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// Parts of the boundary: sides (`"left"`), holes, physical groups of the file, or `"rest"`.
-    pub on: Names,
-    /// What it does.
-    #[serde(default)]
-    pub kind: BoundaryWord,
-    /// Velocity of a wall or inlet; may depend on x, y, z, t.
-    #[serde(default)]
-    #[schemars(extend("unit" = "m/s", "axes" = true))]
-    pub velocity: [SignalSpec; 3],
-    /// Force per area, for `kind = "traction"`.
-    #[serde(default)]
-    #[schemars(extend("unit" = "Pa", "axes" = true))]
-    pub traction: [SignalSpec; 3],
-    /// Pressure from outside, for `kind = "pressure"`.
-    #[serde(default)]
-    #[schemars(extend("unit" = "Pa"))]
-    pub pressure: SignalSpec,
-    /// The body whose fluid comes in through an inlet or an open boundary; by default the fluid of each place.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fluid: Option<String>,
-}
-
-/// A name, or a list of names.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Names {
-    /// One.
-    One(String),
-    /// Several.
-    Many(Vec<String>),
-}
-
-impl Names {
-    /// As a list.
-    pub fn list(&self) -> Vec<&str> {
-        match self {
-            Self::One(name) => vec![name],
-            Self::Many(names) => names.iter().map(String::as_str).collect(),
-        }
-    }
-}
-
-/// What a part of the boundary does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum BoundaryWord {
-    /// The fluid sticks to it; moves with `velocity`.
-    #[default]
-    Wall,
-    /// The fluid glides along it without friction.
-    Slip,
-    /// A plane of symmetry: as `slip`.
-    Symmetry,
-    /// The fluid comes in with `velocity`.
-    Inlet,
-    /// Open: a developed flow leaves undisturbed, −p n + µ ∂v/∂n = 0.
-    Outlet,
-    /// Open, under `traction`.
-    Traction,
-    /// Open, under `pressure`: −p n + µ ∂v/∂n = −`pressure` n.
-    Pressure,
-}
-
-/// Surface tension between two fluids.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct TensionSpec {
-    /// Names of two bodies.
-    pub between: [String; 2],
-    /// Energy per area.
-    #[schemars(extend("unit" = "N/m", "minimum" = 0.0))]
-    pub value: f64,
-}
-
-/// Laws of fluids on a mesh, for `method = "pfem2"`.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "law", rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
-pub enum FlowLaw {
-    /// Constant viscosity.
-    Newtonian {
-        /// Density.
-        #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-        density: f64,
-        /// Viscosity µ.
-        #[serde(default)]
-        #[schemars(extend("unit" = "Pa s", "minimum" = 0.0))]
-        viscosity: f64,
-    },
-    /// A yield stress and a constant plastic viscosity.
-    Bingham {
-        /// Density.
-        #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-        density: f64,
-        /// Plastic viscosity.
-        #[schemars(extend("unit" = "Pa s", "minimum" = 0.0))]
-        viscosity: f64,
-        /// Yield stress.
-        #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]
-        yield_stress: f64,
-        /// Shear rate below which the law is regularised.
-        #[serde(default = "regularisation")]
-        #[schemars(extend("unit" = "1/s", "exclusiveMinimum" = 0.0))]
-        regularisation: f64,
-    },
-    /// A yield stress and a power law k γ̇ⁿ.
-    HerschelBulkley {
-        /// Density.
-        #[schemars(extend("unit" = "kg/m^3", "exclusiveMinimum" = 0.0))]
-        density: f64,
-        /// Consistency k [Pa sⁿ], in SI.
-        #[schemars(extend("minimum" = 0.0))]
-        consistency: f64,
-        /// Exponent n.
-        #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 3.0))]
-        index: f64,
-        /// Yield stress.
-        #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]
-        yield_stress: f64,
-        /// Shear rate below which the law is regularised.
-        #[serde(default = "regularisation")]
-        #[schemars(extend("unit" = "1/s", "exclusiveMinimum" = 0.0))]
-        regularisation: f64,
-    },
-}
-
-fn regularisation() -> f64 {
-    1e-2
-}
-
-impl FlowLaw {
-    /// The names that a case may use.
-    pub const NAMES: &'static [&'static str] = &["newtonian", "bingham", "herschel-bulkley"];
-
-    /// Its name, as a case writes it.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Newtonian { .. } => "newtonian",
-            Self::Bingham { .. } => "bingham",
-            Self::HerschelBulkley { .. } => "herschel-bulkley",
-        }
-    }
-
-    /// Density [kg/m³] and law of viscosity.
-    pub fn parts(&self) -> (f64, Viscosity) {
-        match *self {
-            Self::Newtonian { density, viscosity } => (density, Viscosity::Newtonian(viscosity)),
-            Self::Bingham { density, viscosity, yield_stress, regularisation } => {
-                let law =
-                    Viscosity::HerschelBulkley { consistency: viscosity, index: 1.0, yield_stress, regularisation };
-                (density, law)
-            }
-            Self::HerschelBulkley { density, consistency, index, yield_stress, regularisation } => {
-                (density, Viscosity::HerschelBulkley { consistency, index, yield_stress, regularisation })
-            }
-        }
     }
 }
 

@@ -1,0 +1,86 @@
+//! Conditions on the boundary, and surface tension between fluids.
+
+use crate::case::signal::SignalSpec;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A condition on a part of the boundary of the mesh.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BoundarySpec {
+    /// Its name in histories of forces; by default the name of the part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Parts of the boundary: sides (`"left"`), holes, physical groups of the file, or `"rest"`.
+    pub on: Names,
+    /// What it does.
+    #[serde(default)]
+    pub kind: BoundaryWord,
+    /// Velocity of a wall or inlet; may depend on x, y, z, t.
+    #[serde(default)]
+    #[schemars(extend("unit" = "m/s", "axes" = true))]
+    pub velocity: [SignalSpec; 3],
+    /// Force per area, for `kind = "traction"`.
+    #[serde(default)]
+    #[schemars(extend("unit" = "Pa", "axes" = true))]
+    pub traction: [SignalSpec; 3],
+    /// Pressure from outside, for `kind = "pressure"`.
+    #[serde(default)]
+    #[schemars(extend("unit" = "Pa"))]
+    pub pressure: SignalSpec,
+    /// The body whose fluid comes in through an inlet or an open boundary; by default the fluid of each place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<String>,
+}
+
+/// A name, or a list of names.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Names {
+    /// One.
+    One(String),
+    /// Several.
+    Many(Vec<String>),
+}
+
+impl Names {
+    /// As a list.
+    pub fn list(&self) -> Vec<&str> {
+        match self {
+            Self::One(name) => vec![name],
+            Self::Many(names) => names.iter().map(String::as_str).collect(),
+        }
+    }
+}
+
+/// What a part of the boundary does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoundaryWord {
+    /// The fluid sticks to it; moves with `velocity`.
+    #[default]
+    Wall,
+    /// The fluid glides along it without friction.
+    Slip,
+    /// A plane of symmetry: as `slip`.
+    Symmetry,
+    /// The fluid comes in with `velocity`.
+    Inlet,
+    /// Open: a developed flow leaves undisturbed, −p n + µ ∂v/∂n = 0.
+    Outlet,
+    /// Open, under `traction`.
+    Traction,
+    /// Open, under `pressure`: −p n + µ ∂v/∂n = −`pressure` n.
+    Pressure,
+}
+
+/// Surface tension between two fluids.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct TensionSpec {
+    /// Names of two bodies.
+    pub between: [String; 2],
+    /// Energy per area.
+    #[schemars(extend("unit" = "N/m", "minimum" = 0.0))]
+    pub value: f64,
+}
