@@ -3,6 +3,16 @@
 //! A node of a cut element knows the polygons of the elements around it. Then the nearest polygon is handed on from
 //! node to node until the band is filled; every node measures its distance to the polygons that its neighbours found
 //! nearest. The order of the nodes plays no role.
+//!
+//! Polygons end where the mesh ends. Where they meet a wall obliquely, a node near the wall may be nearest to that end,
+//! farther than from the interface as it would go on behind the wall. It takes the distance from the polygon's plane,
+//!
+//! ```text
+//! |(x − p)·n|   if the foot of x lies beyond the end p at the wall, and x itself before the wall, (x − p)·n_wall ≤ 0
+//! ```
+//!
+//! which is exact for a plane and of second order for a curve; the last condition keeps planes that go on behind a
+//! re-entrant corner or an obstacle out of the fluid on the other side.
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -11,16 +21,50 @@ use crate::pfem2::outline::size;
 use crate::pfem2::particles::interpolate;
 use rayon::prelude::*;
 
+/// Relative differences of lengths that are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// No polygon yet.
 const NONE: u32 = u32::MAX;
 
 /// The zero line or surface of a nodal level set, as segments (2D) or triangles (3D).
 #[derive(Debug, Clone)]
 pub struct Interface<const D: usize> {
-    facets: Vec<[Vector<D>; D]>,
+    facets: Vec<Polygon<D>>,
     /// The cut element of each facet, ascending.
     element: Vec<u32>,
     longest_edge: f64,
+}
+
+/// A segment or triangle.
+#[derive(Debug, Clone, Copy)]
+struct Polygon<const D: usize> {
+    corners: [Vector<D>; D],
+    /// Unit normal: that of φ, since the corners of a tiny polygon hardly tell it.
+    normal: Vector<D>,
+    /// The outward normal of the boundary of the mesh if the end opposite to each corner lies on it: the other corner
+    /// of a segment, the opposite edge of a triangle.
+    wall: [Option<Vector<D>>; D],
+}
+
+/// A polygon seen from a node.
+#[derive(Debug, Clone, Copy)]
+struct Sight {
+    /// Distance from the polygon [m].
+    nearest: f64,
+    /// Distance from the interface, which goes on behind walls [m].
+    away: f64,
+    facet: u32,
+}
+
+impl Sight {
+    const NOTHING: Self = Self { nearest: f64::INFINITY, away: f64::INFINITY, facet: NONE };
+
+    /// Orders by distance, then by number, so that equal distances leave no choice.
+    fn closer(&self, other: &Self) -> std::cmp::Ordering {
+        let distances = self.nearest.total_cmp(&other.nearest).then(self.away.total_cmp(&other.away));
+        distances.then(self.facet.cmp(&other.facet))
+    }
 }
 
 impl<const D: usize> Interface<D> {
@@ -33,8 +77,11 @@ impl<const D: usize> Interface<D> {
                 continue;
             }
             let x = mesh.corners(e as usize);
+            let slope: Vector<D> = mesh.simplex(e as usize).gradient.iter().zip(own).map(|(&g, phi)| g * phi).sum();
             for facet in facets::<D, N>(&own) {
-                interface.facets.push(facet.map(|shape| interpolate(&shape, &x)));
+                let corners = facet.map(|shape| interpolate(&shape, &x));
+                let wall = std::array::from_fn(|k| wall(mesh, e as usize, &facet, k));
+                interface.facets.push(Polygon { corners, normal: slope / slope.norm(), wall });
                 interface.element.push(e);
             }
             let edges = (0..N).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -55,52 +102,61 @@ impl<const D: usize> Interface<D> {
 
     /// Length [m], or area in 3D [m²].
     pub fn area(&self) -> f64 {
-        self.facets.iter().map(size).sum()
+        self.facets.iter().map(|facet| size(&facet.corners)).sum()
     }
 
     /// Distance of each node [m], up to `band`; nodes farther away have `band`.
     pub fn distances<const N: usize>(&self, mesh: &Mesh<D, N>, band: f64) -> Vec<f64> {
-        let mut nearest = vec![(band, NONE); mesh.nodes().len()];
+        let mut nearest = vec![Sight::NOTHING; mesh.nodes().len()];
         for (facet, &e) in (0u32..).zip(&self.element) {
             for &node in &mesh.elements()[e as usize] {
-                let found = (distance(&self.facets[facet as usize], mesh.nodes()[node as usize]), facet);
+                let found = self.seen(facet, mesh.nodes()[node as usize]);
                 let own = &mut nearest[node as usize];
-                if found.0 < own.0 || own.1 == NONE {
+                if found.closer(own).is_lt() {
                     *own = found;
                 }
             }
         }
-        let mut front: Vec<u32> = (0..).zip(&nearest).filter(|(_, n)| n.1 != NONE).map(|(node, _)| node).collect();
+        let mut front: Vec<u32> = (0..).zip(&nearest).filter(|(_, n)| n.facet != NONE).map(|(node, _)| node).collect();
         while !front.is_empty() {
-            let found: Vec<(u32, (f64, u32))> = neighbours(mesh, &front)
+            let found: Vec<(u32, Sight)> = neighbours(mesh, &front)
                 .into_par_iter()
                 .filter_map(|node| self.nearer(mesh, node, &nearest).map(|found| (node, found)))
+                .filter(|(_, found)| found.away < band)
                 .collect();
             found.iter().for_each(|&(node, found)| nearest[node as usize] = found);
             front = found.into_iter().map(|(node, _)| node).collect();
         }
-        nearest.into_iter().map(|(distance, _)| distance).collect()
+        nearest.into_iter().map(|sight| sight.away.min(band)).collect()
+    }
+
+    fn seen(&self, facet: u32, x: Vector<D>) -> Sight {
+        let [nearest, away] = self.facets[facet as usize].distances(x);
+        Sight { nearest, away, facet }
     }
 
     /// A facet nearer than the node's own, among those of its neighbours.
-    fn nearer<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, nearest: &[(f64, u32)]) -> Option<(f64, u32)> {
+    fn nearer<const N: usize>(&self, mesh: &Mesh<D, N>, node: u32, nearest: &[Sight]) -> Option<Sight> {
         let own = nearest[node as usize];
         let around = mesh.elements_around(node as usize).iter().flat_map(|&e| mesh.elements()[e as usize]);
-        let facets = around.map(|other| nearest[other as usize].1).filter(|&facet| facet != NONE && facet != own.1);
+        let facets =
+            around.map(|other| nearest[other as usize].facet).filter(|&facet| facet != NONE && facet != own.facet);
         let x = mesh.nodes()[node as usize];
-        facets.map(|facet| self.descend(mesh, facet, x)).min_by(closer).filter(|found| found.0 < own.0)
+        facets
+            .map(|facet| self.descend(mesh, facet, x))
+            .min_by(Sight::closer)
+            .filter(|found| found.nearest < own.nearest)
     }
 
     /// Goes from facet to facet, through neighbouring elements, as long as they come nearer to `x`: the nearest
     /// facet of a neighbour is close to the own one, but need not be it.
-    fn descend<const N: usize>(&self, mesh: &Mesh<D, N>, start: u32, x: Vector<D>) -> (f64, u32) {
-        let measured = |facet: u32| (distance(&self.facets[facet as usize], x), facet);
-        let mut best = measured(start);
+    fn descend<const N: usize>(&self, mesh: &Mesh<D, N>, start: u32, x: Vector<D>) -> Sight {
+        let mut best = self.seen(start, x);
         loop {
-            let element = self.element[best.1 as usize] as usize;
+            let element = self.element[best.facet as usize] as usize;
             let around = (0..N).filter_map(|k| mesh.neighbour(element, k)).flat_map(|e| self.of(e as u32));
-            match around.map(measured).min_by(closer) {
-                Some(next) if next.0 < best.0 => best = next,
+            match around.map(|facet| self.seen(facet, x)).min_by(Sight::closer) {
+                Some(next) if next.nearest < best.nearest => best = next,
                 _ => return best,
             }
         }
@@ -114,9 +170,15 @@ impl<const D: usize> Interface<D> {
     }
 }
 
-/// Orders by distance, then by number, so that equal distances leave no choice.
-fn closer(a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
-    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+/// The outward normal of the boundary of the mesh where the end of a facet opposite to its corner `k` lies on it.
+fn wall<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    element: usize,
+    facet: &[[f64; N]; D],
+    k: usize,
+) -> Option<Vector<D>> {
+    let on = |j: &usize| (0..D).all(|i| i == k || facet[i][*j] == 0.0) && mesh.neighbour(element, *j).is_none();
+    (0..N).find(on).map(|j| mesh.simplex(element).facet_area(j))
 }
 
 /// The nodes of the elements around these nodes, ascending.
@@ -128,25 +190,44 @@ fn neighbours<const D: usize, const N: usize>(mesh: &Mesh<D, N>, front: &[u32]) 
     nodes
 }
 
-/// Distance of a point from a segment or triangle [m].
-fn distance<const D: usize>(facet: &[Vector<D>; D], x: Vector<D>) -> f64 {
-    let to_edge = |a: usize, b: usize| {
-        let (along, away) = (facet[b] - facet[a], x - facet[a]);
+impl<const D: usize> Polygon<D> {
+    /// Distances of a point from the polygon, and from where it goes on behind walls [m].
+    fn distances(&self, x: Vector<D>) -> [f64; 2] {
+        if D == 3 && over_triangle(&self.corners, x) {
+            return [self.from_plane(x); 2];
+        }
+        let ends: [(f64, bool); D] = std::array::from_fn(|k| self.end(k, x));
+        let nearest = ends.iter().map(|end| end.0).fold(f64::INFINITY, f64::min);
+        let behind = (0..D).any(|k| ends[k].1 && ends[k].0 <= nearest * (1.0 + ROUNDING) && self.is_before_wall(k, x));
+        [nearest, if behind { self.from_plane(x).min(nearest) } else { nearest }]
+    }
+
+    /// Distance from the end opposite to corner `k`; true if the foot of the point lies at that end or beyond it.
+    fn end(&self, k: usize, x: Vector<D>) -> (f64, bool) {
+        let [a, b] = [self.corners[(k + 1) % D], self.corners[(k + 2) % D]];
+        let (along, away) = (b - a, x - a);
         let length = along.norm_squared();
         let t = if length > 0.0 { (away.dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
-        (away - along * t).norm()
-    };
-    if D == 2 {
-        return to_edge(0, 1);
+        // In 2D a is the end and b the corner opposite to it.
+        ((away - along * t).norm(), D == 3 || t == 0.0)
     }
-    over_triangle(facet, x).unwrap_or_else(|| to_edge(0, 1).min(to_edge(1, 2)).min(to_edge(2, 0)))
+
+    fn from_plane(&self, x: Vector<D>) -> f64 {
+        (x - self.corners[0]).dot(self.normal).abs()
+    }
+
+    /// Points on the wall count as before it.
+    fn is_before_wall(&self, k: usize, x: Vector<D>) -> bool {
+        let from = x - self.corners[(k + 1) % D];
+        self.wall[k].is_some_and(|outward| from.dot(outward) <= ROUNDING * from.norm() * outward.norm())
+    }
 }
 
-/// Distance from a triangle's plane if the foot of the perpendicular lies in the triangle.
-fn over_triangle<const D: usize>(facet: &[Vector<D>; D], x: Vector<D>) -> Option<f64> {
-    let (u, v, w) = (facet[1] - facet[0], facet[2] - facet[0], x - facet[0]);
+/// True if the foot of the perpendicular lies in the triangle.
+fn over_triangle<const D: usize>(corners: &[Vector<D>; D], x: Vector<D>) -> bool {
+    let (u, v, w) = (corners[1] - corners[0], corners[2] - corners[0], x - corners[0]);
     let (uu, uv, vv, wu, wv) = (u.dot(u), u.dot(v), v.dot(v), w.dot(u), w.dot(v));
     let size = uu * vv - uv * uv;
     let (s, t) = ((vv * wu - uv * wv) / size, (uu * wv - uv * wu) / size);
-    (s >= 0.0 && t >= 0.0 && s + t <= 1.0).then(|| (w - u * s - v * t).norm())
+    s >= 0.0 && t >= 0.0 && s + t <= 1.0
 }

@@ -34,8 +34,9 @@ use crate::mesh::Mesh;
 use rayon::prelude::*;
 
 /// Depths are measured up to this many times the longest edge of the elements that are cut. A slope at the node of a
-/// near element looks at nodes three edges away, and these at particles four edges away: none of them may be cut off.
-const BAND: f64 = 4.0;
+/// near element looks at nodes three edges away, these at particles of elements whose nodes are four edges away, and
+/// the gradients at these at particles five edges away: none of them may be cut off.
+const BAND: f64 = 5.0;
 
 /// Steps between two measurements of the depths (theory 12.4).
 const MEASURED_EVERY: usize = 10;
