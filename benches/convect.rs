@@ -8,7 +8,7 @@
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
 use lateen::pfem2::boundary::BoundaryKind;
-use lateen::pfem2::convect::Flow;
+use lateen::pfem2::convect::{Flow, Streamlines};
 use lateen::pfem2::correct::Correction;
 use lateen::pfem2::particles::Particles;
 use lateen::pfem2::project::{Kernel, project};
@@ -43,7 +43,7 @@ fn measure<const D: usize, const N: usize>(cells: usize, per_edge: usize, steps:
     for _ in 0..steps {
         let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
         let start = processor_time();
-        particles.convect(&mesh, &flow, dt);
+        particles.convect(&Streamlines::new(&mesh, &flow), dt);
         let moved = processor_time() - start;
         let projected = project(&mesh, &particles, &[3.0, 1.0], Kernel::Linear, &velocity);
         let seen = processor_time() - start;

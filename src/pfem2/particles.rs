@@ -42,7 +42,10 @@ struct Spare<const D: usize> {
 pub const GONE: u32 = u32::MAX;
 
 impl<const D: usize> Particles<D> {
-    /// Seeds every element with the points of a lattice, [`lattice`], jittered by a tenth of their spacing.
+    /// Seeds every element with the points of a lattice, [`lattice`].
+    ///
+    /// The lattice is its own image under every exchange of nodes, so that elements that mirror each other hold
+    /// particles that do; noise would be a difference between them, which an unstable flow multiplies.
     ///
     /// `fluid_at` gives the fluid at a place [m], or none where no particle shall be; `velocity_at` the velocity [m/s].
     pub fn seed<const N: usize>(
@@ -52,11 +55,9 @@ impl<const D: usize> Particles<D> {
         velocity_at: impl Fn(Vector<D>) -> Vector<D> + Sync,
     ) -> Self {
         let lattice = lattice::<N>(per_edge);
-        let spacing = 1.0 / per_edge as f64;
         let filled = |e: usize| {
             let corners = mesh.corners(e);
-            let seeds = (e * lattice.len()..).zip(&lattice);
-            let points = seeds.map(|(seed, shape)| interpolate(&jittered(shape, spacing, seed as u64), &corners));
+            let points = lattice.iter().map(|shape| interpolate(shape, &corners));
             points.filter_map(|x| fluid_at(x).map(|fluid| (x, fluid))).collect::<Vec<_>>()
         };
         let seeded: Vec<Vec<_>> = (0..mesh.elements().len()).into_par_iter().map(filled).collect();
@@ -171,22 +172,6 @@ pub fn lattice<const N: usize>(per_edge: usize) -> Vec<[f64; N]> {
         points.push(index.map(|i| (i as f64 + 1.0 / N as f64) / per_edge as f64));
     }
     points
-}
-
-/// Shape functions moved by up to a tenth of the lattice's spacing, differently for every `seed`.
-fn jittered<const N: usize>(shape: &[f64; N], spacing: f64, seed: u64) -> [f64; N] {
-    const JITTER: f64 = 0.1;
-    let noise: [f64; N] = std::array::from_fn(|k| random(seed * N as u64 + k as u64) - 0.5);
-    let mean = noise.iter().sum::<f64>() / N as f64;
-    std::array::from_fn(|k| shape[k] + JITTER * spacing * (noise[k] - mean))
-}
-
-/// A number in 0..1 that depends on `seed` alone (SplitMix64).
-fn random(seed: u64) -> f64 {
-    let mut z = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 /// Σ N_k f_k.

@@ -287,8 +287,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             boundary: &boundary.kinds,
             projectiles: self.flying.contains(&true).then_some(rule),
         };
-        let fate = self.particles.convect(mesh, &flow, step.dt);
         let lines = Streamlines::new(mesh, &flow);
+        let fate = self.particles.convect(&lines, step.dt);
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
         let inflow = |element: usize, opposite: usize, x: Vector<D>, after: f64| {

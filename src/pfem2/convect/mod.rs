@@ -66,9 +66,9 @@ impl std::ops::Add for Convected {
 }
 
 impl<const D: usize> Particles<D> {
-    /// Moves all particles for `dt` [s], drops those that leave, and sorts the rest.
-    pub fn convect<const N: usize>(&mut self, mesh: &Mesh<D, N>, flow: &Flow<D>, dt: f64) -> Convected {
-        let lines = Streamlines::new(mesh, flow);
+    /// Moves all particles along the streamlines for `dt` [s], drops those that leave, and sorts the rest.
+    pub fn convect<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
+        let &Streamlines { mesh, flow, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
         let columns = self.position.par_chunks_mut(TASK).zip(self.element.par_chunks_mut(TASK));
         let columns = columns.zip(self.velocity.par_chunks(TASK).zip(self.fluid.par_chunks(TASK)));
@@ -104,14 +104,14 @@ impl<const D: usize> Particles<D> {
 /// The streamlines of a flow.
 pub struct Streamlines<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
+    flow: Flow<'a, D>,
     rates: Vec<Rate<D>>,
-    boundary: &'a [BoundaryKind],
 }
 
 impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     /// Prepares the elements of the mesh.
     pub fn new(mesh: &'a Mesh<D, N>, flow: &Flow<'a, D>) -> Self {
-        Self { mesh, rates: rates(mesh, flow.velocity), boundary: flow.boundary }
+        Self { mesh, flow: *flow, rates: rates(mesh, flow.velocity) }
     }
 
     /// Follows the streamline for `time` [s], forwards (`sign` 1) or backwards (−1).
@@ -137,7 +137,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     /// The kind of the boundary facet of an element opposite to a local node.
     pub fn kind(&self, element: usize, opposite: usize) -> BoundaryKind {
         let facet = Facet { element: element as u32, opposite: opposite as u32 };
-        self.mesh.boundary().binary_search(&facet).map_or(BoundaryKind::Wall, |place| self.boundary[place])
+        self.mesh.boundary().binary_search(&facet).map_or(BoundaryKind::Wall, |place| self.flow.boundary[place])
     }
 
     fn holds(&self, element: usize, opposite: usize) -> bool {

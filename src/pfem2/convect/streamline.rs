@@ -5,8 +5,10 @@
 //!
 //! ```text
 //! dN_k/dt = g_k·v = c_k + Σ_{j<D} A_kj N_j,   c_k = g_k·v_D,   A_kj = g_k·(v_j − v_D)
-//! N(t) = N + t ṙ + t²/2 A ṙ + t³/6 A² ṙ + t⁴/24 A³ ṙ,   ṙ = c + A N,   ‖A‖ t ≤ 1/4
+//! N(t) = N + t ṙ + t²/2 A ṙ + t³/6 A² ṙ + t⁴/24 A³ ṙ,   ṙ = c + A N,   |∇v| t ≤ 1/4
 //! ```
+//!
+//! The terms are g_k·(∇v)^m v: they and their reach don't depend on the order of the nodes.
 //!
 //! The first N_k that falls to zero names the facet through which the particle goes on. There is no search, and walls
 //! are exact: where the velocity vanishes on a facet, dN_k/dt is proportional to N_k, which never reaches zero. On
@@ -17,7 +19,7 @@ use super::crossing::{TERMS, leaves, value};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 
-/// Largest ‖A‖ t of one Taylor step: the first term left out is (1/4)⁴/120 = 3e-5 of the way.
+/// Largest |∇v| t of one Taylor step: the first term left out is (1/4)⁴/120 = 3e-5 of the way.
 const REACH: f64 = 0.25;
 
 /// Most facets crossed in one step; a particle that needs more stays where it is and is counted.
@@ -74,25 +76,24 @@ pub struct Walk<const N: usize> {
     pub rest: f64,
 }
 
-/// Coefficients c and A of an element [1/s].
+/// Coefficients c and A of an element [1/s], and how long its Taylor polynomials are good [s].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rate<const D: usize> {
     constant: Vector<D>,
     linear: [Vector<D>; D],
+    reach: f64,
 }
 
 impl<const D: usize> Rate<D> {
     pub fn new<const N: usize>(gradient: &[Vector<D>; N], velocity: [Vector<D>; N]) -> Self {
         let last = velocity[D];
+        let row = |i: usize| gradient.iter().zip(&velocity).map(|(&g, v)| g * v[i]).sum::<Vector<D>>();
+        let slope = (0..D).map(|i| row(i).norm_squared()).sum::<f64>().sqrt();
         Self {
             constant: Vector::from_fn(|k| gradient[k].dot(last)),
             linear: std::array::from_fn(|k| Vector::from_fn(|j| gradient[k].dot(velocity[j] - last))),
+            reach: REACH / slope,
         }
-    }
-
-    #[inline(always)]
-    fn bound(&self) -> f64 {
-        self.linear.iter().map(|row| row.0.iter().map(|a| a.abs()).sum()).fold(0.0, f64::max)
     }
 
     #[inline(always)]
@@ -190,7 +191,7 @@ impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
         let fourth = project(rate.times(&third)) * (self.sign / 4.0);
         let [first, second, third, fourth] = [first, second, third, fourth].map(complete::<D, N>);
         let terms = std::array::from_fn(|k| [place.shape[k], first[k], second[k], third[k], fourth[k]]);
-        Taylor { terms, reach: REACH / rate.bound() }
+        Taylor { terms, reach: rate.reach }
     }
 }
 

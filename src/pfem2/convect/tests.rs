@@ -116,7 +116,7 @@ fn no_particle_leaves_through_walls_that_the_flow_follows() {
         let count = particles.len();
         for _ in 0..20 {
             let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
-            assert_eq!(particles.convect(&mesh, &flow, 0.3), Convected::default());
+            assert_eq!(particles.convect(&Streamlines::new(&mesh, &flow), 0.3), Convected::default());
         }
         assert_eq!(particles.len(), count);
         for (x, &e) in particles.position.iter().zip(&particles.element) {
@@ -144,7 +144,7 @@ fn particles_glide_along_curved_walls_and_leave_through_outlets() {
     let start = particles.clone();
     let turned = 0.5;
     let beyond = start.position.iter().filter(|x| x[1].atan2(x[0]) + turned > PI / 2.0).count();
-    let fate = particles.convect(&mesh, &flow, turned);
+    let fate = particles.convect(&Streamlines::new(&mesh, &flow), turned);
     // Those that meet a chord go along it: a little slower than the circle.
     assert!(fate.stuck == 0 && fate.left.abs_diff(beyond) <= 4, "{fate:?}, {beyond}");
     assert_eq!(particles.len() + fate.left, start.len());
@@ -161,7 +161,7 @@ fn a_uniform_stream_carries_out_what_passes_the_outlet() {
     let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
     let mut particles = Particles::seed(&mesh, 3, |_| Some(0), |x| x);
     let beyond = particles.position.iter().filter(|x| x[0] > 1.3).count();
-    let fate = particles.convect(&mesh, &flow, 0.7);
+    let fate = particles.convect(&Streamlines::new(&mesh, &flow), 0.7);
     assert_eq!((fate.left, fate.stuck), (beyond, 0));
     // Velocities still hold the places at the start.
     let ends = particles.position.iter().zip(&particles.velocity).map(|(&x, &start)| (x, start + velocity[0] * 0.7));
@@ -196,7 +196,7 @@ fn a_heavy_particle_far_from_its_fluid_flies_a_parabola() {
     let element = crate::mesh::Locator::new(&mesh).locate(&mesh, start, 0).element().unwrap();
     particles.push(start, throw, 1, element as u32);
     particles.sort();
-    particles.convect(&mesh, &flow, 0.5);
+    particles.convect(&Streamlines::new(&mesh, &flow), 0.5);
     assert!((particles.position[0] - (start + throw * 0.5 + gravity * 0.125)).norm() < 1e-13);
 }
 
@@ -226,7 +226,7 @@ fn any_number_of_threads_gives_the_same_bits() {
             let mut level = LevelSet::new(&mesh, 1, phi, &mut particles);
             for _ in 0..12 {
                 let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
-                particles.convect(&mesh, &flow, 0.1);
+                particles.convect(&Streamlines::new(&mesh, &flow), 0.1);
                 level.update(&mesh, &mut particles);
             }
             let projected = project(&mesh, &particles, &[1.0, 1000.0], Kernel::Linear, &velocity);

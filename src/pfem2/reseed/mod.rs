@@ -1,17 +1,23 @@
 //! Keeps particles everywhere, and nowhere too many (theory 3.6).
 //!
 //! ```text
-//! sub-cells of a simplex: 2^D simplices between its nodes and edge midpoints
-//!   corner k:  N_k ≥ ½;  the middle of a tetrahedron by the signs of N_0 + N_3 − ½ and N_0 + N_1 − ½
+//! sub-cells of a simplex, 2^D of one size
+//!   corner k   N_k ≥ ½
+//!   middle     all N_k ≤ ½; in a tetrahedron four of them, by the smallest N_k
 //! none in a sub-cell, and the element below its nominal number:  a new particle at the centre of the sub-cell
 //! more than `most` in a sub-cell:                     the closest two of one fluid become one at their mean
 //! ```
+//!
+//! None of this asks for the order of the nodes or the particles, up to rounding: particles, mesh and flow that mirror
+//! each other go on doing so.
 //!
 //! A new particle is traced back along its streamline for the whole step: it takes what the mesh had at the foot, or
 //! what flowed in at the time when it crossed the inlet, so that it has the history of its place. The paper counts by
 //! elements instead (see `elements`).
 
 mod elements;
+#[cfg(test)]
+mod tests;
 
 pub use elements::refill;
 
@@ -21,6 +27,9 @@ use super::particles::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
+
+/// Differences of shape functions, and relative ones of distances, that are rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// By what particles are added and taken away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -153,37 +162,48 @@ impl<const D: usize> Particles<D> {
         density: Density,
         origin: &Origin<D, N>,
     ) -> Vec<Edit<D>> {
-        let mut count = [0usize; 8];
         let own = self.of(element);
-        own.clone().for_each(|p| count[sub_cell(&mesh.shape_functions(element, self.position[p]))] += 1);
-        let count = &count[..1 << D];
+        let cells = |p: usize| sub_cells(&mesh.shape_functions(element, self.position[p]));
+        let mut count = [0usize; 8];
+        for cells in own.clone().map(cells) {
+            (0..1 << D).for_each(|cell| count[cell] += usize::from(cells >> cell & 1));
+        }
         let mut edits = Vec::new();
-        for cell in 0..count.len() {
-            if count[cell] == 0 && own.len() < density.nominal {
-                edits.push(newcomer(mesh, &Place { element, shape: center(cell) }, origin));
+        for (cell, &count) in count[..1 << D].iter().enumerate() {
+            let place = Place { element, shape: center(cell) };
+            if count == 0 && own.len() < density.nominal {
+                edits.push(newcomer(mesh, &place, origin));
             }
-            if count[cell] > density.most {
-                let members =
-                    own.clone().filter(|&p| sub_cell(&mesh.shape_functions(element, self.position[p])) == cell);
-                self.merge(members.collect(), density.most, &mut edits);
+            if count > density.most {
+                let members = own.clone().filter(|&p| cells(p) >> cell & 1 == 1 && !merges(&edits, p));
+                self.merge(members.collect(), density.most, place.position(mesh), &mut edits);
             }
         }
         edits
     }
 
-    /// Merges the closest pairs of one fluid until `most` are left, each particle at most once.
-    fn merge(&self, mut members: Vec<usize>, most: usize, edits: &mut Vec<Edit<D>>) {
+    /// Merges the closest pairs of one fluid until `most` are left, each particle at most once; of pairs that are
+    /// equally close, the one whose middle is nearest to the centre of the sub-cell [m].
+    fn merge(&self, mut members: Vec<usize>, most: usize, center: Vector<D>, edits: &mut Vec<Edit<D>>) {
+        let distance = |&(a, b): &(usize, usize)| (self.position[a] - self.position[b]).norm_squared();
+        let aside = |&(a, b): &(usize, usize)| ((self.position[a] + self.position[b]) * 0.5 - center).norm_squared();
         let mut left = members.len();
         while left > most {
             let pairs = members.iter().enumerate().flat_map(|(i, &a)| members[i + 1..].iter().map(move |&b| (a, b)));
-            let alike = pairs.filter(|&(a, b)| self.fluid[a] == self.fluid[b]);
-            let distance = |&(a, b): &(usize, usize)| (self.position[a] - self.position[b]).norm_squared();
-            let Some((keep, drop)) = alike.min_by(|a, b| distance(a).total_cmp(&distance(b))) else { return };
+            let alike: Vec<(usize, usize)> = pairs.filter(|&(a, b)| self.fluid[a] == self.fluid[b]).collect();
+            let closest = alike.iter().map(distance).fold(f64::INFINITY, f64::min) * (1.0 + ROUNDING);
+            let equal = alike.iter().filter(|&pair| distance(pair) <= closest);
+            let Some(&(keep, drop)) = equal.min_by(|a, b| aside(a).total_cmp(&aside(b))) else { return };
             members.retain(|&p| p != keep && p != drop);
             edits.push(Edit::Merge { keep, drop });
             left -= 1;
         }
     }
+}
+
+/// True if a particle is about to be merged.
+fn merges<const D: usize>(edits: &[Edit<D>], particle: usize) -> bool {
+    edits.iter().any(|edit| matches!(*edit, Edit::Merge { keep, drop } if keep == particle || drop == particle))
 }
 
 /// A new particle, with what it brings from the foot of its streamline.
@@ -207,109 +227,26 @@ fn newcomer<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>,
     }
 }
 
-/// The sub-cell of a point: 0..2^D.
+/// The sub-cells that a point belongs to, one bit each; more than one where rounding could decide.
 #[inline(always)]
-fn sub_cell<const N: usize>(shape: &[f64; N]) -> usize {
+fn sub_cells<const N: usize>(shape: &[f64; N]) -> u8 {
+    let (least, largest) = shape.iter().fold((1.0, 0.0), |(low, high): (f64, f64), &n| (low.min(n), high.max(n)));
+    let mut cells = 0;
     for (k, &n) in shape.iter().enumerate() {
-        if n >= 0.5 {
-            return k;
+        cells |= u8::from(n >= 0.5 - ROUNDING) << k;
+        if N == 4 {
+            cells |= u8::from(largest <= 0.5 + ROUNDING && n <= least + ROUNDING) << (N + k);
         }
     }
-    if N == 3 {
-        return N;
-    }
-    N + usize::from(shape[0] + shape[N - 1] >= 0.5) + 2 * usize::from(shape[0] + shape[1] >= 0.5)
+    if N == 3 { cells | u8::from(largest <= 0.5 + ROUNDING) << N } else { cells }
 }
 
-/// Shape functions at the centre of a sub-cell.
+/// Shape functions at the centroid of a sub-cell.
 fn center<const N: usize>(cell: usize) -> [f64; N] {
-    let corners: [[usize; 2]; N] = std::array::from_fn(|i| match (cell.checked_sub(N), N) {
-        (None, _) => [cell, i],
-        (Some(_), 3) => [i, (i + 1) % N],
-        (Some(middle), _) => MIDDLE[middle][i],
-    });
-    let mut shape = [0.0; N];
-    corners.iter().flatten().for_each(|&k| shape[k] += 0.5 / N as f64);
-    shape
-}
-
-/// Corners of the four tetrahedra in the middle of one, as edges: all share the diagonal between the midpoints of
-/// 02 and 13.
-const MIDDLE: [[[usize; 2]; 4]; 4] = [
-    [[0, 2], [1, 3], [1, 2], [2, 3]],
-    [[0, 2], [1, 3], [2, 3], [0, 3]],
-    [[0, 2], [1, 3], [0, 1], [1, 2]],
-    [[0, 2], [1, 3], [0, 3], [0, 1]],
-];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::pfem2::boundary::BoundaryKind;
-    use crate::pfem2::convect::Flow;
-
-    #[test]
-    fn sub_cells_have_equal_volumes_and_hold_their_centres() {
-        fn check<const N: usize>(cells: usize) {
-            assert!((0..cells).all(|cell| sub_cell(&center::<N>(cell)) == cell));
-            let points = crate::pfem2::particles::lattice::<N>(48);
-            let mut count = vec![0.0; cells];
-            points.iter().for_each(|n| count[sub_cell(n)] += cells as f64 / points.len() as f64);
-            assert!(count.iter().all(|share| (share - 1.0).abs() < 0.07), "{count:?}");
-        }
-        check::<3>(4);
-        check::<4>(8);
-    }
-
-    fn uniform(mesh: &Mesh<2, 3>) -> Vec<Vector<2>> {
-        vec![Vector([1.0, 0.0]); mesh.nodes().len()]
-    }
-
-    #[test]
-    fn a_channel_stays_full_of_what_flows_in() {
-        // Fluid 1 comes in from t = 0.1 on with a velocity that tells the time.
-        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, 1.0]), [16, 8]).unwrap();
-        let velocity = uniform(&mesh);
-        let boundary = vec![BoundaryKind::Outlet; mesh.boundary().len()];
-        let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
-        let lines = Streamlines::new(&mesh, &flow);
-        let mut particles = Particles::seed(&mesh, 5, |_| Some(0), |_| Vector::ZERO);
-        let dt = 0.25;
-        for step in 0..4 {
-            particles.convect(&mesh, &flow, dt);
-            let inflow = |_: usize, _: usize, x: Vector<2>, after: f64| {
-                (x[0] < 1e-9).then(|| (Vector([dt * step as f64 + after, 0.0]), u8::from(step > 0)))
-            };
-            let origin = Origin { lines: &lines, dt, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &inflow };
-            let done = particles.reseed(&mesh, Reseeding::SubCells, Density::new::<2>(15), &origin);
-            assert!(done.inflow > 0 && done.empty > 0, "{done:?}");
-        }
-        assert!((0..mesh.elements().len()).all(|e| particles.of(e).len() >= 4));
-        for p in 0..particles.len() {
-            // It came in at t = 1 − x.
-            let (x, v) = (particles.position[p][0], particles.velocity[p][0]);
-            if x < 0.7 {
-                assert!((v - (1.0 - x)).abs() < 1e-12, "{x} {v}");
-                assert_eq!(particles.fluid[p], u8::from(1.0 - x > 0.25));
-            }
-        }
-    }
-
-    #[test]
-    fn crowds_are_thinned_and_keep_their_centre_and_fluids() {
-        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [1, 1]).unwrap();
-        let velocity = uniform(&mesh);
-        let boundary = vec![BoundaryKind::Wall; mesh.boundary().len()];
-        let lines = Streamlines::new(&mesh, &Flow { velocity: &velocity, boundary: &boundary, projectiles: None });
-        let mut particles = Particles::seed(&mesh, 12, |x| Some(u8::from(x[1] > 0.37)), |x| x);
-        let origin =
-            Origin { lines: &lines, dt: 0.0, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &|_, _, _, _| None };
-        let density = Density { nominal: 15, most: 14 };
-        let before = particles.len();
-        let done = particles.reseed(&mesh, Reseeding::SubCells, density, &origin);
-        assert!(done.merged > 0 && particles.len() == before - done.merged);
-        for (x, (v, &fluid)) in particles.position.iter().zip(particles.velocity.iter().zip(&particles.fluid)) {
-            assert!((*x - *v).norm() < 1e-15 && fluid == u8::from(x[1] > 0.37));
-        }
-    }
+    let own = match (cell.checked_sub(N), N) {
+        (None, _) => 0.5 + 0.5 / N as f64,
+        (Some(_), 3) => return [1.0 / N as f64; N],
+        (Some(_), _) => 1.0 / 12.0,
+    };
+    std::array::from_fn(|k| if k == cell % N { own } else { (1.0 - own) / (N - 1) as f64 })
 }
