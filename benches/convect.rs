@@ -47,8 +47,12 @@ fn measure<const D: usize, const N: usize>(cells: usize, per_edge: usize, steps:
         let moved = processor_time() - start;
         let projected = project(&mesh, &particles, &[3.0, 1.0], Kernel::Linear, &velocity);
         let seen = processor_time() - start;
-        let correction =
-            Correction { increment: &increment, velocity: &projected.velocity, filter: 0.01, projectiles: None };
+        let correction = Correction {
+            increment: &[&increment, &increment],
+            velocity: &projected.velocity.mean,
+            filter: 0.01,
+            projectiles: None,
+        };
         particles.correct(&mesh, &correction);
         let all = processor_time() - start;
         let stages = [moved, seen - moved, all - seen];

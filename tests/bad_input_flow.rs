@@ -157,6 +157,30 @@ fn ran(text: &str) -> (Vec<String>, impl Fn(&str, &str) -> Vec<f64> + use<>) {
     (said, column)
 }
 
+/// Water pushes oil out of a channel at a uniform speed, which is a solution wherever the interface is: water has the share of
+/// its front, and the end of the oil is said once.
+#[test]
+fn an_inlet_brings_a_named_fluid_and_the_other_leaves() {
+    let (said, column) = ran(&channel("0.025", "1").replace("# left", "fluid = \"water\""));
+    for (t, volume) in column("balance", "time").iter().zip(column("balance", "volume: water")) {
+        let exact = 0.4 * (0.025 + t).min(1.0);
+        assert!((volume - exact).abs() < 1e-6, "t = {t}: {volume} instead of {exact}");
+    }
+    assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-12));
+    assert_eq!(said, ["no particle of `oil` is left"]);
+}
+
+/// The same with the pseudo level set, whose line is known within part of an element.
+#[test]
+fn a_pseudo_level_set_passes_the_channel_too() {
+    let pseudo = "[pfem2]\ninterface = \"pseudo\"\n[[body]]\nname = \"water\"";
+    let (_, column) = ran(&channel("0.025", "1").replace("[[body]]\nname = \"water\"", pseudo));
+    for (t, volume) in column("balance", "time").iter().zip(column("balance", "volume: water")) {
+        assert!((volume - 0.4 * (0.025 + t).min(1.0)).abs() < 0.5 * 0.4 * 0.1, "t = {t}: {volume}");
+    }
+    assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-12));
+}
+
 /// Everything moves towards the inlet, through which water leaves; oil follows from the outlet.
 #[test]
 fn an_interface_that_comes_to_an_inlet_is_said_and_the_run_goes_on() {

@@ -26,8 +26,8 @@ use super::level_set::{self, LevelSet};
 use super::outline::Outline;
 use super::particles::Particles;
 use super::phases::Phases;
-use super::project::{Kernel, project};
-use super::reseed::{self, Density, Origin, Reseeding};
+use super::project::{Convected, Kernel, project};
+use super::reseed::{self, Density, Newcomer, Origin, Reseeding};
 use super::setup::{Scheme, Setup, VolumeCorrection};
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
@@ -209,7 +209,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         timed!(self.timer, "convect", self.convect(step)); // streamlines                       (34–36)
         timed!(self.timer, "interface", self.follow_interface()); // φ, sharp
         let seen = timed!(self.timer, "project", self.project()); // v̂, φ                      (37–39)
-        let mut convected = seen.clone();
+        let mut convected = seen.mean.clone();
         self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
         self.before.copy_from_slice(&self.implicit.velocity);
         timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          (20, 29–33)
@@ -241,12 +241,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let [now, earlier] = self.explicit_shares(step);
         if now + earlier != 0.0 {
             let kicks = self.kicks(step);
-            self.give(&kicks, (now + earlier) * step.dt, 0.0);
+            self.give(&vec![&kicks[..]; self.density.len()], (now + earlier) * step.dt, 0.0);
         }
     }
 
-    /// Gives nodal increments [m/s], which took the time `dt` [s], to the particles.
-    fn give(&mut self, increment: &[Vector<D>], dt: f64, filter: f64) {
+    /// Gives nodal increments for each fluid [m/s], which took the time `dt` [s], to the particles.
+    fn give(&mut self, increment: &[&[Vector<D>]], dt: f64, filter: f64) {
         let gravity = self.implicit.force[0];
         let (heavy, light) = extremes(&self.density);
         let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity };
@@ -291,14 +291,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let fate = self.particles.convect(&lines, step.dt);
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
-        let inflow = |element: usize, opposite: usize, x: Vector<D>, after: f64| {
+        let inflow = |place: &Place<N>, opposite: usize, after: f64| {
+            let (element, x) = (place.element, place.position(mesh));
             let Inflow { velocity, fluid: named } = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
             if velocity.is_none() && named.is_none() {
                 return None;
             }
-            let place = Place::of(mesh, element, x);
             let velocity = velocity.unwrap_or_else(|| correct::at(&place.shape, &mesh.elements()[element], &start));
-            Some((velocity, named.unwrap_or_else(|| fluid(&place).0)))
+            let (own, depth) = match &self.sharp {
+                Some(set) => set.beyond(mesh, place, velocity * after, 1 - set.inside),
+                None => fluid(place),
+            };
+            // A fluid that begins to flow in begins at the boundary.
+            let depth = if named.is_none_or(|named| named == own) { depth } else { 0.0 };
+            Some(Newcomer { velocity, fluid: named.unwrap_or(own), depth })
         };
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
         let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
@@ -326,7 +332,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Velocity and phases at the nodes; returns v̂ [m/s].
-    fn project(&mut self) -> Vec<Vector<D>> {
+    fn project(&mut self) -> Convected<D> {
         let Implicit { mesh, velocity, .. } = &self.implicit;
         let projected = project(mesh, &self.particles, &self.density, self.kernel, velocity);
         self.fraction = projected.fraction;
@@ -348,11 +354,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     ///
     /// What particles show at a node with a prescribed velocity enters no equation; unless they are led back to it, it
     /// drifts away.
-    fn correct(&mut self, step: Step, seen: &[Vector<D>], convected: &[Vector<D>]) {
-        let difference = |from: &[Vector<D>]| -> Vec<Vector<D>> {
-            self.implicit.velocity.iter().zip(from).map(|(v, hat)| *v - *hat).collect()
-        };
-        let (missing, gain) = (difference(seen), difference(convected));
+    fn correct(&mut self, step: Step, seen: &Convected<D>, convected: &[Vector<D>]) {
+        let missing = seen.missing(&self.implicit.velocity, self.density.len());
+        let missing: Vec<&[Vector<D>]> = missing.iter().map(|own| &own[..]).collect();
         self.give(&missing, step.delta(), correct::filter(step.dt, self.relaxation));
         if self.reseeding == Reseeding::Elements {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
@@ -360,7 +364,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             self.counts.added += reseed::refill(&mut self.particles, mesh, velocity, &phases) as u64;
         }
         self.acceleration.clear();
-        self.acceleration.extend(gain.iter().map(|gain| *gain / step.delta()));
+        let both = self.implicit.velocity.iter().zip(convected);
+        self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));
         if self.dt_before == 0.0 {
             self.carried.copy_from_slice(&self.acceleration);
         }

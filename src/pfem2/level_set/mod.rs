@@ -95,6 +95,20 @@ impl LevelSet {
         (if phi < 0.0 { self.inside } else { outside }, phi.abs())
     }
 
+    /// Fluid and depth of what came `way` [m] from beyond the boundary to a place on it: φ goes on there as in the element.
+    pub fn beyond<const D: usize, const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        place: &Place<N>,
+        way: Vector<D>,
+        outside: u8,
+    ) -> (u8, f64) {
+        let slopes = mesh.simplex(place.element).gradient.iter().zip(&mesh.elements()[place.element]);
+        let slope: Vector<D> = slopes.map(|(&g, &node)| g * self.level[node as usize]).sum();
+        let phi = (value(mesh, place, &self.level) - slope.dot(way)).clamp(-self.band, self.band);
+        (if phi < 0.0 { self.inside } else { outside }, phi.abs())
+    }
+
     fn sign(&self, fluid: u8) -> f64 {
         if fluid == self.inside { -1.0 } else { 1.0 }
     }

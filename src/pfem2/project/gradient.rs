@@ -2,15 +2,19 @@
 //!
 //! ```text
 //! node i, group α, all particles p of the elements around, volume w_p:
-//!   G_i = Cov(f, x) Cov(x, x)⁻¹
-//! element e:  G_e = mean of its nodes' G_i
+//!   G_i = Cov(f, x) Cov(x, x)⁻¹           sure,    if Cov(x, x) > ε P, with P = Cov(x, x) of these elements
+//!   G_i = Cov(f, x) (Cov(x, x) + ε P)⁻¹   unsure,  else: a drop, a film, the tip of a tongue
+//! element e:  G_e = mean of its nodes' sure G_i, of the unsure ones if none is sure
 //!   R_k ← Σ_p N_k [f_p + G_e (x_k − x_p)] = R_k + G_e (x_k s_k − Σ_l S_kl x_l)
 //! ```
 //!
 //! This is the affine kernel of theory 4.3a, with the gradient taken from the particles. The correction vanishes when
 //! summed over the nodes of an element, Σ_k (x_k s_k − Σ_l S_kl x_l) = 0, so that it moves no momentum: unlike
 //! moving least squares per node, the result is exact for linear fields *and* conserves Σ m f. Gradients are taken
-//! from the patch of a node rather than from one element because they then amplify no noise.
+//! from the patch of a node rather than from one element because they then amplify no noise. A group that is a small
+//! part of its patch would amplify it: the slope across a film of thickness δ, carried on to nodes at a distance h,
+//! multiplies what its particles have against each other by h/δ. Fluids whose particles have no spread in a direction
+//! are carried on as constants there.
 
 use super::moments::{Moments, Table};
 use crate::math::{Tensor, Vector};
@@ -24,25 +28,36 @@ const FLATTEST: f64 = 1e-4;
 /// leaves is rounding, whose shape means nothing.
 const SINGLE: f64 = 1e-9;
 
+/// ε: a slope counts up to ten times the distance over which its particles are spread.
+const LEAST_SPREAD: f64 = 0.01;
+
 /// A gradient: ∂f_c/∂x of each component.
 type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
+
+/// The gradient at a node, and whether it is sure.
+type Slope<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
 impl<const K: usize, const N: usize> Table<K, N> {
     /// Corrects R_k of every entry with the gradients of the groups `0..groups`.
     pub fn make_linear<const D: usize>(&mut self, mesh: &Mesh<D, N>, groups: usize) {
-        let gradients: Vec<Vec<Option<Gradient<K, D>>>> =
-            (0..groups).map(|group| self.gradients(mesh, group as u8)).collect();
+        let slopes: Vec<Vec<Option<Slope<K, D>>>> =
+            (0..groups).map(|group| self.slopes(mesh, group as u8, groups > 1)).collect();
         self.for_each(|e, entry| {
-            let nodal = &gradients[entry.group as usize];
-            if let Some(gradient) = mean(mesh.elements()[e].iter().filter_map(|&node| nodal[node as usize].as_ref())) {
+            let nodal = || mesh.elements()[e].iter().filter_map(|&i| slopes[entry.group as usize][i as usize].as_ref());
+            let sure = mean(nodal().filter(|(_, sure)| *sure).map(|(gradient, _)| gradient));
+            if let Some(gradient) = sure.or_else(|| mean(nodal().map(|(gradient, _)| gradient))) {
                 correct(entry, &gradient, mesh.corners(e));
             }
         });
     }
 
-    fn gradients<const D: usize>(&self, mesh: &Mesh<D, N>, group: u8) -> Vec<Option<Gradient<K, D>>> {
-        let nodes = 0..mesh.nodes().len();
-        nodes.into_par_iter().map(|node| self.patch(mesh, node, group).and_then(|patch| patch.gradient())).collect()
+    /// The gradients of a group; where there is only one it fills its patches.
+    fn slopes<const D: usize>(&self, mesh: &Mesh<D, N>, group: u8, several: bool) -> Vec<Option<Slope<K, D>>> {
+        let slope = |node: usize| {
+            let patch = self.patch(mesh, node, group)?;
+            if several { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
+        };
+        (0..mesh.nodes().len()).into_par_iter().map(slope).collect()
     }
 
     /// What lies around a node; `None` if nothing does.
@@ -88,12 +103,29 @@ impl<const K: usize, const D: usize> Patch<K, D> {
         }
     }
 
+    /// Σ w (x − x̄) ⊗ (x − x̄).
+    fn spread(&self) -> Tensor<D> {
+        let mean = self.x / self.weight;
+        Tensor::from_fn(|i, j| self.xx[i][j] - self.x[i] * mean[j])
+    }
+
+    /// The gradient of a group that may be a small part of its patch, with Cov(x, x) `region` [m²].
+    fn slope(&self, region: &Tensor<D>) -> Option<Slope<K, D>> {
+        let (spread, least) = (self.spread(), *region * (LEAST_SPREAD * self.weight));
+        let sure = positive(&(spread - least)).then(|| self.over(&spread)).flatten();
+        sure.map(|gradient| (gradient, true)).or_else(|| Some((self.over(&(spread + least))?, false)))
+    }
+
     /// Cov(f, x) Cov(x, x)⁻¹; `None` if the particles lie on a line or plane, or if there is only one.
     fn gradient(&self) -> Option<Gradient<K, D>> {
+        self.over(&self.spread())
+    }
+
+    /// Σ w f ⊗ (x − x̄) times the inverse of a tensor; `None` if that is flat.
+    fn over(&self, spread: &Tensor<D>) -> Option<Gradient<K, D>> {
         let mean = self.x / self.weight;
-        let spread = Tensor::<D>::from_fn(|i, j| self.xx[i][j] - self.x[i] * mean[j]);
         let size = spread.trace() / D as f64;
-        let scaled = (spread * (1.0 / size)).embed(1.0);
+        let scaled = (*spread * (1.0 / size)).embed(1.0);
         let single = SINGLE * self.xx.trace() / D as f64;
         if !(size > single && scaled.determinant() >= FLATTEST) {
             return None;
@@ -104,6 +136,28 @@ impl<const K: usize, const D: usize> Patch<K, D> {
             Vector::from_fn(|i| (0..D).map(|j| with[j] * inverse[j][i]).sum())
         }))
     }
+}
+
+/// Cov(x, x) of the elements around a node [m²]: ∫x ⊗ x dV = V/(D + 1)(D + 2) (Σ_k x_k ⊗ x_k + Σ_k x_k ⊗ Σ_l x_l).
+fn region<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> Tensor<D> {
+    let (mut volume, mut first, mut second) = (0.0, Vector::<D>::ZERO, Tensor::<D>::ZERO);
+    for &e in mesh.elements_around(node) {
+        let (own, corners) =
+            (mesh.simplex(e as usize).volume, mesh.corners(e as usize).map(|x| x - mesh.nodes()[node]));
+        let sum = corners.iter().copied().sum::<Vector<D>>();
+        let share = own / (N * (N + 1)) as f64;
+        volume += own;
+        first += sum * (own / N as f64);
+        let squares = |i: usize, j: usize| corners.iter().map(|x| x[i] * x[j]).sum::<f64>();
+        second = second + Tensor::from_fn(|i, j| share * (squares(i, j) + sum[i] * sum[j]));
+    }
+    Tensor::from_fn(|i, j| (second[i][j] - first[i] * first[j] / volume) / volume)
+}
+
+/// True if a symmetric tensor is positive definite: its leading minors are positive.
+fn positive<const D: usize>(a: &Tensor<D>) -> bool {
+    let plane = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    a[0][0] > 0.0 && plane > 0.0 && a.embed(1.0).determinant() > 0.0
 }
 
 /// Σ_l S_kl x_l.

@@ -8,7 +8,8 @@
 //!
 //! The first two mix all fluids with equal weights and reproduce constants only: order 1, with a bias at boundaries.
 //! The last weighs particles with their mass m_p = ρ V_e/n_e and takes the gradient G_e within each fluid (see
-//! `gradient`): exact for linear fields, order 2 up to the boundary, and Σ m_i v̂_i = Σ m_p v_p.
+//! `gradient`): exact for linear fields, order 2 up to the boundary, and Σ m_i v̂_i = Σ m_p v_p. It also keeps the
+//! average of each fluid by itself, of which that of all is the mean by mass.
 
 mod gradient;
 pub(super) mod moments;
@@ -36,11 +37,29 @@ pub enum Kernel {
     Linear,
 }
 
+/// Convected velocity of the nodes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Convected<const D: usize> {
+    /// v̂_i [m/s]; of bare nodes the one that they had.
+    pub mean: Vec<Vector<D>>,
+    /// That of each fluid by itself, v̂_αi, by fluid and node [m/s]; v̂_i where the fluid isn't seen. Without entries if
+    /// there is one fluid, or the kernel mixes them.
+    pub own: Vec<Vec<Vector<D>>>,
+}
+
+impl<const D: usize> Convected<D> {
+    /// What each of `fluids` misses where the nodes have `velocity` [m/s]: v_i − v̂_αi.
+    pub fn missing(&self, velocity: &[Vector<D>], fluids: usize) -> Vec<Vec<Vector<D>>> {
+        let hat = |fluid: usize| self.own.get(fluid).unwrap_or(&self.mean);
+        (0..fluids).map(|fluid| velocity.iter().zip(hat(fluid)).map(|(v, hat)| *v - *hat).collect()).collect()
+    }
+}
+
 /// What the nodes receive.
 #[derive(Debug, Clone, Default)]
 pub struct Projected<const D: usize> {
-    /// Velocity v̂_i [m/s]; of bare nodes the one that they had.
-    pub velocity: Vec<Vector<D>>,
+    /// Velocity.
+    pub velocity: Convected<D>,
     /// Share of each fluid, by fluid and node; they add up to one except at bare nodes, where all are zero.
     pub fraction: Vec<Vec<f64>>,
     /// Weight of the average: mass [kg] with [`Kernel::Linear`].
@@ -59,35 +78,50 @@ pub fn project<const D: usize, const N: usize>(
     kernel: Kernel,
     previous: &[Vector<D>],
 ) -> Projected<D> {
-    let mut table = table(mesh, particles);
-    let average: Vec<Average<D>> = match kernel {
+    let (mut table, fluids) = (table(mesh, particles), densities.len());
+    let equal = vec![1.0; fluids];
+    let (average, densities): (Vec<Average<D>>, _) = match kernel {
         Kernel::Shape => {
             table.for_each(|_, entry| entry.weight = 1.0);
-            gather(mesh, |node| shape_average(mesh, &table, node, &vec![1.0; densities.len()]))
+            (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), &equal[..])
         }
         Kernel::Linear => {
-            table.make_linear(mesh, densities.len());
-            gather(mesh, |node| shape_average(mesh, &table, node, densities))
+            table.make_linear(mesh, fluids);
+            (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), densities)
         }
-        Kernel::Wendland => gather(mesh, |node| wendland_average(mesh, particles, node, densities.len())),
+        Kernel::Wendland => (gather(mesh, |node| wendland_average(mesh, particles, node, fluids)), &equal[..]),
     };
-    unzip(average, densities.len(), previous)
+    let mut projected = mix(&average, densities, previous);
+    if kernel == Kernel::Linear && fluids > 1 {
+        let Convected { mean, own } = &mut projected.velocity;
+        *own = (0..fluids).map(|fluid| of_one(&average, fluid, mean)).collect();
+    }
+    projected
 }
 
 /// The sums of one node.
 #[derive(Debug, Clone)]
 struct Average<const D: usize> {
-    momentum: Vector<D>,
-    weight: f64,
     /// Σ N_i, or Σ W.
     seen: f64,
-    /// Weight without the density, by fluid.
-    share: Vec<f64>,
+    /// By fluid.
+    fluids: Vec<Share<D>>,
+}
+
+/// The sums of one fluid at a node.
+#[derive(Debug, Clone, Copy, Default)]
+struct Share<const D: usize> {
+    /// Σ w N_i with the volume w of the particles, or without.
+    weight: f64,
+    /// The same sum of velocities.
+    velocity: Vector<D>,
+    /// Σ N_i, or Σ W.
+    seen: f64,
 }
 
 impl<const D: usize> Average<D> {
     fn new(fluids: usize) -> Self {
-        Self { momentum: Vector::ZERO, weight: 0.0, seen: 0.0, share: vec![0.0; fluids] }
+        Self { seen: 0.0, fluids: vec![Share::default(); fluids] }
     }
 }
 
@@ -121,19 +155,18 @@ fn shape_average<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     table: &Table<D, N>,
     node: usize,
-    densities: &[f64],
+    fluids: usize,
 ) -> Average<D> {
-    let mut average = Average::new(densities.len());
+    let mut average = Average::new(fluids);
     for &e in mesh.elements_around(node) {
         let nodes = &mesh.elements()[e as usize];
         let Some(k) = nodes.iter().position(|&n| n as usize == node) else { continue };
         for entry in table.of(e as usize) {
-            let (sum, fluid) = (entry.sum(k), entry.group as usize);
-            let mass = entry.weight * densities[fluid];
-            average.momentum += entry.values[k] * mass;
-            average.weight += sum * mass;
+            let (sum, share) = (entry.sum(k), &mut average.fluids[entry.group as usize]);
+            share.velocity += entry.values[k] * entry.weight;
+            share.weight += sum * entry.weight;
+            share.seen += sum;
             average.seen += sum;
-            average.share[fluid] += sum * entry.weight;
         }
     }
     average
@@ -151,11 +184,11 @@ fn wendland_average<const D: usize, const N: usize>(
     for p in around.iter().flat_map(|&e| particles.of(e as usize)) {
         let q = (particles.position[p] - mesh.nodes()[node]).norm() / reach;
         let w = (1.0 - q).max(0.0).powi(4) * (4.0 * q + 1.0);
-        average.momentum += particles.velocity[p] * w;
-        average.weight += w;
-        average.share[particles.fluid[p] as usize] += w;
+        let share = &mut average.fluids[particles.fluid[p] as usize];
+        share.velocity += particles.velocity[p] * w;
+        share.weight += w;
+        average.seen += w;
     }
-    average.seen = average.weight;
     average
 }
 
@@ -168,12 +201,24 @@ fn mean_edge<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> 
     sum / count
 }
 
-fn unzip<const D: usize>(average: Vec<Average<D>>, fluids: usize, previous: &[Vector<D>]) -> Projected<D> {
+/// The mean of all fluids, weighted with their densities, and their shares.
+fn mix<const D: usize>(average: &[Average<D>], densities: &[f64], previous: &[Vector<D>]) -> Projected<D> {
     let bare: Vec<bool> = average.iter().map(|a| a.seen < LEAST).collect();
+    let mass = |a: &Average<D>| a.fluids.iter().zip(densities).map(|(share, rho)| share.weight * rho).sum::<f64>();
+    let momentum =
+        |a: &Average<D>| a.fluids.iter().zip(densities).map(|(share, &rho)| share.velocity * rho).sum::<Vector<D>>();
     let velocity = average.iter().zip(previous).zip(&bare);
-    let velocity = velocity.map(|((a, &old), &bare)| if bare { old } else { a.momentum / a.weight }).collect();
-    let share = |a: &Average<D>, fluid: usize| a.share[fluid] / a.share.iter().sum::<f64>();
-    let fraction = (0..fluids)
-        .map(|fluid| average.iter().zip(&bare).map(|(a, &bare)| if bare { 0.0 } else { share(a, fluid) }).collect());
-    Projected { fraction: fraction.collect(), velocity, weight: average.iter().map(|a| a.weight).collect(), bare }
+    let mean = velocity.map(|((a, &old), &bare)| if bare { old } else { momentum(a) / mass(a) }).collect();
+    let part =
+        |a: &Average<D>, fluid: usize| a.fluids[fluid].weight / a.fluids.iter().map(|share| share.weight).sum::<f64>();
+    let fraction = (0..densities.len())
+        .map(|fluid| average.iter().zip(&bare).map(|(a, &bare)| if bare { 0.0 } else { part(a, fluid) }).collect());
+    let weight = average.iter().map(mass).collect();
+    Projected { velocity: Convected { mean, own: Vec::new() }, fraction: fraction.collect(), weight, bare }
+}
+
+/// The mean of one fluid; that of all where it isn't seen.
+fn of_one<const D: usize>(average: &[Average<D>], fluid: usize, mean: &[Vector<D>]) -> Vec<Vector<D>> {
+    let own = average.iter().map(|a| &a.fluids[fluid]).zip(mean);
+    own.map(|(own, &mean)| if own.seen < LEAST { mean } else { own.velocity / own.weight }).collect()
 }

@@ -67,9 +67,20 @@ pub struct Origin<'a, const D: usize, const N: usize> {
     pub velocity: &'a [Vector<D>],
     /// Fluid at a place at its start, and the depth below the interface [m].
     pub fluid: &'a (dyn Fn(&Place<N>) -> (u8, f64) + Sync),
-    /// Velocity [m/s] and fluid that flow in through the boundary facet of an element opposite to a local node, at a
-    /// position [m] and a time after the start of the step [s]; `None` where nothing is prescribed.
-    pub inflow: &'a (dyn Fn(usize, usize, Vector<D>, f64) -> Option<(Vector<D>, u8)> + Sync),
+    /// What flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
+    /// the start of the step [s]; `None` where nothing is prescribed.
+    pub inflow: &'a (dyn Fn(&Place<N>, usize, f64) -> Option<Newcomer<D>> + Sync),
+}
+
+/// What a particle that flows in brings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Newcomer<const D: usize> {
+    /// Its velocity [m/s].
+    pub velocity: Vector<D>,
+    /// Its fluid.
+    pub fluid: u8,
+    /// Its depth below the surface of its fluid [m].
+    pub depth: f64,
 }
 
 /// What was done.
@@ -210,19 +221,18 @@ fn merges<const D: usize>(edits: &[Edit<D>], particle: usize) -> bool {
 fn newcomer<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, origin: &Origin<D, N>) -> Edit<D> {
     let foot = origin.lines.trace(*place, origin.dt, -1.0);
     let inflow = match foot.end {
-        End::Boundary(k) => (origin.inflow)(foot.place.element, k, foot.place.position(mesh), foot.rest),
+        End::Boundary(k) => (origin.inflow)(&foot.place, k, foot.rest),
         _ => None,
     };
     let (position, element) = (place.position(mesh), place.element as u32);
-    let (own, depth) = (origin.fluid)(&foot.place);
     match inflow {
-        Some((velocity, fluid)) => {
-            let depth = if fluid == own { depth } else { 0.0 };
+        Some(Newcomer { velocity, fluid, depth }) => {
             Edit::Add { position, velocity, fluid, depth, element, inflow: true }
         }
         None => {
+            let (fluid, depth) = (origin.fluid)(&foot.place);
             let velocity = at(&foot.place.shape, &mesh.elements()[foot.place.element], origin.velocity);
-            Edit::Add { position, velocity, fluid: own, depth, element, inflow: false }
+            Edit::Add { position, velocity, fluid, depth, element, inflow: false }
         }
     }
 }
