@@ -35,6 +35,7 @@ pub mod subscale;
 pub mod surface_tension;
 #[cfg(test)]
 mod tests;
+mod transport;
 
 pub use boundary::Boundary;
 pub use setup::Setup;

@@ -16,8 +16,7 @@
 //! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is one of backward
 //! Euler, since a⁰ is unknown. All of it is linear: convection and geometry come from the particles.
 
-use super::boundary::Inflow;
-use super::convect::{self, Place, Projectiles, Streamlines};
+use super::convect::Projectiles;
 use super::correct::{self, Correction};
 use super::forces::{self, Part};
 use super::implicit::{Implicit, Physics, Step};
@@ -27,7 +26,7 @@ use super::outline::Outline;
 use super::particles::Particles;
 use super::phases::Phases;
 use super::project::{Convected, Kernel, project};
-use super::reseed::{self, Density, Newcomer, Origin, Reseeding};
+use super::reseed::{self, Density, Reseeding};
 use super::setup::{Scheme, Setup, VolumeCorrection};
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
@@ -35,7 +34,6 @@ use crate::linalg::Memory;
 use crate::math::Vector;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
-use rayon::prelude::*;
 
 /// PFEM-2 in `D` dimensions on simplices with `N` = `D` + 1 nodes.
 pub struct Pfem2<const D: usize, const N: usize> {
@@ -60,10 +58,10 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) density: Vec<f64>,
     pub(super) scheme: Scheme,
     kernel: Kernel,
-    reseeding: Reseeding,
-    crowd: Density,
+    pub(super) reseeding: Reseeding,
+    pub(super) crowd: Density,
     /// Fluids that follow their own side of the interface.
-    flying: Vec<bool>,
+    pub(super) flying: Vec<bool>,
     pub(super) relaxation: f64,
     courant: f64,
     pub(super) parts: Vec<Part<D>>,
@@ -231,7 +229,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// What the explicit share of the step gives the nodes [m/s].
-    fn kicks(&self, step: Step) -> Vec<Vector<D>> {
+    pub(super) fn kicks(&self, step: Step) -> Vec<Vector<D>> {
         let [now, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
         self.acceleration.iter().zip(&self.carried).map(|(a, carried)| *a * now + *carried * earlier).collect()
     }
@@ -260,61 +258,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.flying.contains(&true)
     }
 
-    /// v* at the nodes [m/s].
-    fn carrier(&self, step: Step) -> Vec<Vector<D>> {
-        let ahead = match self.scheme {
-            Scheme::SecondOrder { .. } if self.follows(step.dt) => 0.5 * step.dt / self.dt_before,
-            _ => 0.0,
-        };
-        let both = self.implicit.velocity.iter().zip(&self.before);
-        both.map(|(v, before)| *v + (*v - *before) * ahead).collect()
-    }
-
     /// True if the last step says how the flow changes over the next: after a much shorter one, as outputs may cut
     /// it, the extrapolation would multiply what is left of round-off, and the step starts anew with first order.
-    fn follows(&self, dt: f64) -> bool {
+    pub(super) fn follows(&self, dt: f64) -> bool {
         self.dt_before > 0.0 && dt <= 2.0 * self.dt_before
-    }
-
-    /// Moves the particles, fills what runs empty, and carries the acceleration along.
-    fn convect(&mut self, step: Step) {
-        let (carrier, kicks) = (self.carrier(step), self.kicks(step));
-        let start: Vec<Vector<D>> = self.implicit.velocity.iter().zip(&kicks).map(|(v, kick)| *v + *kick).collect();
-        let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity: self.implicit.force[0] };
-        let Implicit { mesh, boundary, .. } = &self.implicit;
-        let flow = convect::Flow {
-            velocity: &carrier,
-            boundary: &boundary.kinds,
-            projectiles: self.flying.contains(&true).then_some(rule),
-        };
-        let lines = Streamlines::new(mesh, &flow);
-        let fate = self.particles.convect(&lines, step.dt);
-        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
-        let inflow = |place: &Place<N>, opposite: usize, after: f64| {
-            let (element, x) = (place.element, place.position(mesh));
-            let Inflow { velocity, fluid: named } = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
-            if velocity.is_none() && named.is_none() {
-                return None;
-            }
-            let velocity = velocity.unwrap_or_else(|| correct::at(&place.shape, &mesh.elements()[element], &start));
-            let (own, depth) = match &self.sharp {
-                Some(set) => set.beyond(mesh, place, velocity * after, 1 - set.inside),
-                None => fluid(place),
-            };
-            // A fluid that begins to flow in begins at the boundary.
-            let depth = if named.is_none_or(|named| named == own) { depth } else { 0.0 };
-            Some(Newcomer { velocity, fluid: named.unwrap_or(own), depth })
-        };
-        let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
-        let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
-        self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
-        self.counts.left += fate.left as u64;
-        self.counts.stuck += fate.stuck as u64;
-        self.counts.added += done.added as u64;
-        self.counts.inflow += done.inflow as u64;
-        self.counts.merged += done.merged as u64;
-        self.counts.empty += done.empty as u64;
     }
 
     /// A sharp level set follows the particles and keeps its volume.
@@ -432,33 +379,4 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 fn extremes(density: &[f64]) -> (f64, f64) {
     let largest = density.iter().copied().fold(0.0, f64::max);
     (largest, density.iter().copied().fold(f64::INFINITY, f64::min))
-}
-
-/// The fluid at a place and the depth below the interface [m].
-fn fluid_at<const D: usize, const N: usize>(
-    mesh: &crate::mesh::Mesh<D, N>,
-    phases: &Phases,
-    sharp: Option<&LevelSet>,
-    place: &Place<N>,
-) -> (u8, f64) {
-    let nodes = &mesh.elements()[place.element];
-    match sharp {
-        Some(set) => set.at(mesh, place, 1 - set.inside),
-        None => (phases.at_place(nodes, &place.shape) as u8, f64::INFINITY),
-    }
-}
-
-/// Nodal values carried along for `dt` [s]: each node takes what was at the foot of its streamline.
-fn carried<const D: usize, const N: usize>(
-    mesh: &crate::mesh::Mesh<D, N>,
-    lines: &Streamlines<D, N>,
-    dt: f64,
-    values: &[Vector<D>],
-) -> Vec<Vector<D>> {
-    let at = |(node, x): (usize, &Vector<D>)| {
-        let Some(&element) = mesh.elements_around(node).first() else { return values[node] };
-        let foot = lines.trace(Place::of(mesh, element as usize, *x), dt, -1.0).place;
-        correct::at(&foot.shape, &mesh.elements()[foot.element], values)
-    };
-    mesh.nodes().par_iter().enumerate().map(at).collect()
 }

@@ -1,0 +1,110 @@
+//! The convective part of a step: particles move, empty places are filled, and what the nodes keep of the last step goes
+//! along.
+//!
+//! ```text
+//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ                        frozen over the step (vⁿ in the paper's)
+//! x_p ← x_p + ∫ v*(x_p) dτ
+//! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
+//! ```
+
+use super::Pfem2;
+use super::boundary::Inflow;
+use super::convect::{self, Convected, Place, Projectiles, Streamlines};
+use super::correct;
+use super::implicit::{Implicit, Step};
+use super::level_set::LevelSet;
+use super::phases::Phases;
+use super::reseed::{Newcomer, Origin, Reseeded};
+use super::setup::Scheme;
+use super::step::Counts;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// v* at the nodes [m/s].
+    fn carrier(&self, step: Step) -> Vec<Vector<D>> {
+        let ahead = match self.scheme {
+            Scheme::SecondOrder { .. } if self.follows(step.dt) => 0.5 * step.dt / self.dt_before,
+            _ => 0.0,
+        };
+        let both = self.implicit.velocity.iter().zip(&self.before);
+        both.map(|(v, before)| *v + (*v - *before) * ahead).collect()
+    }
+
+    /// Moves the particles, fills what runs empty, and carries the acceleration along.
+    pub(super) fn convect(&mut self, step: Step) {
+        let (carrier, kicks) = (self.carrier(step), self.kicks(step));
+        let start: Vec<Vector<D>> = self.implicit.velocity.iter().zip(&kicks).map(|(v, kick)| *v + *kick).collect();
+        let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity: self.implicit.force[0] };
+        let Implicit { mesh, boundary, .. } = &self.implicit;
+        let flow = convect::Flow {
+            velocity: &carrier,
+            boundary: &boundary.kinds,
+            projectiles: self.flying.contains(&true).then_some(rule),
+        };
+        let lines = Streamlines::new(mesh, &flow);
+        let fate = self.particles.convect(&lines, step.dt);
+        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+        let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
+        let inflow = |place: &Place<N>, opposite: usize, after: f64| {
+            let (element, x) = (place.element, place.position(mesh));
+            let Inflow { velocity, fluid: named } = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
+            if velocity.is_none() && named.is_none() {
+                return None;
+            }
+            let velocity = velocity.unwrap_or_else(|| correct::at(&place.shape, &mesh.elements()[element], &start));
+            let (own, depth) = match &self.sharp {
+                Some(set) => set.beyond(mesh, place, velocity * after, 1 - set.inside),
+                None => fluid(place),
+            };
+            // A fluid that begins to flow in begins at the boundary.
+            let depth = if named.is_none_or(|named| named == own) { depth } else { 0.0 };
+            Some(Newcomer { velocity, fluid: named.unwrap_or(own), depth })
+        };
+        let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
+        let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
+        self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
+        self.counts.add(&fate, &done);
+    }
+}
+
+impl Counts {
+    fn add(&mut self, fate: &Convected, done: &Reseeded) {
+        self.left += fate.left as u64;
+        self.stuck += fate.stuck as u64;
+        self.added += done.added as u64;
+        self.inflow += done.inflow as u64;
+        self.merged += done.merged as u64;
+        self.empty += done.empty as u64;
+    }
+}
+
+/// The fluid at a place and the depth below the interface [m].
+fn fluid_at<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    phases: &Phases,
+    sharp: Option<&LevelSet>,
+    place: &Place<N>,
+) -> (u8, f64) {
+    let nodes = &mesh.elements()[place.element];
+    match sharp {
+        Some(set) => set.at(mesh, place, 1 - set.inside),
+        None => (phases.at_place(nodes, &place.shape) as u8, f64::INFINITY),
+    }
+}
+
+/// Nodal values carried along for `dt` [s]: each node takes what was at the foot of its streamline.
+fn carried<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    lines: &Streamlines<D, N>,
+    dt: f64,
+    values: &[Vector<D>],
+) -> Vec<Vector<D>> {
+    let at = |(node, x): (usize, &Vector<D>)| {
+        let Some(&element) = mesh.elements_around(node).first() else { return values[node] };
+        let foot = lines.trace(Place::of(mesh, element as usize, *x), dt, -1.0).place;
+        correct::at(&foot.shape, &mesh.elements()[foot.element], values)
+    };
+    mesh.nodes().par_iter().enumerate().map(at).collect()
+}
