@@ -77,6 +77,22 @@ fn momentum_is_conserved_and_the_ledger_closes() {
     }
 }
 
+/// A body that starts somewhat inside of a sheet is at rest and stays so, however short the step: nothing pushes them together,
+/// so there is nothing that contact may give back.
+#[test]
+fn an_overlap_is_no_source_of_energy() {
+    for dt in [0.02, 0.0002] {
+        let body = block("drop", 0, [8.0, 8.2, 10.0], [8, 7, 6], 0.5, 1.0, Vector::ZERO);
+        let sheets = vec![sheet_3d(10.0, 10)];
+        let world = World::new([20, 20, 20], KernelKind::Quadratic, vec![body], sheets, Friction::Slip(0.0), 1);
+        let mut world = world.meeting_at(SheetContact::Particles);
+        for _ in 0..20 {
+            world.step(dt);
+        }
+        assert!(world.totals().kinetic < 1e-24, "{:e}", world.totals().kinetic);
+    }
+}
+
 /// With gravity the work of gravity joins the balance.
 #[test]
 fn the_ledger_closes_under_gravity() {

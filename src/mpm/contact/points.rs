@@ -12,8 +12,9 @@
 //! ```
 //!
 //! All points together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. A gap
-//! that is below zero closes by the fraction β per step (theory 7.3). Friction follows the normal impulse:
-//! ‖J_t‖ ≤ μ_f J_n.
+//! that is below zero closes by the fraction β per step (theory 7.3), but no faster than the two came together,
+//! w ≤ −w⁻ with the velocity w⁻ before the impulses: contact takes energy, it never adds any, however short the step.
+//! Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
 //!
 //! The load on the sheet sits where the body touches it, whatever the cell: contact at grid nodes spreads it over
 //! the support of the shape functions, and a sheet that meets a ball of a few cells wraps around a blunter one.
@@ -65,6 +66,8 @@ struct Spot<const D: usize> {
     arm: f64,
     /// g at the start of the sub-step [m].
     gap: f64,
+    /// w before the impulses of the sub-step, where the two come together; else 0 [m/s].
+    approach: f64,
     /// Its nodes end here in the list of all.
     end: u32,
     /// M⁻¹ along each axis [1/kg].
@@ -142,6 +145,7 @@ impl<const D: usize> Points<D> {
                     normal: seen.foot.normal * label.side,
                     arm: label.side * seen.foot.distance,
                     gap,
+                    approach: 0.0,
                     end: 0,
                     softness: Vector::ZERO,
                     friction,
@@ -207,7 +211,7 @@ impl<const D: usize> Points<D> {
         self.velocity.extend((0..partners.len()).map(|partner| partners.trial(partner as u32, t).1));
         self.softness.clear();
         self.softness.extend((0..partners.len()).map(|partner| partners.softness(partner as u32)));
-        self.contacts.iter_mut().for_each(|contact| contact.impulse = Impulse::default());
+        self.approach(velocity);
         for _ in 0..SWEEPS {
             let (change, largest) = self.sweep(velocity, &softness, dt);
             if change <= SETTLED * largest {
@@ -226,6 +230,17 @@ impl<const D: usize> Points<D> {
             contact.total.normal += contact.impulse.normal;
             contact.total.tangent += contact.impulse.tangent;
             contact.gap += contact.opening(near, &self.velocity, velocity).dot(contact.normal) * dt;
+        }
+    }
+
+    /// Takes away the impulses of the last sub-step, and notes how fast the two sides come together without any.
+    fn approach(&mut self, sheet: &[Vector<D>]) {
+        let mut start = 0;
+        for contact in &mut self.contacts {
+            let near = &self.reached[start as usize..contact.end as usize];
+            start = contact.end;
+            contact.impulse = Impulse::default();
+            contact.approach = contact.opening(near, &self.velocity, sheet).dot(contact.normal).min(0.0);
         }
     }
 
@@ -293,7 +308,7 @@ impl<const D: usize> Spot<D> {
     #[inline]
     fn push(&mut self, w: Vector<D>, dt: f64) -> Vector<D> {
         let n = self.normal;
-        let allowed = if self.gap > 0.0 { self.gap } else { RECOVERY * self.gap } / dt;
+        let allowed = if self.gap > 0.0 { self.gap / dt } else { (RECOVERY * self.gap / dt).max(self.approach) };
         let soft = (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>();
         let before = self.impulse;
         let pressed = (before.normal.dot(n) - (w.dot(n) + allowed) / soft).max(0.0);
