@@ -118,7 +118,7 @@ fn meshes_that_can_not_be_used() {
     let end = GOOD.find("[pfem2]").unwrap();
     let text = format!("{}shape = \"file\"\npath = \"bad.msh\"\n{}", &GOOD[..start], &GOOD[end..]);
     let found = model(&text, home.path()).map(|_| ()).unwrap_err();
-    assert!(found.len() == 1 && found[0].message.contains("element 1"), "{found:?}");
+    assert!(found.len() == 1 && found[0].message.contains("element 2"), "{found:?}");
     assert!(found[0].message.contains("inverted"), "{found:?}");
 }
 
