@@ -194,12 +194,12 @@ impl<const D: usize> Polygon<D> {
     /// Distances of a point from the polygon, and from where it goes on behind walls [m].
     fn distances(&self, x: Vector<D>) -> [f64; 2] {
         if D == 3 && over_triangle(&self.corners, x) {
-            return [self.from_plane(x); 2];
+            return [self.distance_to_plane(x); 2];
         }
         let ends: [(f64, bool); D] = std::array::from_fn(|k| self.end(k, x));
         let nearest = ends.iter().map(|end| end.0).fold(f64::INFINITY, f64::min);
         let behind = (0..D).any(|k| ends[k].1 && ends[k].0 <= nearest * (1.0 + ROUNDING) && self.is_before_wall(k, x));
-        [nearest, if behind { self.from_plane(x).min(nearest) } else { nearest }]
+        [nearest, if behind { self.distance_to_plane(x).min(nearest) } else { nearest }]
     }
 
     /// Distance from the end opposite to corner `k`; true if the foot of the point lies at that end or beyond it.
@@ -212,7 +212,7 @@ impl<const D: usize> Polygon<D> {
         ((away - along * t).norm(), D == 3 || t == 0.0)
     }
 
-    fn from_plane(&self, x: Vector<D>) -> f64 {
+    fn distance_to_plane(&self, x: Vector<D>) -> f64 {
         (x - self.corners[0]).dot(self.normal).abs()
     }
 

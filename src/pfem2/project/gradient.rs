@@ -149,7 +149,7 @@ fn region<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> Ten
         volume += own;
         first += sum * (own / N as f64);
         let squares = |i: usize, j: usize| corners.iter().map(|x| x[i] * x[j]).sum::<f64>();
-        second = second + Tensor::from_fn(|i, j| share * (squares(i, j) + sum[i] * sum[j]));
+        second += Tensor::from_fn(|i, j| share * (squares(i, j) + sum[i] * sum[j]));
     }
     Tensor::from_fn(|i, j| (second[i][j] - first[i] * first[j] / volume) / volume)
 }

@@ -31,7 +31,7 @@ fn annulus(rings: u32) -> Mesh<2, 3> {
     let cell = |i: u32, j: u32| {
         let at = |i: u32, j: u32| i % count + j * count;
         let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-        if j % 2 == 0 { [[a, d, b], [b, d, c]] } else { [[a, c, b], [a, d, c]] }
+        if j.is_multiple_of(2) { [[a, d, b], [b, d, c]] } else { [[a, c, b], [a, d, c]] }
     };
     let elements = (0..rings).flat_map(|j| (0..count).flat_map(move |i| cell(i, j))).collect();
     Mesh::new(nodes, elements).unwrap()
