@@ -1,0 +1,133 @@
+//! The whole step of PFEM-2 for two fluids: what the particles cost, what the mesh costs, and memory.
+//!
+//! ```text
+//! cargo bench --bench flow                         every size, each in a process of its own
+//! cargo bench --bench flow -- 2 285 [steps]        285 × 285 squares, 162,450 triangles
+//! RAYON_NUM_THREADS=1 cargo bench --bench flow     one core
+//! ```
+//! A vortex in a unit box with slip walls stirs a heavy fluid (density 3) under a light one; the fastest particles
+//! cross two elements per step. Everything that a run does between two outputs is in it: streamlines, reseeding, the
+//! level set, assembly, the linear solver, the ledger. The stage *particles* is what `correct`, `convect`,
+//! `interface` and `project` take, *mesh* is `solve` and `account`. Times are of the clock.
+
+use lateen::case::{Case, Source};
+use std::process::Command;
+use std::time::Instant;
+
+/// Dimension and cells along each side.
+const SIZES: [(usize, usize); 6] = [(2, 100), (2, 285), (2, 570), (3, 20), (3, 37), (3, 55)];
+
+/// Elements that the fastest particles cross in a step.
+const COURANT: f64 = 2.0;
+
+/// Stages that work on particles; the others work on the mesh.
+const PARTICLES: [&str; 4] = ["correct", "convect", "interface", "project"];
+
+fn main() {
+    let mut numbers = std::env::args().skip(1).filter_map(|word| word.parse::<usize>().ok());
+    match (numbers.next(), numbers.next()) {
+        (Some(dimension), Some(cells)) => measure(dimension, cells, numbers.next().unwrap_or(10)),
+        _ => {
+            println!("{} threads, Courant number {COURANT}", rayon::current_num_threads());
+            SIZES.into_iter().for_each(|(dimension, cells)| {
+                // Memory that one measurement has held doesn't count for the next.
+                let program = std::env::current_exe().expect("this program");
+                let run = Command::new(program).args([dimension.to_string(), cells.to_string()]).status();
+                assert!(run.is_ok_and(|status| status.success()), "{dimension}D with {cells} cells failed");
+            });
+        }
+    }
+}
+
+fn measure(dimension: usize, cells: usize, steps: usize) {
+    let text = case(dimension, cells);
+    let case = Case::read(Source::new("flow.toml", "", text), &[]).unwrap_or_else(|error| panic!("{error:?}"));
+    let model = case.model().unwrap_or_else(|error| panic!("{error:?}"));
+    let (elements, unknowns) = (model.summary.cells, model.summary.unknowns as f64);
+    let mut solver = model.solver;
+    let dt = COURANT / cells as f64;
+    // The first steps sort the particles, analyse the pattern and start the second-order step.
+    (0..3).for_each(|step| solver.step(step as f64 * dt, dt).expect("a sound step"));
+    let before = solver.stage_times();
+    let start = Instant::now();
+    let mut iterations = 0;
+    for step in 3..3 + steps {
+        solver.step(step as f64 * dt, dt).expect("a sound step");
+        let counts = solver.snapshot().counts;
+        iterations += counts.iter().find(|(name, _)| name == "solver: iterations").map_or(0, |(_, count)| *count);
+    }
+    let all = start.elapsed().as_secs_f64() / steps as f64;
+    let spent = |name: &str, times: &[(&str, f64)]| times.iter().find(|stage| stage.0 == name).map_or(0.0, |s| s.1);
+    let after = solver.stage_times();
+    let stage = |name: &str| (spent(name, &after) - spent(name, &before)) / steps as f64;
+    let particles: f64 = PARTICLES.iter().map(|name| stage(name)).sum();
+    let count = solver.particle_count() as f64;
+    println!(
+        "{dimension}D {elements:8} elements {count:9} particles {unknowns:8} unknowns: particles {:5.0} ns each \
+         ({:4.2} M/s), mesh {:5.2} µs per unknown, {:4.1} iterations, {all:6.2} s per step, {:5.0} MB",
+        1e9 * particles / count,
+        1e-6 * count / particles,
+        1e6 * (all - particles) / unknowns,
+        iterations as f64 / steps as f64,
+        peak(),
+    );
+    for (name, _) in &after {
+        println!("    {name:10} {:8.3} s", stage(name));
+    }
+}
+
+/// The case file.
+fn case(dimension: usize, cells: usize) -> String {
+    let point = |value: &str| format!("[{}]", vec![value; dimension].join(", "));
+    let third = if dimension == 3 { ", 0" } else { "" };
+    let vortex = format!("[\"-sin(pi*x)*cos(pi*y)\", \"cos(pi*x)*sin(pi*y)\"{third}]");
+    let sides = ["\"left\", \"right\", \"bottom\", \"top\"", "\"front\", \"back\", "];
+    let below = format!("[{}]", ["2.0", "0.5", "2.0"][..dimension].join(", "));
+    format!(
+        r#"
+name = "flow"
+title = "Two fluids in a vortex"
+method = "pfem2"
+dimension = {dimension}
+units = "none"
+[time]
+end = 1
+step = {step}
+[mesh]
+shape = "box"
+lower = {lower}
+upper = {upper}
+cell = {cell}
+[pfem2]
+courant = 20
+[[body]]
+name = "heavy"
+region = {{ shape = "box", lower = {minus}, upper = {below} }}
+material = {{ law = "newtonian", density = 3.0, viscosity = 1e-3 }}
+velocity = {vortex}
+[[body]]
+name = "light"
+region = {{ shape = "box", lower = {minus}, upper = {two} }}
+material = {{ law = "newtonian", density = 1.0, viscosity = 1e-3 }}
+velocity = {vortex}
+[[boundary]]
+on = [{third_sides}{first_sides}]
+kind = "slip"
+"#,
+        step = COURANT / cells as f64,
+        lower = point("0.0"),
+        upper = point("1.0"),
+        minus = point("-1.0"),
+        two = point("2.0"),
+        cell = 1.0 / cells as f64,
+        first_sides = sides[0],
+        third_sides = if dimension == 3 { sides[1] } else { "" },
+    )
+}
+
+/// Most memory that the process has held [MB]; 0 where the system doesn't tell.
+fn peak() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|text| text.trim().trim_end_matches(" kB").trim().parse::<f64>().ok()).map_or(0.0, |kb| kb / 1024.0)
+}
