@@ -124,11 +124,22 @@ pub fn corners<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
     }
 }
 
-/// The interface in a cut element as simplices: a segment in a triangle, one or two triangles in a tetrahedron.
+/// The interface in an element as simplices: a segment in a triangle, one or two triangles in a tetrahedron. An element
+/// that isn't cut has one if it lies on the negative side of an interface that runs along one of its facets.
 pub fn facets<const D: usize, const N: usize>(level: &[f64; N]) -> Vec<[[f64; N]; D]> {
-    let points = corners(level);
+    let points = if is_cut(level) { corners(level) } else { touched(level) };
     let facet = |fan: &[Point<N>]| std::array::from_fn(|i| if i == 0 && D == 3 { points[0] } else { fan[i + 2 - D] });
     points.windows(2).skip(D - 2).map(facet).collect()
+}
+
+/// Corners of the facet on which φ vanishes, up to rounding, if the node opposite to it is negative.
+fn touched<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
+    let largest = level.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let (on, off): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i].abs() <= THINNEST * largest);
+    match off[..] {
+        [only] if level[only] < 0.0 => on.into_iter().map(node).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Which functions enrich the pressure of a cut element.

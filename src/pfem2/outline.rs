@@ -1,9 +1,9 @@
 //! The interfaces between fluids as a surface of its own, so that probes, pictures and files can show where they are:
-//! the segments (2D) or triangles (3D) in which the zero of the level set cuts the elements.
+//! the segments (2D) or triangles (3D) in which the level set vanishes.
 
 use super::interface::facets;
 use super::particles::interpolate;
-use super::phases::{Filling, Phases};
+use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 
@@ -21,17 +21,11 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The interfaces in these `elements`, with the velocity of the nodes [m/s].
-    pub fn new<const D: usize, const N: usize>(
-        mesh: &Mesh<D, N>,
-        phases: &Phases,
-        elements: impl Iterator<Item = usize>,
-        velocity: &[Vector<D>],
-    ) -> Self {
+    /// All interfaces, with the velocity of the nodes [m/s].
+    pub fn new<const D: usize, const N: usize>(mesh: &Mesh<D, N>, phases: &Phases, velocity: &[Vector<D>]) -> Self {
         let mut outline = Self::default();
-        for e in elements {
-            let nodes = &mesh.elements()[e];
-            let Filling::Cut(_, level) = phases.filling(nodes) else { continue };
+        for (e, nodes) in mesh.elements().iter().enumerate() {
+            let Some(level) = phases.level_in(nodes) else { continue };
             let (places, speeds) = (mesh.corners(e), nodes.map(|node| velocity[node as usize]));
             for facet in facets::<D, N>(&level) {
                 let corners = facet.map(|shape| interpolate(&shape, &places));
@@ -71,7 +65,7 @@ mod tests {
         let level: Vec<f64> = mesh.nodes().iter().map(|x| x.norm() - radius).collect();
         let velocity: Vec<Vector<D>> = mesh.nodes().iter().map(|x| *x * 3.0).collect();
         let phases = Phases { density: &[2.0, 1.0], fraction: &[], level: &level };
-        let outline = Outline::new(mesh, &phases, 0..mesh.elements().len(), &velocity);
+        let outline = Outline::new(mesh, &phases, &velocity);
         let facets = outline.facets(D);
         assert_eq!(facets.len(), outline.size.len());
         for &corner in facets.iter().copied().flatten() {

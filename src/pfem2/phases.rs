@@ -96,6 +96,18 @@ impl Phases<'_> {
         }
     }
 
+    /// Level set at the nodes of an element, if two fluids may meet in it or on one of its facets.
+    pub fn level_in<const N: usize>(&self, nodes: &[u32; N]) -> Option<[f64; N]> {
+        match self.density.len() {
+            1 => None,
+            2 => Some(nodes.map(|node| self.level[node as usize])),
+            _ => match self.filling(nodes) {
+                Filling::Cut(_, level) => Some(level),
+                _ => None,
+            },
+        }
+    }
+
     /// The level set between two fluids at a node.
     fn level_of(&self, node: usize, [heavy, light]: [usize; 2]) -> f64 {
         let count = self.density.len();

@@ -353,9 +353,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Where fluids meet now.
     fn trace_interface(&mut self) {
-        let Implicit { mesh, cuts, velocity, .. } = &self.implicit;
+        let Implicit { mesh, velocity, .. } = &self.implicit;
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        self.outline = Outline::new(mesh, &phases, cuts.iter().map(|cut| cut.element as usize), velocity);
+        self.outline = Outline::new(mesh, &phases, velocity);
     }
 
     /// √((ρ_1 + ρ_2) h³/(4π σ)) (Brackbill): the shortest capillary wave [s].

@@ -31,7 +31,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone)]
 pub struct Interface<const D: usize> {
     facets: Vec<Polygon<D>>,
-    /// The cut element of each facet, ascending.
+    /// The element of each facet, ascending.
     element: Vec<u32>,
     longest_edge: f64,
 }
@@ -45,6 +45,8 @@ struct Polygon<const D: usize> {
     /// The outward normal of the boundary of the mesh if the end opposite to each corner lies on it: the other corner
     /// of a segment, the opposite edge of a triangle.
     wall: [Option<Vector<D>>; D],
+    /// True for a facet of an element, false inside of one.
+    bounds: bool,
 }
 
 /// A polygon seen from a node.
@@ -73,15 +75,17 @@ impl<const D: usize> Interface<D> {
         let mut interface = Self { facets: Vec::new(), element: Vec::new(), longest_edge: 0.0 };
         for (e, nodes) in (0u32..).zip(mesh.elements()) {
             let own = nodes.map(|node| level[node as usize]);
-            if !is_cut(&own) {
+            let facets = facets::<D, N>(&own);
+            if facets.is_empty() {
                 continue;
             }
             let x = mesh.corners(e as usize);
             let slope: Vector<D> = mesh.simplex(e as usize).gradient.iter().zip(own).map(|(&g, phi)| g * phi).sum();
-            for facet in facets::<D, N>(&own) {
+            for facet in facets {
                 let corners = facet.map(|shape| interpolate(&shape, &x));
                 let wall = std::array::from_fn(|k| wall(mesh, e as usize, &facet, k));
-                interface.facets.push(Polygon { corners, normal: slope / slope.norm(), wall });
+                let bounds = !is_cut(&own);
+                interface.facets.push(Polygon { corners, normal: slope / slope.norm(), wall, bounds });
                 interface.element.push(e);
             }
             let edges = (0..N).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -95,7 +99,7 @@ impl<const D: usize> Interface<D> {
         self.facets.is_empty()
     }
 
-    /// Longest edge of the elements that it cuts [m].
+    /// Longest edge of the elements that it cuts or bounds [m].
     pub fn longest_edge(&self) -> f64 {
         self.longest_edge
     }
@@ -153,13 +157,22 @@ impl<const D: usize> Interface<D> {
     fn descend<const N: usize>(&self, mesh: &Mesh<D, N>, start: u32, x: Vector<D>) -> Sight {
         let mut best = self.seen(start, x);
         loop {
-            let element = self.element[best.facet as usize] as usize;
-            let around = (0..N).filter_map(|k| mesh.neighbour(element, k)).flat_map(|e| self.of(e as u32));
+            let element = self.element[best.facet as usize];
+            let around = self.around(mesh, element as usize).flat_map(|e| self.of(e));
             match around.map(|facet| self.seen(facet, x)).min_by(Sight::closer) {
                 Some(next) if next.nearest < best.nearest => best = next,
                 _ => return best,
             }
         }
+    }
+
+    /// Elements that may hold facets next to those of an element.
+    fn around<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize) -> impl Iterator<Item = u32> {
+        let behind = (0..N).filter_map(move |k| mesh.neighbour(element, k)).map(|e| e as u32);
+        // A facet that bounds the element meets the next one at a node.
+        let bounds = self.of(element as u32).all(|facet| self.facets[facet as usize].bounds);
+        let nodes = mesh.elements()[element].into_iter().take(if bounds { N } else { 0 });
+        behind.chain(nodes.flat_map(move |node| mesh.elements_around(node as usize).iter().copied()))
     }
 
     /// The facets of an element.

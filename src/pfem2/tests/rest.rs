@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::pfem2::boundary::Boundary;
+use crate::pfem2::level_set::LevelSet;
 
 /// Two fluids at rest under gravity along `normal`, with the interface at the distance `offset` from the origin: the
 /// largest speed after a step, over g Δt. Theory 5.6, 13.5 (4).
@@ -90,4 +91,39 @@ fn an_open_box_carries_its_weight_on_its_floor() {
     let force = |name: &str| snapshot.forces.iter().find(|(part, _)| part == name).unwrap().1;
     assert!((force("floor")[1] / -(1000.0 * 9.81 * 2.0 + 500.0 * 2.0) - 1.0).abs() < 1e-9, "{:?}", force("floor"));
     assert!(force("sides")[0].abs() < 1e-6);
+}
+
+/// Water under air with particles, the interface through nodes and along the facets of the mesh: after so many steps
+/// that depths have been measured anew, nothing moves and no fluid has become the other.
+fn rests_on_facets<const D: usize, const N: usize>(mesh: Mesh<D, N>, height: f64) {
+    let g = 9.81;
+    let gravity = std::array::from_fn(|axis| Signal::Constant(if axis == D - 1 { -g } else { 0.0 }));
+    let fluids = vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)];
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let under = |x: Vector<D>| u8::from(x[D - 1] > height);
+    let phi = |x: Vector<D>| x[D - 1] - height;
+    let mut start = setup(mesh, sets, physics(fluids, gravity), under, |_| Vector::ZERO);
+    start.level_set = Some(LevelSet::new(&start.mesh, 0, phi, &mut start.particles));
+    start.linear = Options { tolerance: 1e-13, ..Options::default() };
+    let exact: f64 = height / start.mesh.nodes().iter().map(|x| x[D - 1]).fold(0.0, f64::max);
+    let volume: f64 = (0..start.mesh.elements().len()).map(|e| start.mesh.simplex(e).volume).sum();
+    let dt = 0.01;
+    let mut pfem = crate::pfem2::Pfem2::new(start);
+    for k in 0..12 {
+        crate::simulation::Solver::step(&mut pfem, k as f64 * dt, dt).unwrap();
+        assert!(fastest(&pfem.implicit.velocity) < 1e-10 * g * dt, "{:e}", fastest(&pfem.implicit.velocity));
+        let water = crate::pfem2::level_set::negative_volume(&pfem.implicit.mesh, &pfem.level) / volume;
+        assert!((water - exact).abs() < 1e-12, "{water} {exact}");
+    }
+    // Probes and pictures see it where it is.
+    assert!(!pfem.outline.position.is_empty());
+    assert!(pfem.outline.position.iter().all(|x| (x[D - 1] - height).abs() < 1e-12));
+    let size: f64 = pfem.outline.size.iter().sum();
+    assert!((size - 1.0).abs() < 1e-12, "{size}");
+}
+
+#[test]
+fn an_interface_along_the_facets_of_the_mesh_stays_there() {
+    rests_on_facets(Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.25]), [8, 10]).unwrap(), 0.5);
+    rests_on_facets(Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0, 1.0, 1.25]), [4, 4, 5]).unwrap(), 0.5);
 }
