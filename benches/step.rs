@@ -22,8 +22,8 @@ use lateen::material::eos::{EquationsOfState, Linear};
 use lateen::material::{BulkViscosity, Fluid, StartState};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer, Wall,
-    WallKind,
+    BodySetup, Dissipation, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer,
+    Wall, WallKind,
 };
 use lateen::simulation::Solver;
 use std::process::Command;
@@ -161,6 +161,7 @@ fn setup(n: usize, kernel: KernelKind, speed: f64) -> Setup<3> {
         },
         kernel,
         transfer: Transfer::Flip { relaxation: 0.05, filter_order: 0, filter_interval: 0 },
+        dissipation: Dissipation::Lost,
         stress_update: StressUpdate::Last,
         locking: Locking::None,
         safety: 0.3,

@@ -172,6 +172,8 @@ pub struct MpmSpec {
     pub kernel: KernelSpec,
     /// Particle–grid transfer.
     pub transfer: TransferSpec,
+    /// Where the energy goes that FLIP and its noise filter dissipate.
+    pub dissipation: DissipationSpec,
     /// When stresses are updated.
     pub stress_update: StressUpdateSpec,
     /// Cure of volumetric locking.
@@ -253,6 +255,16 @@ fn infinity() -> f64 {
 
 fn hundred() -> u32 {
     100
+}
+
+/// Where the energy goes that FLIP and its noise filter dissipate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DissipationSpec {
+    /// Into the particles that lose it, where pressure depends on internal energy (gases).
+    Heat,
+    /// Nowhere (the paper).
+    Lost,
 }
 
 /// When stresses are updated.
@@ -338,7 +350,8 @@ impl Default for MpmSpec {
     fn default() -> Self {
         Self {
             kernel: KernelSpec::Quadratic,
-            transfer: TransferSpec::Flip { relaxation: f64::INFINITY, filter_order: 2, filter_interval: 100 },
+            transfer: TransferSpec::Flip { relaxation: f64::INFINITY, filter_order: 0, filter_interval: 100 },
+            dissipation: DissipationSpec::Heat,
             stress_update: StressUpdateSpec::Average,
             locking: LockingSpec::None,
             safety: 0.3,
@@ -380,6 +393,15 @@ impl From<&TransferSpec> for mpm::Transfer {
                 Self::Flip { relaxation, filter_order, filter_interval }
             }
             TransferSpec::Apic => Self::Apic,
+        }
+    }
+}
+
+impl From<DissipationSpec> for mpm::Dissipation {
+    fn from(dissipation: DissipationSpec) -> Self {
+        match dissipation {
+            DissipationSpec::Heat => Self::Heat,
+            DissipationSpec::Lost => Self::Lost,
         }
     }
 }

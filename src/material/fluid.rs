@@ -83,6 +83,10 @@ impl PointLaw for Fluid {
         (self.at_rest().modulus(0.0, 0.0, 1.0) / self.density).sqrt()
     }
 
+    fn is_thermal(&self) -> bool {
+        self.at_rest().b != 0.0
+    }
+
     fn diffusivity(&self) -> f64 {
         4.0 / 3.0 * self.viscosity / self.density
     }

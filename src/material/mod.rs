@@ -84,6 +84,11 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// True if the pressure depends on the internal energy, so that heat acts.
+    fn is_thermal(&self) -> bool {
+        false
+    }
+
     /// Largest kinematic viscosity-like diffusivity, 4/3 μ/ρ [m²/s], for the explicit viscous limit; 0 if none.
     fn diffusivity(&self) -> f64 {
         0.0

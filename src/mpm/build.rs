@@ -7,7 +7,7 @@ use super::kernel::Kernel;
 use super::particles::{Body, Particles, Work};
 use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
-use super::{Accounts, BodySetup, Grid, Locking, Membrane, Mpm, Setup, Transfer, stability};
+use super::{Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, stability};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -65,6 +65,8 @@ impl<const D: usize> Mpm<D> {
             coupling,
             transfer: setup.transfer,
             filter_time,
+            // With APIC the nodes lose more than what their forces do.
+            dissipation: if setup.transfer == Transfer::Apic { Dissipation::Lost } else { setup.dissipation },
             filter_order: 0,
             stress_update: setup.stress_update,
             locking: setup.locking,

@@ -5,7 +5,8 @@
 //! ```text
 //! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f
 //! transfer loss  D    = Σ ΔK_I − ΔK_p                        FLIP, PIC, APIC, filter and bound p⁻
-//! stress error   ε_s  = ΔU_p + Δt Σ f_I^int · v̂_I            first: gains; modified last: loses
+//! its heat       Q    = Σ q_p                                what of D the particles keep (`heat`)
+//! stress error   ε_s  = ΔU_p − Q + Δt Σ f_I^int · v̂_I        first: gains; modified last: loses
 //! external       W    = Δt Σ F_p · Σ N_Ip v̂_I                equals Δt Σ f_I^ext · v̂_I
 //! walls          W_w − D_w = Δt Σ f_I^wall · v̂_I
 //! balance        Δ(K + U) = Σ gains − Σ losses + closure

@@ -21,6 +21,7 @@ mod filter;
 pub mod ghost;
 pub mod grid;
 mod health;
+mod heat;
 pub mod kernel;
 mod ledger;
 mod membrane;
@@ -39,6 +40,7 @@ pub mod traction;
 mod wall;
 
 pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
+pub use heat::Dissipation;
 pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};
 pub use particles::{Body, Particles, Work};

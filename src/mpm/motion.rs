@@ -20,6 +20,8 @@ pub(super) struct Summary {
     pub kinetic: f64,
     /// Internal energy [J].
     pub internal: f64,
+    /// What of it the transfer has dissipated on the grid in this step [J].
+    pub heat: f64,
     /// Largest signal + |v| [m/s].
     pub fastest: f64,
     /// Largest displacement along an axis [m].
@@ -49,6 +51,7 @@ impl Answer for Summary {
         Self {
             kinetic: self.kinetic + other.kinetic,
             internal: self.internal + other.internal,
+            heat: self.heat + other.heat,
             fastest: self.fastest.max(other.fastest),
             shift: self.shift.max(other.shift),
             inverted: self.inverted | other.inverted,

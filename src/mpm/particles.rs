@@ -45,6 +45,8 @@ pub struct Work<const D: usize> {
     pub traction: Vec<(usize, Vector<D>)>,
     /// Rate of the position ẋ_p = Σ N v⁺ [m/s].
     pub rate: Vec<Vector<D>>,
+    /// What the noise filter has not explained yet [m/s], u_j; empty but in the filter of bodies that keep its heat.
+    pub noise: Vec<Vector<D>>,
     /// Σ N ½(v⁻ + v⁺) [m/s], what external forces work on; empty where there are none.
     pub mean: Vec<Vector<D>>,
 }

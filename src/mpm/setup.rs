@@ -1,5 +1,6 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
+use super::heat::Dissipation;
 use super::traction::Traction;
 use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
@@ -14,6 +15,8 @@ pub struct Setup<const D: usize> {
     pub kernel: KernelKind,
     /// Particle–grid transfer.
     pub transfer: Transfer,
+    /// Where the energy goes that FLIP and its filter dissipate.
+    pub dissipation: Dissipation,
     /// When stresses are updated.
     pub stress_update: StressUpdate,
     /// Cure of volumetric locking.

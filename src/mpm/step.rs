@@ -17,7 +17,7 @@ use super::particles::Body;
 use super::stability::GROWTH;
 use super::sweep::Bins;
 use super::wall::Walls;
-use super::{Grid, Locking, StressUpdate, Transfer, columns, snapshot};
+use super::{Dissipation, Grid, Locking, StressUpdate, Transfer, columns, snapshot};
 use crate::error::StepError;
 use crate::math::Signal;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
@@ -67,6 +67,8 @@ pub struct Mpm<const D: usize> {
     pub(super) transfer: Transfer,
     /// Time between two noise filters [s].
     pub(super) filter_time: f64,
+    /// Where the energy goes that the transfer dissipates.
+    pub(super) dissipation: Dissipation,
     /// Order of the noise filter in this step; 0: none.
     pub(super) filter_order: u32,
     pub(super) stress_update: StressUpdate,
@@ -155,4 +157,13 @@ fn in_field<'a, const D: usize>(
     field: usize,
 ) -> impl Iterator<Item = (&'a mut Body<D>, &'a mut Bins<D>)> {
     bodies.iter_mut().zip(bins).filter(move |(body, _)| body.field == field)
+}
+
+/// The same, to be read only.
+fn of_field<'a, const D: usize>(
+    bodies: &'a [Body<D>],
+    bins: &'a [Bins<D>],
+    field: usize,
+) -> impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)> {
+    bodies.iter().zip(bins).filter(move |(body, _)| body.field == field)
 }

@@ -22,9 +22,10 @@
 
 use super::ghost::Ghosts;
 use super::grid::{Grid, Node};
+use super::heat::warm;
 use super::motion::{Landing, Summary, Transport};
 use super::particles::Body;
-use super::sweep::{Bins, CHUNK, Chunk, Content, Extent, Rows, Sweep, Wanted, record};
+use super::sweep::{Bins, CHUNK, Chunk, Content, Extent, Record, Rows, Sweep, Wanted, record};
 use super::{Locking, health};
 use crate::error::StepError;
 use crate::material::PointLaw;
@@ -43,6 +44,21 @@ pub(super) struct Strain<'a, const D: usize> {
     pub locking: Locking,
     /// The gradient is over the positions at the end of the increment, not at its start.
     pub backwards: bool,
+    /// Heat per mass that the nodes hand to the particles [J/kg] (`heat`), ghosts filled; empty: none.
+    pub heat: &'a [[f64; 1]],
+}
+
+impl<const D: usize> Strain<'_, D> {
+    /// What is gathered of node `n`: heat and velocity.
+    #[inline]
+    fn record(&self, n: usize) -> Record {
+        record(self.heat.get(n).map_or(0.0, |[heat]| *heat), &self.velocity[n], &Vector::ZERO)
+    }
+
+    /// Hands the heat that was gathered to the particles of a chunk; returns its sum [J].
+    fn warm(&self, chunk: &mut Chunk<'_, D>) -> f64 {
+        if self.heat.is_empty() { 0.0 } else { warm(chunk) }
+    }
 }
 
 /// Strains a body and updates its stresses; then its particles land where `landing` says.
@@ -56,15 +72,18 @@ pub(super) fn update_stress<const D: usize>(
     body: &mut Body<D>,
     landing: Landing<D>,
 ) -> Result<Summary, StepError> {
-    let node = |n: usize| record(0.0, &strain.velocity[n], &Vector::ZERO);
+    let node = |n: usize| strain.record(n);
     let summary = match strain.locking {
         Locking::Average { blend } if strain.dt > 0.0 => {
             let (_, view) = body.view();
-            sweep.gather(node, view, Wanted::Gradient, |chunk| measure(chunk, &strain));
+            let heat = sweep.gather(node, view, Wanted::Gradient, |chunk| {
+                measure(chunk, &strain);
+                strain.warm(chunk)
+            });
             let (mean, _) = average(sweep, (grid, ghosts), body, Content::Volumes);
             let node = |n: usize| record(mean[n][0], &strain.velocity[n], &Vector::ZERO);
             let (law, view) = body.view();
-            sweep.gather(node, view, Wanted::Gradient, |chunk| {
+            let summary = sweep.gather(node, view, Wanted::Gradient, |chunk| {
                 measure(chunk, &strain);
                 let needed = law.needs_gradient();
                 if needed && strain.backwards {
@@ -73,17 +92,19 @@ pub(super) fn update_stress<const D: usize>(
                 blend_stretch(chunk, strain.dt, blend, needed);
                 let summary = advance(law, chunk, strain.dt, sweep.cell);
                 summary.then(|| landing.land(&mut chunk.particles), chunk.visits)
-            })
+            });
+            Summary { heat, ..summary }
         }
         _ => {
             let (law, view) = body.view();
             sweep.gather(node, view, Wanted::Gradient, |chunk| {
                 measure(chunk, &strain);
+                let heat = strain.warm(chunk);
                 if strain.backwards && law.needs_gradient() {
                     refer_to_start(chunk, strain.dt);
                 }
                 let summary = advance(law, chunk, strain.dt, sweep.cell);
-                summary.then(|| landing.land(&mut chunk.particles), chunk.visits)
+                summary.then(|| Summary { heat, ..landing.land(&mut chunk.particles) }, chunk.visits)
             })
         }
     };
@@ -102,7 +123,7 @@ pub(super) fn strain_and_land<const D: usize>(
     body: &mut Body<D>,
     landing: Landing<D>,
 ) -> Result<Summary, StepError> {
-    let strain = Strain { velocity: &[], dt, locking: Locking::None, backwards: false };
+    let strain = Strain { velocity: &[], dt, locking: Locking::None, backwards: false, heat: &[] };
     let wanted = transport.wanted(!body.particles.affine.is_empty(), true);
     let node = |n: usize| record(0.0, &nodes[n].momentum, &nodes[n].force);
     let (law, view) = body.view();

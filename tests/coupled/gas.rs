@@ -3,7 +3,7 @@
 use crate::model::*;
 use lateen::material::StartState;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{MembraneSetup, Mpm, WallKind};
+use lateen::mpm::{Dissipation, MembraneSetup, Mpm, Setup, WallKind};
 use lateen::simulation::Solver;
 
 /// A chain through `corners` with `divisions` segments between them; closed if the last corner is the first.
@@ -26,19 +26,20 @@ fn pressurised(lower: [f64; 2], count: [usize; 2], spacing: f64, energy: f64) ->
 }
 
 /// A quarter of the gas block of 7.3 in its rectangular loop.
-fn expansion() -> Mpm<2> {
+fn expansion(dissipation: Dissipation) -> Mpm<2> {
     let (points, elements) = chain(&[[0.5, 0.0], [0.5, 1.0], [0.0, 1.0]], &[10, 5]);
     let supports = vec![support(vec![0], [false, true, false]), support(vec![15], [true, false, false])];
     let membrane = membrane(points, elements, [0.5, 1e6, 0.3, 0.1], supports);
     let grid = symmetric(open([0.0, 0.0], 0.1, [16, 16]), &[0, 1]);
-    start(setup(grid, vec![pressurised([0.0, 0.0], [18, 38], 0.025, 25.0)], vec![membrane]))
+    let setup = setup(grid, vec![pressurised([0.0, 0.0], [18, 38], 0.025, 25.0)], vec![membrane]);
+    start(Setup { dissipation, ..setup })
 }
 
 /// The first extrema of the oscillation (theory 12.4: r(0°) 0.50/1.13, 0.97/0.805, r(90°) 0.48/0.733), about
 /// 5 % of the energy lost (about 3 % of it in the impact of the gas), and everything accounted for.
 #[test]
 fn the_loop_of_gas_oscillates_and_loses_what_contact_takes() {
-    let mut mpm = expansion();
+    let mut mpm = expansion(Dissipation::Lost);
     let (mut widest, mut flattest, mut narrowest) = ([0.0; 2], [0.0, 9.0], [0.0, 9.0]);
     run(&mut mpm, 1.1, |t, mpm| {
         let points = nodes(mpm);
@@ -65,11 +66,28 @@ fn the_loop_of_gas_oscillates_and_loses_what_contact_takes() {
     assert_eq!(crossed(&mpm), 0);
 }
 
+/// With the heat of the transfer, what is lost is lost in contact and in the stresses of the sheet: 1.5 % more of the energy
+/// stays.
+#[test]
+fn what_the_transfer_takes_in_the_loop_is_heat() {
+    let mut mpm = expansion(Dissipation::Heat);
+    run(&mut mpm, 1.1, |_, _| {});
+    let energy = term(&mpm, "stored energy at the start");
+    let share = |name| term(&mpm, name) / energy;
+    let contact = share("contact dissipation") + share("contact mapping loss");
+    let stored = ["kinetic energy: gas", "internal energy: gas", "kinetic energy: sheet", "strain energy: sheet"];
+    let lost = 1.0 - stored.into_iter().map(share).sum::<f64>();
+    assert!(share("transfer dissipation") > 0.01, "{}", share("transfer dissipation"));
+    let sheet = share("stress update error: sheet");
+    assert!((lost - contact + sheet).abs() < 1e-4, "{lost} {contact} {sheet}");
+    assert!(closure(&mpm).abs() < 1e-12);
+}
+
 /// The membrane is inextensible, so it swings about a circle of perimeter 6 with the period 0.988 of the second ring
 /// mode of a gas-filled loop (theory 12.4).
 #[test]
 fn the_loop_of_gas_swings_in_its_ring_mode() {
-    let mut mpm = expansion();
+    let mut mpm = expansion(Dissipation::Lost);
     let (mut crossings, mut last) = (Vec::new(), 0.0);
     run(&mut mpm, 3.0, |t, mpm| {
         let points = nodes(mpm);

@@ -3,8 +3,8 @@
 use lateen::material::{EquationsOfState, Fluid, PointLaw, StartState, eos, sheet};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, SheetContact, StressUpdate,
-    SupportSetup, Transfer, Wall, WallKind,
+    BodySetup, Dissipation, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, SheetContact,
+    StressUpdate, SupportSetup, Transfer, Wall, WallKind,
 };
 use lateen::simulation::Solver;
 
@@ -25,6 +25,7 @@ pub fn setup<const D: usize>(
         grid,
         kernel: KernelKind::Quadratic,
         transfer: FLIP,
+        dissipation: Dissipation::Lost,
         stress_update: StressUpdate::Average,
         locking: Locking::None,
         safety: 0.3,

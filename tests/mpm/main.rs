@@ -3,6 +3,7 @@
 mod bodies;
 mod books;
 mod exact;
+mod heat;
 mod manufactured;
 mod model;
 mod resume;

@@ -4,8 +4,8 @@ use lateen::error::StepError;
 use lateen::material::{Elastic, EquationsOfState, Fluid, NeoHookean, PointLaw, StartState, eos};
 use lateen::math::{Signal, Vector};
 use lateen::mpm::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer, Wall,
-    WallKind,
+    BodySetup, Dissipation, Friction, GridSetup, KernelKind, Locking, Mpm, Setup, SheetContact, StressUpdate, Transfer,
+    Wall, WallKind,
 };
 use lateen::simulation::Solver;
 
@@ -29,6 +29,7 @@ pub fn setup<const D: usize>(grid: GridSetup<D>) -> Setup<D> {
         grid,
         kernel: KernelKind::Quadratic,
         transfer: FLIP,
+        dissipation: Dissipation::Lost,
         stress_update: StressUpdate::Average,
         locking: Locking::None,
         safety: 0.3,
@@ -52,6 +53,11 @@ pub fn rubber(density: f64, young: f64, poisson: f64) -> Box<dyn PointLaw> {
 
 pub fn liquid(density: f64, sound_speed: f64) -> Box<dyn PointLaw> {
     let eos = EquationsOfState::Linear(eos::Linear { sound_speed, tensile_strength: f64::INFINITY });
+    Box::new(Fluid { density, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
+}
+
+pub fn ideal_gas(density: f64, gamma: f64) -> Box<dyn PointLaw> {
+    let eos = EquationsOfState::IdealGas(eos::IdealGas { gamma });
     Box::new(Fluid { density, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 

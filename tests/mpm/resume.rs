@@ -3,10 +3,11 @@
 use crate::model::*;
 use lateen::error::Place;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{Mpm, Transfer, WallKind};
+use lateen::mpm::{Dissipation, Mpm, Transfer, WallKind};
 use lateen::simulation::Solver;
 
-fn model() -> Mpm<3> {
+/// Rubber that turns, with APIC.
+fn rubber_cube() -> Mpm<3> {
     let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Slip));
     setup.transfer = Transfer::Apic;
     setup.gravity = [Signal::ZERO, Signal::ZERO, Signal::Constant(-10.0)];
@@ -14,6 +15,20 @@ fn model() -> Mpm<3> {
     setup.bodies = vec![body(rubber(10.0, 1e4, 0.3), ([0.5; 3], [12, 12, 12], 0.25), |_| true, velocity)];
     start(setup)
 }
+
+/// Gas in motion, with FLIP, its filter, and their heat.
+fn gas_cube() -> Mpm<3> {
+    let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Slip));
+    setup.transfer = Transfer::Flip { relaxation: f64::INFINITY, filter_order: 2, filter_interval: 5 };
+    setup.dissipation = Dissipation::Heat;
+    let velocity = |x: Vector<3>| Vector([0.1 * x[1], (3.0 * x[2]).sin(), 0.3 * x[0]]);
+    let mut gas = body(ideal_gas(1.0, 1.4), ([0.5; 3], [12, 12, 12], 0.25), |_| true, velocity);
+    gas.state.iter_mut().for_each(|state| state.pressure = Some(1.0));
+    setup.bodies = vec![gas];
+    start(setup)
+}
+
+const MODELS: [fn() -> Mpm<3>; 2] = [rubber_cube, gas_cube];
 
 fn step(mpm: &mut Mpm<3>, t: f64) -> f64 {
     let dt = mpm.stable_dt();
@@ -29,20 +44,26 @@ fn state(mpm: &mut Mpm<3>) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut mpm = model();
-            (0..20).fold(0.0, |t, _| step(&mut mpm, t));
-            state(&mut mpm)
-        })
-    };
-    let one = run(1);
-    assert!(one == run(2) && one == run(5));
+    for model in MODELS {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut mpm = model();
+                (0..20).fold(0.0, |t, _| step(&mut mpm, t));
+                state(&mut mpm)
+            })
+        };
+        let one = run(1);
+        assert!(one == run(2) && one == run(5));
+    }
 }
 
 #[test]
 fn a_resumed_run_goes_on_with_the_same_bits() {
+    MODELS.into_iter().for_each(resumes);
+}
+
+fn resumes(model: fn() -> Mpm<3>) {
     let mut first = model();
     let mut t = (0..15).fold(0.0, |t, _| step(&mut first, t));
     let saved = state(&mut first);

@@ -119,6 +119,7 @@ impl Assembly<'_> {
             grid: grid.filter(|_| complete)?,
             kernel: mpm.kernel.into(),
             transfer: (&mpm.transfer).into(),
+            dissipation: mpm.dissipation.into(),
             stress_update: mpm.stress_update.into(),
             locking: (&mpm.locking).into(),
             safety: mpm.safety,

@@ -14,6 +14,7 @@ pub(in crate::mpm) struct Accounts {
     pub wall: AccountId,
     pub wall_loss: AccountId,
     pub transfer: AccountId,
+    pub heat: AccountId,
     pub stress: AccountId,
 }
 
@@ -26,6 +27,7 @@ impl Accounts {
             traction: books.open("work of tractions", TermKind::Gain),
             wall: books.open("work of walls", TermKind::Gain),
             stress: books.open("stress update error", TermKind::Gain),
+            heat: books.open("heat of transfer dissipation", TermKind::Gain),
             wall_loss: books.open("wall dissipation", TermKind::Loss),
             transfer: books.open("transfer dissipation", TermKind::Loss),
         };
@@ -42,6 +44,8 @@ pub(in crate::mpm) struct Tally {
     pub applied: f64,
     /// Of gravity and tractions.
     pub external: f64,
+    /// What the noise filter leaves to the particles as heat.
+    pub heat: f64,
 }
 
 /// What the forces on nodes did during a step [J], and the mass they act on [kg].
@@ -75,11 +79,13 @@ impl<const D: usize> Mpm<D> {
     /// Books what the transfers lost and what the stress update made up (theory 10).
     pub(super) fn close_books(&mut self) {
         let all = self.summaries.iter().fold(Summary::default(), |sum, &summary| sum.and(summary));
-        let Summary { kinetic, internal, .. } = all;
+        let Summary { kinetic, internal, heat, .. } = all;
+        let heat = heat + self.tally.heat;
         let [kinetic_before, internal_before] = self.energy;
         self.books.add(self.accounts.transfer, self.tally.nodes - (kinetic - kinetic_before));
         let internal_work = self.tally.applied - self.tally.external;
-        self.books.add(self.accounts.stress, internal - internal_before + internal_work);
+        self.books.add(self.accounts.heat, heat);
+        self.books.add(self.accounts.stress, internal - internal_before - heat + internal_work);
         self.energy = [kinetic, internal];
     }
 }

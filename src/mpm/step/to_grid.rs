@@ -78,7 +78,7 @@ impl<const D: usize> Mpm<D> {
             };
             parallel::map_into(&own.nodes, &mut own.velocity, velocity);
             ghosts.fill(&mut own.velocity);
-            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: true };
+            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: true, heat: &[] };
             in_field(bodies, bins, field).try_for_each(|(body, bins)| {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 update_stress(&sweep, (grid, ghosts), strain, body, Landing::Stay).map(|_| ())

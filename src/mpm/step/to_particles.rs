@@ -1,13 +1,14 @@
 //! From the grid back to the particles: velocities, stresses, places (65, 19), and what the step has done.
 
 use super::books::NodeWork;
-use super::{Step, in_field};
+use super::{Step, of_field};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::mpm::filter::filter;
+use crate::mpm::filter::{filter, velocity_on_grid};
+use crate::mpm::heat;
 use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
 use crate::mpm::stress::{Strain, strain_and_land, update_stress};
-use crate::mpm::sweep::{Content, Sweep, View};
+use crate::mpm::sweep::{Sweep, View};
 use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate, Transfer, health};
 use crate::parallel;
 
@@ -79,9 +80,9 @@ impl<const D: usize> Mpm<D> {
     /// in the same sweep.
     pub(super) fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let dt = step.momentum_dt;
-        let (share, order) = (self.pic_share(dt), self.filter_order);
+        let share = self.pic_share(dt);
         let (at_once, landing) = (self.lands_at_once(), self.landing(step));
-        let Self { grid, bodies, bins, ghosts, walls, tally, books, accounts, summaries, .. } = self;
+        let Self { grid, bodies, bins, tally, books, accounts, summaries, .. } = self;
         let (grid, own) = (&*grid, &grid.fields[field]);
         for (index, (body, bins)) in
             bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
@@ -100,11 +101,23 @@ impl<const D: usize> Mpm<D> {
             books.add(accounts.traction, tractions);
             books.push(impulse.to3());
         }
-        if order > 0 {
-            let mut bodies: Vec<_> = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field).collect();
-            filter(grid, (ghosts, walls), own, &mut bodies, order);
-        }
+        self.filter_noise(field, step);
         Ok(())
+    }
+
+    /// The noise filter, if it is due.
+    fn filter_noise(&mut self, field: usize, step: &Step) {
+        let (order, dissipation) = (self.filter_order, self.dissipation);
+        if order == 0 {
+            return;
+        }
+        let Self { grid, bodies, bins, ghosts, walls, tally, .. } = self;
+        let (grid, own) = (&*grid, &grid.fields[field]);
+        let mut w = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), Vec::new());
+        walls.constrain_velocity(grid, field, &mut w, step.after());
+        ghosts.fill(&mut w);
+        let mut bodies: Vec<_> = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field).collect();
+        tally.heat += filter(grid, (ghosts, walls), own, &mut bodies, w, (order, dissipation));
     }
 
     /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4); then x_p += Δt ẋ_p.
@@ -118,29 +131,27 @@ impl<const D: usize> Mpm<D> {
             StressUpdate::ModifiedLast => (step.dt, true),
             StressUpdate::Average => (0.5 * step.dt, true),
         };
-        let landing = self.landing(step);
+        let (landing, dissipation) = (self.landing(step), self.dissipation);
         let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
+            let mut heat = Vec::new();
             if remapped {
-                own.velocity.clear();
-                own.velocity.resize(own.nodes.len(), Vector::ZERO);
-                for (body, bins) in in_field(bodies, bins, field) {
-                    Sweep::new(grid, body.kernel, bins).scatter(&mut own.velocity, body, Content::Momentum);
-                }
-                ghosts.fold(&mut own.velocity, |_, _, _| {});
-                parallel::for_each_pair_mut(&mut own.velocity, &mut own.nodes, |v, node| {
-                    *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
-                });
+                let memory = std::mem::take(&mut own.velocity);
+                own.velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), memory);
                 walls.constrain_velocity(grid, field, &mut own.velocity, step.after());
+                if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
+                    heat = heat::of_contact(ghosts, own, step.momentum_dt);
+                }
                 ghosts.fill(&mut own.velocity);
             } else {
                 parallel::map_into(&own.nodes, &mut own.velocity, |node| node.momentum);
             }
-            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: false };
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
                 let sweep = Sweep::new(grid, body.kernel, bins);
+                let heat = if dissipation.warms(body) { &*heat } else { &[] };
+                let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: false, heat };
                 summaries[index] = update_stress(&sweep, (grid, ghosts), strain, body, landing)?;
             }
             Ok(())

@@ -72,6 +72,13 @@ impl Answer for () {
     fn and(self, (): ()) {}
 }
 
+/// A sum.
+impl Answer for f64 {
+    fn and(self, other: Self) -> Self {
+        self + other
+    }
+}
+
 impl<const D: usize> Sweep<'_, D> {
     /// Visits all particles, a chunk at a time, with what the nodes say there. `node` gives a node's record:
     /// a scalar, the velocity, the acceleration (see [`super::tile::record`]).

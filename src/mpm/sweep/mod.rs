@@ -22,7 +22,7 @@ pub(crate) use bins::Bins;
 pub(crate) use gather::{Answer, Chunk, Wanted};
 pub(crate) use rows::{CHUNK, Rows};
 pub(crate) use scatter::Content;
-pub(crate) use tile::{Extent, record};
+pub(crate) use tile::{Extent, Record, record};
 pub(crate) use view::View;
 
 use super::ghost::Fold;

@@ -47,6 +47,7 @@ view! {
     excess: f64,
     rate: Vector<D>,
     mean: Vector<D>,
+    noise: Vector<D>,
 }
 
 impl<const D: usize> Body<D> {
@@ -66,7 +67,7 @@ impl<const D: usize> Body<D> {
             signal,
             ..
         } = &mut self.particles;
-        let Work { stretch, excess, rate, mean, .. } = &mut self.work;
+        let Work { stretch, excess, rate, mean, noise, .. } = &mut self.work;
         let stride = self.law.storage().history.len();
         let view = View {
             position,
@@ -82,6 +83,7 @@ impl<const D: usize> Body<D> {
             excess,
             rate,
             mean,
+            noise,
             history,
             mass,
             stride,
