@@ -266,6 +266,11 @@ impl<const D: usize> Boundary<D> {
         Some(Inflow { velocity: set.condition.velocity(x, t), fluid: set.brings })
     }
 
+    /// The fluid that is named to come in through the facet at a place of [`Mesh::boundary`].
+    pub fn brings(&self, place: usize) -> Option<u8> {
+        self.sets[self.owner[place] as usize].brings
+    }
+
     /// The facets whose set passes a test, in the order of [`Mesh::boundary`].
     pub fn facets_of<'a, const N: usize>(
         &'a self,

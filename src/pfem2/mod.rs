@@ -30,12 +30,14 @@ pub mod reseed;
 pub mod setup;
 mod shear;
 mod snapshot;
+mod start;
 mod step;
 pub mod subscale;
 pub mod surface_tension;
 #[cfg(test)]
 mod tests;
 mod transport;
+mod volumes;
 
 pub use boundary::Boundary;
 pub use setup::Setup;

@@ -29,7 +29,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub particles: Particles<D>,
     /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of eq. 37.
     pub level_set: Option<LevelSet>,
-    /// What is done about the volume of each fluid in a closed box.
+    /// What is done about the volume of each of two fluids.
     pub volume: VolumeCorrection,
     /// Velocity of the nodes at the start [m/s].
     pub velocity: Vec<Vector<D>>,
@@ -55,12 +55,12 @@ pub struct Setup<const D: usize, const N: usize> {
     pub linear: linalg::Options,
 }
 
-/// What is done about the volume of the fluids where nothing flows in or out (theory 12.4).
+/// What is done about the volume of two fluids (theory 12.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
     /// It is only reported.
     None,
-    /// A sharp level set is shifted to the volume at the start; the shift is reported.
+    /// A sharp level set is shifted to the volume at the start, less what has left; both are reported.
     #[default]
     Shift,
 }

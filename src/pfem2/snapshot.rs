@@ -113,6 +113,10 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     for (fluid, &value) in pfem.implicit.physics.fluids.iter().zip(&pfem.implicit.volumes) {
         ledger.terms.push(BalanceTerm { name: format!("volume: {}", fluid.name), unit, kind: Other, value });
     }
+    for (fluid, value) in pfem.left() {
+        let name = format!("outflow: {}", pfem.implicit.physics.fluids[fluid].name);
+        ledger.terms.push(BalanceTerm { name, unit, kind: Other, value });
+    }
     let fastest = pfem.implicit.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
     ledger.terms.push(BalanceTerm { name: "shift of the interface".into(), unit: "m", kind: Other, value: pfem.shift });
@@ -173,11 +177,13 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
         *counts = Counts { left, stuck, added, inflow, merged, empty };
     }
     if let Some(sharp) = &mut pfem.sharp {
-        let mut state = vec![sharp.band, sharp.age as f64];
+        let [inside, all] = pfem.outflow;
+        let mut state = vec![sharp.band, sharp.age as f64, inside, all];
         visit("level set/level", Column::new(&mut sharp.level));
         visit("level set/state", Column::new(&mut state));
-        if let [band, age] = state[..] {
+        if let [band, age, inside, all] = state[..] {
             (sharp.band, sharp.age) = (band, age as usize);
+            pfem.outflow = [inside, all];
         }
     }
 }

@@ -13,21 +13,21 @@
 //! its time, and vⁿ⁺¹ is free of divergence at the time and place at which it is shown. aⁿ⁻¹ is carried to where the
 //! particles are now by tracing the nodes back. At θ = ½ these are the trapezoidal rule of theory 10.2; with it, what
 //! the nodes take from the particles comes back with the opposite sign, and noise never dies. θ = 9/16 are the weights
-//! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is one of backward
-//! Euler, since a⁰ is unknown. All of it is linear: convection and geometry come from the particles.
+//! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is rehearsed (see
+//! `start`). All of it is linear: convection and geometry come from the particles.
 
 use super::convect::Projectiles;
 use super::correct::{self, Correction};
 use super::forces::{self, Part};
 use super::implicit::{Implicit, Physics, Step};
 use super::ledger::{Books, Powers, Totals};
-use super::level_set::{self, LevelSet};
+use super::level_set::{self, LevelSet, Opening};
 use super::outline::Outline;
 use super::particles::Particles;
 use super::phases::Phases;
 use super::project::{Convected, Kernel, project};
 use super::reseed::{self, Density, Reseeding};
-use super::setup::{Scheme, Setup, VolumeCorrection};
+use super::setup::{Scheme, Setup};
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
 use crate::linalg::Memory;
@@ -51,8 +51,12 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) level: Vec<f64>,
     /// Source of `level`, if it is sharp.
     pub(super) sharp: Option<LevelSet>,
-    /// Volume of the heavier fluid that shifts of the level set keep [m³].
-    kept_volume: Option<f64>,
+    /// Volume of the heavier fluid at the start, if shifts of the level set keep it [m³].
+    pub(super) kept_volume: Option<f64>,
+    /// Volume that has left through open boundaries, of the fluid where the level set is negative and of both [m³].
+    pub(super) outflow: [f64; 2],
+    /// Facets through which it may leave.
+    pub(super) openings: Vec<Opening>,
     /// The last shift [m].
     pub(super) shift: f64,
     pub(super) density: Vec<f64>,
@@ -106,11 +110,15 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.memory = Memory::default();
+        let at = |error| StepError { time: t, ..error };
+        if self.steps == 0 && self.scheme != Scheme::BackwardEuler {
+            self.rehearse(Step { t, dt, theta: 1.0 }).map_err(at)?;
+        }
         let theta = match self.scheme {
             Scheme::SecondOrder { theta } if self.follows(dt) => theta,
             _ => 1.0,
         };
-        self.advance(Step { t, dt, theta }).map_err(|error| StepError { time: t, ..error })?;
+        self.advance(Step { t, dt, theta }).map_err(at)?;
         self.dt_before = dt;
         self.steps += 1;
         self.notices.look(&self.implicit, &self.particles, &self.fraction);
@@ -167,6 +175,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             fraction: Vec::new(),
             level: Vec::new(),
             kept_volume: None,
+            outflow: [0.0; 2],
+            openings: Vec::new(),
             sharp: setup.level_set.filter(|_| density.len() == 2),
             shift: 0.0,
             scheme: setup.scheme,
@@ -194,9 +204,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.project();
         pfem.settle();
         pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
-        let shifts = setup.volume == VolumeCorrection::Shift && pfem.implicit.boundary.pin.is_some();
-        let start = pfem.sharp.as_ref().map(|set| level_set::negative_volume(&pfem.implicit.mesh, &set.level));
-        pfem.kept_volume = start.filter(|_| shifts);
+        pfem.follow_volumes(setup.volume);
         pfem.books = Books::open(pfem.totals.kinetic + pfem.implicit.surface_energy());
         pfem
     }
@@ -205,7 +213,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn advance(&mut self, step: Step) -> Result<(), StepError> {
         timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)
         timed!(self.timer, "convect", self.convect(step)); // streamlines                       (34–36)
-        timed!(self.timer, "interface", self.follow_interface()); // φ, sharp
+        timed!(self.timer, "interface", self.follow_interface()); // φ, sharp, V         (12.4)
         let seen = timed!(self.timer, "project", self.project()); // v̂, φ                      (37–39)
         let mut convected = seen.mean.clone();
         self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
@@ -264,22 +272,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.dt_before > 0.0 && dt <= 2.0 * self.dt_before
     }
 
-    /// A sharp level set follows the particles and keeps its volume.
-    fn follow_interface(&mut self) {
-        let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());
-        if let Some(sharp) = &mut self.sharp {
-            sharp.update(mesh, &mut self.particles);
-            level_set::absorb_lone_nodes(mesh, &mut sharp.level);
-            if let Some(volume) = self.kept_volume {
-                self.shift = level_set::shift_to_volume(mesh, &mut sharp.level, volume, reach);
-                // The shift may leave a node alone that wasn't before; what that changes is below h³.
-                level_set::absorb_lone_nodes(mesh, &mut sharp.level);
-            }
-        }
-    }
-
     /// Velocity and phases at the nodes; returns v̂ [m/s].
-    fn project(&mut self) -> Convected<D> {
+    pub(super) fn project(&mut self) -> Convected<D> {
         let Implicit { mesh, velocity, .. } = &self.implicit;
         let projected = project(mesh, &self.particles, &self.density, self.kernel, velocity);
         self.fraction = projected.fraction;
@@ -297,7 +291,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.implicit.solve(step, &phases, convected)
     }
 
-    /// Gives the particles what the nodes have and they don't show, and keeps the acceleration for the next step.
+    /// Gives the particles what the nodes have and they don't show.
     ///
     /// What particles show at a node with a prescribed velocity enters no equation; unless they are led back to it, it
     /// drifts away.
@@ -310,12 +304,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let Implicit { mesh, velocity, .. } = &self.implicit;
             self.counts.added += reseed::refill(&mut self.particles, mesh, velocity, &phases) as u64;
         }
+        self.remember(step, convected);
+    }
+
+    /// Keeps the acceleration for the next step [m/s²].
+    pub(super) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
         self.acceleration.clear();
         let both = self.implicit.velocity.iter().zip(convected);
         self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));
-        if self.dt_before == 0.0 {
-            self.carried.copy_from_slice(&self.acceleration);
-        }
     }
 
     /// Forces on the boundary, and the books.

@@ -7,7 +7,6 @@
 //! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
 //! ```
 
-use super::Pfem2;
 use super::boundary::Inflow;
 use super::convect::{self, Convected, Place, Projectiles, Streamlines};
 use super::correct;
@@ -17,6 +16,7 @@ use super::phases::Phases;
 use super::reseed::{Newcomer, Origin, Reseeded};
 use super::setup::Scheme;
 use super::step::Counts;
+use super::{Pfem2, volumes};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
@@ -64,8 +64,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         };
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
         let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
+        let left = self.sharp.as_ref().map(|set| volumes::left(mesh, set, &self.openings, &carrier, &origin));
         self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
         self.counts.add(&fate, &done);
+        left.iter().for_each(|left| (0..2).for_each(|k| self.outflow[k] += left[k]));
     }
 }
 

@@ -28,7 +28,7 @@ pub struct Pfem2Spec {
     pub kernel: ProjectionSpec,
     /// Where the interface of two fluids is.
     pub interface: InterfaceSpec,
-    /// What is done about the volume of two fluids in a closed box.
+    /// What is done about the volume of two fluids.
     pub volume: VolumeSpec,
     /// Particles along the edge of an element at the start.
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
@@ -161,7 +161,7 @@ pub enum ReseedingSpec {
     Elements,
 }
 
-/// What is done about the volume of two fluids in a closed box.
+/// What is done about the volume of two fluids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VolumeSpec {

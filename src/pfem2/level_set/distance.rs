@@ -88,8 +88,7 @@ impl<const D: usize> Interface<D> {
                 interface.facets.push(Polygon { corners, normal: slope / slope.norm(), wall, bounds });
                 interface.element.push(e);
             }
-            let edges = (0..N).flat_map(|i| (0..i).map(move |j| (i, j)));
-            interface.longest_edge = edges.map(|(i, j)| (x[i] - x[j]).norm()).fold(interface.longest_edge, f64::max);
+            interface.longest_edge = interface.longest_edge.max(longest_edge(&x));
         }
         interface
     }
@@ -181,6 +180,12 @@ impl<const D: usize> Interface<D> {
         let count = self.element[start..].iter().take_while(|&&e| e == element).count();
         start as u32..(start + count) as u32
     }
+}
+
+/// Longest edge of an element with these corners [m].
+pub(super) fn longest_edge<const D: usize, const N: usize>(corners: &[Vector<D>; N]) -> f64 {
+    let edges = (0..N).flat_map(|i| (0..i).map(move |j| (i, j)));
+    edges.map(|(i, j)| (corners[i] - corners[j]).norm()).fold(0.0, f64::max)
 }
 
 /// The outward normal of the boundary of the mesh where the end of a facet opposite to its corner `k` lies on it.

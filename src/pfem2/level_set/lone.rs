@@ -8,21 +8,22 @@
 use crate::mesh::Mesh;
 use rayon::prelude::*;
 
-/// What is left of |φ| at a node that changes sides.
-const LEFT: f64 = 1e-3;
+/// What a node that changes sides takes of the mean φ of its neighbours: it isn't to change back for a little shift.
+const TAKEN: f64 = 1e-3;
 
-/// Gives lone nodes the side of their neighbours.
-pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &mut [f64]) {
-    let alone = |&node: &usize| {
+/// Gives lone nodes the side of their neighbours; returns how many there were.
+pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &mut [f64]) -> usize {
+    let absorbed = |node: usize| {
         let own = level[node] < 0.0;
         let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
-        around.map(|other| other as usize).all(|other| other == node || (level[other] < 0.0) != own)
+        let others = || around.clone().map(|other| other as usize).filter(|&other| other != node);
+        let alone = others().all(|other| (level[other] < 0.0) != own);
+        let mean = || others().map(|other| level[other]).sum::<f64>() / others().count() as f64;
+        alone.then(|| (node, TAKEN * mean()))
     };
-    let lone: Vec<usize> = (0..level.len()).into_par_iter().filter(alone).collect();
-    for node in lone {
-        // Zero counts as positive.
-        level[node] = (-LEFT * level[node]).min(if level[node] < 0.0 { f64::INFINITY } else { -f64::MIN_POSITIVE });
-    }
+    let lone: Vec<(usize, f64)> = (0..level.len()).into_par_iter().filter_map(absorbed).collect();
+    lone.iter().for_each(|&(node, phi)| level[node] = phi);
+    lone.len()
 }
 
 #[cfg(test)]
@@ -38,8 +39,8 @@ mod tests {
             let mut level = vec![sign; mesh.nodes().len()];
             let (lone, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
             [lone, pair[0], pair[1]].into_iter().for_each(|node| level[node] = -0.4 * sign);
-            absorb_lone_nodes(&mesh, &mut level);
-            assert!((level[lone] < 0.0) == (sign < 0.0) && level[lone].abs() < 1e-3);
+            assert_eq!(absorb_lone_nodes(&mesh, &mut level), 1);
+            assert!((level[lone] < 0.0) == (sign < 0.0) && level[lone].abs() <= 1e-3);
             assert_eq!(pair.map(|node| level[node]), [-0.4 * sign; 2]);
         }
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! pseudo     φ_i = Σ_p ±N_i / Σ_p N_i                                                   eq. 37
 //! sharp      φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid
-//! volume     find δ with V⁻(φ + δ) = V₀:  φ ← φ + δ                                      theory 12.4
+//! volume     find δ with V⁻(φ + δ) = V₀ − ∫∮_{φ<0} v*·n dA dt:  φ ← φ + δ                theory 12.4
 //! ```
 //!
 //! An average of signs is no distance: with n particles per element its zero line is noisy by h/√n. Depths that
@@ -14,16 +14,20 @@
 //! whatever φ says; where φ disagrees, it also keeps its depth and so pulls the line back: films thinner than an
 //! element come back when they grow.
 //!
-//! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations.
+//! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations. What leaves
+//! through open boundaries is counted (see `outflow`) and reported as well.
 
 mod distance;
 mod lone;
+mod outflow;
 #[cfg(test)]
 mod tests;
 mod volume;
 
 pub use distance::Interface;
+use distance::longest_edge;
 pub use lone::absorb_lone_nodes;
+pub use outflow::{Opening, outflow};
 pub use volume::{negative_volume, shift_to_volume};
 
 use super::convect::Place;
@@ -73,7 +77,11 @@ impl LevelSet {
         particles: &mut Particles<D>,
     ) -> Self {
         let level: Vec<f64> = mesh.nodes().par_iter().map(|&x| phi(x)).collect();
-        let band = BAND * Interface::new(mesh, &level).longest_edge();
+        let interface = Interface::new(mesh, &level);
+        // An interface along facets of the mesh cuts nothing.
+        let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
+        let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
+        let band = BAND * edge;
         let set = Self { inside, level, band, age: 0 };
         let columns = particles.depth.par_iter_mut().zip(&particles.position).zip(&particles.fluid);
         columns.for_each(|((depth, &x), &fluid)| *depth = (set.sign(fluid) * phi(x)).max(0.0));
@@ -107,6 +115,11 @@ impl LevelSet {
         let slope: Vector<D> = slopes.map(|(&g, &node)| g * self.level[node as usize]).sum();
         let phi = (value(mesh, place, &self.level) - slope.dot(way)).clamp(-self.band, self.band);
         (if phi < 0.0 { self.inside } else { outside }, phi.abs())
+    }
+
+    /// φ [m] of a fluid at a depth [m].
+    pub fn signed(&self, fluid: u8, depth: f64) -> f64 {
+        self.sign(fluid) * depth
     }
 
     fn sign(&self, fluid: u8) -> f64 {

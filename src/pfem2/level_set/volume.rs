@@ -21,7 +21,7 @@ pub fn negative_volume<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level:
 /// Shifts φ so that it is negative in `volume` [m³], to the last digits; returns the shift δ [m].
 ///
 /// The volume falls monotonically with δ, so that bisection between ±`reach` [m] finds it. If that is not enough to
-/// reach the volume, the shift that comes nearest is taken.
+/// reach the volume, the shift that comes nearest is taken. Where only one sign is left there is nothing to shift.
 pub fn shift_to_volume<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     level: &mut [f64],
@@ -35,10 +35,14 @@ pub fn shift_to_volume<const D: usize, const N: usize>(
         let share = |i: usize| mesh.simplex(band[i] as usize).volume * negative_share(&own(i));
         fixed + parallel::sum(band.len(), share) - volume
     };
+    let all = mesh.volume();
+    let exact = f64::EPSILON * all;
+    let mut found = excess(0.0);
+    if found + volume <= exact || found + volume >= all - exact {
+        return 0.0;
+    }
     let (mut low, mut high) = (-reach, reach);
     let mut shift = 0.0;
-    let mut found = excess(shift);
-    let exact = 4.0 * f64::EPSILON * volume.abs();
     let mut secant = None::<(f64, f64)>;
     for _ in 0..BISECTIONS {
         if found.abs() <= exact || high - low <= f64::EPSILON * reach {

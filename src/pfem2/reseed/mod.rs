@@ -219,20 +219,26 @@ fn merges<const D: usize>(edits: &[Edit<D>], particle: usize) -> bool {
 
 /// A new particle, with what it brings from the foot of its streamline.
 fn newcomer<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, origin: &Origin<D, N>) -> Edit<D> {
-    let foot = origin.lines.trace(*place, origin.dt, -1.0);
-    let inflow = match foot.end {
-        End::Boundary(k) => (origin.inflow)(&foot.place, k, foot.rest),
-        _ => None,
-    };
     let (position, element) = (place.position(mesh), place.element as u32);
-    match inflow {
-        Some(Newcomer { velocity, fluid, depth }) => {
-            Edit::Add { position, velocity, fluid, depth, element, inflow: true }
-        }
-        None => {
-            let (fluid, depth) = (origin.fluid)(&foot.place);
-            let velocity = at(&foot.place.shape, &mesh.elements()[foot.place.element], origin.velocity);
-            Edit::Add { position, velocity, fluid, depth, element, inflow: false }
+    let (Newcomer { velocity, fluid, depth }, inflow) = origin.of(mesh, place, origin.dt);
+    Edit::Add { position, velocity, fluid, depth, element, inflow }
+}
+
+impl<const D: usize, const N: usize> Origin<'_, D, N> {
+    /// What is at a place some `time` [s] after the start of the step, and whether it came in since.
+    pub fn of(&self, mesh: &Mesh<D, N>, place: &Place<N>, time: f64) -> (Newcomer<D>, bool) {
+        let foot = self.lines.trace(*place, time, -1.0);
+        let inflow = match foot.end {
+            End::Boundary(k) => (self.inflow)(&foot.place, k, foot.rest),
+            _ => None,
+        };
+        match inflow {
+            Some(newcomer) => (newcomer, true),
+            None => {
+                let (fluid, depth) = (self.fluid)(&foot.place);
+                let velocity = at(&foot.place.shape, &mesh.elements()[foot.place.element], self.velocity);
+                (Newcomer { velocity, fluid, depth }, false)
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 mod bubble;
 mod cavity;
 mod couette;
+mod outflow;
 mod rest;
 mod resume;
 mod stokes;

@@ -5,36 +5,64 @@ use crate::pfem2::Pfem2;
 use crate::simulation::Solver;
 use std::f64::consts::TAU;
 
-/// Vortices of wave length 1 at Re = 100 that start as `wave`, between slip planes: rms error at t = 0.5 and the largest
-/// speed.
-fn decayed<const D: usize, const N: usize>(
+/// Vortices of wave length 1 with this viscosity [Pa s] that start as `wave`, between slip planes.
+fn vortices<const D: usize, const N: usize>(
     mesh: Mesh<D, N>,
     wave: impl Fn(Vector<D>) -> Vector<D> + Copy + Sync,
-    steps: usize,
-) -> [f64; 2] {
-    let decay = |t: f64| (-2.0 * TAU * TAU / 100.0 * t).exp();
+    viscosity: f64,
+) -> Pfem2<D, N> {
     let sets = vec![BoundarySetup {
         name: "all".into(),
         facets: mesh.boundary().to_vec(),
         condition: Condition::Slip,
         brings: None,
     }];
-    let setup = setup(mesh, sets, physics(vec![fluid("fluid", 1.0, 0.01)], weightless()), |_| 0, wave);
-    let mut pfem = Pfem2::new(setup);
+    Pfem2::new(setup(mesh, sets, physics(vec![fluid("fluid", 1.0, viscosity)], weightless()), |_| 0, wave))
+}
+
+/// Those at Re = 100: rms error at t = 0.5 and the largest speed.
+fn decayed<const D: usize, const N: usize>(
+    mesh: Mesh<D, N>,
+    wave: impl Fn(Vector<D>) -> Vector<D> + Copy + Sync,
+    steps: usize,
+) -> [f64; 2] {
+    let decay = |t: f64| (-2.0 * TAU * TAU / 100.0 * t).exp();
+    let mut pfem = vortices(mesh, wave, 0.01);
     let dt = 0.5 / steps as f64;
     (0..steps).for_each(|k| pfem.step(k as f64 * dt, dt).unwrap());
     let implicit = &pfem.implicit;
     [rms(implicit.mesh.nodes(), &implicit.velocity, |x| wave(x) * decay(0.5)), fastest(&implicit.velocity)]
 }
 
+/// The mesh of one cell of them.
+fn cell(cells: usize) -> Mesh<2, 3> {
+    Mesh::block(Vector::splat(0.25), Vector::splat(0.75), [cells; 2]).unwrap()
+}
+
+fn wave(x: Vector<2>) -> Vector<2> {
+    let [x, y] = x.0.map(|c| TAU * c);
+    Vector([-x.cos() * y.sin(), x.sin() * y.cos()])
+}
+
 /// One cell of them.
 fn planar(cells: usize, steps: usize) -> [f64; 2] {
-    let mesh = Mesh::<2, 3>::block(Vector::splat(0.25), Vector::splat(0.75), [cells; 2]).unwrap();
-    let wave = |x: Vector<2>| {
-        let [x, y] = x.0.map(|c| TAU * c);
-        Vector([-x.cos() * y.sin(), x.sin() * y.cos()])
-    };
-    decayed(mesh, wave, steps)
+    decayed(cell(cells), wave, steps)
+}
+
+/// p = −¼ (cos 4πx + cos 4πy) falls from ½ in the corners to −½ in the middle; without viscosity nothing changes.
+#[test]
+fn the_first_step_knows_pressure_and_motion() {
+    let mut pfem = vortices(cell(24), wave, 0.0);
+    let dt = 1.0 / 32.0;
+    for k in 0..4 {
+        let before = pfem.totals.kinetic;
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        let pressure = &pfem.implicit.pressure;
+        let highest = pressure.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let lowest = pressure.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((highest - lowest - 1.0).abs() < 0.05, "{k}: {lowest} {highest}");
+        assert!((pfem.totals.kinetic / before - 1.0).abs() < 0.005, "{k}: {before} {}", pfem.totals.kinetic);
+    }
 }
 
 /// max|u| of analytic_misc.csv.
@@ -47,10 +75,13 @@ fn the_order_is_two_in_mesh_and_step_together() {
     assert!((fine[1] / SPEED - 1.0).abs() < 0.005, "{fine:?}");
 }
 
+/// The vortices turn by 0.3 in the longer step. A little of the error is the mesh's, and a little falls as h² Δt with the
+/// stabilisation, so that the order of the whole is somewhat below two; an error of the start would stand out.
 #[test]
 fn the_order_is_two_in_the_step_alone() {
-    let [long, short] = [planar(40, 5), planar(40, 10)];
-    assert!((long[0] / short[0]).log2() > 1.9, "{long:?} {short:?}");
+    let [long, short] = [planar(64, 10), planar(64, 20)];
+    assert!((long[0] / short[0]).log2() > 1.7, "{long:?} {short:?}");
+    assert!(long[0] < 0.01 * SPEED && short[0] < 0.0025 * SPEED, "{long:?} {short:?}");
 }
 
 /// The same vortices in a slab of tetrahedra, with their axis along y.

@@ -1,0 +1,65 @@
+//! The volume of each of two fluids: what it was, what has left, what the level set shows.
+
+use super::Pfem2;
+use super::boundary::BoundaryKind;
+use super::level_set::{self, LevelSet, Opening};
+use super::reseed::Origin;
+use super::setup::VolumeCorrection;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+
+/// Most shifts of the level set in a step; more than two are rare.
+const SHIFTS: usize = 8;
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// Begins to follow the volumes, at the start.
+    pub(super) fn follow_volumes(&mut self, correction: VolumeCorrection) {
+        let Some(set) = &self.sharp else { return };
+        let (mesh, boundary) = (&self.implicit.mesh, &self.implicit.boundary);
+        let open = |kind: &BoundaryKind| matches!(kind, BoundaryKind::Inlet | BoundaryKind::Outlet);
+        let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| open(&boundary.kinds[*place]));
+        let opening = |(place, &facet)| Opening { facet, brings: boundary.brings(place).map(|own| own == set.inside) };
+        self.openings = facets.map(opening).collect();
+        let shifts = correction == VolumeCorrection::Shift;
+        self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
+    }
+
+    /// A sharp level set follows the particles and keeps its volume.
+    pub(super) fn follow_interface(&mut self) {
+        let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());
+        let Some(sharp) = &mut self.sharp else { return };
+        sharp.update(mesh, &mut self.particles);
+        level_set::absorb_lone_nodes(mesh, &mut sharp.level);
+        let Some(start) = self.kept_volume else { return };
+        self.shift = 0.0;
+        // A shift may leave nodes alone that weren't before; they change sides, and the volume is sought again.
+        for _ in 0..SHIFTS {
+            let left = reach - self.shift.abs();
+            self.shift += level_set::shift_to_volume(mesh, &mut sharp.level, start - self.outflow[0], left);
+            if level_set::absorb_lone_nodes(mesh, &mut sharp.level) == 0 {
+                break;
+            }
+        }
+    }
+
+    /// What has left of each fluid [m³], if anything can.
+    pub(super) fn left(&self) -> Vec<(usize, f64)> {
+        let Some(set) = self.sharp.as_ref().filter(|_| !self.openings.is_empty()) else { return Vec::new() };
+        let ([inside, all], own) = (self.outflow, usize::from(set.inside));
+        (0..2).map(|fluid| (fluid, if fluid == own { inside } else { all - inside })).collect()
+    }
+}
+
+/// Volume that leaves in a step of the carrier v* [m/s]: of the fluid inside the level set, and of both [m³].
+pub(super) fn left<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    set: &LevelSet,
+    openings: &[Opening],
+    carrier: &[Vector<D>],
+    origin: &Origin<D, N>,
+) -> [f64; 2] {
+    level_set::outflow(mesh, openings, carrier, origin.dt, |place, time| {
+        let (newcomer, _) = origin.of(mesh, place, time);
+        set.signed(newcomer.fluid, newcomer.depth)
+    })
+}
