@@ -68,6 +68,17 @@ fn presets_fill_what_is_open() {
 }
 
 #[test]
+fn outputs_leave_room_for_large_steps() {
+    let rows = |text: &str| {
+        let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap();
+        (case.file.time.end / case.file.output.history.unwrap()).round()
+    };
+    let step = GOOD.lines().find(|line| line.starts_with("step")).expect("a fixed step");
+    let history = GOOD.lines().find(|line| line.starts_with("history")).unwrap_or("no such line");
+    assert_eq!(rows(&GOOD.replace(step, "").replace(history, "")), 50.0);
+}
+
+#[test]
 fn keys_of_the_other_method() {
     expect("[pfem2]\n", "[mpm]\nsafety = 0.2\n[pfem2]\n", "[mpm]", "`mpm` does not belong", "");
     expect("name = \"oil\"", "name = \"oil\"\nspacing = \"1 mm\"", "\"1 mm\"", "does not belong", "");

@@ -203,7 +203,7 @@ fn read_tree(tree: &tree::Node, base: &Path, findings: &mut Vec<Diagnostic>) -> 
     preset::apply(&mut table);
     match serde_path_to_error::deserialize::<_, CaseFile>(toml::Value::Table(table)) {
         Ok(mut file) => {
-            file.output.complete(file.time.end, file.time.step.filter(|step| *step > 0.0));
+            file.output.complete(file.method, file.time);
             Some(file)
         }
         Err(error) => {

@@ -116,7 +116,7 @@ pub enum Preset {
 }
 
 /// How long, and with which step.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TimeSpec {
     /// When the run ends.
@@ -327,7 +327,8 @@ pub struct OutputSpec {
     /// Interval of the fields for ParaView; default: a fiftieth of the run.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0))]
     pub fields: Option<f64>,
-    /// Interval of histories and balance; default: a five-hundredth of the run.
+    /// Interval of histories and balance; default: a five-hundredth of the run; a fiftieth where PFEM-2 chooses its
+    /// steps, since outputs cut them short.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0))]
     pub history: Option<f64>,
     /// Wall-clock time between checkpoints; default: 60 s.
@@ -337,10 +338,12 @@ pub struct OutputSpec {
 
 impl OutputSpec {
     /// Fills in what depends on the length of the run; with a fixed step, as whole numbers of steps.
-    pub(super) fn complete(&mut self, end: f64, step: Option<f64>) {
+    pub(super) fn complete(&mut self, method: Method, TimeSpec { end, step }: TimeSpec) {
+        let step = step.filter(|step| *step > 0.0);
         let whole = |interval: f64| step.map_or(interval, |step| (interval / step).round().max(1.0) * step);
+        let rows = if method == Method::Pfem2 && step.is_none() { 50.0 } else { 500.0 };
         self.fields.get_or_insert(whole(end / 50.0));
-        self.history.get_or_insert(whole(end / 500.0));
+        self.history.get_or_insert(whole(end / rows));
         self.checkpoint.get_or_insert(60.0);
     }
 }
