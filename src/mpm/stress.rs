@@ -83,9 +83,10 @@ pub(super) fn update_stress<const D: usize>(
             let (mean, _) = average(sweep, (grid, ghosts), body, Content::Volumes);
             let node = |n: usize| record(mean[n][0], &strain.velocity[n], &Vector::ZERO);
             let (law, view) = body.view();
-            let summary = sweep.gather(node, view, Wanted::Gradient, |chunk| {
-                measure(chunk, &strain);
-                let needed = law.needs_gradient();
+            // Laws that don't need the gradient need no second look at it: the volume ratios are measured.
+            let needed = law.needs_gradient();
+            let wanted = if needed { Wanted::Gradient } else { Wanted::Scalar };
+            let summary = sweep.gather(node, view, wanted, |chunk| {
                 if needed && strain.backwards {
                     refer_to_start(chunk, strain.dt);
                 }
