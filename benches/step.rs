@@ -1,8 +1,10 @@
 //! Particle-steps per second of the collapsing water column: 1 × 0.5 × 0.5 m in a tank of 2 × 1 × 0.5 m, eight
 //! particles per cell.
 //!
-//! `cargo bench --bench step -- [thousands of particles] [steps] [linear|gimp|quadratic|cubic]`; by default 128 and 1024
-//! thousand with all kernels. `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
+//! `cargo bench --bench step -- [thousands of particles] [steps] [linear|gimp|quadratic|cubic|lian-2014|recommended]`; by
+//! default 128 and 1024 thousand with all of them. With the name of a kernel the step is the shortest that the method has
+//! (FLIP, stress last, no cure of locking: two sweeps); the presets are what a case of an inviscid liquid gets.
+//! `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
 //! transfers, equation of state, walls, ledger, health check. The column is measured as it begins to fall, and while it
 //! flows (a stagnation flow of up to 3 m/s, as in the middle of a collapse), when particles must be sorted again and
 //! again.
@@ -34,12 +36,36 @@ use yardstick::{Column, Order};
 const WATER: (f64, f64) = (1000.0, 44.0);
 const GRAVITY: f64 = -9.81;
 
-/// Names of the kernels.
-const KERNELS: [(&str, KernelKind); 4] = [
-    ("linear", KernelKind::Linear),
-    ("gimp", KernelKind::Gimp),
-    ("quadratic", KernelKind::Quadratic),
-    ("cubic", KernelKind::Cubic),
+/// How a step is made.
+#[derive(Debug, Clone, Copy)]
+struct Choice {
+    name: &'static str,
+    kernel: KernelKind,
+    transfer: Transfer,
+    stress_update: StressUpdate,
+    locking: Locking,
+}
+
+const FLIP: Transfer = Transfer::Flip { relaxation: 0.05, filter_order: 0, filter_interval: 0 };
+
+/// The shortest step with each kernel.
+const fn short(name: &'static str, kernel: KernelKind) -> Choice {
+    Choice { name, kernel, transfer: FLIP, stress_update: StressUpdate::Last, locking: Locking::None }
+}
+
+/// What is measured: the shortest step with each kernel, then the presets for liquids.
+const CHOICES: [Choice; 6] = [
+    short("linear", KernelKind::Linear),
+    short("gimp", KernelKind::Gimp),
+    short("quadratic", KernelKind::Quadratic),
+    short("cubic", KernelKind::Cubic),
+    Choice { stress_update: StressUpdate::First, ..short("lian-2014", KernelKind::Linear) },
+    Choice {
+        transfer: Transfer::Apic,
+        stress_update: StressUpdate::Average,
+        locking: Locking::Average { blend: 1.0 },
+        ..short("recommended", KernelKind::Quadratic)
+    },
 ];
 
 /// Bytes of a particle's columns that a stage reads or writes (a write of what was not read counts twice): position,
@@ -52,13 +78,13 @@ fn main() {
     let sizes = arguments.first().and_then(|a| a.parse().ok()).map_or(vec![128, 1024], |size: usize| vec![size]);
     let steps: usize = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(30);
     if let Some(only) = arguments.get(2) {
-        let (name, kernel) = KERNELS.into_iter().find(|(name, _)| name == only).expect("a kernel");
-        return measure(sizes[0], steps, name, kernel);
+        let choice = CHOICES.into_iter().find(|choice| choice.name == only).expect("a kernel or a preset");
+        return measure(sizes[0], steps, choice);
     }
     println!("{} threads", rayon::current_num_threads());
     println!("triad: {:.1} GB per processor second of one core", stream::triad() * 1e-9);
     for size in sizes {
-        for (name, _) in KERNELS {
+        for Choice { name, .. } in CHOICES {
             // A process of its own: the memory that one measurement has freed doesn't hide that of the next.
             let program = std::env::current_exe().expect("this program");
             let run = Command::new(program).args([size.to_string(), steps.to_string(), name.into()]).status();
@@ -72,10 +98,11 @@ fn cells(thousands: usize) -> usize {
     (thousands as f64 * 1000.0 / 16.0).cbrt().round() as usize
 }
 
-fn measure(thousands: usize, steps: usize, name: &str, kernel: KernelKind) {
+fn measure(thousands: usize, steps: usize, choice: Choice) {
+    let Choice { name, kernel, .. } = choice;
     let n = cells(thousands);
     let before = resident_bytes();
-    let (mpm, still) = run(setup(n, kernel, 0.0), steps);
+    let (mpm, still) = run(setup(n, choice, 0.0), steps);
     let count = mpm.particle_count();
     let bytes = (resident_bytes() - before) / count as f64;
     println!("{name}, {count} particles, {bytes:.0} bytes each");
@@ -92,8 +119,8 @@ fn measure(thousands: usize, steps: usize, name: &str, kernel: KernelKind) {
     }
     let dt = mpm.stable_dt();
     drop(mpm);
-    println!("  flows: {}", run(setup(n, kernel, 3.0), 2 * steps).1);
-    if !matches!(kernel, KernelKind::Linear | KernelKind::Quadratic) {
+    println!("  flows: {}", run(setup(n, choice, 3.0), 2 * steps).1);
+    if !["linear", "quadratic"].contains(&name) {
         return;
     }
     for (name, order) in [("unsorted", Order::Mixed), ("row by row", Order::Lattice)] {
@@ -142,7 +169,8 @@ fn run(setup: Setup<3>, steps: usize) -> (Mpm<3>, Rate) {
 }
 
 /// The column, with cells of 0.5/n m, spreading at `speed` [m/s] at its foot and sinking as fast as it spreads.
-fn setup(n: usize, kernel: KernelKind, speed: f64) -> Setup<3> {
+fn setup(n: usize, choice: Choice, speed: f64) -> Setup<3> {
+    let Choice { kernel, transfer, stress_update, locking, .. } = choice;
     let cell = 0.5 / n as f64;
     let position = lattice(n);
     let law = Fluid {
@@ -160,10 +188,10 @@ fn setup(n: usize, kernel: KernelKind, speed: f64) -> Setup<3> {
             walls: std::array::from_fn(|_| [wall(), wall()]),
         },
         kernel,
-        transfer: Transfer::Flip { relaxation: 0.05, filter_order: 0, filter_interval: 0 },
+        transfer,
         dissipation: Dissipation::Lost,
-        stress_update: StressUpdate::Last,
-        locking: Locking::None,
+        stress_update,
+        locking,
         safety: 0.3,
         membrane_safety: 0.8,
         max_substeps: 1,
