@@ -78,7 +78,7 @@ impl LevelSet {
     ) -> Self {
         let level: Vec<f64> = mesh.nodes().par_iter().map(|&x| phi(x)).collect();
         let interface = Interface::new(mesh, &level);
-        // An interface along facets of the mesh cuts nothing.
+        // Where there is none yet, a fluid may still flow in.
         let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
         let band = BAND * edge;

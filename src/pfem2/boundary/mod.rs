@@ -12,106 +12,15 @@
 //! A node of several sets takes the first of wall, inlet, slip that is among them. Of several walls or inlets the
 //! slowest counts: a lid that slides along a box must not push fluid through the walls that it meets. Theory 5.7.
 
-use crate::math::{Signal, Tensor, Vector};
+mod condition;
+mod constraints;
+
+pub use condition::{BoundaryKind, BoundarySetup, Condition, Inflow};
+pub use constraints::Constraints;
+
+use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
-use std::collections::{BTreeMap, BTreeSet};
-
-/// What a boundary facet is to the flow and to the particles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum BoundaryKind {
-    /// The fluid sticks to it; no particle crosses it.
-    #[default]
-    Wall,
-    /// The fluid glides along it; no particle crosses it.
-    Slip,
-    /// The velocity is prescribed; particles come in.
-    Inlet,
-    /// Traction or pressure is prescribed; particles leave, and come in with the fluid of the place.
-    Outlet,
-}
-
-/// What is prescribed on a set of facets.
-#[derive(Debug, Clone)]
-pub enum Condition<const D: usize> {
-    /// No slip; the velocity of the wall [m/s].
-    Wall([Signal; D]),
-    /// No flow through it, no friction: also a plane of symmetry.
-    Slip,
-    /// Inflow with this velocity [m/s].
-    Inlet([Signal; D]),
-    /// Open: the flow leaves as it comes, without resistance.
-    Outlet,
-    /// Open, under a traction [Pa].
-    Traction([Signal; D]),
-    /// Open, under a pressure [Pa].
-    Pressure(Signal),
-}
-
-impl<const D: usize> Condition<D> {
-    /// A wall at rest.
-    pub fn wall() -> Self {
-        Self::Wall(std::array::from_fn(|_| Signal::ZERO))
-    }
-
-    /// Its kind.
-    pub fn kind(&self) -> BoundaryKind {
-        match self {
-            Self::Wall(_) => BoundaryKind::Wall,
-            Self::Slip => BoundaryKind::Slip,
-            Self::Inlet(_) => BoundaryKind::Inlet,
-            Self::Outlet | Self::Traction(_) | Self::Pressure(_) => BoundaryKind::Outlet,
-        }
-    }
-
-    /// The prescribed velocity at a place [m] and time [s], if there is one [m/s].
-    fn velocity(&self, x: Vector<D>, t: f64) -> Option<Vector<D>> {
-        match self {
-            Self::Wall(v) | Self::Inlet(v) => Some(Vector::from_fn(|i| v[i].value(x.to3(), t))),
-            _ => None,
-        }
-    }
-
-    /// The traction at a place of a facet with outward normal `n`, if it isn't zero [Pa].
-    fn traction(&self, x: Vector<D>, n: Vector<D>, t: f64) -> Option<Vector<D>> {
-        match self {
-            Self::Traction(traction) => Some(Vector::from_fn(|i| traction[i].value(x.to3(), t))),
-            Self::Pressure(pressure) => Some(n * -pressure.value(x.to3(), t)),
-            _ => None,
-        }
-    }
-}
-
-/// A named set of facets with its condition.
-#[derive(Debug, Clone)]
-pub struct BoundarySetup<const D: usize> {
-    /// Name.
-    pub name: String,
-    /// Facets of the mesh's boundary.
-    pub facets: Vec<Facet>,
-    /// What is prescribed there.
-    pub condition: Condition<D>,
-    /// The fluid that comes in; `None`: the one of the place.
-    pub brings: Option<u8>,
-}
-
-/// What comes in through a facet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inflow<const D: usize> {
-    /// Its velocity, where one is prescribed [m/s].
-    pub velocity: Option<Vector<D>>,
-    /// Its fluid, where one is named.
-    pub fluid: Option<u8>,
-}
-
-/// Directions in which a slip node is held.
-#[derive(Debug, Clone, Copy)]
-struct Glide<const D: usize> {
-    node: u32,
-    /// Rows: held directions first; orthonormal.
-    frame: Tensor<D>,
-    /// How many directions are held.
-    held: usize,
-}
+use constraints::{Glide, axes_of, fixed_nodes, glides, highest};
 
 /// The conditions of a mesh.
 #[derive(Debug, Clone)]
@@ -126,40 +35,6 @@ pub struct Boundary<const D: usize> {
     glides: Vec<Glide<D>>,
     /// The node whose pressure is zero, where no facet is open.
     pub pin: Option<u32>,
-}
-
-/// A mask with a bit per prescribed unknown of each node, their values, and frames of nodes that are rotated.
-#[derive(Debug, Clone)]
-pub struct Constraints<const D: usize, const N: usize> {
-    /// Bit r: component r is prescribed; bit D: pressure.
-    pub mask: Vec<u8>,
-    /// The prescribed values, in the node's frame.
-    pub value: Vec<[f64; N]>,
-    /// Place of the node's frame in `frames`, or [`Constraints::UPRIGHT`].
-    frame: Vec<u32>,
-    frames: Vec<Tensor<D>>,
-}
-
-impl<const D: usize, const N: usize> Constraints<D, N> {
-    /// A node whose components are those of the axes.
-    const UPRIGHT: u32 = u32::MAX;
-
-    /// The frame of a node: its rows are the directions of its components; `None`: the axes.
-    #[inline]
-    pub fn frame(&self, node: usize) -> Option<&Tensor<D>> {
-        let place = self.frame[node];
-        (place != Self::UPRIGHT).then(|| &self.frames[place as usize])
-    }
-
-    /// Components of a vector in the frame of a node.
-    pub fn into_frame(&self, node: usize, v: Vector<D>) -> Vector<D> {
-        self.frame(node).map_or(v, |frame| frame.apply(v))
-    }
-
-    /// The vector with these components in the frame of a node.
-    pub fn out_of_frame(&self, node: usize, v: Vector<D>) -> Vector<D> {
-        self.frame(node).map_or(v, |frame| frame.transpose().apply(v))
-    }
 }
 
 impl<const D: usize> Boundary<D> {
@@ -301,88 +176,10 @@ impl<const D: usize> Boundary<D> {
     }
 }
 
-/// Nodes of walls, and of inlets that are on no wall, with their sets in ascending order.
-fn fixed_nodes<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    sets: &[BoundarySetup<D>],
-    owner: &[usize],
-) -> BTreeMap<u32, Vec<u32>> {
-    let nodes_of = |kind: BoundaryKind| {
-        let facets = owner.iter().zip(mesh.boundary()).filter(move |(set, _)| sets[**set].condition.kind() == kind);
-        let mut found: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-        for (&set, &facet) in facets {
-            for node in mesh.facet_nodes(facet) {
-                found.entry(node).or_default().insert(set as u32);
-            }
-        }
-        found
-    };
-    let mut fixed = nodes_of(BoundaryKind::Inlet);
-    fixed.append(&mut nodes_of(BoundaryKind::Wall));
-    fixed.into_iter().map(|(node, sets)| (node, sets.into_iter().collect())).collect()
-}
-
-/// Slip nodes that aren't fixed, with their normals.
-fn glides<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    kinds: &[BoundaryKind],
-    fixed: &BTreeMap<u32, Vec<u32>>,
-) -> Vec<Glide<D>> {
-    /// Facets whose normals differ by more than 45° bind separately.
-    const SMOOTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    let mut normals: BTreeMap<u32, Vec<Vector<D>>> = BTreeMap::new();
-    let slip = mesh.boundary().iter().zip(kinds).filter(|(_, kind)| **kind == BoundaryKind::Slip);
-    for (&facet, _) in slip {
-        let area = mesh.facet_area(facet);
-        for node in mesh.facet_nodes(facet).into_iter().filter(|node| !fixed.contains_key(node)) {
-            let groups = normals.entry(node).or_default();
-            match groups.iter_mut().find(|sum| sum.dot(area) > SMOOTH * sum.norm() * area.norm()) {
-                Some(sum) => *sum += area,
-                None => groups.push(area),
-            }
-        }
-    }
-    normals.iter().map(|(&node, normals)| glide(node, normals)).collect()
-}
-
-/// An orthonormal frame that begins with the span of the normals.
-fn glide<const D: usize>(node: u32, normals: &[Vector<D>]) -> Glide<D> {
-    /// A direction whose rest after orthogonalisation is shorter adds nothing.
-    const DEPENDENT: f64 = 1e-3;
-    let mut rows: Vec<Vector<D>> = Vec::with_capacity(D);
-    let mut held = 0;
-    let axes = (0..D).map(Vector::unit);
-    let directions = normals.iter().filter_map(|n| n.normalized()).chain(axes);
-    for (place, direction) in directions.enumerate() {
-        let rest = rows.iter().fold(direction, |rest, row| rest - *row * row.dot(rest));
-        if let Some(row) = rest.normalized().filter(|_| rest.norm() > DEPENDENT && rows.len() < D) {
-            rows.push(row);
-            held += usize::from(place < normals.len());
-        }
-    }
-    Glide { node, frame: Tensor::from_fn(|i, j| rows[i][j]), held }
-}
-
-/// The bits of the held axes, if the held directions are axes.
-fn axes_of<const D: usize>(glide: &Glide<D>) -> Option<u8> {
-    const EXACT: f64 = 1e-12;
-    let axis = |row: &[f64; D]| row.iter().position(|c| 1.0 - c.abs() < EXACT);
-    if glide.held == D {
-        return Some((1 << D) - 1);
-    }
-    glide.frame.0[..glide.held].iter().try_fold(0, |mask, row| axis(row).map(|axis| mask | 1 << axis))
-}
-
-/// The boundary node that lies highest against gravity; of several the first.
-fn highest<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: Vector<D>) -> u32 {
-    let nodes = mesh.boundary().iter().flat_map(|&facet| mesh.facet_nodes(facet));
-    let depth = |node: &u32| gravity.dot(mesh.nodes()[*node as usize]);
-    nodes.min_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.cmp(b))).unwrap_or(0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Signal;
 
     fn set<const D: usize>(name: &str, facets: Vec<Facet>, condition: Condition<D>) -> BoundarySetup<D> {
         BoundarySetup { name: name.into(), facets, condition, brings: None }

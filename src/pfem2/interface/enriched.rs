@@ -1,0 +1,145 @@
+//! The enriched pressure of a cut element: its rows, condensation and recovery (eqs. 29–33).
+
+use super::{Cut, Enrichment};
+use crate::math::Vector;
+use crate::mesh::Simplex;
+use crate::pfem2::element::Block;
+
+/// The enriched pressure of a cut element, ready to be condensed.
+#[derive(Debug, Clone)]
+pub struct Enriched<const N: usize> {
+    /// K_es, a row of nodal blocks per function.
+    rows: Vec<[[f64; N]; N]>,
+    /// K_se transposed.
+    columns: Vec<[[f64; N]; N]>,
+    /// (−K_ee)⁻¹.
+    inverse: Vec<Vec<f64>>,
+    /// f_e.
+    load: Vec<f64>,
+}
+
+impl<const N: usize> Enriched<N> {
+    /// The enrichment of a cut element. `source` is s [m/s²]; `inertia` is τ/Δ with consistent PSPG, else 0.
+    pub fn new<const D: usize>(
+        cut: &Cut<N>,
+        enrichment: Enrichment,
+        simplex: &Simplex<D, N>,
+        tau: f64,
+        source: Vector<D>,
+        inertia: f64,
+    ) -> Self {
+        let count = cut.functions(enrichment);
+        let mut columns = vec![[[0.0; N]; N]; count];
+        let mut extra = vec![[[0.0; N]; N]; count];
+        let mut matrix = vec![vec![0.0; count]; count];
+        let mut load = vec![0.0; count];
+        for part in &cut.parts {
+            let volume = simplex.volume * part.share;
+            let weight = tau * volume / cut.medium(part).density;
+            let at = |k| cut.function(enrichment, k, part, &simplex.gradient);
+            for k in 0..count {
+                let (value, slope) = at(k);
+                load[k] -= tau * volume * slope.dot(source);
+                for (l, entry) in matrix[k].iter_mut().enumerate() {
+                    *entry += weight * slope.dot(at(l).1);
+                }
+                for j in 0..N {
+                    for s in 0..D {
+                        columns[k][j][s] -= volume * value * simplex.gradient[j][s];
+                        extra[k][j][s] -= inertia * volume * part.center[j] * slope[s];
+                    }
+                    columns[k][j][D] -= weight * simplex.gradient[j].dot(slope);
+                }
+            }
+        }
+        let sum = |(column, extra): (&[[f64; N]; N], &[[f64; N]; N])| {
+            std::array::from_fn(|j| std::array::from_fn(|s| column[j][s] + extra[j][s]))
+        };
+        let rows = columns.iter().zip(&extra).map(sum).collect();
+        Self { rows, columns, inverse: inverse(matrix), load }
+    }
+
+    /// What condensation adds to the block of nodes `i` and `j`.
+    pub fn block(&self, i: usize, j: usize) -> Block<N> {
+        let mut block = [[0.0; N]; N];
+        for (k, column) in self.columns.iter().enumerate() {
+            for (l, row) in self.rows.iter().enumerate() {
+                for r in 0..N {
+                    for s in 0..N {
+                        block[r][s] += column[i][r] * self.inverse[k][l] * row[j][s];
+                    }
+                }
+            }
+        }
+        block
+    }
+
+    /// What condensation adds to the right-hand side of node `i`.
+    pub fn load(&self, i: usize) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for (k, column) in self.columns.iter().enumerate() {
+            let amount: f64 = self.load.iter().zip(&self.inverse[k]).map(|(load, entry)| load * entry).sum();
+            (0..N).for_each(|r| sum[r] += column[i][r] * amount);
+        }
+        sum
+    }
+
+    /// The condensed pressures q [Pa] that belong to the nodal unknowns of the element.
+    pub fn recover(&self, nodal: &[[f64; N]; N]) -> Vec<f64> {
+        let rest = |(row, load): (&[[f64; N]; N], &f64)| {
+            let sum: f64 = row.iter().zip(nodal).flat_map(|(a, x)| a.iter().zip(x)).map(|(a, x)| a * x).sum();
+            sum - load
+        };
+        let rest: Vec<f64> = self.rows.iter().zip(&self.load).map(rest).collect();
+        self.inverse.iter().map(|row| row.iter().zip(&rest).map(|(a, r)| a * r).sum()).collect()
+    }
+}
+
+/// The inverse of a small symmetric positive definite matrix by Gauss–Jordan steps; functions without support
+/// (a pivot that is round-off of its diagonal) are dropped.
+fn inverse(mut a: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    const ROUND_OFF: f64 = 1e-13;
+    let n = a.len();
+    let diagonal: Vec<f64> = (0..n).map(|k| a[k][k]).collect();
+    for k in 0..n {
+        let pivot = a[k][k];
+        let dropped = pivot <= ROUND_OFF * diagonal[k];
+        for i in 0..n {
+            if i != k {
+                let factor = if dropped { 0.0 } else { a[i][k] / pivot };
+                for j in 0..n {
+                    if j != k {
+                        a[i][j] -= factor * a[k][j];
+                    }
+                }
+                a[i][k] = -factor;
+            }
+        }
+        for j in 0..n {
+            a[k][j] = match (dropped, j == k) {
+                (true, _) => 0.0,
+                (false, true) => 1.0 / pivot,
+                (false, false) => a[k][j] / pivot,
+            };
+        }
+    }
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_inverse_is_one_and_drops_what_has_no_support() {
+        let a = vec![vec![4.0, 1.0, 0.0], vec![1.0, 3.0, 0.0], vec![0.0, 0.0, 0.0]];
+        let b = inverse(a.clone());
+        for i in 0..2 {
+            for j in 0..2 {
+                let product: f64 = (0..3).map(|k| a[i][k] * b[k][j]).sum();
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-15);
+            }
+        }
+        assert_eq!(b[2], [0.0; 3]);
+    }
+}
