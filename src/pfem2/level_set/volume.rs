@@ -36,7 +36,7 @@ pub fn shift_to_volume<const D: usize, const N: usize>(
         fixed + parallel::sum(band.len(), share) - volume
     };
     let all = mesh.volume();
-    let exact = f64::EPSILON * all;
+    let exact = 8.0 * f64::EPSILON * all;
     let mut found = excess(0.0);
     if found + volume <= exact || found + volume >= all - exact {
         return 0.0;
