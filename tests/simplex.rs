@@ -61,9 +61,11 @@ fn neighbours_are_mutual_and_share_their_facet() {
 fn wrong_meshes_are_told_which_element() {
     let nodes = || vec![Vector([0.0, 0.0]), Vector([1.0, 0.0]), Vector([0.0, 1.0]), Vector([2.0, 0.0])];
     let told = |elements: Vec<[u32; 3]>| Mesh::<2, 3>::new(nodes(), elements).unwrap_err();
-    assert!(told(vec![[0, 1, 2], [0, 2, 1]]).contains("element 1 at [0.0, 0.0, 0.0] m is inverted"));
-    assert!(told(vec![[0, 1, 3]]).contains("element 0 at [0.0, 0.0, 0.0] m is degenerate"));
+    assert!(told(vec![[0, 1, 2], [0, 2, 1]]).contains("element 1 at (0.333333, 0.333333) m is inverted: its"));
+    assert!(told(vec![[0, 1, 3]]).contains("element 0 at (1.000000, 0.000000) m is degenerate"));
     assert!(told(vec![[0, 1, 4]]).contains("names node 4"));
+    assert!(told(vec![[0, 2, 1]; 4]).contains("is inverted, and 3 more: its"));
+    assert!(told(vec![[0, 1, 2]; 2]).contains("elements 0 and 1 overlap"));
     assert!(told(vec![[0, 1, 2]; 3]).contains("3 elements share a facet"));
     assert!(told(vec![]).contains("no elements"));
     assert!(Mesh::<3, 4>::block(Vector([0.0; 3]), Vector([1.0; 3]), [usize::MAX - 1, 1, 1]).is_err());

@@ -47,6 +47,15 @@ impl Signal {
         !matches!(self, Self::Formula(_))
     }
 
+    /// True if the value is the same at all times.
+    pub fn is_steady(&self) -> bool {
+        match self {
+            Self::Constant(_) => true,
+            Self::Formula(formula) => !formula.uses(3),
+            Self::Table(_) => false,
+        }
+    }
+
     /// True if the value is zero everywhere and always.
     pub fn is_zero(&self) -> bool {
         matches!(self, Self::Constant(value) if *value == 0.0)

@@ -119,7 +119,12 @@ impl Formula {
 
     /// The value if no variable occurs in it.
     pub fn constant(&self) -> Option<f64> {
-        (!self.root.varies()).then(|| self.value([0.0; 3], 0.0))
+        (!self.root.any(&|_| true)).then(|| self.value([0.0; 3], 0.0))
+    }
+
+    /// True if the variable of that number occurs in it: 3 is the time in a formula in `x y z t`.
+    pub fn uses(&self, variable: usize) -> bool {
+        self.root.any(&|i| i == variable)
     }
 
     /// The dimension of the result; `None` if it fits everywhere (a formula without units, or zero).
@@ -143,12 +148,13 @@ impl Node {
         }
     }
 
-    fn varies(&self) -> bool {
+    /// True if one of the variables in it is `wanted`.
+    fn any(&self, wanted: &dyn Fn(usize) -> bool) -> bool {
         match &self.kind {
             Kind::Number(..) => false,
-            Kind::Variable(_) => true,
-            Kind::Negate(a) | Kind::One(_, a) => a.varies(),
-            Kind::Binary(_, ab) | Kind::Two(_, ab) => ab.iter().any(Self::varies),
+            Kind::Variable(i) => wanted(*i),
+            Kind::Negate(a) | Kind::One(_, a) => a.any(wanted),
+            Kind::Binary(_, ab) | Kind::Two(_, ab) => ab.iter().any(|node| node.any(wanted)),
         }
     }
 
@@ -200,7 +206,7 @@ impl Node {
         if base == Dimension::NONE {
             return Ok(Some(base));
         }
-        let exponent = if ab[1].varies() { f64::NAN } else { ab[1].value(&[0.0; 4]) };
+        let exponent = if ab[1].any(&|_| true) { f64::NAN } else { ab[1].value(&[0.0; 4]) };
         let whole = (exponent.fract() == 0.0 && exponent.abs() <= 24.0).then_some(exponent as i32);
         match whole.and_then(|n| base.power(n)) {
             Some(dimension) => Ok(Some(dimension)),

@@ -3,12 +3,12 @@
 use super::BuildMesh;
 use super::carve::{Block, carve, planes};
 use super::graded::lines;
-use super::planar::triangulate;
+use super::planar::{bounded, triangulate};
 use super::size::{Refined, Size};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Shape};
 use crate::math::Vector;
-use crate::mesh::{Cut, Mesh};
+use crate::mesh::{Cut, Mesh, side_names};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -105,16 +105,18 @@ impl BuildMesh for BoxMesh {
         };
         if let Some(cut) = cut {
             self.no_holes("leave `pattern` out, or say `pattern = \"free\"`")?;
-            return Mesh::lattice(&lines(lower, upper, Default::default(), &size), cut)
-                .map_err(|why| Diagnostic::error("cell", why));
+            let planes = lines(lower, upper, Default::default(), &size).map_err(wrong_size)?;
+            return Mesh::lattice(&planes, cut).map_err(wrong_size);
         }
         let holes = self.hole_regions(base_dir, 2)?;
         let plane = |x: [f64; 2], z: f64| [x[0], x[1], z];
         let whole = Region::Box { lower: plane(lower, f64::NEG_INFINITY), upper: plane(upper, f64::INFINITY) };
         let rest = holes.iter().map(|hole| Region::Complement(Box::new(hole.clone())));
         let domain = Region::Intersection(std::iter::once(whole).chain(rest).collect());
+        bounded(&domain, &size).map_err(wrong_size)?;
         let mut mesh = triangulate(&domain, &size).map_err(|why| Diagnostic::error("cell", why))?;
         self.name_boundary(&mut mesh, [lower, upper], &holes);
+        self.useless_holes(&mesh)?;
         Ok(mesh)
     }
 
@@ -130,13 +132,16 @@ impl BuildMesh for BoxMesh {
         };
         let size = self.size(base_dir, 3)?;
         let blocks = self.blocks(base_dir)?;
-        let wrong = |why: String| Diagnostic::error("cell", why);
-        let lattice = Mesh::lattice(&lines(lower, upper, planes(&blocks, lower, upper), &size), cut).map_err(wrong)?;
+        let planes = lines(lower, upper, planes(&blocks, lower, upper), &size).map_err(wrong_size)?;
+        let lattice = Mesh::lattice(&planes, cut).map_err(wrong_size)?;
         if blocks.is_empty() {
             return Ok(lattice);
         }
         let names: Vec<&str> = self.holes.iter().map(|hole| hole.name.as_str()).collect();
-        carve(&lattice, std::array::from_fn(|i| [lower[i], upper[i]]), &blocks, &names).map_err(wrong)
+        let ends = std::array::from_fn(|i| [lower[i], upper[i]]);
+        let mesh = carve(&lattice, ends, &blocks, &names).map_err(|why| Diagnostic::error("cell", why))?;
+        self.useless_holes(&mesh)?;
+        Ok(mesh)
     }
 }
 
@@ -187,9 +192,24 @@ impl BoxMesh {
 
     fn hole_regions(&self, base_dir: &Path, dimension: usize) -> Result<Vec<Region>, Diagnostic> {
         let build = |(i, hole): (usize, &Hole)| {
+            hole_name(&format!("holes[{i}].name"), &hole.name, dimension)?;
             hole.region.build(base_dir, dimension).map_err(|why| within(&format!("holes[{i}].region"), why))
         };
         self.holes.iter().enumerate().map(build).collect()
+    }
+
+    /// A hole that takes nothing away is a mistake: it lies outside the box, or in another hole.
+    fn useless_holes<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>) -> Result<(), Diagnostic> {
+        let Some(i) = self.holes.iter().position(|hole| !mesh.sets.contains_key(&hole.name)) else { return Ok(()) };
+        let message = format!(
+            "the hole `{}` has no boundary in the mesh: it lies outside the box, or in another hole",
+            self.holes[i].name
+        );
+        let help = format!(
+            "the box reaches from {:?} m to {:?} m: move the hole into it, or take it out",
+            self.lower, self.upper
+        );
+        Err(Diagnostic::error(format!("holes[{i}].region"), message).help(help))
     }
 
     fn no_holes(&self, instead: &str) -> Result<(), Diagnostic> {
@@ -221,6 +241,24 @@ impl BoxMesh {
             }
         }
     }
+}
+
+/// The name of a hole must not be that of a side, nor that of all that is left.
+fn hole_name(key: &str, name: &str, dimension: usize) -> Result<(), Diagnostic> {
+    let sides = (0..dimension).flat_map(if dimension == 2 { side_names::<2> } else { side_names::<3> });
+    let why = match name {
+        "" => "the name is empty".to_owned(),
+        "rest" => "`rest` means all parts of the boundary that have no condition of their own".to_owned(),
+        name if sides.clone().any(|side| side == name) => format!("`{name}` is the name of a side of the box"),
+        _ => return Ok(()),
+    };
+    Err(Diagnostic::error(key, why).help("give the hole another name: conditions on the boundary refer to it"))
+}
+
+/// What is wrong with the sizes of a mesh.
+fn wrong_size(why: String) -> Diagnostic {
+    Diagnostic::error("cell", why)
+        .help("increase `cell`, or the cells of refined regions; a graded mesh can come from Gmsh")
 }
 
 fn within(key: &str, why: Diagnostic) -> Diagnostic {

@@ -3,7 +3,7 @@
 
 use super::boundary::Boundary;
 use super::relax::{Site, relax, sites};
-use super::size::Size;
+use super::size::{Size, too_many};
 use crate::geometry::Region;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -16,7 +16,7 @@ const MOST: f64 = 2e8;
 /// Triangles of a bounded region that follow `size`.
 ///
 /// # Errors
-/// An outline that touches itself, a size too small for the region, no room for an element.
+/// An outline that touches itself, no room for an element; [`bounded`] finds a size too small for the region.
 pub fn triangulate(region: &Region, size: &Size) -> Result<Mesh<2, 3>, String> {
     let boundary = Boundary::of(region, size)?;
     let fixed = boundary.nodes.len();
@@ -29,14 +29,32 @@ pub fn triangulate(region: &Region, size: &Size) -> Result<Mesh<2, 3>, String> {
     Mesh::new(points, elements)
 }
 
+/// The domain must not be too large for its sizes: neither the lattice at the finest, nor the elements that are kept.
+///
+/// # Errors
+/// It is; nothing has been stored yet.
+pub fn bounded(region: &Region, size: &Size) -> Result<(), String> {
+    const SAMPLES: usize = 256;
+    let (bounds, finest) = (region.bounds(), size.finest());
+    let extent = [0, 1].map(|i| bounds.upper[i] - bounds.lower[i]);
+    if extent[0] / finest * (extent[1] / finest) > MOST {
+        return Err(format!("a size of {finest} m is too small for this domain"));
+    }
+    // An equilateral triangle has the area √3/4 h².
+    let step = extent.map(|length| length / SAMPLES as f64);
+    let place = |i: usize, j: usize| {
+        [bounds.lower[0] + (i as f64 + 0.5) * step[0], bounds.lower[1] + (j as f64 + 0.5) * step[1], 0.0]
+    };
+    let inside = (0..SAMPLES * SAMPLES).map(|n| place(n % SAMPLES, n / SAMPLES)).filter(|&x| region.contains(x));
+    let count = inside.map(|x| step[0] * step[1] / (0.75f64.sqrt() / 2.0 * size.at(x).powi(2))).sum();
+    too_many(count).map_or(Ok(()), Err)
+}
+
 /// A hexagonal lattice at the finest size, each place kept with the probability (finest/h)².
 fn seeds(region: &Region, size: &Size) -> Result<Vec<Vector<2>>, String> {
     let (bounds, finest) = (region.bounds(), size.finest());
     let row = finest * 0.75f64.sqrt();
     let count = [0, 1].map(|i| (bounds.upper[i] - bounds.lower[i]) / [finest, row][i]);
-    if count[0] * count[1] > MOST {
-        return Err(format!("a size of {finest} m is too small for this domain: make the mesh with Gmsh"));
-    }
     let mut seeds = Vec::new();
     for j in 0..count[1].ceil() as u64 {
         for i in 0..=count[0].ceil() as u64 {

@@ -2,6 +2,18 @@
 
 use crate::geometry::Region;
 
+/// Pieces into which a curve is cut to measure its elements.
+const SAMPLES: usize = 4096;
+
+/// Most elements of a mesh that is made here: about 10 GB for the mesh alone.
+pub const MOST_ELEMENTS: f64 = 4e7;
+
+/// What is said about a mesh with more, counted before anything is stored. `count`: about how many there would be.
+pub fn too_many(count: f64) -> Option<String> {
+    (count > MOST_ELEMENTS)
+        .then(|| format!("about {count:.1e} elements: more than the {MOST_ELEMENTS:.0e} that a mesh can have"))
+}
+
 /// The element size h(x).
 pub struct Size {
     /// Away from all refined regions [m].
@@ -32,10 +44,13 @@ impl Size {
         self.refined.iter().map(|near| near.cell).fold(self.coarse, f64::min)
     }
 
-    /// Points along a curve of the given speed |dx/ds|, s from 0 to 1, spaced by the size: the parameters of at
-    /// least `least` pieces, with both ends. The count of elements ∫ ds/h is rounded to the nearest number.
-    pub fn spread(&self, at: impl Fn(f64) -> [f64; 3], least: usize) -> Vec<f64> {
-        const SAMPLES: usize = 4096;
+    /// Elements along a curve of the given speed |dx/ds|, s from 0 to 1: ∫ ds/h.
+    pub fn count(&self, at: impl Fn(f64) -> [f64; 3]) -> f64 {
+        self.passed(&at)[SAMPLES]
+    }
+
+    /// ∫ ds/h from the start of a curve to each of its samples.
+    fn passed(&self, at: &impl Fn(f64) -> [f64; 3]) -> Vec<f64> {
         let place = |i: usize| at(i as f64 / SAMPLES as f64);
         let mut passed = vec![0.0; SAMPLES + 1];
         for i in 0..SAMPLES {
@@ -43,6 +58,13 @@ impl Size {
             let length = (0..3).map(|k| (b[k] - a[k]).powi(2)).sum::<f64>().sqrt();
             passed[i + 1] = passed[i] + length / self.at(at((i as f64 + 0.5) / SAMPLES as f64));
         }
+        passed
+    }
+
+    /// Points along a curve of the given speed |dx/ds|, s from 0 to 1, spaced by the size: the parameters of at
+    /// least `least` pieces, with both ends. The count of elements ∫ ds/h is rounded to the nearest number.
+    pub fn spread(&self, at: impl Fn(f64) -> [f64; 3], least: usize) -> Vec<f64> {
+        let passed = self.passed(&at);
         let total = passed[SAMPLES];
         let count = (total.round() as usize).max(least);
         let mut parameters = Vec::with_capacity(count + 1);

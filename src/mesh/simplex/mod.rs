@@ -69,7 +69,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     ///
     /// # Errors
     /// No elements, a node that isn't there or isn't finite, an element that is degenerate or inverted, a facet
-    /// shared by more than two elements. The message names the element.
+    /// shared by more than two elements or by two on one side of it. The message names the element.
     pub fn new(nodes: Vec<Vector<D>>, elements: Vec<[u32; N]>) -> Result<Self, String> {
         Self::numbered(nodes, elements, &|element| element as i64)
     }
@@ -82,8 +82,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         if let Some(node) = nodes.iter().position(|x| !x.is_finite()) {
             return Err(format!("node {node} has a position that is not finite"));
         }
-        let checked = elements.iter().enumerate().map(|(e, element)| sound(number(e), element, &nodes));
-        let simplices = checked.collect::<Result<_, _>>()?;
+        let simplices = simplices(&nodes, &elements, number)?;
         let topology = Topology::new(&elements, nodes.len(), number)?;
         Ok(Self { nodes, elements, simplices, topology, sets: BTreeMap::new(), isolated: Vec::new() })
     }
@@ -142,6 +141,35 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         self.topology.around(node)
     }
 
+    /// The piece that each element belongs to, numbered by first elements, and how many pieces there are. Elements that
+    /// share a node are of one piece.
+    pub fn pieces(&self) -> (Vec<usize>, usize) {
+        const NONE: usize = usize::MAX;
+        let mut piece = vec![NONE; self.elements.len()];
+        let mut reached = vec![false; self.nodes.len()];
+        let mut count = 0;
+        for first in 0..self.elements.len() {
+            if piece[first] != NONE {
+                continue;
+            }
+            piece[first] = count;
+            let mut open = vec![first];
+            while let Some(element) = open.pop() {
+                for node in self.elements[element].map(|node| node as usize) {
+                    if std::mem::replace(&mut reached[node], true) {
+                        continue;
+                    }
+                    let new = self.elements_around(node).iter().map(|&e| e as usize).filter(|&e| piece[e] == NONE);
+                    let new: Vec<usize> = new.collect();
+                    new.iter().for_each(|&e| piece[e] = count);
+                    open.extend(new);
+                }
+            }
+            count += 1;
+        }
+        (piece, count)
+    }
+
     /// Facets that belong to one element only, in the order of the elements.
     pub fn boundary(&self) -> &[Facet] {
         self.topology.boundary()
@@ -158,25 +186,54 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     }
 }
 
-/// The simplex of an element whose nodes are there and whose volume is positive.
-fn sound<const D: usize, const N: usize>(
-    number: i64,
-    element: &[u32; N],
+/// What makes an element unusable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Unsound {
+    /// It names a node that isn't there.
+    Missing(u32),
+    /// Its volume is negative.
+    Inverted,
+    /// It has no volume.
+    Degenerate,
+}
+
+/// The simplices of all elements, whose nodes must be there and whose volumes must be positive.
+fn simplices<const D: usize, const N: usize>(
     nodes: &[Vector<D>],
-) -> Result<Simplex<D, N>, String> {
+    elements: &[[u32; N]],
+    number: &dyn Fn(usize) -> i64,
+) -> Result<Vec<Simplex<D, N>>, String> {
+    let checked: Vec<_> = elements.iter().map(|element| sound(element, nodes)).collect();
+    let Some((first, fault)) = checked.iter().enumerate().find_map(|(e, simplex)| Some((e, simplex.err()?))) else {
+        return Ok(checked.into_iter().flatten().collect());
+    };
+    let same = checked.iter().filter(|simplex| simplex.err() == Some(fault)).count();
+    let others = if same > 1 { format!(", and {} more", same - 1) } else { String::new() };
+    let name = number(first);
+    if let Unsound::Missing(node) = fault {
+        return Err(format!("element {name} names node {node}, but there are only {} nodes", nodes.len()));
+    }
+    let center = elements[first].iter().map(|&n| nodes[n as usize]).sum::<Vector<D>>() / N as f64;
+    let place = center.0.map(|c| format!("{c:.6}")).join(", ");
+    let (what, why) = match fault {
+        Unsound::Inverted => ("inverted", "its volume is negative; reverse its order of nodes (`ReverseMesh` in Gmsh)"),
+        _ => ("degenerate", "it has no volume; mesh the geometry anew"),
+    };
+    Err(format!("element {name} at ({place}) m is {what}{others}: {why}"))
+}
+
+/// The simplex of an element.
+fn sound<const D: usize, const N: usize>(element: &[u32; N], nodes: &[Vector<D>]) -> Result<Simplex<D, N>, Unsound> {
     const THINNEST: f64 = 1e-12;
-    if let Some(node) = element.iter().find(|&&node| node as usize >= nodes.len()) {
-        return Err(format!("element {number} names node {node}, but there are only {} nodes", nodes.len()));
+    if let Some(&node) = element.iter().find(|&&node| node as usize >= nodes.len()) {
+        return Err(Unsound::Missing(node));
     }
     let x = element.map(|node| nodes[node as usize]);
     let longest = (1..N).map(|k| (x[k] - x[0]).norm()).fold(0.0, f64::max);
-    let place = x[0].to3();
+    let least = THINNEST * longest.powi(D as i32);
     match Simplex::new(x) {
-        Some(simplex) if simplex.volume > THINNEST * longest.powi(D as i32) => Ok(simplex),
-        Some(simplex) if simplex.volume < -THINNEST * longest.powi(D as i32) => Err(format!(
-            "element {number} at {place:?} m is inverted: its volume is negative; reverse its order of nodes (`ReverseMesh` \
-             in Gmsh)"
-        )),
-        _ => Err(format!("element {number} at {place:?} m is degenerate: it has no volume; mesh the geometry anew")),
+        Some(simplex) if simplex.volume > least => Ok(simplex),
+        Some(simplex) if simplex.volume < -least => Err(Unsound::Inverted),
+        _ => Err(Unsound::Degenerate),
     }
 }

@@ -35,6 +35,12 @@ impl<const N: usize> Topology<N> {
             match same {
                 [(_, facet)] => boundary.push(*facet),
                 [(_, a), (_, b)] => {
+                    if is_even(elements, *a) == is_even(elements, *b) {
+                        let [a, b] = [a, b].map(|facet| number(facet.element as usize));
+                        return Err(format!(
+                            "elements {a} and {b} overlap: they lie on one side of the facet that they share"
+                        ));
+                    }
                     neighbours[a.element as usize][a.opposite as usize] = b.element;
                     neighbours[b.element as usize][b.opposite as usize] = a.element;
                 }
@@ -75,6 +81,15 @@ fn facet_key<const N: usize>(nodes: &[u32; N], k: usize) -> [u32; 3] {
     key.iter_mut().zip(others).for_each(|(slot, i)| *slot = nodes[i]);
     key.sort_unstable();
     key
+}
+
+/// True if the nodes of a facet, as they run around its element, are an even permutation of their ascending order. Of two
+/// elements of positive volume on either side of a facet this is true for one.
+fn is_even<const N: usize>(elements: &[[u32; N]], facet: Facet) -> bool {
+    let nodes = facet_nodes(&elements[facet.element as usize], facet.opposite as usize);
+    let swaps = (0..nodes.len()).flat_map(|i| (i + 1..nodes.len()).map(move |j| (i, j)));
+    let swaps = swaps.filter(|&(i, j)| nodes[i] > nodes[j]).count();
+    (swaps + facet.opposite as usize).is_multiple_of(2)
 }
 
 /// Counting sort of the elements by node.
