@@ -2,7 +2,7 @@
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
-use lateen::error::Diagnostic;
+use lateen::error::{Diagnostic, Severity};
 use lateen::run::{Existing, Options, RunDirectory, run};
 use lateen::simulation::{Event, Observer, Progress};
 use std::path::Path;
@@ -30,7 +30,8 @@ fn good(text: &str) -> Model {
 fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
     assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
     let text = GOOD.replace(from, to);
-    let Err(found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
+    let Err(mut found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
+    found.retain(|finding| finding.severity == Severity::Error);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert!(found[0].message.contains(message), "{}", found[0].message);
     assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);

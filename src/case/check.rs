@@ -1,7 +1,7 @@
 //! Checks of the parts of a case against each other.
 
 use super::summary::Summary;
-use super::{Case, CaseFile, Method};
+use super::{Case, CaseFile, ContactSpec, Method, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::Setup;
@@ -14,7 +14,7 @@ const LONGEST_ELEMENT: f64 = 32.0;
 
 /// Checks bodies, membranes and contacts.
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
-    names(&case.file, findings);
+    names::parts(&case.file, findings);
     contacts(&case.file, findings);
     inside(setup, findings);
     overlaps(case, setup, findings);
@@ -22,26 +22,6 @@ pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mu
     if setup.bodies.is_empty() && setup.membranes.is_empty() {
         let finding = Diagnostic::error("", "there is neither a body nor a membrane: nothing would move");
         findings.push(finding.help("add a `[[body]]`"));
-    }
-}
-
-/// All named parts with the key of their name.
-fn named(file: &CaseFile) -> Vec<(String, &str)> {
-    let bodies = file.body.iter().enumerate().map(|(i, b)| (format!("body[{i}].name"), b.name.as_str()));
-    let membranes = file.membrane.iter().enumerate().map(|(i, m)| (format!("membrane[{i}].name"), m.name.as_str()));
-    let obstacles = file.obstacle.iter().enumerate().map(|(i, o)| (format!("obstacle[{i}].name"), o.name.as_str()));
-    bodies.chain(membranes).chain(obstacles).collect()
-}
-
-/// Every name names one thing.
-pub(super) fn names(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
-    let named = named(file);
-    for (i, (key, name)) in named.iter().enumerate() {
-        if name.trim().is_empty() {
-            findings.push(Diagnostic::error(key, "the name is empty"));
-        } else if named[..i].iter().any(|(_, other)| other == name) {
-            findings.push(Diagnostic::error(key, format!("there is already something named `{name}`")));
-        }
     }
 }
 
@@ -59,6 +39,12 @@ fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
         if contact.between[0] == contact.between[1] {
             let finding = Diagnostic::error(format!("contact[{i}].between"), "contact of a part with itself");
             findings.push(finding.help("name two different parts"));
+        }
+        let [a, b] = &contact.between;
+        let same = |other: &ContactSpec| other.between == contact.between || other.between == [b.clone(), a.clone()];
+        if file.contact[..i].iter().any(same) {
+            let finding = Diagnostic::error(format!("contact[{i}].between"), "this pair already has a contact");
+            findings.push(finding.help("a pair has one friction: take one of them out"));
         }
     }
 }
@@ -142,14 +128,22 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
         findings.push(Diagnostic::error("time", format!("the stable step is {stable} s")));
         return;
     }
-    let explicit = file.method == Method::Mpm;
-    if let Some(step) = file.time.step.filter(|step| explicit && *step > stable) {
+    if let Some(step) = file.time.step.filter(|step| *step > stable) {
         let finding = Diagnostic::error(
             "time.step",
             format!("the step of {step:.4e} s is above the stable one of {stable:.4e} s"),
         );
-        let safety = file.mpm.safety;
-        let help = format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})");
+        let help = match file.method {
+            Method::Mpm => {
+                let safety = file.mpm.safety;
+                format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})")
+            }
+            // Only the shortest capillary wave bounds a step that is written.
+            Method::Pfem2 => format!(
+                "surface tension bounds it by the shortest wave on the smallest element: write `step = {}`, or leave it out",
+                below(stable)
+            ),
+        };
         findings.push(finding.help(help));
     }
     let step = file.time.step.unwrap_or(stable);
@@ -168,17 +162,33 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
     }
 }
 
+/// The number below `value` with two digits.
+fn below(value: f64) -> f64 {
+    let unit = 10f64.powf(value.log10().floor() - 1.0);
+    let digits = (value / unit).floor() * unit;
+    format!("{digits:.1e}").parse().unwrap_or(digits)
+}
+
 /// Checks that probes find what they name.
-pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec<Diagnostic>) {
+pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3]; 2], findings: &mut Vec<Diagnostic>) {
     let nowhere = Path::new("");
     for (i, spec) in file.probe.iter().enumerate() {
         let key = format!("probe[{i}]");
-        if file.probe[..i].iter().any(|other| other.name == spec.name) {
-            findings
-                .push(Diagnostic::error(format!("{key}.name"), format!("there is already a probe `{}`", spec.name)));
+        match Probe::new(spec.clone(), &key, initial, nowhere, 1.0, UnitLabels::default()) {
+            Ok(_) => findings.extend(spec.at.as_ref().and_then(|at| outside(&key, at, domain))),
+            Err(finding) => findings.push(finding),
         }
-        findings.extend(Probe::new(spec.clone(), &key, initial, nowhere, 1.0, UnitLabels::default()).err());
     }
+}
+
+/// A probe must not look where nothing can be: it would follow what is nearest, far away.
+fn outside(key: &str, at: &[f64], [lower, upper]: [[f64; 3]; 2]) -> Option<Diagnostic> {
+    let slack = 1e-6 * (0..3).map(|i| upper[i] - lower[i]).fold(0.0, f64::max);
+    let axis = at.iter().enumerate().position(|(i, x)| *x < lower[i] - slack || *x > upper[i] + slack)?;
+    let (name, x) = (["x", "y", "z"][axis], at[axis]);
+    let message = format!("the place lies outside the domain: {name} = {x} m");
+    let help = format!("the domain reaches from {} m to {} m along {name}", lower[axis], upper[axis]);
+    Some(Diagnostic::error(format!("{key}.at"), message).help(help))
 }
 
 /// Checks that pictures find what they show.
@@ -186,10 +196,6 @@ pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3
     let nowhere = Path::new("");
     for (i, spec) in file.picture.iter().enumerate() {
         let key = format!("picture[{i}]");
-        if file.picture[..i].iter().any(|other| other.name == spec.name) {
-            let message = format!("there is already a picture `{}`", spec.name);
-            findings.push(Diagnostic::error(format!("{key}.name"), message));
-        }
         let picture = Picture::new(spec.clone(), &key, initial, domain, nowhere, 1.0, UnitLabels::default());
         findings.extend(picture.err());
     }

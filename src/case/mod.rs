@@ -12,6 +12,7 @@ mod columns;
 mod flow;
 mod keywords;
 mod method;
+mod names;
 mod parts;
 mod preset;
 mod quantity;

@@ -60,6 +60,12 @@ projectile-ratio = 10.0
 relaxation = inf
 "#;
 
+/// Three and more fluids: a sharp interface, and volumes kept with it, are for two.
+const SEVERAL_FLUIDS: &str = r#"
+interface = "pseudo"
+volume = "none"
+"#;
+
 /// 15 particles in a triangle, 20 in a tetrahedron.
 const BECKER_2015_PER_EDGE: [i64; 2] = [5, 4];
 
@@ -68,6 +74,7 @@ pub(super) fn apply(case: &mut toml::Table) {
     let text = |key| case.get(key).and_then(toml::Value::as_str);
     let (section, preset) = match (text("method"), text("preset")) {
         (Some("pfem2"), Some("becker-2015")) => ("pfem2", BECKER_2015),
+        (Some("pfem2"), _) if bodies(case).count() > 2 => ("pfem2", SEVERAL_FLUIDS),
         // The defaults of the section are the recommended ones.
         (Some("pfem2"), _) => ("pfem2", ""),
         (_, Some("lian-2014")) => ("mpm", LIAN_2014),
@@ -87,10 +94,13 @@ pub(super) fn apply(case: &mut toml::Table) {
     }
 }
 
+fn bodies(case: &toml::Table) -> impl Iterator<Item = &toml::Value> {
+    case.get("body").and_then(toml::Value::as_array).into_iter().flatten()
+}
+
 /// One choice serves all bodies: liquids are the most demanding, then gases, then what yields.
 fn recommended(case: &toml::Table) -> &'static str {
-    let bodies = case.get("body").and_then(toml::Value::as_array).into_iter().flatten();
-    let phases: Vec<Phase> = bodies.filter_map(|b| b.get("material")).map(phase).collect();
+    let phases: Vec<Phase> = bodies(case).filter_map(|b| b.get("material")).map(phase).collect();
     match () {
         () if phases.contains(&Phase::Liquid) => LIQUID,
         () if phases.contains(&Phase::Gas) => GAS,

@@ -52,6 +52,9 @@ const SECTIONS: &[(&str, &str)] = &[
     ("MpmSpec", "`[mpm]`"),
     ("DomainMesh", "`[mesh]`"),
     ("Pfem2Spec", "`[pfem2]`"),
+    ("SchemeSpec", "`pfem2.scheme`"),
+    ("SchemeTable", "`pfem2.scheme = { kind = … }`"),
+    ("SolverSpec", "`pfem2.solver`"),
     ("LinearSpec", "`[pfem2.solver]`"),
     ("BoundarySpec", "`[[boundary]]`"),
     ("TensionSpec", "`[[tension]]`"),
@@ -121,12 +124,11 @@ fn keys(page: &mut String, schema: &Schema, tag: Option<&str>) {
         schema.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str).collect();
     for (key, value) in schema.get("properties").and_then(Json::as_object).into_iter().flatten() {
         let Some(value) = value.as_object().filter(|_| tag != Some(key)) else { continue };
-        let default = match value.get("default") {
+        let default = match value.get("default").and_then(toml_text) {
             _ if required.contains(&key.as_str()) => ", required".to_owned(),
-            Some(default) if default.is_number() || default.is_string() || default.is_boolean() => {
-                format!(", default {default}")
-            }
-            _ => String::new(),
+            Some(default) => format!(", default {default}"),
+            None if value.contains_key("infinite") => ", default inf".to_owned(),
+            None => String::new(),
         };
         let text = description(value).unwrap_or_default();
         let _ = writeln!(
@@ -135,6 +137,22 @@ fn keys(page: &mut String, schema: &Schema, tag: Option<&str>) {
             value_kind(value),
             if text.is_empty() { "" } else { ": " }
         );
+    }
+}
+
+/// A default as a case writes it; nothing for lists and for tables of tables, which the sections show.
+fn toml_text(value: &Json) -> Option<String> {
+    match value {
+        Json::Null | Json::Array(_) => None,
+        Json::Object(table) => {
+            let entries = table.iter().map(|(key, value)| match value {
+                Json::Object(_) => None,
+                value => Some(format!("{key} = {}", toml_text(value)?)),
+            });
+            let entries = entries.collect::<Option<Vec<_>>>().filter(|entries| !entries.is_empty())?;
+            Some(format!("{{ {} }}", entries.join(", ")))
+        }
+        value => Some(value.to_string()),
     }
 }
 

@@ -124,7 +124,8 @@ impl Summary {
         let lower = std::array::from_fn(|i| axis(i).fold(f64::INFINITY, f64::min));
         let upper = std::array::from_fn(|i| axis(i).fold(f64::NEG_INFINITY, f64::max));
         let matrix = (Pattern::new(nodes, mesh.elements()).entries() * N * N * 8) as f64;
-        let direct = file.pfem2.solver.kind == LinearKind::Direct || (D == 2 && nodes < 400_000) || nodes < 6_000;
+        let direct =
+            file.pfem2.solver.choices().kind == LinearKind::Direct || (D == 2 && nodes < 400_000) || nodes < 6_000;
         let solver = if direct { 4.0 * factor_numbers(nodes as f64, D) } else { 60.0 * 8.0 * (nodes * N) as f64 };
         Self {
             bodies: bodies.collect(),
@@ -175,7 +176,11 @@ impl std::fmt::Display for Summary {
             writeln!(f, "{note}")?;
         }
         writeln!(f, "memory: about {:.1} MB", self.memory / 1e6)?;
-        writeln!(f, "first stable step: {:.4e} s", self.stable_step)?;
+        if self.stable_step.is_finite() {
+            writeln!(f, "first stable step: {:.4e} s", self.stable_step)?;
+        } else {
+            writeln!(f, "first stable step: nothing bounds it")?;
+        }
         write!(f, "steps: about {:.0}", self.steps)
     }
 }

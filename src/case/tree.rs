@@ -122,21 +122,42 @@ impl Node {
     }
 
     /// Sets the value at a path such as `time.end`, `body[0].spacing` or `body.water.spacing`
-    /// (an element of a list by its index or by its `name`).
+    /// (an element of a list by its index, its `name`, or the part of the boundary that it is `on`).
     pub(super) fn set(&mut self, path: &str, value: &str) -> Result<(), String> {
         let bracketless = path.replace('[', ".").replace(']', "");
         let mut node = self;
-        for step in bracketless.split('.') {
-            node = node.descend(step.trim()).ok_or_else(|| format!("`--set {path}`: there is no `{step}` to set"))?;
+        for step in bracketless.split('.').map(str::trim) {
+            let known = node.members();
+            node = node.descend(step).ok_or_else(|| format!("`--set {path}`: there is no `{step}` to set{known}"))?;
         }
         *node = Self::parse_value(value);
         Ok(())
     }
 
+    /// What an element of a list may be called.
+    fn names(&self) -> Vec<&str> {
+        let name = self.get("name").and_then(Self::as_str);
+        let on = self.get("on").into_iter().flat_map(|on| match &on.value {
+            Value::Array(parts) => parts.iter().filter_map(Self::as_str).collect(),
+            _ => on.as_str().into_iter().collect::<Vec<_>>(),
+        });
+        name.into_iter().chain(on).collect()
+    }
+
+    /// For messages: the elements of a list by number and name; nothing for what is no list.
+    fn members(&self) -> String {
+        let Value::Array(items) = &self.value else { return String::new() };
+        if items.is_empty() {
+            return ": the list is empty".to_owned();
+        }
+        let names = items.iter().flat_map(Self::names).map(|name| format!(", `{name}`"));
+        format!("; there are 0 to {}{}", items.len() - 1, names.collect::<String>())
+    }
+
     fn descend(&mut self, step: &str) -> Option<&mut Self> {
         match &mut self.value {
             Value::Array(items) => {
-                let by_name = |n: &Self| n.get("name").and_then(Self::as_str) == Some(step);
+                let by_name = |n: &Self| n.names().contains(&step);
                 let index = step.parse().ok().or_else(|| items.iter().position(by_name))?;
                 items.get_mut(index)
             }

@@ -16,7 +16,7 @@ use super::setup::FluidSetup;
 use super::shear::shear_rate;
 use super::{outflow, subscale, surface_tension};
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, LinearSolver, Memory, Options, Outcome};
+use crate::linalg::{BlockMatrix, Kind, LinearSolver, Memory, Options, Outcome};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -170,7 +170,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         self.start_from(convected);
         self.outcome = self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns).map_err(|failure| {
             let place = self.place(failure.worst_node);
-            not_converged(place, &failure.history, failure.residual)
+            not_converged(place, &failure.history, failure.residual, self.options.kind)
         })?;
         self.preconditioners += u64::from(self.outcome.rebuilt);
         self.unpack();
@@ -417,11 +417,13 @@ fn residuals(history: &[f64], last: f64) -> String {
     format!("residuals {}", way.join(", "))
 }
 
-fn not_converged(place: Place, history: &[f64], residual: f64) -> StepError {
-    let advice = format!(
-        "{}: halve the step, look for flat or tiny elements there, or choose `pfem2.solver = {{ kind = \"direct\" }}`",
-        residuals(history, residual)
-    );
+fn not_converged(place: Place, history: &[f64], residual: f64, kind: Kind) -> StepError {
+    let last = match kind {
+        Kind::Direct => "raise `max-iterations` or `tolerance` in `pfem2.solver`",
+        _ => "choose `pfem2.solver = { kind = \"direct\" }`",
+    };
+    let advice =
+        format!("{}: halve the step, look for flat or tiny elements there, or {last}", residuals(history, residual));
     let what = "the linear solver did not converge".to_owned();
     StepError { what, time: 0.0, step: 0, place, quantity: "relative residual", value: residual, advice }
 }

@@ -41,4 +41,5 @@ mod volumes;
 
 pub use boundary::Boundary;
 pub use setup::Setup;
+pub use snapshot::{INTERFACE, MESH};
 pub use step::Pfem2;

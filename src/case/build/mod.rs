@@ -9,10 +9,9 @@ mod membrane;
 mod signals;
 mod traction;
 
-use super::check;
 use super::schema::{GridSpec, Method};
 use super::summary::Summary;
-use super::{Case, Side};
+use super::{Case, Side, check, names};
 use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
 use crate::math::{Signal, Vector};
@@ -77,7 +76,8 @@ impl Case {
         };
         let summary = summary.with_solver(&mut solver, &self.file);
         check::steps(self, &summary, &mut findings);
-        check::probes(&self.file, &solver.snapshot(), &mut findings);
+        names::files(&self.file, &solver.snapshot(), &mut findings);
+        check::probes(&self.file, &solver.snapshot(), domain, &mut findings);
         check::pictures(&self.file, &solver.snapshot(), domain, &mut findings);
         if has_errors(&findings) {
             return Err(findings);

@@ -9,6 +9,8 @@ use crate::math::{Signal, Vector};
 pub(super) struct Samples {
     places: Vec<[f64; 3]>,
     times: Vec<f64>,
+    /// The signal is the state at the start, and may not vary in time.
+    start: bool,
 }
 
 /// Most places that a signal is tried at; more are thinned out.
@@ -17,7 +19,7 @@ const MOST: usize = 512;
 impl Samples {
     /// At all of `places` at the start.
     pub(super) fn start<const D: usize>(places: &[Vector<D>]) -> Self {
-        Self { places: places.iter().map(|x| x.to3()).collect(), times: vec![0.0] }
+        Self { places: places.iter().map(|x| x.to3()).collect(), times: vec![0.0], start: true }
     }
 
     /// At some of `places` from 0 to `end`.
@@ -27,12 +29,12 @@ impl Samples {
         if places.is_empty() {
             places.push([0.0; 3]);
         }
-        Self { places, times: times(end) }
+        Self { places, times: times(end), start: false }
     }
 
     /// At `places` from 0 to `end`.
     pub(super) fn at(places: &[[f64; 3]], end: f64) -> Self {
-        Self { places: places.to_vec(), times: times(end) }
+        Self { places: places.to_vec(), times: times(end), start: false }
     }
 
     /// The first place and time where `signal` is not finite.
@@ -56,6 +58,11 @@ impl Assembly<'_> {
                 return Signal::ZERO;
             }
         };
+        if samples.start && !signal.is_steady() {
+            let message = "this is the state at the start, and must not depend on the time";
+            self.findings.push(Diagnostic::error(key, message).help("take `t` out, or write its value at the start"));
+            return Signal::ZERO;
+        }
         if let Some(([x, y, z], t)) = samples.undefined(&signal) {
             let value = signal.value([x, y, z], t);
             let message = format!("the formula gives {value} at x = {x}, y = {y}, z = {z}, t = {t}");

@@ -33,6 +33,13 @@ pub struct BoundarySpec {
     pub fluid: Option<String>,
 }
 
+impl BoundarySpec {
+    /// What histories of forces call it.
+    pub fn part_name(&self) -> String {
+        self.name.clone().unwrap_or_else(|| self.on.list().join("+"))
+    }
+}
+
 /// A name, or a list of names.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]

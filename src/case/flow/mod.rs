@@ -48,14 +48,14 @@ pub struct Pfem2Spec {
     #[schemars(extend("unit" = "m/s^2", "axes" = true))]
     pub gravity: [SignalSpec; 3],
     /// The linear solver.
-    pub solver: LinearSpec,
+    pub solver: SolverSpec,
 }
 
 impl Default for Pfem2Spec {
     /// The recommended choices; presets replace them.
     fn default() -> Self {
         Self {
-            scheme: SchemeSpec::SecondOrder { theta: theta() },
+            scheme: SchemeSpec::default(),
             stabilisation: StabilisationSpec::Oss,
             mass: MassSpec::Consistent,
             enrichment: EnrichmentSpec::Jump,
@@ -68,15 +68,35 @@ impl Default for Pfem2Spec {
             relaxation: f64::INFINITY,
             courant: 5.0,
             gravity: Default::default(),
-            solver: LinearSpec::default(),
+            solver: SolverSpec::default(),
         }
     }
 }
 
-/// Time integration.
+/// Time integration: a word, or a table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SchemeSpec {
+    /// With what is usual.
+    Word(SchemeWord),
+    /// With choices of its own.
+    Table(SchemeTable),
+}
+
+/// Names of the time integration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SchemeWord {
+    /// Backward Euler along the streamlines of the last step (the paper): first order.
+    BackwardEuler,
+    /// The θ-scheme along the particles' paths: second order at θ = ½.
+    SecondOrder,
+}
+
+/// Time integration with its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
-pub enum SchemeSpec {
+pub enum SchemeTable {
     /// Backward Euler along the streamlines of the last step (the paper): first order.
     BackwardEuler,
     /// The θ-scheme along the particles' paths: second order at θ = ½.
@@ -86,6 +106,12 @@ pub enum SchemeSpec {
         #[schemars(extend("minimum" = 0.5, "maximum" = 1.0))]
         theta: f64,
     },
+}
+
+impl Default for SchemeSpec {
+    fn default() -> Self {
+        Self::Table(SchemeTable::SecondOrder { theta: theta() })
+    }
 }
 
 fn theta() -> f64 {
@@ -171,7 +197,33 @@ pub enum VolumeSpec {
     Shift,
 }
 
-/// The linear solver.
+/// The linear solver: a word, or a table.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SolverSpec {
+    /// A preconditioner, with what is usual.
+    Word(LinearKind),
+    /// With choices of its own.
+    Table(LinearSpec),
+}
+
+impl Default for SolverSpec {
+    fn default() -> Self {
+        Self::Table(LinearSpec::default())
+    }
+}
+
+impl SolverSpec {
+    /// All choices.
+    pub fn choices(&self) -> LinearSpec {
+        match self {
+            Self::Word(kind) => LinearSpec { kind: *kind, ..LinearSpec::default() },
+            Self::Table(spec) => spec.clone(),
+        }
+    }
+}
+
+/// The linear solver with its parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct LinearSpec {
@@ -223,8 +275,11 @@ impl LinearSpec {
 impl From<&SchemeSpec> for setup::Scheme {
     fn from(scheme: &SchemeSpec) -> Self {
         match *scheme {
-            SchemeSpec::BackwardEuler => Self::BackwardEuler,
-            SchemeSpec::SecondOrder { theta } => Self::SecondOrder { theta },
+            SchemeSpec::Word(SchemeWord::BackwardEuler) | SchemeSpec::Table(SchemeTable::BackwardEuler) => {
+                Self::BackwardEuler
+            }
+            SchemeSpec::Word(SchemeWord::SecondOrder) => Self::SecondOrder { theta: theta() },
+            SchemeSpec::Table(SchemeTable::SecondOrder { theta }) => Self::SecondOrder { theta },
         }
     }
 }

@@ -1,0 +1,148 @@
+//! Conditions on the parts of the boundary.
+
+use super::super::Assembly;
+use super::super::signals::Samples;
+use super::mesh::{at, middle};
+use crate::case::{BoundarySpec, BoundaryWord, SignalSpec};
+use crate::error::Diagnostic;
+use crate::math::Signal;
+use crate::mesh::{Facet, Mesh};
+use crate::pfem2::boundary::{BoundarySetup, Condition};
+use std::collections::{BTreeMap, BTreeSet};
+
+impl Assembly<'_> {
+    /// Conditions on all parts of the boundary; every named part must have one.
+    pub(super) fn boundaries<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>) -> Vec<BoundarySetup<D>> {
+        let specs = &self.case.file.boundary;
+        let known: Vec<&str> = mesh.sets.keys().map(String::as_str).collect();
+        let mut taken: BTreeSet<&str> = BTreeSet::new();
+        let before = self.findings.len();
+        for (i, spec) in specs.iter().enumerate() {
+            for name in spec.on.list() {
+                self.boundary_name(&format!("boundary[{i}].on"), name, &known, &taken);
+                taken.insert(name);
+            }
+        }
+        let open: Vec<&str> = known.iter().copied().filter(|name| !taken.contains(name)).collect();
+        if !taken.contains("rest") && !open.is_empty() {
+            let message = format!("nothing is prescribed on `{}` of the boundary", open.join("`, `"));
+            let help = "add a `[[boundary]]` with `on = [...]`, or `on = \"rest\"` for all that is left";
+            self.findings.push(Diagnostic::error("boundary", message).help(help));
+        }
+        let facets = |spec: &BoundarySpec| -> Vec<Facet> {
+            let named = |name: &str| mesh.sets.get(name).cloned().unwrap_or_default();
+            let listed = |name: &str| if name == "rest" { rest(mesh, &taken) } else { named(name) };
+            let all: BTreeSet<Facet> = spec.on.list().into_iter().flat_map(listed).collect();
+            all.into_iter().collect()
+        };
+        let samples = Samples::over(mesh.nodes(), self.case.file.time.end);
+        let made = specs.iter().enumerate().map(|(i, spec)| BoundarySetup {
+            name: spec.part_name(),
+            facets: facets(spec),
+            condition: self.condition(&format!("boundary[{i}]"), spec, &samples),
+            brings: self.inflowing(&format!("boundary[{i}].fluid"), spec),
+        });
+        let made: Vec<_> = made.collect();
+        if self.findings.len() == before {
+            self.claimed_twice(mesh, &made);
+        }
+        made
+    }
+
+    /// A facet has one condition, even where groups of a file overlap.
+    fn claimed_twice<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, sets: &[BoundarySetup<D>]) {
+        let mut owner: BTreeMap<Facet, usize> = BTreeMap::new();
+        let mut shared: BTreeMap<[usize; 2], Vec<Facet>> = BTreeMap::new();
+        for (i, set) in sets.iter().enumerate() {
+            for &facet in &set.facets {
+                match owner.get(&facet) {
+                    Some(&first) => shared.entry([first, i]).or_default().push(facet),
+                    None => drop(owner.insert(facet, i)),
+                }
+            }
+        }
+        for ([first, second], facets) in shared {
+            let (names, place) = ([&sets[first].name, &sets[second].name], middle(mesh, facets[0]));
+            let message = format!(
+                "{} facets belong to both `{}` and `{}`, the first at ({})",
+                facets.len(),
+                names[0],
+                names[1],
+                at(place)
+            );
+            let help = "a facet has one condition: name both groups in one `on`, or take the facets out of one of them";
+            self.findings.push(Diagnostic::error(format!("boundary[{second}].on"), message).help(help));
+        }
+    }
+
+    fn boundary_name(&mut self, key: &str, name: &str, known: &[&str], taken: &BTreeSet<&str>) {
+        if taken.contains(name) {
+            let message = format!("`{name}` already has a condition");
+            self.findings.push(Diagnostic::error(key, message).help("a part of the boundary has one condition"));
+        } else if name != "rest" && !known.contains(&name) {
+            let help = match known {
+                [] => "the mesh has no named parts: use `\"rest\"`, or give the file physical groups".to_owned(),
+                names => format!("there are `{}`, and `rest`", names.join("`, `")),
+            };
+            let message = format!("the boundary of the mesh has no part `{name}`");
+            self.findings.push(Diagnostic::error(key, message).help(help));
+        }
+    }
+
+    fn condition<const D: usize>(&mut self, key: &str, spec: &BoundarySpec, samples: &Samples) -> Condition<D> {
+        let given = [
+            ("velocity", spec.velocity.iter().any(|v| *v != SignalSpec::default())),
+            ("traction", spec.traction.iter().any(|v| *v != SignalSpec::default())),
+            ("pressure", spec.pressure != SignalSpec::default()),
+        ];
+        let used = match spec.kind {
+            BoundaryWord::Wall | BoundaryWord::Inlet => "velocity",
+            BoundaryWord::Traction => "traction",
+            BoundaryWord::Pressure => "pressure",
+            BoundaryWord::Slip | BoundaryWord::Symmetry | BoundaryWord::Outlet => "",
+        };
+        for (name, _) in given.into_iter().filter(|(name, given)| *given && *name != used) {
+            let message = format!("`{name}` says nothing about a boundary of this kind");
+            self.findings
+                .push(Diagnostic::error(format!("{key}.{name}"), message).help("take it out, or change `kind`"));
+        }
+        let mut vector = |name: &str, value: &[SignalSpec; 3]| -> [Signal; D] {
+            let signals = self.signals(&format!("{key}.{name}"), value, samples);
+            std::array::from_fn(|i| signals[i].clone())
+        };
+        match spec.kind {
+            BoundaryWord::Wall => Condition::Wall(vector("velocity", &spec.velocity)),
+            BoundaryWord::Inlet => Condition::Inlet(vector("velocity", &spec.velocity)),
+            BoundaryWord::Slip | BoundaryWord::Symmetry => Condition::Slip,
+            BoundaryWord::Outlet => Condition::Outlet,
+            BoundaryWord::Traction => Condition::Traction(vector("traction", &spec.traction)),
+            BoundaryWord::Pressure => {
+                Condition::Pressure(self.signal(&format!("{key}.pressure"), &spec.pressure, samples))
+            }
+        }
+    }
+
+    /// The fluid that a boundary brings in, if it names one.
+    fn inflowing(&mut self, key: &str, spec: &BoundarySpec) -> Option<u8> {
+        let name = spec.fluid.as_ref()?;
+        let bodies: Vec<&str> = self.case.file.body.iter().map(|body| body.name.as_str()).collect();
+        let place = bodies.iter().position(|body| body == name);
+        let finding = match (spec.kind, place) {
+            (BoundaryWord::Wall | BoundaryWord::Slip | BoundaryWord::Symmetry, _) => {
+                Diagnostic::error(key, "nothing flows in through a boundary of this kind").help("take it out")
+            }
+            (_, None) => Diagnostic::error(key, format!("there is no body `{name}`"))
+                .help(format!("there are `{}`", bodies.join("`, `"))),
+            (_, Some(place)) => return Some(place as u8),
+        };
+        self.findings.push(finding);
+        None
+    }
+}
+
+/// Facets in no named part that has a condition.
+fn rest<const D: usize, const N: usize>(mesh: &Mesh<D, N>, taken: &BTreeSet<&str>) -> Vec<Facet> {
+    let named = mesh.sets.iter().filter(|(name, _)| taken.contains(name.as_str()));
+    let used: BTreeSet<Facet> = named.flat_map(|(_, facets)| facets.iter().copied()).collect();
+    mesh.boundary().iter().copied().filter(|facet| !used.contains(facet)).collect()
+}

@@ -1,0 +1,188 @@
+//! Fluids: their laws, where they are at the start, and the tension between them.
+
+use super::super::signals::Samples;
+use super::super::{Assembly, has_errors};
+use super::mesh::at;
+use crate::case::{InterfaceSpec, Material, Pfem2Spec, Preset, VolumeSpec};
+use crate::error::Diagnostic;
+use crate::geometry::Region;
+use crate::math::{Signal, Vector};
+use crate::mesh::Mesh;
+use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::particles::{Particles, lattice};
+use crate::pfem2::setup::FluidSetup;
+use rayon::prelude::*;
+
+/// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
+const GAP_POINTS: usize = 8;
+
+/// A fluid as the case describes it: where it is, and how it moves at the start.
+pub(super) struct Part {
+    region: Region,
+    velocity: [Signal; 3],
+}
+
+impl Assembly<'_> {
+    pub(super) fn tensions(&mut self) -> Vec<([usize; 2], f64)> {
+        let file = &self.case.file;
+        let mut made: Vec<([usize; 2], f64)> = Vec::new();
+        for (i, spec) in file.tension.iter().enumerate() {
+            let place = |name: &String| file.body.iter().position(|body| body.name == *name);
+            match [place(&spec.between[0]), place(&spec.between[1])] {
+                [Some(a), Some(b)] if a != b => {
+                    if made.iter().any(|(pair, _)| *pair == [a, b] || *pair == [b, a]) {
+                        let message = "this pair of bodies already has a surface tension";
+                        let finding = Diagnostic::error(format!("tension[{i}].between"), message);
+                        self.findings.push(finding.help("a pair has one tension: take one of them out"));
+                    }
+                    made.push(([a, b], spec.value));
+                }
+                _ => {
+                    let names: Vec<&str> = file.body.iter().map(|body| body.name.as_str()).collect();
+                    let finding = Diagnostic::error(format!("tension[{i}].between"), "these are not two bodies");
+                    self.findings.push(finding.help(format!("there are {}", names.join(", "))));
+                }
+            }
+        }
+        made
+    }
+
+    pub(super) fn fluid(&mut self, index: usize) -> Option<FluidSetup> {
+        let spec = &self.case.file.body[index];
+        match &spec.material {
+            Material::Flow(law) => {
+                let (density, viscosity) = law.parts();
+                Some(FluidSetup { name: spec.name.clone(), density, viscosity })
+            }
+            Material::Point(law) => {
+                let message = format!("the law `{}` is for `method = \"mpm\"`", law.name());
+                let finding = Diagnostic::error(format!("body[{index}].material"), message);
+                self.findings.push(finding.help("laws of fluids on a mesh are newtonian, bingham, herschel-bulkley"));
+                None
+            }
+        }
+    }
+
+    pub(super) fn part<const D: usize, const N: usize>(&mut self, index: usize, mesh: &Mesh<D, N>) -> Option<Part> {
+        let spec = &self.case.file.body[index];
+        let region = self.region(&format!("body[{index}].region"), &spec.region)?;
+        let within: Vec<Vector<D>> =
+            mesh.nodes().iter().copied().filter(|x| region.signed_distance(x.to3()) <= 0.0).collect();
+        let samples = Samples::start(&within);
+        let velocity = self.signals(&format!("body[{index}].velocity"), &spec.velocity, &samples);
+        Some(Part { region, velocity })
+    }
+
+    /// Every element must have a fluid.
+    pub(super) fn unfilled<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[Part]) {
+        let count = mesh.elements().len();
+        let mut bare = (0..count).map(|e| mesh.center(e)).filter(|&x| part_at(parts, x).is_none()).peekable();
+        let Some(first) = bare.peek().map(|&x| at(x)) else { return };
+        let number = bare.count();
+        let message = format!("{number} of {count} elements lie in no body, the first at ({first})");
+        let help = "let a body that is listed later fill the rest: where regions overlap, the first one counts";
+        self.findings.push(Diagnostic::error("body", message).help(help));
+    }
+
+    pub(super) fn seed<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        parts: &[Part],
+    ) -> Option<Particles<D>> {
+        let per_edge = self.case.file.pfem2.particles_per_edge;
+        let fluid = |x: Vector<D>| part_at(parts, x).map(|part| part as u8);
+        let particles = Particles::seed(mesh, per_edge, fluid, |x| velocity_at(parts, x));
+        if !has_errors(&self.findings) {
+            self.gaps(mesh, parts);
+        }
+        for index in 0..parts.len() {
+            if !particles.fluid.contains(&(index as u8)) {
+                let help = "the region lies outside the mesh, under a body listed before it, or between particles";
+                let finding = Diagnostic::error(format!("body[{index}].region"), "no particles are in this region");
+                self.findings.push(finding.help(help));
+            }
+        }
+        (!has_errors(&self.findings)).then_some(particles)
+    }
+
+    /// A sharp interface, and what is built on it, is for two fluids: says so where the case asks for it with more, and
+    /// what is done instead where it doesn't say.
+    pub(super) fn several_fluids(&mut self) {
+        let (case, spec) = (self.case, &self.case.file.pfem2);
+        let count = case.file.body.len();
+        if count < 3 {
+            return;
+        }
+        let asked = [
+            ("interface", "pseudo", spec.interface == InterfaceSpec::Sharp),
+            ("volume", "none", spec.volume == VolumeSpec::Shift),
+        ];
+        for (key, instead, _) in asked.into_iter().filter(|(_, _, asked)| *asked) {
+            let message = format!("this is for two fluids, and here are {count}");
+            let help = format!("write `{key} = \"{instead}\"`, or leave it out");
+            self.findings.push(Diagnostic::error(format!("pfem2.{key}"), message).help(help));
+        }
+        if case.file.preset == Preset::Recommended && !case.says("pfem2.interface") {
+            let message = format!(
+                "interfaces of {count} fluids are known within a part of an element (`interface = \"pseudo\"`), and their \
+                 volumes are not kept (`volume = \"none\"`)"
+            );
+            let help =
+                "write `interface = \"pseudo\"` in `[pfem2]` if that is meant; two fluids have a sharp interface";
+            self.findings.push(Diagnostic::warning("body[2]", message).help(help));
+        }
+    }
+
+    /// Says where no body is between bodies, in elements whose centre one of them holds.
+    fn gaps<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[Part]) {
+        let points = lattice::<N>(GAP_POINTS);
+        let held: Vec<Option<usize>> = mesh.nodes().par_iter().map(|&x| part_at(parts, x)).collect();
+        let bare = |e: usize| {
+            let [first, others @ ..] = &mesh.elements()[e][..] else { return 0 };
+            if others.iter().all(|&n| held[n as usize].is_some() && held[n as usize] == held[*first as usize]) {
+                return 0;
+            }
+            let x = mesh.corners(e);
+            let place = |shape: &[f64; N]| (0..N).map(|k| x[k] * shape[k]).sum::<Vector<D>>();
+            points.iter().filter(|shape| part_at(parts, place(shape)).is_none()).count()
+        };
+        let bare: Vec<usize> = (0..mesh.elements().len()).into_par_iter().map(bare).collect();
+        let Some(first) = bare.iter().position(|&count| count > 0) else { return };
+        let size = |e: usize| mesh.simplex(e).volume * bare[e] as f64 / points.len() as f64;
+        let volume: f64 = (0..bare.len()).map(size).sum();
+        let message = format!(
+            "about {volume:.2e} {} between the bodies belong to none of them, the first in the element at ({}): their \
+             neighbours fill them",
+            if D == 2 { "m²" } else { "m³" },
+            at(mesh.center(first))
+        );
+        let help = "let the bodies touch or overlap: where regions overlap, the first one counts";
+        self.findings.push(Diagnostic::warning("body", message).help(help));
+    }
+}
+
+/// The sharp level set of two fluids, negative in the heavier one.
+pub(super) fn sharp<const D: usize, const N: usize>(
+    spec: &Pfem2Spec,
+    mesh: &Mesh<D, N>,
+    fluids: &[FluidSetup],
+    parts: &[Part],
+    particles: &mut Particles<D>,
+) -> Option<LevelSet> {
+    let [first, second] = fluids else { return None };
+    let heavy = u8::from(second.density > first.density);
+    // Where regions overlap the first one counts: the interface is its surface.
+    let sign = if heavy == 0 { 1.0 } else { -1.0 };
+    let phi = |x: Vector<D>| sign * parts[0].region.signed_distance(x.to3());
+    (spec.interface == InterfaceSpec::Sharp).then(|| LevelSet::new(mesh, heavy, phi, particles))
+}
+
+/// The first body whose region holds a place.
+fn part_at<const D: usize>(parts: &[Part], x: Vector<D>) -> Option<usize> {
+    parts.iter().position(|part| part.region.signed_distance(x.to3()) <= 0.0)
+}
+
+pub(super) fn velocity_at<const D: usize>(parts: &[Part], x: Vector<D>) -> Vector<D> {
+    let Some(part) = part_at(parts, x) else { return Vector::ZERO };
+    Vector::from_fn(|i| parts[part].velocity[i].value(x.to3(), 0.0))
+}

@@ -1,0 +1,97 @@
+//! PFEM-2: mesh, conditions on its boundary, fluids and their particles.
+
+mod boundary;
+mod fluids;
+mod mesh;
+mod through;
+
+use super::signals::Samples;
+use super::{Assembly, Model, has_errors};
+use crate::case::summary::Summary;
+use crate::case::{Case, check, names};
+use crate::error::Diagnostic;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::{Pfem2, Setup};
+use crate::simulation::Solver;
+use fluids::{Part, sharp, velocity_at};
+
+/// Makes the mesh of a case in its dimension.
+pub(super) type MakeMesh<const D: usize, const N: usize> =
+    fn(&crate::mesh::domain::DomainMesh, &std::path::Path) -> Result<Mesh<D, N>, Diagnostic>;
+
+impl Case {
+    /// The solver of PFEM-2, or everything that is wrong.
+    pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
+        let mut assembly = Assembly { case: self, findings: Vec::new() };
+        let setup = assembly.flow(make);
+        let mut findings = assembly.findings;
+        names::parts(&self.file, &mut findings);
+        let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
+        let summary = Summary::of_flow(&setup, &self.file);
+        let mut solver = Pfem2::new(setup);
+        let summary = summary.with_solver(&mut solver, &self.file);
+        check::steps(self, &summary, &mut findings);
+        names::files(&self.file, &solver.snapshot(), &mut findings);
+        check::probes(&self.file, &solver.snapshot(), summary.domain, &mut findings);
+        check::pictures(&self.file, &solver.snapshot(), summary.domain, &mut findings);
+        if has_errors(&findings) {
+            return Err(findings);
+        }
+        self.locate(&mut findings);
+        Ok(Model { solver: Box::new(solver), summary, warnings: findings })
+    }
+}
+
+impl Assembly<'_> {
+    fn flow<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
+        let file = &self.case.file;
+        let mesh = self.mesh(make)?;
+        let samples = Samples::over(mesh.nodes(), file.time.end);
+        let gravity = self.signals("pfem2.gravity", &file.pfem2.gravity, &samples);
+        let boundaries = self.boundaries(&mesh);
+        let tension = self.tensions();
+        let fluids: Vec<FluidSetup> = (0..file.body.len()).filter_map(|i| self.fluid(i)).collect();
+        let parts: Vec<Part> = (0..file.body.len()).filter_map(|i| self.part(i, &mesh)).collect();
+        if file.body.is_empty() {
+            let finding = Diagnostic::error("", "there is no body: nothing fills the mesh");
+            self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
+        }
+        self.several_fluids();
+        if has_errors(&self.findings) {
+            return None;
+        }
+        self.pieces(&mesh, &boundaries);
+        self.through_walls(&mesh, &boundaries);
+        self.through_flow(&mesh, &boundaries);
+        self.left_over(&mesh, &boundaries);
+        self.nearly_flat(&mesh);
+        self.unfilled(&mesh, &parts);
+        let mut particles = self.seed(&mesh, &parts)?;
+        let level_set = sharp(&file.pfem2, &mesh, &fluids, &parts, &mut particles);
+        let start = |x: Vector<D>| velocity_at(&parts, x);
+        let spec = &file.pfem2;
+        Some(Setup {
+            velocity: mesh.nodes().iter().map(|&x| start(x)).collect(),
+            boundaries,
+            fluids,
+            tension,
+            gravity: std::array::from_fn(|i| gravity[i].clone()),
+            particles,
+            level_set,
+            volume: spec.volume.into(),
+            scheme: (&spec.scheme).into(),
+            stabilisation: spec.stabilisation.into(),
+            mass: spec.mass.into(),
+            enrichment: spec.enrichment.into(),
+            kernel: spec.kernel.into(),
+            reseeding: spec.reseeding.into(),
+            projectile_ratio: spec.projectile_ratio,
+            relaxation: spec.relaxation,
+            courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
+            linear: spec.solver.choices().options(),
+            mesh,
+        })
+    }
+}

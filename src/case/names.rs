@@ -1,0 +1,123 @@
+//! Names: every part has its own, and so has every file that a run writes.
+//!
+//! Histories, fields and pictures are called after parts, probes and pictures; what is not safe in a file name becomes `-`,
+//! so that two names may mean one file. Upper and lower case count as one: not every file system tells them apart.
+
+use super::{BoundaryWord, CaseFile, Method};
+use crate::error::Diagnostic;
+use crate::output::label::file_name;
+use crate::pfem2::{INTERFACE, MESH};
+use crate::simulation::Snapshot;
+use std::collections::HashMap;
+
+/// Every name of a part names one thing, and no name is empty.
+pub(super) fn parts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
+    let bodies = file.body.iter().enumerate().map(|(i, b)| (format!("body[{i}].name"), b.name.as_str()));
+    let membranes = file.membrane.iter().enumerate().map(|(i, m)| (format!("membrane[{i}].name"), m.name.as_str()));
+    let obstacles = file.obstacle.iter().enumerate().map(|(i, o)| (format!("obstacle[{i}].name"), o.name.as_str()));
+    let named: Vec<_> = bodies.chain(membranes).chain(obstacles).collect();
+    for (i, (key, name)) in named.iter().enumerate() {
+        if !name.trim().is_empty() && named[..i].iter().any(|(_, other)| other == name) {
+            findings.push(Diagnostic::error(key, format!("there is already something named `{name}`")));
+        }
+    }
+    let boundaries = file.boundary.iter().enumerate();
+    let boundaries = boundaries.filter_map(|(i, b)| Some((format!("boundary[{i}].name"), b.name.as_deref()?)));
+    let probes = file.probe.iter().enumerate().map(|(i, p)| (format!("probe[{i}].name"), p.name.as_str()));
+    let pictures = file.picture.iter().enumerate().map(|(i, p)| (format!("picture[{i}].name"), p.name.as_str()));
+    for (key, _) in named.into_iter().chain(boundaries).chain(probes).chain(pictures).filter(|n| n.1.trim().is_empty())
+    {
+        findings.push(Diagnostic::error(key, "the name is empty").help("files of the run are called after it"));
+    }
+}
+
+/// What writes a file.
+struct Writer {
+    /// The name that the file gets its own from.
+    name: String,
+    /// The key of the name; empty for what the case doesn't name.
+    key: String,
+    /// What it is, for messages.
+    what: String,
+}
+
+impl Writer {
+    fn new(name: &str, key: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { name: name.to_owned(), key: key.into(), what: what.into() }
+    }
+}
+
+/// Every file that a run writes has one writer. `initial`: the state at the start, with all forces.
+pub(super) fn files(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec<Diagnostic>) {
+    let mut histories = vec![
+        Writer::new("balance", "", "the balance of the whole"),
+        Writer::new("counts", "", "the counts of the whole"),
+    ];
+    histories.extend(forces(file, initial));
+    let probes = file.probe.iter().enumerate();
+    histories.extend(probes.map(|(i, p)| Writer::new(&p.name, format!("probe[{i}].name"), probe(&p.name))));
+    distinct("history", ".csv", &histories, findings);
+
+    let mut fields = Vec::new();
+    if file.method == Method::Pfem2 {
+        fields.extend([Writer::new(MESH, "", "the mesh"), Writer::new(INTERFACE, "", "the interface of the fluids")]);
+    }
+    let bodies = file.body.iter().enumerate();
+    fields
+        .extend(bodies.map(|(i, b)| Writer::new(&b.name, format!("body[{i}].name"), format!("the body `{}`", b.name))));
+    let membranes = file.membrane.iter().enumerate();
+    fields.extend(
+        membranes
+            .map(|(i, m)| Writer::new(&m.name, format!("membrane[{i}].name"), format!("the membrane `{}`", m.name))),
+    );
+    distinct("fields", ".pvd", &fields, findings);
+
+    let pictures = file.picture.iter().enumerate();
+    let pictures: Vec<_> = pictures
+        .map(|(i, p)| Writer::new(&p.name, format!("picture[{i}].name"), format!("the picture `{}`", p.name)))
+        .collect();
+    distinct("pictures", ".csv", &pictures, findings);
+}
+
+fn probe(name: &str) -> String {
+    format!("the probe `{name}`")
+}
+
+/// Forces of parts: those without a name of their own first, so that a finding is about a name that can be changed.
+fn forces(file: &CaseFile, initial: &Snapshot<'_>) -> Vec<Writer> {
+    let force = |name: &str| format!("the force on `{name}`");
+    if file.method == Method::Pfem2 {
+        let holding =
+            file.boundary.iter().enumerate().filter(|(_, b)| {
+                !matches!(b.kind, BoundaryWord::Outlet | BoundaryWord::Traction | BoundaryWord::Pressure)
+            });
+        let writer = |(i, part): (usize, &super::BoundarySpec)| {
+            let (name, key) = (part.part_name(), if part.name.is_some() { "name" } else { "on" });
+            Writer::new(&name, format!("boundary[{i}].{key}"), force(&name))
+        };
+        return holding.map(writer).collect();
+    }
+    let key = |force: &str| {
+        let obstacle = force.strip_prefix("obstacle:");
+        let place = obstacle.and_then(|name| file.obstacle.iter().position(|spec| spec.name == name));
+        place.map_or_else(String::new, |i| format!("obstacle[{i}].name"))
+    };
+    let mut writers: Vec<_> =
+        initial.forces.iter().map(|(name, _)| Writer::new(name, key(name), force(name))).collect();
+    writers.sort_by_key(|writer| !writer.key.is_empty());
+    writers
+}
+
+fn distinct(folder: &str, ending: &str, writers: &[Writer], findings: &mut Vec<Diagnostic>) {
+    let mut first: HashMap<String, &Writer> = HashMap::new();
+    for writer in writers.iter().filter(|writer| !writer.name.trim().is_empty()) {
+        let file = file_name(&writer.name);
+        let Some(other) = first.get(&file.to_lowercase()) else {
+            first.insert(file.to_lowercase(), writer);
+            continue;
+        };
+        let key = if writer.key.is_empty() { &other.key } else { &writer.key };
+        let message = format!("{} would be written to `{folder}/{file}{ending}`, as {} is", writer.what, other.what);
+        findings.push(Diagnostic::error(key, message).help("give one of them another name"));
+    }
+}

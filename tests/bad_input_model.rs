@@ -1,0 +1,337 @@
+//! Cases whose keys are right one by one, but whose parts don't fit: names of files, meshes, fluids, conditions.
+
+use lateen::Error;
+use lateen::case::{Case, Model, Source, line_and_column};
+use lateen::error::{Diagnostic, Severity};
+use lateen::run::{Options, RunDirectory, run};
+use std::path::Path;
+
+const FLOW: &str = include_str!("fixtures/two_fluids.toml");
+
+const POINTS: &str = r#"
+name = "fall"
+dimension = 2
+[time]
+end = 0.1
+[grid]
+cell = 0.1
+lower = [0, 0]
+upper = [1, 1]
+walls = { bottom = "slip" }
+[[body]]
+name = "block"
+spacing = 0.05
+region = { shape = "box", lower = [0.4, 0.4], upper = [0.6, 0.6] }
+material = { law = "hypoelastic", density = 1000, young = 1e5, poisson = 0.3 }
+[[obstacle]]
+name = "step"
+kind = "slip"
+region = { shape = "box", lower = [0, 0], upper = [0.1, 0.1] }
+"#;
+
+fn model_at(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
+    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
+        Ok(model) => Ok(model),
+        Err(Error::Case(findings)) => Err(findings),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn model(text: &str) -> Result<Model, Vec<Diagnostic>> {
+    model_at(text, Path::new(""))
+}
+
+/// Expects one error that underlines what begins with `at` (its last occurrence).
+#[track_caller]
+fn expect(text: &str, at: &str, message: &str, help: &str) {
+    let Err(found) = model(text) else { panic!("a finding is expected: {message}") };
+    let errors: Vec<&Diagnostic> = found.iter().filter(|finding| finding.severity == Severity::Error).collect();
+    let [error] = errors[..] else { panic!("{found:#?}") };
+    assert!(error.message.contains(message), "{}", error.message);
+    assert!(error.help.as_deref().unwrap_or("").contains(help), "{error:?}");
+    let start = error.span.as_ref().unwrap_or_else(|| panic!("no place: {error:?}")).start;
+    let wanted = text.rfind(at).expect("the marked text is there");
+    assert_eq!(line_and_column(text, start), line_and_column(text, wanted), "{error:?}");
+}
+
+#[track_caller]
+fn warned(text: &str, message: &str) -> Model {
+    let model = model(text).unwrap_or_else(|findings| panic!("{findings:#?}"));
+    let found = model.warnings.iter().any(|warning| warning.message.contains(message) && warning.span.is_some());
+    assert!(found, "{:#?}", model.warnings);
+    model
+}
+
+fn probe(of: &str, name: &str) -> String {
+    format!("[[probe]]\nname = \"{name}\"\nof = \"{of}\"\nquantity = \"position\"\nreduce = \"mean\"\n")
+}
+
+#[test]
+fn histories_of_a_flow_have_one_writer_each() {
+    let with = |names: &[&str]| names.iter().fold(FLOW.to_owned(), |text, name| text + &probe("water", name));
+    for (name, other) in [("balance", "balance of the whole"), ("counts", "counts of the whole")] {
+        expect(&with(&[name]), &format!("\"{name}\"\nof"), other, "another name");
+    }
+    expect(&with(&["left+right"]), "\"left+right\"\nof", "the force on `left+right`", "another name");
+    expect(&with(&["a/b", "a-b"]), "\"a-b\"", "`history/a-b.csv`", "another name");
+    expect(&with(&["Tip", "tip"]), "\"tip\"", "`history/tip.csv`", "another name");
+    expect(&with(&[" "]), "\" \"", "the name is empty", "");
+    let walls = FLOW.replace("kind = \"slip\"", "kind = \"slip\"\nname = \"walls\"");
+    let walls = walls.replace("[\"bottom\", \"top\"]", "[\"bottom\", \"top\"]\nname = \"walls\"");
+    expect(&walls, "\"walls\"", "the force on `walls`", "another name");
+    let body = FLOW.replace("name = \"oil\"", "name = \"mesh\"");
+    expect(&body, "\"mesh\"", "`fields/mesh.pvd`, as the mesh is", "another name");
+}
+
+#[test]
+fn histories_of_material_points_have_one_writer_each() {
+    let with = |name: &str| format!("{POINTS}{}", probe("block", name));
+    model(&with("wall-left")).expect("an open wall has no history");
+    expect(&with("balance"), "\"balance\"", "the balance of the whole", "another name");
+    expect(&with("wall-bottom"), "\"wall-bottom\"", "the force on `wall:bottom`", "another name");
+    expect(&with("obstacle-step"), "\"obstacle-step\"", "the force on `obstacle:step`", "another name");
+    let obstacle = &POINTS[POINTS.find("[[obstacle]]").unwrap()..];
+    let two = format!("{POINTS}{}", obstacle.replace("\"step\"", "\"STEP\""));
+    expect(&two, "\"STEP\"", "as the force on `obstacle:step` is", "another name");
+}
+
+#[test]
+fn meshes_are_counted_before_they_are_stored() {
+    let box_of = |cell: &str, more: &str| FLOW.replace("cell = \"0.1 m\"", &format!("cell = {cell}{more}"));
+    let hole = "\nholes = [{ name = \"h\", region = { shape = \"sphere\", center = [0.5, 0.5], radius = 0.1 } }]";
+    for cell in ["\"1e-4 m\"", "1e-9"] {
+        for more in ["", hole] {
+            expect(&box_of(cell, more), cell, "", "increase `cell`");
+        }
+    }
+    let long = FLOW.replace("upper = [\"1 m\", \"1 m\"]", "upper = [1e7, 1]");
+    expect(&long, "\"0.1 m\"", "elements", "increase `cell`");
+    let solid = FLOW.replace("dimension = 2", "dimension = 3").replace("\"1 m\"]", "\"1 m\", \"1 m\"]");
+    let solid = solid.replace("\"0 m\"]", "\"0 m\", \"0 m\"]").replace("[0, \"-9.81 m/s^2\"]", "[0, 0, 0]");
+    let found = model(&solid.replace("\"0.1 m\"", "1e-3")).map(|_| ()).unwrap_err();
+    assert!(found.iter().any(|finding| finding.message.contains("elements: more than")), "{found:?}");
+}
+
+#[test]
+fn a_step_above_that_of_surface_tension_is_found_before_the_run() {
+    let tension = "[[tension]]\nbetween = [\"water\", \"oil\"]\nvalue = 1e4\n";
+    expect(&format!("{FLOW}{tension}"), "\"0.02 s\"", "above the stable one of 3.7", "write `step = 0.0037`");
+    model(&format!("{FLOW}{tension}").replace("0.02 s", "0.0037 s").replace("0.04 s", "0.037 s")).expect("the bound");
+    expect(
+        &format!("{FLOW}{tension}{}", tension.replace("\"water\", \"oil\"", "\"oil\", \"water\"")),
+        "[\"oil\"",
+        "already",
+        "",
+    );
+}
+
+#[test]
+fn pieces_of_a_mesh_that_nothing_opens() {
+    let across = "cell = \"0.1 m\"\nholes = [{ name = \"bar\", region = { shape = \"box\", lower = [0.4, -1], upper = [0.6, 2] } }]";
+    let text = FLOW.replace("cell = \"0.1 m\"", across).replace("[\"bottom\", \"top\"]", "\"rest\"");
+    let found = model(&text).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].key == "mesh" && found[0].span.is_some(), "{found:#?}");
+    assert!(found[0].message.contains("2 pieces") && found[0].message.contains("around (0.8"), "{found:#?}");
+    let open =
+        text.replace("on = [\"left\", \"right\"]\nkind = \"slip\"", "on = [\"left\", \"right\"]\nkind = \"outlet\"");
+    let shared = model(&open).map(|_| ()).unwrap_err();
+    assert!(shared[0].key == "pfem2.volume" && shared[0].help.as_ref().unwrap().contains("\"none\""), "{shared:#?}");
+    model(&open.replace("[pfem2]", "[pfem2]\nvolume = \"none\"")).expect("each piece has its outlet");
+}
+
+#[test]
+fn holes_have_names_of_their_own_and_cut() {
+    let hole = |name: &str, x: f64, more: &str| {
+        let region = format!("region = {{ shape = \"sphere\", center = [{x}, 0.5], radius = 0.1 }}");
+        let text = format!("cell = \"0.1 m\"\nholes = [{{ name = \"{name}\", {region}{more} }}]");
+        FLOW.replace("cell = \"0.1 m\"", &text).replace("[\"bottom\", \"top\"]", "\"rest\"")
+    };
+    expect(&hole("left", 0.5, ""), "\"left\", region", "the name of a side", "another name");
+    expect(&hole("rest", 0.5, ""), "\"rest\", region", "means all parts", "another name");
+    expect(&hole("disc", 3.0, ""), "{ shape = \"sphere\"", "outside the box", "from [0.0, 0.0] m to [1.0, 1.0] m");
+    warned(&hole("disc", 0.5, ", cell = 0.2"), "coarser than `mesh.cell`");
+    let refined = "cell = \"0.1 m\"\nrefine = [{ region = { shape = \"sphere\", center = [0.5, 0.5], radius = 0.2 }, cell = 0.3 }]";
+    warned(&FLOW.replace("cell = \"0.1 m\"", refined), "coarser than `mesh.cell`");
+}
+
+#[test]
+fn walls_slide_along_themselves() {
+    let lid = |velocity: &str| format!("{}velocity = {velocity}\n", FLOW.split("[output]").next().unwrap());
+    let lid = |velocity: &str| lid(velocity).replace("[\"bottom\", \"top\"]", "[\"top\", \"bottom\"]");
+    expect(&lid("[1, 0.1]"), "[1, 0.1]", "the wall `top` has a part across it", "`kind = \"inlet\"`");
+    expect(&lid("[1, \"sin(t)\"]"), "[1, \"sin(t)\"]", "across it", "slides along itself");
+    model(&lid("[\"cos(t)\", 0]")).expect("a lid that slides");
+    let turning = "cell = \"0.1 m\"\nholes = [{ name = \"disc\", region = { shape = \"sphere\", center = [0.5, 0.5], radius = 0.1 } }]";
+    let turning = FLOW.replace("cell = \"0.1 m\"", turning);
+    let turning = turning.replace(
+        "[\"bottom\", \"top\"]",
+        "\"rest\"\n[[boundary]]\non = \"disc\"\nvelocity = [\"0.5 - y\", \"x - 0.5\"]",
+    );
+    model(&turning).expect("a disc that turns");
+}
+
+#[test]
+fn the_state_at_the_start_has_no_time() {
+    for text in [FLOW, POINTS] {
+        let moving = text.replacen("[[body]]\n", "[[body]]\nvelocity = [\"sin(t)\", 0]\n", 1);
+        expect(&moving, "\"sin(t)\"", "must not depend on the time", "take `t` out");
+    }
+    expect(&POINTS.replace("spacing", "pressure = \"1 + t\"\nspacing"), "\"1 + t\"", "must not depend on the time", "");
+}
+
+/// 0.02 m between the fluids, across the whole box, next to which every element's centre is in one of them.
+#[test]
+fn gaps_between_fluids_are_said() {
+    let text = FLOW.replace("[\"0.5 m\", \"0.47 m\"], normal = [0.2, 1]", "[0, 0.44], normal = [0, 1]");
+    let text = text.replace("lower = [\"-1 m\", \"-1 m\"]", "lower = [-1, 0.46]");
+    let model = warned(&text, "between the bodies belong to none");
+    let message = &model.warnings[0].message;
+    let volume: f64 = message.split_whitespace().nth(1).unwrap().parse().unwrap();
+    // It is looked for at points that are an eighth of an element apart.
+    assert!((volume - 0.02).abs() < 0.5 * 0.1 / 8.0, "{message}");
+}
+
+#[test]
+fn a_pair_has_one_contact() {
+    let body = &POINTS[POINTS.find("[[body]]").unwrap()..POINTS.find("[[obstacle]]").unwrap()];
+    let lid = body.replace("block", "lid").replace("0.4]", "0.7]").replace("0.6]", "0.9]");
+    let contact = "[[contact]]\nbetween = [\"block\", \"lid\"]\nfriction = 0.1\n";
+    let text = format!("{POINTS}{lid}{contact}");
+    model(&text).expect("one contact");
+    let again = contact.replace("\"block\", \"lid\"", "\"lid\", \"block\"");
+    expect(&format!("{text}{again}"), "[\"lid\"", "already has a contact", "take one of them out");
+}
+
+#[test]
+fn probes_look_into_the_domain() {
+    let at = "[[probe]]\nname = \"far\"\nof = \"mesh\"\nat = [7, 0.5]\nquantity = \"pressure\"\n";
+    expect(&format!("{FLOW}{at}"), "[7, 0.5]", "x = 7 m", "from 0 m to 1 m along x");
+    let at = at.replace("mesh", "block").replace("7", "0.5").replace("[0.5, 0.5]", "[0.5, -2]");
+    expect(&format!("{POINTS}{at}"), "[0.5, -2]", "y = -2 m", "from 0 m to 1 m along y");
+}
+
+#[test]
+fn parts_of_the_boundary_are_set_by_their_names() {
+    let set = |key: &str| {
+        let overrides = [(key.to_owned(), "outlet".to_owned())];
+        Case::read(Source::new("case.toml", "", FLOW), &overrides).map(|case| case.file.boundary[1].kind)
+    };
+    assert_eq!(set("boundary.top.kind").unwrap(), lateen::case::BoundaryWord::Outlet);
+    let error = set("boundary.lid.kind").unwrap_err().to_string();
+    assert!(error.contains("no `lid` to set; there are 0 to 1, `left`, `right`, `bottom`, `top`"), "{error}");
+}
+
+#[test]
+fn schemes_and_solvers_are_words_or_tables() {
+    let with = |keys: &str| FLOW.replace("[pfem2]", &format!("[pfem2]\n{keys}"));
+    let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
+    assert!(resolved(&with("scheme = \"backward-euler\"")).contains("scheme = \"backward-euler\""));
+    for keys in
+        ["scheme = { kind = \"second-order\", theta = 0.5 }", "solver = \"direct\"", "solver = { tolerance = 1e-9 }"]
+    {
+        model(&with(keys)).unwrap_or_else(|findings| panic!("{keys}: {findings:?}"));
+    }
+    expect(&with("scheme = \"backwards\""), "\"backwards\"", "`backward-euler`, `second-order`", "");
+    expect(&with("solver = \"dircet\""), "\"dircet\"", "unknown name", "did you mean `direct`?");
+}
+
+/// Water under oil under petrol.
+fn three_fluids() -> String {
+    let layer = "[[body]]\nname = \"petrol\"\nregion = { shape = \"half-space\", point = [0, 0.75], normal = [0, -1] }\n\
+        material = { law = \"newtonian\", density = 700.0, viscosity = 0.01 }\n[[body]]\nname = \"oil\"";
+    let level = FLOW.replace("[\"0.5 m\", \"0.47 m\"], normal = [0.2, 1]", "[0, 0.45], normal = [0, 1]");
+    level.replace("[[body]]\nname = \"oil\"", layer)
+}
+
+/// Three fluids at rest stay at rest, up to the pressure in the elements that hold two of them; what is done instead of a
+/// sharp interface is said, and an error where the sharp one is asked for.
+#[test]
+fn three_fluids_at_rest() {
+    let text = three_fluids();
+    warned(&text, "interfaces of 3 fluids");
+    let with = |keys: &str| text.replace("[pfem2]", &format!("[pfem2]\n{keys}"));
+    expect(&with("interface = \"sharp\""), "\"sharp\"", "for two fluids, and here are 3", "`interface = \"pseudo\"`");
+    expect(&with("volume = \"shift\""), "\"shift\"", "for two fluids, and here are 3", "`volume = \"none\"`");
+    let case = Case::read(Source::new("case.toml", "", with("interface = \"pseudo\"")), &[]).unwrap();
+    let model = case.model().unwrap();
+    assert!(model.warnings.is_empty() && case.resolved_toml().contains("volume = \"none\""), "{:?}", model.warnings);
+    let home = tempfile::tempdir().unwrap();
+    run(&case, model.solver, &RunDirectory::new(home.path()), Options::default()).unwrap();
+    let table = std::fs::read_to_string(home.path().join("history/balance.csv")).unwrap();
+    let heads: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let last: Vec<f64> = table.lines().last().unwrap().split(',').map(|number| number.parse().unwrap()).collect();
+    let value = |name: &str| last[heads.iter().position(|head| head.starts_with(name)).unwrap()];
+    // Falling freely for as long gives 3.9 m/s.
+    assert!(value("largest speed") < 0.04, "{}", value("largest speed"));
+    for (fluid, volume) in [("water", 0.45), ("oil", 0.3), ("petrol", 0.25)] {
+        let found = value(&format!("volume: {fluid}"));
+        assert!((found - volume).abs() < 0.01, "{fluid}: {found}");
+    }
+}
+
+/// A unit square of 2 n² triangles as a file of Gmsh, with these elements besides, and its case.
+fn on_file(nodes: &[&str], elements: &[&str]) -> Result<Model, Vec<Diagnostic>> {
+    const N: usize = 2;
+    let home = tempfile::tempdir().unwrap();
+    let mut places: Vec<String> = (0..(N + 1) * (N + 1))
+        .map(|n| format!("{} {} 0", (n % (N + 1)) as f64 / 2.0, (n / (N + 1)) as f64 / 2.0))
+        .collect();
+    places.extend(nodes.iter().map(|&place| place.to_owned()));
+    let mut all: Vec<String> = Vec::new();
+    for (i, j) in (0..N * N).map(|n| (n % N, n / N)) {
+        let k = |i: usize, j: usize| j * (N + 1) + i + 1;
+        all.push(format!("2 2 9 9 {} {} {}", k(i, j), k(i + 1, j), k(i + 1, j + 1)));
+        all.push(format!("2 2 9 9 {} {} {}", k(i, j), k(i + 1, j + 1), k(i, j + 1)));
+    }
+    all.extend(elements.iter().map(|&element| element.to_owned()));
+    let number = |lines: &[String]| (1..).zip(lines).map(|(i, line)| format!("{i} {line}\n")).collect::<String>();
+    let text = format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"floor\"\n1 2 \"again\"\n2 9 \"domain\"\n$EndPhysicalNames\n\
+         $Nodes\n{}\n{}$EndNodes\n$Elements\n{}\n{}$EndElements\n",
+        places.len(),
+        number(&places),
+        all.len(),
+        number(&all)
+    );
+    std::fs::write(home.path().join("domain.msh"), text).unwrap();
+    let start = FLOW.find("shape = \"box\"\nlower").unwrap();
+    let end = FLOW.find("[pfem2]").unwrap();
+    let case = format!("{}shape = \"file\"\npath = \"domain.msh\"\n{}", &FLOW[..start], &FLOW[end..]);
+    let conditions = case.find("[[boundary]]").unwrap();
+    let floor =
+        if elements.iter().any(|line| line.starts_with("1 2 1 ")) { "[[boundary]]\non = \"floor\"\n" } else { "" };
+    let again =
+        if elements.iter().any(|line| line.starts_with("1 2 2 ")) { "[[boundary]]\non = \"again\"\n" } else { "" };
+    model_at(&format!("{}{floor}{again}[[boundary]]\non = \"rest\"\n", &case[..conditions]), home.path())
+}
+
+#[track_caller]
+fn one(found: Result<Model, Vec<Diagnostic>>) -> String {
+    let found = found.map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].span.is_some(), "{found:?}");
+    found[0].message.clone()
+}
+
+#[test]
+fn files_with_elements_that_overlap_or_are_flat_or_inverted() {
+    on_file(&[], &[]).expect("a sound file");
+    // On the floor 1–2 from above, as the element that is there already.
+    let overlap = one(on_file(&["0.25 0.1 0"], &["2 2 9 9 1 2 10"]));
+    assert!(overlap.contains("elements 1 and 9 overlap"), "{overlap}");
+    let inverted = one(on_file(&["0.25 -0.5 0", "0.75 -0.5 0"], &["2 2 9 9 1 2 10", "2 2 9 9 2 3 11"]));
+    assert!(inverted.contains("element 9 at (0.250000, -0.166667) m is inverted, and 1 more"), "{inverted}");
+    let flat = on_file(&["0.25 -1e-9 0"], &["2 2 9 9 2 1 10"]).unwrap();
+    assert!(
+        flat.warnings.iter().any(|w| w.message.contains("1 elements are nearly flat, the worst at (0.25")),
+        "{:?}",
+        flat.warnings
+    );
+}
+
+#[test]
+fn files_whose_groups_share_facets_or_whose_pieces_are_closed() {
+    let both = one(on_file(&[], &["1 2 1 1 1 2", "1 2 1 1 2 3", "1 2 2 2 1 2"]));
+    assert!(both.contains("1 facets belong to both `floor` and `again`, the first at (0.25"), "{both}");
+    let apart = one(on_file(&["1.2 0 0", "1.8 0 0", "1.8 0.6 0"], &["2 2 9 9 10 11 12"]));
+    assert!(apart.contains("2 pieces") && apart.contains("around (1.600000, 0.200000)"), "{apart}");
+}
