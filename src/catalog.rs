@@ -89,10 +89,21 @@ fn write_folder(folder: &Dir<'_>, directory: &Path) -> Result<()> {
             let mut target = fs::File::create_new(&path)?;
             std::io::Write::write_all(&mut target, file.contents())
         };
-        write().map_err(|error| Error::io(&path, error))?;
+        write().map_err(|error| Error::io(&path, taken(error)))?;
     }
     let mut below = folder.dirs();
     below.try_for_each(|dir| write_folder(dir, &directory.join(dir.path().file_name().unwrap_or_default())))
+}
+
+/// Says what to do about a file that is there already.
+fn taken(error: std::io::Error) -> std::io::Error {
+    match error.kind() {
+        kind @ std::io::ErrorKind::AlreadyExists => std::io::Error::new(
+            kind,
+            "it is there already, and nothing is overwritten\n  help: name another directory, `lateen new CASE DIRECTORY`",
+        ),
+        _ => error,
+    }
 }
 
 #[cfg(test)]

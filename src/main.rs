@@ -7,7 +7,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Fluid-structure interaction with particles: the material point method with membranes.
+/// Flow and fluid-structure interaction with particles: the material point method with membranes, and the particle finite
+/// element method (PFEM-2) for several fluids.
 #[derive(Parser)]
 #[command(version, arg_required_else_help = true)]
 struct Arguments {
@@ -50,17 +51,12 @@ fn main() -> ExitCode {
         Command::New { name, dir } => cli::new::new(&name, dir),
         Command::Cases => cli::new::cases(),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
-        Command::Schema => {
-            println!("{:#}", lateen::case::schema());
-            Ok(())
-        }
-        Command::Laws => {
-            print!("{}", lateen::case::laws());
-            Ok(())
-        }
+        Command::Schema => cli::show(&format!("{:#}\n", lateen::case::schema())),
+        Command::Laws => cli::show(&lateen::case::laws()),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Arguments::command(), "lateen", &mut std::io::stdout());
-            Ok(())
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "lateen", &mut script);
+            cli::show(&String::from_utf8_lossy(&script))
         }
     };
     match outcome {

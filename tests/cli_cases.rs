@@ -40,6 +40,7 @@ fn a_new_case_can_be_checked() {
 
     let again = lateen(home.path(), &["new", "sphere-on-membrane", "mine"]);
     assert_eq!(again.status.code(), Some(4), "nothing is overwritten");
+    assert!(text(&again.stderr).contains("name another directory"), "{}", text(&again.stderr));
 }
 
 #[test]
@@ -66,13 +67,36 @@ fn completions_know_the_subcommands() {
     assert!(text(&output.stdout).contains("verify"));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_reader_who_leaves_early_is_no_failure() {
+    use std::process::Stdio;
+    for arguments in [&["cases"][..], &["laws"], &["schema"], &["completions", "bash"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lateen"));
+        let mut child = command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()), "{arguments:?}");
+    }
+}
+
+#[test]
+fn threads_have_a_bound() {
+    let home = tempfile::tempdir().unwrap();
+    for count in ["100000", "0", "many"] {
+        let output = lateen(home.path(), &["run", "water-sphere", "--threads", count]);
+        assert!(text(&output.stderr).contains("from 1 to 1024"), "{}", text(&output.stderr));
+    }
+}
+
 #[test]
 fn the_schema_is_json_and_laws_have_units() {
     let home = tempfile::tempdir().unwrap();
     let schema: serde_json::Value = serde_json::from_slice(&lateen(home.path(), &["schema"]).stdout).unwrap();
     assert!(schema["properties"]["grid"].is_object());
     let laws = text(&lateen(home.path(), &["laws"]).stdout);
-    for word in ["neo-hookean", "mie-gruneisen", "young", "Pa"] {
+    let defaults = ["default { kind = \"second-order\", theta = 0.6 }", "`relaxation` (number [s], default inf)"];
+    for word in ["neo-hookean", "mie-gruneisen", "young", "Pa"].into_iter().chain(defaults) {
         assert!(laws.contains(word), "{word} is missing from\n{laws}");
     }
 }

@@ -19,7 +19,7 @@ pub fn check(arguments: &Arguments) -> Result<(), Failure> {
     let folder = Folder::open(&arguments.case)?;
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;
-    println!("{}\n{}", case.resolved_toml(), model.summary);
+    super::show(&format!("{}\n{}\n", case.resolved_toml(), model.summary))?;
     eprint!("{}", folder.source.render(&model.warnings, std::io::stderr().is_terminal()));
     Ok(())
 }

@@ -10,7 +10,7 @@ pub mod verify;
 use lateen::case::Source;
 use lateen::error::{Diagnostic, Error};
 use lateen::run::Folder;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 /// Why a command ends with another code than 0.
 pub enum Failure {
@@ -59,8 +59,28 @@ pub fn key_value(text: &str) -> Result<(String, String), String> {
     Ok((key.trim().to_owned(), value.trim().to_owned()))
 }
 
+/// More threads than any machine has cores cost memory and nothing else.
+const MOST_THREADS: usize = 1024;
+
+/// Reads the number of threads.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=MOST_THREADS) => Ok(count),
+        _ => Err(format!("a number from 1 to {MOST_THREADS} is expected; leave it out to use all cores")),
+    }
+}
+
 /// Computes with this many threads (all cores where not said).
 pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0));
     pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)).into())
+}
+
+/// Prints to the standard output. Who reads it may stop early, as `head` does: that is no failure.
+pub fn show(text: &str) -> Result<(), Failure> {
+    let mut output = std::io::stdout().lock();
+    match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("standard output", error).into()),
+        _ => Ok(()),
+    }
 }

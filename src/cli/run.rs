@@ -22,7 +22,7 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY=VALUE", value_parser = super::key_value)]
     set: Vec<(String, String)>,
     /// Number of threads [default: all cores]; results don't depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::threads)]
     threads: Option<usize>,
     /// Go on from the newest good checkpoint in DIR, bit for bit
     #[arg(long, conflicts_with = "force")]

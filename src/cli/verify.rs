@@ -19,7 +19,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "runs/verify")]
     out: PathBuf,
     /// Number of threads [default: all cores]; results don't depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::threads)]
     threads: Option<usize>,
 }
 
