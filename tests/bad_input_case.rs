@@ -76,6 +76,16 @@ fn units_in_a_case_without_units() {
     assert!(found.iter().all(|f| f.message == "this case has no units"), "{found:#?}");
 }
 
+/// What a law says about its numbers is shown at the law.
+#[test]
+fn wrong_numbers_of_a_law() {
+    let water = "{ law = \"fluid\", density = \"1e-3 g/mm^3\", eos = { kind = \"mie-gruneisen\", \
+                 sound-speed = \"1647 mm/ms\", slope = 1.921, gruneisen = 0.1 } }";
+    let metal = "{ law = \"j2\", density = 1000, young = \"1 GPa\", poisson = 0.3, \
+                 yield-stress = [[0, \"1 MPa\"], [0.1, \"2 MPa\"], [0.1, \"3 MPa\"]] }";
+    expect(water, metal, "{ law = \"j2\"", "the plastic strains must increase: row 3 has 0.1 after 0.1", "");
+}
+
 #[test]
 fn wrong_kind_of_value() {
     expect("dimension = 3", "dimension = \"three\"", "\"three\"", "expected a whole number, found text", "");

@@ -89,6 +89,72 @@ fn overlapping_bodies() {
 }
 
 #[test]
+fn a_body_between_the_particles_of_another() {
+    // The particles of the water lie at odd multiples of a quarter of a millimetre.
+    let speck = "\n[[body]]\nname = \"speck\"\nregion = { shape = \"box\", lower = [\"0.05 mm\", \"0.05 mm\", \"5.55 mm\"], upper = [\"0.2 mm\", \"0.2 mm\", \"5.7 mm\"] }\nspacing = \"0.05 mm\"\nmaterial = { law = \"hypoelastic\", density = 2000, young = \"1 MPa\", poisson = 0.2 }\n";
+    expect(
+        "\n[[contact]]",
+        &format!("{speck}\n[[contact]]"),
+        "{ shape = \"box\"",
+        "`speck` overlaps `water`: 27 particles",
+        "move one of them",
+    );
+}
+
+#[test]
+fn obstacles_in_the_wrong_place() {
+    let floor = |height: &str, more: &str| {
+        format!(
+            "\n[[obstacle]]\nname = \"floor\"\nregion = {{ shape = \"half-space\", point = [0, 0, \"{height}\"], normal = \"z\" }}\n{more}\n[[contact]]"
+        )
+    };
+    let message = "`water` lies in the obstacle `floor`";
+    expect("\n[[contact]]", &floor("5 mm", ""), "{ shape = \"sphere\"", message, "may touch an obstacle");
+    let coefficient = floor("-5 mm", "coefficient = 0.3");
+    expect("\n[[contact]]", &coefficient, "0.3\n[[contact]]", "has no friction", "kind = \"friction\"");
+    let warnings = good(&GOOD.replace("\n[[contact]]", &floor("-50 mm", "")), &[]).warnings;
+    assert!(warnings.len() == 1 && warnings[0].message.contains("outside the grid"), "{warnings:#?}");
+    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("1 mm", "")), &[]).warnings, []);
+}
+
+#[test]
+fn supports_that_disagree() {
+    let both = |velocity: &str| format!("{{ on = \"edges\" }}, {{ on = \"left\", velocity = {velocity} }}, {{ on = [");
+    let pull = both("[0, \"1 m/s\", \"free\"]");
+    let message = "supports[0] moves node 0 along y with another velocity";
+    expect("{ on = \"edges\" }, { on = [", &pull, "{ on = \"left\"", message, "write \"free\"");
+    good(&GOOD.replace("{ on = \"edges\" }, { on = [", &both("[0, 0, \"free\"]")), &[]);
+}
+
+#[test]
+fn contacts_that_can_t_be() {
+    let again = "friction = 0.2\n[[contact]]\nbetween = [\"sheet\", \"water\"]\nfriction = 0.1\n";
+    let at = "[\"sheet\", \"water\"]";
+    expect("friction = 0.2\n", again, at, "this pair already has a contact, contact[0]", "one friction");
+    let second = "\n[[membrane]]\nname = \"lid\"\nthickness = \"0.1 mm\"\ngeometry = { shape = \"sheet\", center = [0, 0, \"12 mm\"], size = [\"20 mm\", \"20 mm\"], divisions = [20, 20], normal = \"z\" }\nmaterial = { law = \"elastic\", density = 1000, young = \"1 GPa\", poisson = 0.3 }\n";
+    let pair = format!("{second}\n[[contact]]\nbetween = [\"lid\", \"sheet\"]\nfriction = 0.1\n[[contact]]");
+    expect("\n[[contact]]", &pair, "[\"lid\", \"sheet\"]", "are membranes, which don't meet", "a body and a membrane");
+}
+
+#[test]
+fn choices_that_go_wrong_are_warned_of() {
+    let apic = [("mpm.kernel", "linear"), ("mpm.transfer", "{ kind = \"apic\" }")];
+    let warnings = good(GOOD, &apic).warnings;
+    assert!(warnings.len() == 1 && warnings[0].message.contains("unstable at free surfaces"), "{warnings:#?}");
+    assert_eq!(good(GOOD, &apic[1..]).warnings, []);
+
+    let wide = GOOD.replace("\"-27 mm\", \"-27 mm\", \"-12 mm\"", "\"-25 mm\", \"-27 mm\", \"-12 mm\"");
+    let loose = wide.replace("{ on = \"edges\" }", "{ on = \"edges\", velocity = [\"free\", 0, 0] }");
+    let warnings = good(&loose, &[]).warnings;
+    assert!(
+        warnings.len() == 1 && warnings[0].message.contains("51 nodes of `sheet` on the plane of"),
+        "{warnings:#?}"
+    );
+    assert!(warnings[0].help.as_deref().unwrap_or("").contains("along x with `supports`"), "{warnings:#?}");
+    assert_eq!(good(&wide, &[]).warnings, []);
+}
+
+#[test]
 fn parts_outside_the_grid() {
     expect(
         "\"14 mm\"]",
@@ -132,7 +198,14 @@ fn no_particles_in_a_region() {
 
 #[test]
 fn a_membrane_too_coarse_for_the_grid() {
-    expect("divisions = [50, 50]", "divisions = [1, 1]", "{ shape = \"sheet\"", "too coarse for the grid", "32 cells");
+    // Without the support of the centre, whose nearest node is a corner here.
+    let (edges, centre) = GOOD.split_once(", { on = [\"0 mm\"").expect("two supports");
+    let text = format!("{edges}]\n{}", centre.split_once("}]\n").expect("the end of the list").1);
+    let text = text.replace("divisions = [50, 50]", "divisions = [1, 1]");
+    let Err(found) = model(&text, &[]) else { panic!("the elements are too coarse") };
+    assert_eq!((found.len(), found[0].key.as_str()), (1, "membrane[0].geometry"), "{found:#?}");
+    assert!(found[0].message.contains("too coarse for the grid"), "{found:#?}");
+    assert!(found[0].help.as_deref().unwrap_or("").contains("32 cells"), "{found:#?}");
 }
 
 #[test]

@@ -121,4 +121,16 @@ fn verify_compares_a_case_and_fails_when_it_is_off() {
     let bad = lateen(home.path(), &["verify", "case.toml"]);
     assert_eq!(bad.status.code(), Some(1), "{}", text(&bad.stderr));
     assert!(text(&bad.stdout).contains("FAILED"), "{}", text(&bad.stdout));
+
+    // What is wrong with the comparisons is shown where they stand, and nothing to compare is no success.
+    fs::write(home.path().join("expected.toml"), expected.replace("kind = 'final'", "kind = 'value'")).unwrap();
+    for command in [["verify", "case.toml"], ["run", "case.toml"]] {
+        let wrong = lateen(home.path(), &command);
+        assert_eq!(wrong.status.code(), Some(2), "{}", text(&wrong.stderr));
+        assert!(text(&wrong.stderr).contains("--> expected.toml:1:1"), "{}", text(&wrong.stderr));
+    }
+    fs::remove_file(home.path().join("expected.toml")).unwrap();
+    let nothing = lateen(home.path(), &["verify", "case.toml"]);
+    assert_eq!(nothing.status.code(), Some(2), "{}", text(&nothing.stderr));
+    assert!(text(&nothing.stderr).contains("nothing to compare `case.toml` with"), "{}", text(&nothing.stderr));
 }

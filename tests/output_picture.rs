@@ -192,6 +192,7 @@ fn unknown_names_and_impossible_values_are_errors_at_their_key() {
     assert!(error("of = [\"shet\"]").help.unwrap().contains("did you mean `sheet`"));
     assert_eq!(error("field = \"sped\"").key, "picture[0].field");
     assert_eq!(error("range = [1, 1]").key, "picture[0].range");
+    assert_eq!(error("frame = { lower = [1.0, 0, 0], upper = [-1.0, 1, 1] }").key, "picture[0].frame");
     assert_eq!(error("size = [1, 100000]").key, "picture[0].size");
     assert_eq!(error("opacity = 0").key, "picture[0].opacity");
     assert_eq!(error("view = [0, 0, 0]").key, "picture[0].view");

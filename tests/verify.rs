@@ -75,7 +75,12 @@ fn a_history_that_is_not_there_is_an_error() {
     let folder = folder(&home, "");
     fs::remove_file(home.path().join("centre.csv")).unwrap();
     let expected = verify::expected(&folder).unwrap().unwrap();
-    assert!(matches!(verify::compare(&folder, &expected, Level::Full, home.path()), Err(Error::Io { .. })));
+    fs::write(home.path().join("corner.csv"), "time [s],z [m]\n").unwrap();
+    let error = verify::compare(&folder, &expected, Level::Full, home.path()).unwrap_err();
+    assert!(matches!(error, Error::Case(_)));
+    let text = error.to_string();
+    assert!(text.contains("`check `deflection``: there is no history `centre`"), "{text}");
+    assert!(text.contains("the run wrote a, b, corner"), "{text}");
 }
 
 #[test]

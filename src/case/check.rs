@@ -1,10 +1,13 @@
 //! Checks of the parts of a case against each other.
 
+mod meet;
+mod sheets;
+
 use super::summary::Summary;
-use super::{Case, CaseFile, ContactSpec, Method, names};
+use super::{Case, CaseFile, Method, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use crate::mpm::Setup;
+use crate::mpm::{KernelKind, Setup, Transfer};
 use crate::output::{Picture, Probe, UnitLabels};
 use crate::simulation::Snapshot;
 use std::path::Path;
@@ -15,37 +18,17 @@ const LONGEST_ELEMENT: f64 = 32.0;
 /// Checks bodies, membranes and contacts.
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     names::parts(&case.file, findings);
-    contacts(&case.file, findings);
+    meet::contacts(&case.file, findings);
+    meet::obstacles(case, setup, findings);
     inside(setup, findings);
-    overlaps(case, setup, findings);
+    meet::overlaps(case, setup, findings);
     coarse(setup, findings);
+    sheets::supports(setup, findings);
+    sheets::planes_of_symmetry(setup, findings);
+    unstable(setup, findings);
     if setup.bodies.is_empty() && setup.membranes.is_empty() {
         let finding = Diagnostic::error("", "there is neither a body nor a membrane: nothing would move");
         findings.push(finding.help("add a `[[body]]`"));
-    }
-}
-
-fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
-    let bodies = file.body.iter().map(|b| b.name.as_str());
-    let known: Vec<&str> = bodies.chain(file.membrane.iter().map(|m| m.name.as_str())).collect();
-    for (i, contact) in file.contact.iter().enumerate() {
-        for (j, name) in contact.between.iter().enumerate() {
-            if !known.contains(&name.as_str()) {
-                let message = format!("there is no body or membrane named `{name}`");
-                let finding = Diagnostic::error(format!("contact[{i}].between[{j}]"), message);
-                findings.push(finding.help(format!("there are {}", known.join(", "))));
-            }
-        }
-        if contact.between[0] == contact.between[1] {
-            let finding = Diagnostic::error(format!("contact[{i}].between"), "contact of a part with itself");
-            findings.push(finding.help("name two different parts"));
-        }
-        let [a, b] = &contact.between;
-        let same = |other: &ContactSpec| other.between == contact.between || other.between == [b.clone(), a.clone()];
-        if file.contact[..i].iter().any(same) {
-            let finding = Diagnostic::error(format!("contact[{i}].between"), "this pair already has a contact");
-            findings.push(finding.help("a pair has one friction: take one of them out"));
-        }
     }
 }
 
@@ -83,25 +66,6 @@ fn coordinates<const D: usize>(x: &Vector<D>) -> String {
     x.0.map(|c| format!("{}", 1e-9 * (1e9 * c).round())).join(", ")
 }
 
-/// Two bodies may touch, but no particle may lie inside another body.
-fn overlaps<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
-    for (j, spec) in case.file.body.iter().enumerate().skip(1) {
-        let Ok(region) = spec.region.build(&case.source.base, D) else { continue };
-        let bounds = region.bounds();
-        let near = |x: &[f64; 3]| (0..D).all(|i| (bounds.lower[i]..=bounds.upper[i]).contains(&x[i]));
-        for body in &setup.bodies[..j] {
-            let depth = -0.01 * body.volume[0].powf(1.0 / D as f64);
-            let buried = |x: &&Vector<D>| near(&x.to3()) && region.signed_distance(x.to3()) < depth;
-            let count = body.position.iter().filter(buried).count();
-            if count > 0 {
-                let message = format!("`{}` overlaps `{}`: {count} particles are in both", spec.name, body.name);
-                let finding = Diagnostic::error(format!("body[{j}].region"), message);
-                findings.push(finding.help("move one of them, or take it away with `shape = \"difference\"`"));
-            }
-        }
-    }
-}
-
 fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let longest_allowed = LONGEST_ELEMENT * setup.grid.cell;
     for (i, membrane) in setup.membranes.iter().enumerate() {
@@ -117,6 +81,15 @@ fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
             findings
                 .push(finding.help(format!("sides up to {longest_allowed} m ({LONGEST_ELEMENT} cells) are allowed")));
         }
+    }
+}
+
+/// At a free surface a node with little mass takes any velocity, and APIC hands it on.
+fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
+    if setup.kernel == KernelKind::Linear && setup.transfer == Transfer::Apic {
+        let finding =
+            Diagnostic::warning("mpm.kernel", "APIC with linear shape functions is unstable at free surfaces");
+        findings.push(finding.help("write `kernel = \"quadratic\"`, or `transfer = { kind = \"flip\" }`"));
     }
 }
 

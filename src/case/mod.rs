@@ -124,6 +124,7 @@ impl Case {
                 Ok(Self { file, source, places, overridden })
             }
             _ => {
+                locate(&places, &mut findings);
                 findings.sort_by_key(|f| f.span.as_ref().map_or(usize::MAX, |s| s.start));
                 Err(Error::Case(findings))
             }
@@ -154,26 +155,21 @@ impl Case {
 
     /// Adds places to findings that only know their key.
     pub fn locate(&self, findings: &mut [Diagnostic]) {
-        for finding in findings.iter_mut().filter(|f| f.span.is_none()) {
-            finding.span = self.place(&finding.key);
-        }
+        locate(&self.places, findings);
     }
 
     /// True if the key was given, and not filled in.
     fn says(&self, key: &str) -> bool {
         self.places.contains_key(key) || self.overridden.iter().any(|set| set == key)
     }
+}
 
-    /// The place of a key, or of the nearest key above it.
-    fn place(&self, key: &str) -> Option<Range<usize>> {
-        let mut key = key;
-        while !key.is_empty() {
-            if let Some(span) = self.places.get(key) {
-                return Some(span.clone());
-            }
-            key = &key[..key.rfind(['.', '[']).unwrap_or(0)];
-        }
-        None
+/// Adds places to findings that only know their key: that of the key, or of the nearest key above it.
+fn locate(places: &BTreeMap<String, Range<usize>>, findings: &mut [Diagnostic]) {
+    let above = |key: &str| key.rfind(['.', '[']).unwrap_or(0);
+    for finding in findings.iter_mut().filter(|f| f.span.is_none()) {
+        let keys = std::iter::successors(Some(finding.key.as_str()), |key| Some(&key[..above(key)]));
+        finding.span = keys.take_while(|key| !key.is_empty()).find_map(|key| places.get(key).cloned());
     }
 }
 

@@ -8,8 +8,10 @@ pub mod signals;
 pub mod verify;
 
 use lateen::case::Source;
+use lateen::catalog::EXPECTED_FILE;
 use lateen::error::{Diagnostic, Error};
 use lateen::run::Folder;
+use lateen::verify::Expected;
 use std::io::{IsTerminal, Write};
 
 /// Why a command ends with another code than 0.
@@ -51,6 +53,14 @@ pub fn located(error: Error, folder: &Folder) -> Failure {
         Error::Case(findings) => Failure::Case(folder.source.clone(), findings),
         error => Failure::Error(error),
     }
+}
+
+/// What a case is compared with, if anything; what is wrong with that is shown where it stands.
+pub fn expected(folder: &Folder) -> Result<Option<Expected>, Failure> {
+    lateen::verify::expected(folder).map_err(|error| match (error, folder.beside(EXPECTED_FILE)) {
+        (Error::Case(findings), Ok(Some(source))) => Failure::Case(source, findings),
+        (error, _) => Failure::Error(error),
+    })
 }
 
 /// Reads `KEY=VALUE`.

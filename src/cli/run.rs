@@ -39,7 +39,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;
     eprint!("{}", folder.source.render(&model.warnings, std::io::stderr().is_terminal()));
-    let expected = verify::expected(&folder)?.unwrap_or_default();
+    let expected = super::expected(&folder)?.unwrap_or_default();
     let directory = RunDirectory::new(arguments.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.file.name)));
     let unit = if case.file.units == Units::SI { "s" } else { "" };
     let options = Options {

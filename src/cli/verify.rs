@@ -2,9 +2,9 @@
 
 use super::{Failure, located, signals, use_threads};
 use lateen::catalog;
-use lateen::error::Error;
+use lateen::error::{Diagnostic, Error};
 use lateen::run::Folder;
-use lateen::verify::{self, Level};
+use lateen::verify::{self, Expected, Level};
 use std::path::{Path, PathBuf};
 
 /// What the user asked for.
@@ -32,7 +32,8 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
     let cases = chosen(arguments.pattern.as_deref())?;
     for (n, (name, folder)) in cases.iter().enumerate() {
         eprintln!("{} of {}: {name}", n + 1, cases.len());
-        let outcomes = verify::verify(folder, level, &arguments.out.join(name), &stop);
+        let expected = something_expected(folder)?;
+        let outcomes = verify::verify(folder, &expected, level, &arguments.out.join(name), &stop);
         let outcomes = match outcomes {
             // A run that breaks down is a comparison that failed: the other cases still tell something.
             Err(Error::Step(error)) => {
@@ -48,6 +49,21 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
     }
     println!("{} of {compared} comparisons hold", compared - failed);
     if failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
+}
+
+/// What the case is compared with: there must be something.
+fn something_expected(folder: &Folder) -> Result<Expected, Failure> {
+    let expected = super::expected(folder)?.unwrap_or_default();
+    if !expected.compares_nothing() {
+        return Ok(expected);
+    }
+    let message = format!("there is nothing to compare `{}` with", folder.source.name);
+    let help = format!(
+        "write comparisons, `[[check]]` or `[[profile]]`, into `{}` beside it; the guide lists their keys under \
+         \"Comparisons of your own\", and `lateen new CASE DIR` copies those of a built-in case",
+        catalog::EXPECTED_FILE
+    );
+    Err(Error::case(Diagnostic::error("", message).help(help)).into())
 }
 
 /// The built-in cases whose names contain the pattern, or the case that the pattern is a path of.

@@ -1,9 +1,18 @@
 //! What must hold after each stage; the first violation stops the run with its place and advice.
 
 use super::grid::Grid;
+use super::membrane::Membrane;
 use super::particles::Body;
+use super::wall::Walls;
 use crate::error::{Place, StepError};
+use crate::math::Vector;
 use rayon::prelude::*;
+
+/// A node this far beyond the end of the grid [cells] still lies on it: sheets end on planes of symmetry.
+const ON_THE_END: f64 = 1e-6;
+
+/// A free node this deep in an obstacle [cells] went through its surface.
+const THROUGH: f64 = 0.5;
 
 /// The error of a body with a particle that was turned inside out.
 pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
@@ -38,6 +47,65 @@ pub fn check_particles<const D: usize>(grid: &Grid<D>, body: &Body<D>) -> Result
             let value = particles.velocity[p].norm();
             Err(error(body, p, "a particle's state is not a number", ("speed", value), advice))
         }
+    })
+}
+
+/// Every node of a membrane is in the domain, and no free node in an obstacle: neither walls nor obstacles stop a
+/// membrane, which meets bodies only.
+///
+/// # Errors
+/// Names the first node that breaks this.
+pub fn check_membrane<const D: usize>(
+    grid: &Grid<D>,
+    walls: &Walls<D>,
+    membrane: &Membrane<D>,
+) -> Result<(), StepError> {
+    let slack = Vector::from_fn(|_| ON_THE_END * grid.cell);
+    let (lower, upper) = (grid.origin - slack, grid.upper() + slack);
+    let beyond = |k: usize| (0..D).find(|&a| !(lower[a]..=upper[a]).contains(&membrane.position[k][a]));
+    let obstacle = |k: usize| {
+        let held = membrane.constrained(k).contains(&true);
+        if held { None } else { walls.obstacle_around(membrane.position[k], THROUGH * grid.cell) }
+    };
+    let bad = |k: usize| beyond(k).is_some() || obstacle(k).is_some();
+    let Some(k) = (0..membrane.position.len()).into_par_iter().with_min_len(1024).position_first(bad) else {
+        return Ok(());
+    };
+    let (what, advice) = match obstacle(k).filter(|_| beyond(k).is_none()) {
+        Some(name) => (
+            format!("a node of a membrane went into the obstacle `{name}`"),
+            "membranes meet bodies only: keep it away with `supports`, or give the obstacle a hard body as its cover",
+        ),
+        None => (
+            "a node of a membrane left the grid".to_owned(),
+            "membranes meet bodies only, not walls: enlarge the grid, hold the membrane with `supports` (on a plane of \
+             symmetry the nodes on it, across it), or put a body in its way",
+        ),
+    };
+    let axis = beyond(k).unwrap_or(D - 1);
+    let place = Place::Node { body: membrane.name.clone(), index: k, position: membrane.position[k].to3() };
+    let (quantity, value) = (["x", "y", "z"][axis], membrane.position[k][axis]);
+    Err(StepError { what, time: 0.0, step: 0, place, quantity, value, advice: advice.to_owned() })
+}
+
+/// The energy and everything in the books of a step is a number.
+///
+/// # Errors
+/// If not: no particle need be broken, but a sum is.
+pub fn check_energy(energy: f64) -> Result<(), StepError> {
+    if energy.is_finite() {
+        return Ok(());
+    }
+    let advice = "a pressure, energy or velocity at the start is beyond what numbers can hold, or the run has become \
+                  unstable: look for values in wrong units, then lower `mpm.safety`";
+    Err(StepError {
+        what: "the energy is not a number".to_owned(),
+        time: 0.0,
+        step: 0,
+        place: Place::Everywhere,
+        quantity: "energy",
+        value: energy,
+        advice: advice.to_owned(),
     })
 }
 

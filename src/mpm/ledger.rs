@@ -72,6 +72,11 @@ impl Books {
         self.accounts[account.0].total.add(energy);
     }
 
+    /// All that was booked [J]: finite as long as every term is.
+    pub fn sum(&self) -> f64 {
+        self.accounts.iter().map(|account| account.total.value()).sum()
+    }
+
     /// Books an external impulse [N s].
     pub fn push(&mut self, impulse: [f64; 3]) {
         for (total, part) in self.impulse.iter_mut().zip(impulse) {

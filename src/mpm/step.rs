@@ -17,7 +17,7 @@ use super::particles::Body;
 use super::stability::GROWTH;
 use super::sweep::Bins;
 use super::wall::Walls;
-use super::{Dissipation, Grid, Locking, StressUpdate, Transfer, columns, snapshot};
+use super::{Dissipation, Grid, Locking, StressUpdate, Transfer, columns, health, snapshot};
 use crate::error::StepError;
 use crate::math::Signal;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
@@ -146,7 +146,7 @@ impl<const D: usize> Mpm<D> {
         }
         timed!(self.timer, "g2p", self.move_particles(step)?);
         self.close_books();
-        Ok(())
+        health::check_energy(self.energy.iter().sum::<f64>() + self.books.sum())
     }
 }
 

@@ -252,6 +252,12 @@ impl<const D: usize> Walls<D> {
         Some(slope.normalized().unwrap_or(Vector::unit(D - 1)))
     }
 
+    /// The name of an obstacle that `x` lies in, deeper than `depth` [m].
+    pub fn obstacle_around(&self, x: Vector<D>, depth: f64) -> Option<&str> {
+        let around = (0..self.regions.len()).find(|&obstacle| self.obstacle_distance(obstacle, x) < -depth)?;
+        self.boundaries[2 * D + around].name.strip_prefix("obstacle:")
+    }
+
     /// Distance of `x` [m] from an obstacle where it is now, negative inside.
     fn obstacle_distance(&self, obstacle: usize, x: Vector<D>) -> f64 {
         let x = x - Vector::from3(self.displacement[obstacle].0);

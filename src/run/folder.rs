@@ -47,6 +47,15 @@ impl Folder {
         Case::read(self.source.clone(), set)
     }
 
+    /// A file beside the case, to show findings in; `None` if there is no such file.
+    ///
+    /// # Errors
+    /// The file can't be read.
+    pub fn beside(&self, file: &str) -> Result<Option<Source>> {
+        let name = Path::new(&self.source.name).with_file_name(file).display().to_string();
+        Ok(self.text(file)?.map(|text| Source::new(name, self.source.base.clone(), text)))
+    }
+
     /// The text of a file beside the case; `None` if there is no such file.
     ///
     /// # Errors

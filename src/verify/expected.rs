@@ -40,7 +40,9 @@
 use super::profile::Profile;
 use crate::error::{Diagnostic, Error, Result};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
+use toml::Spanned;
 
 /// How much effort a verification takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -260,9 +262,27 @@ impl Expected {
                 None => finding,
             })
         })?;
-        let findings: Vec<Diagnostic> = expected.checks.iter().filter_map(Check::finding).collect();
+        let places = toml::from_str::<Places>(text).map_or_else(|_| Vec::new(), |places| places.checks);
+        let places = places.iter().map(Spanned::span).map(Some).chain(std::iter::repeat(None));
+        let findings = expected.checks.iter().zip(places).filter_map(|(check, span)| {
+            let finding = check.finding()?;
+            Some(Diagnostic { span, ..finding })
+        });
+        let findings: Vec<Diagnostic> = findings.collect();
         if findings.is_empty() { Ok(expected) } else { Err(Error::Case(findings)) }
     }
+
+    /// True if there is nothing that a run could be compared with.
+    pub fn compares_nothing(&self) -> bool {
+        self.checks.is_empty() && self.profiles.is_empty()
+    }
+}
+
+/// Where the checks stand in the text.
+#[derive(Deserialize)]
+struct Places {
+    #[serde(default, rename = "check")]
+    checks: Vec<Spanned<IgnoredAny>>,
 }
 
 impl Effort {
@@ -349,6 +369,8 @@ mod tests {
         ] {
             let error = Expected::parse(&CHECK.replace(from, to)).unwrap_err();
             assert_eq!(error.exit_code(), 2);
+            let Error::Case(findings) = &error else { panic!("{error}") };
+            assert!(findings[0].span.is_some(), "{findings:?}");
             assert!(error.to_string().contains(expected), "{error}");
         }
     }

@@ -15,7 +15,7 @@ pub use series::Series;
 pub use table::render;
 
 use crate::catalog::EXPECTED_FILE;
-use crate::error::{Error, Result};
+use crate::error::{Diagnostic, Error, Result};
 use crate::output::history::Table;
 use crate::output::plot::{Reference, Shape};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
@@ -37,8 +37,13 @@ pub fn expected(folder: &Folder) -> Result<Option<Expected>> {
 ///
 /// # Errors
 /// The case is wrong, the run failed, or a history or reference isn't there.
-pub fn verify(folder: &Folder, level: Level, directory: &Path, stop: &Arc<AtomicBool>) -> Result<Vec<Outcome>> {
-    let expected = expected(folder)?.unwrap_or_default();
+pub fn verify(
+    folder: &Folder,
+    expected: &Expected,
+    level: Level,
+    directory: &Path,
+    stop: &Arc<AtomicBool>,
+) -> Result<Vec<Outcome>> {
     let effort = expected.effort(level);
     if effort.skip {
         return Ok(Vec::new());
@@ -48,11 +53,11 @@ pub fn verify(folder: &Folder, level: Level, directory: &Path, stop: &Arc<Atomic
     let options = Options {
         existing: Existing::Replace,
         stop: Arc::clone(stop),
-        references: drawn(folder, &expected)?,
+        references: drawn(folder, expected)?,
         ..Options::default()
     };
     run::run(&case, case.build()?, &directory, options)?;
-    let mut outcomes = compare(folder, &expected, level, &directory.history())?;
+    let mut outcomes = compare(folder, expected, level, &directory.history())?;
     for profile in &expected.profiles {
         outcomes.push(profile.apply(&directory.fields(), level, |file| table_beside(folder, file))?);
     }
@@ -67,13 +72,24 @@ pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &P
     let apply = |check: &expected::Check| {
         let read = |name: &String| {
             let path = histories.join(format!("{name}.csv"));
-            let history = Table::read(&path)?;
-            if history.heads.is_empty() { Err(Error::io(path, io::ErrorKind::NotFound.into())) } else { Ok(history) }
+            let history = if path.is_file() { Table::read(&path)? } else { Table::default() };
+            if history.heads.is_empty() { Err(no_history(check, name, histories)) } else { Ok(history) }
         };
         let (history, other) = (read(&check.history)?, check.minus.as_ref().map(read).transpose()?);
         check.apply(&history, other.as_ref(), check.tolerance_at(level), |file| table_beside(folder, file))
     };
     expected.checks.iter().map(apply).collect()
+}
+
+/// A history that the run didn't write, and those that it did.
+fn no_history(check: &expected::Check, name: &str, histories: &Path) -> Error {
+    let files = std::fs::read_dir(histories).into_iter().flatten().flatten().map(|entry| entry.path());
+    let tables = files.filter(|path| path.extension().is_some_and(|extension| extension == "csv"));
+    let mut names: Vec<String> =
+        tables.filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())).collect();
+    names.sort_unstable();
+    let finding = Diagnostic::error(format!("check `{}`", check.name), format!("there is no history `{name}`"));
+    Error::case(finding.help(format!("the run wrote {}", names.join(", "))))
 }
 
 /// The reference curves to draw in the plots of a run: one curve as points, several as their band.

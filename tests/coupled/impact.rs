@@ -3,7 +3,7 @@
 use crate::model::*;
 use lateen::material::{Elastic, NeoHookean, StartState};
 use lateen::math::Vector;
-use lateen::mpm::{BodySetup, Friction, Mpm, Transfer};
+use lateen::mpm::{BodySetup, Friction, Setup, Transfer};
 use lateen::simulation::Solver;
 
 /// A block of rubber of density `density` on a lattice of eighths from `lower`.
@@ -13,7 +13,7 @@ fn rubber(name: &str, density: f64, lower: [f64; 3], count: [usize; 3], inside: 
 }
 
 /// A rubber ball hits a free sheet; a second block waits below it.
-fn impact(transfer: Transfer, friction: Friction, max_substeps: usize) -> Mpm<3> {
+pub fn impact(transfer: Transfer, friction: Friction, max_substeps: usize) -> Setup<3> {
     let in_ball = |x: Vector<3>| (x - Vector([0.0, 0.0, 0.6])).norm() < 0.5;
     let mut ball = rubber("ball", 10.0, [-0.5, -0.5, 0.1], [8; 3], in_ball);
     ball.velocity = ball.position.iter().map(|x| Vector([0.5, 0.3 * x[2], -4.0])).collect();
@@ -26,7 +26,7 @@ fn impact(transfer: Transfer, friction: Friction, max_substeps: usize) -> Mpm<3>
     let sheet = membrane(position, elements, [100.0, 2e5, 0.3, 0.02], Vec::new());
     let mut setup = setup(open([-2.0, -2.0, -1.5], 0.25, [16, 16, 12]), vec![ball, waiting], vec![sheet]);
     (setup.transfer, setup.default_friction, setup.max_substeps) = (transfer, friction, max_substeps);
-    start(setup)
+    setup
 }
 
 /// Momentum and energy of ball, sheet and block, with gravity off: theory 14.37.
@@ -35,7 +35,7 @@ fn coupled_ledger_closes() {
     for (transfer, friction, substeps) in
         [(FLIP, Friction::Slip(0.0), 1), (Transfer::Apic, Friction::Slip(0.3), 50), (FLIP, Friction::Stick, 7)]
     {
-        let mut mpm = impact(transfer, friction, substeps);
+        let mut mpm = start(impact(transfer, friction, substeps));
         let names = ["momentum x", "momentum y", "momentum z"];
         let before = names.map(|name| term(&mpm, name));
         run(&mut mpm, 0.25, |_, _| {});

@@ -2,4 +2,6 @@
 
 mod gas;
 mod impact;
+mod leave;
 mod model;
+mod repeat;

@@ -3,7 +3,7 @@
 use crate::model::*;
 use lateen::error::Place;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{Dissipation, Mpm, Transfer, WallKind};
+use lateen::mpm::{Dissipation, Mpm, StressUpdate, Transfer, WallKind};
 use lateen::simulation::Solver;
 
 /// Rubber that turns, with APIC.
@@ -92,6 +92,48 @@ fn a_particle_that_leaves_is_named() {
     assert_eq!((error.what.as_str(), error.quantity), ("a particle left the domain", "y"));
     assert!(error.value > 6.0 && error.time > 0.3, "{error}");
     assert!(matches!(error.place, Place::Particle { id: 2, .. }), "{error}");
+}
+
+#[test]
+fn a_state_that_is_not_a_number_is_named() {
+    let mut setup = setup(grid([0.0, 0.0], 1.0, [6, 6], WallKind::Open));
+    setup.stress_update = StressUpdate::First;
+    setup.gravity[1] = Signal::Constant(f64::NAN);
+    setup.bodies = vec![body(rubber(1.0, 1e3, 0.3), ([2.0, 2.0], [4, 4], 0.5), |_| true, |_| Vector::ZERO)];
+    let error = run(&mut start(setup), 1.0, 1.0, |_, _, _| {}).unwrap_err();
+    assert_eq!(error.what, "a particle's state is not a number");
+    assert!(matches!(error.place, Place::Particle { id: 0, .. }), "{error}");
+    assert!(error.advice.contains("mpm.safety"), "{error}");
+}
+
+#[test]
+fn a_particle_turned_inside_out_is_named() {
+    let mut setup = setup(grid([0.0, 0.0], 1.0, [8, 8], WallKind::Open));
+    // Everything flies to the line x = 4 and is beyond it after a time of 1.
+    let velocity = |x: Vector<2>| Vector([4.0 - x[0], 0.0]);
+    setup.bodies = vec![body(rubber(1.0, 1e3, 0.3), ([2.0, 2.0], [8, 8], 0.5), |_| true, velocity)];
+    let mut mpm = start(setup);
+    let error = mpm.step(0.0, 8.0).unwrap_err();
+    assert_eq!((error.what.as_str(), error.quantity), ("a particle was turned inside out", "volume ratio"));
+    assert!(error.value <= 0.0 && matches!(error.place, Place::Particle { .. }), "{error}");
+}
+
+/// No particle is broken, but products of forces and velocities are beyond the largest number.
+#[test]
+fn an_energy_that_is_not_a_number_stops_the_run() {
+    let mut setup = setup(grid([0.0, 0.0], 1.0, [8, 8], WallKind::Slip));
+    let mut gas = body(ideal_gas(1.0, 1.4), ([2.0, 2.0], [8, 8], 0.5), |_| true, |_| Vector::ZERO);
+    gas.state.iter_mut().for_each(|state| state.pressure = Some(1e300));
+    setup.bodies = vec![gas];
+    let mut mpm = start(setup);
+    let mut t = 0.0;
+    let error = (0..20).find_map(|_| {
+        let dt = mpm.stable_dt();
+        t += dt;
+        mpm.step(t - dt, dt).err()
+    });
+    let error = error.expect("the run stops");
+    assert_eq!((error.what.as_str(), error.quantity), ("the energy is not a number", "energy"));
 }
 
 #[test]

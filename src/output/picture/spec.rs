@@ -139,6 +139,11 @@ impl PictureSpec {
         if self.range.is_some_and(|[low, high]| !(low < high && low.is_finite() && high.is_finite())) {
             return wrong("range", "the first number must be below the second");
         }
+        if let FrameSpec::Box(Within { lower, upper }) = &self.frame
+            && lower.iter().zip(upper).any(|(lower, upper)| lower >= upper)
+        {
+            return wrong("frame", "every entry of `lower` must be below that of `upper`");
+        }
         if !(self.particle_size > 0.0 && self.particle_size.is_finite()) {
             return wrong("particle-size", "the size of particles must be positive");
         }
