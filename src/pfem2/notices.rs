@@ -1,4 +1,5 @@
-//! What a user should hear of while a run goes on: a fluid that is gone, an interface that came to an inlet.
+//! What a user should hear of while a run goes on: a fluid that is gone, an interface that came to an inlet, a volume
+//! that could not be kept.
 //!
 //! Neither stops a run. Where an interface meets an inlet, what flows in is the fluid of each place, unless the case
 //! names one; what a fluid without particles leaves behind is filled by the others.
@@ -55,6 +56,14 @@ impl Notices {
                  names another"
             ));
         }
+    }
+
+    /// The volume of a fluid could not be kept.
+    pub fn volume(&mut self, fluid: &str) {
+        self.say(format!(
+            "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
+             step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
+        ));
     }
 
     /// What is new since the last call.

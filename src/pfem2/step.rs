@@ -82,7 +82,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) steps: u64,
     /// What the linear solver carries over steps, while a checkpoint is written or read.
     pub(super) memory: Memory,
-    notices: Notices,
+    pub(super) notices: Notices,
     timer: Timer,
 }
 

@@ -11,6 +11,9 @@ use crate::mesh::Mesh;
 /// Most shifts of the level set in a step; more than two are rare.
 const SHIFTS: usize = 8;
 
+/// A part of the volume at the start that may be missing without a word.
+const MISSED: f64 = 1e-6;
+
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Begins to follow the volumes, at the start.
     pub(super) fn follow_volumes(&mut self, correction: VolumeCorrection) {
@@ -39,6 +42,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             if level_set::absorb_lone_nodes(mesh, &mut sharp.level) == 0 {
                 break;
             }
+        }
+        let missing = start - self.outflow[0] - level_set::negative_volume(mesh, &sharp.level);
+        if missing.abs() > MISSED * start {
+            self.notices.volume(&self.implicit.physics.fluids[usize::from(sharp.inside)].name);
         }
     }
 
