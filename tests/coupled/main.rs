@@ -1,5 +1,7 @@
 //! Bodies and membranes together.
 
+#[path = "../mpm/bits.rs"]
+mod bits;
 mod gas;
 mod impact;
 mod leave;

@@ -1,9 +1,9 @@
 //! Bodies, a membrane and contact together: the same bits for any number of threads, and after a resumed run.
 
+use crate::bits::{restore, state, step};
 use crate::impact::impact;
 use crate::model::*;
 use lateen::mpm::{Friction, Mpm, SheetContact, Transfer};
-use lateen::simulation::Solver;
 
 const STEPS: usize = 30;
 
@@ -13,19 +13,6 @@ fn model(place: SheetContact) -> Mpm<3> {
     let mut setup = impact(transfer, Friction::Slip(0.3), 7);
     setup.sheet_contact = place;
     start(setup)
-}
-
-fn step(mpm: &mut Mpm<3>, t: f64) -> f64 {
-    let dt = mpm.stable_dt();
-    mpm.step(t, dt).unwrap();
-    t + dt
-}
-
-/// Everything that a checkpoint holds.
-fn state(mpm: &mut Mpm<3>) -> Vec<(String, Vec<u8>)> {
-    let mut columns = Vec::new();
-    mpm.columns(&mut |name, column| columns.push((name.to_owned(), column.data.bytes().to_vec())));
-    columns
 }
 
 #[test]
@@ -52,13 +39,7 @@ fn a_resumed_run_goes_on_with_the_same_bits() {
         let mut t = (0..STEPS / 2).fold(0.0, |t, _| step(&mut first, t));
         let saved = state(&mut first);
         let mut second = model(place);
-        let mut stored = saved.iter();
-        second.columns(&mut |name, column| {
-            let (expected, bytes) = stored.next().unwrap();
-            assert_eq!(name, expected);
-            assert!(column.data.replace(bytes));
-        });
-        second.restored();
+        restore(&mut second, &saved);
         for _ in 0..STEPS / 2 {
             step(&mut second, t);
             t = step(&mut first, t);

@@ -1,5 +1,6 @@
 //! The same bits for any number of threads and after a resumed run; errors that name their place.
 
+use crate::bits::{restore, state, step};
 use crate::model::*;
 use lateen::error::Place;
 use lateen::math::{Signal, Vector};
@@ -30,18 +31,6 @@ fn gas_cube() -> Mpm<3> {
 
 const MODELS: [fn() -> Mpm<3>; 2] = [rubber_cube, gas_cube];
 
-fn step(mpm: &mut Mpm<3>, t: f64) -> f64 {
-    let dt = mpm.stable_dt();
-    mpm.step(t, dt).unwrap();
-    t + dt
-}
-
-fn state(mpm: &mut Mpm<3>) -> Vec<(String, Vec<u8>)> {
-    let mut columns = Vec::new();
-    mpm.columns(&mut |name, column| columns.push((name.to_owned(), column.data.bytes().to_vec())));
-    columns
-}
-
 #[test]
 fn threads_do_not_change_a_bit() {
     for model in MODELS {
@@ -68,13 +57,7 @@ fn resumes(model: fn() -> Mpm<3>) {
     let mut t = (0..15).fold(0.0, |t, _| step(&mut first, t));
     let saved = state(&mut first);
     let mut second = model();
-    let mut stored = saved.iter();
-    second.columns(&mut |name, column| {
-        let (expected, bytes) = stored.next().unwrap();
-        assert_eq!(name, expected);
-        assert!(column.data.replace(bytes));
-    });
-    second.restored();
+    restore(&mut second, &saved);
     for _ in 0..15 {
         step(&mut second, t);
         t = step(&mut first, t);
