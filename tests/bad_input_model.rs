@@ -334,4 +334,7 @@ fn files_whose_groups_share_facets_or_whose_pieces_are_closed() {
     assert!(both.contains("1 facets belong to both `floor` and `again`, the first at (0.25"), "{both}");
     let apart = one(on_file(&["1.2 0 0", "1.8 0 0", "1.8 0.6 0"], &["2 2 9 9 10 11 12"]));
     assert!(apart.contains("2 pieces") && apart.contains("around (1.600000, 0.200000)"), "{apart}");
+    // Over the others, sharing no node with them.
+    let over = one(on_file(&["0.2 0.1 0", "0.8 0.1 0", "0.8 0.3 0"], &["2 2 9 9 10 11 12"]));
+    assert!(over.contains("pieces of the mesh overlap: two elements hold the place (0."), "{over}");
 }

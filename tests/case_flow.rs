@@ -100,6 +100,26 @@ fn conditions_on_the_boundary() {
 }
 
 #[test]
+fn a_pseudo_level_set_can_not_be_shifted() {
+    let both = "[pfem2]\ninterface = \"pseudo\"\nvolume = \"shift\"";
+    expect("[pfem2]", both, "\"shift\"", "can't be shifted", "volume = \"none\"");
+    let pseudo = GOOD.replace("[pfem2]", "[pfem2]\ninterface = \"pseudo\"");
+    let resolved = Case::read(Source::new("case.toml", "", pseudo), &[]).unwrap().resolved_toml();
+    assert!(resolved.contains("volume = \"none\""), "{resolved}");
+}
+
+#[test]
+fn the_pressure_of_a_closed_box_is_held_where_the_case_says() {
+    let pinned = GOOD.replace("[pfem2]", "[pfem2]\npressure-pin = { at = [\"0.5 m\", 0.5], value = \"1 bar\" }");
+    assert!(good(&pinned).summary.to_string().contains("held at the node nearest to (0.5, 0.5)"));
+    expect("[pfem2]", "[pfem2]\npressure-pin = { at = [2, 0] }", "[2, 0]", "not in the mesh", "nearest");
+    expect("[pfem2]", "[pfem2]\npressure-pin = { at = [0, 0], value = \"1/t\" }", "\"1/t\"", "inf", "divides by zero");
+    let open = pinned.replace("[\"left\", \"right\"]\nkind = \"slip\"", "[\"left\", \"right\"]\nkind = \"outlet\"");
+    let found = model(&open, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("already says"), "{found:?}");
+}
+
+#[test]
 fn what_flows_in_must_flow_out() {
     let inlet = "kind = \"inlet\"\nvelocity = [\"ramp(t, 0.1 s) * 1 m/s\", 0]";
     let text = GOOD.replace("[\"left\", \"right\"]\nkind = \"slip\"", &format!("\"left\"\n{inlet}"));

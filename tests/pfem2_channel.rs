@@ -88,6 +88,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
     let (mesh, viscosity) = (plates(cells), 0.02);
     let Physics { fluids, tension, gravity, mass, stabilisation, enrichment } = physics(viscosity);
     let mut pfem = Pfem2::new(Setup {
+        pin: None,
         boundaries: sets(&mesh, Condition::Outlet),
         particles: Particles::seed(&mesh, 4, |_| Some(0), profile),
         velocity: mesh.nodes().iter().map(|x| profile(*x)).collect(),

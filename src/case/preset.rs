@@ -66,6 +66,11 @@ interface = "pseudo"
 volume = "none"
 "#;
 
+/// A line that follows the particles can't be shifted to keep volumes.
+const PSEUDO: &str = r#"
+volume = "none"
+"#;
+
 /// 15 particles in a triangle, 20 in a tetrahedron.
 const BECKER_2015_PER_EDGE: [i64; 2] = [5, 4];
 
@@ -75,6 +80,7 @@ pub(super) fn apply(case: &mut toml::Table) {
     let (section, preset) = match (text("method"), text("preset")) {
         (Some("pfem2"), Some("becker-2015")) => ("pfem2", BECKER_2015),
         (Some("pfem2"), _) if bodies(case).count() > 2 => ("pfem2", SEVERAL_FLUIDS),
+        (Some("pfem2"), _) if interface(case) == Some("pseudo") => ("pfem2", PSEUDO),
         // The defaults of the section are the recommended ones.
         (Some("pfem2"), _) => ("pfem2", ""),
         (_, Some("lian-2014")) => ("mpm", LIAN_2014),
@@ -92,6 +98,10 @@ pub(super) fn apply(case: &mut toml::Table) {
             section.entry(key).or_insert(value);
         }
     }
+}
+
+fn interface(case: &toml::Table) -> Option<&str> {
+    case.get("pfem2")?.get("interface")?.as_str()
 }
 
 fn bodies(case: &toml::Table) -> impl Iterator<Item = &toml::Value> {

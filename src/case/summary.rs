@@ -80,11 +80,14 @@ fn factor_numbers(nodes: f64, dimension: usize) -> f64 {
     if dimension == 2 { 9.0 * 3.1 * nodes * nodes.log2() } else { 16.0 * 7.0 * nodes.powf(4.0 / 3.0) }
 }
 
-/// Says where the pressure of a closed box is zero.
+/// Says where the pressure of a closed box is held.
 fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Option<String> {
     let open = setup.boundaries.iter().any(|set| set.condition.kind() == BoundaryKind::Outlet);
-    let text = "pressure: zero at the highest node of the boundary, since no part of it is open";
-    (!open).then(|| text.to_owned())
+    let place = match &setup.pin {
+        Some(pin) => format!("held at the node nearest to ({})", pin.at.0.map(|c| c.to_string()).join(", ")),
+        None => "zero at the highest node of the boundary".to_owned(),
+    };
+    (!open).then(|| format!("pressure: {place}, since no part of the boundary is open"))
 }
 
 impl Summary {

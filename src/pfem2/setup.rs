@@ -1,6 +1,6 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
-use super::boundary::BoundarySetup;
+use super::boundary::{BoundarySetup, PressurePin};
 use super::element::{Mass, Stabilisation};
 use super::interface::Enrichment;
 use super::level_set::LevelSet;
@@ -19,6 +19,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub mesh: Mesh<D, N>,
     /// Conditions on sets of boundary facets; facets in no set are walls at rest.
     pub boundaries: Vec<BoundarySetup<D>>,
+    /// Where the pressure of a closed box is held; else it is zero at the highest node of its boundary.
+    pub pin: Option<PressurePin<D>>,
     /// The fluids.
     pub fluids: Vec<FluidSetup>,
     /// Surface tension of pairs of fluids [N/m].

@@ -158,7 +158,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let Setup { mesh, boundaries, fluids, tension, gravity, velocity, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
-        let boundary = Boundary::new(&mesh, boundaries, down);
+        let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
         let parts = forces::parts(&mesh, &boundary);
         let nodes = mesh.nodes().len();
         let density: Vec<f64> = fluids.iter().map(|fluid| fluid.density).collect();

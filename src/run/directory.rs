@@ -5,10 +5,11 @@
 //! history/  fields/  checkpoint/  plots/  pictures/
 //! ```
 //!
-//! Nothing is deleted or overwritten unless the user says so, and never anything but what a run leaves.
+//! Nothing is deleted or overwritten unless the user says so, and never anything but what a run leaves. While a run
+//! writes, it holds a lock on `run.lock`, which the operating system takes back however the run ends.
 
 use crate::error::{Error, Result};
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,11 @@ const LEFT_BEHIND: &[&str] = &[
     "plots",
     "pictures",
     "reference",
+    LOCK,
 ];
+
+/// The file that a run locks.
+const LOCK: &str = "run.lock";
 
 /// What to do with a directory that is not empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -44,18 +49,37 @@ pub struct RunDirectory {
     root: PathBuf,
 }
 
+/// A directory that a run writes into: no other run may, as long as this lives.
+#[derive(Debug)]
+#[must_use = "the directory is free again when this is dropped"]
+pub struct Occupied {
+    lock: File,
+    path: PathBuf,
+}
+
+impl Drop for Occupied {
+    fn drop(&mut self) {
+        // What can't be taken away does no harm: the lock is what counts.
+        let _ = self.lock.unlock();
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
 impl RunDirectory {
     /// The directory at `root`, as it is.
     pub fn new(root: impl Into<PathBuf>) -> Self {
         Self { root: root.into() }
     }
 
-    /// Makes the directory ready for a run.
+    /// Makes the directory ready for a run, and keeps other runs out.
     ///
     /// # Errors
-    /// A directory that is not empty, can't be written to, or has nothing to resume.
-    pub fn prepare(&self, existing: Existing) -> Result<()> {
+    /// A directory that is not empty, can't be written to, has nothing to resume, or that another run writes into.
+    pub fn prepare(&self, existing: Existing) -> Result<Occupied> {
         let entries = self.entries()?;
+        if existing != Existing::Refuse && self.lock_file().is_file() {
+            drop(self.occupy()?);
+        }
         match existing {
             Existing::Refuse if !entries.is_empty() => Err(self.refuse(
                 io::ErrorKind::DirectoryNotEmpty,
@@ -67,7 +91,27 @@ impl RunDirectory {
             )),
             Existing::Replace => self.clear().and_then(|()| self.create()),
             _ => self.create(),
+        }?;
+        self.occupy()
+    }
+
+    /// Takes the lock.
+    fn occupy(&self) -> Result<Occupied> {
+        let path = self.lock_file();
+        let file = fs::OpenOptions::new().create(true).append(true).open(&path);
+        let lock = file.map_err(|error| self.not_writable(&error))?;
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => Err(self.refuse(
+                io::ErrorKind::ResourceBusy,
+                "another run is writing here; wait for its end, or name another directory with --out",
+            )),
+            // Some file systems know no locks: that is no reason to refuse a run.
+            _ => Ok(Occupied { lock, path }),
         }
+    }
+
+    fn lock_file(&self) -> PathBuf {
+        self.root.join(LOCK)
     }
 
     /// The directory itself.
@@ -178,7 +222,7 @@ mod tests {
     fn a_directory_that_is_not_empty_is_refused_with_a_way_out() {
         let home = tempfile::tempdir().unwrap();
         let root = home.path().join("a/b");
-        RunDirectory::new(&root).prepare(Existing::Refuse).unwrap();
+        drop(RunDirectory::new(&root).prepare(Existing::Refuse).unwrap());
         let error = RunDirectory::new(&root).prepare(Existing::Refuse).unwrap_err();
         assert_eq!(error.exit_code(), 4);
         for way in ["--resume", "--force", "--out"] {
@@ -190,13 +234,30 @@ mod tests {
     fn replacing_removes_what_a_run_left_and_nothing_else() {
         let home = tempfile::tempdir().unwrap();
         let run = RunDirectory::new(home.path());
-        run.prepare(Existing::Refuse).unwrap();
+        drop(run.prepare(Existing::Refuse).unwrap());
         fs::create_dir(run.history()).unwrap();
         fs::write(run.history().join("balance.csv"), "time\n").unwrap();
         fs::write(home.path().join("notes.txt"), "mine").unwrap();
-        run.prepare(Existing::Replace).unwrap();
+        drop(run.prepare(Existing::Replace).unwrap());
         assert!(!run.history().exists());
         assert_eq!(fs::read_to_string(home.path().join("notes.txt")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn a_second_run_is_kept_out_until_the_first_is_done() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::new(home.path());
+        let first = run.prepare(Existing::Refuse).unwrap();
+        fs::create_dir(run.checkpoints()).unwrap();
+        for existing in [Existing::Replace, Existing::Resume] {
+            let error = run.prepare(existing).unwrap_err();
+            assert!(error.to_string().contains("another run is writing here"), "{error}");
+            assert!(run.log().is_file() && run.checkpoints().is_dir());
+        }
+        drop(first);
+        drop(run.prepare(Existing::Resume).unwrap());
+        drop(run.prepare(Existing::Replace).unwrap());
+        assert!(!home.path().join(LOCK).exists());
     }
 
     #[test]

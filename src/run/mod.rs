@@ -5,7 +5,7 @@ mod folder;
 mod monitors;
 mod status;
 
-pub use directory::{Existing, RunDirectory};
+pub use directory::{Existing, Occupied, RunDirectory};
 pub use folder::Folder;
 pub use status::{RunLog, StatusFile};
 
@@ -45,7 +45,7 @@ pub struct Options {
 pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, options: Options) -> Result<Summary> {
     let mut simulation = Simulation::new(solver, plan(case));
     monitors::watch(&mut simulation, case, directory)?;
-    directory.prepare(options.existing)?;
+    let _occupied = directory.prepare(options.existing)?;
     simulation.stop_on(options.stop);
     simulation.keep_checkpoints(Box::new(Checkpoints::new(directory.checkpoints(), case.hash())));
     simulation.follow(Box::new(StatusFile::new(directory.status())));

@@ -81,6 +81,19 @@ pub enum BoundaryWord {
     Pressure,
 }
 
+/// Where the pressure of a closed box is held.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PinSpec {
+    /// A place in the mesh; the nearest node is taken.
+    #[schemars(extend("unit" = "m", "axes" = true))]
+    pub at: [f64; 3],
+    /// The pressure there; may depend on t.
+    #[serde(default)]
+    #[schemars(extend("unit" = "Pa"))]
+    pub value: SignalSpec,
+}
+
 /// Surface tension between two fluids.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]

@@ -90,13 +90,8 @@ impl<const D: usize> Locator<D> {
         if !x.is_finite() {
             return None;
         }
-        let mut bin = 0;
-        for i in (0..D).rev() {
-            bin = bin * self.shape[i] + self.along(i, x[i]);
-        }
-        let candidates = &self.list[self.start[bin] as usize..self.start[bin + 1] as usize];
         let mut deepest: Option<(f64, usize, [f64; N])> = None;
-        for element in candidates.iter().map(|&e| e as usize) {
+        for element in self.candidates(x).iter().map(|&e| e as usize) {
             let shape = mesh.shape_functions(element, x);
             let least = shape.into_iter().fold(f64::INFINITY, f64::min);
             if least >= -TOLERANCE && deepest.is_none_or(|(depth, ..)| least > depth) {
@@ -104,6 +99,22 @@ impl<const D: usize> Locator<D> {
             }
         }
         deepest.map(|(_, element, shape)| Location::Inside { element, shape })
+    }
+
+    /// An element other than `element` that holds the centre of `element` well inside.
+    pub fn over<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize) -> Option<usize> {
+        /// Well inside: rounding of places doesn't reach it.
+        const INSIDE: f64 = 1e-6;
+        let x = mesh.center(element);
+        let least = |e: usize| mesh.shape_functions(e, x).into_iter().fold(f64::INFINITY, f64::min);
+        let candidates = self.candidates(x).iter().map(|&e| e as usize);
+        candidates.into_iter().find(|&e| e != element && least(e) > INSIDE)
+    }
+
+    /// The elements whose bounding boxes touch the bin of a place.
+    fn candidates(&self, x: Vector<D>) -> &[u32] {
+        let bin = (0..D).rev().fold(0, |bin, i| bin * self.shape[i] + self.along(i, x[i]));
+        &self.list[self.start[bin] as usize..self.start[bin + 1] as usize]
     }
 
     fn along(&self, axis: usize, x: f64) -> usize {

@@ -120,10 +120,3 @@ pub(super) fn axes_of<const D: usize>(glide: &Glide<D>) -> Option<u8> {
     }
     glide.frame.0[..glide.held].iter().try_fold(0, |mask, row| axis(row).map(|axis| mask | 1 << axis))
 }
-
-/// The boundary node that lies highest against gravity; of several the first.
-pub(super) fn highest<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: Vector<D>) -> u32 {
-    let nodes = mesh.boundary().iter().flat_map(|&facet| mesh.facet_nodes(facet));
-    let depth = |node: &u32| gravity.dot(mesh.nodes()[*node as usize]);
-    nodes.min_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.cmp(b))).unwrap_or(0)
-}

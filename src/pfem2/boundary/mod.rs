@@ -6,7 +6,7 @@
 //!                  bind separately, so that an edge between two planes keeps one direction free
 //! outlet           −p n + μ ∂v/∂n = 0;   pressure  −p n + μ ∂v/∂n = −p̄(x, t) n     (see `outflow`)
 //! traction         σ n = t̄(x, t)
-//! pressure pin     p = 0 at one node of a box that nothing opens
+//! pressure pin     p = p̄(t) at one node of a box that nothing opens; 0 at the highest node where none is named
 //! ```
 //!
 //! A node of several sets takes the first of wall, inlet, slip that is among them. Of several walls or inlets the
@@ -14,13 +14,15 @@
 
 mod condition;
 mod constraints;
+mod pin;
 
 pub use condition::{BoundaryKind, BoundarySetup, Condition, Inflow};
 pub use constraints::Constraints;
+pub use pin::{Pin, PressurePin};
 
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
-use constraints::{Glide, axes_of, fixed_nodes, glides, highest};
+use constraints::{Glide, axes_of, fixed_nodes, glides};
 
 /// The conditions of a mesh.
 #[derive(Debug, Clone)]
@@ -33,8 +35,8 @@ pub struct Boundary<const D: usize> {
     /// Nodes with a prescribed velocity, and the sets that prescribe it.
     fixed: Vec<(u32, Vec<u32>)>,
     glides: Vec<Glide<D>>,
-    /// The node whose pressure is zero, where no facet is open.
-    pub pin: Option<u32>,
+    /// The node whose pressure is held, where no facet is open.
+    pub pin: Option<Pin>,
 }
 
 impl<const D: usize> Boundary<D> {
@@ -55,9 +57,17 @@ impl<const D: usize> Boundary<D> {
         let fixed = fixed_nodes(mesh, &sets, &owner);
         let glides = glides(mesh, &kinds, &fixed);
         let closed = !kinds.contains(&BoundaryKind::Outlet);
-        let pin = closed.then(|| highest(mesh, gravity));
+        let pin = closed.then(|| Pin::highest(mesh, gravity));
         let owner = owner.into_iter().map(|set| set as u32).collect();
         Self { sets, kinds, owner, fixed: fixed.into_iter().collect(), glides, pin }
+    }
+
+    /// Holds the pressure at a place of its own, where no facet is open.
+    pub fn pinned<const N: usize>(mut self, mesh: &Mesh<D, N>, pin: Option<&PressurePin<D>>) -> Self {
+        if let (Some(held), Some(pin)) = (&mut self.pin, pin) {
+            *held = pin.held(mesh);
+        }
+        self
     }
 
     /// The sets, with the one of the facets that no set named last.
@@ -84,17 +94,21 @@ impl<const D: usize> Boundary<D> {
                 }
             }
         }
-        if let Some(pin) = self.pin {
-            constraints.mask[pin as usize] |= 1 << D;
+        if let Some(pin) = &self.pin {
+            constraints.mask[pin.node as usize] |= 1 << D;
         }
         constraints
     }
 
-    /// Sets the prescribed velocities of time `t` [s].
+    /// Sets the prescribed velocities and the held pressure of time `t` [s].
     pub fn prescribe<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64, constraints: &mut Constraints<D, N>) {
         for (node, sets) in &self.fixed {
             let v = self.prescribed(mesh.nodes()[*node as usize], sets, t);
             constraints.value[*node as usize][..D].copy_from_slice(&v.0);
+        }
+        if let Some(pin) = &self.pin {
+            let node = pin.node as usize;
+            constraints.value[node][D] = pin.value.value(mesh.nodes()[node].to3(), t);
         }
     }
 
@@ -228,11 +242,18 @@ mod tests {
     #[test]
     fn a_closed_box_is_pinned_at_its_top_and_an_open_one_is_not() {
         let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([1.0, 2.0]), [2, 2]).unwrap();
-        let pin = Boundary::new(&mesh, Vec::new(), Vector([0.0, -1.0])).pin.unwrap();
-        assert_eq!(mesh.nodes()[pin as usize], Vector([0.0, 2.0]));
+        let closed = Boundary::new(&mesh, Vec::new(), Vector([0.0, -1.0]));
+        let at = |boundary: &Boundary<2>| boundary.pin.as_ref().map(|pin| mesh.nodes()[pin.node as usize]);
+        assert_eq!(at(&closed), Some(Vector([0.0, 2.0])));
+        let pin = PressurePin { at: Vector([0.6, 0.9]), value: Signal::formula("1 + t").unwrap() };
+        let closed = closed.pinned(&mesh, Some(&pin));
+        assert_eq!(at(&closed), Some(Vector([0.5, 1.0])));
+        let mut constraints = closed.constraints::<3>(9);
+        closed.prescribe(&mesh, 2.0, &mut constraints);
+        assert_eq!((constraints.mask[4], constraints.value[4][2]), (0b100, 3.0));
         let top = facets(&mesh, |x| x[1] == 2.0);
         let open = Boundary::new(&mesh, vec![set("top", top, Condition::Outlet)], Vector([0.0, -1.0]));
-        assert_eq!(open.pin, None);
+        assert_eq!(at(&open.clone().pinned(&mesh, Some(&pin))), None);
         assert_eq!(open.sets().last().unwrap().name, "walls");
     }
 

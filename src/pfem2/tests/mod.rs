@@ -81,6 +81,7 @@ fn setup<const D: usize, const N: usize>(
     Setup {
         mesh,
         boundaries,
+        pin: None,
         fluids,
         tension,
         gravity,

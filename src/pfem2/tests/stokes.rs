@@ -1,7 +1,7 @@
 //! The mesh stage alone, without convection.
 
 use super::*;
-use crate::pfem2::boundary::Boundary;
+use crate::pfem2::boundary::{Boundary, PressurePin};
 
 /// Flow between plates from rest under a body force; the ends are open and far. Reference: analytic_misc.csv,
 /// u_c = 1 − 32 Σ (−1)ⁿ/((2n+1)π)³ exp(−((2n+1)π)² ν t/H²) for H = ν = 1, G = 8 μ.
@@ -89,14 +89,16 @@ fn a_linear_flow_and_a_linear_pressure_are_exact() {
     let boundary = Boundary::new(&mesh, sets, gravity);
     let flow = |x: Vector<3>| Vector([x[0] + 2.0 * x[1], x[2] - 3.0 * x[1], 2.0 * x[2] - x[0]]);
     let start = mesh.nodes().iter().map(|x| flow(*x)).collect();
-    let pin = boundary.pin.unwrap() as usize;
+    let pin = PressurePin { at: Vector([0.3, 0.7, 0.6]), value: 5.0.into() };
+    let boundary = boundary.pinned(&mesh, Some(&pin));
+    let pin = boundary.pin.as_ref().unwrap().node as usize;
     let physics = physics(vec![fluid("oil", 2.0, 0.1)], gravity.0.map(Signal::Constant));
     let options = Options { tolerance: 1e-13, ..Options::default() };
     let mut implicit = Implicit::new(mesh, boundary, physics, start, options);
     march(&mut implicit, &one(&[2.0]), 0.1, 3);
     assert!(rms(implicit.mesh.nodes(), &implicit.velocity, flow) < 1e-10);
-    let top = implicit.mesh.nodes()[pin];
+    let held = implicit.mesh.nodes()[pin];
     for (x, p) in implicit.mesh.nodes().iter().zip(&implicit.pressure) {
-        assert!((p - 2.0 * gravity.dot(*x - top)).abs() < 1e-9);
+        assert!((p - 5.0 - 2.0 * gravity.dot(*x - held)).abs() < 1e-9);
     }
 }

@@ -5,9 +5,9 @@ use super::super::signals::Samples;
 use super::mesh::{at, middle};
 use crate::case::{BoundarySpec, BoundaryWord, SignalSpec};
 use crate::error::Diagnostic;
-use crate::math::Signal;
-use crate::mesh::{Facet, Mesh};
-use crate::pfem2::boundary::{BoundarySetup, Condition};
+use crate::math::{Signal, Vector};
+use crate::mesh::{Facet, Locator, Mesh};
+use crate::pfem2::boundary::{BoundaryKind, BoundarySetup, Condition, PressurePin};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Assembly<'_> {
@@ -120,6 +120,28 @@ impl Assembly<'_> {
                 Condition::Pressure(self.signal(&format!("{key}.pressure"), &spec.pressure, samples))
             }
         }
+    }
+
+    /// Where the pressure of a closed box is held, if the case says so.
+    pub(super) fn pin<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        sets: &[BoundarySetup<D>],
+    ) -> Option<PressurePin<D>> {
+        const KEY: &str = "pfem2.pressure-pin";
+        let spec = self.case.file.pfem2.pressure_pin.as_ref()?;
+        if let Some(open) = sets.iter().find(|set| set.condition.kind() == BoundaryKind::Outlet) {
+            let message = format!("`{}` is open: the pressure there already says what the pressure is", open.name);
+            let help = "take the pin out, or give that boundary a `pressure`";
+            self.findings.push(Diagnostic::error(KEY, message).help(help));
+        }
+        let at = Vector::from_fn(|i| spec.at[i]);
+        if Locator::new(mesh).search(mesh, at).is_none() {
+            let finding = Diagnostic::error(format!("{KEY}.at"), "this place is not in the mesh");
+            self.findings.push(finding.help("the node nearest to a place in the mesh holds the pressure"));
+        }
+        let samples = Samples::at(&[spec.at], self.case.file.time.end);
+        Some(PressurePin { at, value: self.signal(&format!("{KEY}.value"), &spec.value, &samples) })
     }
 
     /// The fluid that a boundary brings in, if it names one.

@@ -111,6 +111,7 @@ impl Assembly<'_> {
         let (case, spec) = (self.case, &self.case.file.pfem2);
         let count = case.file.body.len();
         if count < 3 {
+            self.pseudo_shift();
             return;
         }
         let asked = [
@@ -130,6 +131,17 @@ impl Assembly<'_> {
             let help =
                 "write `interface = \"pseudo\"` in `[pfem2]` if that is meant; two fluids have a sharp interface";
             self.findings.push(Diagnostic::warning("body[2]", message).help(help));
+        }
+    }
+
+    /// Only the sharp interface can be shifted.
+    fn pseudo_shift(&mut self) {
+        let spec = &self.case.file.pfem2;
+        if spec.interface == InterfaceSpec::Pseudo && spec.volume == VolumeSpec::Shift {
+            let message =
+                "this needs `interface = \"sharp\"`: a line that follows the shares of particles can't be shifted";
+            let help = "write `volume = \"none\"`, leave it out, or take the sharp interface";
+            self.findings.push(Diagnostic::error("pfem2.volume", message).help(help));
         }
     }
 

@@ -6,7 +6,7 @@ use crate::case::{InterfaceSpec, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mesh::domain::{BoxMesh, DomainMesh};
-use crate::mesh::{Facet, Mesh};
+use crate::mesh::{Facet, Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 
 /// Volume over the longest edge to the power of the dimension under which an element is said to be nearly flat; 0.43 in
@@ -29,10 +29,17 @@ impl Assembly<'_> {
         }
     }
 
-    /// Every piece of a mesh in several pieces must be open somewhere: one pressure is held, that of the whole.
+    /// Pieces of a mesh must not overlap, and every one must be open somewhere: one pressure is held, that of the whole.
     pub(super) fn pieces<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, sets: &[BoundarySetup<D>]) {
         let (piece, count) = mesh.pieces();
         if count == 1 {
+            return;
+        }
+        let locator = Locator::new(mesh);
+        if let Some(e) = (0..piece.len()).find(|&e| locator.over(mesh, e).is_some()) {
+            let message = format!("pieces of the mesh overlap: two elements hold the place ({})", at(mesh.center(e)));
+            let help = "a place belongs to one element: leave one of the pieces out, or choose a `group`";
+            self.findings.push(Diagnostic::error("mesh", message).help(help));
             return;
         }
         let mut open = vec![false; count];

@@ -51,6 +51,7 @@ impl Assembly<'_> {
         let samples = Samples::over(mesh.nodes(), file.time.end);
         let gravity = self.signals("pfem2.gravity", &file.pfem2.gravity, &samples);
         let boundaries = self.boundaries(&mesh);
+        let pin = self.pin(&mesh, &boundaries);
         let tension = self.tensions();
         let fluids: Vec<FluidSetup> = (0..file.body.len()).filter_map(|i| self.fluid(i)).collect();
         let parts: Vec<Part> = (0..file.body.len()).filter_map(|i| self.part(i, &mesh)).collect();
@@ -75,6 +76,7 @@ impl Assembly<'_> {
         Some(Setup {
             velocity: mesh.nodes().iter().map(|&x| start(x)).collect(),
             boundaries,
+            pin,
             fluids,
             tension,
             gravity: std::array::from_fn(|i| gravity[i].clone()),
