@@ -9,6 +9,9 @@
 
 use super::vectors::{add_multiples, dot, dots, norm, update};
 
+/// Iterations whose pace tells how many more there will be.
+const PACE: usize = 5;
+
 /// A second pass of Gram–Schmidt follows where the first left less than this part of a vector.
 const CANCELLED: f64 = 0.1;
 
@@ -31,6 +34,8 @@ pub(super) struct Limits {
     pub restart: usize,
     /// Iterations in all.
     pub iterations: usize,
+    /// Iterations beyond which it is given up as soon as the last ones show that there will be more.
+    pub patience: usize,
 }
 
 /// The vectors of FGMRES, kept from one solution to the next.
@@ -66,7 +71,8 @@ impl Krylov {
             self.cycle(system, x, residual, Limits { iterations: steps, ..limits }, &mut history);
             system.residual(x, residual);
             // A cycle that gains nothing never will.
-            if norm(residual) > 0.999 * start && norm(residual) > limits.target {
+            let idle = norm(residual) > 0.999 * start;
+            if (idle || falls_behind(&history, limits)) && norm(residual) > limits.target {
                 return Attempt { history, converged: false };
             }
         }
@@ -89,7 +95,7 @@ impl Krylov {
             least_squares.append(column);
             let residual = least_squares.residual();
             history.push(residual);
-            if residual <= limits.target || !residual.is_finite() {
+            if residual <= limits.target || !residual.is_finite() || falls_behind(history, limits) {
                 break;
             }
         }
@@ -105,6 +111,15 @@ impl Krylov {
             }
         }
     }
+}
+
+/// Whether at the pace of the last iterations there would be more than one has patience for.
+fn falls_behind(history: &[f64], limits: Limits) -> bool {
+    let done = history.len() - 1;
+    let Some(before) = done.checked_sub(PACE) else { return false };
+    let gain = (history[before] / history[done]).ln() / PACE as f64;
+    let rest = (history[done] / limits.target).ln().max(0.0);
+    rest > gain * limits.patience.saturating_sub(done) as f64
 }
 
 /// Makes `w` a unit vector orthogonal to the basis; gives its coefficients along the basis and its norm.

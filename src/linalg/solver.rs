@@ -195,12 +195,12 @@ impl<const B: usize> LinearSolver<B> {
 
     fn limits(&self, fresh: bool, target: f64) -> Limits {
         let all = self.options.max_iterations;
-        let iterations = match (fresh, self.method) {
-            (false, _) => self.wear.patience().min(all),
-            (true, Method::Single) => SINGLE_PATIENCE.min(all),
-            (true, _) => all,
+        let (iterations, patience) = match (fresh, self.method) {
+            (false, _) => (self.wear.patience().min(all), self.wear.patience()),
+            (true, Method::Single) => (SINGLE_PATIENCE.min(all), usize::MAX),
+            (true, _) => (all, usize::MAX),
         };
-        Limits { target, restart: self.options.restart, iterations }
+        Limits { target, restart: self.options.restart, iterations, patience }
     }
 
     fn attempt(

@@ -15,13 +15,18 @@ pub(super) struct Aggregates {
     pub count: usize,
 }
 
-/// The strong part of a matrix; what is weak is added to the diagonal, so that constants stay in its kernel.
-pub(super) fn strong_part(a: &Csr, diagonal: &[f32], threshold: f32) -> Csr {
+/// The strong part of a matrix; what is weak goes to the diagonal in such a way that the product with `smooth` stays
+/// the same.
+pub(super) fn strong_part(a: &Csr, diagonal: &[f32], smooth: &[f32], threshold: f32) -> Csr {
     let strong = |i: usize, j: usize, v: f32| v * v > threshold * threshold * (diagonal[i] * diagonal[j]).abs();
     Csr::from_rows(a.rows(), a.width, |i, row| {
         row.add(i, 0.0);
         for (j, v) in a.row(i) {
-            row.add(if j == i || strong(i, j, v) { j } else { i }, v);
+            if j == i || strong(i, j, v) {
+                row.add(j, v);
+            } else {
+                row.add(i, v * smooth[j] / smooth[i]);
+            }
         }
     })
 }

@@ -2,8 +2,12 @@
 //!
 //! ```text
 //! P = (I − ω D⁻¹ A_s) P_0,   ω = 4 / (3 ρ(D⁻¹ A_s)),   A_c = Pᵀ A P
-//! A_s: the strong part of A; P_0: one on the unknowns of an aggregate
+//! A_s: the strong part of A; P_0: w_i/w_c on the unknowns i of an aggregate, w_c = (Σ w_i²)^½ on the coarse level
 //! ```
+//! w is what A hardly sees: the constant before A was scaled. A mesh whose diagonals differ from node to node, as where
+//! cells are mirrored, lets it differ as much; without it the coarse levels would be too stiff by a factor that grows
+//! with the mesh.
+//!
 //! A coarse level solves by two steps of a residual-minimising iteration, each preconditioned by its own cycle. This
 //! costs little, because levels shrink fast, and keeps the iterations from growing with their number.
 //!
@@ -75,10 +79,11 @@ impl Hierarchy {
     /// For a matrix that is about symmetric and positive, up to rows without couplings.
     pub fn new(mut a: Csr) -> Self {
         let scaling = scale(&mut a);
+        let mut smooth = smooth(&scaling);
         let mut levels: Vec<Level> = Vec::new();
         let mut threshold = WEAK;
         loop {
-            let coarser = if a.rows() > COARSEST { coarsen(&a, threshold) } else { None };
+            let coarser = if a.rows() > COARSEST { coarsen(&a, &mut smooth, threshold) } else { None };
             let diagonal = a.diagonal();
             let inverse_diagonal = diagonal.iter().map(|&d| if d == 0.0 { 0.0 } else { d.recip() }).collect();
             let room = Room::new(a.rows());
@@ -123,30 +128,48 @@ fn scale(a: &mut Csr) -> Vec<f32> {
     scaling
 }
 
-/// P, Pᵀ and PᵀAP; `None` where nothing is left to group.
-fn coarsen(a: &Csr, threshold: f32) -> Option<(Csr, Csr, Csr)> {
-    let strong = strong_part(a, &a.diagonal(), threshold);
+/// w: a constant, divided by the scaling of a matrix whose rows add up to about zero.
+fn smooth(scaling: &[f32]) -> Vec<f32> {
+    let least = scaling.iter().copied().fold(f32::INFINITY, f32::min);
+    scaling.iter().map(|s| least / s).collect()
+}
+
+/// P, Pᵀ and PᵀAP, with w of this level replaced by that of the next; `None` where nothing is left to group.
+fn coarsen(a: &Csr, smooth: &mut Vec<f32>, threshold: f32) -> Option<(Csr, Csr, Csr)> {
+    let strong = strong_part(a, &a.diagonal(), smooth, threshold);
     let aggregates = aggregate(&strong);
     if aggregates.count == 0 || aggregates.count * 10 > a.rows() * 9 {
         return None;
     }
-    let prolongation = smoothed(&strong, &aggregates);
+    let prolongation = smoothed(&strong, &aggregates, &share(&aggregates, smooth));
     let restriction = prolongation.transposed();
     let coarse = restriction.product(&a.product(&prolongation));
     Some((prolongation, restriction, coarse))
 }
 
-/// P = (I − ω D⁻¹ A_s) P_0.
-fn smoothed(strong: &Csr, aggregates: &Aggregates) -> Csr {
+/// w_i/w_c, zero where there is no aggregate; w becomes w_c.
+fn share(aggregates: &Aggregates, smooth: &mut Vec<f32>) -> Vec<f32> {
+    let mut coarse = vec![0.0f32; aggregates.count];
+    for (w, &own) in smooth.iter().zip(&aggregates.of).filter(|(_, own)| **own != ALONE) {
+        coarse[own as usize] += w * w;
+    }
+    coarse.iter_mut().for_each(|w| *w = w.sqrt());
+    let fine = std::mem::replace(smooth, coarse);
+    let part = |(w, &own): (f32, &u32)| if own == ALONE { 0.0 } else { w / smooth[own as usize] };
+    fine.into_iter().zip(&aggregates.of).map(part).collect()
+}
+
+/// P = (I − ω D⁻¹ A_s) P_0 with one `share` per row of P_0.
+fn smoothed(strong: &Csr, aggregates: &Aggregates, share: &[f32]) -> Csr {
     let inverse: Vec<f32> = strong.diagonal().iter().map(|d| d.recip()).collect();
     let omega = 4.0 / (3.0 * largest_eigenvalue(strong, &inverse));
     Csr::from_rows(strong.rows(), aggregates.count, |i, row| {
         if aggregates.of[i] == ALONE {
             return;
         }
-        row.add(aggregates.of[i] as usize, 1.0);
+        row.add(aggregates.of[i] as usize, share[i]);
         for (j, v) in strong.row(i).filter(|&(j, _)| aggregates.of[j] != ALONE) {
-            row.add(aggregates.of[j] as usize, -omega * inverse[i] * v);
+            row.add(aggregates.of[j] as usize, -omega * inverse[i] * v * share[j]);
         }
     })
 }
