@@ -67,12 +67,16 @@ impl BuiltIn {
         self.folder.get_file(self.folder.path().join(file))?.contents_utf8()
     }
 
-    /// Writes its files (all, or those that a run needs) into `directory`; returns the path of its case file.
+    /// Writes its files into `directory` as a case of the name `own`; returns the path of its case file.
     ///
     /// # Errors
     /// Input/output errors; a file that is there already is one.
-    pub fn write_to(&self, directory: &Path) -> Result<PathBuf> {
-        write_folder(self.folder, directory)?;
+    pub fn write_to(&self, directory: &Path, own: &str) -> Result<PathBuf> {
+        write_folder(self.folder, directory, &|text| {
+            let named = text.replacen(&format!("name = \"{}\"", self.name()), &format!("name = \"{own}\""), 1);
+            // Pictures of the guide stay behind.
+            named.split_inclusive('\n').filter(|line| !line.starts_with("![")).collect()
+        })?;
         Ok(directory.join(CASE_FILE))
     }
 }
@@ -81,18 +85,20 @@ fn component(path: &'static Path, n: usize) -> &'static str {
     path.components().nth(n).and_then(|part| part.as_os_str().to_str()).unwrap_or_default()
 }
 
-fn write_folder(folder: &Dir<'_>, directory: &Path) -> Result<()> {
+fn write_folder(folder: &Dir<'_>, directory: &Path, adapt: &dyn Fn(&str) -> String) -> Result<()> {
     fs::create_dir_all(directory).map_err(|error| Error::io(directory, error))?;
     for file in folder.files() {
         let path = directory.join(file.path().file_name().unwrap_or_default());
+        let adapted = file.contents_utf8().map(adapt);
+        let contents = adapted.as_ref().map_or(file.contents(), |text| text.as_bytes());
         let write = || {
             let mut target = fs::File::create_new(&path)?;
-            std::io::Write::write_all(&mut target, file.contents())
+            std::io::Write::write_all(&mut target, contents)
         };
         write().map_err(|error| Error::io(&path, taken(error)))?;
     }
     let mut below = folder.dirs();
-    below.try_for_each(|dir| write_folder(dir, &directory.join(dir.path().file_name().unwrap_or_default())))
+    below.try_for_each(|dir| write_folder(dir, &directory.join(dir.path().file_name().unwrap_or_default()), adapt))
 }
 
 /// Says what to do about a file that is there already.
@@ -130,8 +136,13 @@ mod tests {
     fn a_case_is_written_with_its_references_and_never_over_a_file() {
         let directory = tempfile::tempdir().unwrap();
         let case = find("water-sphere").unwrap();
-        let path = case.write_to(directory.path()).unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), case.text(CASE_FILE).unwrap());
-        assert!(matches!(case.write_to(directory.path()), Err(Error::Io { .. })));
+        let path = case.write_to(directory.path(), "mine").unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains("name = \"mine\""), "{text}");
+        assert_eq!(
+            text.replacen("name = \"mine\"", &format!("name = \"{}\"", case.name()), 1),
+            case.text(CASE_FILE).unwrap()
+        );
+        assert!(matches!(case.write_to(directory.path(), "mine"), Err(Error::Io { .. })));
     }
 }

@@ -198,6 +198,11 @@ pub enum Place {
         /// Where it is [m].
         position: [f64; 3],
     },
+    /// A place that is no part of the model.
+    Point {
+        /// Where it is [m].
+        position: [f64; 3],
+    },
     /// The model as a whole.
     Everywhere,
 }
@@ -208,6 +213,7 @@ impl fmt::Display for Place {
             Self::Particle { body, id, position } => ("particle", body, *id as usize, position),
             Self::Element { body, index, position } => ("element", body, *index, position),
             Self::Node { body, index, position } => ("node", body, *index, position),
+            Self::Point { position: [x, y, z] } => return write!(f, "at ({x:.6e}, {y:.6e}, {z:.6e})"),
             Self::Everywhere => return f.write_str("everywhere"),
         };
         write!(f, "{kind} {index} of `{body}` at ({x:.6e}, {y:.6e}, {z:.6e})")

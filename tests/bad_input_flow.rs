@@ -233,3 +233,17 @@ fn a_solver_that_gives_up_says_where_and_saves_the_state() {
     }
     assert!(std::fs::read_dir(home.path().join("checkpoint")).unwrap().count() > 0);
 }
+
+/// A pole between the times that `check` tries stops the run where it is, with the key; the state before is kept.
+#[test]
+fn a_formula_that_divides_by_zero_on_the_way() {
+    let text = channel("0.5", "1")
+        .replace("kind = \"slip\"", "kind = \"slip\"\n[pfem2]\ngravity = [\"1e-5/max(0, abs(t - 0.15) - 0.01)\", 0]");
+    let case = Case::read(Source::new("case.toml", "", text.replace("end = 1.5", "end = 1.45")), &[]).unwrap();
+    let home = tempfile::tempdir().unwrap();
+    let outcome = run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default());
+    let Err(Error::Step(error)) = outcome else { panic!("the run must stop") };
+    assert!(error.what.contains("`pfem2.gravity[0]`") && !error.value.is_finite(), "{error}");
+    assert!((error.time - 0.15).abs() < 1e-12 && error.step == 3, "{error}");
+    assert!(home.path().join("checkpoint").read_dir().unwrap().count() > 0);
+}

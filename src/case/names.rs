@@ -10,8 +10,13 @@ use crate::pfem2::{INTERFACE, MESH};
 use crate::simulation::Snapshot;
 use std::collections::HashMap;
 
-/// Every name of a part names one thing, and no name is empty.
+/// Every name of a part names one thing, and no name is empty; that of the case is the name of a folder.
 pub(super) fn parts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
+    let folder = file.name.trim();
+    if folder.is_empty() || folder.starts_with('.') || folder.contains(['/', '\\']) {
+        let finding = Diagnostic::error("name", "this can't be the name of a folder");
+        findings.push(finding.help("the run goes to runs/<name>: write a word without `/`, or several with `-`"));
+    }
     let bodies = file.body.iter().enumerate().map(|(i, b)| (format!("body[{i}].name"), b.name.as_str()));
     let membranes = file.membrane.iter().enumerate().map(|(i, m)| (format!("membrane[{i}].name"), m.name.as_str()));
     let obstacles = file.obstacle.iter().enumerate().map(|(i, o)| (format!("obstacle[{i}].name"), o.name.as_str()));

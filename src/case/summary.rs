@@ -75,6 +75,15 @@ fn stored_nodes<const D: usize>(setup: &Setup<D>) -> usize {
     blocks.len() * EDGE.pow(D as u32) * (groups.len() + setup.membranes.len()).max(1)
 }
 
+/// What fields and checkpoints need while they are written, as peaks of ten cases of both methods showed.
+const OUTPUTS: f64 = 1.6;
+
+/// The program, and the fonts of plots [bytes].
+const PLOTS: f64 = 6e7;
+
+/// Canvas and depths of pictures [bytes].
+const PICTURES: f64 = 4.5e7;
+
 /// Numbers of the factor of a matrix of n blocks, in 2D and 3D: n log n and n^(4/3), as measured.
 fn factor_numbers(nodes: f64, dimension: usize) -> f64 {
     if dimension == 2 { 9.0 * 3.1 * nodes * nodes.log2() } else { 16.0 * 7.0 * nodes.powf(4.0 / 3.0) }
@@ -153,7 +162,9 @@ impl Summary {
         let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
         let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil().max(1.0);
         // Beside the stored columns a step needs about as much again for what it works with.
-        Self { memory: self.memory + 2.0 * columns as f64, stable_step, steps: steps.ceil(), ..self }
+        let own = self.memory + 2.0 * columns as f64;
+        let drawing = PLOTS + if file.picture.is_empty() { 0.0 } else { PICTURES };
+        Self { memory: OUTPUTS * own + drawing, stable_step, steps: steps.ceil(), ..self }
     }
 
     /// Particles of all bodies.

@@ -9,7 +9,8 @@ use std::path::PathBuf;
 pub fn new(name: &str, directory: Option<PathBuf>) -> Result<(), Failure> {
     let case = catalog::find(name).ok_or_else(|| catalog::unknown(name))?;
     let directory = directory.unwrap_or_else(|| name.into());
-    let path = case.write_to(&directory)?;
+    let own = directory.file_name().map_or(name.to_owned(), |own| own.to_string_lossy().into_owned());
+    let path = case.write_to(&directory, &own)?;
     let path = path.display();
     show(&format!("{path} is yours to change; run it with\n\n    lateen run {path}\n"))
 }

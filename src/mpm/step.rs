@@ -113,6 +113,10 @@ impl<const D: usize> Solver for Mpm<D> {
         columns::visit(self, visit);
     }
 
+    fn notices(&mut self) -> Vec<String> {
+        self.coupling.contact.notices()
+    }
+
     fn stage_times(&self) -> Vec<(&'static str, f64)> {
         self.timer.seconds()
     }

@@ -15,13 +15,15 @@ use std::path::{Path, PathBuf};
 pub struct History {
     path: PathBuf,
     file: Option<File>,
+    /// The first row of a table that goes on.
+    resumed: Option<Vec<u8>>,
     last_time: f64,
 }
 
 impl History {
     /// A history at `path`; the file is made with the first row.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), file: None, last_time: f64::NEG_INFINITY }
+        Self { path: path.into(), file: None, resumed: None, last_time: f64::NEG_INFINITY }
     }
 
     /// Where the table is.
@@ -32,12 +34,15 @@ impl History {
     /// Appends a row, whose first number is the time; a time that is there already is skipped.
     ///
     /// # Errors
-    /// Input/output errors.
+    /// Input/output errors; a table that goes on with other columns.
     pub fn append(&mut self, heads: &[String], row: &[f64]) -> Result<()> {
         assert_eq!(heads.len(), row.len(), "a row of {} has as many numbers as heads", self.path.display());
         let time = row[0];
         if time <= self.last_time {
             return Ok(());
+        }
+        if let Some(first) = self.resumed.take() {
+            self.same_columns(&first, &csv_line(heads))?;
         }
         if self.file.is_none() {
             self.file = Some(self.create(heads)?);
@@ -71,8 +76,24 @@ impl History {
             Ok(file)
         };
         self.file = Some(open().map_err(|error| Error::io(&self.path, error))?);
+        self.resumed = text.split_inclusive(|&byte| byte == b'\n').next().map(<[u8]>::to_vec);
         self.last_time = last_time;
         Ok(())
+    }
+
+    /// A table that was begun with other columns can't go on.
+    fn same_columns(&self, before: &[u8], now: &[u8]) -> Result<()> {
+        if before == now {
+            return Ok(());
+        }
+        let [before, now] = [before, now].map(String::from_utf8_lossy);
+        let message = format!(
+            "the run that goes on wrote the columns {} here, and the case now asks for {}: give what is measured another \
+             name, or start anew with --force",
+            before.trim_end(),
+            now.trim_end()
+        );
+        Err(Error::io(&self.path, io::Error::new(io::ErrorKind::InvalidData, message)))
     }
 
     fn create(&self, heads: &[String]) -> Result<File> {

@@ -419,8 +419,9 @@ fn residuals(history: &[f64], last: f64) -> String {
 
 fn not_converged(place: Place, history: &[f64], residual: f64, kind: Kind) -> StepError {
     let last = match kind {
-        Kind::Direct => "raise `max-iterations` or `tolerance` in `pfem2.solver`",
-        _ => "choose `pfem2.solver = { kind = \"direct\" }`",
+        Kind::Direct => "choose `pfem2.solver = \"iterative\"`",
+        Kind::Auto => "choose `pfem2.solver = \"iterative\"`, or `\"direct\"`",
+        Kind::Iterative => "choose `pfem2.solver = \"direct\"`",
     };
     let advice =
         format!("{}: halve the step, look for flat or tiny elements there, or {last}", residuals(history, residual));

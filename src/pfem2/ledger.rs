@@ -102,10 +102,14 @@ impl Books {
         Self { entries: vec![0.0; 6], last: vec![0.0; 6], start: vec![energy] }
     }
 
+    /// Notes the powers and the outer force at the start, of which the first step takes its explicit share.
+    pub fn begin(&mut self, powers: Powers, force: [f64; 3]) {
+        self.last = entries(powers, force).to_vec();
+    }
+
     /// Books a step of `dt` with implicit share `theta` and the powers and outer force at its end.
     pub fn add(&mut self, [dt, theta]: [f64; 2], powers: Powers, force: [f64; 3]) {
-        let now = [powers.gravity, powers.boundary, powers.viscous, force[0], force[1], force[2]];
-        for (k, now) in now.into_iter().enumerate() {
+        for (k, now) in entries(powers, force).into_iter().enumerate() {
             self.entries[k] += dt * ((1.0 - theta) * self.last[k] + theta * now);
             self.last[k] = now;
         }
@@ -131,4 +135,9 @@ impl Books {
         }
         Ledger { terms }
     }
+}
+
+/// Powers [W], then forces [N]: a column of the books.
+fn entries(powers: Powers, force: [f64; 3]) -> [f64; 6] {
+    [powers.gravity, powers.boundary, powers.viscous, force[0], force[1], force[2]]
 }

@@ -283,6 +283,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             (None, 2) => level_set::pseudo(&self.fraction[heavy]),
             _ => Vec::new(),
         };
+        match self.density.len() {
+            2 if self.sharp.is_none() => drop(level_set::absorb_lone_nodes(mesh, &mut self.level)),
+            0..=2 => (),
+            _ => level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction),
+        }
         projected.velocity
     }
 
@@ -316,6 +321,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Forces on the boundary, and the books.
     fn account(&mut self, step: Step, convected: &[Vector<D>]) {
+        let (powers, outside) = self.push(step, convected);
+        self.trace_interface();
+        self.books.add([step.dt, step.theta], powers, outside);
+    }
+
+    /// Finds the forces on the parts, and the powers and the force from outside, at the end of a step.
+    pub(super) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> (Powers, [f64; 3]) {
         let elements = self.implicit.elements(convected);
         let pushes: Vec<_> = self.parts.iter().map(|part| part.force(&elements, &self.implicit.unknowns)).collect();
         let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
@@ -332,11 +344,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             power += traction.dot(self.implicit.velocity[node]);
         });
         self.forces = pushes.into_iter().map(|(force, _)| force).collect();
-        self.trace_interface();
         self.totals = Totals::of(&self.implicit);
         let Totals { gravity, viscous, weight, .. } = self.totals;
         let outside: [f64; 3] = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
-        self.books.add([step.dt, step.theta], Powers { gravity, boundary: power, viscous }, outside);
+        (Powers { gravity, boundary: power, viscous }, outside)
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.

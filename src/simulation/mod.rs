@@ -6,6 +6,7 @@
 mod checkpoint;
 mod clock;
 mod column;
+mod guard;
 mod progress;
 mod run;
 mod snapshot;
@@ -14,6 +15,7 @@ mod timer;
 pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData};
+pub use guard::{Guarded, Watched};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
 pub use snapshot::{BalanceTerm, Elements, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};

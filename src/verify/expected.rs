@@ -115,7 +115,7 @@ pub struct Check {
     pub minus: Option<String>,
     /// What is measured on it.
     pub kind: Kind,
-    /// Time of `kind = "value"` [s]; level of `kind = "crossing"`, in the unit of the value.
+    /// Time of `kind = "value"` [s]; level of `kind = "crossing"` and "period", in the unit of the value.
     pub at: Option<f64>,
     /// Start of the window [s].
     #[serde(default = "always_from")]
@@ -176,7 +176,7 @@ pub enum Kind {
     TimeOfMaximum,
     /// The time of the smallest value [s].
     TimeOfMinimum,
-    /// The mean period of an oscillation about its mean [s].
+    /// The mean period of an oscillation about the level `at`, or its mean [s].
     Period,
     /// The rate at which the amplitude of an oscillation falls [1/s].
     Decay,

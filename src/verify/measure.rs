@@ -83,7 +83,7 @@ impl Check {
             Kind::Amplitude => extremes().map(|(low, high)| 0.5 * (high - low)),
             Kind::TimeOfMaximum => series.maximum().map(|sample| sample.0),
             Kind::TimeOfMinimum => series.minimum().map(|sample| sample.0),
-            Kind::Period => series.period(),
+            Kind::Period => series.period(self.at),
             Kind::Decay => series.decay(),
             Kind::Growth => series.growth(),
             Kind::Crossing => series.passes(self.at?).first().copied(),

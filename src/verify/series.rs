@@ -78,9 +78,12 @@ impl Series {
         places
     }
 
-    /// The mean distance of two rises through the mean value; `None` with fewer than two rises.
-    pub fn period(&self) -> Option<f64> {
-        let rises = self.rises_through(self.mean()?);
+    /// The mean distance of two rises through `level`, or the mean value; `None` with fewer than two rises.
+    ///
+    /// The mean of a damped wave over a window that is no whole number of periods lies off the middle: name the level
+    /// where it is known.
+    pub fn period(&self, level: Option<f64>) -> Option<f64> {
+        let rises = self.rises_through(level.or_else(|| self.mean())?);
         let count = rises.len().checked_sub(1).filter(|&n| n > 0)?;
         Some((rises[count] - rises[0]) / count as f64)
     }
@@ -199,14 +202,15 @@ mod tests {
     #[test]
     fn the_period_of_a_damped_wave_about_an_offset() {
         let wave = sampled(|x| 5.0 + (-0.3 * x).exp() * (TAU * x / 0.8).sin(), 8.0, 4000);
-        assert!((wave.period().unwrap() - 0.8).abs() < 0.002);
+        assert!((wave.period(None).unwrap() - 0.8).abs() < 0.002);
+        assert!((wave.period(Some(5.0)).unwrap() - 0.8).abs() < 1e-6);
         let beta = sampled(|x| 5.0 + (-0.3 * x).exp() * (TAU * x / 0.1).sin(), 4.0, 40_000).decay().unwrap();
         assert!((beta - 0.3).abs() < 0.003, "{beta}");
     }
 
     #[test]
     fn half_a_wave_has_no_period() {
-        assert_eq!(sampled(|x| (TAU * x).sin(), 0.5, 100).period(), None);
+        assert_eq!(sampled(|x| (TAU * x).sin(), 0.5, 100).period(None), None);
         assert_eq!(Series::default().mean(), None);
     }
 

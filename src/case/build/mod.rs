@@ -16,7 +16,7 @@ use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
 use crate::math::{Signal, Vector};
 use crate::mpm::{GridSetup, Mpm, Obstacle, Setup, Wall};
-use crate::simulation::Solver;
+use crate::simulation::{Guarded, Solver, Watched};
 use signals::Samples;
 
 /// A case that is right: the solver in its first state, and what to say about it.
@@ -57,9 +57,9 @@ impl Case {
     }
 
     fn mpm<const D: usize>(&self) -> Result<Model, Vec<Diagnostic>> {
-        let mut assembly = Assembly { case: self, findings: Vec::new() };
+        let mut assembly = Assembly::new(self);
         let setup = assembly.setup::<D>();
-        let mut findings = assembly.findings;
+        let Assembly { mut findings, watched, .. } = assembly;
         if let Some(setup) = &setup {
             check::parts(self, setup, &mut findings);
         }
@@ -83,8 +83,14 @@ impl Case {
             return Err(findings);
         }
         self.locate(&mut findings);
-        Ok(Model { solver: Box::new(solver), summary, warnings: findings })
+        Ok(Model { solver: guarded(solver, watched), summary, warnings: findings })
     }
+}
+
+/// A solver with the formulas that drive it, if there are any.
+fn guarded(solver: impl Solver + 'static, watched: Vec<Watched>) -> Box<dyn Solver> {
+    let solver: Box<dyn Solver> = Box::new(solver);
+    if watched.is_empty() { solver } else { Box::new(Guarded::new(solver, watched)) }
 }
 
 fn has_errors(findings: &[Diagnostic]) -> bool {
@@ -95,6 +101,14 @@ fn has_errors(findings: &[Diagnostic]) -> bool {
 struct Assembly<'c> {
     case: &'c Case,
     findings: Vec<Diagnostic>,
+    /// Formulas that depend on the time.
+    watched: Vec<Watched>,
+}
+
+impl<'c> Assembly<'c> {
+    fn new(case: &'c Case) -> Self {
+        Self { case, findings: Vec::new(), watched: Vec::new() }
+    }
 }
 
 impl Assembly<'_> {

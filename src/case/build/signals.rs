@@ -4,6 +4,7 @@ use super::Assembly;
 use crate::case::SignalSpec;
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
+use crate::simulation::Watched;
 
 /// Where and when a signal is tried out.
 pub(super) struct Samples {
@@ -15,6 +16,9 @@ pub(super) struct Samples {
 
 /// Most places that a signal is tried at; more are thinned out.
 const MOST: usize = 512;
+
+/// Most places that a signal is tried at before every step.
+const WATCHED: usize = 8;
 
 impl Samples {
     /// At all of `places` at the start.
@@ -35,6 +39,12 @@ impl Samples {
     /// At `places` from 0 to `end`.
     pub(super) fn at(places: &[[f64; 3]], end: f64) -> Self {
         Self { places: places.to_vec(), times: times(end), start: false }
+    }
+
+    /// A few of the places.
+    fn some(&self) -> Vec<[f64; 3]> {
+        let stride = self.places.len().div_ceil(WATCHED).max(1);
+        self.places.iter().step_by(stride).copied().collect()
     }
 
     /// The first place and time where `signal` is not finite.
@@ -69,6 +79,9 @@ impl Assembly<'_> {
             let help = "it divides by zero or leaves the domain of a function there";
             self.findings.push(Diagnostic::error(key, message).help(help));
             return Signal::ZERO;
+        }
+        if !signal.is_steady() {
+            self.watched.push(Watched { key: key.to_owned(), signal: signal.clone(), places: samples.some() });
         }
         signal
     }

@@ -116,6 +116,8 @@ pub struct Contact<const D: usize> {
     forces: Vec<NamedForce<D>>,
     /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
     counts: Vec<u64>,
+    /// Sheets of which it was said that particles have crossed them.
+    said: Vec<bool>,
     /// Losses of each force's pair (normal, friction), then the mapping loss of each sheet, then the spin.
     losses: Vec<f64>,
 }
@@ -169,6 +171,7 @@ impl<const D: usize> Contact<D> {
             marks: Marks::default(),
             shifts: vec![Vec::new(); bodies.len()],
             counts: vec![0; 2 + sheets.len()],
+            said: vec![false; sheets.len()],
             losses: vec![0.0; 2 * forces.len() + sheets.len() + 3],
             forces,
         }
@@ -298,6 +301,21 @@ impl<const D: usize> Contact<D> {
         let names = self.sheets.iter().map(|sheet| format!("crossed:{}", sheet.name));
         let names = names.chain((!self.sheets.is_empty()).then(|| "held-back".to_owned()));
         names.zip(self.counts[1..].iter().copied()).collect()
+    }
+
+    /// Says once of each sheet that particles have crossed it.
+    pub fn notices(&mut self) -> Vec<String> {
+        let sheets = self.sheets.iter().zip(&self.counts[1..]).zip(&mut self.said);
+        let news = sheets.filter_map(|((sheet, &count), said)| {
+            (count > 0 && !std::mem::replace(said, count > 0)).then(|| sheet.name.clone())
+        });
+        news.map(|name| {
+            format!(
+                "particles have crossed the membrane `{name}` (`crossed:{name}` in counts.csv): its elements may be much \
+                 larger than cells, or a body begins on both sides of it"
+            )
+        })
+        .collect()
     }
 
     /// What contact has dissipated since the start.

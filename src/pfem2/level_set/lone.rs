@@ -6,6 +6,7 @@
 //! its neighbours; the particles of the drop stay, and show themselves again where two nodes see them.
 
 use crate::mesh::Mesh;
+use crate::pfem2::phases::Phases;
 use rayon::prelude::*;
 
 /// What a node that changes sides takes of the mean φ of its neighbours: it isn't to change back for a little shift.
@@ -26,6 +27,29 @@ pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, leve
     lone.len()
 }
 
+/// The same for three and more fluids, where the largest share makes the fluid of a node: a lone node exchanges it with
+/// that of the fluid of its neighbours, of several the one that occurs most.
+pub fn absorb_lone_fluids<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    density: &[f64],
+    fraction: &mut [Vec<f64>],
+) {
+    let phases = Phases { density, fraction, level: &[] };
+    let fluid: Vec<usize> = (0..mesh.nodes().len()).into_par_iter().map(|node| phases.at(node)).collect();
+    let absorbed = |node: usize| {
+        let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
+        let others = || around.clone().map(|other| other as usize).filter(|&other| other != node);
+        let alone = others().all(|other| fluid[other] != fluid[node]);
+        let votes = |candidate: usize| others().filter(|&other| fluid[other] == candidate).count();
+        alone.then(|| (0..density.len()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
+    };
+    let lone: Vec<(usize, usize)> = (0..fluid.len()).into_par_iter().filter_map(absorbed).collect();
+    for (node, winner) in lone {
+        let (own, other) = (fraction[fluid[node]][node], fraction[winner][node]);
+        (fraction[fluid[node]][node], fraction[winner][node]) = (other, own);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,5 +67,20 @@ mod tests {
             assert!((level[lone] < 0.0) == (sign < 0.0) && level[lone].abs() <= 1e-3);
             assert_eq!(pair.map(|node| level[node]), [-0.4 * sign; 2]);
         }
+    }
+
+    #[test]
+    fn a_node_alone_among_several_fluids_takes_that_of_most_neighbours() {
+        let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([8.0; 2]), [8, 8]).unwrap();
+        let at = |x: f64, y: f64| mesh.nodes().iter().position(|n| (*n - Vector([x, y])).norm() < 1e-9).unwrap();
+        let density = [3.0, 2.0, 1.0];
+        let mut fraction = vec![vec![0.1; 81], vec![0.2; 81], vec![0.7; 81]];
+        let (lone, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
+        for node in [lone, pair[0], pair[1]] {
+            (fraction[0][node], fraction[2][node]) = (0.7, 0.1);
+        }
+        absorb_lone_fluids(&mesh, &density, &mut fraction);
+        assert_eq!([0, 1, 2].map(|fluid: usize| fraction[fluid][lone]), [0.1, 0.2, 0.7]);
+        assert_eq!(pair.map(|node| fraction[0][node]), [0.7; 2]);
     }
 }

@@ -26,7 +26,7 @@ mod volume;
 
 pub use distance::Interface;
 use distance::longest_edge;
-pub use lone::absorb_lone_nodes;
+pub use lone::{absorb_lone_fluids, absorb_lone_nodes};
 pub use outflow::{Opening, outflow};
 pub use volume::{negative_volume, shift_to_volume};
 

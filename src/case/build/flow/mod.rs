@@ -6,7 +6,7 @@ mod mesh;
 mod through;
 
 use super::signals::Samples;
-use super::{Assembly, Model, has_errors};
+use super::{Assembly, Model, guarded, has_errors};
 use crate::case::summary::Summary;
 use crate::case::{Case, check, names};
 use crate::error::Diagnostic;
@@ -24,9 +24,9 @@ pub(super) type MakeMesh<const D: usize, const N: usize> =
 impl Case {
     /// The solver of PFEM-2, or everything that is wrong.
     pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
-        let mut assembly = Assembly { case: self, findings: Vec::new() };
+        let mut assembly = Assembly::new(self);
         let setup = assembly.flow(make);
-        let mut findings = assembly.findings;
+        let Assembly { mut findings, watched, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
         let summary = Summary::of_flow(&setup, &self.file);
@@ -40,7 +40,7 @@ impl Case {
             return Err(findings);
         }
         self.locate(&mut findings);
-        Ok(Model { solver: Box::new(solver), summary, warnings: findings })
+        Ok(Model { solver: guarded(solver, watched), summary, warnings: findings })
     }
 }
 
