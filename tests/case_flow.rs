@@ -3,7 +3,7 @@
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
 use lateen::error::{Diagnostic, Severity};
-use lateen::run::{Existing, Options, RunDirectory, run};
+use lateen::run::{Existing, Folder, Options, RunDirectory, run};
 use lateen::simulation::{Event, Observer, Progress};
 use std::path::Path;
 use std::sync::Arc;
@@ -225,4 +225,38 @@ fn an_interrupted_run_goes_on_bit_for_bit() {
         let differing = whole.lines().zip(parts.lines()).find(|(a, b)| a != b);
         assert!(whole == parts, "{name}: {differing:?}");
     }
+}
+
+/// Decaying vortices lose 1 − exp(−4π²νt) of their energy 1 to viscosity: in the first step, too, whose explicit share is
+/// that of the start.
+#[test]
+fn the_first_step_is_booked_whole() {
+    let set = [("time.end", "0.05"), ("mesh.cell", "0.0625")].map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let case = Folder::open("taylor-green").unwrap().read(&set).unwrap();
+    let home = tempfile::tempdir().unwrap();
+    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
+    let text = std::fs::read_to_string(home.path().join("history/balance.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let column = rows[0].iter().position(|head| *head == "viscous dissipation").unwrap();
+    for row in &rows[2..] {
+        let [time, lost] = [0, column].map(|c| row[c].parse::<f64>().unwrap());
+        let exact = 1.0 - (-4.0 * std::f64::consts::PI.powi(2) * 0.01 * time).exp();
+        assert!((lost / exact - 1.0).abs() < 0.05, "t = {time}: {lost} instead of {exact}");
+    }
+}
+
+#[test]
+fn a_resumed_run_does_not_write_under_other_columns() {
+    let home = tempfile::tempdir().unwrap();
+    let probe = "\n[[probe]]\nname = \"mid\"\nof = \"mesh\"\nat = [0.5, 0.5]\nquantity = ";
+    let text = |quantity: &str, end: &str| format!("{GOOD}{probe}\"{quantity}\"\n").replace("end = \"0.4 s\"", end);
+    let start = |text: &str, existing: Existing| {
+        let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap();
+        run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options { existing, ..Options::default() })
+    };
+    start(&text("pressure", "end = \"0.1 s\""), Existing::Refuse).unwrap();
+    let before = std::fs::read_to_string(home.path().join("history/mid.csv")).unwrap();
+    let error = start(&text("velocity", "end = \"0.2 s\""), Existing::Resume).unwrap_err();
+    assert!(error.to_string().contains("give what is measured another name"), "{error}");
+    assert_eq!(std::fs::read_to_string(home.path().join("history/mid.csv")).unwrap(), before);
 }
