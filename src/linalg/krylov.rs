@@ -34,8 +34,8 @@ pub(super) struct Limits {
     pub restart: usize,
     /// Iterations in all.
     pub iterations: usize,
-    /// Iterations beyond which it is given up as soon as the last ones show that there will be more.
-    pub patience: usize,
+    /// Iterations beyond which it is given up as soon as the last ones show that there will be more; `None`: never.
+    pub patience: Option<usize>,
 }
 
 /// The vectors of FGMRES, kept from one solution to the next.
@@ -116,10 +116,10 @@ impl Krylov {
 /// Whether at the pace of the last iterations there would be more than one has patience for.
 fn falls_behind(history: &[f64], limits: Limits) -> bool {
     let done = history.len() - 1;
-    let Some(before) = done.checked_sub(PACE) else { return false };
+    let (Some(patience), Some(before)) = (limits.patience, done.checked_sub(PACE)) else { return false };
     let gain = (history[before] / history[done]).ln() / PACE as f64;
     let rest = (history[done] / limits.target).ln().max(0.0);
-    rest > gain * limits.patience.saturating_sub(done) as f64
+    rest > gain * patience.saturating_sub(done) as f64
 }
 
 /// Makes `w` a unit vector orthogonal to the basis; gives its coefficients along the basis and its norm.

@@ -196,9 +196,9 @@ impl<const B: usize> LinearSolver<B> {
     fn limits(&self, fresh: bool, target: f64) -> Limits {
         let all = self.options.max_iterations;
         let (iterations, patience) = match (fresh, self.method) {
-            (false, _) => (self.wear.patience().min(all), self.wear.patience()),
-            (true, Method::Single) => (SINGLE_PATIENCE.min(all), usize::MAX),
-            (true, _) => (all, usize::MAX),
+            (false, _) => (self.wear.patience().min(all), Some(self.wear.patience())),
+            (true, Method::Single) => (SINGLE_PATIENCE.min(all), None),
+            (true, _) => (all, None),
         };
         Limits { target, restart: self.options.restart, iterations, patience }
     }

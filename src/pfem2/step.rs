@@ -280,13 +280,15 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let heavy = usize::from(self.density.len() == 2 && self.density[1] > self.density[0]);
         self.level = match (&self.sharp, self.density.len()) {
             (Some(sharp), _) => sharp.level.clone(),
-            (None, 2) => level_set::pseudo(&self.fraction[heavy]),
+            (None, 2) => {
+                let mut level = level_set::pseudo(&self.fraction[heavy]);
+                level_set::absorb_lone_nodes(mesh, &mut level);
+                level
+            }
             _ => Vec::new(),
         };
-        match self.density.len() {
-            2 if self.sharp.is_none() => drop(level_set::absorb_lone_nodes(mesh, &mut self.level)),
-            0..=2 => (),
-            _ => level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction),
+        if self.density.len() > 2 {
+            level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction);
         }
         projected.velocity
     }

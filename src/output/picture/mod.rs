@@ -165,10 +165,14 @@ impl Picture {
         buffer
     }
 
-    /// The unit of the time fits the interval, so that it stays the same over a run.
+    /// The unit of the time fits the interval, so that it stays the same over a run; so do the digits, but at an end that
+    /// is no whole number of intervals.
     fn time_label(&self, time: f64) -> String {
         let shown = Shown::new(time.abs().max(10.0 * self.interval), self.units.unit("s"));
-        let ticks = Ticks::new(0.0, 0.2 * self.interval * shown.factor, 1);
+        let count = time / self.interval;
+        let whole = !count.is_finite() || (count - count.round()).abs() < 1e-6;
+        let finest = if whole { self.interval } else { 0.01 * time.abs() };
+        let ticks = Ticks::new(0.0, 0.2 * finest * shown.factor, 1);
         format!("t = {} {}", ticks.label(time * shown.factor), shown.unit).trim_end().to_owned()
     }
 

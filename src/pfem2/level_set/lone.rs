@@ -16,8 +16,7 @@ const TAKEN: f64 = 1e-3;
 pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &mut [f64]) -> usize {
     let absorbed = |node: usize| {
         let own = level[node] < 0.0;
-        let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
-        let others = || around.clone().map(|other| other as usize).filter(|&other| other != node);
+        let others = || neighbours(mesh, node);
         let alone = others().all(|other| (level[other] < 0.0) != own);
         let mean = || others().map(|other| level[other]).sum::<f64>() / others().count() as f64;
         alone.then(|| (node, TAKEN * mean()))
@@ -37,8 +36,7 @@ pub fn absorb_lone_fluids<const D: usize, const N: usize>(
     let phases = Phases { density, fraction, level: &[] };
     let fluid: Vec<usize> = (0..mesh.nodes().len()).into_par_iter().map(|node| phases.at(node)).collect();
     let absorbed = |node: usize| {
-        let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
-        let others = || around.clone().map(|other| other as usize).filter(|&other| other != node);
+        let others = || neighbours(mesh, node);
         let alone = others().all(|other| fluid[other] != fluid[node]);
         let votes = |candidate: usize| others().filter(|&other| fluid[other] == candidate).count();
         alone.then(|| (0..density.len()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
@@ -48,6 +46,12 @@ pub fn absorb_lone_fluids<const D: usize, const N: usize>(
         let (own, other) = (fraction[fluid[node]][node], fraction[winner][node]);
         (fraction[fluid[node]][node], fraction[winner][node]) = (other, own);
     }
+}
+
+/// The other nodes of the elements around a node, each once per element.
+fn neighbours<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> impl Iterator<Item = usize> + '_ {
+    let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
+    around.map(|other| other as usize).filter(move |&other| other != node)
 }
 
 #[cfg(test)]
