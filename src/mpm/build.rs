@@ -204,7 +204,9 @@ fn build_body<const D: usize>(
     }
     let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
-    let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
+    // With APIC the velocity is the rate of the position.
+    let rate = vec![Vector::ZERO; if transfer == Transfer::Apic { 0 } else { n }];
+    let work = Work { stretch: vec![1.0; n], rate, ..Work::default() };
     Ok(Body {
         name: setup.name,
         law: setup.law,

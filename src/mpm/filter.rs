@@ -18,7 +18,7 @@ use super::grid::{Field, Grid};
 use super::heat::{Dissipation, nodal, warm_by_filter};
 use super::motion::keep_velocity;
 use super::particles::Body;
-use super::sweep::{Bins, Content, Sweep, Wanted, record};
+use super::sweep::{Bins, Content, Record, Sweep, Wanted, put_scalar, put_velocity};
 use super::wall::Walls;
 use crate::math::Vector;
 use crate::parallel::CHUNK;
@@ -68,11 +68,16 @@ pub fn velocity_on_grid<'a, const D: usize>(
     for (body, bins) in bodies {
         Sweep::new(grid, body.kernel, bins).scatter(&mut velocity, body, Content::Momentum);
     }
-    ghosts.fold(&mut velocity, |_, _, _| {});
-    velocity.par_iter_mut().zip(&field.nodes).with_min_len(CHUNK).for_each(|(v, node)| {
+    divide_by_mass(ghosts, field, &mut velocity);
+    velocity
+}
+
+/// Makes velocities of momentum that was scattered; nothing on the ghosts.
+pub fn divide_by_mass<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, momentum: &mut [Vector<D>]) {
+    ghosts.fold(momentum, |_, _, _| {});
+    momentum.par_iter_mut().zip(&field.nodes).with_min_len(CHUNK).for_each(|(v, node)| {
         *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
     });
-    velocity
 }
 
 /// v_p = Σ N w_j; of bodies that keep the heat, what that becomes [J].
@@ -89,8 +94,11 @@ fn gather<const D: usize>(
     for (body, bins) in bodies {
         let sweep = Sweep::new(grid, body.kernel, bins);
         if !body.work.noise.is_empty() {
-            let node = |n: usize| record(squares[n][0], &w[n], &Vector::ZERO);
-            heat += sweep.gather(node, body.view().1, Wanted::Scalar, |chunk| {
+            let node = |n: usize, record: &mut Record| {
+                put_scalar(record, squares[n][0]);
+                put_velocity(record, &w[n]);
+            };
+            heat += sweep.gather(node, body.view().1, Wanted::Gradient, |chunk| {
                 keep_velocity(chunk.particles.velocity, chunk.rows);
                 warm_by_filter(chunk, j, order)
             });
@@ -103,6 +111,6 @@ fn gather<const D: usize>(
 
 /// v_p = Σ N_Ip u_I.
 fn gather_velocity<const D: usize>(sweep: &Sweep<'_, D>, nodal: &[Vector<D>], body: &mut Body<D>) {
-    let node = |n: usize| record(0.0, &nodal[n], &Vector::ZERO);
+    let node = |n: usize, record: &mut Record| put_velocity(record, &nodal[n]);
     sweep.gather(node, body.view().1, Wanted::Motion, |chunk| keep_velocity(chunk.particles.velocity, chunk.rows));
 }

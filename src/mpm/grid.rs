@@ -43,6 +43,10 @@ pub struct Field<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
     pub applied: Vec<Vector<D>>,
+    /// Room for averages over the nodes, Σ V N and Σ V q N.
+    pub sums: Vec<[f64; 2]>,
+    /// Room for their quotients.
+    pub means: Vec<[f64; 1]>,
 }
 
 /// The number of an inactive block in the corner table.

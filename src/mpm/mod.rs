@@ -13,6 +13,7 @@
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
 //! ```
 
+mod average;
 mod build;
 mod columns;
 pub mod contact;
@@ -34,6 +35,7 @@ mod snapshot;
 mod stability;
 pub mod stencil;
 mod step;
+mod strain;
 mod stress;
 mod sweep;
 pub mod traction;

@@ -9,9 +9,11 @@
 use super::grid::Node;
 use super::kernel::Kernel;
 use super::particles::Body;
-use super::sweep::{Answer, CHUNK, Chunk, Rows, Sweep, View, Wanted, record};
-use crate::math::Vector;
+use super::sweep::{
+    Answer, CHUNK, Chunk, Column, Content, Record, Rows, Sweep, View, Wanted, put_acceleration, put_velocity,
+};
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
+use crate::math::{Tensor, Vector};
 
 /// What the end of a step tells about a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -61,23 +63,21 @@ impl Answer for Summary {
     }
 }
 
-/// Where particles go after their stresses are known.
+/// Where particles go at the end of a step: x += Δt ẋ, then the books.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Landing<const D: usize> {
-    /// Nowhere: the step is not over.
-    Stay,
-    /// x += Δt ẋ, then the books: the end of the step.
-    Move {
-        /// Δt [s].
-        dt: f64,
-        /// Lower and upper corner of the domain [m].
-        domain: [Vector<D>; 2],
-    },
+pub(super) struct Landing<const D: usize> {
+    /// Δt [s].
+    pub dt: f64,
+    /// Lower and upper corner of the domain [m].
+    pub domain: [Vector<D>; 2],
 }
 
 impl<const D: usize> Landing<D> {
-    /// Moves the particles by the rates of their column and sums up.
+    /// Moves the particles by the rates of their column, or by their velocities if it is empty, and sums up.
     pub fn land(&self, particles: &mut View<'_, D>) -> Summary {
+        if particles.rate.is_empty() {
+            return self.land_by(particles, Carried);
+        }
         let rate = std::mem::take(&mut particles.rate);
         let summary = self.land_by(particles, &*rate);
         particles.rate = rate;
@@ -85,29 +85,39 @@ impl<const D: usize> Landing<D> {
     }
 
     /// Moves the particles by rates [m/s] and sums up.
-    pub fn land_by(&self, particles: &mut View<'_, D>, rates: impl Rates) -> Summary {
-        let Self::Move { dt, domain } = *self else { return Summary::default() };
+    pub fn land_by(&self, particles: &mut View<'_, D>, rates: impl Rates<D>) -> Summary {
+        let Self { dt, domain } = *self;
         widest(Land { particles, rates, dt, domain })
     }
 }
 
 /// Rates of the positions of a chunk's particles.
-pub(super) trait Rates {
-    /// Component `a` of the rate of particle `p` [m/s].
-    fn rate(&self, p: usize, a: usize) -> f64;
+pub(super) trait Rates<const D: usize> {
+    /// Component `a` of the rate of particle `p` [m/s], whose velocity is `v`.
+    fn rate(&self, p: usize, v: &Vector<D>, a: usize) -> f64;
 }
 
-impl<const D: usize> Rates for &[Vector<D>] {
+impl<const D: usize> Rates<D> for &[Vector<D>] {
     #[inline(always)]
-    fn rate(&self, p: usize, a: usize) -> f64 {
+    fn rate(&self, p: usize, _: &Vector<D>, a: usize) -> f64 {
         self[p][a]
     }
 }
 
-impl<const D: usize> Rates for &Rows<D> {
+impl<const D: usize> Rates<D> for &Rows<D> {
     #[inline(always)]
-    fn rate(&self, p: usize, a: usize) -> f64 {
+    fn rate(&self, p: usize, _: &Vector<D>, a: usize) -> f64 {
         self.velocity[a][p]
+    }
+}
+
+/// Particles move with their velocities: these are the nodes' (APIC).
+struct Carried;
+
+impl<const D: usize> Rates<D> for Carried {
+    #[inline(always)]
+    fn rate(&self, _: usize, v: &Vector<D>, a: usize) -> f64 {
+        v[a]
     }
 }
 
@@ -119,7 +129,7 @@ struct Land<'a, 'b, R, const D: usize> {
     domain: [Vector<D>; 2],
 }
 
-impl<R: Rates, const D: usize> Task for Land<'_, '_, R, D> {
+impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
     type Output = Summary;
 
     #[inline(always)]
@@ -134,7 +144,7 @@ impl<R: Rates, const D: usize> Task for Land<'_, '_, R, D> {
         for p in 0..n {
             let (mut outside, mut square) = (0.0, 0.0);
             for a in 0..D {
-                let step = self.rates.rate(p, a) * self.dt;
+                let step = self.rates.rate(p, &velocity[p], a) * self.dt;
                 let x = position[p][a] + step;
                 position[p][a] = x;
                 // Written so that a NaN is outside.
@@ -197,7 +207,9 @@ impl Transport {
     /// What must be gathered for particles with or without an affine matrix, and with a gradient if `strained`.
     pub fn wanted(&self, affine: bool, strained: bool) -> Wanted {
         match (affine, strained) {
-            (true, _) => Wanted::MotionAndMoment,
+            (true, false) if self.per_inertia.is_some() => Wanted::Moment,
+            (true, false) => Wanted::Gradient,
+            (true, true) => Wanted::GradientAndMoment,
             (false, true) => Wanted::MotionAndGradient,
             (false, false) => Wanted::Motion,
         }
@@ -208,11 +220,46 @@ impl Transport {
         let Chunk { particles, rows, .. } = chunk;
         let share = if particles.affine.is_empty() { self.share } else { 1.0 };
         widest(Carry { velocity: particles.velocity, rows, dt: self.dt, share });
-        for (p, c) in particles.affine.iter_mut().enumerate() {
-            *c = match self.per_inertia {
-                Some(scale) => rows.moment(p) * scale,
-                None => rows.gradient(p),
-            };
+        let (from, scale) = match self.per_inertia {
+            Some(scale) => (&rows.moment, scale),
+            None => (&rows.gradient, 1.0),
+        };
+        widest(CarryAffine { affine: particles.affine, from, scale });
+    }
+}
+
+/// New affine matrices of a chunk.
+struct CarryAffine<'a, const D: usize> {
+    affine: &'a mut [Tensor<D>],
+    /// By axis and component.
+    from: &'a [[Column; D]; D],
+    scale: f64,
+}
+
+impl<const D: usize> Task for CarryAffine<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { affine, from, scale } = self;
+        for (group, affine) in affine.chunks_mut(WIDTH).enumerate() {
+            let p = group * WIDTH;
+            let entry = |i: usize| &from[i % D][i / D];
+            let mut rows = [L::splat(0.0); WIDTH];
+            for (i, row) in rows.iter_mut().enumerate().take(D * D) {
+                let column = entry(i)[p..].first_chunk().expect("columns end eight numbers beyond the chunk");
+                *row = L::load(column).mul(L::splat(scale));
+            }
+            for (k, (c, row)) in affine.iter_mut().zip(L::transpose(rows)).enumerate() {
+                let mut numbers = [0.0; WIDTH];
+                row.store(&mut numbers);
+                let c = c.0.as_flattened_mut();
+                let common = c.len().min(WIDTH);
+                c[..common].copy_from_slice(&numbers[..common]);
+                if D == 3 {
+                    c[D * D - 1] = entry(D * D - 1)[p + k] * scale;
+                }
+            }
         }
     }
 }
@@ -252,25 +299,40 @@ pub(super) fn keep_velocity<const D: usize>(column: &mut [Vector<D>], rows: &Row
     column.iter_mut().enumerate().for_each(|(p, v)| *v = rows.velocity(p));
 }
 
-/// New velocities of a body and the rates of its positions, from nodes that hold (m, v⁺, a).
+/// New velocities of a body and the rates of its positions, from nodes that hold (m, v⁺, a). The new momentum is
+/// scattered to `momentum` in the same visit, if that is wanted.
 pub(super) fn gather_motion<const D: usize>(
     sweep: &Sweep<'_, D>,
     nodes: &[Node<D>],
     transport: Transport,
     body: &mut Body<D>,
+    momentum: Option<&mut [Vector<D>]>,
 ) {
     let wanted = transport.wanted(!body.particles.affine.is_empty(), false);
-    let node = |n: usize| record(0.0, &nodes[n].momentum, &nodes[n].force);
-    sweep.gather(node, body.view().1, wanted, |chunk| {
+    let accelerations = wanted == Wanted::Motion;
+    let node = |n: usize, record: &mut Record| {
+        put_velocity(record, &nodes[n].momentum);
+        if accelerations {
+            put_acceleration(record, &nodes[n].force);
+        }
+    };
+    let visit = |chunk: &mut Chunk<'_, D>| {
         keep_velocity(chunk.particles.rate, chunk.rows);
         transport.carry(chunk);
-    });
+    };
+    let view = body.view().1;
+    match momentum {
+        Some(momentum) => sweep.relay(node, view, (wanted, Content::Momentum), momentum, visit),
+        None => sweep.gather(node, view, wanted, visit),
+    }
 }
 
 /// Σ N v̂ of the particles on which external forces work, v̂ = v⁺ − ½ Δt a.
 pub(super) fn gather_mean<const D: usize>(sweep: &Sweep<'_, D>, nodes: &[Node<D>], dt: f64, body: &mut Body<D>) {
     if !body.work.mean.is_empty() {
-        let node = |n: usize| record(0.0, &(nodes[n].momentum - nodes[n].force * (0.5 * dt)), &Vector::ZERO);
+        let node = |n: usize, record: &mut Record| {
+            put_velocity(record, &(nodes[n].momentum - nodes[n].force * (0.5 * dt)));
+        };
         sweep.gather(node, body.view().1, Wanted::Motion, |chunk| keep_velocity(chunk.particles.mean, chunk.rows));
     }
 }

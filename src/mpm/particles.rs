@@ -43,7 +43,7 @@ pub struct Work<const D: usize> {
     pub external: Vec<Vector<D>>,
     /// The tractions among the external forces: particle index and force [N].
     pub traction: Vec<(usize, Vector<D>)>,
-    /// Rate of the position ẋ_p = Σ N v⁺ [m/s].
+    /// Rate of the position ẋ_p = Σ N v⁺ [m/s]; empty where that is the velocity (APIC).
     pub rate: Vec<Vector<D>>,
     /// What the noise filter has not explained yet [m/s], u_j; empty but in the filter of bodies that keep its heat.
     pub noise: Vec<Vector<D>>,
@@ -230,15 +230,6 @@ impl<const D: usize> Particles<D> {
     #[inline(always)]
     pub fn stress(&self, p: usize) -> SymTensor {
         self.stress.get(p).copied().unwrap_or_else(|| SymTensor::isotropic(-self.pressure[p]))
-    }
-
-    /// Minus the mean of the normal stresses along the D axes [Pa]: what works on volume changes in D dimensions.
-    #[inline(always)]
-    pub fn mean_pressure(&self, p: usize) -> f64 {
-        match self.stress.get(p) {
-            Some(stress) => -stress.0[..D].iter().sum::<f64>() / D as f64,
-            None => self.pressure[p],
-        }
     }
 
     /// Kinetic energy Σ ½ m v² [J].

@@ -6,7 +6,7 @@ use super::membrane::Membrane;
 use super::particles::Body;
 use crate::math::{Tensor, Vector};
 use crate::simulation::TermKind::{Gain, Loss, Stored};
-use crate::simulation::{BalanceTerm, Field, Ledger, PointSet, Snapshot};
+use crate::simulation::{BalanceTerm, Field, FieldValues, Ledger, PointSet, Snapshot};
 use std::borrow::Cow;
 
 /// Vectors with three components: borrowed in 3D, padded in 2D.
@@ -20,6 +20,10 @@ fn padded<const D: usize>(vectors: &[Vector<D>]) -> Cow<'_, [[f64; 3]]> {
 
 /// A vector field.
 fn vector_field<'a, const D: usize>(name: &'static str, unit: &'static str, vectors: &'a [Vector<D>]) -> Field<'a> {
+    if D == 3 {
+        let values = FieldValues::Stored(bytemuck::cast_slice(vectors));
+        return Field { name, unit, components: 3, values };
+    }
     Field::computed(name, unit, 3, move || bytemuck::cast_slice(&padded(vectors)).to_vec())
 }
 

@@ -134,9 +134,8 @@ impl<const D: usize> Mpm<D> {
         self.filter_order = self.due_filter(step);
         self.summaries = vec![Summary::default(); self.bodies.len()];
         for field in 0..self.grid.fields.len() {
-            timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻        (60, 61)
-            timed!(self.timer, "stress", self.stress_first(field, step)?); // Δε, Ω, σ          (62, 63)
-            timed!(self.timer, "force", self.scatter_forces(field)); // f_I                     (17, 18)
+            timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻         (60, 61)
+            timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
         }
         let Self { grid, bodies, coupling, timer, .. } = self;

@@ -23,6 +23,8 @@ pub(crate) trait Lanes: Copy {
     fn sub(self, other: Self) -> Self;
     /// Product.
     fn mul(self, factor: Self) -> Self;
+    /// Quotient.
+    fn div(self, divisor: Self) -> Self;
     /// self · factor + addend.
     fn mul_add(self, factor: Self, addend: Self) -> Self;
     /// The larger one; `other` if one is not a number.
@@ -35,6 +37,10 @@ pub(crate) trait Lanes: Copy {
     fn if_at_most(self, bound: Self, yes: Self, no: Self) -> Self;
     /// These lanes, but those whose bit is set in `mask` from `other`. The mask is a constant after inlining.
     fn blend(self, other: Self, mask: u8) -> Self;
+    /// `a` in the first four lanes, `b` in the last four.
+    fn pair(a: f64, b: f64) -> Self;
+    /// The first four lanes of both, and the last four lanes of both.
+    fn halves(self, other: Self) -> [Self; 2];
     /// Lane i of entry k becomes lane k of entry i.
     fn transpose(rows: [Self; WIDTH]) -> [Self; WIDTH];
 
@@ -93,6 +99,10 @@ impl Lanes for Portable {
         self.with(factor, |a, b| a * b)
     }
     #[inline(always)]
+    fn div(self, divisor: Self) -> Self {
+        self.with(divisor, |a, b| a / b)
+    }
+    #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
         self.mul(factor).add(addend)
     }
@@ -126,6 +136,19 @@ impl Lanes for Portable {
             }
         }
         self
+    }
+    #[inline(always)]
+    fn pair(a: f64, b: f64) -> Self {
+        Self([a, a, a, a, b, b, b, b])
+    }
+    #[inline(always)]
+    fn halves(self, other: Self) -> [Self; 2] {
+        let (mut first, mut last) = (self, other);
+        for k in 0..WIDTH / 2 {
+            first.0[WIDTH / 2 + k] = other.0[k];
+            last.0[k] = self.0[WIDTH / 2 + k];
+        }
+        [first, last]
     }
     #[inline(always)]
     fn transpose(rows: [Self; WIDTH]) -> [Self; WIDTH] {

@@ -16,8 +16,21 @@ impl Task for Operations {
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
         let (a, b) = (L::load(&A), L::load(&B));
-        let results =
-            [a.add(b), a.sub(b), a.mul(b), a.mul_add(b, a), a.max(b), a.min(b), a.floor(), a.blend(b, 0b1010_0110)];
+        let [first, last] = a.halves(b);
+        let results = [
+            first,
+            last,
+            L::pair(A[2], B[5]),
+            L::splat(6.0).div(L::splat(4.0)),
+            a.add(b),
+            a.sub(b),
+            a.mul(b),
+            a.mul_add(b, a),
+            a.max(b),
+            a.min(b),
+            a.floor(),
+            a.blend(b, 0b1010_0110),
+        ];
         let chosen = a.if_at_most(b, L::splat(1.0), L::splat(2.0));
         let mut rows = [a; WIDTH];
         for (k, row) in rows.iter_mut().enumerate() {
@@ -41,7 +54,12 @@ impl Task for Operations {
 #[test]
 fn every_kind_of_registers_computes_the_same() {
     let both = |f: &dyn Fn(f64, f64) -> f64| std::array::from_fn(|k| f(A[k], B[k]));
+    let half = |from: [f64; WIDTH], k: usize| from[k % 4 + WIDTH / 2];
     let mut expected: Vec<[f64; WIDTH]> = vec![
+        std::array::from_fn(|k| if k < 4 { A[k] } else { B[k - 4] }),
+        std::array::from_fn(|k| if k < 4 { half(A, k) } else { half(B, k) }),
+        std::array::from_fn(|k| if k < 4 { A[2] } else { B[5] }),
+        [1.5; WIDTH],
         both(&|a, b| a + b),
         both(&|a, b| a - b),
         both(&|a, b| a * b),

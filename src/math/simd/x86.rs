@@ -60,6 +60,10 @@ impl Lanes for Avx512 {
         Self(unsafe { _mm512_mul_pd(self.0, factor.0) })
     }
     #[inline(always)]
+    fn div(self, divisor: Self) -> Self {
+        Self(unsafe { _mm512_div_pd(self.0, divisor.0) })
+    }
+    #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
         Self(unsafe { _mm512_fmadd_pd(self.0, factor.0, addend.0) })
     }
@@ -85,6 +89,16 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn blend(self, other: Self, mask: u8) -> Self {
         Self(unsafe { _mm512_mask_blend_pd(mask, self.0, other.0) })
+    }
+    #[inline(always)]
+    fn pair(a: f64, b: f64) -> Self {
+        Self(unsafe { _mm512_mask_blend_pd(0xf0, _mm512_set1_pd(a), _mm512_set1_pd(b)) })
+    }
+    #[inline(always)]
+    fn halves(self, other: Self) -> [Self; 2] {
+        unsafe {
+            [Self(_mm512_shuffle_f64x2::<0x44>(self.0, other.0)), Self(_mm512_shuffle_f64x2::<0xee>(self.0, other.0))]
+        }
     }
     #[inline(always)]
     fn transpose(r: [Self; WIDTH]) -> [Self; WIDTH] {
@@ -180,6 +194,10 @@ impl Lanes for Avx2 {
         unsafe { Self(_mm256_mul_pd(self.0, factor.0), _mm256_mul_pd(self.1, factor.1)) }
     }
     #[inline(always)]
+    fn div(self, divisor: Self) -> Self {
+        unsafe { Self(_mm256_div_pd(self.0, divisor.0), _mm256_div_pd(self.1, divisor.1)) }
+    }
+    #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
         unsafe { Self(_mm256_fmadd_pd(self.0, factor.0, addend.0), _mm256_fmadd_pd(self.1, factor.1, addend.1)) }
     }
@@ -211,6 +229,14 @@ impl Lanes for Avx2 {
                 _mm256_blendv_pd(self.1, other.1, Self::selector(mask >> 4)),
             )
         }
+    }
+    #[inline(always)]
+    fn pair(a: f64, b: f64) -> Self {
+        unsafe { Self(_mm256_set1_pd(a), _mm256_set1_pd(b)) }
+    }
+    #[inline(always)]
+    fn halves(self, other: Self) -> [Self; 2] {
+        [Self(self.0, other.0), Self(self.1, other.1)]
     }
     #[inline(always)]
     fn transpose(r: [Self; WIDTH]) -> [Self; WIDTH] {

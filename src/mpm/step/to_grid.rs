@@ -3,11 +3,11 @@
 use super::{Step, in_field};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
+use crate::mpm::average::Average;
 use crate::mpm::ghost::Ghosts;
-use crate::mpm::motion::Landing;
-use crate::mpm::stress::{Strain, average_pressure, update_stress};
+use crate::mpm::stress::{Strain, update_stress_and_push};
 use crate::mpm::sweep::{Bins, Content, Sweep};
-use crate::mpm::{Field, Mpm, Node, StressUpdate};
+use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -36,21 +36,19 @@ impl<const D: usize> Mpm<D> {
         self.walls.start_step();
     }
 
-    /// True if the stresses that make the forces are known when mass and momentum are scattered.
-    pub(super) fn scatters_at_once(&self) -> bool {
-        matches!(self.stress_update, StressUpdate::Last | StressUpdate::ModifiedLast)
+    /// True if the forces are known when mass and momentum are scattered.
+    fn scatters_at_once(&self) -> bool {
+        let late = matches!(self.stress_update, StressUpdate::Last | StressUpdate::ModifiedLast);
+        late && self.locking == Locking::None
     }
 
     /// m_I and p_I⁻ with the binding walls (60, 61).
     pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) {
         let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
-        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, locking, .. } = self;
+        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, .. } = self;
         grid.with_field(field, |grid, own| {
             for (body, bins) in in_field(bodies, bins, field) {
                 body.find_external_forces(gravity, step.t);
-                if content == Content::MomentumAndForce {
-                    average_pressure((grid, ghosts), *locking, body, bins);
-                }
                 bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
             walls.fold(ghosts, field, &mut own.nodes);
@@ -64,41 +62,40 @@ impl<const D: usize> Mpm<D> {
         });
     }
 
-    /// The stress update before the forces, over the interval that led here (62, 63).
-    pub(super) fn stress_first(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
-        let dt = match self.stress_update {
-            StressUpdate::First => step.dt_before,
-            StressUpdate::Average => 0.5 * step.dt_before,
-            StressUpdate::Last | StressUpdate::ModifiedLast => return Ok(()),
-        };
-        let Self { grid, bodies, bins, ghosts, locking, .. } = self;
-        grid.with_field(field, |grid, own| {
-            let velocity = |node: &Node<D>| {
-                if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
-            };
-            parallel::map_into(&own.nodes, &mut own.velocity, velocity);
-            ghosts.fill(&mut own.velocity);
-            let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: true, heat: &[] };
-            in_field(bodies, bins, field).try_for_each(|(body, bins)| {
-                let sweep = Sweep::new(grid, body.kernel, bins);
-                update_stress(&sweep, (grid, ghosts), strain, body, Landing::Stay).map(|_| ())
-            })
-        })
-    }
-
-    /// f_I of stresses and of forces on particles (17, 18), where they could not be scattered with the momentum.
-    pub(super) fn scatter_forces(&mut self, field: usize) {
+    /// f_I of stresses and of forces on particles (17, 18), where they could not be scattered with the momentum; before
+    /// that the stress update over the interval that led here (62, 63), if that is its place.
+    pub(super) fn stress_and_force(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         if self.scatters_at_once() {
-            return;
+            return Ok(());
         }
+        let dt = match self.stress_update {
+            StressUpdate::First => Some(step.dt_before),
+            StressUpdate::Average => Some(0.5 * step.dt_before),
+            StressUpdate::Last | StressUpdate::ModifiedLast => None,
+        };
         let Self { grid, bodies, bins, ghosts, walls, locking, .. } = self;
         grid.with_field(field, |grid, own| {
-            for (body, bins) in in_field(bodies, bins, field) {
-                average_pressure((grid, ghosts), *locking, body, bins);
-                Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, Content::Force);
+            let Field { nodes, velocity, sums, means, .. } = own;
+            if dt.is_some() {
+                parallel::map_into(nodes, velocity, |node| {
+                    if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
+                });
+                ghosts.fill(velocity);
             }
-            walls.fold(ghosts, field, &mut own.nodes);
-        });
+            let mut average = Average { ghosts, locking: *locking, sums, means };
+            for (body, bins) in in_field(bodies, bins, field) {
+                let sweep = Sweep::new(grid, body.kernel, bins);
+                match dt {
+                    Some(dt) => {
+                        let strain = Strain { velocity, dt, backwards: true, heat: &[] };
+                        update_stress_and_push(&sweep, &mut average, strain, body, nodes)?;
+                    }
+                    None => average.push(&sweep, body, nodes),
+                }
+            }
+            walls.fold(ghosts, field, nodes);
+            Ok(())
+        })
     }
 
     /// Gravity that is the same everywhere at time `t` acts on the nodes [m/s²]; other gravity on the particles.

@@ -4,7 +4,8 @@ use super::books::NodeWork;
 use super::{Step, of_field};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::mpm::filter::{filter, velocity_on_grid};
+use crate::mpm::average::Average;
+use crate::mpm::filter::{divide_by_mass, filter, velocity_on_grid};
 use crate::mpm::heat;
 use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
 use crate::mpm::stress::{Strain, strain_and_land, update_stress};
@@ -71,9 +72,19 @@ impl<const D: usize> Mpm<D> {
         self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order == 0
     }
 
+    /// True if the stress update wants the particles' new velocity on the grid (theory 2.4).
+    fn remaps(&self) -> bool {
+        matches!(self.stress_update, StressUpdate::ModifiedLast | StressUpdate::Average)
+    }
+
+    /// True if that can be scattered while the particles get it: nothing changes it any more.
+    fn remaps_at_once(&self) -> bool {
+        self.remaps() && self.filter_order == 0
+    }
+
     /// Where the particles are at the end of the step.
     pub(super) fn landing(&self, step: &Step) -> Landing<D> {
-        Landing::Move { dt: step.dt, domain: [self.grid.origin, self.grid.upper()] }
+        Landing { dt: step.dt, domain: [self.grid.origin, self.grid.upper()] }
     }
 
     /// v_p and ẋ_p (65, 19), and the work of external forces; all that remains of the step where that can be done
@@ -81,9 +92,14 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let dt = step.momentum_dt;
         let share = self.pic_share(dt);
-        let (at_once, landing) = (self.lands_at_once(), self.landing(step));
+        let (at_once, remaps, landing) = (self.lands_at_once(), self.remaps_at_once(), self.landing(step));
         let Self { grid, bodies, bins, tally, books, accounts, summaries, .. } = self;
+        let mut momentum = std::mem::take(&mut grid.fields[field].velocity);
         let (grid, own) = (&*grid, &grid.fields[field]);
+        if remaps {
+            momentum.clear();
+            momentum.resize(own.nodes.len(), Vector::ZERO);
+        }
         for (index, (body, bins)) in
             bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
         {
@@ -93,7 +109,7 @@ impl<const D: usize> Mpm<D> {
             if at_once {
                 summaries[index] = strain_and_land(&sweep, &own.nodes, transport, step.dt, body, landing)?;
             } else {
-                gather_motion(&sweep, &own.nodes, transport, body);
+                gather_motion(&sweep, &own.nodes, transport, body, remaps.then_some(&mut momentum));
             }
             let (all, tractions, impulse) = body.external_work(dt);
             tally.external += all;
@@ -101,6 +117,7 @@ impl<const D: usize> Mpm<D> {
             books.add(accounts.traction, tractions);
             books.push(impulse.to3());
         }
+        self.grid.fields[field].velocity = momentum;
         self.filter_noise(field, step);
         Ok(())
     }
@@ -125,19 +142,24 @@ impl<const D: usize> Mpm<D> {
         if self.lands_at_once() {
             return Ok(());
         }
-        let (dt, remapped) = match self.stress_update {
+        let dt = match self.stress_update {
             StressUpdate::First => return Ok(()),
-            StressUpdate::Last => (step.dt, false),
-            StressUpdate::ModifiedLast => (step.dt, true),
-            StressUpdate::Average => (0.5 * step.dt, true),
+            StressUpdate::Last | StressUpdate::ModifiedLast => step.dt,
+            StressUpdate::Average => 0.5 * step.dt,
         };
+        let (remapped, at_once) = (self.remaps(), self.remaps_at_once());
         let (landing, dissipation) = (self.landing(step), self.dissipation);
         let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
             let mut heat = Vec::new();
             if remapped {
-                let memory = std::mem::take(&mut own.velocity);
-                own.velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), memory);
+                let mut velocity = std::mem::take(&mut own.velocity);
+                if at_once {
+                    divide_by_mass(ghosts, own, &mut velocity);
+                } else {
+                    velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
+                }
+                own.velocity = velocity;
                 walls.constrain_velocity(grid, field, &mut own.velocity, step.after());
                 if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
                     heat = heat::of_contact(ghosts, own, step.momentum_dt);
@@ -146,13 +168,15 @@ impl<const D: usize> Mpm<D> {
             } else {
                 parallel::map_into(&own.nodes, &mut own.velocity, |node| node.momentum);
             }
+            let Field { velocity, sums, means, .. } = own;
+            let mut average = Average { ghosts, locking: *locking, sums, means };
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 let heat = if dissipation.warms(body) { &*heat } else { &[] };
-                let strain = Strain { velocity: &own.velocity, dt, locking: *locking, backwards: false, heat };
-                summaries[index] = update_stress(&sweep, (grid, ghosts), strain, body, landing)?;
+                let strain = Strain { velocity, dt, backwards: false, heat };
+                summaries[index] = update_stress(&sweep, &mut average, strain, body, landing)?;
             }
             Ok(())
         })

@@ -1,16 +1,15 @@
 //! Grid to particles: velocity, acceleration (65, 19), velocity gradient (62, 63), affine moment (APIC).
 
 use super::bins::Bin;
-use super::frame::{self, Frame};
-use super::group::Group;
+use super::frame::Frame;
 use super::kernel::{self, Gathered, Sums};
-use super::rows::{CHUNK, Column, Rows};
+use super::place::{Places, put};
+use super::rows::{CHUNK, Rows};
 use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape};
 use super::tile::{Extent, Record, TILE_NODES, Tile, for_each_run};
 use super::view::View;
 use super::{Kernel, Sweep, with_shape};
-use crate::math::Vector;
-use crate::math::simd::{Lanes, Task, WIDTH, widest};
+use crate::math::simd::{Lanes, Task, widest};
 
 /// Few enough bins for one thread.
 const FEW: usize = 16;
@@ -28,7 +27,7 @@ pub(crate) struct Chunk<'a, const D: usize> {
 /// What a gather computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wanted {
-    /// Scalar and velocity.
+    /// Scalar.
     Scalar,
     /// Velocity and acceleration.
     Motion,
@@ -36,30 +35,33 @@ pub(crate) enum Wanted {
     Gradient,
     /// Velocity, acceleration, and the velocity gradient.
     MotionAndGradient,
+    /// Velocity and its affine moment.
+    Moment,
     /// Velocity, its gradient and its affine moment.
-    MotionAndMoment,
+    GradientAndMoment,
 }
 
 /// Makes the types of [`Sums`].
 macro_rules! sums {
-    ($($Name:ident: $scalar:literal, $acceleration:literal, $slopes:literal;)+) => {
+    ($($Name:ident: $from:expr, $to:expr, $slopes:expr;)+) => {
         $(
             #[derive(Clone, Copy)]
             struct $Name;
             impl Sums for $Name {
-                const SCALAR: bool = $scalar;
-                const ACCELERATION: bool = $acceleration;
-                const SLOPES: usize = $slopes;
+                const FROM: usize = $from;
+                const TO: fn(usize) -> usize = $to;
+                const SLOPES: [bool; 2] = $slopes;
             }
         )+
     };
 }
 sums! {
-    ScalarSums: true, false, 0;
-    MotionSums: false, true, 0;
-    GradientSums: true, false, 1;
-    MotionAndGradientSums: false, true, 1;
-    MotionAndMomentSums: false, false, 2;
+    ScalarSums: 0, |_| 1, [false, false];
+    MotionSums: 1, |d| 1 + 2 * d, [false, false];
+    GradientSums: 0, |d| 1 + d, [true, false];
+    MotionAndGradientSums: 1, |d| 1 + 2 * d, [true, false];
+    MomentSums: 1, |d| 1 + d, [false, true];
+    GradientAndMomentSums: 1, |d| 1 + d, [true, true];
 }
 
 /// An answer of visitors that can be combined; combined in a fixed order.
@@ -80,27 +82,88 @@ impl Answer for f64 {
 }
 
 impl<const D: usize> Sweep<'_, D> {
-    /// Visits all particles, a chunk at a time, with what the nodes say there. `node` gives a node's record:
-    /// a scalar, the velocity, the acceleration (see [`super::tile::record`]).
+    /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's record:
+    /// a scalar, the velocity, the acceleration.
     pub fn gather<A: Answer>(
         &self,
-        node: impl Fn(usize) -> Record + Sync,
+        node: impl Fn(usize, &mut Record) + Sync,
         particles: View<'_, D>,
         wanted: Wanted,
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
     ) -> A {
         let all = Part { bins: &self.bins.bins, slots: &self.bins.slots, extents: &self.bins.extents };
-        // Behind a pointer, so that visitors are not compiled once more for every shape function.
-        let gather: &ChunkFn<'_, D> = with_shape!(self, shape => {
-            &move |tile, frame, positions, rows| widest(ChunkGather { tile, shape, frame, positions, wanted, rows })
+        split(all, particles, &|part: Part<'_, D>, particles: View<'_, D>| {
+            let mut desk = Reader::default();
+            let mut answer = A::default();
+            let (bins, mut rest) = (part.bins.iter().zip(part.slots).zip(part.extents), particles);
+            for ((bin, slots), extent) in bins {
+                let (mine, others) = rest.split_at(bin.range.len());
+                rest = others;
+                desk.fill(slots, extent, &node);
+                let frame = Frame::new(self, bin.block);
+                answer = answer.and(desk.read(self.kernel, frame, mine, wanted, |chunk, _| visit(chunk)));
+            }
+            answer
+        })
+    }
+}
+
+/// What a thread needs to read nodes at particles.
+pub(crate) struct Reader<const D: usize> {
+    tile: Box<Tile>,
+    places: Box<Places<D>>,
+    rows: Box<Rows<D>>,
+}
+
+impl<const D: usize> Default for Reader<D> {
+    fn default() -> Self {
+        Self { tile: Box::new([Record::default(); TILE_NODES]), places: Box::default(), rows: Box::default() }
+    }
+}
+
+impl<const D: usize> Reader<D> {
+    /// Copies the nodes of a block's tile.
+    pub fn fill(&mut self, slots: &[u32], extent: &Extent, node: &impl Fn(usize, &mut Record)) {
+        for_each_run::<D>(slots, extent, |first, t, count| {
+            for (i, record) in self.tile[t..t + count].iter_mut().enumerate() {
+                node(first + i, record);
+            }
         });
-        let work = GatherPart { sweep: self, node: &node, gather };
-        split(all, particles, &|part: Part<'_, D>, particles: View<'_, D>| work.run(part, particles, &visit))
+    }
+
+    /// Visits the particles of a block, a chunk at a time.
+    pub fn read<A: Answer>(
+        &mut self,
+        kernel: Kernel,
+        frame: Frame<D>,
+        mut particles: View<'_, D>,
+        wanted: Wanted,
+        mut visit: impl FnMut(&mut Chunk<'_, D>, &Places<D>) -> A,
+    ) -> A {
+        let Self { tile, places, rows } = self;
+        let mut answer = A::default();
+        while particles.len() > 0 {
+            let len = CHUNK.min(particles.len());
+            let (chunk, rest) = particles.split_at(len);
+            particles = rest;
+            places.locate(kernel, frame, chunk.position);
+            let visits = gather_chunk(kernel, tile, (places, frame.scale), wanted, rows);
+            answer = answer.and(visit(&mut Chunk { particles: chunk, rows, visits }, places));
+        }
+        answer
     }
 }
 
 /// Gathers for the particles of a chunk from a tile; returns how many times nodes were read.
-type ChunkFn<'a, const D: usize> = dyn Fn(&Tile, Frame<D>, &[Vector<D>], &mut Rows<D>) -> usize + Sync + 'a;
+fn gather_chunk<const D: usize>(
+    kernel: Kernel,
+    tile: &Tile,
+    (places, per_cell): (&Places<D>, f64),
+    wanted: Wanted,
+    rows: &mut Rows<D>,
+) -> usize {
+    with_shape!(kernel, shape => widest(ChunkGather { tile, shape, places, per_cell, wanted, rows }))
+}
 
 /// Consecutive bins.
 #[derive(Clone, Copy)]
@@ -135,48 +198,12 @@ fn split<const D: usize, A: Answer>(
     a.and(b)
 }
 
-/// The work of one thread.
-struct GatherPart<'a, N, const D: usize> {
-    sweep: &'a Sweep<'a, D>,
-    node: &'a N,
-    gather: &'a ChunkFn<'a, D>,
-}
-
-impl<N: Fn(usize) -> Record + Sync, const D: usize> GatherPart<'_, N, D> {
-    fn run<A: Answer>(
-        &self,
-        Part { bins, slots, extents }: Part<'_, D>,
-        mut particles: View<'_, D>,
-        visit: &(impl Fn(&mut Chunk<'_, D>) -> A + Sync),
-    ) -> A {
-        let mut tile = Box::new([Record::default(); TILE_NODES]);
-        let mut rows = Box::new(Rows::default());
-        let mut answer = A::default();
-        for ((bin, slots), extent) in bins.iter().zip(slots).zip(extents) {
-            for_each_run::<D>(slots, extent, |node, t, count| {
-                for (i, record) in tile[t..t + count].iter_mut().enumerate() {
-                    *record = (self.node)(node + i);
-                }
-            });
-            let frame = Frame::new(self.sweep, bin.block);
-            let mut left = bin.range.len();
-            while left > 0 {
-                let len = CHUNK.min(left);
-                let (chunk, rest) = particles.split_at(len);
-                (particles, left) = (rest, left - len);
-                let visits = (self.gather)(&tile, frame, chunk.position, &mut rows);
-                answer = answer.and(visit(&mut Chunk { particles: chunk, rows: &mut rows, visits }));
-            }
-        }
-        answer
-    }
-}
-
 struct ChunkGather<'a, S, const W: usize, const D: usize> {
     tile: &'a Tile,
     shape: S,
-    frame: Frame<D>,
-    positions: &'a [Vector<D>],
+    places: &'a Places<D>,
+    /// 1/h [1/m].
+    per_cell: f64,
     wanted: Wanted,
     rows: &'a mut Rows<D>,
 }
@@ -191,106 +218,46 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W,
             Wanted::Motion => self.sums::<L, MotionSums>(),
             Wanted::Gradient => self.sums::<L, GradientSums>(),
             Wanted::MotionAndGradient => self.sums::<L, MotionAndGradientSums>(),
-            Wanted::MotionAndMoment => self.sums::<L, MotionAndMomentSums>(),
+            Wanted::Moment => self.sums::<L, MomentSums>(),
+            Wanted::GradientAndMoment => self.sums::<L, GradientAndMomentSums>(),
         }
-    }
-}
-
-/// Tile coordinates of the particles of a chunk, and where their supports begin.
-#[repr(C, align(64))]
-struct Places<const D: usize> {
-    s: [Column; D],
-    first: [u32; CHUNK + WIDTH],
-}
-
-impl<const D: usize> Places<D> {
-    /// How many of the eight particles from `p` on have the same support as the first of them.
-    #[inline(always)]
-    fn run(&self, p: usize) -> usize {
-        let mut same = 0u32;
-        for k in 0..WIDTH {
-            same |= u32::from(self.first[p + k] == self.first[p]) << k;
-        }
-        same.trailing_ones() as usize
     }
 }
 
 impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
-    #[inline(always)]
-    fn places<L: Lanes>(&self) -> Places<D> {
-        let mut places = Places { s: [[0.0; CHUNK + WIDTH]; D], first: [u32::MAX; CHUNK + WIDTH] };
-        let n = self.positions.len();
-        for p in (0..n).step_by(WIDTH) {
-            let group = Group::new(p, n);
-            let s = self.frame.coordinates::<L>(group, self.positions);
-            let mut base = s;
-            for axis in 0..D {
-                base[axis] = frame::base(self.shape, s[axis]);
-                put(s[axis], p, &mut places.s[axis]);
-            }
-            let mut first = [0.0; WIDTH];
-            frame::tile_number(&base).store(&mut first);
-            for k in 0..group.count() {
-                places.first[p + k] = first[k] as u32;
-            }
-        }
-        places
-    }
-
     /// Takes runs of particles with the same support, eight at a time: what is stored beyond a run is wrong, and is
     /// replaced by the next.
     #[inline(always)]
     fn sums<L: Lanes, Q: Sums>(self) -> usize {
-        let places = self.places::<L>();
         let (mut p, mut visits) = (0, 0);
-        while p < self.positions.len() {
-            let mut s = [L::splat(0.0); D];
-            for axis in 0..D {
-                s[axis] = get(p, &places.s[axis]);
-            }
-            let mut base = s;
-            for axis in 0..D {
-                // Of the first particle of the run.
-                base[axis] = frame::base(self.shape, L::splat(places.s[axis][p]));
-            }
-            let weights = frame::weights(self.shape, &s, &base);
-            let sums = kernel::gather::<L, Q, W, D>(self.tile, places.first[p] as usize, &weights);
-            put_rows::<L, Q, D>(&sums, self.frame.scale, p, self.rows);
-            p += places.run(p);
+        while p < self.places.len() {
+            let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
+            let sums = kernel::gather::<L, Q, W, D>(self.tile, self.places.first(p), &weights);
+            put_rows::<L, Q, D>(&sums, self.per_cell, p, self.rows);
+            p += self.places.run(p);
             visits += 1;
         }
         visits
     }
 }
 
-/// Eight numbers of a column.
-#[inline(always)]
-fn get<L: Lanes>(p: usize, column: &Column) -> L {
-    L::load(column[p..].first_chunk().expect("columns end eight numbers beyond the chunk"))
-}
-
-/// Stores eight numbers of a column.
-#[inline(always)]
-fn put<L: Lanes>(lanes: L, p: usize, column: &mut Column) {
-    lanes.store(column[p..].first_chunk_mut().expect("columns end eight numbers beyond the chunk"));
-}
-
 /// Stores the sums of eight particles.
 #[inline(always)]
 fn put_rows<L: Lanes, Q: Sums, const D: usize>(sums: &Gathered<L, D>, per_cell: f64, p: usize, rows: &mut Rows<D>) {
-    if Q::SCALAR {
-        put(sums.value[0], p, &mut rows.scalar);
+    for lane in Q::FROM..(Q::TO)(D) {
+        let column = match lane {
+            0 => &mut rows.scalar,
+            _ if lane <= D => &mut rows.velocity[lane - 1],
+            _ => &mut rows.acceleration[lane - 1 - D],
+        };
+        put(sums.value[lane], p, column);
     }
     for a in 0..D {
-        put(sums.value[1 + a], p, &mut rows.velocity[a]);
-        if Q::ACCELERATION {
-            put(sums.value[1 + D + a], p, &mut rows.acceleration[a]);
-        }
         for axis in 0..D {
-            if Q::SLOPES > 0 {
+            if Q::SLOPES[0] {
                 put(sums.slopes[0][axis][a].mul(L::splat(per_cell)), p, &mut rows.gradient[axis][a]);
             }
-            if Q::SLOPES > 1 {
+            if Q::SLOPES[1] {
                 put(sums.slopes[1][axis][a].mul(L::splat(1.0 / per_cell)), p, &mut rows.moment[axis][a]);
             }
         }

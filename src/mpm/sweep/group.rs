@@ -3,7 +3,7 @@
 use crate::math::Vector;
 use crate::math::simd::{Lanes, WIDTH};
 
-/// Up to eight consecutive particles; lanes beyond the last repeat it.
+/// Up to eight consecutive particles. Lanes beyond the last hold numbers of its neighbours, or its own.
 #[derive(Clone, Copy)]
 pub(crate) struct Group {
     first: usize,
@@ -11,19 +11,13 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// The particles from `first` on, before `end`.
+    /// `count` particles from `first` on, at most eight.
     #[inline(always)]
-    pub fn new(first: usize, end: usize) -> Self {
-        Self { first, count: (end - first).min(WIDTH) }
+    pub fn new(first: usize, count: usize) -> Self {
+        Self { first, count: count.min(WIDTH) }
     }
 
-    /// Number of particles.
-    #[inline(always)]
-    pub fn count(self) -> usize {
-        self.count
-    }
-
-    /// A number of each particle.
+    /// A number of each particle; lanes beyond the last repeat it.
     #[inline(always)]
     pub fn each<L: Lanes>(self, number: impl Fn(usize) -> f64) -> L {
         let mut row = [0.0; WIDTH];
@@ -37,8 +31,8 @@ impl Group {
     #[inline(always)]
     pub fn scalars<L: Lanes>(self, column: &[f64]) -> L {
         match column[self.first..].first_chunk() {
-            Some(all) if self.count == WIDTH => L::load(all),
-            _ => self.each(|p| column[p]),
+            Some(all) => L::load(all),
+            None => self.each(|p| column[p]),
         }
     }
 
@@ -47,8 +41,8 @@ impl Group {
     pub fn vectors<L: Lanes, const D: usize>(self, column: &[Vector<D>]) -> [L; D] {
         let numbers: &[[f64; D]] = bytemuck::cast_slice(column);
         match numbers[self.first..].first_chunk() {
-            Some(all) if self.count == WIDTH => L::unzip(all),
-            _ => {
+            Some(all) => L::unzip(all),
+            None => {
                 let mut lanes = [L::splat(0.0); D];
                 for (axis, lane) in lanes.iter_mut().enumerate() {
                     *lane = self.each(|p| numbers[p][axis]);
@@ -56,5 +50,30 @@ impl Group {
                 lanes
             }
         }
+    }
+
+    /// A column of `N` numbers per particle, number by number.
+    #[inline(always)]
+    pub fn numbers<L: Lanes, const N: usize>(self, column: &[[f64; N]]) -> [L; N] {
+        let numbers = column.as_flattened();
+        let mut rows = [L::splat(0.0); WIDTH];
+        for (k, row) in rows.iter_mut().enumerate() {
+            let first = (self.first + k.min(self.count - 1)) * N;
+            *row = match numbers[first..].first_chunk() {
+                Some(all) => L::load(all),
+                None => {
+                    let mut padded = [0.0; WIDTH];
+                    let last = &numbers[first..];
+                    padded[..last.len()].copy_from_slice(last);
+                    L::load(&padded)
+                }
+            };
+        }
+        let columns = L::transpose(rows);
+        let mut lanes = [L::splat(0.0); N];
+        for (i, lane) in lanes.iter_mut().enumerate() {
+            *lane = if i < WIDTH { columns[i] } else { self.each(|p| column[p][i]) };
+        }
+        lanes
     }
 }

@@ -2,17 +2,22 @@
 //!
 //! The plain loops of [`super::plain`] are the specification; these sweeps compute the same sums.
 //! A scatter visits the blocks colour by colour (tiles of one colour are disjoint); a gather visits them in
-//! any order, since each particle belongs to one block. Both give the same bits for any number of threads.
+//! any order, since each particle belongs to one block; a relay gathers and scatters in one visit. All give the same bits
+//! for any number of threads.
 
 mod bins;
 mod frame;
 mod gather;
 mod group;
 mod kernel;
+mod parcels;
+mod place;
+mod relay;
 mod rows;
 mod scatter;
 mod shape;
 mod sort;
+mod source;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -20,9 +25,9 @@ mod view;
 
 pub(crate) use bins::Bins;
 pub(crate) use gather::{Answer, Chunk, Wanted};
-pub(crate) use rows::{CHUNK, Rows};
-pub(crate) use scatter::Content;
-pub(crate) use tile::{Extent, Record, record};
+pub(crate) use rows::{CHUNK, Column, Rows};
+pub(crate) use source::{Content, mean_pressure};
+pub(crate) use tile::{Record, put_acceleration, put_scalar, put_velocity};
 pub(crate) use view::View;
 
 use super::ghost::Fold;
@@ -55,8 +60,8 @@ impl<'a, const D: usize> Sweep<'a, D> {
 
 /// Runs an expression with the kernel's shape function.
 macro_rules! with_shape {
-    ($sweep:expr, $shape:ident => $body:expr) => {
-        match $sweep.kernel {
+    ($kernel:expr, $shape:ident => $body:expr) => {
+        match $kernel {
             Kernel::Linear(_) => {
                 let $shape = Linear;
                 $body

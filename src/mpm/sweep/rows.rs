@@ -1,5 +1,7 @@
 //! What the grid says at a few consecutive particles, number by number.
 
+use super::place::{get, put};
+use crate::math::simd::Lanes;
 use crate::math::{Tensor, Vector};
 
 /// Particles per call of a visitor: their gathered values stay in the first-level cache.
@@ -49,19 +51,25 @@ impl<const D: usize> Rows<D> {
         Tensor::from_fn(|a, b| self.gradient[b][a][p])
     }
 
-    /// Replaces the velocity gradient at particle `p` [1/s].
+    /// The velocity gradients at eight particles from `p` on [1/s].
     #[inline(always)]
-    pub fn set_gradient(&mut self, p: usize, gradient: &Tensor<D>) {
+    pub fn gradients<L: Lanes>(&self, p: usize) -> [[L; D]; D] {
+        let mut gradients = [[L::splat(0.0); D]; D];
         for a in 0..D {
             for b in 0..D {
-                self.gradient[b][a][p] = gradient[a][b];
+                gradients[a][b] = get(p, &self.gradient[b][a]);
             }
         }
+        gradients
     }
 
-    /// Σ N v ⊗ (x_I − x_p) of particle `p` [m²/s].
+    /// Replaces the velocity gradients at eight particles from `p` on [1/s].
     #[inline(always)]
-    pub fn moment(&self, p: usize) -> Tensor<D> {
-        Tensor::from_fn(|a, b| self.moment[b][a][p])
+    pub fn set_gradients<L: Lanes>(&mut self, p: usize, gradients: &[[L; D]; D]) {
+        for a in 0..D {
+            for b in 0..D {
+                put(gradients[a][b], p, &mut self.gradient[b][a]);
+            }
+        }
     }
 }

@@ -1,63 +1,133 @@
-//! Particles to grid: mass and momentum (60, 61), internal and body force (17, 18).
+//! Particles to grid: mass and momentum (60, 61), internal and body force (17, 18), sums of scalars.
 
-use super::frame::{self, Frame};
+use super::frame::Frame;
 use super::group::Group;
-use super::kernel::{self, WeightRows};
+use super::parcels::{self, Alone, Packing, Paired, Parcels, Slope};
+use super::place::Places;
+use super::rows::CHUNK;
 use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape};
-use super::tile::{Extent, Record, TILE, TILE_NODES, Target, Tile, for_each_run};
+use super::source::{Content, Source};
+use super::tile::{Extent, Record, ScalarTile, TILE_NODES, Tile, for_each_run};
 use super::{Kernel, Sweep, with_shape};
+use crate::math::Vector;
 use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
-use crate::mpm::particles::{Body, Particles, Work};
+use crate::mpm::grid::Node;
+use crate::mpm::particles::Body;
 use rayon::prelude::*;
-use std::ops::Range;
 
-/// What a scatter sends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Content {
-    /// Mass and momentum, with the affine part if the particles have one.
-    Momentum,
-    /// Internal force, and the body force if given.
-    Force,
-    /// Both.
-    MomentumAndForce,
-    /// Volume before and after an increment, V and V ΔJ, as two scalars.
-    Volumes,
-    /// Volume and its product with the pressure, V and V p, as two scalars.
-    Pressures,
+/// What particles scatter to: something at every node, and the tile that collects it.
+pub(crate) trait Target<const D: usize>: Copy + Send + Sync {
+    /// The tile.
+    type Tile: Send;
+
+    /// An empty tile.
+    fn tile() -> Box<Self::Tile>;
+
+    /// Adds the particles of a chunk to a tile; `per_cell` is 1/h [1/m].
+    fn collect(tile: &mut Self::Tile, kernel: Kernel, frame: Frame<D>, places: &Places<D>, source: &Source<'_, D>);
+
+    /// Adds what a tile has collected from node `t` on to consecutive nodes, and clears it there.
+    fn add(nodes: &mut [Self], tile: &mut Self::Tile, t: usize, content: Content);
 }
 
-impl Content {
-    /// True if momentum is among it.
-    fn moves(self) -> bool {
-        matches!(self, Self::Momentum | Self::MomentumAndForce)
+/// Mass, momentum, force.
+impl<const D: usize> Target<D> for Node<D> {
+    type Tile = Tile;
+
+    fn tile() -> Box<Tile> {
+        Box::new([Record::default(); TILE_NODES])
+    }
+
+    fn collect(tile: &mut Tile, kernel: Kernel, frame: Frame<D>, places: &Places<D>, source: &Source<'_, D>) {
+        with_shape!(kernel, shape => widest(ScatterRecords { tile, shape, frame, places, source }));
+    }
+
+    fn add(nodes: &mut [Self], tile: &mut Tile, t: usize, content: Content) {
+        for (node, record) in nodes.iter_mut().zip(&mut tile[t..]) {
+            let Row(r) = std::mem::take(record);
+            let both = |lane: usize| r[lane] + r[lane + WIDTH / 2];
+            match content {
+                Content::Momentum => {
+                    node.mass += both(0);
+                    node.momentum += Vector::from_fn(|a| both(1 + a));
+                }
+                Content::Force => node.force += Vector::from_fn(|a| both(1 + a)),
+                _ => {
+                    node.mass += r[0];
+                    node.momentum += Vector::from_fn(|a| r[1 + a]);
+                    node.force += Vector::from_fn(|a| r[1 + D + a]);
+                }
+            }
+        }
+    }
+}
+
+/// Momentum only.
+impl<const D: usize> Target<D> for Vector<D> {
+    type Tile = Tile;
+
+    fn tile() -> Box<Tile> {
+        Node::<D>::tile()
+    }
+
+    fn collect(tile: &mut Tile, kernel: Kernel, frame: Frame<D>, places: &Places<D>, source: &Source<'_, D>) {
+        Node::<D>::collect(tile, kernel, frame, places, source);
+    }
+
+    fn add(nodes: &mut [Self], tile: &mut Tile, t: usize, _content: Content) {
+        for (node, record) in nodes.iter_mut().zip(&mut tile[t..]) {
+            let Row(r) = std::mem::take(record);
+            *node += Self::from_fn(|a| r[1 + a] + r[1 + a + WIDTH / 2]);
+        }
+    }
+}
+
+/// Two scalars.
+impl<const D: usize> Target<D> for [f64; 2] {
+    type Tile = ScalarTile;
+
+    fn tile() -> Box<ScalarTile> {
+        Box::new([[0.0; 2]; TILE_NODES + 4])
+    }
+
+    fn collect(tile: &mut ScalarTile, kernel: Kernel, _: Frame<D>, places: &Places<D>, source: &Source<'_, D>) {
+        with_shape!(kernel, shape => widest(ScatterScalars { tile, shape, places, source }));
+    }
+
+    fn add(nodes: &mut [Self], tile: &mut ScalarTile, t: usize, _content: Content) {
+        for (node, sums) in nodes.iter_mut().zip(&mut tile[t..]) {
+            let sums = std::mem::take(sums);
+            node[0] += sums[0];
+            node[1] += sums[1];
+        }
     }
 }
 
 impl<const D: usize> Sweep<'_, D> {
     /// Adds the particles' contributions to `nodes`. Returns the part of each tile that was reached.
-    pub fn scatter<T: Target>(&self, nodes: &mut [T], body: &Body<D>, content: Content) -> Vec<Extent> {
-        let source = Source { particles: &body.particles, work: &body.work, content };
-        let affine = content.moves() && !body.particles.affine.is_empty();
-        // Behind a pointer, so that targets are not compiled once more for every shape function.
-        let scatter: &BlockFn<'_, D> = with_shape!(self, shape => if affine {
-            &move |tile, frame, range| widest(BlockScatter::<_, _, D, true> { tile, shape, frame, source, range })
-        } else {
-            &move |tile, frame, range| widest(BlockScatter::<_, _, D, false> { tile, shape, frame, source, range })
-        });
+    pub fn scatter<T: Target<D>>(&self, nodes: &mut [T], body: &Body<D>, content: Content) -> Vec<Extent> {
+        let source = Source::of_body(body, content);
+        if content == Content::MomentumAndForce && !source.is_simple() {
+            // The lanes of a record are too few for the slopes of both.
+            self.scatter(nodes, body, Content::Momentum);
+            return self.scatter(nodes, body, Content::Force);
+        }
         let nodes = SharedNodes::new(nodes);
         let mut extents = vec![Extent::EMPTY; self.bins.bins.len()];
         for colour in &self.bins.colours {
-            let reached = colour.par_iter().with_min_len(4).map_init(
-                || Box::new([Record::default(); TILE_NODES]),
-                |tile, &b| {
-                    let bin = &self.bins.bins[b];
-                    let extent = scatter(tile, Frame::new(self, bin.block), bin.range.clone());
-                    for_each_run::<D>(&self.bins.slots[b], &extent, |node, t, count| {
-                        nodes.add(node, &mut tile[t..t + count]);
-                    });
-                    extent
-                },
-            );
+            let desk = || (T::tile(), Box::<Places<D>>::default());
+            let reached = colour.par_iter().with_min_len(4).map_init(desk, |(tile, places), &b| {
+                let bin = &self.bins.bins[b];
+                let frame = Frame::new(self, bin.block);
+                let mut extent = Extent::EMPTY;
+                for start in bin.range.clone().step_by(CHUNK) {
+                    let chunk = source.range(start..bin.range.end.min(start + CHUNK));
+                    extent = extent.and(&places.locate(self.kernel, frame, chunk.position));
+                    T::collect(tile, self.kernel, frame, places, &chunk);
+                }
+                nodes.add(&self.bins.slots[b], &extent, tile, content);
+                extent
+            });
             let reached: Vec<Extent> = reached.collect();
             for (&b, extent) in colour.iter().zip(reached) {
                 extents[b] = extent;
@@ -67,213 +137,136 @@ impl<const D: usize> Sweep<'_, D> {
     }
 }
 
-/// Scatters the particles of a block into its tile.
-type BlockFn<'a, const D: usize> = dyn Fn(&mut Tile, Frame<D>, Range<usize>) -> Extent + Sync + 'a;
-
-#[derive(Clone, Copy)]
-struct Source<'a, const D: usize> {
-    particles: &'a Particles<D>,
-    work: &'a Work<D>,
-    content: Content,
-}
-
-impl<const D: usize> Source<'_, D> {
-    /// True if every lane is a product of one number and one-dimensional weights.
-    fn is_simple(&self) -> bool {
-        let free = self.particles.stress.is_empty() && self.work.external.is_empty();
-        free || !matches!(self.content, Content::Force | Content::MomentumAndForce)
-    }
-
-    /// Pressures that make forces [Pa]: with what averaging adds.
-    #[inline(always)]
-    fn pressure<L: Lanes>(&self, group: Group) -> L {
-        let p = group.scalars::<L>(&self.particles.pressure);
-        if self.work.excess.is_empty() { p } else { p.add(group.scalars(&self.work.excess)) }
-    }
-
-    /// Values of particles without shear stress: (m, m v, V p/h in every force lane).
-    #[inline(always)]
-    fn simple_lanes<L: Lanes>(&self, group: Group, per_cell: f64) -> [L; WIDTH] {
-        let mut value = [L::splat(0.0); WIDTH];
-        let all = self.particles;
-        let average = match self.content {
-            Content::Volumes => Some(group.scalars(&self.work.stretch)),
-            Content::Pressures => Some(group.each::<L>(|p| all.mean_pressure(p))),
-            _ => None,
-        };
-        if let Some(average) = average {
-            value[0] = group.scalars(&all.volume);
-            value[1] = value[0].mul(average);
-            return value;
-        }
-        if self.content != Content::Force {
-            self.put_momentum(group, &mut value);
-        }
-        if self.content != Content::Momentum {
-            let area = group.scalars::<L>(&all.volume).mul(L::splat(per_cell));
-            value[1 + D..1 + 2 * D].fill(area.mul(self.pressure(group)));
-        }
-        value
-    }
-
-    /// m and m v.
-    #[inline(always)]
-    fn put_momentum<L: Lanes>(&self, group: Group, value: &mut [L; WIDTH]) {
-        let v = group.vectors::<L, D>(&self.particles.velocity);
-        value[0] = group.scalars(&self.particles.mass);
-        for a in 0..D {
-            value[1 + a] = value[0].mul(v[a]);
-        }
-    }
-
-    /// Values and slopes of particles in the lanes (m, p, f): (m, m v, F) and, per axis,
-    /// h m C in the momentum lanes and −V σ/h in the force lanes.
-    #[inline(always)]
-    fn lanes<L: Lanes, const AFFINE: bool>(&self, group: Group, per_cell: f64) -> ([L; WIDTH], [[L; WIDTH]; D]) {
-        let zero = L::splat(0.0);
-        let (mut value, mut slopes) = ([zero; WIDTH], [[zero; WIDTH]; D]);
-        if self.content != Content::Force {
-            self.put_momentum(group, &mut value);
-            if AFFINE {
-                let weight = value[0].mul(L::splat(1.0 / per_cell));
-                for axis in 0..D {
-                    for a in 0..D {
-                        let c = group.each::<L>(|p| self.particles.affine[p][a][axis]);
-                        slopes[axis][1 + a] = weight.mul(c);
-                    }
-                }
-            }
-        }
-        if self.content != Content::Momentum {
-            self.put_force(group, per_cell, &mut value, &mut slopes);
-        }
-        (value, slopes)
-    }
-
-    /// F and −V σ/h.
-    #[inline(always)]
-    fn put_force<L: Lanes>(&self, group: Group, per_cell: f64, value: &mut [L; WIDTH], slopes: &mut [[L; WIDTH]; D]) {
-        if !self.work.external.is_empty() {
-            value[1 + D..1 + 2 * D].copy_from_slice(&group.vectors::<L, D>(&self.work.external));
-        }
-        let area = group.scalars::<L>(&self.particles.volume).mul(L::splat(per_cell));
-        let minus_area = L::splat(0.0).sub(area);
-        for axis in 0..D {
-            if self.particles.stress.is_empty() {
-                slopes[axis][1 + D + axis] = area.mul(self.pressure(group));
-                continue;
-            }
-            for a in 0..D {
-                let sigma = group.each::<L>(|p| self.particles.stress[p].0[VOIGT[a][axis]]);
-                slopes[axis][1 + D + a] = minus_area.mul(sigma);
-            }
-            if !self.work.excess.is_empty() {
-                let slope = &mut slopes[axis][1 + D + axis];
-                *slope = area.mul_add(group.scalars(&self.work.excess), *slope);
-            }
-        }
-    }
-}
-
-/// Where the components of a symmetric tensor lie.
-const VOIGT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
-
-/// What the particles of a group send, one record after the other.
-struct Parcels<const W: usize> {
-    weights: WeightRows<W>,
-    value: [Row; WIDTH],
-    slopes: [[Row; WIDTH]; 3],
-    first: Row,
-}
-
-impl<const W: usize> Default for Parcels<W> {
-    fn default() -> Self {
-        let rows = [Row::default(); WIDTH];
-        Self { weights: WeightRows::default(), value: rows, slopes: [rows; 3], first: Row::default() }
-    }
-}
-
-/// Turns lanes of particles into records.
-#[inline(always)]
-fn put_records<L: Lanes>(lanes: [L; WIDTH], records: &mut [Row; WIDTH]) {
-    for (record, lanes) in records.iter_mut().zip(L::transpose(lanes)) {
-        lanes.store(&mut record.0);
-    }
-}
-
-struct BlockScatter<'a, S, const W: usize, const D: usize, const AFFINE: bool> {
+/// Scatters the particles of a chunk into a tile of records.
+struct ScatterRecords<'a, 'b, S, const W: usize, const D: usize> {
     tile: &'a mut Tile,
     shape: S,
     frame: Frame<D>,
-    source: Source<'a, D>,
-    range: Range<usize>,
+    places: &'a Places<D>,
+    source: &'a Source<'b, D>,
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize, const AFFINE: bool> Task for BlockScatter<'_, S, W, D, AFFINE> {
-    type Output = Extent;
+impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterRecords<'_, '_, S, W, D> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Extent {
-        let simple = !AFFINE && self.source.is_simple();
-        let mut parcels = Parcels::<W>::default();
-        let (mut lowest, mut highest) = ([L::splat(TILE as f64); D], [L::splat(0.0); D]);
-        let mut p = self.range.start;
-        while p < self.range.end {
-            let group = Group::new(p, self.range.end);
-            let s = self.frame.coordinates::<L>(group, &self.source.particles.position);
-            let mut base = s;
-            for axis in 0..D {
-                base[axis] = frame::base(self.shape, s[axis]);
-                lowest[axis] = lowest[axis].min(base[axis]);
-                highest[axis] = highest[axis].max(base[axis]);
-            }
-            let mut weights = frame::weights(self.shape, &s, &base);
-            if AFFINE {
+    fn run<L: Lanes>(self) {
+        match self.source.content {
+            Content::MomentumAndForce => self.whole::<L>(),
+            _ if self.source.is_simple() => self.products::<L>(),
+            _ => self.slopes::<L>(),
+        }
+    }
+}
+
+impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D> {
+    /// Which slope weights the source takes.
+    #[inline(always)]
+    fn slope(&self) -> Slope {
+        match self.source.pushes() {
+            true => Slope::Gradient,
+            false if self.source.is_affine() => Slope::Moment,
+            false => Slope::Value,
+        }
+    }
+
+    /// One particle at a time, mass, momentum and the force of a pressure at once.
+    #[inline(always)]
+    fn whole<L: Lanes>(self) {
+        let (mut parcels, slope) = (Parcels::<W>::default(), self.slope());
+        let mut p = 0;
+        while p < self.places.len() {
+            let count = self.places.run(p);
+            let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
+            parcels.weigh(&weights, slope);
+            let values = L::transpose(self.source.whole(Group::new(p, count), self.frame.scale));
+            parcels.pack_products::<L, Alone, D>(&values[..count.min(WIDTH)]);
+            parcels.add_products::<L, D>(self.tile, self.places.first(p), count);
+            p += count;
+        }
+    }
+
+    /// Two particles at a time, products.
+    #[inline(always)]
+    fn products<L: Lanes>(self) {
+        let (mut parcels, slope, zero) = (Parcels::<W>::default(), self.slope(), [L::splat(0.0); 4]);
+        let mut p = 0;
+        while p < self.places.len() {
+            let count = self.places.run(p);
+            let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
+            parcels.weigh(&weights, slope);
+            let [values, _] = pairs(self.source.product(Group::new(p, count), self.frame.scale), zero, count);
+            let pairs = count.div_ceil(Paired::PARTICLES);
+            parcels.pack_products::<L, Paired, D>(&values[..pairs]);
+            parcels.add_products::<L, D>(self.tile, self.places.first(p), pairs);
+            p += count;
+        }
+    }
+
+    /// Two particles at a time, values and slopes.
+    #[inline(always)]
+    fn slopes<L: Lanes>(self) {
+        let (mut parcels, slope) = (Parcels::<W>::default(), self.slope());
+        let mut p = 0;
+        while p < self.places.len() {
+            let count = self.places.run(p);
+            let (mut weights, base) = self.places.weights::<L, S, W>(self.shape, p);
+            if self.source.is_affine() {
                 self.frame.fold_moments(&mut weights, &base);
             }
-            parcels.weights.put::<L, D, AFFINE>(&weights);
-            frame::tile_number(&base).store(&mut parcels.first.0);
-            if simple {
-                put_records(self.source.simple_lanes::<L>(group, self.frame.scale), &mut parcels.value);
-                parcels.scatter_simple::<L, D>(self.tile, group.count());
-            } else {
-                let (value, slopes) = self.source.lanes::<L, AFFINE>(group, self.frame.scale);
-                put_records(value, &mut parcels.value);
-                for axis in 0..D {
-                    put_records(slopes[axis], &mut parcels.slopes[axis]);
-                }
-                parcels.scatter::<L, D, AFFINE>(self.tile, group.count());
-            }
-            p += group.count();
+            parcels.weigh(&weights, slope);
+            let (value, by) = self.source.sloped::<L>(Group::new(p, count), self.frame.scale);
+            let mut slopes = [[L::splat(0.0); WIDTH / 2]; D];
+            let [values, along_x] = pairs(value, by[0], count);
+            slopes[0] = along_x;
+            [slopes[1], slopes[D - 1]] = pairs(by[1], by[D - 1], count);
+            let pairs = count.div_ceil(Paired::PARTICLES);
+            parcels.pack_slopes::<L, D>(&values[..pairs], &slopes);
+            parcels.add_slopes::<L, D>(self.tile, self.places.first(p), pairs);
+            p += count;
         }
-        Extent::around::<L, W, D>(&lowest, &highest)
     }
 }
 
-impl<const W: usize> Parcels<W> {
-    #[inline(always)]
-    fn scatter_simple<L: Lanes, const D: usize>(&self, tile: &mut Tile, count: usize) {
-        for k in 0..count.min(WIDTH) {
-            let first = self.first.0[k] as usize;
-            kernel::scatter_simple::<L, W, D>(tile, (&self.weights, k), first, L::load(&self.value[k].0));
-        }
+/// Turns two times four numbers of eight particles into pairs of particles, four lanes each; zero beyond the first `count`.
+#[inline(always)]
+fn pairs<L: Lanes>(a: [L; 4], b: [L; 4], count: usize) -> [[L; WIDTH / 2]; 2] {
+    let zero = L::splat(0.0);
+    let particles = L::transpose([a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]]);
+    let mut pairs = [[zero; WIDTH / 2]; 2];
+    for k in 0..WIDTH / 2 {
+        let second = if 2 * k + 1 < count { particles[2 * k + 1] } else { zero };
+        [pairs[0][k], pairs[1][k]] = particles[2 * k].halves(second);
     }
+    pairs
+}
+
+/// Scatters the particles of a chunk into a tile of scalars.
+struct ScatterScalars<'a, 'b, S, const W: usize, const D: usize> {
+    tile: &'a mut ScalarTile,
+    shape: S,
+    places: &'a Places<D>,
+    source: &'a Source<'b, D>,
+}
+
+impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterScalars<'_, '_, S, W, D> {
+    type Output = ();
 
     #[inline(always)]
-    fn scatter<L: Lanes, const D: usize, const AFFINE: bool>(&self, tile: &mut Tile, count: usize) {
-        for k in 0..count.min(WIDTH) {
-            let first = self.first.0[k] as usize;
-            let mut slopes = [L::splat(0.0); D];
-            for axis in 0..D {
-                slopes[axis] = L::load(&self.slopes[axis][k].0);
-            }
-            kernel::scatter::<L, W, D, AFFINE>(tile, (&self.weights, k), first, L::load(&self.value[k].0), slopes);
+    fn run<L: Lanes>(self) {
+        let mut p = 0;
+        while p < self.places.len() {
+            let count = self.places.run(p);
+            let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
+            let scalars = self.source.scalars::<L>(Group::new(p, count));
+            parcels::add_scalars::<L, W, D>(self.tile, &weights, self.places.first(p), scalars, count);
+            p += count;
         }
     }
 }
 
 /// Nodes that the blocks of one colour may write at the same time.
-struct SharedNodes<'a, T> {
+pub(crate) struct SharedNodes<'a, T> {
     first: *mut T,
     len: usize,
     lifetime: std::marker::PhantomData<&'a mut [T]>,
@@ -283,21 +276,22 @@ struct SharedNodes<'a, T> {
 #[allow(unsafe_code)]
 unsafe impl<T: Send> Sync for SharedNodes<'_, T> {}
 
-impl<'a, T: Target> SharedNodes<'a, T> {
-    fn new(nodes: &'a mut [T]) -> Self {
+impl<'a, T> SharedNodes<'a, T> {
+    pub fn new(nodes: &'a mut [T]) -> Self {
         Self { first: nodes.as_mut_ptr(), len: nodes.len(), lifetime: std::marker::PhantomData }
     }
 
-    /// Adds a tile's records to consecutive nodes and clears them.
-    #[inline(always)]
+    /// Adds the part `extent` of a block's tile and clears it.
     #[allow(unsafe_code)]
-    fn add(&self, first: usize, records: &mut [Record]) {
-        assert!(first + records.len() <= self.len);
-        // SAFETY: in bounds, and no other block of this colour reaches these nodes.
-        let nodes = unsafe { std::slice::from_raw_parts_mut(self.first.add(first), records.len()) };
-        for (node, record) in nodes.iter_mut().zip(records) {
-            node.add(record);
-            *record = Record::default();
-        }
+    pub fn add<const D: usize>(&self, slots: &[u32], extent: &Extent, tile: &mut T::Tile, content: Content)
+    where
+        T: Target<D>,
+    {
+        for_each_run::<D>(slots, extent, |first, t, count| {
+            assert!(first + count <= self.len);
+            // SAFETY: in bounds, and no other block of this colour reaches these nodes.
+            let nodes = unsafe { std::slice::from_raw_parts_mut(self.first.add(first), count) };
+            T::add(nodes, tile, t, content);
+        });
     }
 }

@@ -107,25 +107,100 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
 
     let index: std::collections::HashMap<_, _> =
         x.iter().enumerate().map(|(p, x)| (x.0.map(f64::to_bits), p)).collect();
-    let node = |i: usize| record(2.0, &nodes[i].momentum, &nodes[i].force);
+    let node = |i: usize, record: &mut Record| {
+        put_scalar(record, 2.0);
+        put_velocity(record, &nodes[i].momentum);
+        put_acceleration(record, &nodes[i].force);
+    };
     let kernel = body.kernel;
-    for wanted in [Wanted::Motion, Wanted::Gradient, Wanted::MotionAndGradient, Wanted::MotionAndMoment] {
+    use Wanted::*;
+    for wanted in [Scalar, Motion, Gradient, MotionAndGradient, Moment, GradientAndMoment] {
         Sweep::new(&grid, kernel, &bins).gather(node, body.view().1, wanted, |chunk| {
             for (i, x) in chunk.particles.position.iter().enumerate() {
                 let (p, rows) = (index[&x.0.map(f64::to_bits)], &chunk.rows);
-                assert!(close(rows.velocity(i), rate[p]), "{kind:?} {wanted:?}");
-                assert!(wanted != Wanted::Gradient || (rows.scalar[i] - 2.0).abs() < 1e-13);
-                if [Wanted::Motion, Wanted::MotionAndGradient].contains(&wanted) {
+                assert!(wanted == Scalar || close(rows.velocity(i), rate[p]), "{kind:?} {wanted:?}");
+                assert!(![Scalar, Gradient].contains(&wanted) || (rows.scalar[i] - 2.0).abs() < 1e-13);
+                if [Motion, MotionAndGradient].contains(&wanted) {
                     assert!(close(Vector::from_fn(|a| rows.acceleration[a][i]), v[p]));
                 }
                 let error = rows.gradient(i).embed(0.0) - gradient[p];
-                assert!(wanted == Wanted::Motion || error.contract(&error).sqrt() < 1e-11, "{kind:?}");
-                if let (Wanted::MotionAndMoment, Some(inertia)) = (wanted, kernel.inertia()) {
-                    let error = rows.moment(i) * (1.0 / (inertia * CELL * CELL)) - affine[p];
+                let wrong = error.contract(&error).sqrt() > 1e-11;
+                assert!([Scalar, Motion, Moment].contains(&wanted) || !wrong, "{kind:?}");
+                if let (Moment | GradientAndMoment, Some(inertia)) = (wanted, kernel.inertia()) {
+                    let moment = Tensor::from_fn(|a, b| rows.moment[b][a][i]);
+                    let error = moment * (1.0 / (inertia * CELL * CELL)) - affine[p];
                     assert!(error.contract(&error).sqrt() < 1e-11, "{kind:?}");
                 }
             }
         });
+    }
+}
+
+/// A relay does what a gather and a scatter do: velocities are doubled, the affine momentum is sent on.
+fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
+    let mut body = body::<D>(kind, false, affine);
+    let (grid, mut bins) = prepare(&mut body);
+    let mut nodes = vec![Node::default(); grid.node_count()];
+    bins.extents = Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
+    let sweep = Sweep::new(&grid, body.kernel, &bins);
+    let node = |i: usize, record: &mut Record| put_velocity(record, &nodes[i].momentum);
+    let double = |chunk: &mut Chunk<'_, D>| {
+        (0..chunk.particles.len()).for_each(|p| chunk.particles.velocity[p] = chunk.rows.velocity(p) * 2.0);
+        chunk.particles.len() as f64
+    };
+    let mut momentum = vec![Vector::ZERO; grid.node_count()];
+    let start = body.particles.velocity.clone();
+    let what = (Wanted::Motion, Content::Momentum);
+    let count = sweep.relay(node, body.view().1, what, &mut momentum, double);
+    assert_eq!(count, body.particles.len() as f64);
+    let relayed = std::mem::replace(&mut body.particles.velocity, start);
+    sweep.gather(node, body.view().1, Wanted::Motion, double);
+    assert_eq!(body.particles.velocity, relayed);
+    let mut expected = vec![Node::default(); grid.node_count()];
+    with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body.particles, &mut expected));
+    assert!(momentum.iter().zip(&expected).all(|(p, node)| close(*p, node.momentum)), "{kind:?} {affine}");
+}
+
+/// Averages: Σ V N and Σ V q N, against sums over the stencils.
+fn scalars_agree<const D: usize>(kind: KernelKind) {
+    let mut body = body::<D>(kind, true, false);
+    body.work.stretch = (0..body.particles.len()).map(|p| 1.0 + 0.1 * noise(p + 11)).collect();
+    let (grid, bins) = prepare(&mut body);
+    let all = &body.particles;
+    let mean = |p: usize| -all.stress[p].0[..D].iter().sum::<f64>() / D as f64;
+    let pressures: Vec<f64> = (0..all.len()).map(|p| if D == 3 { all.pressure[p] } else { mean(p) }).collect();
+    for (content, q) in [(Content::Volumes, &body.work.stretch), (Content::Pressures, &pressures)] {
+        let mut expected = vec![[0.0; 2]; grid.node_count()];
+        for p in 0..all.len() {
+            body.kernel.for_each(&grid, all.position[p], |node, n, _| {
+                expected[node][0] += n * all.volume[p];
+                expected[node][1] += n * all.volume[p] * q[p];
+            });
+        }
+        let mut sums = vec![[0.0; 2]; grid.node_count()];
+        Sweep::new(&grid, body.kernel, &bins).scatter(&mut sums, &body, content);
+        for (sums, expected) in sums.iter().zip(&expected) {
+            let error = (sums[0] - expected[0]).abs().max((sums[1] - expected[1]).abs());
+            assert!(error < 1e-13, "{kind:?} {content:?}");
+        }
+    }
+}
+
+#[test]
+fn relays_do_what_a_gather_and_a_scatter_do() {
+    for kind in KINDS {
+        for affine in [false, true] {
+            relays_agree::<2>(kind, affine);
+            relays_agree::<3>(kind, affine);
+        }
+    }
+}
+
+#[test]
+fn scalars_are_summed_with_the_weights() {
+    for kind in KINDS {
+        scalars_agree::<2>(kind);
+        scalars_agree::<3>(kind);
     }
 }
 

@@ -7,7 +7,7 @@
 
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row};
-use crate::mpm::grid::{EDGE, Node};
+use crate::mpm::grid::EDGE;
 
 /// Nodes of a tile along each axis.
 pub(crate) const TILE: usize = 2 * EDGE;
@@ -21,6 +21,9 @@ pub(crate) type Record = Row;
 
 /// The tile's memory.
 pub(crate) type Tile = [Record; TILE_NODES];
+
+/// Two numbers per node; rows along x are read four nodes at a time, so the end may overrun.
+pub(crate) type ScalarTile = [[f64; 2]; TILE_NODES + 4];
 
 /// Where node (i, j, k) of a tile lies.
 #[inline(always)]
@@ -40,6 +43,14 @@ pub(crate) struct Extent {
 impl Extent {
     /// Nothing yet.
     pub const EMPTY: Self = Self { from: [usize::MAX; 3], to: [0; 3] };
+
+    /// Both.
+    pub fn and(&self, other: &Self) -> Self {
+        Self {
+            from: std::array::from_fn(|a| self.from[a].min(other.from[a])),
+            to: std::array::from_fn(|a| self.to[a].max(other.to[a])),
+        }
+    }
 
     /// The supports of `W` nodes per axis whose first nodes lie between the lanes of `lowest` and of `highest`.
     #[inline(always)]
@@ -80,49 +91,20 @@ pub(crate) fn for_each_run<const D: usize>(slots: &[u32], extent: &Extent, mut v
     }
 }
 
-/// What a tile is added to: a node's part of eight lanes.
-pub(crate) trait Target: Copy + Send + Sync {
-    /// Adds the lanes.
-    fn add(&mut self, record: &Record);
-}
-
-/// Mass, momentum, force.
-impl<const D: usize> Target for Node<D> {
-    #[inline(always)]
-    fn add(&mut self, Row(r): &Record) {
-        self.mass += r[0];
-        for a in 0..D {
-            self.momentum[a] += r[1 + a];
-            self.force[a] += r[1 + D + a];
-        }
-    }
-}
-
-/// Momentum only.
-impl<const D: usize> Target for Vector<D> {
-    #[inline(always)]
-    fn add(&mut self, Row(r): &Record) {
-        for a in 0..D {
-            self[a] += r[1 + a];
-        }
-    }
-}
-
-/// Two scalars.
-impl Target for [f64; 2] {
-    #[inline(always)]
-    fn add(&mut self, Row(r): &Record) {
-        self[0] += r[0];
-        self[1] += r[1];
-    }
-}
-
-/// A record of a scalar, a velocity and an acceleration, as a gather reads it.
+/// Sets a record's scalar, as a gather reads it.
 #[inline(always)]
-pub(crate) fn record<const D: usize>(scalar: f64, velocity: &Vector<D>, acceleration: &Vector<D>) -> Record {
-    let mut r = [0.0; 8];
-    r[0] = scalar;
-    r[1..=D].copy_from_slice(&velocity.0);
-    r[1 + D..1 + 2 * D].copy_from_slice(&acceleration.0);
-    Row(r)
+pub(crate) fn put_scalar(record: &mut Record, scalar: f64) {
+    record.0[0] = scalar;
+}
+
+/// Sets a record's velocity.
+#[inline(always)]
+pub(crate) fn put_velocity<const D: usize>(record: &mut Record, velocity: &Vector<D>) {
+    record.0[1..=D].copy_from_slice(&velocity.0);
+}
+
+/// Sets a record's acceleration.
+#[inline(always)]
+pub(crate) fn put_acceleration<const D: usize>(record: &mut Record, acceleration: &Vector<D>) {
+    record.0[1 + D..1 + 2 * D].copy_from_slice(&acceleration.0);
 }

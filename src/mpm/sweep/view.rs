@@ -1,6 +1,6 @@
 //! Mutable columns of consecutive particles, which can be split between threads.
 
-use super::{Answer, CHUNK};
+use super::{Answer, CHUNK, mean_pressure};
 use crate::material::{PointBatch, PointLaw};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::particles::{Body, Particles, Work};
@@ -8,12 +8,15 @@ use crate::mpm::particles::{Body, Particles, Work};
 macro_rules! view {
     ($($column:ident: $T:ty),+ $(,)?) => {
         /// Mutable columns of consecutive particles. Optional columns are empty.
+        #[derive(Default)]
         pub(crate) struct View<'a, const D: usize> {
             $(pub $column: &'a mut [$T],)+
             /// History variables, `stride` per particle.
             pub history: &'a mut [f64],
             /// Mass [kg].
             pub mass: &'a [f64],
+            /// External force [N].
+            pub external: &'a [Vector<D>],
             stride: usize,
         }
 
@@ -23,10 +26,11 @@ macro_rules! view {
                 $(let $column = self.$column.split_at_mut(if self.$column.is_empty() { 0 } else { n });)+
                 let history = self.history.split_at_mut(n * self.stride);
                 let mass = self.mass.split_at(n);
+                let external = self.external.split_at(if self.external.is_empty() { 0 } else { n });
                 let stride = self.stride;
                 (
-                    Self { $($column: $column.0,)+ history: history.0, mass: mass.0, stride },
-                    Self { $($column: $column.1,)+ history: history.1, mass: mass.1, stride },
+                    Self { $($column: $column.0,)+ history: history.0, mass: mass.0, external: external.0, stride },
+                    Self { $($column: $column.1,)+ history: history.1, mass: mass.1, external: external.1, stride },
                 )
             }
         }
@@ -67,7 +71,7 @@ impl<const D: usize> Body<D> {
             signal,
             ..
         } = &mut self.particles;
-        let Work { stretch, excess, rate, mean, noise, .. } = &mut self.work;
+        let Work { stretch, excess, rate, mean, noise, external, .. } = &mut self.work;
         let stride = self.law.storage().history.len();
         let view = View {
             position,
@@ -86,9 +90,22 @@ impl<const D: usize> Body<D> {
             noise,
             history,
             mass,
+            external,
             stride,
         };
         (&*self.law, view)
+    }
+}
+
+impl<'a, const D: usize> View<'a, D> {
+    /// Consecutive parts of as many particles as `lengths` say.
+    pub fn in_parts(mut self, lengths: impl Iterator<Item = usize>) -> Vec<Self> {
+        let part = |n| {
+            let (part, rest) = std::mem::take(&mut self).split_at(n);
+            self = rest;
+            part
+        };
+        lengths.map(part).collect()
     }
 }
 
@@ -96,6 +113,12 @@ impl<const D: usize> View<'_, D> {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.position.len()
+    }
+
+    /// Minus the mean of the normal stresses of particle `p` along the D axes [Pa].
+    #[inline(always)]
+    pub fn mean_pressure(&self, p: usize) -> f64 {
+        if D == 3 || self.stress.is_empty() { self.pressure[p] } else { mean_pressure(&self.stress[p], D) }
     }
 
     /// Calls the law with the velocity gradients and the volume ratios of `stretch` over `dt` [s]; `length` is

@@ -156,7 +156,7 @@ impl Picture {
             let solid = Solid { distance: &distance, frame, depth, colour: OBSTACLE, finish };
             buffer.draw_obstacle(&solid, &self.camera);
         }
-        buffer.draw(&scene.particles(), table);
+        scene.for_particles(|shapes| buffer.draw(shapes, table));
         if self.spec.opacity < 1.0 {
             buffer.draw_veil(scene.surfaces(), table, self.spec.opacity, &Lamps::new());
         } else {

@@ -10,7 +10,7 @@ use crate::output::colour::{PALETTE, Rgb};
 use crate::output::component::Component;
 use crate::output::set::{On, Quantity, Set, Start};
 use crate::output::ticks::round_step;
-use crate::simulation::{Elements, PointSet, Snapshot, SurfaceSet};
+use crate::simulation::{Elements, Snapshot, SurfaceSet};
 use std::collections::BTreeMap;
 
 /// Colours of the table that graded paint looks up.
@@ -19,6 +19,8 @@ pub(super) const TABLE: usize = 512;
 /// of their squares.
 const SWELL_3D: f64 = 1.24;
 const SWELL_2D: f64 = 1.42;
+/// Particles that are drawn together.
+const BATCH: usize = 1 << 14;
 /// Elements smaller than this [pixels] have no lines.
 const SMALLEST: f64 = 9.0;
 
@@ -82,15 +84,22 @@ impl<'s> Scene<'s> {
         Self { spec, camera, pixel, dimension: snapshot.dimension, sets, colouring }
     }
 
-    /// Particles.
-    pub fn particles(&self) -> Vec<Shape> {
+    /// Shows the particles to `draw`, some of them at a time: their shapes would take more memory than they do.
+    pub fn for_particles(&self, mut draw: impl FnMut(&[Shape])) {
         let mut shapes = vec![];
         for (set, values, own) in &self.sets {
-            if let Set::Points(set) = set {
-                self.add_particles(set, values.as_ref(), *own, &mut shapes);
+            let Set::Points(set) = set else { continue };
+            let volumes = set.fields.iter().find(|field| field.name == "volume").map(|field| field.values());
+            let fallback = spacing(&set.position);
+            for start in (0..set.position.len()).step_by(BATCH) {
+                let batch = start..set.position.len().min(start + BATCH);
+                let size = |p: usize| volumes.as_ref().map_or(fallback, |volumes| self.size(volumes[p]));
+                let colour = |p: usize| self.colour(values.as_ref().map(|values| values.numbers[p]), *own);
+                shapes.clear();
+                shapes.extend(batch.filter_map(|p| self.particle(&set.position[p], size(p), colour(p))));
+                draw(&shapes);
             }
         }
-        shapes
     }
 
     /// Membranes and meshes.
@@ -126,18 +135,18 @@ impl<'s> Scene<'s> {
         self.spec.cut.as_ref().is_some_and(|cut| cut.hides(x)) || x.iter().any(|c| !c.is_finite())
     }
 
-    fn add_particles(&self, set: &PointSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Shape>) {
-        let volumes = set.fields.iter().find(|field| field.name == "volume").map(|field| field.values());
-        let fallback = spacing(&set.position);
-        let (exponent, swell, finish) =
-            if self.dimension == 2 { (0.5, SWELL_2D, Finish::Flat) } else { (1.0 / 3.0, SWELL_3D, Finish::Lit) };
-        for (p, x) in set.position.iter().enumerate().filter(|(_, x)| !self.hidden(x)) {
-            let size = volumes.as_ref().map_or(fallback, |volumes| volumes[p].abs().powf(exponent));
-            let radius = 0.5 * swell * size * self.spec.particle_size * self.camera.scale;
-            let colour = self.colour(values.map(|values| values.numbers[p]), own);
-            // Particles of less than a pixel would be lost between pixel centres.
-            shapes.push(Shape::Ball { centre: self.camera.see(*x), radius: radius.max(0.75), colour, finish });
-        }
+    /// The edge of a particle's volume [m].
+    fn size(&self, volume: f64) -> f64 {
+        volume.abs().powf(if self.dimension == 2 { 0.5 } else { 1.0 / 3.0 })
+    }
+
+    /// The shape of a particle of a size [m], unless it is hidden.
+    fn particle(&self, x: &[f64; 3], size: f64, colour: Rgb) -> Option<Shape> {
+        let (swell, finish) = if self.dimension == 2 { (SWELL_2D, Finish::Flat) } else { (SWELL_3D, Finish::Lit) };
+        let radius = 0.5 * swell * size * self.spec.particle_size * self.camera.scale;
+        // Particles of less than a pixel would be lost between pixel centres.
+        let radius = radius.max(0.75);
+        (!self.hidden(x)).then(|| Shape::Ball { centre: self.camera.see(*x), radius, colour, finish })
     }
 
     fn add_elements(&self, set: &SurfaceSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Shape>) {
