@@ -67,21 +67,29 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
         points: mpm.bodies.iter().map(points).collect(),
         surfaces: membranes.iter().map(Membrane::surface_set).collect(),
         ledger: ledger(mpm),
-        forces: forces(mpm),
+        forces: named_forces(mpm),
         counts: mpm.coupling.contact.counts(),
         ..Snapshot::default()
     }
 }
 
-/// Reactions of walls and obstacles, contact forces, reactions of supports.
-fn forces<const D: usize>(mpm: &Mpm<D>) -> Vec<(String, [f64; 3])> {
-    let mut forces: Vec<_> = mpm.walls.reactions().map(|(name, force)| (name.to_owned(), force.to3())).collect();
-    forces.extend(mpm.coupling.contact.forces());
+/// Reactions of walls and obstacles, contact forces, reactions of supports: means over the last step [N].
+pub fn forces<const D: usize>(mpm: &Mpm<D>, visit: &mut dyn FnMut([f64; 3])) {
+    mpm.walls.reactions().for_each(|(_, force)| visit(force.to3()));
+    mpm.coupling.contact.forces().for_each(|(_, force)| visit(force));
+    mpm.coupling.membranes.iter().flat_map(Membrane::reactions).for_each(|force| visit(*force));
+}
+
+/// The same with their names.
+fn named_forces<const D: usize>(mpm: &Mpm<D>) -> Vec<(String, [f64; 3])> {
+    let mut names: Vec<_> = mpm.walls.reactions().map(|(name, _)| name.to_owned()).collect();
+    names.extend(mpm.coupling.contact.forces().map(|(name, _)| name.to_owned()));
     for membrane in &mpm.coupling.membranes {
-        let supports = membrane.reactions().iter().enumerate();
-        forces.extend(supports.map(|(index, force)| (format!("support:{}[{index}]", membrane.name), *force)));
+        names.extend((0..membrane.reactions().len()).map(|index| format!("support:{}[{index}]", membrane.name)));
     }
-    forces
+    let mut values = Vec::with_capacity(names.len());
+    forces(mpm, &mut |force| values.push(force));
+    names.into_iter().zip(values).collect()
 }
 
 /// All terms of the ledger.

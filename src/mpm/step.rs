@@ -109,6 +109,10 @@ impl<const D: usize> Solver for Mpm<D> {
         snapshot::snapshot(self)
     }
 
+    fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
+        snapshot::forces(self, visit);
+    }
+
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         columns::visit(self, visit);
     }

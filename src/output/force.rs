@@ -7,7 +7,7 @@ use crate::simulation::{Monitor, Snapshot};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Writes every named force to `<force>.csv`: mean over the last step, one column per direction [N].
+/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N].
 #[derive(Debug)]
 pub struct Forces {
     directory: PathBuf,
@@ -52,6 +52,10 @@ impl Monitor for Forces {
             self.history(name)?.append(&heads, &row)?;
         }
         Ok(())
+    }
+
+    fn records_forces(&self) -> bool {
+        true
     }
 
     fn resume(&mut self, time: f64) -> Result<()> {

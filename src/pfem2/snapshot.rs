@@ -19,7 +19,7 @@ fn vectors<'a, const D: usize>(name: &'static str, unit: &'static str, values: &
 
 /// The state of a run.
 pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<'_> {
-    let forces = pfem.parts.iter().zip(&pfem.forces);
+    let forces = pfem.parts.iter().zip(&pfem.mean_forces);
     Snapshot {
         step: pfem.steps,
         dt: pfem.dt_before,
@@ -165,6 +165,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("books/works", Column::new(&mut pfem.books.entries));
     visit("books/last", Column::new(&mut pfem.books.last));
     visit("books/start", Column::new(&mut pfem.books.start));
+    visit("forces", Column::new(&mut pfem.forces));
     let mut clock = vec![pfem.dt_before];
     visit("dt", Column::new(&mut clock));
     pfem.dt_before = clock.first().copied().unwrap_or(0.0);

@@ -71,6 +71,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) parts: Vec<Part<D>>,
     /// Forces of the fluid on the parts at the end of the last step [N].
     pub(super) forces: Vec<Vector<D>>,
+    /// Their means over the last step [N], with the shares that the step takes of its start and its end.
+    pub(super) mean_forces: Vec<Vector<D>>,
     /// Where fluids meet after the last step.
     pub(super) outline: Outline,
     pub(super) totals: Totals,
@@ -133,6 +135,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         snapshot::snapshot(self)
     }
 
+    fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
+        self.mean_forces.iter().for_each(|force| visit(force.to3()));
+    }
+
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         snapshot::columns(self, visit);
     }
@@ -188,6 +194,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             relaxation: setup.relaxation,
             courant: setup.courant,
             forces: vec![Vector::ZERO; parts.len()],
+            mean_forces: vec![Vector::ZERO; parts.len()],
             parts,
             outline: Outline::default(),
             totals: Totals::default(),
@@ -323,7 +330,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Forces on the boundary, and the books.
     fn account(&mut self, step: Step, convected: &[Vector<D>]) {
+        let before = self.forces.clone();
         let (powers, outside) = self.push(step, convected);
+        let both = before.iter().zip(&self.forces);
+        self.mean_forces = both.map(|(start, end)| *start * (1.0 - step.theta) + *end * step.theta).collect();
         self.trace_interface();
         self.books.add([step.dt, step.theta], powers, outside);
     }

@@ -66,6 +66,10 @@ impl Solver for Guarded {
         self.solver.snapshot()
     }
 
+    fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
+        self.solver.forces(visit);
+    }
+
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         self.solver.columns(visit);
     }

@@ -37,6 +37,9 @@ pub trait Solver: Send {
     /// What outputs may see; time, step and dt are filled in by the time loop.
     fn snapshot(&self) -> Snapshot<'_>;
 
+    /// Shows the forces of the last step [N], its means, in the order of [`Snapshot::forces`].
+    fn forces(&self, visit: &mut dyn FnMut([f64; 3]));
+
     /// Every array that a checkpoint stores and restores, each with a unique name.
     ///
     /// After a restore (the visitor has replaced the contents) [`Solver::restored`] is called.
@@ -70,6 +73,11 @@ pub trait Monitor {
     /// # Errors
     /// Input/output errors.
     fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()>;
+
+    /// True if it records forces: the means that it is shown begin anew each time.
+    fn records_forces(&self) -> bool {
+        false
+    }
 
     /// The run is over (also after an error): flush files, write plots.
     ///

@@ -8,8 +8,10 @@
 //!
 //! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
 
+mod impulse;
 mod recover;
 
+use self::impulse::Impulses;
 use super::clock::next_target;
 use super::progress::Pace;
 use super::{CheckpointStore, Clock, Column, Event, Monitor, Observer, Progress, Schedule, Solver};
@@ -56,6 +58,8 @@ pub struct Simulation {
     clock: Clock,
     stored_at_start: f64,
     energy_drift: Option<f64>,
+    /// Of the forces since they were last recorded.
+    impulses: Impulses,
     monitors: Vec<(Schedule, Box<dyn Monitor>)>,
     observers: Vec<Box<dyn Observer>>,
     store: Option<Box<dyn CheckpointStore>>,
@@ -79,6 +83,7 @@ impl Simulation {
             plan,
             clock: Clock::default(),
             energy_drift: None,
+            impulses: Impulses::default(),
             monitors: Vec::new(),
             observers: Vec::new(),
             store: None,
@@ -137,9 +142,10 @@ impl Simulation {
 
     /// The state of the newest good checkpoint; returns which, or `None` if there is none.
     fn restore(&mut self) -> Result<Option<PathBuf>> {
+        let Self { solver, clock, stored_at_start, impulses, .. } = self;
         let Some(store) = &mut self.store else { return Ok(None) };
-        let (solver, clock, stored) = (&mut self.solver, &mut self.clock, &mut self.stored_at_start);
-        let restored = store.restore(&mut |visit| columns(solver.as_mut(), clock, stored, visit))?;
+        let restored =
+            store.restore(&mut |visit| columns(solver.as_mut(), (clock, stored_at_start, impulses), visit))?;
         if restored.is_some() {
             self.solver.restored();
         }
@@ -210,6 +216,7 @@ impl Simulation {
         self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
         self.broken = false;
         self.clock.advance(dt, target);
+        self.impulses.add(self.solver.as_ref(), dt);
         let (notices, progress) = (self.solver.notices(), self.progress());
         notices.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))
     }
@@ -280,10 +287,16 @@ impl Simulation {
         }
         let mut snapshot = self.solver.snapshot();
         (snapshot.time, snapshot.step, snapshot.dt) = (time, self.clock.step, self.clock.dt);
+        self.impulses.average(&mut snapshot.forces);
+        let mut recorded = false;
         for (schedule, monitor) in &mut self.monitors {
             if chosen(schedule, time) {
                 monitor.sample(&snapshot)?;
+                recorded |= monitor.records_forces();
             }
+        }
+        if recorded {
+            self.impulses = Impulses::default();
         }
         let scale = snapshot.ledger.scale(self.stored_at_start);
         self.energy_drift = (scale > 0.0).then(|| snapshot.ledger.closure(self.stored_at_start) / scale);
@@ -293,10 +306,13 @@ impl Simulation {
     }
 
     fn save(&mut self) -> Result<()> {
-        let Some(store) = &mut self.store else { return Ok(()) };
         let Clock { step, time, .. } = self.clock;
-        let (solver, clock, stored) = (&mut self.solver, &mut self.clock, &mut self.stored_at_start);
-        let path = store.save(step, time, &mut |visit| columns(solver.as_mut(), clock, stored, visit))?;
+        let Self { solver, clock, stored_at_start, impulses, .. } = self;
+        let Some(store) = &mut self.store else { return Ok(()) };
+        let visitor = &mut |visit: &mut dyn FnMut(&str, Column<'_>)| {
+            columns(solver.as_mut(), (clock, stored_at_start, impulses), visit);
+        };
+        let path = store.save(step, time, visitor)?;
         self.saved = Instant::now();
         self.newest = Some(path.clone());
         let progress = self.progress();
@@ -343,8 +359,7 @@ impl Simulation {
 /// The loop's own columns, then the solver's.
 fn columns(
     solver: &mut dyn Solver,
-    clock: &mut Clock,
-    stored_at_start: &mut f64,
+    (clock, stored_at_start, impulses): (&mut Clock, &mut f64, &mut Impulses),
     visit: &mut dyn FnMut(&str, Column<'_>),
 ) {
     let mut reals = vec![clock.time, clock.dt, *stored_at_start];
@@ -355,5 +370,6 @@ fn columns(
         *clock = Clock { time, step, dt };
         *stored_at_start = stored;
     }
+    impulses.columns(visit);
     solver.columns(visit);
 }

@@ -21,7 +21,8 @@ pub struct Snapshot<'a> {
     pub surfaces: Vec<SurfaceSet<'a>>,
     /// Mass, momentum and every energy term.
     pub ledger: Ledger,
-    /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`; mean over the last step.
+    /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`: means over the last step, and in the time loop
+    /// over all steps since they were last recorded.
     pub forces: Vec<(String, [f64; 3])>,
     /// Named counts, e.g. `crossed:sheet` (particles found on the wrong side).
     pub counts: Vec<(String, u64)>,

@@ -291,8 +291,8 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.
-    pub fn forces(&self) -> Vec<(String, [f64; 3])> {
-        self.forces.iter().map(|force| (force.name.clone(), force.value.to3())).collect()
+    pub fn forces(&self) -> impl Iterator<Item = (&str, [f64; 3])> {
+        self.forces.iter().map(|force| (force.name.as_str(), force.value.to3()))
     }
 
     /// Since the start: particles found on the wrong side of each sheet, `crossed:<sheet>`, and how often one

@@ -3,7 +3,7 @@
 //! A failed step leaves the solver somewhere within the step, and a copy of the state before every step would cost
 //! more than the step. But a step is a function of the state alone, so the steps since the newest checkpoint,
 //! taken once more, give the same bits: the loop goes back to it, repeats them up to the one that failed, saves,
-//! and shows the state to every monitor.
+//! shows the state to every monitor, and saves what that leaves behind.
 
 use super::Simulation;
 use crate::error::Result;
@@ -22,7 +22,9 @@ impl Simulation {
         }
         self.broken = false;
         self.save()?;
-        self.show(|schedule, time| !schedule.is_due(time))
+        self.show(|schedule, time| !schedule.is_due(time))?;
+        // What was recorded begins anew.
+        self.save()
     }
 
     /// Restores the newest checkpoint and repeats the steps from there; `false` where there is no checkpoint, or
