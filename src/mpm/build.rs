@@ -4,6 +4,7 @@ use super::contact::{FrictionTable, nodes::Lattice};
 use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;
+use super::light::Cutoff;
 use super::particles::{Body, Particles, Work};
 use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
@@ -11,11 +12,6 @@ use super::{Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setu
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
-
-/// Nodes lighter than this fraction of a full cell of the lightest body have no velocity (theory 2.5). What they
-/// would have passed on is lost, so this is just above the rounding of a node's mass: the momentum of the
-/// whole stays constant to twelve digits. Velocities of light nodes are large but enter with small weights.
-const LIGHTEST_NODE: f64 = 1e-15;
 
 impl<const D: usize> Mpm<D> {
     /// A solver in the state that `setup` describes.
@@ -27,8 +23,6 @@ impl<const D: usize> Mpm<D> {
         let fields = field_numbers(&setup.bodies);
         let field_count = fields.iter().max().map_or(0, |last| last + 1);
         let cell = setup.grid.cell;
-        let light = setup.bodies.iter().map(|body| body.law.density()).fold(f64::INFINITY, f64::min);
-        let cutoff = if light.is_finite() { LIGHTEST_NODE * light * cell.powi(D as i32) } else { 0.0 };
         let mut bodies = Vec::new();
         for (index, (body, field)) in setup.bodies.into_iter().zip(fields).enumerate() {
             match build_body(body, field, (setup.kernel, setup.transfer), cell) {
@@ -43,10 +37,12 @@ impl<const D: usize> Mpm<D> {
         if findings.iter().any(|finding| finding.severity == crate::error::Severity::Error) {
             return Err(findings);
         }
+        let cutoff = cutoffs(&bodies, field_count, setup.kernel);
+        let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
         let coupling = Coupling::new(
             membranes,
             &bodies,
-            Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(cutoff),
+            Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching),
             &FrictionTable { listed: setup.friction, default: setup.default_friction },
             (setup.sheet_contact, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
@@ -218,6 +214,15 @@ fn build_body<const D: usize>(
         traction: setup.traction,
         work,
     })
+}
+
+/// Which nodes of each field are light: by the lightest particle among its bodies.
+fn cutoffs<const D: usize>(bodies: &[Body<D>], fields: usize, kernel: super::KernelKind) -> Vec<Cutoff> {
+    let masses = |field: usize| {
+        let own = bodies.iter().filter(move |body| body.field == field);
+        own.flat_map(|body| body.particles.mass.iter().copied())
+    };
+    (0..fields).map(|field| Cutoff::new(kernel, masses(field).fold(f64::INFINITY, f64::min))).collect()
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the

@@ -78,6 +78,7 @@ pub fn divide_by_mass<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, mome
     momentum.par_iter_mut().zip(&field.nodes).with_min_len(CHUNK).for_each(|(v, node)| {
         *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
     });
+    field.faint.iter().for_each(|faint| faint.follow(momentum));
 }
 
 /// v_p = Σ N w_j; of bodies that keep the heat, what that becomes [J].

@@ -10,6 +10,7 @@
 
 use super::ghost::Fold;
 use super::kernel::Kernel;
+use super::light::Faint;
 use crate::math::Vector;
 use hashbrown::HashMap;
 
@@ -43,6 +44,8 @@ pub struct Field<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
     pub applied: Vec<Vector<D>>,
+    /// Nodes of which only rounding is left, in this step.
+    pub faint: Vec<Faint>,
     /// Room for averages over the nodes, Σ V N and Σ V q N.
     pub sums: Vec<[f64; 2]>,
     /// Room for their quotients.
@@ -115,6 +118,14 @@ impl<const D: usize> Grid<D> {
             local /= EDGE;
         }
         ijk
+    }
+
+    /// Numbers of the active nodes around a node, diagonal ones included.
+    pub fn neighbours(&self, node: usize) -> impl Iterator<Item = usize> {
+        let ijk = self.coordinates(node);
+        let around = (0..3_i32.pow(D as u32))
+            .filter_map(move |n| self.find(std::array::from_fn(|a| ijk[a] + n / 3_i32.pow(a as u32) % 3 - 1)));
+        around.filter(move |&other| other != node)
     }
 
     /// Position of a node [m].

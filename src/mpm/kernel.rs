@@ -49,6 +49,12 @@ pub struct Quadratic;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cubic;
 
+impl Linear {
+    /// The least weight, of the order of rounding. A particle on a plane of nodes takes its gradient from nodes to which it
+    /// would give nothing: without mass they would have no velocity to take.
+    pub const LEAST: f64 = f64::EPSILON;
+}
+
 impl Shape<2> for Linear {
     const INERTIA: Option<f64> = None;
 
@@ -59,7 +65,7 @@ impl Shape<2> for Linear {
 
     #[inline(always)]
     fn at(self, x: f64) -> Axis<2> {
-        let f = x - x.floor();
+        let f = (x - x.floor()).clamp(Self::LEAST, 1.0 - Self::LEAST);
         Axis { first: self.first(x), weight: [1.0 - f, f], slope: [-1.0, 1.0] }
     }
 }

@@ -25,6 +25,7 @@ mod health;
 mod heat;
 pub mod kernel;
 mod ledger;
+mod light;
 mod membrane;
 mod motion;
 mod particles;

@@ -12,6 +12,7 @@ pub(super) use books::{Accounts, Tally};
 use super::coupling::Coupling;
 use super::ghost::Ghosts;
 use super::ledger::Books;
+use super::light::Cutoff;
 use super::motion::Summary;
 use super::particles::Body;
 use super::stability::GROWTH;
@@ -75,8 +76,8 @@ pub struct Mpm<const D: usize> {
     pub(super) locking: Locking,
     pub(super) safety: f64,
     pub(super) gravity: [Signal; D],
-    /// Nodes up to this mass have no velocity [kg].
-    pub(super) cutoff: f64,
+    /// Which nodes of each field are light.
+    pub(super) cutoff: Vec<Cutoff>,
     pub(super) books: Books,
     pub(super) accounts: Accounts,
     /// Kinetic and internal energy of the bodies [J].

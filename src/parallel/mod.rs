@@ -43,6 +43,19 @@ pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     parts.into_iter().flatten().reduce(fold)
 }
 
+/// As [`for_each_pair_mut`], with the number of the pair; what `run` returns, in order.
+pub fn collect_pair_mut<A: Send, B: Send, T: Send>(
+    a: &mut [A],
+    b: &mut [B],
+    run: impl Fn(usize, &mut A, &mut B) -> Option<T> + Sync,
+) -> Vec<T> {
+    let chunk = |(chunk, (a, b)): (usize, (&mut [A], &mut [B]))| {
+        let pairs = a.iter_mut().zip(b).enumerate();
+        pairs.filter_map(|(n, (a, b))| run(chunk * CHUNK + n, a, b)).collect::<Vec<_>>()
+    };
+    a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).enumerate().flat_map_iter(chunk).collect()
+}
+
 /// The entries of ascending ranges that don't overlap, each to be changed by a thread of its own.
 pub fn parts_mut<T>(mut entries: &mut [T], ranges: impl Iterator<Item = Range<usize>>) -> Vec<&mut [T]> {
     let mut start = 0;

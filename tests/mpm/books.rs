@@ -3,7 +3,7 @@
 use crate::model::*;
 use lateen::geometry::Region;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{KernelKind, Load, Locking, Mpm, Obstacle, StressUpdate, Traction, Transfer, WallKind};
+use lateen::mpm::{KernelKind, Load, Locking, Mpm, Obstacle, Setup, StressUpdate, Traction, Transfer, WallKind};
 
 /// A block thrown into a corner of the box, hard enough to load every wall that it meets.
 fn thrown(kernel: KernelKind, transfer: Transfer, stress_update: StressUpdate, kind: WallKind) -> Mpm<2> {
@@ -63,6 +63,43 @@ fn ledger_closes_for_every_stress_update() {
             let mpm = thrown(KernelKind::Quadratic, FLIP, stress_update, kind);
             check(mpm, true, &format!("{stress_update:?} {kind:?}"));
         }
+    }
+}
+
+/// A body in free flight that vibrates: nothing gives it momentum, and what transfers and stress updates book stays
+/// below the energy that there is. Rows of particles lie on planes of nodes.
+#[test]
+fn free_flight_keeps_momentum_and_modest_books() {
+    for kernel in KERNELS {
+        for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast, StressUpdate::Average] {
+            for lower in [0.75, 0.6875, 0.7] {
+                let mut setup = setup(grid([0.0, 0.0], 0.25, [16, 12], WallKind::Open));
+                (setup.kernel, setup.stress_update) = (kernel, stress_update);
+                let velocity = |x: Vector<2>| Vector([2.0 + (3.0 * x[1]).sin(), 0.5 * (4.0 * x[0]).sin()]);
+                let disc = |x: Vector<2>| (x - Vector([1.25, 1.25])).norm() < 0.5;
+                let lattice = ([lower; 2], [8, 8], 0.125);
+                setup.bodies = vec![body(rubber(10.0, 2e3, 0.3), lattice, disc, velocity)];
+                flies(setup, &format!("{kernel:?} {stress_update:?} {lower}"));
+            }
+        }
+    }
+}
+
+/// Lets a body fly for a second.
+fn flies(setup: Setup<2>, what: &str) {
+    let names = ["momentum x", "momentum y"];
+    let mut mpm = start(setup);
+    let before = names.map(|name| term(&mpm, name));
+    run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
+    for (name, before) in names.iter().zip(before) {
+        let change = term(&mpm, name) - before;
+        assert!(change.abs() < 1e-12 * 20.0, "{what}: {name} {before} + {change}");
+    }
+    let energy = term(&mpm, "stored energy at the start");
+    assert!(closure(&mpm).abs() < 1e-12 * energy, "{what}: closure {}", closure(&mpm));
+    for name in ["transfer dissipation", "stress update error"] {
+        let booked = term(&mpm, name);
+        assert!(booked.abs() < energy, "{what}: {name} {booked} of {energy}");
     }
 }
 

@@ -30,28 +30,34 @@ fn free_fall_is_exact() {
     }
 }
 
-/// A block that moves uniformly through the cells neither strains nor slows.
+/// A block that moves uniformly through the cells neither strains nor slows; not even with particles on planes of nodes,
+/// where the hat of the next node vanishes but not its slope.
 #[test]
 fn translation_is_exact() {
     for kernel in KERNELS {
         for transfer in [FLIP, Transfer::Apic] {
-            let mut setup = setup(grid([0.0; 3], 1.0, [8, 6, 6], WallKind::Open));
-            (setup.kernel, setup.transfer) = (kernel, transfer);
-            setup.locking = Locking::Average { blend: 1.0 };
-            let law = rubber(1000.0, 1e4, 0.3);
-            let velocity = |_| Vector([1.0, 0.3, -0.2]);
-            setup.bodies = vec![body(law, ([2.0; 3], [4, 4, 4], 0.5), |_| true, velocity)];
-            let mut mpm = start(setup);
-            let before = positions(&mpm);
-            run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap();
-            for (x, x0) in positions(&mpm).iter().zip(before) {
-                let moved = Vector::<3>::from_fn(|a| x[a] - x0[a]) - Vector([1.0, 0.3, -0.2]);
-                assert!(moved.norm() < 1e-12, "{kernel:?} {transfer:?} {moved:?}");
+            for (lower, velocity) in [(2.0, [1.0, 0.3, -0.2]), (1.75, [1.0, 0.3, -0.2]), (1.75, [1.0, 0.0, 0.0])] {
+                translate(kernel, transfer, lower, Vector(velocity));
             }
-            let stress = field(&mpm, "stress").into_iter().fold(0.0, |max: f64, s| max.max(s.abs()));
-            assert!(stress < 1e4 * 1e-12, "{kernel:?} {stress}");
         }
     }
+}
+
+fn translate(kernel: KernelKind, transfer: Transfer, lower: f64, velocity: Vector<3>) {
+    let mut setup = setup(grid([0.0; 3], 1.0, [8, 6, 6], WallKind::Open));
+    (setup.kernel, setup.transfer) = (kernel, transfer);
+    setup.locking = Locking::Average { blend: 1.0 };
+    let law = rubber(1000.0, 1e4, 0.3);
+    setup.bodies = vec![body(law, ([lower; 3], [4, 4, 4], 0.5), |_| true, |_| velocity)];
+    let mut mpm = start(setup);
+    let before = positions(&mpm);
+    run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap();
+    for (x, x0) in positions(&mpm).iter().zip(before) {
+        let moved = Vector::<3>::from_fn(|a| x[a] - x0[a]) - velocity;
+        assert!(moved.norm() < 1e-12, "{kernel:?} {transfer:?} {lower} {moved:?}");
+    }
+    let stress = field(&mpm, "stress").into_iter().fold(0.0, |max: f64, s| max.max(s.abs()));
+    assert!(stress < 1e4 * 1e-12, "{kernel:?} {transfer:?} {lower} {stress}");
 }
 
 /// APIC conserves momentum and angular momentum of a spinning, vibrating block to round-off.

@@ -27,7 +27,7 @@ pub struct Lattice<const D: usize> {
     kernel: Kernel,
     walls: [[WallKind; 2]; D],
     folds: [[Fold; 2]; D],
-    /// Nodes of bodies up to this mass have no velocity and don't touch anything [kg].
+    /// Nodes of bodies up to this mass don't touch anything [kg].
     pub cutoff: f64,
 }
 
@@ -55,7 +55,7 @@ impl<const D: usize> Lattice<D> {
         }
     }
 
-    /// The same, leaving out the bodies' nodes up to the mass `cutoff` [kg], which the bodies leave out, too.
+    /// The same, leaving out the bodies' nodes up to the mass `cutoff` [kg].
     #[must_use]
     pub fn without_nodes_below(self, cutoff: f64) -> Self {
         Self { cutoff, ..self }

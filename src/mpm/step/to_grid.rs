@@ -5,9 +5,10 @@ use crate::error::StepError;
 use crate::math::{Signal, Vector};
 use crate::mpm::average::Average;
 use crate::mpm::ghost::Ghosts;
+use crate::mpm::light;
 use crate::mpm::stress::{Strain, update_stress_and_push};
 use crate::mpm::sweep::{Bins, Content, Sweep};
-use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate};
+use crate::mpm::{Field, Locking, Mpm, StressUpdate};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -52,12 +53,7 @@ impl<const D: usize> Mpm<D> {
                 bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
             walls.fold(ghosts, field, &mut own.nodes);
-            // Nodes that are too light have no velocity; nothing may push them (theory 2.5).
-            parallel::for_each_mut(&mut own.nodes, |node| {
-                if node.mass <= *cutoff {
-                    *node = Node::default();
-                }
-            });
+            own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
             walls.constrain_start(grid, field, &mut own.nodes, step.before());
         });
     }
@@ -107,15 +103,11 @@ impl<const D: usize> Mpm<D> {
     /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls (64).
     pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
         let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
-        let Self { grid, walls, bodies, bins, .. } = self;
+        let Self { grid, walls, bodies, bins, cutoff, .. } = self;
         grid.with_field(field, |grid, own| {
             let Field { nodes, applied, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
-            parallel::for_each_pair_mut(nodes, applied, |node, applied| {
-                node.force = if node.mass > 0.0 { node.force + gravity * node.mass } else { Vector::ZERO };
-                node.momentum += node.force * dt;
-                *applied = node.force;
-            });
+            light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
             walls.measure(grid, field, bodies.iter().zip(&*bins).filter(|(body, _)| body.field == field));
             walls.constrain_trial(grid, field, nodes, step.after(), dt);
         });

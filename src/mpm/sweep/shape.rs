@@ -4,7 +4,7 @@
 //! support, and per node N, h ∂N/∂x and N (x_I − x_p)/h (theory 2.2).
 
 use crate::math::simd::Lanes;
-use crate::mpm::Kernel;
+use crate::mpm::{Kernel, kernel};
 
 /// Weights of `W` nodes along an axis.
 #[derive(Clone, Copy)]
@@ -73,8 +73,9 @@ impl Shape<2> for Linear {
 
     #[inline(always)]
     fn weights<L: Lanes>(self, s: L, base: L) -> Weights<L, 2> {
-        let (one, f) = (L::splat(1.0), s.sub(base));
-        Weights::new(f, [one.sub(f), f], [L::splat(-1.0), one])
+        let (one, f, least) = (L::splat(1.0), s.sub(base), kernel::Linear::LEAST);
+        let n = f.max(L::splat(least)).min(L::splat(1.0 - least));
+        Weights::new(f, [one.sub(n), n], [L::splat(-1.0), one])
     }
 }
 
