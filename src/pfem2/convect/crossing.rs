@@ -13,7 +13,6 @@ pub(super) fn value(a: &[f64; TERMS], t: f64) -> f64 {
 /// The time in 0..=`end` when p(t) = Σ a_m t^m leaves p ≥ 0, given p(0) ≥ 0 > p(`end`).
 ///
 /// A trajectory that enters through the facet, p(0) = 0 < p'(0), leaves at the next root: p/t is searched.
-#[inline(always)]
 pub(super) fn leaves(a: &[f64; TERMS], end: f64) -> f64 {
     if a[0] > 0.0 {
         return root(a, end);
@@ -25,33 +24,32 @@ pub(super) fn leaves(a: &[f64; TERMS], end: f64) -> f64 {
 
 /// Newton's method, kept in the bracket with p(0) > 0 > p(`end`). Its steps square their size, so that a small one
 /// is the last.
-#[inline(always)]
 fn root(a: &[f64; TERMS], end: f64) -> f64 {
     const ITERATIONS: usize = 60;
     const LAST: f64 = 1e-8;
     let (mut low, mut high) = (0.0, end);
     let mut t = end * a[0] / (a[0] - value(a, end));
     for _ in 0..ITERATIONS {
-        let (p, slope) = value_and_slope(a, t);
-        let newton = t - p / slope;
-        if (newton - t).abs() <= LAST * end {
-            return newton.clamp(0.0, end);
+        let next = newton(a, t);
+        if (next - t).abs() <= LAST * end {
+            return next.clamp(0.0, end);
         }
-        if p > 0.0 {
+        if value(a, t) > 0.0 {
             low = t
         } else {
             high = t
         }
-        t = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        t = if next > low && next < high { next } else { 0.5 * (low + high) };
     }
     t
 }
 
+/// One step of Newton's method.
 #[inline(always)]
-fn value_and_slope(a: &[f64; TERMS], t: f64) -> (f64, f64) {
+pub(super) fn newton(a: &[f64; TERMS], t: f64) -> f64 {
     let square = t * t;
     let slope = (a[1] + 2.0 * a[2] * t) + square * (3.0 * a[3] + 4.0 * a[4] * t);
-    (value(a, t), slope)
+    t - value(a, t) / slope
 }
 
 #[cfg(test)]

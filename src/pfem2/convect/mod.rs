@@ -105,7 +105,7 @@ impl<const D: usize> Particles<D> {
 pub struct Streamlines<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
     flow: Flow<'a, D>,
-    rates: Vec<Rate<D>>,
+    rates: Vec<Rate<N>>,
 }
 
 impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
@@ -123,7 +123,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     fn fly(
         &self,
         rule: &Projectiles<D>,
-        field: &HeavyField<D>,
+        field: &HeavyField<N>,
         velocity: Vector<D>,
         from: Place<N>,
         time: f64,
@@ -145,7 +145,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     }
 }
 
-fn rates<const D: usize, const N: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>]) -> Vec<Rate<D>> {
+fn rates<const D: usize, const N: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>]) -> Vec<Rate<N>> {
     let rate = |(e, nodes): (usize, &[u32; N])| {
         Rate::new(&mesh.simplex(e).gradient, nodes.map(|node| velocity[node as usize]))
     };

@@ -10,7 +10,7 @@
 //! the values continued at the nodes it stays affine in every element, so that the same exact walk serves.
 
 use super::crossing::TERMS;
-use super::streamline::{Motion, Place, Rate, Stream, Taylor, Walls, complete};
+use super::streamline::{Motion, Place, Rate, Stream, Taylor, Walls};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
@@ -47,8 +47,8 @@ impl<const D: usize> Continued<D> {
 }
 
 /// A heavy particle: carried where the heavy fluid is near, flying elsewhere.
-pub(super) struct Projectile<'a, const D: usize> {
-    pub stream: Stream<'a, D>,
+pub(super) struct Projectile<'a, const D: usize, const N: usize> {
+    pub stream: Stream<'a, N>,
     pub carried: &'a [bool],
     /// Velocity in flight [m/s].
     pub velocity: Vector<D>,
@@ -58,19 +58,16 @@ pub(super) struct Projectile<'a, const D: usize> {
     pub gravity: Vector<D>,
 }
 
-impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
+impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D, N> {
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
         self.flying = !self.carried[place.element];
         if !self.flying {
             return self.stream.taylor(mesh, place, walls);
         }
         let gradient = &mesh.simplex(place.element).gradient;
-        let rate = |v: Vector<D>| complete::<D, N>(walls.project(gradient, Vector::from_fn(|k| gradient[k].dot(v))));
-        let (first, second) = (rate(self.velocity), rate(self.gravity * 0.5));
-        let mut terms = [[0.0; TERMS]; N];
-        for k in 0..N {
-            terms[k][..3].copy_from_slice(&[place.shape[k], first[k], second[k]]);
-        }
+        let rate = |v: Vector<D>| walls.project(gradient, gradient.map(|g| g.dot(v)));
+        let mut terms = [[0.0; N]; TERMS];
+        terms[..3].copy_from_slice(&[place.shape, rate(self.velocity), rate(self.gravity * 0.5)]);
         Taylor { terms, reach: f64::INFINITY }
     }
 
@@ -82,13 +79,13 @@ impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
 }
 
 /// Where the rates of the continued velocity hold, and these rates.
-pub(super) struct HeavyField<const D: usize> {
-    pub rates: Vec<Rate<D>>,
+pub(super) struct HeavyField<const N: usize> {
+    pub rates: Vec<Rate<N>>,
     pub carried: Vec<bool>,
 }
 
-impl<const D: usize> HeavyField<D> {
-    pub fn new<const N: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>], level: &[f64]) -> Self {
+impl<const N: usize> HeavyField<N> {
+    pub fn new<const D: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>], level: &[f64]) -> Self {
         let continued = Continued::new(mesh, velocity, level);
         let carried = mesh.elements().iter().map(|nodes| continued.reaches(nodes)).collect();
         Self { rates: super::rates(mesh, &continued.values), carried }

@@ -4,18 +4,19 @@
 //! constant coefficients (after Nadukandi et al.; theory 3.2 iii),
 //!
 //! ```text
-//! dN_k/dt = g_k·v = c_k + Σ_{j<D} A_kj N_j,   c_k = g_k·v_D,   A_kj = g_k·(v_j − v_D)
-//! N(t) = N + t ṙ + t²/2 A ṙ + t³/6 A² ṙ + t⁴/24 A³ ṙ,   ṙ = c + A N,   |∇v| t ≤ 1/4
+//! dN_k/dt = g_k·v = Σ_j B_kj N_j,   B_kj = g_k·v_j
+//! N(t) = N + t B N + t²/2 B² N + t³/6 B³ N + t⁴/24 B⁴ N,   |∇v| t ≤ 1/4
 //! ```
 //!
 //! The terms are g_k·(∇v)^m v: they and their reach don't depend on the order of the nodes.
 //!
-//! The first N_k that falls to zero names the facet through which the particle goes on. There is no search, and walls
+//! The first N_k that falls to zero names the facet through which the particle goes on; nearly always it is the one that
+//! N + t B N names, and two steps of Newton's method find the time. There is no search in the mesh, and walls
 //! are exact: where the velocity vanishes on a facet, dN_k/dt is proportional to N_k, which never reaches zero. On
 //! facets that the velocity does cross, as those of a curved wall, the rate is projected onto the facet:
 //! dN_j/dt ← dN_j/dt − (g_j·g_k/|g_k|²) dN_k/dt.
 
-use super::crossing::{TERMS, leaves, value};
+use super::crossing::{TERMS, leaves, newton, value};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 
@@ -27,6 +28,9 @@ const CROSSINGS: usize = 2000;
 
 /// Rates this small, as a fraction of the largest, are rounding.
 const ROUNDING: f64 = 1e-12;
+
+/// A shape function this far from zero at the time of an exit has not been followed to its root.
+const MISSED: f64 = 1e-10;
 
 /// A place in the mesh: an element and its shape functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,45 +80,57 @@ pub struct Walk<const N: usize> {
     pub rest: f64,
 }
 
-/// Coefficients c and A of an element [1/s], and how long its Taylor polynomials are good [s].
+/// The matrix B of an element by columns [1/s], and how long its Taylor polynomials are good [s].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rate<const D: usize> {
-    constant: Vector<D>,
-    linear: [Vector<D>; D],
+pub(super) struct Rate<const N: usize> {
+    columns: [[f64; N]; N],
     reach: f64,
 }
 
-impl<const D: usize> Rate<D> {
-    pub fn new<const N: usize>(gradient: &[Vector<D>; N], velocity: [Vector<D>; N]) -> Self {
-        let last = velocity[D];
+impl<const N: usize> Rate<N> {
+    pub fn new<const D: usize>(gradient: &[Vector<D>; N], velocity: [Vector<D>; N]) -> Self {
         let row = |i: usize| gradient.iter().zip(&velocity).map(|(&g, v)| g * v[i]).sum::<Vector<D>>();
         let slope = (0..D).map(|i| row(i).norm_squared()).sum::<f64>().sqrt();
-        Self {
-            constant: Vector::from_fn(|k| gradient[k].dot(last)),
-            linear: std::array::from_fn(|k| Vector::from_fn(|j| gradient[k].dot(velocity[j] - last))),
-            reach: REACH / slope,
-        }
+        Self { columns: velocity.map(|v| gradient.map(|g| g.dot(v))), reach: REACH / slope }
     }
 
+    /// B n · scale.
     #[inline(always)]
-    fn times(&self, n: &Vector<D>) -> Vector<D> {
-        Vector::from_fn(|k| self.linear[k].dot(*n))
+    fn times(&self, n: &[f64; N], scale: f64) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for (column, n) in self.columns.iter().zip(n) {
+            (0..N).for_each(|k| sum[k] += column[k] * n);
+        }
+        sum.map(|sum| sum * scale)
     }
 }
 
 /// The motion of a particle in one element as Taylor polynomials of its shape functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taylor<const N: usize> {
-    pub terms: [[f64; TERMS]; N],
+    /// By power of the time, then by shape function.
+    pub terms: [[f64; N]; TERMS],
     /// The longest time for which it is good [s].
     pub reach: f64,
 }
 
 impl<const N: usize> Taylor<N> {
+    /// The polynomial of one shape function.
+    #[inline(always)]
+    fn of(&self, k: usize) -> [f64; TERMS] {
+        self.terms.map(|term| term[k])
+    }
+
+    /// All shape functions at a time.
+    #[inline(always)]
+    fn at(&self, time: f64) -> [f64; N] {
+        std::array::from_fn(|k| value(&self.of(k), time))
+    }
+
     /// The fastest change of a shape function [1/s].
     #[cold]
     fn fastest(&self) -> f64 {
-        self.terms.iter().map(|a| a[1].abs()).fold(0.0, f64::max)
+        self.terms[1].iter().map(|a| a.abs()).fold(0.0, f64::max)
     }
 }
 
@@ -144,7 +160,7 @@ impl<const D: usize, const N: usize> Walls<D, N> {
 
     /// Takes the part of a rate that would leave through one of the facets; where there are several, all of it.
     #[inline(always)]
-    pub fn project(&self, gradient: &[Vector<D>; N], rate: Vector<D>) -> Vector<D> {
+    pub fn project(&self, gradient: &[Vector<D>; N], rate: [f64; N]) -> [f64; N] {
         if self.any { self.glide(gradient, rate) } else { rate }
     }
 
@@ -152,45 +168,36 @@ impl<const D: usize, const N: usize> Walls<D, N> {
     #[inline(always)]
     fn hold(&self, taylor: &mut Taylor<N>) {
         if self.any {
-            (0..N).filter(|&k| self.on[k]).for_each(|k| taylor.terms[k] = [0.0; TERMS]);
+            for term in &mut taylor.terms {
+                (0..N).filter(|&k| self.on[k]).for_each(|k| term[k] = 0.0);
+            }
         }
     }
 
     #[cold]
-    fn glide(&self, gradient: &[Vector<D>; N], rate: Vector<D>) -> Vector<D> {
+    fn glide(&self, gradient: &[Vector<D>; N], rate: [f64; N]) -> [f64; N] {
         let mut on = (0..N).filter(|&k| self.on[k]);
-        let (Some(k), None) = (on.next(), on.next()) else { return Vector::ZERO };
-        let normal = complete::<D, N>(rate)[k] / gradient[k].norm_squared();
-        Vector::from_fn(|j| if j == k { 0.0 } else { rate[j] - gradient[j].dot(gradient[k]) * normal })
+        let (Some(k), None) = (on.next(), on.next()) else { return [0.0; N] };
+        let normal = rate[k] / gradient[k].norm_squared();
+        std::array::from_fn(|j| if j == k { 0.0 } else { rate[j] - gradient[j].dot(gradient[k]) * normal })
     }
 }
 
-/// The rate of the last shape function completes those of the others to zero.
-#[inline(always)]
-pub(super) fn complete<const D: usize, const N: usize>(rate: Vector<D>) -> [f64; N] {
-    let sum: f64 = rate.0.iter().sum();
-    std::array::from_fn(|k| if k < D { rate[k] } else { -sum })
-}
-
 /// A particle that follows the streamlines, forwards (`sign` 1) or backwards (−1).
-pub(super) struct Stream<'a, const D: usize> {
-    pub rates: &'a [Rate<D>],
+pub(super) struct Stream<'a, const N: usize> {
+    pub rates: &'a [Rate<N>],
     pub sign: f64,
 }
 
-impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
+impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, N> {
     #[inline(always)]
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
         let rate = &self.rates[place.element];
         let gradient = &mesh.simplex(place.element).gradient;
-        let project = |r| walls.project(gradient, r);
-        let known = Vector::from_fn(|k| place.shape[k]);
-        let first = project(rate.constant + rate.times(&known)) * self.sign;
-        let second = project(rate.times(&first)) * (self.sign / 2.0);
-        let third = project(rate.times(&second)) * (self.sign / 3.0);
-        let fourth = project(rate.times(&third)) * (self.sign / 4.0);
-        let [first, second, third, fourth] = [first, second, third, fourth].map(complete::<D, N>);
-        let terms = std::array::from_fn(|k| [place.shape[k], first[k], second[k], third[k], fourth[k]]);
+        let mut terms = [place.shape; TERMS];
+        for m in 1..TERMS {
+            terms[m] = walls.project(gradient, rate.times(&terms[m - 1], self.sign / m as f64));
+        }
         Taylor { terms, reach: rate.reach }
     }
 }
@@ -232,14 +239,44 @@ pub(super) fn walk<const D: usize, const N: usize>(
 
 /// How long the particle stays in the element, at most until `end`, its shape functions then, and the local node
 /// opposite to its exit.
-///
-/// Who is outside at `end` came out earlier; at that time another shape function may be negative that has become
-/// positive again, so the search goes on until nobody is outside.
 #[inline(always)]
 fn stay<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<usize>) {
+    if let Some((time, shape, k)) = foreseen(taylor, end) {
+        return (time, shape, Some(k));
+    }
+    let shape = taylor.at(end);
+    if shape.iter().all(|&n| n >= 0.0) { (end, shape, None) } else { searched(taylor, end) }
+}
+
+/// The exit that the rates at the start name, unless there is none before `end` or somebody else is outside by then.
+#[inline(always)]
+fn foreseen<const N: usize>(taylor: &Taylor<N>, end: f64) -> Option<(f64, [f64; N], usize)> {
+    let (mut first, mut exit) = (end, None);
+    for k in 0..N {
+        let straight = -taylor.terms[0][k] / taylor.terms[1][k];
+        if straight > 0.0 && straight < first {
+            (first, exit) = (straight, Some(k));
+        }
+    }
+    let k = exit?;
+    let a = taylor.of(k);
+    let time = newton(&a, newton(&a, first));
+    if !(time > 0.0 && time <= end) {
+        return None;
+    }
+    let mut shape = taylor.at(time);
+    let missed = shape[k].abs();
+    shape[k] = 0.0;
+    (missed <= MISSED && shape.iter().all(|&n| n >= 0.0)).then_some((time, shape, k))
+}
+
+/// Who is outside at `end` came out earlier; at that time another shape function may be negative that has become
+/// positive again, so the search goes on until nobody is outside.
+#[cold]
+fn searched<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<usize>) {
     let (mut time, mut exit) = (end, None);
     loop {
-        let mut shape: [f64; N] = std::array::from_fn(|k| value(&taylor.terms[k], time));
+        let mut shape = taylor.at(time);
         if let Some(k) = exit {
             shape[k] = 0.0;
         }
@@ -251,14 +288,13 @@ fn stay<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<
 }
 
 /// The first exit of those who are outside at a time.
-#[inline(always)]
 fn exit_before<const N: usize>(taylor: &Taylor<N>, shape: &[f64; N], time: f64) -> Option<(f64, usize)> {
     let mut first = None;
     for k in 0..N {
         if shape[k] < 0.0 {
-            let a = &taylor.terms[k];
+            let a = taylor.of(k);
             let rounding = shape[k] > -ROUNDING && (a[0] > 0.0 || a[1].abs() <= ROUNDING * taylor.fastest());
-            let exit = if rounding { f64::INFINITY } else { leaves(a, time) };
+            let exit = if rounding { f64::INFINITY } else { leaves(&a, time) };
             if exit < first.map_or(f64::INFINITY, |(earliest, _)| earliest) {
                 first = Some((exit, k));
             }
@@ -278,7 +314,7 @@ fn cross<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, be
         }
         value
     });
-    let sum: f64 = shape.iter().sum();
-    shape.iter_mut().for_each(|n| *n /= sum);
+    let whole = shape.iter().sum::<f64>().recip();
+    shape.iter_mut().for_each(|n| *n *= whole);
     Place { element: behind, shape }
 }
