@@ -126,6 +126,7 @@ impl<const B: usize> LinearSolver<B> {
             x.fill([0.0; B]);
             return Ok(Outcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
+        let guess = x.to_vec();
         let mut history = Vec::new();
         let mut iterations = 0;
         let mut fresh = false;
@@ -142,6 +143,10 @@ impl<const B: usize> LinearSolver<B> {
                 self.wear.count(attempt.history.len() - 1);
                 let residual = norm(residual.as_flattened()) / reference;
                 return Ok(Outcome { iterations, residual, rebuilt: fresh });
+            }
+            if !norm(residual.as_flattened()).is_finite() {
+                // What comes next begins where this began.
+                x.copy_from_slice(&guess);
             }
             if !fresh {
                 self.wear.fail();

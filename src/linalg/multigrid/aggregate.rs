@@ -15,19 +15,25 @@ pub(super) struct Aggregates {
     pub count: usize,
 }
 
+/// What lumping leaves of a diagonal at least. A node of the heavy one of two fluids is weakly coupled to many of the
+/// light one, whose `smooth` is greater by the root of the ratio of densities: their sum may outweigh the diagonal.
+const KEPT: f32 = 0.25;
+
 /// The strong part of a matrix; what is weak goes to the diagonal in such a way that the product with `smooth` stays
-/// the same.
+/// the same, as long as that leaves enough of the diagonal.
 pub(super) fn strong_part(a: &Csr, diagonal: &[f32], smooth: &[f32], threshold: f32) -> Csr {
     let strong = |i: usize, j: usize, v: f32| v * v > threshold * threshold * (diagonal[i] * diagonal[j]).abs();
     Csr::from_rows(a.rows(), a.width, |i, row| {
-        row.add(i, 0.0);
+        let mut lumped = 0.0;
         for (j, v) in a.row(i) {
             if j == i || strong(i, j, v) {
                 row.add(j, v);
             } else {
-                row.add(i, v * smooth[j] / smooth[i]);
+                lumped += v * smooth[j] / smooth[i];
             }
         }
+        let away = (-lumped * diagonal[i].signum()).min((1.0 - KEPT) * diagonal[i].abs());
+        row.add(i, -away * diagonal[i].signum());
     })
 }
 
@@ -63,4 +69,23 @@ pub(super) fn aggregate(strong: &Csr) -> Aggregates {
         }
     }
     Aggregates { of, count: count as usize }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A heavy node (w = 1) among light ones (w = 30), all weakly coupled to it.
+    #[test]
+    fn lumping_leaves_a_part_of_the_diagonal() {
+        let couplings = [(0, 1.0), (1, -0.05), (2, -0.04), (3, 0.01)];
+        let a = Csr::from_rows(4, 4, |i, row| match i {
+            0 => couplings.iter().for_each(|&(j, v)| row.add(j, v)),
+            _ => row.add(i, 1.0),
+        });
+        let strong = strong_part(&a, &a.diagonal(), &[1.0, 30.0, 30.0, 30.0], 0.06);
+        assert_eq!(strong.diagonal()[0], KEPT, "1 − 30 · 0.08 < 0 is too little");
+        let mild = strong_part(&a, &a.diagonal(), &[1.0, 2.0, 3.0, 2.0], 0.06);
+        assert!((mild.diagonal()[0] - 0.8).abs() < 1e-6, "1 − 0.1 − 0.12 + 0.02");
+    }
 }
