@@ -35,3 +35,52 @@ fn every_case_builds() {
     }
     assert!(wrong.is_empty(), "\n{wrong}");
 }
+
+/// The options `--set` of the commands that the cases' READMEs print, `lateen run CASE --set KEY=VALUE …`, by case.
+fn printed_settings() -> Vec<(PathBuf, Vec<String>)> {
+    let mut found = Vec::new();
+    for file in cases() {
+        let readme = std::fs::read_to_string(file.with_file_name("README.md")).unwrap_or_default();
+        let readme = readme.replace("\\\n", " ");
+        let commands = readme.split("lateen run ").skip(1).map(|rest| rest.split(['`', '\n']).next().unwrap_or(""));
+        for command in commands.filter(|command| !command.contains('…')) {
+            let words = shell_words(command);
+            let settings = words.windows(2).filter(|pair| pair[0] == "--set").map(|pair| pair[1].clone()).collect();
+            let named = cases().into_iter().find(|case| case.parent().is_some_and(|at| at.ends_with(&words[0])));
+            found.push((named.unwrap_or_else(|| panic!("`{command}` names no case")), settings));
+        }
+    }
+    found
+}
+
+/// Words as a shell would hand them on.
+fn shell_words(command: &str) -> Vec<String> {
+    let (mut words, mut word, mut quote) = (Vec::new(), String::new(), None);
+    for c in command.chars() {
+        match (c, quote) {
+            ('"' | '\'', None) => quote = Some(c),
+            (c, Some(open)) if c == open => quote = None,
+            (' ', None) => words.extend(Some(std::mem::take(&mut word)).filter(|word| !word.is_empty())),
+            (c, _) => word.push(c),
+        }
+    }
+    words.extend(Some(word).filter(|word| !word.is_empty()));
+    words
+}
+
+#[test]
+fn what_the_readmes_print_can_be_typed() {
+    let printed = printed_settings();
+    assert!(printed.len() >= 5);
+    for (file, settings) in printed {
+        let settings: Vec<(String, String)> = settings
+            .iter()
+            .map(|setting| setting.split_once('=').expect("KEY=VALUE"))
+            .map(|(key, value)| (key.to_owned(), value.to_owned()))
+            .collect();
+        let source = Source::read(&file).unwrap();
+        if let Err(Error::Case(findings)) = Case::read(source.clone(), &settings).and_then(|case| case.model()) {
+            panic!("{settings:?}\n{}", source.render(&findings, false));
+        }
+    }
+}

@@ -111,15 +111,19 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
                 let safety = file.mpm.safety;
                 format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})")
             }
-            // Only the shortest capillary wave bounds a step that is written.
+            // Only waves bound a step that is written.
             Method::Pfem2 => format!(
-                "surface tension bounds it by the shortest wave on the smallest element: write `step = {}`, or leave it out",
+                "the shortest wave that gravity or surface tension make on an interface would grow: write `step = {}`, or \
+                 leave it out",
                 below(stable)
             ),
         };
         findings.push(finding.help(help));
     }
     let step = file.time.step.unwrap_or(stable);
+    if step.is_infinite() {
+        return;
+    }
     for (name, interval) in [("fields", file.output.fields), ("history", file.output.history)] {
         let key = format!("output.{name}");
         let Some(interval) = interval.filter(|interval| *interval < step) else { continue };
@@ -132,6 +136,14 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
             }
             None => {}
         }
+    }
+}
+
+/// Checks the memory that a run would take against what is there.
+pub(super) fn memory(summary: &Summary, findings: &mut Vec<Diagnostic>) {
+    if let Some(refusal) = crate::memory::refusal(summary.memory) {
+        let message = format!("the run would take {refusal}");
+        findings.push(Diagnostic::warning("", message).help("take larger cells, elements or distances of particles"));
     }
 }
 

@@ -36,7 +36,9 @@ impl Failure {
         match self {
             Self::Comparison => 1,
             Self::Error(error) => {
-                eprintln!("{error}");
+                // A case error says of itself what it is, and an interruption is none.
+                let label = if matches!(error, Error::Case(_) | Error::Interrupted) { "" } else { "error: " };
+                eprintln!("{label}{error}");
                 error.exit_code()
             }
             Self::Case(source, findings) => {

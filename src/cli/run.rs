@@ -68,10 +68,12 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
 /// What to do after a run that stopped before its end.
 fn advise(error: &Error, directory: &RunDirectory, case: &str, set: &[(String, String)]) {
     let root = directory.root().display();
+    let set: String = set.iter().map(|(key, value)| format!(" --set '{key}={value}'")).collect();
+    let resume = format!("lateen run {case}{set} --out {root} --resume");
     match error {
-        Error::Interrupted => {
-            let set: String = set.iter().map(|(key, value)| format!(" --set '{key}={value}'")).collect();
-            eprintln!("go on with: lateen run {case}{set} --out {root} --resume");
+        Error::Interrupted => eprintln!("go on with: {resume}"),
+        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::StorageFull => {
+            eprintln!("make room on the disk, then go on with: {resume}");
         }
         Error::Step(_) if directory.checkpoints().is_dir() => {
             eprintln!("the last good state is saved in {root}/checkpoint and shown by the last fields and pictures");

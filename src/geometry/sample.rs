@@ -9,6 +9,7 @@
 
 use super::{Bounds, Region};
 use crate::error::Diagnostic;
+use crate::memory;
 use rayon::prelude::*;
 
 /// Lattice points per block side.
@@ -20,6 +21,9 @@ const ON_BOUNDARY: f64 = 1e-9;
 
 /// Most particles of one region: identities have 32 bits.
 const MOST: f64 = u32::MAX as f64;
+
+/// Memory per point of the lattice at least, if the region fills a part of its bounds.
+const BYTES: f64 = 100.0;
 
 /// Particles of one region.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,6 +151,10 @@ impl Lattice {
             .fold(0.0, f64::max);
         if !(expected <= MOST && farthest <= MOST) {
             let message = format!("a lattice of {expected:.3e} points covers the region, too many");
+            return Err(Diagnostic::error("spacing", message).help("increase `spacing` or make the region smaller"));
+        }
+        if let Some(refusal) = memory::refusal(BYTES * expected) {
+            let message = format!("a lattice of {expected:.3e} points covers the region: that takes {refusal}");
             return Err(Diagnostic::error("spacing", message).help("increase `spacing` or make the region smaller"));
         }
         let index = |x: f64, i: usize| ((x - self.origin[i]) / self.spacing - 0.5).floor() as i64;

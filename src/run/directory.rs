@@ -39,7 +39,7 @@ pub enum Existing {
     Refuse,
     /// Remove what a run left there (and nothing else).
     Replace,
-    /// Go on from its newest checkpoint.
+    /// Go on from its newest checkpoint; begin anew where a run was killed before its first.
     Resume,
 }
 
@@ -85,10 +85,12 @@ impl RunDirectory {
                 io::ErrorKind::DirectoryNotEmpty,
                 "the directory is not empty; --resume goes on with the run in it, --force replaces it, --out names another",
             )),
-            Existing::Resume if !self.checkpoints().is_dir() => Err(self.refuse(
+            Existing::Resume if !self.has_checkpoint() && !self.status().is_file() => Err(self.refuse(
                 io::ErrorKind::NotFound,
                 "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
             )),
+            // A run that was killed before its first checkpoint has nothing to lose.
+            Existing::Resume if !self.has_checkpoint() => self.clear().and_then(|()| self.create()),
             Existing::Replace => self.clear().and_then(|()| self.create()),
             _ => self.create(),
         }?;
@@ -178,6 +180,12 @@ impl RunDirectory {
         count(&self.root)
     }
 
+    /// True if a checkpoint was written whole, though it may have been damaged since.
+    fn has_checkpoint(&self) -> bool {
+        let files = fs::read_dir(self.checkpoints()).into_iter().flatten().flatten();
+        files.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "checkpoint"))
+    }
+
     fn entries(&self) -> Result<Vec<PathBuf>> {
         match fs::read_dir(&self.root) {
             Ok(entries) => Ok(entries.flatten().map(|entry| entry.path()).collect()),
@@ -249,6 +257,7 @@ mod tests {
         let run = RunDirectory::new(home.path());
         let first = run.prepare(Existing::Refuse).unwrap();
         fs::create_dir(run.checkpoints()).unwrap();
+        fs::write(run.checkpoints().join("step-0.checkpoint"), "").unwrap();
         for existing in [Existing::Replace, Existing::Resume] {
             let error = run.prepare(existing).unwrap_err();
             assert!(error.to_string().contains("another run is writing here"), "{error}");
@@ -265,6 +274,17 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let error = RunDirectory::new(home.path().join("none")).prepare(Existing::Resume).unwrap_err();
         assert!(error.to_string().contains("no checkpoint"), "{error}");
+    }
+
+    #[test]
+    fn a_run_that_was_killed_before_its_first_checkpoint_begins_anew() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::new(home.path());
+        drop(run.prepare(Existing::Refuse).unwrap());
+        fs::write(run.status(), "{}").unwrap();
+        fs::create_dir(run.fields()).unwrap();
+        drop(run.prepare(Existing::Resume).unwrap());
+        assert!(!run.fields().exists() && !run.status().exists(), "what was begun is gone");
     }
 
     #[test]

@@ -76,6 +76,7 @@ impl Case {
         };
         let summary = summary.with_solver(&mut solver, &self.file);
         check::steps(self, &summary, &mut findings);
+        check::memory(&summary, &mut findings);
         names::files(&self.file, &solver.snapshot(), &mut findings);
         check::probes(&self.file, &solver.snapshot(), domain, &mut findings);
         check::pictures(&self.file, &solver.snapshot(), domain, &mut findings);

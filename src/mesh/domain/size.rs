@@ -1,6 +1,7 @@
 //! How large elements should be where.
 
 use crate::geometry::Region;
+use crate::memory;
 
 /// Pieces into which a curve is cut to measure its elements.
 const SAMPLES: usize = 4096;
@@ -8,10 +9,15 @@ const SAMPLES: usize = 4096;
 /// Most elements of a mesh that is made here: about 10 GB for the mesh alone.
 pub const MOST_ELEMENTS: f64 = 4e7;
 
+/// Memory per element of the mesh alone.
+const BYTES: f64 = 250.0;
+
 /// What is said about a mesh with more, counted before anything is stored. `count`: about how many there would be.
 pub fn too_many(count: f64) -> Option<String> {
-    (count > MOST_ELEMENTS)
-        .then(|| format!("about {count:.1e} elements: more than the {MOST_ELEMENTS:.0e} that a mesh can have"))
+    if count > MOST_ELEMENTS {
+        return Some(format!("about {count:.1e} elements: more than the {MOST_ELEMENTS:.0e} that a mesh can have"));
+    }
+    memory::refusal(BYTES * count).map(|refusal| format!("about {count:.1e} elements take {refusal}"))
 }
 
 /// The element size h(x).

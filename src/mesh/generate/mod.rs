@@ -21,6 +21,7 @@ pub use swept::{CylinderMeshShape, TubeShape};
 use super::Facets;
 use crate::error::Diagnostic;
 use crate::math::Vector;
+use crate::memory;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -103,13 +104,19 @@ fn frame(normal: Vector<3>) -> [Vector<3>; 2] {
 /// Most elements of one membrane.
 const MOST: usize = 100_000_000;
 
+/// Memory per element at least.
+const BYTES: f64 = 500.0;
+
 fn divisions<const N: usize>(key: &str, counts: [usize; N], least: usize) -> Result<[usize; N], Diagnostic> {
     if let Some(count) = counts.iter().find(|&&count| count < least) {
         return Err(Diagnostic::error(key, format!("{count} divisions are too few")).help(format!("at least {least}")));
     }
     let product = counts.iter().try_fold(1usize, |product, &count| product.checked_mul(count));
     match product {
-        Some(product) if product <= MOST => Ok(counts),
+        Some(product) if product <= MOST => match memory::refusal(BYTES * product as f64) {
+            Some(refusal) => Err(Diagnostic::error(key, format!("{product} elements take {refusal}"))),
+            None => Ok(counts),
+        },
         _ => Err(Diagnostic::error(key, format!("more than {MOST} elements"))),
     }
 }

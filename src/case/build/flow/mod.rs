@@ -33,6 +33,7 @@ impl Case {
         let mut solver = Pfem2::new(setup);
         let summary = summary.with_solver(&mut solver, &self.file);
         check::steps(self, &summary, &mut findings);
+        check::memory(&summary, &mut findings);
         names::files(&self.file, &solver.snapshot(), &mut findings);
         check::probes(&self.file, &solver.snapshot(), summary.domain, &mut findings);
         check::pictures(&self.file, &solver.snapshot(), summary.domain, &mut findings);
