@@ -157,7 +157,8 @@ impl Summary {
     pub(super) fn with_solver(self, solver: &mut dyn Solver, file: &CaseFile) -> Self {
         let mut columns = 0;
         solver.columns(&mut |_, column| columns += column.data.bytes().len());
-        let stable_step = solver.stable_dt();
+        let fixed = file.time.step.is_some();
+        let stable_step = if fixed { solver.stable_dt() } else { solver.recommended_dt() };
         let (end, output) = (file.time.end, &file.output);
         let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
         let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil().max(1.0);

@@ -63,6 +63,12 @@ pub struct Physics<const D: usize> {
 }
 
 impl<const D: usize> Physics<D> {
+    /// Gravity [m/s²], if it is the same everywhere and always.
+    pub fn steady_gravity(&self) -> Option<Vector<D>> {
+        let same = self.gravity.iter().all(|g| g.is_uniform() && g.is_steady());
+        same.then(|| Vector::from_fn(|i| self.gravity[i].value([0.0; 3], 0.0)))
+    }
+
     /// Surface tension between two fluids [N/m].
     fn tension_between(&self, pair: [usize; 2]) -> f64 {
         let same = |other: &[usize; 2]| *other == pair || *other == [pair[1], pair[0]];
@@ -214,6 +220,39 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     /// The shortest edge of the mesh [m].
     pub fn shortest(&self) -> f64 {
         self.size.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The highest frequency of waves on the interfaces that are there [1/s]; zero where there is none.
+    ///
+    /// ω² = (|ρ_1 − ρ_2| g k + σ k³)/(ρ_1 + ρ_2) between deep fluids, with the shortest wave of an element, k = π/h.
+    pub fn fastest_wave(&self) -> f64 {
+        let gravity = |e: usize| {
+            let nodes = &self.mesh.elements()[e];
+            nodes.iter().map(|&i| self.force[i as usize].norm()).fold(0.0, f64::max)
+        };
+        self.fastest(gravity)
+    }
+
+    /// The same without gravity: of capillary waves [1/s].
+    pub fn fastest_ripple(&self) -> f64 {
+        self.fastest(|_| 0.0)
+    }
+
+    fn fastest(&self, gravity: impl Fn(usize) -> f64) -> f64 {
+        let mixed = (0..self.size.len()).filter(|e| !self.pure[*e]);
+        let square = mixed.map(|e| self.wave(gravity(e), std::f64::consts::PI / self.size[e]));
+        square.fold(0.0, f64::max).sqrt()
+    }
+
+    /// ω² of the fastest waves that two of the fluids could make [1/s²].
+    fn wave(&self, gravity: f64, k: f64) -> f64 {
+        let fluids = self.density.len();
+        let pairs = (0..fluids).flat_map(|a| (a + 1..fluids).map(move |b| [a, b]));
+        let square = pairs.map(|pair| {
+            let [a, b] = pair.map(|fluid| self.density[fluid]);
+            ((a - b).abs() * gravity * k + self.physics.tension_between(pair) * k.powi(3)) / (a + b)
+        });
+        square.fold(0.0, f64::max)
     }
 
     /// The shortest time in which the flow crosses an element, in free fall if it is at rest [s].

@@ -102,6 +102,11 @@ impl Books {
         Self { entries: vec![0.0; 6], last: vec![0.0; 6], start: vec![energy] }
     }
 
+    /// Work of gravity since the start [J].
+    pub fn gravity(&self) -> f64 {
+        self.entries[0]
+    }
+
     /// Notes the powers and the outer force at the start, of which the first step takes its explicit share.
     pub fn begin(&mut self, powers: Powers, force: [f64; 3]) {
         self.last = entries(powers, force).to_vec();

@@ -10,6 +10,7 @@
 //! ```
 
 pub mod assemble;
+mod available;
 pub mod boundary;
 pub mod convect;
 pub mod correct;
@@ -38,6 +39,7 @@ pub mod surface_tension;
 mod tests;
 mod transport;
 mod volumes;
+mod watch;
 
 pub use boundary::Boundary;
 pub use setup::Setup;

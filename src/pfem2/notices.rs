@@ -1,5 +1,5 @@
-//! What a user should hear of while a run goes on: a fluid that is gone, an interface that came to an inlet, a volume
-//! that could not be kept.
+//! What a user should hear of while a run goes on: a fluid that is gone or going, an interface that came to an inlet, a
+//! volume that could not be kept, energy that nothing gave.
 //!
 //! Neither stops a run. Where an interface meets an inlet, what flows in is the fluid of each place, unless the case
 //! names one; what a fluid without particles leaves behind is filled by the others.
@@ -7,7 +7,11 @@
 use super::boundary::{BoundaryKind, BoundarySetup};
 use super::implicit::Implicit;
 use super::particles::Particles;
+use super::setup::FluidSetup;
 use std::collections::BTreeSet;
+
+/// Part of its volume below which a fluid in a closed box is going.
+const LEFT: f64 = 0.9;
 
 /// What happened, each kind said once.
 #[derive(Debug, Clone, Default)]
@@ -64,6 +68,27 @@ impl Notices {
             "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
              step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
         ));
+    }
+
+    /// Gravity has done more work than was available [J].
+    pub fn energy(&mut self, available: f64) {
+        self.say(format!(
+            "gravity has done more work than the {available:.3e} J that the fluids could give: the flow gains energy from \
+             errors; take shorter steps (`time.step`, `pfem2.courant`) or smaller elements (`history/balance.csv` shows it)"
+        ));
+    }
+
+    /// Fluids that have lost a tenth of their volume where nothing can leave; `start` and `now` by fluid [m³].
+    pub fn losses(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
+        for ((fluid, start), now) in fluids.iter().zip(start).zip(now) {
+            if *now < LEFT * start {
+                self.say(format!(
+                    "`{}` has lost more than a tenth of its volume, though nothing can leave: it is thinner than elements \
+                     somewhere; take smaller elements (`history/balance.csv` shows the volumes)",
+                    fluid.name
+                ));
+            }
+        }
     }
 
     /// What is new since the last call.

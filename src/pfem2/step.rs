@@ -4,7 +4,7 @@
 //! ```text
 //! paper         x_p along vⁿ for Δt                          M (vⁿ⁺¹ − v̂)/Δt = forces(vⁿ⁺¹, pⁿ⁺¹)
 //! second order  v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹)                  explicit share, before the particle moves
-//!               x_p along v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ      the velocity at the middle of the step
+//!               x_p along v* ≈ v(t + ½Δt)                    the velocity at the middle of the step (`transport`)
 //!               M (vⁿ⁺¹ − v̂)/(θΔt) = forces(vⁿ⁺¹, pⁿ⁺¹)      implicit share, aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/(θΔt)
 //!               β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂
 //! ```
@@ -16,6 +16,7 @@
 //! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is rehearsed (see
 //! `start`). All of it is linear: convection and geometry come from the particles.
 
+use super::available::Available;
 use super::convect::Projectiles;
 use super::correct::{self, Correction};
 use super::forces::{self, Part};
@@ -43,6 +44,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) before: Vec<Vector<D>>,
     /// aⁿ at the nodes [m/s²].
     pub(super) acceleration: Vec<Vector<D>>,
+    /// aⁿ⁻¹ at the nodes [m/s²].
+    pub(super) earlier: Vec<Vector<D>>,
     /// aⁿ⁻¹ of what is at the nodes now [m/s²].
     pub(super) carried: Vec<Vector<D>>,
     /// Fraction of each fluid at the nodes.
@@ -67,7 +70,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// Fluids that follow their own side of the interface.
     pub(super) flying: Vec<bool>,
     pub(super) relaxation: f64,
-    courant: f64,
+    pub(super) courant: f64,
     pub(super) parts: Vec<Part<D>>,
     /// Forces of the fluid on the parts at the end of the last step [N].
     pub(super) forces: Vec<Vector<D>>,
@@ -85,6 +88,10 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// What the linear solver carries over steps, while a checkpoint is written or read.
     pub(super) memory: Memory,
     pub(super) notices: Notices,
+    /// What gravity can do, where that can be told.
+    pub(super) available: Option<Available>,
+    /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
+    pub(super) closed: Vec<f64>,
     timer: Timer,
 }
 
@@ -107,7 +114,11 @@ pub struct Counts {
 
 impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     fn stable_dt(&self) -> f64 {
-        self.capillary_dt().min(self.courant_dt())
+        self.wave_dt().min(self.courant_dt())
+    }
+
+    fn recommended_dt(&self) -> f64 {
+        self.stable_dt().min(self.calm_dt())
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
@@ -124,7 +135,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.dt_before = dt;
         self.steps += 1;
         self.notices.look(&self.implicit, &self.particles, &self.fraction);
-        Ok(())
+        self.watch().map_err(at)
     }
 
     fn notices(&mut self) -> Vec<String> {
@@ -177,6 +188,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             particles: setup.particles,
             before: implicit.velocity.clone(),
             acceleration: vec![Vector::ZERO; nodes],
+            earlier: vec![Vector::ZERO; nodes],
             carried: vec![Vector::ZERO; nodes],
             fraction: Vec::new(),
             level: Vec::new(),
@@ -205,6 +217,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             steps: 0,
             memory: Memory::default(),
             notices: Notices::default(),
+            available: None,
+            closed: Vec::new(),
             timer: Timer::default(),
             implicit,
         };
@@ -212,6 +226,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.settle();
         pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
         pfem.follow_volumes(setup.volume);
+        pfem.begin_watch();
         pfem.books = Books::open(pfem.totals.kinetic + pfem.implicit.surface_energy());
         pfem
     }
@@ -323,6 +338,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Keeps the acceleration for the next step [m/s²].
     pub(super) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
+        std::mem::swap(&mut self.earlier, &mut self.acceleration);
         self.acceleration.clear();
         let both = self.implicit.velocity.iter().zip(convected);
         self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));
@@ -375,22 +391,6 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let Implicit { mesh, velocity, .. } = &self.implicit;
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         self.outline = Outline::new(mesh, &phases, velocity);
-    }
-
-    /// √((ρ_1 + ρ_2) h³/(4π σ)) (Brackbill): the shortest capillary wave [s].
-    fn capillary_dt(&self) -> f64 {
-        let h = self.implicit.shortest();
-        let bound = |(pair, tension): &([usize; 2], f64)| {
-            let density: f64 = pair.iter().map(|&fluid| self.density[fluid]).sum();
-            (density * h.powi(3) / (4.0 * std::f64::consts::PI * tension)).sqrt()
-        };
-        let pulling = self.implicit.physics.tension.iter().filter(|(_, tension)| *tension > 0.0);
-        pulling.map(bound).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The step in which no particle crosses more elements than asked for [s].
-    fn courant_dt(&self) -> f64 {
-        if self.courant.is_finite() { self.implicit.crossing_time() * self.courant } else { f64::INFINITY }
     }
 }
 

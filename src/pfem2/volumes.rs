@@ -1,7 +1,6 @@
 //! The volume of each of two fluids: what it was, what has left, what the level set shows.
 
 use super::Pfem2;
-use super::boundary::BoundaryKind;
 use super::level_set::{self, LevelSet, Opening};
 use super::reseed::Origin;
 use super::setup::VolumeCorrection;
@@ -19,8 +18,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(super) fn follow_volumes(&mut self, correction: VolumeCorrection) {
         let Some(set) = &self.sharp else { return };
         let (mesh, boundary) = (&self.implicit.mesh, &self.implicit.boundary);
-        let open = |kind: &BoundaryKind| matches!(kind, BoundaryKind::Inlet | BoundaryKind::Outlet);
-        let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| open(&boundary.kinds[*place]));
+        let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
         let opening = |(place, &facet)| Opening { facet, brings: boundary.brings(place).map(|own| own == set.inside) };
         self.openings = facets.map(opening).collect();
         let shifts = correction == VolumeCorrection::Shift;

@@ -57,6 +57,10 @@ impl Solver for Guarded {
         self.solver.stable_dt()
     }
 
+    fn recommended_dt(&self) -> f64 {
+        self.solver.recommended_dt()
+    }
+
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.undefined(t, dt).map_or(Ok(()), Err)?;
         self.solver.step(t, dt)

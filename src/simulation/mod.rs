@@ -28,6 +28,11 @@ pub trait Solver: Send {
     /// The largest stable step now [s]; infinity when there is no bound.
     fn stable_dt(&self) -> f64;
 
+    /// The step to take where none is fixed [s]: at most the stable one.
+    fn recommended_dt(&self) -> f64 {
+        self.stable_dt()
+    }
+
     /// Advances from `t` to `t + dt` [s].
     ///
     /// # Errors

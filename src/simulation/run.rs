@@ -258,7 +258,7 @@ impl Simulation {
             _ if stable.is_nan() || stable <= 0.0 => Err(self.collapsed(stable)),
             Some(fixed) if fixed > stable => Err(self.unstable(fixed, stable)),
             Some(fixed) => Ok(fixed),
-            None => Ok(stable),
+            None => Ok(self.solver.recommended_dt()),
         }
     }
 

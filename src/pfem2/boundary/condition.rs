@@ -17,6 +17,13 @@ pub enum BoundaryKind {
     Outlet,
 }
 
+impl BoundaryKind {
+    /// True if fluid may come in or leave.
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::Inlet | Self::Outlet)
+    }
+}
+
 /// What is prescribed on a set of facets.
 #[derive(Debug, Clone)]
 pub enum Condition<const D: usize> {

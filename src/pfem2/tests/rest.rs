@@ -145,5 +145,5 @@ fn a_volume_that_is_not_kept_is_said() {
     pfem.kept_volume = pfem.kept_volume.map(|volume| volume + 0.3);
     pfem.step(0.0, 0.01).unwrap();
     let said = pfem.notices();
-    assert!(said.len() == 1 && said[0].contains("volume of `water` could not be kept"), "{said:?}");
+    assert!(said.iter().any(|text| text.contains("volume of `water` could not be kept")), "{said:?}");
 }

@@ -1,0 +1,57 @@
+//! Bounds of the step, and what a run is watched for.
+
+use super::Pfem2;
+use super::available::{Available, Verdict};
+use super::setup::Scheme;
+use crate::error::StepError;
+
+/// Part of the bound by capillary waves that an automatic step takes. At the bound a drop of water of ten elements in air
+/// stirs up the air by 7 m/s, at half of it by 4 m/s, at a quarter by 0.1 m/s; heavier gases are calm at the bound.
+const CALM: f64 = 0.25;
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// The longest step in which the shortest wave on an interface doesn't grow [s].
+    pub(super) fn wave_dt(&self) -> f64 {
+        self.steepest() / self.implicit.fastest_wave()
+    }
+
+    /// The longest step with which surface tension leaves the lighter fluid calm [s].
+    pub(super) fn calm_dt(&self) -> f64 {
+        CALM * self.steepest() / self.implicit.fastest_ripple()
+    }
+
+    /// Bound of ωΔt: (ωΔt)² ≤ 2/(4θ − 3/2), see `transport`; with the paper's scheme ωΔt ≤ 2 (theory 10.3).
+    fn steepest(&self) -> f64 {
+        match self.scheme {
+            Scheme::SecondOrder { theta } => (2.0 / (4.0 * theta - 1.5)).sqrt(),
+            Scheme::BackwardEuler => 2.0,
+        }
+    }
+
+    /// The step in which no particle crosses more elements than asked for [s].
+    pub(super) fn courant_dt(&self) -> f64 {
+        if self.courant.is_finite() { self.implicit.crossing_time() * self.courant } else { f64::INFINITY }
+    }
+
+    /// Keeps what the start says about what may come.
+    pub(super) fn begin_watch(&mut self) {
+        self.available = Available::new(&self.implicit);
+        if !self.implicit.boundary.kinds.iter().any(|kind| kind.is_open()) {
+            self.closed = self.implicit.volumes.clone();
+        }
+    }
+
+    /// Looks for what should not come: fluid that is lost, and more work of gravity than there was.
+    ///
+    /// # Errors
+    /// Gravity has done many times what it can.
+    pub(super) fn watch(&mut self) -> Result<(), StepError> {
+        let Self { implicit, notices, .. } = self;
+        notices.losses(&implicit.physics.fluids, &self.closed, &implicit.volumes);
+        let Some(available) = &self.available else { return Ok(()) };
+        if available.judge(self.books.gravity(), implicit)? == Verdict::TooMuch {
+            notices.energy(available.energy);
+        }
+        Ok(())
+    }
+}
