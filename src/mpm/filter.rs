@@ -19,40 +19,87 @@ use super::heat::{Dissipation, nodal, warm_by_filter};
 use super::motion::keep_velocity;
 use super::particles::Body;
 use super::sweep::{Bins, Content, Record, Sweep, Wanted, put_scalar, put_velocity};
-use super::wall::Walls;
+use super::wall::{Pushes, Walls};
 use crate::math::Vector;
 use crate::parallel::CHUNK;
 use rayon::prelude::*;
 
-/// Replaces the velocities of the bodies of one field by Σ N v⁽ᵏ⁾, with w₁ in `w`, ghosts filled. Returns the heat [J] that
-/// it becomes in the bodies that keep it.
-pub fn filter<const D: usize>(
-    grid: &Grid<D>,
-    (ghosts, walls): (&Ghosts<D>, &Walls<D>),
-    field: &Field<D>,
-    bodies: &mut [(&mut Body<D>, &Bins<D>)],
-    mut w: Vec<Vector<D>>,
-    (order, dissipation): (u32, Dissipation),
-) -> f64 {
-    let (mut v, mut smooth) = (w.clone(), Vec::new());
-    for (body, _) in bodies.iter_mut().filter(|(body, _)| dissipation.warms(body)) {
-        body.work.noise.clone_from(&body.particles.velocity);
-    }
-    let mut heat = gather(grid, ghosts, &w, bodies, (1, order));
-    for j in 2..=order {
-        let bodies_now = bodies.iter().map(|(body, bins)| (&**body, *bins));
-        smooth = velocity_on_grid(grid, ghosts, field, bodies_now, smooth);
-        w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= *s);
-        walls.constrain_correction(&mut w);
+/// The filter of one velocity field.
+pub struct Filter<'a, const D: usize> {
+    /// The grid, whose nodes hold (m, v⁺, a).
+    pub grid: &'a Grid<D>,
+    /// Its ghosts.
+    pub ghosts: &'a Ghosts<D>,
+    /// What binds its nodes.
+    pub walls: &'a Walls<D>,
+    /// Number of the velocity field.
+    pub field: usize,
+    /// The time at which the velocities hold [s].
+    pub t: f64,
+    /// Order k.
+    pub order: u32,
+    /// Where the energy goes that the filter takes.
+    pub dissipation: Dissipation,
+}
+
+impl<const D: usize> Filter<'_, D> {
+    /// Replaces the velocities of the field's bodies by Σ N v⁽ᵏ⁾. Returns the heat [J] that it becomes in the bodies that keep
+    /// it, and what walls gave.
+    pub fn apply(&self, bodies: &mut [(&mut Body<D>, &Bins<D>)]) -> (f64, Pushes<D>) {
+        let &Self { grid, ghosts, walls, field, t, order, .. } = self;
+        let (nodes, mut pushes) = (&grid.fields[field].nodes, walls.pushes());
+        let mut w = self.on_grid(bodies, Vec::new(), (&mut pushes, 1.0));
+        pushes = pushes.and(walls.constrain_velocity((grid, field), nodes, &mut w, t));
         ghosts.fill(&mut w);
-        v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
-        heat += gather(grid, ghosts, &w, bodies, (j, order));
+        let (mut v, mut smooth) = (w.clone(), Vec::new());
+        for (body, _) in bodies.iter_mut().filter(|(body, _)| self.dissipation.warms(body)) {
+            body.work.noise.clone_from(&body.particles.velocity);
+        }
+        let mut heat = gather(grid, ghosts, &w, bodies, (1, order));
+        for j in 2..=order {
+            smooth = self.on_grid(bodies, smooth, (&mut pushes, -1.0));
+            w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= *s);
+            pushes = pushes.and(walls.constrain_correction(grid, nodes, &mut w, t));
+            ghosts.fill(&mut w);
+            v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
+            heat += gather(grid, ghosts, &w, bodies, (j, order));
+        }
+        for (body, bins) in bodies {
+            body.work.noise.clear();
+            gather_velocity(&Sweep::new(grid, body.kernel, bins), &v, body);
+        }
+        (heat, pushes.and(walls.reflect(field, &w)))
     }
+
+    /// Σ m_p N_Ip v_p / m_I [m/s], in the memory of `velocity`; counts so many times what mirrors make of the momentum.
+    fn on_grid(
+        &self,
+        bodies: &[(&mut Body<D>, &Bins<D>)],
+        velocity: Vec<Vector<D>>,
+        (pushes, times): (&mut Pushes<D>, f64),
+    ) -> Vec<Vector<D>> {
+        let bodies = bodies.iter().map(|(body, bins)| (&**body, *bins));
+        let field = &self.grid.fields[self.field];
+        let mut velocity = momentum_on_grid(self.grid, field, bodies, velocity);
+        pushes.fold(self.ghosts, &mut velocity, times);
+        divide_by_mass(field, &mut velocity);
+        velocity
+    }
+}
+
+/// Σ m_p N_Ip v_p [N s] of the bodies of a field, in the memory of `momentum`; ghosts not yet folded.
+fn momentum_on_grid<'a, const D: usize>(
+    grid: &Grid<D>,
+    field: &Field<D>,
+    bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
+    mut momentum: Vec<Vector<D>>,
+) -> Vec<Vector<D>> {
+    momentum.clear();
+    momentum.resize(field.nodes.len(), Vector::ZERO);
     for (body, bins) in bodies {
-        body.work.noise.clear();
-        gather_velocity(&Sweep::new(grid, body.kernel, bins), &v, body);
+        Sweep::new(grid, body.kernel, bins).scatter(&mut momentum, body, Content::Momentum);
     }
-    heat
+    momentum
 }
 
 /// Σ m_p N_Ip v_p / m_I [m/s] of the bodies of a field, in the memory of `velocity`; nothing on the ghosts.
@@ -61,20 +108,16 @@ pub fn velocity_on_grid<'a, const D: usize>(
     ghosts: &Ghosts<D>,
     field: &Field<D>,
     bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
-    mut velocity: Vec<Vector<D>>,
+    velocity: Vec<Vector<D>>,
 ) -> Vec<Vector<D>> {
-    velocity.clear();
-    velocity.resize(field.nodes.len(), Vector::ZERO);
-    for (body, bins) in bodies {
-        Sweep::new(grid, body.kernel, bins).scatter(&mut velocity, body, Content::Momentum);
-    }
-    divide_by_mass(ghosts, field, &mut velocity);
+    let mut velocity = momentum_on_grid(grid, field, bodies, velocity);
+    ghosts.fold(&mut velocity, |_, _, _| {});
+    divide_by_mass(field, &mut velocity);
     velocity
 }
 
-/// Makes velocities of momentum that was scattered; nothing on the ghosts.
-pub fn divide_by_mass<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, momentum: &mut [Vector<D>]) {
-    ghosts.fold(momentum, |_, _, _| {});
+/// Makes velocities of momentum that was scattered and folded.
+pub fn divide_by_mass<const D: usize>(field: &Field<D>, momentum: &mut [Vector<D>]) {
     momentum.par_iter_mut().zip(&field.nodes).with_min_len(CHUNK).for_each(|(v, node)| {
         *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
     });

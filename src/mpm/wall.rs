@@ -17,6 +17,7 @@
 
 mod constrain;
 mod gap;
+mod pushes;
 
 use super::ghost::{Fold, Ghosts};
 use super::grid::{Grid, Node};
@@ -24,6 +25,7 @@ use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use crate::parallel::{self, CHUNK};
 use constrain::Part;
+pub use pushes::Pushes;
 use rayon::prelude::*;
 
 /// Fraction of a cell for the central differences of an obstacle's normal.

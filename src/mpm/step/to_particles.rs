@@ -5,7 +5,7 @@ use super::{Step, of_field};
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::average::Average;
-use crate::mpm::filter::{divide_by_mass, filter, velocity_on_grid};
+use crate::mpm::filter::{Filter, divide_by_mass, velocity_on_grid};
 use crate::mpm::heat;
 use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
 use crate::mpm::stress::{Strain, strain_and_land, update_stress};
@@ -124,17 +124,19 @@ impl<const D: usize> Mpm<D> {
 
     /// The noise filter, if it is due.
     fn filter_noise(&mut self, field: usize, step: &Step) {
-        let (order, dissipation) = (self.filter_order, self.dissipation);
+        let (order, dissipation, t) = (self.filter_order, self.dissipation, step.after());
         if order == 0 {
             return;
         }
-        let Self { grid, bodies, bins, ghosts, walls, tally, .. } = self;
-        let (grid, own) = (&*grid, &grid.fields[field]);
-        let mut w = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), Vec::new());
-        walls.constrain_velocity(grid, field, &mut w, step.after());
-        ghosts.fill(&mut w);
+        let Self { grid, bodies, bins, ghosts, walls, tally, books, accounts, .. } = self;
         let mut bodies: Vec<_> = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field).collect();
-        tally.heat += filter(grid, (ghosts, walls), own, &mut bodies, w, (order, dissipation));
+        let (heat, pushes) = Filter { grid, ghosts, walls, field, t, order, dissipation }.apply(&mut bodies);
+        let done = walls.book(pushes, step.momentum_dt);
+        tally.heat += heat;
+        // What moving walls do here, the particles get or the filter takes.
+        tally.nodes += done.work;
+        books.add(accounts.wall, done.work);
+        books.push(done.impulse.to3());
     }
 
     /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4); then x_p += Δt ẋ_p.
@@ -155,12 +157,13 @@ impl<const D: usize> Mpm<D> {
             if remapped {
                 let mut velocity = std::mem::take(&mut own.velocity);
                 if at_once {
-                    divide_by_mass(ghosts, own, &mut velocity);
+                    ghosts.fold(&mut velocity, |_, _, _| {});
+                    divide_by_mass(own, &mut velocity);
                 } else {
                     velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
                 }
                 own.velocity = velocity;
-                walls.constrain_velocity(grid, field, &mut own.velocity, step.after());
+                walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
                 if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
                     heat = heat::of_contact(ghosts, own, step.momentum_dt);
                 }

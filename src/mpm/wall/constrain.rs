@@ -1,7 +1,7 @@
 //! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so that
 //! parts of them have nodes of their own.
 
-use super::{Condition, Walls};
+use super::{Condition, Pushes, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, Node};
 use crate::parallel::parts_mut;
@@ -107,30 +107,54 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The conditions that acted on a field's momentum on bare velocities at time `t` (those that only strain the
-    /// particles).
-    pub fn constrain_velocity(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
+    /// The conditions that acted on a field's momentum on bare velocities at time `t` [s]. Returns what they push if the
+    /// particles take these velocities; nothing if the velocities only strain them.
+    pub fn constrain_velocity(
+        &self,
+        (grid, field): (&Grid<D>, usize),
+        nodes: &[Node<D>],
+        velocity: &mut [Vector<D>],
+        t: f64,
+    ) -> Pushes<D> {
         let closed = &self.reactions[field].closed;
-        self.for_each_part(velocity, |part, first, velocity| {
+        let parts = self.for_each_part(velocity, |part, first, velocity| {
+            let mut pushes = self.pushes();
             let own = self.conditions[part.conditions.clone()].iter().zip(&closed[part.conditions.clone()]);
-            for (&Condition { node, boundary, normal }, _) in own.filter(|(_, closed)| **closed) {
-                let v = &mut velocity[node as usize - first];
-                let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
-                *v = self.boundaries[boundary as usize].kind.constrain(*v, wall, normal);
+            for (condition, _) in own.filter(|(_, closed)| **closed) {
+                let (node, boundary) = (condition.node as usize, condition.boundary as usize);
+                let (v, wall) = (&mut velocity[node - first], self.velocity(boundary, grid.position(node), t));
+                let constrained = self.boundaries[boundary].kind.constrain(*v, wall, condition.normal);
+                pushes.push(condition, nodes[node].mass, constrained - *v, wall);
+                *v = constrained;
             }
+            pushes
         });
+        parts.into_iter().fold(self.pushes(), Pushes::and)
     }
 
-    /// Removes from velocity corrections what binding conditions don't allow.
-    pub fn constrain_correction(&self, correction: &mut [Vector<D>]) {
-        self.for_each_part(correction, |part, first, correction| {
+    /// Removes from velocity corrections at time `t` [s] what binding conditions don't allow; returns what that pushes.
+    pub fn constrain_correction(
+        &self,
+        grid: &Grid<D>,
+        nodes: &[Node<D>],
+        correction: &mut [Vector<D>],
+        t: f64,
+    ) -> Pushes<D> {
+        let parts = self.for_each_part(correction, |part, first, correction| {
+            let mut pushes = self.pushes();
             for condition in &self.conditions[part.conditions.clone()] {
-                let kind = self.boundaries[condition.boundary as usize].kind;
+                let (node, boundary) = (condition.node as usize, condition.boundary as usize);
+                let kind = self.boundaries[boundary].kind;
                 if kind.binds() {
-                    let c = &mut correction[condition.node as usize - first];
-                    *c = kind.constrain(*c, Vector::ZERO, condition.normal);
+                    let c = &mut correction[node - first];
+                    let constrained = kind.constrain(*c, Vector::ZERO, condition.normal);
+                    let wall = self.velocity(boundary, grid.position(node), t);
+                    pushes.push(condition, nodes[node].mass, constrained - *c, wall);
+                    *c = constrained;
                 }
             }
+            pushes
         });
+        parts.into_iter().fold(self.pushes(), Pushes::and)
     }
 }

@@ -1,0 +1,70 @@
+//! What walls give to velocities that the noise filter makes (`filter`).
+//!
+//! With masses m_I, changes Δw_jI by conditions, and ghosts g of mass m_g and momentum p_g beyond mirrors of normal ν, a
+//! filter of order k hands the particles the impulse
+//!
+//! ```text
+//! J = s(v_p) − Σ_{j<k} s(Σ N w_j) + Σ_{j≤k} Σ_I m_I Δw_jI + Σ_g 2 m_g (w_kg·ν) ν,      s(v) = −Σ_g 2 (p_g·ν) ν
+//! ```
+//!
+//! since w_{j+1} takes from w_j what the particles would bring back of it: of the sum of all w_j remains what conditions
+//! and mirrors did.
+
+use super::{Condition, WallWork, Walls};
+use crate::math::Vector;
+use crate::mpm::ghost::Ghosts;
+
+/// Impulses on the material by boundary [N s], and the work of moving boundaries [J].
+#[derive(Debug, Clone)]
+pub struct Pushes<const D: usize> {
+    impulse: Vec<Vector<D>>,
+    work: f64,
+}
+
+impl<const D: usize> Pushes<D> {
+    /// Both together.
+    #[must_use]
+    pub fn and(mut self, other: Self) -> Self {
+        self.impulse.iter_mut().zip(other.impulse).for_each(|(sum, impulse)| *sum += impulse);
+        Self { work: self.work + other.work, ..self }
+    }
+
+    /// Counts the change of velocity of a node of some mass [kg, m/s] by a condition whose boundary moves with `wall`.
+    pub(super) fn push(&mut self, condition: &Condition<D>, mass: f64, change: Vector<D>, wall: Vector<D>) {
+        let impulse = change * mass;
+        self.impulse[condition.boundary as usize] += impulse;
+        self.work += impulse.dot(wall);
+    }
+
+    /// Folds momentum [N s], and counts `times` what mirrors make of it.
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, momentum: &mut [Vector<D>], times: f64) {
+        ghosts.fold(momentum, |side, _, ghost| {
+            self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
+        });
+    }
+}
+
+impl<const D: usize> Walls<D> {
+    /// Nothing yet.
+    pub fn pushes(&self) -> Pushes<D> {
+        Pushes { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0 }
+    }
+
+    /// What mirrors give to the particles of a field that take the velocities `w` [m/s], ghosts filled.
+    pub fn reflect(&self, field: usize, w: &[Vector<D>]) -> Pushes<D> {
+        let mut pushes = self.pushes();
+        for &(side, ghost, mass) in &self.reactions[field].ghosts {
+            let (side, axis) = (side as usize, side as usize / 2);
+            pushes.impulse[side] += Vector::unit(axis) * (2.0 * mass * w[ghost as usize][axis]);
+        }
+        pushes
+    }
+
+    /// Adds what was counted during a step of the momentum `dt` [s] to the reactions.
+    pub fn book(&mut self, pushes: Pushes<D>, dt: f64) -> WallWork<D> {
+        for (force, &impulse) in self.force.iter_mut().zip(&pushes.impulse) {
+            *force += impulse / dt;
+        }
+        WallWork { work: pushes.work, dissipation: 0.0, impulse: pushes.impulse.into_iter().sum() }
+    }
+}
