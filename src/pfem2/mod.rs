@@ -18,6 +18,7 @@ pub mod element;
 pub mod forces;
 mod health;
 pub mod implicit;
+mod inflow;
 pub mod interface;
 mod ledger;
 pub mod level_set;

@@ -1,8 +1,8 @@
 //! What a user should hear of while a run goes on: a fluid that is gone or going, an interface that came to an inlet, a
 //! volume that could not be kept, energy that nothing gave.
 //!
-//! Neither stops a run. Where an interface meets an inlet, what flows in is the fluid of each place, unless the case
-//! names one; what a fluid without particles leaves behind is filled by the others.
+//! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
+//! unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
 use super::boundary::{BoundaryKind, BoundarySetup};
 use super::implicit::Implicit;
@@ -56,8 +56,8 @@ impl Notices {
             }
             let name = &implicit.boundary.sets()[inlet].name;
             self.say(format!(
-                "an interface came to the inlet `{name}`: the fluid of each place flows in; `fluid` of the boundary \
-                 names another"
+                "an interface came to the inlet `{name}`: what flows in stays the fluid that each place had at the start; \
+                 `fluid` of the boundary names another"
             ));
         }
     }

@@ -21,6 +21,7 @@ use super::convect::Projectiles;
 use super::correct::{self, Correction};
 use super::forces::{self, Part};
 use super::implicit::{Implicit, Physics, Step};
+use super::inflow::Supply;
 use super::ledger::{Books, Powers, Totals};
 use super::level_set::{self, LevelSet, Opening};
 use super::outline::Outline;
@@ -59,7 +60,9 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// Volume that has left through open boundaries, of the fluid where the level set is negative and of both [m³].
     pub(super) outflow: [f64; 2],
     /// Facets through which it may leave.
-    pub(super) openings: Vec<Opening>,
+    pub(super) openings: Vec<Opening<D>>,
+    /// What flows in.
+    pub(super) supply: Supply<D>,
     /// The last shift [m].
     pub(super) shift: f64,
     pub(super) density: Vec<f64>,
@@ -195,6 +198,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             kept_volume: None,
             outflow: [0.0; 2],
             openings: Vec::new(),
+            supply: Supply::default(),
             sharp: setup.level_set.filter(|_| density.len() == 2),
             shift: 0.0,
             scheme: setup.scheme,
@@ -225,6 +229,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.project();
         pfem.settle();
         pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
+        pfem.supply = pfem.supply_at_the_start();
         pfem.follow_volumes(setup.volume);
         pfem.begin_watch();
         pfem.books = Books::open(pfem.totals.kinetic + pfem.implicit.surface_energy());

@@ -13,10 +13,10 @@
 //! their difference, which for waves is aⁿ: at θ = ½ they neither grow nor die, above it they die, up to
 //! (ωΔt)² = 2/(4θ − 3/2). In a steady flow both differences vanish, and v* = vⁿ.
 
-use super::boundary::Inflow;
 use super::convect::{self, Convected, Place, Projectiles, Streamlines};
 use super::correct;
 use super::implicit::{Implicit, Step};
+use super::inflow::Supply;
 use super::level_set::LevelSet;
 use super::phases::Phases;
 use super::reseed::{Newcomer, Origin, Reseeded};
@@ -54,21 +54,18 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let lines = Streamlines::new(mesh, &flow);
         let fate = self.particles.convect(&lines, step.dt);
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        let fluid = |place: &Place<N>| fluid_at(mesh, &phases, self.sharp.as_ref(), place);
+        let (supply, sharp) = (&self.supply, self.sharp.as_ref());
+        let fluid = |place: &Place<N>| fluid_at(mesh, &phases, sharp, place);
         let inflow = |place: &Place<N>, opposite: usize, after: f64| {
             let (element, x) = (place.element, place.position(mesh));
-            let Inflow { velocity, fluid: named } = boundary.inflow(mesh, (element, opposite), x, step.t + after)?;
-            if velocity.is_none() && named.is_none() {
+            let inflow = boundary.inflow(mesh, (element, opposite), x, step.t + after.max(0.0))?;
+            if inflow.velocity.is_none() && inflow.fluid.is_none() {
                 return None;
             }
-            let velocity = velocity.unwrap_or_else(|| correct::at(&place.shape, &mesh.elements()[element], &start));
-            let (own, depth) = match &self.sharp {
-                Some(set) => set.beyond(mesh, place, velocity * after, 1 - set.inside),
-                None => fluid(place),
-            };
-            // A fluid that begins to flow in begins at the boundary.
-            let depth = if named.is_none_or(|named| named == own) { depth } else { 0.0 };
-            Some(Newcomer { velocity, fluid: named.unwrap_or(own), depth })
+            let here = || correct::at(&place.shape, &mesh.elements()[element], &start);
+            let velocity = inflow.velocity.unwrap_or_else(here);
+            let (fluid, depth) = supply.brought(mesh, sharp, place, &inflow, velocity * after);
+            Some(Newcomer { velocity, fluid, depth })
         };
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
         let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
@@ -76,6 +73,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
         self.counts.add(&fate, &done);
         left.iter().for_each(|left| (0..2).for_each(|k| self.outflow[k] += left[k]));
+    }
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// What flows in at the start, and from then on.
+    pub(super) fn supply_at_the_start(&self) -> Supply<D> {
+        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
+        Supply::new(&self.implicit.mesh, &self.implicit.boundary, self.sharp.as_ref(), &phases)
     }
 }
 

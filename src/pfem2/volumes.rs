@@ -19,7 +19,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let Some(set) = &self.sharp else { return };
         let (mesh, boundary) = (&self.implicit.mesh, &self.implicit.boundary);
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
-        let opening = |(place, &facet)| Opening { facet, brings: boundary.brings(place).map(|own| own == set.inside) };
+        let opening = |(place, &facet)| Opening { facet, brings: self.supply.level(place) };
         self.openings = facets.map(opening).collect();
         let shifts = correction == VolumeCorrection::Shift;
         self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
@@ -59,7 +59,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 pub(super) fn left<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     set: &LevelSet,
-    openings: &[Opening],
+    openings: &[Opening<D>],
     carrier: &[Vector<D>],
     origin: &Origin<D, N>,
 ) -> [f64; 2] {

@@ -84,7 +84,7 @@ pub struct BoundarySetup<const D: usize> {
     pub facets: Vec<Facet>,
     /// What is prescribed there.
     pub condition: Condition<D>,
-    /// The fluid that comes in; `None`: the one of the place.
+    /// The fluid that comes in; `None`: at inlets that of the place at the start, at outlets the one that is there.
     pub brings: Option<u8>,
 }
 
@@ -95,4 +95,6 @@ pub struct Inflow<const D: usize> {
     pub velocity: Option<Vector<D>>,
     /// Its fluid, where one is named.
     pub fluid: Option<u8>,
+    /// The facet, as a place of [`crate::mesh::Mesh::boundary`].
+    pub facet: usize,
 }

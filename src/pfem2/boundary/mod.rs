@@ -152,7 +152,7 @@ impl<const D: usize> Boundary<D> {
         let facet = Facet { element: element as u32, opposite: opposite as u32 };
         let place = mesh.boundary().binary_search(&facet).ok()?;
         let set = &self.sets[self.owner[place] as usize];
-        Some(Inflow { velocity: set.condition.velocity(x, t), fluid: set.brings })
+        Some(Inflow { velocity: set.condition.velocity(x, t), fluid: set.brings, facet: place })
     }
 
     /// The fluid that is named to come in through the facet at a place of [`Mesh::boundary`].

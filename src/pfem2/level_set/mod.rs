@@ -18,6 +18,7 @@
 //! through open boundaries is counted (see `outflow`) and reported as well.
 
 mod distance;
+mod inlet;
 mod lone;
 mod outflow;
 #[cfg(test)]
@@ -26,6 +27,7 @@ mod volume;
 
 pub use distance::Interface;
 use distance::longest_edge;
+pub use inlet::{Brings, brought, on_facet};
 pub use lone::{absorb_lone_fluids, absorb_lone_nodes};
 pub use outflow::{Opening, outflow};
 pub use volume::{negative_volume, shift_to_volume};
@@ -48,6 +50,10 @@ const MEASURED_EVERY: usize = 10;
 /// Depths divided by the slope differ from the distance to the polygons by at most this part of an edge: near ridges
 /// of φ, as in the middle of a film, the slope means nothing.
 const SLACK: f64 = 0.1;
+
+/// The depth of what flows in is that of the inlet where the line of the state agrees with it within this part of an
+/// edge; where it doesn't, another line is near: one that moves away from the inlet, or comes to it.
+const AGREES: f64 = 0.5;
 
 /// The pseudo level set of eq. 37 from the fraction of the fluid inside: 1 − 2f.
 pub fn pseudo(inside: &[f64]) -> Vec<f64> {
@@ -103,18 +109,24 @@ impl LevelSet {
         (if phi < 0.0 { self.inside } else { outside }, phi.abs())
     }
 
-    /// Fluid and depth of what came `way` [m] from beyond the boundary to a place on it: φ goes on there as in the element.
+    /// Fluid and depth of what came `way` [m] from beyond the boundary to a place on it that brings the level `brought`
+    /// [m]. Where another line than that of the inlet is nearer, φ goes on beyond the boundary as in the element; a fluid
+    /// that begins to flow in begins at the boundary.
     pub fn beyond<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
         place: &Place<N>,
         way: Vector<D>,
+        brought: f64,
         outside: u8,
     ) -> (u8, f64) {
         let slopes = mesh.simplex(place.element).gradient.iter().zip(&mesh.elements()[place.element]);
         let slope: Vector<D> = slopes.map(|(&g, &node)| g * self.level[node as usize]).sum();
         let phi = (value(mesh, place, &self.level) - slope.dot(way)).clamp(-self.band, self.band);
-        (if phi < 0.0 { self.inside } else { outside }, phi.abs())
+        let fluid = if brought < 0.0 { self.inside } else { outside };
+        let (held, seen) = (brought.abs(), self.sign(fluid) * phi);
+        let agrees = (held - seen).abs() <= AGREES * self.band / BAND;
+        (fluid, if agrees { held } else { seen.max(0.0) })
     }
 
     /// φ [m] of a fluid at a depth [m].

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! V(t + Δt) = V(t) − ∫₀^Δt ∮_{φ<0} v*·n dA dτ
-//! φ(x, τ)   = φⁿ at the foot of the streamline of v* that reaches x after τ; beyond an inlet, what comes in
+//! φ(x, τ)   = φⁿ at the foot of the streamline of v* that reaches x after τ; at an inlet, what comes in
 //! ```
 //!
 //! The particles that carry the interface move along the streamlines of v*, frozen over the step, so that this is the
@@ -24,11 +24,11 @@ const PARTS: usize = 8;
 
 /// What a facet lets through.
 #[derive(Debug, Clone, Copy)]
-pub struct Opening {
+pub struct Opening<const D: usize> {
     /// The facet.
     pub facet: Facet,
-    /// Set if what comes in has a name: true for the fluid inside.
-    pub brings: Option<bool>,
+    /// φ of what comes in at its corners [m], if that is known beforehand.
+    pub brings: Option<[f64; D]>,
 }
 
 /// Volume that leaves through the openings in `dt` [s]: of the fluid where φ < 0, and of both [m³]; negative where it
@@ -38,16 +38,16 @@ pub struct Opening {
 /// step [s].
 pub fn outflow<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    openings: &[Opening],
+    openings: &[Opening<D>],
     velocity: &[Vector<D>],
     dt: f64,
     phi: impl Fn(&Place<N>, f64) -> f64 + Sync,
 ) -> [f64; 2] {
-    let through = |opening: &Opening| {
+    let through = |opening: &Opening<D>| {
         let rates = rates(mesh, opening.facet, velocity);
         let all = dt * rates.iter().sum::<f64>() / D as f64;
         let inside = match opening.brings {
-            Some(inside) if all < 0.0 => all * f64::from(u8::from(inside)),
+            Some(level) if all < 0.0 => dt * prism::<D, N>(&level, &level, &rates),
             _ => inside(opening.facet, rates, dt, &phi),
         };
         [inside, all]
@@ -114,7 +114,7 @@ mod tests {
     fn leaves<const D: usize, const N: usize>(mesh: &Mesh<D, N>, offset: f64, dt: f64) -> [f64; 2] {
         let speed = Vector::from_fn(|axis| [1.5, -0.2, 0.3][axis]);
         let out = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 1.0);
-        let openings: Vec<Opening> =
+        let openings: Vec<Opening<D>> =
             mesh.boundary().iter().filter(out).map(|&facet| Opening { facet, brings: None }).collect();
         let normal = Vector::from_fn(|axis| [0.8, 0.6, 0.0][axis]);
         let phi = |place: &Place<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
@@ -143,12 +143,14 @@ mod tests {
     }
 
     #[test]
-    fn what_has_a_name_comes_in_by_its_name() {
+    fn what_is_known_beforehand_comes_in_by_its_level() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [2; 2]).unwrap();
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];
-        for (brings, inside) in [(Some(true), -0.2), (Some(false), 0.0), (None, 0.0)] {
-            let openings: Vec<Opening> =
+        for (brings, inside) in
+            [(Some([-1.0; 2]), -0.2), (Some([1.0; 2]), 0.0), (Some([-1.0, 3.0]), -0.05), (None, 0.0)]
+        {
+            let openings: Vec<Opening<2>> =
                 mesh.boundary().iter().filter(left).map(|&facet| Opening { facet, brings }).collect();
             let [found, all] = outflow(&mesh, &openings, &flow, 0.1, |_, _| 1.0);
             assert!((found - inside).abs() < 1e-15 && (all + 0.2).abs() < 1e-15);

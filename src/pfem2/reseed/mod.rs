@@ -68,7 +68,7 @@ pub struct Origin<'a, const D: usize, const N: usize> {
     /// Fluid at a place at its start, and the depth below the interface [m].
     pub fluid: &'a (dyn Fn(&Place<N>) -> (u8, f64) + Sync),
     /// What flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
-    /// the start of the step [s]; `None` where nothing is prescribed.
+    /// the start of the step [s], negative before it; `None` where nothing is prescribed.
     pub inflow: &'a (dyn Fn(&Place<N>, usize, f64) -> Option<Newcomer<D>> + Sync),
 }
 
@@ -220,11 +220,33 @@ fn merges<const D: usize>(edits: &[Edit<D>], particle: usize) -> bool {
 /// A new particle, with what it brings from the foot of its streamline.
 fn newcomer<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, origin: &Origin<D, N>) -> Edit<D> {
     let (position, element) = (place.position(mesh), place.element as u32);
-    let (Newcomer { velocity, fluid, depth }, inflow) = origin.of(mesh, place, origin.dt);
+    let (Newcomer { velocity, mut fluid, mut depth }, inflow) = origin.of(mesh, place, origin.dt);
+    if let Some(before) = origin.before(mesh, place).filter(|_| !inflow) {
+        (fluid, depth) = (before.fluid, before.depth);
+    }
     Edit::Add { position, velocity, fluid, depth, element, inflow }
 }
 
 impl<const D: usize, const N: usize> Origin<'_, D, N> {
+    /// What came in before the step and is now at a place of the same element: where steps are so short that no streamline
+    /// reaches the inlet, an element there would for ever be filled with what it already holds.
+    fn before(&self, mesh: &Mesh<D, N>, place: &Place<N>) -> Option<Newcomer<D>> {
+        /// Times the time that it takes at the velocity of the place.
+        const REACH: f64 = 2.0;
+        let gradient = &mesh.simplex(place.element).gradient;
+        let velocity = at(&place.shape, &mesh.elements()[place.element], self.velocity);
+        let outer = (0..N).filter(|&k| mesh.neighbour(place.element, k).is_none());
+        let times = outer.map(|k| REACH * place.shape[k] / gradient[k].dot(velocity));
+        let time = times.filter(|time| *time > self.dt).reduce(f64::min)?;
+        let foot = self.lines.trace(*place, time, -1.0);
+        match foot.end {
+            End::Boundary(k) if foot.place.element == place.element => {
+                (self.inflow)(&foot.place, k, foot.rest - (time - self.dt))
+            }
+            _ => None,
+        }
+    }
+
     /// What is at a place some `time` [s] after the start of the step, and whether it came in since.
     pub fn of(&self, mesh: &Mesh<D, N>, place: &Place<N>, time: f64) -> (Newcomer<D>, bool) {
         let foot = self.lines.trace(*place, time, -1.0);

@@ -3,6 +3,7 @@
 mod bubble;
 mod cavity;
 mod couette;
+mod inlet;
 mod outflow;
 mod rest;
 mod resume;

@@ -1,0 +1,69 @@
+//! What inlets bring: the fluid that they name, or that of each place at the start.
+
+use super::Boundary;
+use super::boundary::{BoundaryKind, Inflow};
+use super::convect::Place;
+use super::level_set::{self, Brings, LevelSet};
+use super::phases::Phases;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+
+/// What flows in, by places of [`Mesh::boundary`]. It follows from the start alone.
+#[derive(Debug, Clone, Default)]
+pub struct Supply<const D: usize> {
+    /// Of a sharp level set: φ at the corners of the facets [m], where it is known beforehand.
+    level: Vec<Option<[f64; D]>>,
+    /// Else: the fractions of the fluids at the nodes at the start.
+    fraction: Vec<Vec<f64>>,
+    /// The level set of two fluids at the start.
+    both: Vec<f64>,
+    /// Densities of the fluids [kg/m³].
+    density: Vec<f64>,
+}
+
+impl<const D: usize> Supply<D> {
+    /// From the state at the start.
+    pub fn new<const N: usize>(
+        mesh: &Mesh<D, N>,
+        boundary: &Boundary<D>,
+        sharp: Option<&LevelSet>,
+        phases: &Phases,
+    ) -> Self {
+        let Some(set) = sharp else {
+            let [both, density] = [phases.level, phases.density].map(<[f64]>::to_vec);
+            return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), both, density };
+        };
+        let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
+            (Some(fluid), _) => Brings::Named(fluid == set.inside),
+            (None, BoundaryKind::Inlet) => Brings::Start,
+            (None, _) => Brings::Present,
+        };
+        let brings: Vec<Brings> = boundary.kinds.iter().enumerate().map(of).collect();
+        Self { level: level_set::brought(mesh, &set.level, &brings), ..Self::default() }
+    }
+
+    /// φ at the corners of a facet [m], if it is known beforehand.
+    pub fn level(&self, facet: usize) -> Option<[f64; D]> {
+        *self.level.get(facet)?
+    }
+
+    /// Fluid and depth of what came `way` [m] from beyond an inlet to a place on it; `sharp` is the level set, if it is
+    /// sharp.
+    pub fn brought<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        sharp: Option<&LevelSet>,
+        place: &Place<N>,
+        inflow: &Inflow<D>,
+        way: Vector<D>,
+    ) -> (u8, f64) {
+        let Some((set, corners)) = sharp.zip(self.level(inflow.facet)) else {
+            let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.both };
+            let fluid = || phases.at_place(&mesh.elements()[place.element], &place.shape) as u8;
+            return (inflow.fluid.unwrap_or_else(fluid), f64::INFINITY);
+        };
+        let level = level_set::on_facet(mesh.boundary()[inflow.facet], &corners, place);
+        let (own, depth) = set.beyond(mesh, place, way, level, 1 - set.inside);
+        (inflow.fluid.unwrap_or(own), depth)
+    }
+}

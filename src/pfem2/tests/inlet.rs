@@ -1,0 +1,58 @@
+//! Two fluids that flow side by side through a channel: uniform flow is the solution, and the line between them stays.
+
+use super::*;
+use crate::pfem2::Pfem2;
+use crate::pfem2::level_set::LevelSet;
+use crate::simulation::Solver;
+
+/// Length and height of the channel, its cells along the height, and the height of the line.
+const CHANNEL: ([f64; 2], usize, f64) = ([1.0, 0.5], 10, 0.237);
+
+/// Water under oil at rest; then both come in faster and faster, until their speed is one.
+fn channel(names: bool) -> Pfem2<2, 3> {
+    let ([length, height], cells, line) = CHANNEL;
+    // Lines of nodes that tilt the more the farther they are from the ends.
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([length, height]), [2 * cells, cells]).unwrap();
+    let mesh = shaken(&mesh, height / cells as f64);
+    let along = || Condition::Inlet([formula("ramp(t, 0.5)"), 0.0.into()]);
+    let split = 0.25;
+    let line = if names { split } else { line };
+    let mut sets = vec![
+        set(&mesh, "below", along(), |x| x[0] == 0.0 && x[1] < split + 1e-9),
+        set(&mesh, "above", along(), |x| x[0] == 0.0 && x[1] > split - 1e-9),
+        set(&mesh, "out", Condition::Outlet, |x| x[0] == length),
+        set(&mesh, "sides", Condition::Slip, |x| x[1] == 0.0 || x[1] == height),
+    ];
+    if names {
+        (sets[0].brings, sets[1].brings) = (Some(0), Some(1));
+    }
+    let phi = |x: Vector<2>| x[1] - line;
+    let physics = physics(vec![fluid("water", 1000.0, 0.1), fluid("oil", 900.0, 0.5)], weightless());
+    let mut setup = setup(mesh, sets, physics, |x| u8::from(phi(x) >= 0.0), |_| Vector::ZERO);
+    setup.level_set = Some(LevelSet::new(&setup.mesh, 0, phi, &mut setup.particles));
+    Pfem2::new(setup)
+}
+
+/// Largest distance of the line from where it belongs in the first quarter of the channel, and its outermost ends there,
+/// after many steps of `dt`: over eight lengths of the channel, or one in short steps.
+fn wandered(names: bool, dt: f64) -> f64 {
+    let ([length, _], _, line) = CHANNEL;
+    let line = if names { 0.25 } else { line };
+    let mut pfem = channel(names);
+    for k in 0..if dt < 0.01 { 400 } else { 206 } {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+    }
+    let near = pfem.outline.position.iter().filter(|x| x[0] < 0.25 * length);
+    let away: Vec<f64> = near.map(|x| (x[1] - line).abs()).collect();
+    assert!(!away.is_empty(), "there is no line at the inlet");
+    away.into_iter().fold(0.0, f64::max)
+}
+
+/// A cell is 0.05 high. In short steps no streamline reaches from the middle of an element to the inlet.
+#[test]
+fn a_line_at_an_inlet_stays_where_it_is() {
+    for (names, dt) in [(false, 0.04), (true, 0.04), (false, 0.005), (true, 0.005)] {
+        let away = wandered(names, dt);
+        assert!(away < 0.05 * 0.05, "{names} {dt}: {away}");
+    }
+}
