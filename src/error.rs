@@ -207,6 +207,19 @@ pub enum Place {
     Everywhere,
 }
 
+impl Place {
+    /// Where it is [m], unless that is everywhere.
+    pub fn position(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Particle { position, .. }
+            | Self::Element { position, .. }
+            | Self::Node { position, .. }
+            | Self::Point { position } => Some(*position),
+            Self::Everywhere => None,
+        }
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (kind, body, index, [x, y, z]) = match self {

@@ -2,7 +2,7 @@
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
-use lateen::error::Diagnostic;
+use lateen::error::{Diagnostic, Place};
 
 const GOOD: &str = include_str!("fixtures/water_sphere.toml");
 
@@ -108,13 +108,23 @@ fn obstacles_in_the_wrong_place() {
             "\n[[obstacle]]\nname = \"floor\"\nregion = {{ shape = \"half-space\", point = [0, 0, \"{height}\"], normal = \"z\" }}\n{more}\n[[contact]]"
         )
     };
+    let slab = |top: &str| {
+        let region = format!(
+            "{{ shape = \"box\", lower = [\"-5 mm\", \"-5 mm\", \"0.6 mm\"], upper = [\"5 mm\", \"5 mm\", \"{top}\"] }}"
+        );
+        format!("\n[[obstacle]]\nname = \"floor\"\nregion = {region}\n[[contact]]")
+    };
     let message = "`water` lies in the obstacle `floor`";
-    expect("\n[[contact]]", &floor("5 mm", ""), "{ shape = \"sphere\"", message, "may touch an obstacle");
+    expect("\n[[contact]]", &slab("5 mm"), "{ shape = \"sphere\"", message, "may touch an obstacle");
+    // All nodes of the sheet but those on its edges and the one that is moved.
+    let message = "2400 free nodes of `sheet` lie in the obstacle `floor`";
+    expect("\n[[contact]]", &floor("0.9 mm", ""), "{ shape = \"sheet\"", message, "not membranes");
     let coefficient = floor("-5 mm", "coefficient = 0.3");
     expect("\n[[contact]]", &coefficient, "0.3\n[[contact]]", "has no friction", "kind = \"friction\"");
     let warnings = good(&GOOD.replace("\n[[contact]]", &floor("-50 mm", "")), &[]).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("outside the grid"), "{warnings:#?}");
-    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("1 mm", "")), &[]).warnings, []);
+    assert_eq!(good(&GOOD.replace("\n[[contact]]", &slab("1 mm")), &[]).warnings, []);
+    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("0.4 mm", "")), &[]).warnings, []);
 }
 
 #[test]
@@ -142,6 +152,10 @@ fn choices_that_go_wrong_are_warned_of() {
     let warnings = good(GOOD, &apic).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("unstable at free surfaces"), "{warnings:#?}");
     assert_eq!(good(GOOD, &apic[1..]).warnings, []);
+    let last = [("mpm.kernel", "linear"), ("mpm.stress-update", "last"), ("mpm.transfer", "{ kind = \"flip\" }")];
+    let warnings = good(GOOD, &last).warnings;
+    assert!(warnings.len() == 1 && warnings[0].message.contains("inside out"), "{warnings:#?}");
+    assert_eq!(good(GOOD, &last[1..]).warnings, []);
 
     let wide = GOOD.replace("\"-27 mm\", \"-27 mm\", \"-12 mm\"", "\"-25 mm\", \"-27 mm\", \"-12 mm\"");
     let loose = wide.replace("{ on = \"edges\" }", "{ on = \"edges\", velocity = [\"free\", 0, 0] }");
@@ -249,6 +263,73 @@ fn formulas_that_divide_by_zero() {
         "the formula gives NaN",
         "",
     );
+}
+
+/// A net below a block, 0.06 m from node to node: its middle is at x = 1 but for rounding.
+const NET: &str = r#"
+    name = "net"
+    dimension = 2
+    time = { end = "10 ms" }
+    grid = { cell = "0.1 m", lower = [0, 0], upper = [2, 2], walls = { bottom = "slip" } }
+    mpm = { gravity = [0, -9.81] }
+    [[body]]
+    name = "block"
+    spacing = "0.05 m"
+    region = { shape = "box", lower = [0.4, 0.4], upper = [0.8, 0.8] }
+    material = { law = "hypoelastic", density = 1000, young = 1e5, poisson = 0.3 }
+    [[membrane]]
+    name = "net"
+    geometry = { shape = "chain", points = [[0.1, 0.2], [1.9, 0.2]], divisions = [30] }
+    thickness = "1 mm"
+    velocity = [0, -10]
+    material = { law = "elastic", density = 500, young = "1 MPa", poisson = 0.3 }
+"#;
+
+#[test]
+fn poles_of_formulas_are_found_although_rounding_makes_them_finite() {
+    let text = NET.replace("[0, -9.81]", "[\"1/(x - 1)\", 0]");
+    let Err(found) = model(&text, &[]) else { panic!("a pole lies at a node") };
+    assert!(found.len() == 1 && found[0].key == "mpm.gravity[0]", "{found:#?}");
+    assert!(found[0].message.contains("e15 at x = 0.99999"), "{found:#?}");
+    good(&NET.replace("[0, -9.81]", "[\"step(x - 1)\", \"1/(x - 0.97)^2\"]"), &[]);
+    let text = NET.replace("bottom = \"slip\"", "bottom = { kind = \"slip\", velocity = [\"1/(x - 1)\", 0] }");
+    let Err(found) = model(&text, &[]) else { panic!("a pole lies at a node of the wall") };
+    assert!(found[0].key.starts_with("grid.walls.bottom.velocity"), "{found:#?}");
+}
+
+/// A formula of the place that has a value at the start, but not where things go.
+#[test]
+fn formulas_that_lose_their_value_in_a_run_are_named() {
+    let error = |text: &str| {
+        let (mut solver, mut t) = (good(text, &[]).solver, 0.0);
+        loop {
+            let dt = solver.stable_dt().min(1e-4);
+            match solver.step(t, dt) {
+                Ok(()) => t += dt,
+                Err(error) => return error,
+            }
+        }
+    };
+    let loaded = error(&format!("{NET}    pressure = {{ value = \"1e-3*sqrt(y - 0.19)\" }}\n"));
+    assert!(loaded.what.contains("the formula of `membrane[0].pressure.value` has no value"), "{loaded}");
+    assert!((loaded.time - 1e-3).abs() < 2.1e-4 && matches!(loaded.place, Place::Element { .. }), "{loaded}");
+    let drawn = error(&NET.replace("[0, -9.81]", "[0, \"sqrt(y - 0.19)\"]"));
+    assert!(drawn.what.contains("the formula of `mpm.gravity[1]` has no value"), "{drawn}");
+    assert!(matches!(drawn.place, Place::Node { .. }), "{drawn}");
+    let fallen = NET
+        .replace("[0, -9.81]", "[\"sqrt(y - 0.41)\", 0]")
+        .replace("[0.1, 0.2], [1.9, 0.2]", "[0.1, 1.2], [1.9, 1.2]");
+    let fallen = error(&fallen.replace("name = \"block\"", "name = \"block\"\n    velocity = [0, -2]"));
+    assert!(fallen.what.contains("the formula of `mpm.gravity[0]` has no value"), "{fallen}");
+    assert!(matches!(fallen.place, Place::Particle { .. }), "{fallen}");
+}
+
+#[test]
+fn a_membrane_across_a_solid_is_warned_of() {
+    let across = NET.replace("lower = [0.4, 0.4]", "lower = [0.4, 0.1]");
+    let warnings = good(&across, &[]).warnings;
+    assert!(warnings.len() == 1 && warnings[0].message.contains("`net` cuts through `block`"), "{warnings:#?}");
+    assert_eq!(good(&NET.replace("lower = [0.4, 0.4]", "lower = [0.4, 0.2]"), &[]).warnings, []);
 }
 
 #[test]

@@ -158,6 +158,9 @@ fn cylinders_are_prisms_with_outward_normals() {
         assert_eq!(mantle.set("front").unwrap().len(), 24);
         assert_eq!(mantle.boundary_nodes().len(), 48);
     }
+    let short =
+        build(r#"{ shape = "cylinder", from = [0, 0, 0], to = [0, 0, 1], radius = 1, divisions = [48, 1] }"#, 3);
+    assert_eq!((short.nodes.len(), short.elements.len()), (96, 48));
     let strip = build(
         r#"{ shape = "cylinder", from = [0, 0, 0], to = [0, 0, 1], radius = 1, divisions = [6, 1], arc = [0, 1.5707963267948966] }"#,
         3,

@@ -7,7 +7,7 @@ use super::summary::Summary;
 use super::{Case, CaseFile, Method, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use crate::mpm::{KernelKind, Setup, Transfer};
+use crate::mpm::{KernelKind, Setup, StressUpdate, Transfer};
 use crate::output::{Picture, Probe, UnitLabels};
 use crate::simulation::Snapshot;
 use std::path::Path;
@@ -24,6 +24,7 @@ pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mu
     meet::overlaps(case, setup, findings);
     coarse(setup, findings);
     sheets::supports(setup, findings);
+    sheets::obstacles(setup, findings);
     sheets::planes_of_symmetry(setup, findings);
     unstable(setup, findings);
     if setup.bodies.is_empty() && setup.membranes.is_empty() {
@@ -84,9 +85,17 @@ fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// At a free surface a node with little mass takes any velocity, and APIC hands it on.
+/// At a free surface a node with little mass takes any velocity; APIC hands it on, and its gradient turns particles inside out.
 fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
-    if setup.kernel == KernelKind::Linear && setup.transfer == Transfer::Apic {
+    if setup.kernel != KernelKind::Linear || setup.bodies.is_empty() {
+        return;
+    }
+    if setup.stress_update == StressUpdate::Last {
+        let message = "with linear shape functions the velocities of light nodes turn particles inside out";
+        let finding = Diagnostic::warning("mpm.stress-update", message);
+        findings.push(finding.help("write `stress-update = \"modified-last\"`, or `kernel = \"quadratic\"`"));
+    }
+    if setup.transfer == Transfer::Apic {
         let finding =
             Diagnostic::warning("mpm.kernel", "APIC with linear shape functions is unstable at free surfaces");
         findings.push(finding.help("write `kernel = \"quadratic\"`, or `transfer = { kind = \"flip\" }`"));

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 /// A node this far beyond the end of the grid [cells] still lies on it: sheets end on planes of symmetry.
 const ON_THE_END: f64 = 1e-6;
 
-/// A free node this deep in an obstacle [cells] went through its surface.
-const THROUGH: f64 = 0.5;
+/// A free node of a membrane this deep in an obstacle [cells] went through its surface.
+pub const THROUGH: f64 = 0.5;
 
 /// The error of a body with a particle that was turned inside out.
 pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
@@ -62,6 +62,12 @@ pub fn check_membrane<const D: usize>(
 ) -> Result<(), StepError> {
     let slack = Vector::from_fn(|_| ON_THE_END * grid.cell);
     let (lower, upper) = (grid.origin - slack, grid.upper() + slack);
+    if let Some(k) = membrane.position.iter().position(|x| !x.is_finite()) {
+        let place = Place::Node { body: membrane.name.clone(), index: k, position: membrane.reference[k].to3() };
+        let what = "the place of a membrane node is not a number";
+        let advice = "look for loads and velocities in wrong units, then lower `mpm.membrane-safety`";
+        return Err(at(place, what, ("coordinate", f64::NAN), advice));
+    }
     let beyond = |k: usize| (0..D).find(|&a| !(lower[a]..=upper[a]).contains(&membrane.position[k][a]));
     let obstacle = |k: usize| {
         let held = membrane.constrained(k).contains(&true);
@@ -84,8 +90,25 @@ pub fn check_membrane<const D: usize>(
     };
     let axis = beyond(k).unwrap_or(D - 1);
     let place = Place::Node { body: membrane.name.clone(), index: k, position: membrane.position[k].to3() };
-    let (quantity, value) = (["x", "y", "z"][axis], membrane.position[k][axis]);
-    Err(StepError { what, time: 0.0, step: 0, place, quantity, value, advice: advice.to_owned() })
+    Err(at(place, &what, (["x", "y", "z"][axis], membrane.position[k][axis]), advice))
+}
+
+/// The external force on every particle is a number.
+///
+/// # Errors
+/// Names the first particle whose force is not.
+pub fn check_external<const D: usize>(body: &Body<D>) -> Result<(), StepError> {
+    let bad = body.work.external.par_iter().with_min_len(1024).position_first(|force| !force.is_finite());
+    bad.map_or(Ok(()), |p| Err(error(body, p, NO_FORCE, ("force", body.work.external[p].norm()), LOOK_AT_LOADS)))
+}
+
+const NO_FORCE: &str = "an external force is not a number";
+
+const LOOK_AT_LOADS: &str = "look for a formula or value of gravity, pressure or traction beyond what numbers can hold";
+
+/// The error of a load on a membrane that is not a number at a place.
+pub fn no_load(place: Place, value: f64) -> StepError {
+    at(place, NO_FORCE, ("force", value), LOOK_AT_LOADS)
 }
 
 /// The energy and everything in the books of a step is a number.
@@ -98,15 +121,7 @@ pub fn check_energy(energy: f64) -> Result<(), StepError> {
     }
     let advice = "a pressure, energy or velocity at the start is beyond what numbers can hold, or the run has become \
                   unstable: look for values in wrong units, then lower `mpm.safety`";
-    Err(StepError {
-        what: "the energy is not a number".to_owned(),
-        time: 0.0,
-        step: 0,
-        place: Place::Everywhere,
-        quantity: "energy",
-        value: energy,
-        advice: advice.to_owned(),
-    })
+    Err(at(Place::Everywhere, "the energy is not a number", ("energy", energy), advice))
 }
 
 /// Time and step are filled in by the step and the time loop.
@@ -118,6 +133,10 @@ fn error<const D: usize>(
     advice: &str,
 ) -> StepError {
     let position = body.particles.position[p].to3();
-    let place = Place::Particle { body: body.name.clone(), id: body.particles.id[p], position };
+    at(Place::Particle { body: body.name.clone(), id: body.particles.id[p], position }, what, (quantity, value), advice)
+}
+
+/// The same anywhere.
+fn at(place: Place, what: &str, (quantity, value): (&'static str, f64), advice: &str) -> StepError {
     StepError { what: what.to_owned(), time: 0.0, step: 0, place, quantity, value, advice: advice.to_owned() }
 }

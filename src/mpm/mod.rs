@@ -43,6 +43,7 @@ pub mod traction;
 mod wall;
 
 pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
+pub use health::THROUGH;
 pub use heat::Dissipation;
 pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};

@@ -1,4 +1,4 @@
-//! Whether bodies lie on one side of closed membranes at the start.
+//! Whether bodies lie on one side of membranes at the start.
 //!
 //! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ) for
 //! facets of half the angle φ. Contact takes each particle's side from where it starts, so that these particles would be
@@ -8,49 +8,90 @@ use super::contact::locate::{Locator, Place};
 use super::contact::sample::Facet;
 use super::{BodySetup, MembraneSetup, Setup};
 use crate::error::Diagnostic;
+use crate::math::Vector;
 
-/// A warning for each body that begins on both sides of a closed membrane.
+/// A warning for each body that begins on both sides of a closed membrane, and for each that keeps its shape and that a
+/// membrane with free edges cuts through.
 pub fn astray<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for membrane in &setup.membranes {
         let facets: Vec<Facet> = membrane.elements.iter().map(|nodes| Facet::new(nodes)).collect();
         let mut locator = Locator::new(&facets);
-        if !locator.is_closed() {
-            continue;
-        }
         locator.refresh(&facets, &membrane.position, setup.grid.cell);
-        let finding = |(index, body)| warn((index, body), membrane, &facets, &locator, setup.grid.cell);
-        findings.extend(setup.bodies.iter().enumerate().filter_map(finding));
+        let sheet = Sheet { membrane, facets, locator, cell: setup.grid.cell };
+        let bodies = setup.bodies.iter().enumerate();
+        if sheet.locator.is_closed() {
+            findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_both_sides(index, body)));
+        } else {
+            findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_cut(index, body)));
+        }
     }
     findings
 }
 
-/// The warning about one body and one membrane.
-fn warn<const D: usize>(
-    (index, body): (usize, &BodySetup<D>),
-    membrane: &MembraneSetup<D>,
-    facets: &[Facet],
-    locator: &Locator<D>,
+/// A membrane at the start.
+struct Sheet<'a, const D: usize> {
+    membrane: &'a MembraneSetup<D>,
+    facets: Vec<Facet>,
+    locator: Locator<D>,
     cell: f64,
-) -> Option<Diagnostic> {
-    let (mut inside, mut outside) = (0, 0);
-    for &x in &body.position {
-        match locator.place(facets, &membrane.position, cell, x) {
-            Place::Beside(d) if d < 0.0 => inside += 1,
-            Place::Beside(_) => outside += 1,
-            Place::Beyond | Place::Away => {}
+}
+
+/// The particles beside a sheet on one of its sides.
+#[derive(Clone, Copy)]
+struct Beside {
+    count: usize,
+    /// Distance of the nearest from the sheet [m].
+    nearest: f64,
+}
+
+impl<const D: usize> Sheet<'_, D> {
+    /// Those of `particles` that lie beside the sheet: behind and in front.
+    fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>) -> [Beside; 2] {
+        let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
+        for &x in particles {
+            if let Place::Beside(d) = self.locator.place(&self.facets, &self.membrane.position, self.cell, x) {
+                let side = &mut sides[usize::from(d >= 0.0)];
+                *side = Beside { count: side.count + 1, nearest: side.nearest.min(d.abs()) };
+            }
         }
+        sides
     }
-    let (fewer, side) = if inside < outside { (inside, "inside") } else { (outside, "outside") };
-    let message = format!("{fewer} particles of `{}` begin {side} the closed membrane `{}`", body.name, membrane.name);
-    let help = "the facets of a curved membrane cut across the curve: take a smaller region, or finer elements";
-    (fewer > 0).then(|| Diagnostic::warning(format!("body[{index}].region"), message).help(help))
+
+    /// The warning about a body on both sides of a closed membrane.
+    fn warn_of_both_sides(&self, index: usize, body: &BodySetup<D>) -> Option<Diagnostic> {
+        let [inside, outside] = self.sides(body.position.iter()).map(|side| side.count);
+        let (fewer, side) = if inside < outside { (inside, "inside") } else { (outside, "outside") };
+        let sheet = &self.membrane.name;
+        let message = format!("{fewer} particles of `{}` begin {side} the closed membrane `{sheet}`", body.name);
+        let help = "the facets of a curved membrane cut across the curve: take a smaller region, or finer elements";
+        (fewer > 0).then(|| Diagnostic::warning(format!("body[{index}].region"), message).help(help))
+    }
+
+    /// The warning about a body that keeps its shape with neighbours on both sides of an open membrane.
+    fn warn_of_cut(&self, index: usize, body: &BodySetup<D>) -> Option<Diagnostic> {
+        let spacing = body.volume.first()?.powf(1.0 / D as f64);
+        let bound = |a: usize, pick: fn(f64, f64) -> f64, start: f64| {
+            self.membrane.position.iter().map(|x| x[a]).fold(start, pick)
+        };
+        let lower: [f64; D] = std::array::from_fn(|a| bound(a, f64::min, f64::INFINITY) - spacing);
+        let upper: [f64; D] = std::array::from_fn(|a| bound(a, f64::max, f64::NEG_INFINITY) + spacing);
+        let near = |x: &&Vector<D>| (0..D).all(|a| (lower[a]..=upper[a]).contains(&x[a]));
+        if !body.law.keeps_shape() {
+            return None;
+        }
+        let [behind, front] = self.sides(body.position.iter().filter(near)).map(|side| side.nearest);
+        let sheet = &self.membrane.name;
+        let message = format!("the membrane `{sheet}` cuts through `{}`: it has particles on both sides", body.name);
+        let help = "they stay on their sides: move one of the two apart, they may touch";
+        let cut = behind + front <= spacing * (1.0 + 1e-6);
+        cut.then(|| Diagnostic::warning(format!("body[{index}].region"), message).help(help))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vector;
 
     /// A loop of six sides in a circle: what lies between a side and the circle is outside, whatever its sense.
     #[test]

@@ -139,7 +139,7 @@ impl<const D: usize> Mpm<D> {
         self.filter_order = self.due_filter(step);
         self.summaries = vec![Summary::default(); self.bodies.len()];
         for field in 0..self.grid.fields.len() {
-            timed!(self.timer, "p2g", self.scatter_particles(field, step)); // m_I, p_I⁻         (60, 61)
+            timed!(self.timer, "p2g", self.scatter_particles(field, step)?); // m_I, p_I⁻         (60, 61)
             timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
         }

@@ -1,20 +1,21 @@
-//! A solver whose formulas are tried out before every step.
+//! A solver whose formulas are tried out before every step, and asked when a step fails.
 //!
 //! `lateen check` tries formulas at some times; a pole may lie between them. What it would do to the state is found much
-//! later, and far from its cause.
+//! later, and far from its cause. Formulas that depend on the place alone have a value wherever something is at the start;
+//! when a step fails, they are tried where it failed.
 
 use super::{Column, Snapshot, Solver};
 use crate::error::{Place, StepError};
 use crate::math::Signal;
 
-/// A formula of the case that depends on the time.
+/// A formula of the case.
 #[derive(Debug, Clone)]
 pub struct Watched {
     /// Its key in the case.
     pub key: String,
     /// Its value.
     pub signal: Signal,
-    /// Where it is tried [m].
+    /// Where it is tried before every step [m].
     pub places: Vec<[f64; 3]>,
 }
 
@@ -30,11 +31,17 @@ impl Guarded {
         Self { solver, watched }
     }
 
-    /// The first formula without a value at the start, in the middle or at the end of a step.
-    fn undefined(&self, t: f64, dt: f64) -> Option<StepError> {
+    /// The first formula without a value at the start, in the middle or at the end of a step, at the places that
+    /// `places` picks.
+    fn undefined<'a>(
+        &'a self,
+        (t, dt): (f64, f64),
+        places: impl Fn(&'a Watched) -> &'a [[f64; 3]],
+    ) -> Option<StepError> {
         let times = [t, t + 0.5 * dt, t + dt];
-        self.watched.iter().find_map(|Watched { key, signal, places }| {
-            let tried = times.iter().flat_map(|&time| places.iter().map(move |&x| (time, x)));
+        self.watched.iter().find_map(|watched| {
+            let Watched { key, signal, .. } = watched;
+            let tried = times.iter().flat_map(|&time| places(watched).iter().map(move |&x| (time, x)));
             let (time, position, value) =
                 tried.map(|(time, x)| (time, x, signal.value(x, time))).find(|(_, _, value)| !value.is_finite())?;
             Some(StepError {
@@ -50,6 +57,14 @@ impl Guarded {
             })
         })
     }
+
+    /// The error of a step, or that of a formula which has no value where the step failed.
+    fn explained(&self, (t, dt): (f64, f64), error: StepError) -> StepError {
+        let failed = error.place.position().filter(|x| x.iter().all(|c| c.is_finite()));
+        let places = failed.as_slice();
+        let Some(found) = self.undefined((t, dt), |_| places) else { return error };
+        StepError { place: error.place, ..found }
+    }
 }
 
 impl Solver for Guarded {
@@ -62,8 +77,8 @@ impl Solver for Guarded {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        self.undefined(t, dt).map_or(Ok(()), Err)?;
-        self.solver.step(t, dt)
+        self.undefined((t, dt), |watched| &watched.places).map_or(Ok(()), Err)?;
+        self.solver.step(t, dt).map_err(|error| self.explained((t, dt), error))
     }
 
     fn snapshot(&self) -> Snapshot<'_> {
@@ -92,5 +107,50 @@ impl Solver for Guarded {
 
     fn particle_count(&self) -> usize {
         self.solver.particle_count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fails at x = 2.
+    struct Failing;
+
+    impl Solver for Failing {
+        fn stable_dt(&self) -> f64 {
+            1.0
+        }
+
+        fn step(&mut self, time: f64, _: f64) -> Result<(), StepError> {
+            let place = Place::Node { body: "net".into(), index: 3, position: [2.0, 0.0, 0.0] };
+            let (what, advice) = ("a force is not a number".to_owned(), String::new());
+            Err(StepError { what, time, step: 0, place, quantity: "force", value: f64::NAN, advice })
+        }
+
+        fn snapshot(&self) -> Snapshot<'_> {
+            unreachable!("nobody looks")
+        }
+
+        fn forces(&self, _: &mut dyn FnMut([f64; 3])) {}
+
+        fn columns(&mut self, _: &mut dyn FnMut(&str, Column<'_>)) {}
+
+        fn particle_count(&self) -> usize {
+            0
+        }
+    }
+
+    #[test]
+    fn a_formula_without_a_value_where_a_step_failed_is_named() {
+        let guarded = |formula: &str| {
+            let signal = Signal::formula(formula).unwrap();
+            Guarded::new(Box::new(Failing), vec![Watched { key: "load".into(), signal, places: Vec::new() }])
+        };
+        let error = guarded("sqrt(1.9 - x)").step(0.5, 0.1).unwrap_err();
+        assert_eq!((error.what.as_str(), error.time), ("the formula of `load` has no value", 0.5));
+        assert!(matches!(error.place, Place::Node { index: 3, .. }));
+        let error = guarded("sqrt(2.1 - x)").step(0.5, 0.1).unwrap_err();
+        assert_eq!(error.what, "a force is not a number");
     }
 }

@@ -98,11 +98,22 @@ fn has_errors(findings: &[Diagnostic]) -> bool {
     findings.iter().any(|f| f.severity == Severity::Error)
 }
 
+/// The grid nodes on one end of an axis [m].
+fn nodes_of_side(grid: &GridSpec, dimension: usize, axis: usize, upper: bool) -> Vec<Vector<3>> {
+    let count = |a: usize| ((grid.upper[a] - grid.lower[a]) / grid.cell).round().max(0.0) as usize + 1;
+    let side: [usize; 3] = std::array::from_fn(|a| if a == axis || a >= dimension { 1 } else { count(a) });
+    let node = |n: usize| {
+        let ijk = [n % side[0], n / side[0] % side[1], n / side[0] / side[1]];
+        Vector::from_fn(|a| if a == axis && upper { grid.upper[a] } else { grid.lower[a] + ijk[a] as f64 * grid.cell })
+    };
+    (0..side.iter().product()).map(node).collect()
+}
+
 /// A description in the making.
 struct Assembly<'c> {
     case: &'c Case,
     findings: Vec<Diagnostic>,
-    /// Formulas that depend on the time.
+    /// Formulas that depend on the time or on the place.
     watched: Vec<Watched>,
 }
 
@@ -206,7 +217,7 @@ impl Assembly<'_> {
             Some(Side::Top) => ("top", &walls.top),
         };
         let (kind, velocity) = spec.parts();
-        let samples = Samples::at(&[grid.lower, grid.upper], self.case.file.time.end);
+        let samples = Samples::over(&nodes_of_side(grid, dimension, axis, upper), self.case.file.time.end);
         Wall { kind, velocity: self.signals(&format!("grid.walls.{name}.velocity"), &velocity, &samples) }
     }
 

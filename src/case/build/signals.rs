@@ -14,11 +14,17 @@ pub(super) struct Samples {
     start: bool,
 }
 
-/// Most places that a signal is tried at; more are thinned out.
+/// Most places that a signal is tried at which depends on the time; more are thinned out.
 const MOST: usize = 512;
 
 /// Most places that a signal is tried at before every step.
 const WATCHED: usize = 8;
+
+/// A value so many times those on both sides of it is that of a pole, finite by rounding only.
+const SPIKE: f64 = 1e5;
+
+/// How far to both sides, over the size of what the signal acts on.
+const BESIDE: f64 = 1e-6;
 
 impl Samples {
     /// At all of `places` at the start.
@@ -26,10 +32,9 @@ impl Samples {
         Self { places: places.iter().map(|x| x.to3()).collect(), times: vec![0.0], start: true }
     }
 
-    /// At some of `places` from 0 to `end`.
+    /// At `places` from 0 to `end`; at some of them if the signal depends on the time.
     pub(super) fn over<const D: usize>(places: &[Vector<D>], end: f64) -> Self {
-        let stride = places.len().div_ceil(MOST).max(1);
-        let mut places: Vec<_> = places.iter().step_by(stride).map(|x| x.to3()).collect();
+        let mut places: Vec<_> = places.iter().map(|x| x.to3()).collect();
         if places.is_empty() {
             places.push([0.0; 3]);
         }
@@ -41,16 +46,41 @@ impl Samples {
         Self { places: places.to_vec(), times: times(end), start: false }
     }
 
-    /// A few of the places.
-    fn some(&self) -> Vec<[f64; 3]> {
-        let stride = self.places.len().div_ceil(WATCHED).max(1);
-        self.places.iter().step_by(stride).copied().collect()
+    /// A few of the places, `most` at most.
+    fn some(&self, most: usize) -> impl Iterator<Item = [f64; 3]> + Clone {
+        let stride = self.places.len().div_ceil(most).max(1);
+        self.places.iter().step_by(stride).copied()
     }
 
-    /// The first place and time where `signal` is not finite.
+    /// The first place and time where `signal` is not finite, or where a pole is.
     fn undefined(&self, signal: &Signal) -> Option<([f64; 3], f64)> {
-        let pairs = self.times.iter().flat_map(|&t| self.places.iter().map(move |&x| (x, t)));
-        pairs.into_iter().find(|&(x, t)| !signal.value(x, t).is_finite())
+        let (times, most) = match signal.is_steady() {
+            true => (&self.times[..1], self.places.len()),
+            false => (&self.times[..], MOST),
+        };
+        let pairs = || times.iter().flat_map(|&t| self.some(most).map(move |x| (x, t)));
+        let infinite = pairs().find(|&(x, t)| !signal.value(x, t).is_finite());
+        if infinite.is_some() || signal.is_uniform() {
+            return infinite;
+        }
+        let size = |&(x, t): &([f64; 3], f64)| signal.value(x, t).abs();
+        pairs().max_by(|a, b| size(a).total_cmp(&size(b))).filter(|&(x, t)| self.is_pole(signal, x, t))
+    }
+
+    /// True if the value at `x` stands out from those beside it along an axis.
+    fn is_pole(&self, signal: &Signal, x: [f64; 3], t: f64) -> bool {
+        let most = |a: usize| self.places.iter().map(|y| (y[a] - x[a]).abs()).fold(0.0, f64::max);
+        let beside = BESIDE * (0..3).map(most).fold(0.0, f64::max);
+        let value = |axis: usize, step: f64| {
+            let mut y = x;
+            y[axis] += step;
+            signal.value(y, t).abs()
+        };
+        let spike = |axis: usize| {
+            let largest = value(axis, beside).max(value(axis, -beside));
+            largest > 0.0 && value(axis, 0.0) > SPIKE * largest
+        };
+        beside > 0.0 && (0..3).any(spike)
     }
 }
 
@@ -75,13 +105,14 @@ impl Assembly<'_> {
         }
         if let Some(([x, y, z], t)) = samples.undefined(&signal) {
             let value = signal.value([x, y, z], t);
-            let message = format!("the formula gives {value} at x = {x}, y = {y}, z = {z}, t = {t}");
+            let message = format!("the formula gives {value:e} at x = {x}, y = {y}, z = {z}, t = {t}");
             let help = "it divides by zero or leaves the domain of a function there";
             self.findings.push(Diagnostic::error(key, message).help(help));
             return Signal::ZERO;
         }
-        if !signal.is_steady() {
-            self.watched.push(Watched { key: key.to_owned(), signal: signal.clone(), places: samples.some() });
+        if !(samples.start || signal.is_steady() && signal.is_uniform()) {
+            let places = if signal.is_steady() { Vec::new() } else { samples.some(WATCHED).collect() };
+            self.watched.push(Watched { key: key.to_owned(), signal: signal.clone(), places });
         }
         signal
     }

@@ -1,8 +1,8 @@
 //! Membranes with their supports, and at planes of symmetry.
 
 use crate::error::Diagnostic;
-use crate::math::Signal;
-use crate::mpm::{MembraneSetup, Setup, WallKind};
+use crate::math::{Signal, Vector};
+use crate::mpm::{MembraneSetup, Setup, THROUGH, WallKind};
 
 /// Nodes this far from a plane [cells] lie on it.
 const ON_PLANE: f64 = 1e-6;
@@ -61,4 +61,24 @@ fn held<const D: usize>(membrane: &MembraneSetup<D>, axis: usize) -> Vec<bool> {
     let supports = membrane.supports.iter().filter(|support| support.velocity[axis].is_some());
     supports.flat_map(|support| &support.nodes).for_each(|&node| held[node as usize] = true);
     held
+}
+
+/// No free node of a membrane lies in an obstacle: the first step would stop the run.
+pub(super) fn obstacles<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
+    let depth = THROUGH * setup.grid.cell;
+    for (i, membrane) in setup.membranes.iter().enumerate() {
+        let mut free = vec![true; membrane.position.len()];
+        let held = membrane.supports.iter().filter(|support| support.velocity.iter().take(D).any(Option::is_some));
+        held.flat_map(|support| &support.nodes).for_each(|&node| free[node as usize] = false);
+        for obstacle in &setup.obstacles {
+            let inside = |x: &Vector<D>| obstacle.region.signed_distance(x.to3()) < -depth;
+            let count = membrane.position.iter().zip(&free).filter(|(x, free)| **free && inside(x)).count();
+            if count > 0 {
+                let message =
+                    format!("{count} free nodes of `{}` lie in the obstacle `{}`", membrane.name, obstacle.name);
+                let finding = Diagnostic::error(format!("membrane[{i}].geometry"), message);
+                findings.push(finding.help("move one of them: obstacles stop bodies, not membranes"));
+            }
+        }
+    }
 }

@@ -47,7 +47,8 @@ impl BuildFacets for CylinderMeshShape {
             return Err(Diagnostic::error("arc", "the angles must increase, by a full turn at most"));
         }
         let closed = end - start >= TAU * (1.0 - 1e-12);
-        let cells = divisions("divisions", self.divisions, if closed { 3 } else { 1 })?;
+        let cells = divisions("divisions", self.divisions, 1)?;
+        divisions("divisions", [cells[0]], if closed { 3 } else { 1 })?;
         let [e_1, e_2] = frame(axis);
         let position = |i: usize, j: usize| {
             let (sin, cos) = (start + (end - start) * i as f64 / cells[0] as f64).sin_cos();

@@ -66,6 +66,12 @@ impl<const D: usize> Pressure<D> {
         if self.follower { &mut self.area } else { &mut [] }
     }
 
+    /// The first element where the load has no value, and what it has instead [Pa].
+    pub fn undefined(&self) -> Option<(usize, f64)> {
+        let bad = self.local.par_iter().with_min_len(1024).position_first(|value| !value.is_finite());
+        bad.map(|e| (e, self.local[e]))
+    }
+
     /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes (theory 5.4).
     pub fn update(&mut self, t: f64, elements: &Elements, position: &[Vector<D>]) {
         let Self { value, area, local, force, .. } = self;

@@ -8,7 +8,8 @@ use super::shape::{Quadrilateral, Segment, Shape, Triangle};
 use super::task::{Run, Task};
 use crate::error::{Place, StepError};
 use crate::material::SheetKind;
-use crate::math::Vector;
+use crate::math::{Signal, Vector};
+use crate::mpm::health::no_load;
 use crate::parallel;
 use rayon::prelude::*;
 
@@ -23,7 +24,7 @@ impl<const D: usize> Membrane<D> {
     /// (theory 9, 3a–3c).
     ///
     /// # Errors
-    /// An element that has collapsed or a node that is not finite.
+    /// An element that has collapsed, a node that is not finite, or a load without a value.
     pub fn internal_force(&mut self, t: f64, _dt: f64) -> Result<(), StepError> {
         self.parameters.dt = self.books[0].displacement_dt;
         let sums = self.update_elements();
@@ -39,6 +40,7 @@ impl<const D: usize> Membrane<D> {
         books.stiffness_damping += sums.damping;
         books.frequency2 = sums.frequency2;
         self.pressure.update(t, &self.elements, &self.position);
+        self.check_loads(t)?;
         let Self { element_force, corner_force, elements, .. } = self;
         element_force.par_chunks_mut(NODES).enumerate().for_each(|(chunk, forces)| {
             for (i, force) in forces.iter_mut().enumerate() {
@@ -86,6 +88,29 @@ impl<const D: usize> Membrane<D> {
         self.books[0].displacement_dt = dt;
         let Self { position, velocity, .. } = self;
         position.par_iter_mut().zip(velocity).with_min_len(NODES).for_each(|(x, v)| *x += *v * dt);
+    }
+
+    /// Loads that vary have a value everywhere.
+    fn check_loads(&self, t: f64) -> Result<(), StepError> {
+        let (body, time) = (self.name.clone(), t);
+        if let Some((index, value)) = self.pressure.undefined() {
+            let position = self.centre(index).to3();
+            return Err(StepError { time, ..no_load(Place::Element { body, index, position }, value) });
+        }
+        if self.gravity.iter().all(Signal::is_uniform) {
+            return Ok(());
+        }
+        let nodes = (0..self.mass.len()).into_par_iter().with_min_len(NODES);
+        nodes.position_first(|k| !self.gravity_at(k, t).is_finite()).map_or(Ok(()), |index| {
+            let (position, value) = (self.position[index].to3(), self.gravity_at(index, t).norm() * self.mass[index]);
+            Err(StepError { time, ..no_load(Place::Node { body, index, position }, value) })
+        })
+    }
+
+    /// Centre of an element [m].
+    fn centre(&self, element: usize) -> Vector<D> {
+        let nodes = self.elements.nodes(element);
+        nodes.iter().map(|&k| self.position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64)
     }
 
     /// Gravity and mass-proportional damping of node `k` [m/s²].
@@ -240,9 +265,7 @@ impl<const D: usize> Membrane<D> {
         }
         let area = |e: usize| self.area_vector(e).norm();
         let worst = (0..self.elements.len()).min_by(|&a, &b| area(a).total_cmp(&area(b))).unwrap_or(0);
-        let nodes = self.elements.nodes(worst);
-        let centre = nodes.iter().map(|&k| self.position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64);
-        let place = Place::Element { body: self.name.clone(), index: worst, position: centre.to3() };
+        let place = Place::Element { body: self.name.clone(), index: worst, position: self.centre(worst).to3() };
         error("a membrane element collapsed", place, "area", area(worst))
     }
 }

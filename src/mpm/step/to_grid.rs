@@ -8,7 +8,7 @@ use crate::mpm::ghost::Ghosts;
 use crate::mpm::light;
 use crate::mpm::stress::{Strain, update_stress_and_push};
 use crate::mpm::sweep::{Bins, Content, Sweep};
-use crate::mpm::{Field, Locking, Mpm, StressUpdate};
+use crate::mpm::{Field, Locking, Mpm, StressUpdate, health};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -44,18 +44,20 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// m_I and p_I⁻ with the binding walls (60, 61).
-    pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) {
+    pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
         let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, .. } = self;
         grid.with_field(field, |grid, own| {
             for (body, bins) in in_field(bodies, bins, field) {
                 body.find_external_forces(gravity, step.t);
+                health::check_external(body)?;
                 bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
             walls.fold(ghosts, field, &mut own.nodes);
             own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
             walls.constrain_start(grid, field, &mut own.nodes, step.before());
-        });
+            Ok(())
+        })
     }
 
     /// f_I of stresses and of forces on particles (17, 18), where they could not be scattered with the momentum; before
