@@ -10,7 +10,7 @@
 use super::boundary::Constraints;
 use super::element::{self, Block, Content, Drive, Equations};
 use super::interface::Enriched;
-use super::outflow;
+use super::{outflow, slip};
 use crate::linalg::{BlockMatrix, Pattern};
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -54,6 +54,8 @@ pub struct Elements<'a, const D: usize, const N: usize> {
     pub projected: &'a [Vector<D>],
     /// Open facets of each element, as bits (see `outflow`).
     pub open: &'a [u8],
+    /// Slip facets of each element, as bits (see `slip`).
+    pub slip: &'a [u8],
 }
 
 impl<const D: usize, const N: usize> Elements<'_, D, N> {
@@ -100,8 +102,20 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
         load
     }
 
+    /// The block of the equations: what a slip wall takes up doesn't push the fluid along it.
+    #[inline]
+    fn equation(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
+        let mut block = self.block(element, cut, (i, j));
+        if self.slip[element] != 0 {
+            slip::press(&mut block, self.mesh.simplex(element), self.slip[element], (i, j));
+            cut.iter().for_each(|cut| add(&mut block, &cut.enriched.wall_block(i, j)));
+        }
+        block
+    }
+
     /// What the elements push their node `i` with [N] when the nodal unknowns are `x`: load − matrix · x. The rows of
-    /// free nodes vanish; those of prescribed ones are minus the reaction of the support.
+    /// free nodes vanish; those of prescribed ones are minus the reaction of the support, and slip nodes pass on the
+    /// pressure of their facets, too.
     pub fn push(&self, i: usize, x: impl Fn(usize) -> [f64; N]) -> Vector<D> {
         let mut push = Vector::ZERO;
         for &e in self.mesh.elements_around(i) {
@@ -204,8 +218,12 @@ impl<const N: usize> Assembly<N> {
             let cut = elements.cut(element);
             let load = elements.load(element, cut, own);
             (0..N).for_each(|r| f[r] += load[r]);
+            if let Some(cut) = cut {
+                let taken = cut.enriched.wall_load(own);
+                (0..N).for_each(|r| f[r] += taken[r]);
+            }
             for (j, &place) in places.iter().enumerate() {
-                add(&mut row[place as usize], &elements.block(element, cut, (own, j)));
+                add(&mut row[place as usize], &elements.equation(element, cut, (own, j)));
             }
         }
     }

@@ -14,7 +14,7 @@ use super::interface::{Enriched, Enrichment, Medium};
 use super::phases::{Filling, Phases};
 use super::setup::FluidSetup;
 use super::shear::shear_rate;
-use super::{outflow, subscale, surface_tension};
+use super::{outflow, slip, subscale, surface_tension};
 use crate::error::{Place, StepError};
 use crate::linalg::{BlockMatrix, Kind, LinearSolver, Memory, Options, Outcome};
 use crate::math::{Signal, Vector};
@@ -110,6 +110,8 @@ pub struct Implicit<const D: usize, const N: usize> {
     pure: Vec<bool>,
     /// Open facets of each element, as bits.
     open: Vec<u8>,
+    /// Slip facets of each element, as bits.
+    slip: Vec<u8>,
     constraints: Constraints<D, N>,
     assembly: Assembly<N>,
     matrix: BlockMatrix<N>,
@@ -138,6 +140,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             size: (0..mesh.elements().len()).map(|e| mesh.shortest_edge(e)).collect(),
             density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
             open: outflow::open_facets(&mesh, &boundary),
+            slip: slip::slip_facets(&mesh, &boundary),
             constraints: boundary.constraints(nodes),
             matrix: BlockMatrix::zeros(assembly.pattern()),
             linear: solver(&mesh, &assembly, options),
@@ -209,6 +212,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             convected,
             projected: &self.projected,
             open: &self.open,
+            slip: &self.slip,
         }
     }
 
@@ -316,7 +320,8 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             Stabilisation::ConsistentPspg => content.tau / self.equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
-        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, source, delay);
+        let walls = slip::press_enriched(&cut, enrichment, simplex, self.slip[e]);
+        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, source, delay).beside(walls);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
         let tension = surface_tension::forces(&level, &x, simplex, tension);

@@ -31,6 +31,7 @@ pub mod project;
 pub mod reseed;
 pub mod setup;
 mod shear;
+pub mod slip;
 mod snapshot;
 mod start;
 mod step;

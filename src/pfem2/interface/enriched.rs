@@ -16,6 +16,8 @@ pub struct Enriched<const N: usize> {
     inverse: Vec<Vec<f64>>,
     /// f_e.
     load: Vec<f64>,
+    /// What slip facets add to K_se transposed; empty without them.
+    walls: Vec<[[f64; N]; N]>,
 }
 
 impl<const N: usize> Enriched<N> {
@@ -56,13 +58,37 @@ impl<const N: usize> Enriched<N> {
             std::array::from_fn(|j| std::array::from_fn(|s| column[j][s] + extra[j][s]))
         };
         let rows = columns.iter().zip(&extra).map(sum).collect();
-        Self { rows, columns, inverse: inverse(matrix), load }
+        Self { rows, columns, inverse: inverse(matrix), load, walls: Vec::new() }
+    }
+
+    /// With what slip facets add to K_se transposed (see [`crate::pfem2::slip`]).
+    pub fn beside(self, walls: Vec<[[f64; N]; N]>) -> Self {
+        Self { walls, ..self }
     }
 
     /// What condensation adds to the block of nodes `i` and `j`.
     pub fn block(&self, i: usize, j: usize) -> Block<N> {
+        self.condensed(&self.columns, i, j)
+    }
+
+    /// What condensation adds to the right-hand side of node `i`.
+    pub fn load(&self, i: usize) -> [f64; N] {
+        self.condensed_load(&self.columns, i)
+    }
+
+    /// What slip facets add to that block.
+    pub fn wall_block(&self, i: usize, j: usize) -> Block<N> {
+        self.condensed(&self.walls, i, j)
+    }
+
+    /// What slip facets add to that right-hand side.
+    pub fn wall_load(&self, i: usize) -> [f64; N] {
+        self.condensed_load(&self.walls, i)
+    }
+
+    fn condensed(&self, columns: &[[[f64; N]; N]], i: usize, j: usize) -> Block<N> {
         let mut block = [[0.0; N]; N];
-        for (k, column) in self.columns.iter().enumerate() {
+        for (k, column) in columns.iter().enumerate() {
             for (l, row) in self.rows.iter().enumerate() {
                 for r in 0..N {
                     for s in 0..N {
@@ -74,10 +100,9 @@ impl<const N: usize> Enriched<N> {
         block
     }
 
-    /// What condensation adds to the right-hand side of node `i`.
-    pub fn load(&self, i: usize) -> [f64; N] {
+    fn condensed_load(&self, columns: &[[[f64; N]; N]], i: usize) -> [f64; N] {
         let mut sum = [0.0; N];
-        for (k, column) in self.columns.iter().enumerate() {
+        for (k, column) in columns.iter().enumerate() {
             let amount: f64 = self.load.iter().zip(&self.inverse[k]).map(|(load, entry)| load * entry).sum();
             (0..N).for_each(|r| sum[r] += column[i][r] * amount);
         }

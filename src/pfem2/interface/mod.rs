@@ -108,7 +108,7 @@ impl<const N: usize> Cut<N> {
     }
 
     /// Functions of an enrichment.
-    fn functions(&self, enrichment: Enrichment) -> usize {
+    pub fn functions(&self, enrichment: Enrichment) -> usize {
         match enrichment {
             Enrichment::None => 0,
             Enrichment::Kink => 1,
@@ -124,19 +124,32 @@ impl<const N: usize> Cut<N> {
         part: &Part<N>,
         gradient: &[Vector<D>; N],
     ) -> (f64, Vector<D>) {
-        let opposite = |i: usize| (self.level[i] < 0.0) != part.negative;
-        match enrichment {
-            Enrichment::None => (0.0, Vector::ZERO),
-            Enrichment::Kink => {
-                let others = (0..N).filter(|&i| opposite(i));
-                others.fold((0.0, Vector::ZERO), |(value, slope), i| {
-                    let size = self.level[i].abs();
-                    (value + size * part.center[i], slope + gradient[i] * size)
-                })
+        let weights = self.weights(enrichment, k, part.negative);
+        let value = weights.iter().zip(&part.center).map(|(w, n)| w * n).sum();
+        (value, weights.iter().zip(gradient).map(|(&w, &g)| g * w).sum())
+    }
+
+    /// Function `k` on a side as a combination of the shape functions: those of the nodes of the other side.
+    fn weights(&self, enrichment: Enrichment, k: usize, negative: bool) -> [f64; N] {
+        std::array::from_fn(|i| match enrichment {
+            _ if (self.level[i] < 0.0) == negative => 0.0,
+            Enrichment::Kink => self.level[i].abs(),
+            Enrichment::Jump if i == k => 1.0,
+            Enrichment::Jump | Enrichment::None => 0.0,
+        })
+    }
+
+    /// Means of F N_j over the facet opposite to a node, for function `k`.
+    pub fn means_on_facet<const D: usize>(&self, enrichment: Enrichment, k: usize, opposite: usize) -> [f64; N] {
+        let node: [usize; D] = std::array::from_fn(|a| a + usize::from(a >= opposite));
+        let mut means = [0.0; N];
+        for part in parts::sides(&node.map(|i| self.level[i])) {
+            let weights = self.weights(enrichment, k, part.negative);
+            for (a, products) in part.products.iter().enumerate() {
+                (0..D).for_each(|b| means[node[b]] += part.share * weights[node[a]] * products[b]);
             }
-            Enrichment::Jump if opposite(k) => (part.center[k], gradient[k]),
-            Enrichment::Jump => (0.0, Vector::ZERO),
         }
+        means
     }
 }
 

@@ -54,6 +54,14 @@ pub fn split<const N: usize>(level: &[f64; N]) -> Vec<Part<N>> {
     parts
 }
 
+/// The sub-simplices of an element or facet that may be cut, or it as a whole.
+pub(super) fn sides<const N: usize>(level: &[f64; N]) -> Vec<Part<N>> {
+    if is_cut(level) {
+        return split(level);
+    }
+    vec![part(&std::array::from_fn(node), level.iter().sum::<f64>() < 0.0)]
+}
+
 /// The simplices of the side of the nodes `own`.
 fn side<const N: usize>(level: &[f64; N], own: &[usize], other: &[usize]) -> Vec<[Point<N>; N]> {
     let cut = |i: usize, j: usize| edge_point(level, i, j);
@@ -83,7 +91,7 @@ fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> Part<N> {
     // The fraction is |det λ|; rows sum to one, so a column may be dropped against differences of rows.
     let edges = Tensor::<3>::from_fn(|i, j| match (i + 1 < N, j + 1 < N) {
         (true, true) => corners[i + 1][j + 1] - corners[0][j + 1],
-        (false, false) => 1.0,
+        (false, false) if i == j => 1.0,
         _ => 0.0,
     });
     let sum: [f64; N] = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum());
@@ -173,6 +181,7 @@ pub(super) mod tests {
 
     #[test]
     fn volumes_of_the_parts_are_exact() {
+        check_volumes::<2>();
         check_volumes::<3>();
         check_volumes::<4>();
     }

@@ -147,3 +147,25 @@ fn shaken<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cell: f64) -> Mesh<
     let moved = |(i, x): (usize, &Vector<D>)| if edge[i] { *x } else { *x + shift(i) };
     Mesh::new(mesh.nodes().iter().enumerate().map(moved).collect(), mesh.elements().to_vec()).unwrap()
 }
+
+/// A disc of radius one, of rings of triangles.
+fn disc(rings: u32, sectors: u32) -> Mesh<2, 3> {
+    let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(sectors);
+    let radius = |r: u32| f64::from(r) / f64::from(rings);
+    let ring = |r: u32| (0..sectors).map(move |k| Vector([angle(k).cos(), angle(k).sin()]) * radius(r));
+    let nodes: Vec<Vector<2>> = std::iter::once(Vector::ZERO).chain((1..=rings).flat_map(ring)).collect();
+    let at = |r: u32, k: u32| if r == 0 { 0 } else { 1 + (r - 1) * sectors + k % sectors };
+    let core = (0..sectors).map(|k| [0, at(1, k), at(1, k + 1)]);
+    let shell = (1..rings).flat_map(|r| {
+        (0..sectors).flat_map(move |k| {
+            let quad = [at(r, k), at(r + 1, k), at(r + 1, k + 1), at(r, k + 1)];
+            [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]
+        })
+    });
+    Mesh::new(nodes, core.chain(shell).collect()).unwrap()
+}
+
+/// A mesh whose nodes are moved to `to`.
+fn bent<const D: usize, const N: usize>(mesh: &Mesh<D, N>, to: impl Fn(Vector<D>) -> Vector<D>) -> Mesh<D, N> {
+    Mesh::new(mesh.nodes().iter().map(|&x| to(x)).collect(), mesh.elements().to_vec()).unwrap()
+}

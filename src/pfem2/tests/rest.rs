@@ -64,6 +64,58 @@ fn they_do_so_in_three_dimensions() {
     }
 }
 
+/// A disc that is bent into an egg: no two of the facets around it are alike.
+fn egg() -> Mesh<2, 3> {
+    bent(&disc(5, 24), |x| Vector([x[0] + 0.15 * (x[0] * x[0] - x[1] * x[1]), x[1] + 0.3 * x[0] * x[1]]))
+}
+
+/// A block between curved faces.
+fn cushion() -> Mesh<3, 4> {
+    let block = shaken(&Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0, 1.0, 1.3]), [3, 3, 4]).unwrap(), 0.33);
+    let bulge = |a: f64, b: f64| 0.4 * a * (1.0 - a) + 0.3 * b * (1.2 - b);
+    bent(&block, |x| {
+        let out = |axis: usize| (2.0 * x[axis] - 1.0) * bulge(x[(axis + 1) % 3], x[(axis + 2) % 3]);
+        Vector::from_fn(|axis| x[axis] + 0.5 * out(axis))
+    })
+}
+
+/// The largest speed of a fluid at rest in a slip wall after some steps, over the time and gravity that acts along no axis,
+/// and the force on the wall over the weight.
+fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vector<D>) {
+    let (dt, steps) = (0.05, 20);
+    let gravity = Vector::from_fn(|axis| [0.6, -0.8, 0.5][axis]);
+    let physics = physics(vec![fluid("water", 1000.0, 1e-2)], std::array::from_fn(|axis| gravity[axis].into()));
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let weight = gravity * (1000.0 * mesh.volume());
+    let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
+    let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
+    (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
+    let speed = fastest(&pfem.implicit.velocity) / (gravity.norm() * f64::from(steps) * dt);
+    (speed, (pfem.forces[0] - weight) / weight.norm())
+}
+
+/// The nodes of a curved slip wall glide along directions that none of its facets has. The wall carries the fluid.
+#[test]
+fn a_fluid_in_a_curved_slip_wall_stays_at_rest() {
+    let (speed, force) = stirred_alone(egg());
+    assert!(speed < 1e-10 && force.norm() < 1e-10, "{speed:e} {force:?}");
+    let (speed, force) = stirred_alone(cushion());
+    assert!(speed < 1e-10 && force.norm() < 1e-10, "{speed:e} {force:?}");
+}
+
+#[test]
+fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
+    let normal = Vector([0.6, 0.8]);
+    for offset in offsets::<2>(egg().nodes()[30].dot(normal)) {
+        for enrichment in [Enrichment::Kink, Enrichment::Jump] {
+            let speed = stirred(&egg(), (normal, offset), (enrichment, Mass::default()), Condition::Slip);
+            assert!(speed < 1e-10, "{offset} {enrichment:?}: {speed:e}");
+        }
+    }
+    let speed = stirred(&cushion(), (Vector([0.48, 0.6, 0.64]), 0.7), Default::default(), Condition::Slip);
+    assert!(speed < 1e-10, "{speed:e}");
+}
+
 /// 0.98 g Δt, as theory 5.6 measured with a lumped mass: what the enrichment is for.
 #[test]
 fn without_enrichment_they_fall() {

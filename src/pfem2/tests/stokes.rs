@@ -49,19 +49,7 @@ fn a_bingham_fluid_moves_as_a_plug_between_layers() {
 /// Rigid rotation has no strain and no flux through a round slip wall: it goes on for ever.
 #[test]
 fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
-    let (rings, sectors) = (5u32, 24u32);
-    let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(sectors);
-    let ring = |r: u32| (0..sectors).map(move |k| Vector([angle(k).cos(), angle(k).sin()]) * (f64::from(r) / 5.0));
-    let nodes: Vec<Vector<2>> = std::iter::once(Vector::ZERO).chain((1..=rings).flat_map(ring)).collect();
-    let at = |r: u32, k: u32| if r == 0 { 0 } else { 1 + (r - 1) * sectors + k % sectors };
-    let core = (0..sectors).map(|k| [0, at(1, k), at(1, k + 1)]);
-    let shell = (1..rings).flat_map(|r| {
-        (0..sectors).flat_map(move |k| {
-            let quad = [at(r, k), at(r + 1, k), at(r + 1, k + 1), at(r, k + 1)];
-            [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]]
-        })
-    });
-    let mesh = Mesh::<2, 3>::new(nodes, core.chain(shell).collect()).unwrap();
+    let mesh = disc(5, 24);
     let sets = vec![BoundarySetup {
         name: "rim".into(),
         facets: mesh.boundary().to_vec(),
