@@ -126,6 +126,33 @@ fn what_an_inlet_brings_is_a_body() {
     assert!(one(model(&wall, Path::new(""))).message.contains("nothing flows in"));
 }
 
+#[test]
+fn an_inlet_says_how_fast_it_flows() {
+    let text = channel("0.3", "1").replace("kind = \"inlet\"\nvelocity = [1, 0]", "kind = \"inlet\"");
+    let found = one(model(&text, Path::new("")));
+    assert!(found.message.contains("no `velocity`") && found.key == "boundary[0].kind", "{found:?}");
+    assert_eq!(&text[found.span.clone().unwrap()], "\"inlet\"");
+    // At rest on purpose.
+    assert!(model(&channel("0.3", "0"), Path::new("")).is_ok());
+}
+
+/// A side that is open from top to bottom under one pressure lets what is inside fall out; a hydrostatic one holds it.
+#[test]
+fn gravity_along_an_open_side_is_warned_of() {
+    let falling = "[pfem2]\ngravity = [0, -9.81]\n[[body]]\nname = \"water\"";
+    let text = channel("0.3", "1").replace("[[body]]\nname = \"water\"", falling);
+    let warnings = |text: &str| model(text, Path::new("")).unwrap().warnings;
+    let falls = |found: &[Diagnostic]| found.iter().filter(|f| f.message.contains("`right` is open over 0.4")).count();
+    let found = warnings(&text);
+    assert_eq!(falls(&found), 1, "{found:?}");
+    let help = found.iter().find_map(|f| f.help.clone()).unwrap();
+    assert!(help.contains("pressure = \"2 * 9.81 * (0.4 - y)\""), "{help}");
+    let held = text.replace("kind = \"outlet\"", "kind = \"pressure\"\npressure = \"2 * 9.81 * (0.4 - y)\"");
+    assert_eq!(falls(&warnings(&held)), 0);
+    assert_eq!(falls(&warnings(&text.replace("[0, -9.81]", "[9.81, 0]"))), 0);
+    assert_eq!(falls(&warnings(&text.replace("kind = \"outlet\"", "kind = \"pressure\"\npressure = 3"))), 1);
+}
+
 /// Keeps the warnings of a run.
 #[derive(Clone, Default)]
 struct Warnings(Arc<Mutex<Vec<String>>>);

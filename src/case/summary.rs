@@ -2,8 +2,9 @@
 
 use super::{CaseFile, LinearKind};
 use crate::linalg::Pattern;
+use crate::math::Vector;
 use crate::mpm::{EDGE, Setup};
-use crate::pfem2::{self, boundary::BoundaryKind};
+use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
 use crate::simulation::Solver;
 use std::collections::BTreeSet;
 
@@ -91,12 +92,23 @@ fn factor_numbers(nodes: f64, dimension: usize) -> f64 {
 
 /// Says where the pressure of a closed box is held.
 fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Option<String> {
-    let open = setup.boundaries.iter().any(|set| set.condition.kind() == BoundaryKind::Outlet);
-    let place = match &setup.pin {
-        Some(pin) => format!("held at the node nearest to ({})", pin.at.0.map(|c| c.to_string()).join(", ")),
-        None => "zero at the highest node of the boundary".to_owned(),
+    if setup.boundaries.iter().any(|set| set.condition.kind() == BoundaryKind::Outlet) {
+        return None;
+    }
+    // Without the noise of the last digits, and without the sign of zero.
+    let shown = |c: f64| ((1e9 * c).round() / 1e9 + 0.0).to_string();
+    let place = |pin: Pin| setup.mesh.nodes()[pin.node as usize].0.map(shown).join(", ");
+    let text = match &setup.pin {
+        Some(pin) => {
+            let asked = pin.at.0.map(|c| c.to_string()).join(", ");
+            format!("held at the node nearest to ({asked}), which is at ({})", place(pin.held(&setup.mesh)))
+        }
+        None => {
+            let gravity = Vector::from_fn(|i| setup.gravity[i].value([0.0; 3], 0.0));
+            format!("zero at the highest node of the boundary, ({})", place(Pin::highest(&setup.mesh, gravity)))
+        }
     };
-    (!open).then(|| format!("pressure: {place}, since no part of the boundary is open"))
+    Some(format!("pressure: {text}, since no part of the boundary is open"))
 }
 
 impl Summary {

@@ -39,6 +39,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;
     eprint!("{}", folder.source.render(&model.warnings, std::io::stderr().is_terminal()));
+    model.summary.notes.iter().for_each(|note| eprintln!("{note}"));
     let expected = super::expected(&folder)?.unwrap_or_default();
     let directory = RunDirectory::new(arguments.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.file.name)));
     let unit = if case.file.units == Units::SI { "s" } else { "" };
@@ -51,6 +52,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         stop: signals::stop_flag()?,
         observers: vec![progress::display(unit)],
         references: verify::drawn(&folder, &expected)?,
+        notes: model.summary.notes.clone(),
     };
     eprintln!("{}: {} particles, into {}", case.file.name, model.summary.particles(), directory.root().display());
     match run::run(&case, model.solver, &directory, options) {

@@ -79,12 +79,22 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
         let mut block = element::block(simplex, content, &self.equations, (i, j));
         if self.open[element] != 0 {
             outflow::release(&mut block, simplex, content.viscosity, self.open[element], (i, j));
+            let back = if i == j { self.back(element, i) } else { 0.0 };
+            (0..D).for_each(|r| block[r][r] += back);
         }
         if let Some(cut) = cut {
             add(&mut block, &cut.enriched.block(i, j));
             (0..D).for_each(|r| block[r][r] += cut.inertia[i][j] / self.equations.delta);
         }
         block
+    }
+
+    /// What resists at a local node where fluid comes in through open facets of its element [kg/s] (see `outflow`).
+    pub fn back(&self, element: usize, i: usize) -> f64 {
+        let simplex = self.mesh.simplex(element);
+        let density = self.contents[element].mass.iter().sum::<f64>() / simplex.volume;
+        let convected = self.convected[self.mesh.elements()[element][i] as usize];
+        outflow::back(simplex, density, self.open[element], convected, i)
     }
 
     /// The right-hand side of an element's local node `i`, condensed.

@@ -35,6 +35,8 @@ pub struct Options {
     pub observers: Vec<Box<dyn Observer>>,
     /// Published curves to draw in the plots.
     pub references: Vec<Reference>,
+    /// What was chosen for the user, in sentences: comments of `resolved.toml`.
+    pub notes: Vec<String>,
 }
 
 /// Runs a case with the solver that it asks for into a directory.
@@ -57,7 +59,7 @@ pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, optio
     } else {
         write_text(&directory.case(), &case.source.text)?;
     }
-    write_text(&directory.resolved(), &resolved(case))?;
+    write_text(&directory.resolved(), &resolved(case, &options.notes))?;
     let outcome = simulation.run();
     // A run that failed is worth looking at, too: its plots end where it did.
     let plotted = plot_run(&directory.history(), &directory.plots(), &options.references);
@@ -79,9 +81,11 @@ fn plan(case: &Case) -> Plan {
 }
 
 /// The case with every default, and what ran it.
-fn resolved(case: &Case) -> String {
+fn resolved(case: &Case, notes: &[String]) -> String {
     let (version, threads) = (env!("CARGO_PKG_VERSION"), rayon::current_num_threads());
-    format!("# {}, as run by lateen {version} on {threads} threads\n\n{}", case.source.name, case.resolved_toml())
+    let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
+    let head = format!("# {}, as run by lateen {version} on {threads} threads\n{notes}", case.source.name);
+    format!("{head}\n{}", case.resolved_toml())
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {

@@ -23,7 +23,7 @@ pub struct PressurePin<const D: usize> {
 
 impl Pin {
     /// No pressure at the boundary node that lies highest against gravity; of several at the first.
-    pub(super) fn highest<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: Vector<D>) -> Self {
+    pub fn highest<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: Vector<D>) -> Self {
         let nodes = mesh.boundary().iter().flat_map(|&facet| mesh.facet_nodes(facet));
         let depth = |node: &u32| gravity.dot(mesh.nodes()[*node as usize]);
         let node = nodes.min_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.cmp(b))).unwrap_or(0);
@@ -33,7 +33,7 @@ impl Pin {
 
 impl<const D: usize> PressurePin<D> {
     /// The nearest node, the first of several.
-    pub(super) fn held<const N: usize>(&self, mesh: &Mesh<D, N>) -> Pin {
+    pub fn held<const N: usize>(&self, mesh: &Mesh<D, N>) -> Pin {
         let distance = |node: &u32| (mesh.nodes()[*node as usize] - self.at).norm_squared();
         let nodes = 0..mesh.nodes().len() as u32;
         let node = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b))).unwrap_or(0);

@@ -78,3 +78,24 @@ fn what_does_not_leave_an_open_tank_is_kept_to_the_last_digits() {
     // The front has run through the tank.
     assert!(pfem.totals.kinetic > 100.0, "{}", pfem.totals.kinetic);
 }
+
+/// Fluid enters at the left, and the right side is open from top to bottom under no pressure: it falls out below, and comes
+/// in above. None falls deeper than the height of the channel, which gives √(2 g H) (Torricelli).
+#[test]
+fn what_falls_out_of_an_open_side_is_no_faster_than_its_fall() {
+    const HEIGHT: f64 = 1.0;
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, HEIGHT]), [20, 10]).unwrap(), 0.1);
+    let sets = vec![
+        set(&mesh, "in", Condition::Inlet([formula("0.3*ramp(t, 1)"), 0.0.into()]), |x| x[0] == 0.0),
+        set(&mesh, "out", Condition::Outlet, |x| x[0] == 2.0),
+        set(&mesh, "floor and top", Condition::Slip, |x| x[1] == 0.0 || x[1] == HEIGHT),
+    ];
+    let physics = physics(vec![fluid("oil", 900.0, 0.5)], [0.0.into(), (-9.81).into()]);
+    let mut pfem = Pfem2::new(setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO));
+    let bound = (2.0 * 9.81 * HEIGHT).sqrt();
+    for k in 0..150 {
+        pfem.step(f64::from(k) * 0.02, 0.02).unwrap();
+        let speed = fastest(&pfem.implicit.velocity);
+        assert!(speed < 1.2 * bound, "{k}: {speed} of {bound}");
+    }
+}

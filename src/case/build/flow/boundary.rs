@@ -106,6 +106,7 @@ impl Assembly<'_> {
             self.findings
                 .push(Diagnostic::error(format!("{key}.{name}"), message).help("take it out, or change `kind`"));
         }
+        self.still_inlet(key, spec.kind);
         let mut vector = |name: &str, value: &[SignalSpec; 3]| -> [Signal; D] {
             let signals = self.signals(&format!("{key}.{name}"), value, samples);
             std::array::from_fn(|i| signals[i].clone())
@@ -119,6 +120,17 @@ impl Assembly<'_> {
             BoundaryWord::Pressure => {
                 Condition::Pressure(self.signal(&format!("{key}.pressure"), &spec.pressure, samples))
             }
+        }
+    }
+
+    /// Without a velocity an inlet would be a wall at rest, silently.
+    fn still_inlet(&mut self, key: &str, kind: BoundaryWord) {
+        if kind == BoundaryWord::Inlet && !self.case.says(&format!("{key}.velocity")) {
+            let finding =
+                Diagnostic::error(format!("{key}.kind"), "this inlet has no `velocity`: nothing would come in");
+            let help =
+                "add the velocity of what comes in, such as `velocity = [1.0, 0]`, or a formula in x, y, z and t";
+            self.findings.push(finding.help(help));
         }
     }
 

@@ -67,6 +67,7 @@ impl Assembly<'_> {
         self.pieces(&mesh, &boundaries);
         self.through_walls(&mesh, &boundaries);
         self.through_flow(&mesh, &boundaries);
+        self.falling_out(&mesh, &boundaries, (&gravity, fluids[0].density));
         self.left_over(&mesh, &boundaries);
         self.nearly_flat(&mesh);
         self.unfilled(&mesh, &parts);

@@ -9,6 +9,9 @@ use crate::pfem2::boundary::{BoundarySetup, Condition};
 /// Share of a wall's velocity that may be across it: what the rounding of a formula leaves.
 const ACROSS: f64 = 1e-6;
 
+/// Share of the extent of the mesh along gravity above which an open part is tall.
+const TALL: f64 = 0.01;
+
 impl Assembly<'_> {
     /// The mesh stays where it is: a flat wall can only slide along itself.
     pub(super) fn through_walls<const D: usize, const N: usize>(
@@ -76,6 +79,73 @@ impl Assembly<'_> {
             }
         }
     }
+}
+
+impl Assembly<'_> {
+    /// Under one pressure a side that is open along gravity lets fluid fall out below and come in above.
+    pub(super) fn falling_out<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        sets: &[BoundarySetup<D>],
+        (gravity, density): (&[Signal], f64),
+    ) {
+        for (i, set) in sets.iter().enumerate() {
+            let nodes = set.facets.iter().flat_map(|&facet| mesh.facet_nodes(facet));
+            let places: Vec<Vector<D>> = nodes.map(|node| mesh.nodes()[node as usize]).collect();
+            let Some(first) = places.first().map(|x| x.to3()) else { continue };
+            let same = |p: &Signal, t| places.iter().all(|x| p.value(x.to3(), t) == p.value(first, t));
+            let one = match &set.condition {
+                Condition::Outlet => true,
+                Condition::Pressure(pressure) => self.times().all(|t| same(pressure, t)),
+                _ => false,
+            };
+            if !one {
+                continue;
+            }
+            let pull = |t| Vector::<D>::from_fn(|axis| gravity[axis].value(first, t));
+            let Some(pull) = self.times().map(pull).find(|pull| pull.norm() > 0.0) else { continue };
+            let down = pull / pull.norm();
+            let extent = |nodes: &mut dyn Iterator<Item = Vector<D>>| {
+                let (low, high) = nodes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                    (low.min(x.dot(down)), high.max(x.dot(down)))
+                });
+                high - low
+            };
+            let open = extent(&mut places.iter().copied());
+            if open > TALL * extent(&mut mesh.nodes().iter().copied()) {
+                self.falls(i, &set.name, open, hydrostatic(mesh, pull, density));
+            }
+        }
+    }
+
+    fn falls(&mut self, i: usize, name: &str, open: f64, recipe: String) {
+        let message = format!(
+            "`{name}` is open over {open:.3} m along gravity under one pressure: fluid falls out below and comes in above"
+        );
+        let help = format!(
+            "let the pressure outside grow with the depth below the surface: `kind = \"pressure\"` and {recipe}, with the \
+             density of each fluid over its own height where there are two"
+        );
+        self.findings.push(Diagnostic::warning(format!("boundary[{i}].kind"), message).help(help));
+    }
+}
+
+/// A pressure in balance with gravity in a fluid that fills the mesh, as a case says it.
+fn hydrostatic<const D: usize, const N: usize>(mesh: &Mesh<D, N>, pull: Vector<D>, density: f64) -> String {
+    let Some(axis) = (0..D).find(|&axis| pull[axis].abs() > (1.0 - ACROSS) * pull.norm()) else {
+        return "`pressure` a formula in x, y and z".to_owned();
+    };
+    let (places, size) = (mesh.nodes().iter().map(|x| x[axis]), pull[axis].abs());
+    let coordinate = ["x", "y", "z"][axis];
+    let depth = if pull[axis] < 0.0 {
+        format!("{} - {coordinate}", places.fold(f64::NEG_INFINITY, f64::max))
+    } else {
+        match places.fold(f64::INFINITY, f64::min) {
+            0.0 => coordinate.to_owned(),
+            lowest => format!("{coordinate} - {lowest}"),
+        }
+    };
+    format!("`pressure = \"{density} * {size} * ({depth})\"`")
 }
 
 /// Flux through a facet at its nodes' mean velocity, outward, and what it would be if they all moved across [m³/s].
