@@ -157,7 +157,6 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("nodes/projected", Column::new(&mut pfem.implicit.projected));
     visit("nodes/before", Column::new(&mut pfem.before));
     visit("nodes/acceleration", Column::new(&mut pfem.acceleration));
-    visit("nodes/earlier", Column::new(&mut pfem.earlier));
     visit("nodes/carried", Column::new(&mut pfem.carried));
     visit("nodes/level", Column::new(&mut pfem.level));
     for (fluid, fraction) in pfem.implicit.physics.fluids.iter().zip(&mut pfem.fraction) {

@@ -41,7 +41,6 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         }
         self.remember(step, &convected);
         self.carried.copy_from_slice(&self.acceleration);
-        self.earlier.copy_from_slice(&self.acceleration);
         let (powers, outside) = self.push(step, &convected);
         self.books.begin(powers, outside);
         let end = std::mem::replace(&mut self.implicit.velocity, start);

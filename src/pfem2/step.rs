@@ -4,7 +4,7 @@
 //! ```text
 //! paper         x_p along vⁿ for Δt                          M (vⁿ⁺¹ − v̂)/Δt = forces(vⁿ⁺¹, pⁿ⁺¹)
 //! second order  v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹)                  explicit share, before the particle moves
-//!               x_p along v* ≈ v(t + ½Δt)                    the velocity at the middle of the step (`transport`)
+//!               x_p along v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ      the velocity at the middle of the step
 //!               M (vⁿ⁺¹ − v̂)/(θΔt) = forces(vⁿ⁺¹, pⁿ⁺¹)      implicit share, aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/(θΔt)
 //!               β₂ = (θ − ½) Δt/Δtⁿ,   β₁ = 1 − θ − β₂
 //! ```
@@ -45,8 +45,6 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) before: Vec<Vector<D>>,
     /// aⁿ at the nodes [m/s²].
     pub(super) acceleration: Vec<Vector<D>>,
-    /// aⁿ⁻¹ at the nodes [m/s²].
-    pub(super) earlier: Vec<Vector<D>>,
     /// aⁿ⁻¹ of what is at the nodes now [m/s²].
     pub(super) carried: Vec<Vector<D>>,
     /// Fraction of each fluid at the nodes.
@@ -191,7 +189,6 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             particles: setup.particles,
             before: implicit.velocity.clone(),
             acceleration: vec![Vector::ZERO; nodes],
-            earlier: vec![Vector::ZERO; nodes],
             carried: vec![Vector::ZERO; nodes],
             fraction: Vec::new(),
             level: Vec::new(),
@@ -343,7 +340,6 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Keeps the acceleration for the next step [m/s²].
     pub(super) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
-        std::mem::swap(&mut self.earlier, &mut self.acceleration);
         self.acceleration.clear();
         let both = self.implicit.velocity.iter().zip(convected);
         self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));

@@ -2,16 +2,10 @@
 //! along.
 //!
 //! ```text
-//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + ¼Δt (aⁿ − aⁿ⁻¹)      frozen over the step (vⁿ in the paper's)
+//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ                        frozen over the step (vⁿ in the paper's)
 //! x_p ← x_p + ∫ v*(x_p) dτ
 //! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
 //! ```
-//!
-//! The last term of v* is as small as the error of the others. Without it, waves on an interface grow by a part of (ωΔt)⁴ per
-//! step, however short the step, unless viscosity is faster: the change from vⁿ⁻¹ to vⁿ is that of half a step ago, and the
-//! interface lags behind what drives it. With it, v* changes by the mean of the last two accelerations and by half of
-//! their difference, which for waves is aⁿ: at θ = ½ they neither grow nor die, above it they die, up to
-//! (ωΔt)² = 2/(4θ − 3/2). In a steady flow both differences vanish, and v* = vⁿ.
 
 use super::convect::{self, Convected, Place, Projectiles, Streamlines};
 use super::correct;
@@ -30,14 +24,12 @@ use rayon::prelude::*;
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// v* at the nodes [m/s].
     fn carrier(&self, step: Step) -> Vec<Vector<D>> {
-        let [ahead, bend] = match self.scheme {
-            Scheme::SecondOrder { .. } if self.follows(step.dt) => [0.5 * step.dt / self.dt_before, 0.25 * step.dt],
-            _ => [0.0; 2],
+        let ahead = match self.scheme {
+            Scheme::SecondOrder { .. } if self.follows(step.dt) => 0.5 * step.dt / self.dt_before,
+            _ => 0.0,
         };
-        let changes = self.implicit.velocity.iter().zip(&self.before).map(|(v, before)| (*v - *before) * ahead);
-        let bends = self.acceleration.iter().zip(&self.earlier).map(|(a, earlier)| (*a - *earlier) * bend);
-        let both = self.implicit.velocity.iter().zip(changes.zip(bends));
-        both.map(|(v, (change, bend))| *v + change + bend).collect()
+        let both = self.implicit.velocity.iter().zip(&self.before);
+        both.map(|(v, before)| *v + (*v - *before) * ahead).collect()
     }
 
     /// Moves the particles, fills what runs empty, and carries the acceleration along.
