@@ -24,8 +24,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2 (theory
-    /// 10.3). The second order's bears √(1/(2θ − 1)), where the wave of two elements changes its sign from step to step; slower
-    /// waves would grow a little from 1 on, but their water is rubbed by more than that up to [`CALM_WATER`].
+    /// 10.3). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
+    /// its waves grow a little in theory, and the damping of the scheme outweighs it up to [`CALM_WATER`].
     fn steepest(&self) -> f64 {
         match self.scheme {
             Scheme::SecondOrder { theta } => CALM_WATER.min((2.0 * theta - 1.0).max(0.0).sqrt().recip()),
