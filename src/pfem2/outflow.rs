@@ -26,12 +26,7 @@ use crate::mesh::{Mesh, Simplex};
 
 /// Which facets of each element are open in this way: bit k for the one opposite to local node k.
 pub fn open_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
-    let mut open = vec![0; mesh.elements().len()];
-    let free = |condition: &Condition<D>| matches!(condition, Condition::Outlet | Condition::Pressure(_));
-    for facet in boundary.facets_of(mesh, |set| free(&set.condition)) {
-        open[facet.element as usize] |= 1 << facet.opposite;
-    }
-    open
+    boundary.facet_bits(mesh, |condition| matches!(condition, Condition::Outlet | Condition::Pressure(_)))
 }
 
 /// Subtracts μ/d g_j ⊗ S_f from the block of rows of node `i` and columns of node `j`.

@@ -18,11 +18,7 @@ use crate::mesh::{Mesh, Simplex};
 
 /// Which facets of each element are slip facets: bit k for the one opposite to local node k.
 pub fn slip_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
-    let mut slip = vec![0; mesh.elements().len()];
-    for facet in boundary.facets_of(mesh, |set| matches!(set.condition, Condition::Slip)) {
-        slip[facet.element as usize] |= 1 << facet.opposite;
-    }
-    slip
+    boundary.facet_bits(mesh, |condition| matches!(condition, Condition::Slip))
 }
 
 /// Adds ∮N_i N_j n_f dA of an element's slip facets to the block of rows of node `i` and columns of node `j` [m²].

@@ -160,14 +160,14 @@ impl<const D: usize> Boundary<D> {
         self.sets[self.owner[place] as usize].brings
     }
 
-    /// The facets whose set passes a test, in the order of [`Mesh::boundary`].
-    pub fn facets_of<'a, const N: usize>(
-        &'a self,
-        mesh: &'a Mesh<D, N>,
-        test: impl Fn(&BoundarySetup<D>) -> bool + 'a,
-    ) -> impl Iterator<Item = Facet> + 'a {
+    /// The facets of each element whose condition passes a test: bit k for the one opposite to local node k.
+    pub fn facet_bits<const N: usize>(&self, mesh: &Mesh<D, N>, test: impl Fn(&Condition<D>) -> bool) -> Vec<u8> {
+        let mut bits = vec![0; mesh.elements().len()];
         let owned = self.owner.iter().zip(mesh.boundary());
-        owned.filter(move |(set, _)| test(&self.sets[**set as usize])).map(|(_, facet)| *facet)
+        for (_, facet) in owned.filter(|(set, _)| test(&self.sets[**set as usize].condition)) {
+            bits[facet.element as usize] |= 1 << facet.opposite;
+        }
+        bits
     }
 
     /// Adds the loads of tractions and pressures at time `t` to the nodal forces [N].
