@@ -8,6 +8,7 @@
 //! let them out; particles of dense fluids may fly through a light one (see `projectile`).
 
 mod crossing;
+mod eight;
 mod projectile;
 mod streamline;
 #[cfg(test)]
@@ -20,9 +21,10 @@ use super::boundary::BoundaryKind;
 use super::particles::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
+use eight::{Rates, Travellers, travel};
 use projectile::{HeavyField, Projectile};
 use rayon::prelude::*;
-use streamline::{Rate, Stream, walk};
+use streamline::{Stream, walk};
 
 /// Particles per parallel task.
 const TASK: usize = 1024;
@@ -68,32 +70,20 @@ impl std::ops::Add for Convected {
 impl<const D: usize> Particles<D> {
     /// Moves all particles along the streamlines for `dt` [s], drops those that leave, and sorts the rest.
     pub fn convect<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
-        let &Streamlines { mesh, flow, .. } = lines;
+        let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
         let columns = self.position.par_chunks_mut(TASK).zip(self.element.par_chunks_mut(TASK));
         let columns = columns.zip(self.velocity.par_chunks(TASK).zip(self.fluid.par_chunks(TASK)));
         let moved = columns.map(|((position, element), (velocity, fluid))| {
-            let mut fate = Convected::default();
-            for (p, x) in position.iter_mut().enumerate() {
-                let from = Place::of(mesh, element[p] as usize, *x);
-                let end = match &heavy {
-                    Some((rule, field)) if rule.fluids[fluid[p] as usize] => {
-                        lines.fly(rule, field, velocity[p], from, dt)
-                    }
-                    _ => lines.trace(from, dt, 1.0),
-                };
-                *x = end.place.position(mesh);
-                element[p] = end.place.element as u32;
-                match end.end {
-                    End::Inside => {}
-                    End::Boundary(_) => {
-                        element[p] = GONE;
-                        fate.left += 1;
-                    }
-                    End::Stuck => fate.stuck += 1,
-                }
+            let mut group =
+                Group { lines, heavy: None, position, element, velocity, fluid, seen: 0, fate: Convected::default() };
+            if let Some((rule, field)) = &heavy {
+                group.heavy = Some((rule, field, true));
+                travel(mesh, &field.rates, [dt, 1.0], &mut group);
+                (group.heavy, group.seen) = (Some((rule, field, false)), 0);
             }
-            fate
+            travel(mesh, rates, [dt, 1.0], &mut group);
+            group.fate
         });
         let fate = moved.reduce(Convected::default, |a, b| a + b);
         self.sort();
@@ -101,34 +91,87 @@ impl<const D: usize> Particles<D> {
     }
 }
 
+/// Some particles on their way.
+struct Group<'a, const D: usize, const N: usize> {
+    lines: &'a Streamlines<'a, D, N>,
+    /// Set if there are fluids that may fly, and whether they are the ones that travel now.
+    heavy: Option<(&'a Projectiles<'a, D>, &'a HeavyField<D>, bool)>,
+    position: &'a mut [Vector<D>],
+    element: &'a mut [u32],
+    velocity: &'a [Vector<D>],
+    fluid: &'a [u8],
+    /// Those before this one have set out, or are not of this journey.
+    seen: usize,
+    fate: Convected,
+}
+
+impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
+    #[inline(always)]
+    fn next(&mut self) -> Option<(usize, Place<N>)> {
+        let count = self.position.len();
+        if let Some((rule, _, now)) = self.heavy {
+            while self.seen < count && rule.fluids[self.fluid[self.seen] as usize] != now {
+                self.seen += 1;
+            }
+        }
+        if self.seen == count {
+            return None;
+        }
+        let p = self.seen;
+        self.seen += 1;
+        Some((p, Place::of(self.lines.mesh, self.element[p] as usize, self.position[p])))
+    }
+
+    fn alone(&self, p: usize, from: Place<N>, rest: f64) -> Walk<N> {
+        match self.heavy {
+            Some((rule, field, true)) => self.lines.fly(rule, field, self.velocity[p], from, rest),
+            _ => self.lines.trace(from, rest, 1.0),
+        }
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, p: usize, walk: Walk<N>) {
+        self.position[p] = walk.place.position(self.lines.mesh);
+        self.element[p] = walk.place.element as u32;
+        match walk.end {
+            End::Inside => {}
+            End::Boundary(_) => {
+                self.element[p] = GONE;
+                self.fate.left += 1;
+            }
+            End::Stuck => self.fate.stuck += 1,
+        }
+    }
+}
+
 /// The streamlines of a flow.
 pub struct Streamlines<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
     flow: Flow<'a, D>,
-    rates: Vec<Rate<N>>,
+    rates: Rates,
 }
 
 impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     /// Prepares the elements of the mesh.
     pub fn new(mesh: &'a Mesh<D, N>, flow: &Flow<'a, D>) -> Self {
-        Self { mesh, flow: *flow, rates: rates(mesh, flow.velocity) }
+        Self { mesh, flow: *flow, rates: Rates::new(mesh, flow.velocity, |_| true) }
     }
 
     /// Follows the streamline for `time` [s], forwards (`sign` 1) or backwards (−1).
-    #[inline(always)]
     pub fn trace(&self, from: Place<N>, time: f64, sign: f64) -> Walk<N> {
-        walk(self.mesh, &mut Stream { rates: &self.rates, sign }, from, time, |e, k| self.holds(e, k))
+        let mut stream = Stream { velocity: self.flow.velocity, sign };
+        walk(self.mesh, &mut stream, from, time, |e, k| self.holds(e, k))
     }
 
     fn fly(
         &self,
         rule: &Projectiles<D>,
-        field: &HeavyField<N>,
+        field: &HeavyField<D>,
         velocity: Vector<D>,
         from: Place<N>,
         time: f64,
     ) -> Walk<N> {
-        let stream = Stream { rates: &field.rates, sign: 1.0 };
+        let stream = Stream { velocity: &field.velocity, sign: 1.0 };
         let mut projectile =
             Projectile { stream, carried: &field.carried, velocity, flying: false, gravity: rule.gravity };
         walk(self.mesh, &mut projectile, from, time, |e, k| self.holds(e, k))
@@ -140,14 +183,8 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
         self.mesh.boundary().binary_search(&facet).map_or(BoundaryKind::Wall, |place| self.flow.boundary[place])
     }
 
-    fn holds(&self, element: usize, opposite: usize) -> bool {
+    /// True if the boundary facet of an element opposite to a local node holds particles back.
+    pub fn holds(&self, element: usize, opposite: usize) -> bool {
         matches!(self.kind(element, opposite), BoundaryKind::Wall | BoundaryKind::Slip)
     }
-}
-
-fn rates<const D: usize, const N: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>]) -> Vec<Rate<N>> {
-    let rate = |(e, nodes): (usize, &[u32; N])| {
-        Rate::new(&mesh.simplex(e).gradient, nodes.map(|node| velocity[node as usize]))
-    };
-    mesh.elements().par_iter().enumerate().map(rate).collect()
 }

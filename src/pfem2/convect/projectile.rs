@@ -10,7 +10,8 @@
 //! the values continued at the nodes it stays affine in every element, so that the same exact walk serves.
 
 use super::crossing::TERMS;
-use super::streamline::{Motion, Place, Rate, Stream, Taylor, Walls};
+use super::eight::Rates;
+use super::streamline::{Motion, Place, Stream, Taylor, Walls};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
@@ -47,8 +48,8 @@ impl<const D: usize> Continued<D> {
 }
 
 /// A heavy particle: carried where the heavy fluid is near, flying elsewhere.
-pub(super) struct Projectile<'a, const D: usize, const N: usize> {
-    pub stream: Stream<'a, N>,
+pub(super) struct Projectile<'a, const D: usize> {
+    pub stream: Stream<'a, D>,
     pub carried: &'a [bool],
     /// Velocity in flight [m/s].
     pub velocity: Vector<D>,
@@ -58,7 +59,7 @@ pub(super) struct Projectile<'a, const D: usize, const N: usize> {
     pub gravity: Vector<D>,
 }
 
-impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D, N> {
+impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
         self.flying = !self.carried[place.element];
         if !self.flying {
@@ -78,16 +79,18 @@ impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D, N> {
     }
 }
 
-/// Where the rates of the continued velocity hold, and these rates.
-pub(super) struct HeavyField<const N: usize> {
-    pub rates: Vec<Rate<N>>,
+/// What carries heavy particles: the continued velocity [m/s], its rates, and the elements where it holds.
+pub(super) struct HeavyField<const D: usize> {
+    pub velocity: Vec<Vector<D>>,
+    pub rates: Rates,
     pub carried: Vec<bool>,
 }
 
-impl<const N: usize> HeavyField<N> {
-    pub fn new<const D: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>], level: &[f64]) -> Self {
+impl<const D: usize> HeavyField<D> {
+    pub fn new<const N: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>], level: &[f64]) -> Self {
         let continued = Continued::new(mesh, velocity, level);
-        let carried = mesh.elements().iter().map(|nodes| continued.reaches(nodes)).collect();
-        Self { rates: super::rates(mesh, &continued.values), carried }
+        let carried: Vec<bool> = mesh.elements().iter().map(|nodes| continued.reaches(nodes)).collect();
+        let rates = Rates::new(mesh, &continued.values, |e| carried[e]);
+        Self { velocity: continued.values, rates, carried }
     }
 }

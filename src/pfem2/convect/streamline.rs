@@ -24,13 +24,13 @@ use crate::mesh::Mesh;
 const REACH: f64 = 0.25;
 
 /// Most facets crossed in one step; a particle that needs more stays where it is and is counted.
-const CROSSINGS: usize = 2000;
+pub(super) const CROSSINGS: usize = 2000;
 
 /// Rates this small, as a fraction of the largest, are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A shape function this far from zero at the time of an exit has not been followed to its root.
-const MISSED: f64 = 1e-10;
+pub(super) const MISSED: f64 = 1e-10;
 
 /// A place in the mesh: an element and its shape functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,12 +83,15 @@ pub struct Walk<const N: usize> {
 /// The matrix B of an element by columns [1/s], and how long its Taylor polynomials are good [s].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rate<const N: usize> {
-    columns: [[f64; N]; N],
-    reach: f64,
+    pub columns: [[f64; N]; N],
+    pub reach: f64,
 }
 
 impl<const N: usize> Rate<N> {
-    pub fn new<const D: usize>(gradient: &[Vector<D>; N], velocity: [Vector<D>; N]) -> Self {
+    /// Of an element with these velocities of the nodes [m/s].
+    pub fn of<const D: usize>(mesh: &Mesh<D, N>, velocity: &[Vector<D>], element: usize) -> Self {
+        let gradient = &mesh.simplex(element).gradient;
+        let velocity = mesh.elements()[element].map(|node| velocity[node as usize]);
         let row = |i: usize| gradient.iter().zip(&velocity).map(|(&g, v)| g * v[i]).sum::<Vector<D>>();
         let slope = (0..D).map(|i| row(i).norm_squared()).sum::<f64>().sqrt();
         Self { columns: velocity.map(|v| gradient.map(|g| g.dot(v))), reach: REACH / slope }
@@ -184,15 +187,16 @@ impl<const D: usize, const N: usize> Walls<D, N> {
 }
 
 /// A particle that follows the streamlines, forwards (`sign` 1) or backwards (−1).
-pub(super) struct Stream<'a, const N: usize> {
-    pub rates: &'a [Rate<N>],
+pub(super) struct Stream<'a, const D: usize> {
+    /// Velocity of the nodes [m/s].
+    pub velocity: &'a [Vector<D>],
     pub sign: f64,
 }
 
-impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, N> {
+impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
     #[inline(always)]
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
-        let rate = &self.rates[place.element];
+        let rate = Rate::of(mesh, self.velocity, place.element);
         let gradient = &mesh.simplex(place.element).gradient;
         let mut terms = [place.shape; TERMS];
         for m in 1..TERMS {
@@ -305,7 +309,7 @@ fn exit_before<const N: usize>(taylor: &Taylor<N>, shape: &[f64; N], time: f64) 
 
 /// The same point seen from the element behind one of the facets that it lies on.
 #[inline(always)]
-fn cross<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, behind: usize) -> Place<N> {
+pub(super) fn cross<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, behind: usize) -> Place<N> {
     let before = mesh.elements()[place.element];
     let mut shape = mesh.elements()[behind].map(|node| {
         let mut value = 0.0;

@@ -89,6 +89,46 @@ fn streamlines_of_a_vortex_converge_with_the_square_of_the_mesh() {
     assert!(order > 1.8 && fine < 1e-3, "order {order}, error {fine:e}");
 }
 
+/// Compares where all particles go together with where each of them goes alone.
+fn together_and_alone<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    kind: BoundaryKind,
+    v: impl Fn(Vector<D>) -> Vector<D>,
+) {
+    let (velocity, boundary) = (nodal(mesh, v), kinds(mesh, kind));
+    let lines = Streamlines::new(mesh, &Flow { velocity: &velocity, boundary: &boundary, projectiles: None });
+    // The velocity of a particle says where it started.
+    let mut particles = Particles::seed(mesh, 4, |_| Some(0), |x| x);
+    let places = particles.element.iter().zip(&particles.position);
+    let walks = places.map(|(&e, &x)| (x, lines.trace(Place::of(mesh, e as usize, x), 0.6, 1.0)));
+    let mut alone: Vec<_> = walks.filter(|(_, walk)| walk.end == End::Inside).collect();
+    assert!(kind == BoundaryKind::Slip || alone.len() < particles.len());
+    assert_eq!(particles.convect(&lines, 0.6).stuck, 0);
+    let mut together: Vec<_> = particles.velocity.iter().zip(&particles.position).collect();
+    let key = |start: &Vector<D>| start.0.map(f64::to_bits);
+    alone.sort_by_key(|(start, _)| key(start));
+    together.sort_by_key(|(start, _)| key(start));
+    assert_eq!(together.len(), alone.len());
+    let ends = alone.iter().zip(&together).map(|((_, walk), (_, x))| (walk.place.position(mesh), **x));
+    let (largest, mean) = errors(ends);
+    // Next to an edge of the mesh, rounding may decide through which of two elements a particle passes.
+    assert!(largest < 1e-6 && mean < 1e-10, "{largest:e} {mean:e}");
+}
+
+#[test]
+fn eight_at_once_go_where_each_goes_alone() {
+    let turn = |x: Vector<3>| Vector([1.0 - x[1] - x[2], x[0] - 0.4, 0.5 * x[0] * x[1] - 0.1]);
+    let walled = |x: Vector<3>| {
+        let Vector([u, v]) = vortex(Vector([x[0], x[1]]));
+        Vector([u * x[2], v * x[2], 0.4 * (PI * x[2]).sin() * x[1]])
+    };
+    let cube = Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [4, 3, 5]).unwrap();
+    together_and_alone(&square(7), BoundaryKind::Slip, vortex);
+    together_and_alone(&square(7), BoundaryKind::Outlet, |x| vortex(x * 0.8) + Vector([0.1, -0.2]));
+    together_and_alone(&cube, BoundaryKind::Slip, walled);
+    together_and_alone(&cube, BoundaryKind::Outlet, turn);
+}
+
 #[test]
 fn backwards_undoes_forwards() {
     let mesh = square(10);

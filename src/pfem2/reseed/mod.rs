@@ -235,7 +235,8 @@ impl<const D: usize, const N: usize> Origin<'_, D, N> {
         const REACH: f64 = 2.0;
         let gradient = &mesh.simplex(place.element).gradient;
         let velocity = at(&place.shape, &mesh.elements()[place.element], self.velocity);
-        let outer = (0..N).filter(|&k| mesh.neighbour(place.element, k).is_none());
+        let outer =
+            (0..N).filter(|&k| mesh.neighbour(place.element, k).is_none() && !self.lines.holds(place.element, k));
         let times = outer.map(|k| REACH * place.shape[k] / gradient[k].dot(velocity));
         let time = times.filter(|time| *time > self.dt).reduce(f64::min)?;
         let foot = self.lines.trace(*place, time, -1.0);
