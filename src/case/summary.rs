@@ -79,6 +79,12 @@ fn stored_nodes<const D: usize>(setup: &Setup<D>) -> usize {
 /// What fields and checkpoints need while they are written, as peaks of ten cases of both methods showed.
 const OUTPUTS: f64 = 1.6;
 
+/// What a step of PFEM-2 holds, in stored columns: sorting and solving take about as much again.
+const FLOW: f64 = 2.0;
+
+/// What a step of MPM holds, in stored columns.
+const POINTS: f64 = 1.25;
+
 /// The program, and the fonts of plots [bytes].
 const PLOTS: f64 = 6e7;
 
@@ -174,8 +180,7 @@ impl Summary {
         let (end, output) = (file.time.end, &file.output);
         let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
         let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil().max(1.0);
-        // Beside the stored columns a step needs about as much again for what it works with.
-        let own = self.memory + 2.0 * columns as f64;
+        let own = self.memory + if self.unknowns > 0 { FLOW } else { POINTS } * columns as f64;
         let drawing = PLOTS + if file.picture.is_empty() { 0.0 } else { PICTURES };
         Self { memory: OUTPUTS * own + drawing, stable_step, steps: steps.ceil(), ..self }
     }

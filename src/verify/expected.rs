@@ -113,6 +113,9 @@ pub struct Check {
     pub value: String,
     /// Another table of the run, whose value at the same time is taken off.
     pub minus: Option<String>,
+    /// A column of the table, or a formula, whose periods the value is averaged over, phase by phase: from one rise through
+    /// its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
+    pub phase: Option<String>,
     /// What is measured on it.
     pub kind: Kind,
     /// Time of `kind = "value"` [s]; level of `kind = "crossing"` and "period", in the unit of the value.

@@ -42,12 +42,16 @@ impl Check {
         tolerance: Tolerance,
         read_curve: impl Fn(&str) -> Result<Table>,
     ) -> Result<Outcome> {
+        let phase = self.phase.as_ref().map(|phase| series(history, "time", phase)).transpose()?;
         let own = series(history, "time", &self.value)?;
         let history = match other {
             Some(other) => own.minus(&series(other, "time", &self.value)?),
             None => own,
         };
-        let history = history.window(self.from, self.until);
+        let mut history = history.window(self.from, self.until);
+        if let Some(phase) = phase {
+            history = history.folded(&phase.window(self.from, self.until));
+        }
         let (computed, reference, deviation) = match &self.reference {
             Reference::Number(reference) => {
                 let computed = self.measure(&history);
@@ -157,6 +161,30 @@ mod tests {
             Ok(Table::parse(format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>()).as_bytes()).unwrap())
         };
         check.apply(&ringing(), None, check.tolerance, curve).unwrap()
+    }
+
+    /// sin ωt + ¼ cos 2ωt swings from −5/4 to 3/4; what goes on at another frequency, at two thirds of its strength, does not
+    /// count where it is averaged over eighty periods.
+    #[test]
+    fn what_has_another_period_is_averaged_away() {
+        let row = |n: u32| {
+            let t = f64::from(n) * 1e-3;
+            let [u, w] = [TAU * t / 0.1, 14.11 * TAU * t];
+            format!("{t},{},{}\n", 1.0 + u.sin(), u.sin() + 0.25 * (2.0 * u).cos() + 0.5 * w.sin())
+        };
+        let rows = (0..=8000).map(row).collect::<String>();
+        let table = Table::parse(format!("time [s],lift [N],drag [N]\n{rows}").as_bytes()).unwrap();
+        let measured = |kind: &str, phase: &str| {
+            let text = format!(
+                "[[check]]\nname = 'a'\nhistory = 'h'\nvalue = 'drag'\n{phase}kind = '{kind}'\nreference = 1.0\n\
+                 tolerance = {{ absolute = 0.01 }}\nsource = 's'"
+            );
+            let check = Expected::parse(&text).unwrap().checks.remove(0);
+            check.apply(&table, None, check.tolerance, |_| Ok(Table::default())).unwrap().computed.unwrap()
+        };
+        assert!((measured("amplitude", "phase = 'lift'\n") - 1.0).abs() < 0.01);
+        assert!((measured("midrange", "phase = 'lift'\n") + 0.25).abs() < 0.01);
+        assert!(measured("amplitude", "") > 1.3);
     }
 
     /// 0.3 e^(2t), and half of it.

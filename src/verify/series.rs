@@ -88,6 +88,22 @@ impl Series {
         Some((rises[count] - rises[0]) / count as f64)
     }
 
+    /// One period, the mean of all those from one rise of `clock` through its mean to the next; nothing with fewer than two
+    /// rises.
+    #[must_use]
+    pub fn folded(&self, clock: &Self) -> Self {
+        const PHASES: u32 = 360;
+        let rises = clock.mean().map(|level| clock.rises_through(level)).unwrap_or_default();
+        let Some(period) = clock.period(None) else { return Self::default() };
+        let mean = |phase: f64| {
+            let values = rises.windows(2).filter_map(|pair| self.at(pair[0] + phase * (pair[1] - pair[0])));
+            let (sum, count) = values.fold((0.0, 0.0), |(sum, count), y| (sum + y, count + 1.0));
+            (phase * period, sum / count)
+        };
+        let (x, y) = (0..PHASES).map(|n| mean(f64::from(n) / f64::from(PHASES))).unzip();
+        Self { x, y }
+    }
+
     /// The rate β of an oscillation whose amplitude falls like e^(−βx): a straight line through the
     /// logarithms of its successive maxima about the mean; `None` with fewer than two maxima.
     pub fn decay(&self) -> Option<f64> {
