@@ -112,11 +112,16 @@ impl<const D: usize> Particles<D> {
         self.spare = Spare { order, ..spare };
     }
 
+    /// Takes back the memory of an order.
+    pub(super) fn keep(&mut self, order: Vec<u32>) {
+        self.spare.order = order;
+    }
+
     /// Counts the particles of the elements into `first` and returns the particles in their order.
     ///
     /// Every thread orders a range of elements: it reads all element numbers, one after the other, and writes
     /// only its own part.
-    fn count_and_order(&mut self) -> Vec<u32> {
+    pub(super) fn count_and_order(&mut self) -> Vec<u32> {
         let elements = self.first.len() - 1;
         self.first.fill(0);
         for &e in self.element.iter().filter(|&&e| e != GONE) {

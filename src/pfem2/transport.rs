@@ -7,7 +7,7 @@
 //! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
 //! ```
 
-use super::convect::{self, Convected, Place, Projectiles, Streamlines};
+use super::convect::{self, Convected, Place, Projectiles, Streamlines, Walk};
 use super::correct;
 use super::implicit::{Implicit, Step};
 use super::inflow::Supply;
@@ -44,7 +44,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             projectiles: self.flying.contains(&true).then_some(rule),
         };
         let lines = Streamlines::new(mesh, &flow);
-        let fate = self.particles.convect(&lines, step.dt);
+        let fate = self.particles.carry(&lines, step.dt);
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         let (supply, sharp) = (&self.supply, self.sharp.as_ref());
         let fluid = |place: &Place<N>| fluid_at(mesh, &phases, sharp, place);
@@ -108,10 +108,12 @@ fn carried<const D: usize, const N: usize>(
     dt: f64,
     values: &[Vector<D>],
 ) -> Vec<Vector<D>> {
-    let at = |(node, x): (usize, &Vector<D>)| {
-        let Some(&element) = mesh.elements_around(node).first() else { return values[node] };
-        let foot = lines.trace(Place::of(mesh, element as usize, *x), dt, -1.0).place;
-        correct::at(&foot.shape, &mesh.elements()[foot.element], values)
+    let place = |(node, x): (usize, &Vector<D>)| {
+        let element = mesh.elements_around(node).first().map_or(0, |&e| e as usize);
+        Place::of(mesh, element, *x)
     };
-    mesh.nodes().par_iter().enumerate().map(at).collect()
+    let places: Vec<Place<N>> = mesh.nodes().par_iter().enumerate().map(place).collect();
+    let feet = lines.trace_all(&places, dt, -1.0);
+    let there = |walk: &Walk<N>| correct::at(&walk.place.shape, &mesh.elements()[walk.place.element], values);
+    feet.par_iter().map(there).collect()
 }

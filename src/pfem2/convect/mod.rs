@@ -70,6 +70,13 @@ impl std::ops::Add for Convected {
 impl<const D: usize> Particles<D> {
     /// Moves all particles along the streamlines for `dt` [s], drops those that leave, and sorts the rest.
     pub fn convect<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
+        let fate = self.carry(lines, dt);
+        self.sort();
+        fate
+    }
+
+    /// Moves all particles along the streamlines for `dt` [s]. [`Particles::sort`] has to follow.
+    pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
         let columns = self.position.par_chunks_mut(TASK).zip(self.element.par_chunks_mut(TASK));
@@ -85,9 +92,7 @@ impl<const D: usize> Particles<D> {
             travel(mesh, rates, [dt, 1.0], &mut group);
             group.fate
         });
-        let fate = moved.reduce(Convected::default, |a, b| a + b);
-        self.sort();
-        fate
+        moved.reduce(Convected::default, |a, b| a + b)
     }
 }
 
@@ -144,6 +149,33 @@ impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
     }
 }
 
+/// Places that are traced.
+struct Traces<'a, const D: usize, const N: usize> {
+    lines: &'a Streamlines<'a, D, N>,
+    sign: f64,
+    from: &'a [Place<N>],
+    walks: &'a mut [Walk<N>],
+    seen: usize,
+}
+
+impl<const D: usize, const N: usize> Travellers<N> for Traces<'_, D, N> {
+    #[inline(always)]
+    fn next(&mut self) -> Option<(usize, Place<N>)> {
+        let place = *self.from.get(self.seen)?;
+        self.seen += 1;
+        Some((self.seen - 1, place))
+    }
+
+    fn alone(&self, _: usize, from: Place<N>, rest: f64) -> Walk<N> {
+        self.lines.trace(from, rest, self.sign)
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, number: usize, walk: Walk<N>) {
+        self.walks[number] = walk;
+    }
+}
+
 /// The streamlines of a flow.
 pub struct Streamlines<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
@@ -161,6 +193,16 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     pub fn trace(&self, from: Place<N>, time: f64, sign: f64) -> Walk<N> {
         let mut stream = Stream { velocity: self.flow.velocity, sign };
         walk(self.mesh, &mut stream, from, time, |e, k| self.holds(e, k))
+    }
+
+    /// Follows the streamlines from many places, as [`Streamlines::trace`] does from one.
+    pub fn trace_all(&self, from: &[Place<N>], time: f64, sign: f64) -> Vec<Walk<N>> {
+        let mut walks: Vec<_> = from.iter().map(|&place| Walk { place, end: End::Inside, rest: time }).collect();
+        walks.par_chunks_mut(TASK).zip(from.par_chunks(TASK)).for_each(|(walks, from)| {
+            let mut traces = Traces { lines: self, sign, from, walks, seen: 0 };
+            travel(self.mesh, &self.rates, [time, sign], &mut traces);
+        });
+        walks
     }
 
     fn fly(

@@ -21,7 +21,7 @@ mod tests;
 
 pub use elements::refill;
 
-use super::convect::{End, Place, Streamlines};
+use super::convect::{End, Place, Streamlines, Walk};
 use super::correct::at;
 use super::particles::{GONE, Particles};
 use crate::math::Vector;
@@ -97,14 +97,14 @@ pub struct Reseeded {
 }
 
 /// A change of the columns.
-enum Edit<const D: usize> {
-    Add { position: Vector<D>, velocity: Vector<D>, fluid: u8, depth: f64, element: u32, inflow: bool },
+enum Edit<const N: usize> {
+    Add(Place<N>),
     Merge { keep: usize, drop: usize },
     Drop { particle: usize },
 }
 
 impl<const D: usize> Particles<D> {
-    /// Fills what is empty and thins out what is crowded, before the projection; `density` is that of sub-cells.
+    /// Fills what is empty and thins out what is crowded, before the projection, and sorts; `density` is that of sub-cells.
     pub fn reseed<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
@@ -112,82 +112,65 @@ impl<const D: usize> Particles<D> {
         density: Density,
         origin: &Origin<D, N>,
     ) -> Reseeded {
+        let order = self.count_and_order();
         let edits = |e: usize| match reseeding {
-            Reseeding::SubCells => self.edits(mesh, e, density, origin),
-            Reseeding::Elements => self.edits_of_element(mesh, e, origin),
+            Reseeding::SubCells => self.edits(mesh, e, &order[self.of(e)], density),
+            Reseeding::Elements => edits_of_element::<D, N>(e, &order[self.of(e)]),
         };
-        let edits: Vec<Edit<D>> =
+        let edits: Vec<Edit<N>> =
             (0..mesh.elements().len()).into_par_iter().with_min_len(256).flat_map_iter(edits).collect();
         let empty = self.first().windows(2).filter(|bounds| bounds[0] == bounds[1]).count();
-        let mut done = Reseeded { empty, ..Reseeded::default() };
-        for edit in &edits {
-            self.apply(edit, &mut done);
-        }
-        if !edits.is_empty() {
-            self.sort();
+        self.keep(order);
+        let places = edits.iter().filter_map(|edit| if let Edit::Add(place) = edit { Some(*place) } else { None });
+        let added = self.fill(mesh, &places.collect::<Vec<_>>(), origin);
+        let merged = edits.iter().filter(|edit| self.thin(edit)).count();
+        self.sort();
+        Reseeded { merged, empty, ..added }
+    }
+
+    /// Puts new particles at places.
+    fn fill<const N: usize>(&mut self, mesh: &Mesh<D, N>, places: &[Place<N>], origin: &Origin<D, N>) -> Reseeded {
+        let mut done = Reseeded { added: places.len(), ..Reseeded::default() };
+        for (place, (newcomer, inflow)) in places.iter().zip(origin.newcomers(mesh, places)) {
+            self.push(place.position(mesh), newcomer.velocity, newcomer.fluid, place.element as u32);
+            self.depth[self.position.len() - 1] = newcomer.depth;
+            done.inflow += usize::from(inflow);
         }
         done
     }
 
-    fn apply(&mut self, edit: &Edit<D>, done: &mut Reseeded) {
+    /// Makes one particle of two, or drops one; false where one is to be added.
+    fn thin<const N: usize>(&mut self, edit: &Edit<N>) -> bool {
         match *edit {
-            Edit::Add { position, velocity, fluid, depth, element, inflow } => {
-                self.push(position, velocity, fluid, element);
-                self.depth[self.position.len() - 1] = depth;
-                done.added += 1;
-                done.inflow += usize::from(inflow);
-            }
+            Edit::Add(_) => return false,
             Edit::Merge { keep, drop } => {
                 self.position[keep] = (self.position[keep] + self.position[drop]) * 0.5;
                 self.velocity[keep] = (self.velocity[keep] + self.velocity[drop]) * 0.5;
                 self.depth[keep] = (self.depth[keep] + self.depth[drop]) * 0.5;
                 self.element[drop] = GONE;
-                done.merged += 1;
             }
-            Edit::Drop { particle } => {
-                self.element[particle] = GONE;
-                done.merged += 1;
-            }
+            Edit::Drop { particle } => self.element[particle] = GONE,
         }
+        true
     }
 
-    /// By elements: a few particles where there are too few, none above the most.
-    fn edits_of_element<const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        element: usize,
-        origin: &Origin<D, N>,
-    ) -> Vec<Edit<D>> {
-        let own = self.of(element);
-        if own.len() < elements::least::<D>() {
-            let add = |shape| newcomer(mesh, &Place { element, shape }, origin);
-            return elements::before::<N>().into_iter().map(add).collect();
-        }
-        own.skip(elements::most::<D>()).map(|particle| Edit::Drop { particle }).collect()
-    }
-
-    fn edits<const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        element: usize,
-        density: Density,
-        origin: &Origin<D, N>,
-    ) -> Vec<Edit<D>> {
-        let own = self.of(element);
-        let cells = |p: usize| sub_cells(&mesh.shape_functions(element, self.position[p]));
+    /// By sub-cells, where an element holds the particles `own`.
+    fn edits<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize, own: &[u32], density: Density) -> Vec<Edit<N>> {
+        let cells = |p: u32| sub_cells(&mesh.shape_functions(element, self.position[p as usize]));
         let mut count = [0usize; 8];
-        for cells in own.clone().map(cells) {
+        for cells in own.iter().map(|&p| cells(p)) {
             (0..1 << D).for_each(|cell| count[cell] += usize::from(cells >> cell & 1));
         }
         let mut edits = Vec::new();
         for (cell, &count) in count[..1 << D].iter().enumerate() {
             let place = Place { element, shape: center(cell) };
             if count == 0 && own.len() < density.nominal {
-                edits.push(newcomer(mesh, &place, origin));
+                edits.push(Edit::Add(place));
             }
             if count > density.most {
-                let members = own.clone().filter(|&p| cells(p) >> cell & 1 == 1 && !merges(&edits, p));
-                self.merge(members.collect(), density.most, place.position(mesh), &mut edits);
+                let members = own.iter().filter(|&&p| cells(p) >> cell & 1 == 1).map(|&p| p as usize);
+                let members = members.filter(|&p| !merges(&edits, p)).collect();
+                self.merge(members, density.most, place.position(mesh), &mut edits);
             }
         }
         edits
@@ -195,7 +178,7 @@ impl<const D: usize> Particles<D> {
 
     /// Merges the closest pairs of one fluid until `most` are left, each particle at most once; of pairs that are
     /// equally close, the one whose middle is nearest to the centre of the sub-cell [m].
-    fn merge(&self, mut members: Vec<usize>, most: usize, center: Vector<D>, edits: &mut Vec<Edit<D>>) {
+    fn merge<const N: usize>(&self, mut members: Vec<usize>, most: usize, center: Vector<D>, edits: &mut Vec<Edit<N>>) {
         let distance = |&(a, b): &(usize, usize)| (self.position[a] - self.position[b]).norm_squared();
         let aside = |&(a, b): &(usize, usize)| ((self.position[a] + self.position[b]) * 0.5 - center).norm_squared();
         let mut left = members.len();
@@ -212,22 +195,34 @@ impl<const D: usize> Particles<D> {
     }
 }
 
+/// By elements: a few particles where there are too few, none above the most.
+fn edits_of_element<const D: usize, const N: usize>(element: usize, own: &[u32]) -> Vec<Edit<N>> {
+    if own.len() < elements::least::<D>() {
+        return elements::before::<N>().into_iter().map(|shape| Edit::Add(Place { element, shape })).collect();
+    }
+    own.iter().skip(elements::most::<D>()).map(|&p| Edit::Drop { particle: p as usize }).collect()
+}
+
 /// True if a particle is about to be merged.
-fn merges<const D: usize>(edits: &[Edit<D>], particle: usize) -> bool {
+fn merges<const N: usize>(edits: &[Edit<N>], particle: usize) -> bool {
     edits.iter().any(|edit| matches!(*edit, Edit::Merge { keep, drop } if keep == particle || drop == particle))
 }
 
-/// A new particle, with what it brings from the foot of its streamline.
-fn newcomer<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, origin: &Origin<D, N>) -> Edit<D> {
-    let (position, element) = (place.position(mesh), place.element as u32);
-    let (Newcomer { velocity, mut fluid, mut depth }, inflow) = origin.of(mesh, place, origin.dt);
-    if let Some(before) = origin.before(mesh, place).filter(|_| !inflow) {
-        (fluid, depth) = (before.fluid, before.depth);
-    }
-    Edit::Add { position, velocity, fluid, depth, element, inflow }
-}
-
 impl<const D: usize, const N: usize> Origin<'_, D, N> {
+    /// What new particles at the end of the step bring from the feet of their streamlines, and whether they came in since
+    /// its start.
+    fn newcomers(&self, mesh: &Mesh<D, N>, places: &[Place<N>]) -> Vec<(Newcomer<D>, bool)> {
+        let feet = self.lines.trace_all(places, self.dt, -1.0);
+        let newcomer = |(place, foot): (&Place<N>, &Walk<N>)| {
+            let (mut newcomer, inflow) = self.at_foot(mesh, foot);
+            if let Some(before) = self.before(mesh, place).filter(|_| !inflow) {
+                (newcomer.fluid, newcomer.depth) = (before.fluid, before.depth);
+            }
+            (newcomer, inflow)
+        };
+        places.par_iter().zip(&feet).map(newcomer).collect()
+    }
+
     /// What came in before the step and is now at a place of the same element: where steps are so short that no streamline
     /// reaches the inlet, an element there would for ever be filled with what it already holds.
     fn before(&self, mesh: &Mesh<D, N>, place: &Place<N>) -> Option<Newcomer<D>> {
@@ -250,7 +245,10 @@ impl<const D: usize, const N: usize> Origin<'_, D, N> {
 
     /// What is at a place some `time` [s] after the start of the step, and whether it came in since.
     pub fn of(&self, mesh: &Mesh<D, N>, place: &Place<N>, time: f64) -> (Newcomer<D>, bool) {
-        let foot = self.lines.trace(*place, time, -1.0);
+        self.at_foot(mesh, &self.lines.trace(*place, time, -1.0))
+    }
+
+    fn at_foot(&self, mesh: &Mesh<D, N>, foot: &Walk<N>) -> (Newcomer<D>, bool) {
         let inflow = match foot.end {
             End::Boundary(k) => (self.inflow)(&foot.place, k, foot.rest),
             _ => None,
