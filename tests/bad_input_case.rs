@@ -183,7 +183,10 @@ fn overrides_are_checked_as_the_file_is() {
             other => panic!("{other:?}"),
         }
     };
-    assert!(set("time.end", "1 kg").contains("`time.end`: expected a time (s), found a mass (kg)"));
+    assert!(set("time.end", "1 kg").contains("`--set time.end=1 kg`: expected a time (s), found a mass (kg)"));
+    assert!(set("body[0].spacing", "1 kg").contains("`--set body[0].spacing=1 kg`: expected a length"));
+    let law = set("body[0].material", "{ law = 'wood' }");
+    assert!(law.contains("`--set body[0].material={ law = 'wood' }`: `body[0].material.law`: unknown name"), "{law}");
     assert!(set("body[7].spacing", "1").contains("there is no `7` to set"));
     assert!(set("body.watr.spacing", "1").contains("there is no `watr` to set"));
     assert!(set("mpm.kernl", "linear").contains("did you mean `kernel`?"));

@@ -93,8 +93,24 @@ pub struct Case {
     /// Where it comes from.
     pub source: Source,
     places: BTreeMap<String, Range<usize>>,
-    /// Keys that were set from outside.
-    overridden: Vec<String>,
+    /// What was set from outside.
+    overridden: Vec<Override>,
+}
+
+/// A key that was set from outside.
+#[derive(Debug, Clone)]
+struct Override {
+    /// The key's path.
+    key: String,
+    /// As it was asked for.
+    option: String,
+}
+
+impl Override {
+    /// True if a key is the one that was set, or a part of its value.
+    fn holds(&self, key: &str) -> bool {
+        key.strip_prefix(&self.key).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    }
 }
 
 /// Reads the case at `path`; `overrides` are pairs such as `("body[0].spacing", "1 mm")`.
@@ -112,19 +128,18 @@ impl Case {
     /// Everything that is wrong with the case ([`Error::Case`]).
     pub fn read(source: Source, overrides: &[(String, String)]) -> Result<Self> {
         let mut tree = tree::Node::parse(&source.text).map_err(Error::Case)?;
+        let mut overridden = Vec::new();
         for (path, value) in overrides {
-            tree.set(path, value).map_err(|message| Error::case(Diagnostic::error("", message)))?;
+            let key = tree.set(path, value).map_err(|message| Error::case(Diagnostic::error("", message)))?;
+            overridden.push(Override { key, option: format!("--set {path}={value}") });
         }
         let places = tree.places();
         let mut findings = Vec::new();
         let file = read_tree(&tree, &source.base, &mut findings);
         match file {
-            Some(file) if findings.is_empty() => {
-                let overridden = overrides.iter().map(|(key, _)| key.clone()).collect();
-                Ok(Self { file, source, places, overridden })
-            }
+            Some(file) if findings.is_empty() => Ok(Self { file, source, places, overridden }),
             _ => {
-                locate(&places, &mut findings);
+                locate(&places, &overridden, &mut findings);
                 findings.sort_by_key(|f| f.span.as_ref().map_or(usize::MAX, |s| s.start));
                 Err(Error::Case(findings))
             }
@@ -155,19 +170,27 @@ impl Case {
 
     /// Adds places to findings that only know their key.
     pub fn locate(&self, findings: &mut [Diagnostic]) {
-        locate(&self.places, findings);
+        locate(&self.places, &self.overridden, findings);
     }
 
     /// True if the key was given, and not filled in.
     fn says(&self, key: &str) -> bool {
-        self.places.contains_key(key) || self.overridden.iter().any(|set| set == key)
+        self.places.contains_key(key) || self.overridden.iter().any(|set| set.key == key)
     }
 }
 
-/// Adds places to findings that only know their key: that of the key, or of the nearest key above it.
-fn locate(places: &BTreeMap<String, Range<usize>>, findings: &mut [Diagnostic]) {
+/// Adds places to findings that only know their key: the option that set it, or the place of the key, or of the nearest
+/// key above it.
+fn locate(places: &BTreeMap<String, Range<usize>>, overridden: &[Override], findings: &mut [Diagnostic]) {
     let above = |key: &str| key.rfind(['.', '[']).unwrap_or(0);
     for finding in findings.iter_mut().filter(|f| f.span.is_none()) {
+        if let Some(set) = overridden.iter().rev().find(|set| set.holds(&finding.key)) {
+            if finding.key != set.key {
+                finding.message = format!("`{}`: {}", finding.key, finding.message);
+            }
+            finding.key.clone_from(&set.option);
+            continue;
+        }
         let keys = std::iter::successors(Some(finding.key.as_str()), |key| Some(&key[..above(key)]));
         finding.span = keys.take_while(|key| !key.is_empty()).find_map(|key| places.get(key).cloned());
     }

@@ -122,16 +122,18 @@ impl Node {
     }
 
     /// Sets the value at a path such as `time.end`, `body[0].spacing` or `body.water.spacing`
-    /// (an element of a list by its index, its `name`, or the part of the boundary that it is `on`).
-    pub(super) fn set(&mut self, path: &str, value: &str) -> Result<(), String> {
+    /// (an element of a list by its index, its `name`, or the part of the boundary that it is `on`). Returns the key,
+    /// with elements by their index.
+    pub(super) fn set(&mut self, path: &str, value: &str) -> Result<String, String> {
         let bracketless = path.replace('[', ".").replace(']', "");
-        let mut node = self;
+        let (mut node, mut key) = (self, String::new());
         for step in bracketless.split('.').map(str::trim) {
             let known = node.members();
-            node = node.descend(step).ok_or_else(|| format!("`--set {path}`: there is no `{step}` to set{known}"))?;
+            let found = node.descend(step, &key);
+            (node, key) = found.ok_or_else(|| format!("`--set {path}`: there is no `{step}` to set{known}"))?;
         }
         *node = Self::parse_value(value);
-        Ok(())
+        Ok(key)
     }
 
     /// What an element of a list may be called.
@@ -154,12 +156,13 @@ impl Node {
         format!("; there are 0 to {}{}", items.len() - 1, names.collect::<String>())
     }
 
-    fn descend(&mut self, step: &str) -> Option<&mut Self> {
+    /// What `step` leads to from here, where `key` has led, and its key.
+    fn descend(&mut self, step: &str, key: &str) -> Option<(&mut Self, String)> {
         match &mut self.value {
             Value::Array(items) => {
                 let by_name = |n: &Self| n.names().contains(&step);
                 let index = step.parse().ok().or_else(|| items.iter().position(by_name))?;
-                items.get_mut(index)
+                Some((items.get_mut(index)?, format!("{key}[{index}]")))
             }
             Value::Table(_) if step.is_empty() => None,
             Value::Table(entries) => {
@@ -168,7 +171,7 @@ impl Node {
                     entries.push(Entry { key: step.to_owned(), key_span: None, node });
                     entries.len() - 1
                 });
-                Some(&mut entries[index].node)
+                Some((&mut entries[index].node, join(key, step)))
             }
             _ => None,
         }
