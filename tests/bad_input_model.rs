@@ -171,6 +171,74 @@ fn walls_slide_along_themselves() {
 }
 
 #[test]
+fn walls_of_the_grid_move_along_themselves() {
+    let wall = |velocity: &str| {
+        let wall = format!("bottom = {{ kind = \"slip\", velocity = {velocity} }}");
+        POINTS.replace("bottom = \"slip\"", &wall)
+    };
+    model(&wall("[\"sin(t)\", 0]")).expect("a belt");
+    expect(&wall("[0, 1]"), "[0, 1]", "can only move along itself", "`[[obstacle]]`");
+    expect(&wall("[0, \"sin(t)\"]"), "[0, \"sin(t)\"]", "can only move along itself", "`[[obstacle]]`");
+}
+
+#[test]
+fn bodies_of_one_group_have_one_contact() {
+    let body = &POINTS[POINTS.find("[[body]]").unwrap()..POINTS.find("[[obstacle]]").unwrap()];
+    let other = |name: &str, from: &str, to: &str| {
+        body.replace("block", name).replace("0.4]", &format!("{from}]")).replace("0.6]", &format!("{to}]"))
+    };
+    let grouped = POINTS.replace("spacing", "group = \"pair\"\nspacing");
+    let lid = other("lid", "0.6", "0.8").replace("spacing", "group = \"pair\"\nspacing");
+    let text = format!("{grouped}{lid}{}", other("floor", "0.2", "0.4"));
+    let contact =
+        |a: &str, b: &str, friction: f64| format!("[[contact]]\nbetween = [\"{a}\", \"{b}\"]\nfriction = {friction}\n");
+    let first = contact("block", "floor", 0.1);
+    model(&format!("{text}{first}{}", contact("floor", "lid", 0.1))).expect("the same friction");
+    let both = format!("{text}{first}{}", contact("floor", "lid", 0.2));
+    expect(&both, "[\"floor\", \"lid\"]", "contact[0] says something else", "part the group");
+    let within = format!("{text}{}", contact("block", "lid", 0.2));
+    expect(&within, "[\"block\", \"lid\"]", "are of one group", "take the contact out");
+}
+
+#[test]
+fn probes_have_no_keys_without_effect() {
+    let probe = |keys: &str| format!("{POINTS}[[probe]]\nname = \"p\"\nof = \"block\"\n{keys}\n");
+    let places = "quantity = \"pressure\"\nreduce = \"center-of-mass\"";
+    expect(&probe(places), "\"pressure\"", "looks at places alone", "`mean`");
+    expect(&probe("component = \"x\"\nreduce = \"top\""), "\"x\"", "looks at places alone", "take it away");
+    let below = "reduce = \"mean\"\nwithin = { lower = [0.5, 0.5], upper = [0.6, 0.4] }";
+    expect(&probe(below), "{ lower = [0.5", "must be below", "nothing is in such a box");
+    let depth = "reduce = \"mean\"\nquantity = \"velocity\"\ncomponent = \"z\"";
+    expect(&probe(depth), "\"z\"", "no `z` in two dimensions", "x or y");
+    expect(&probe("reduce = \"top\"\naxis = \"z\""), "\"z\"", "no `z` in two dimensions", "x or y");
+}
+
+#[test]
+fn conditions_have_a_place_and_fluids_have_particles() {
+    expect(&FLOW.replace("[\"left\", \"right\"]", "[]"), "[]", "names no part of the boundary", "`left`");
+    let drop = "[[body]]\nname = \"drop\"\nregion = { shape = \"sphere\", center = [0.52, 0.53], radius = 1e-3 }\n\
+                material = { law = \"newtonian\", density = 900, viscosity = 1 }\n[[body]]";
+    expect(
+        &FLOW.replacen("[[body]]", drop, 1),
+        "{ shape = \"sphere\"",
+        "no particles are in this region",
+        "between particles",
+    );
+    let stripe = |n: usize| {
+        format!(
+            "[[body]]\nname = \"b{n}\"\nregion = {{ shape = \"box\", lower = [-1, {}], upper = [2, {}] }}\n\
+             material = {{ law = \"newtonian\", density = 900, viscosity = 1 }}\n",
+            n as f64 / 256.0,
+            (n + 1) as f64 / 256.0
+        )
+    };
+    let (head, tail) = (FLOW.find("[[body]]").unwrap(), FLOW.find("[[boundary]]").unwrap());
+    let stripes: String = (0..257).map(stripe).collect();
+    let many = format!("{}{stripes}{}", &FLOW[..head], &FLOW[tail..]);
+    expect(&many, "[[body]]", "at most 256 bodies", "join those of one material");
+}
+
+#[test]
 fn the_state_at_the_start_has_no_time() {
     for text in [FLOW, POINTS] {
         let moving = text.replacen("[[body]]\n", "[[body]]\nvelocity = [\"sin(t)\", 0]\n", 1);

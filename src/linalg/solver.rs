@@ -243,13 +243,16 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    /// Turns to what may succeed where a fresh preconditioner failed; says whether there is something.
+    /// Turns to what may succeed where a fresh preconditioner failed; says whether there is something. Factors are of the
+    /// symmetric part: where the rest rules, multigrid takes over.
     fn next_method(&mut self) -> bool {
-        let automatic = self.options.kind == Kind::Auto && allows_direct::<B>(self.pattern.rows());
+        let automatic = self.options.kind == Kind::Auto;
+        let rows = self.pattern.rows();
         self.method = match self.method {
             Method::Single => Method::Double,
-            Method::Iterative if automatic && self.analysis.is_none() => Method::Single,
-            other => return other != self.method,
+            Method::Double if automatic && suits_direct::<B>(rows) => Method::Iterative,
+            Method::Iterative if automatic && allows_direct::<B>(rows) && self.analysis.is_none() => Method::Single,
+            _ => return false,
         };
         true
     }

@@ -90,7 +90,8 @@ impl<const D: usize> Coupling<D> {
         step: &Step,
         timer: &mut Timer,
     ) -> Result<(), StepError> {
-        let count = self.substeps(step.dt);
+        // Where a short step follows a long one, the momentum takes half of both: the longer of the two has to be stable.
+        let count = self.substeps(step.dt.max(step.momentum_dt));
         let Self { membranes, contact, passes, .. } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();

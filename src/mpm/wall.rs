@@ -35,6 +35,11 @@ const NORMAL_STEP: f64 = 1e-3;
 /// be left out because of how −0.3 + 6 · 0.05 is rounded.
 const ON_SURFACE: f64 = 1e-6;
 
+/// Nodes up to this far outside an obstacle that bodies may leave [cells] stop them too, where the gap closes: of the nodes
+/// on both sides of its surface the nearer ones. What lies on a surface just below a row of nodes has an eighth of its weight, or less, at
+/// the nodes in the obstacle, which can't hold it: it sank, was thrown out, and came back with more.
+const NEAR: f64 = 0.5;
+
 /// Something rigid that grid nodes meet.
 #[derive(Debug)]
 struct Boundary {
@@ -241,9 +246,11 @@ impl<const D: usize> Walls<D> {
         conditions
     }
 
-    /// The outward normal of an obstacle at `x`, if `x` is inside or, up to round-off, on its surface.
+    /// The outward normal of an obstacle at `x`, if `x` is inside or, up to round-off, on its surface; or near it, if bodies
+    /// may leave it.
     fn obstacle_normal(&self, obstacle: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
-        if self.obstacle_distance(obstacle, x) > ON_SURFACE * cell {
+        let near = if self.boundaries[2 * D + obstacle].kind.binds() { 0.0 } else { NEAR };
+        if self.obstacle_distance(obstacle, x) > (near + ON_SURFACE) * cell {
             return None;
         }
         let step = NORMAL_STEP * cell;

@@ -7,7 +7,8 @@
 //! surface      σ A
 //! ```
 //!
-//! Powers are taken at both ends of a step with the weights 1 − θ and θ. What they don't explain is booked as
+//! Powers and forces are taken with the weights of the step: θ at its end, β₁ at its start, β₂ at the start of the one
+//! before (see `step`). What they don't explain is booked as
 //! numerical dissipation: of the transport by particles, of the time integration and of the stabilisation.
 
 use super::implicit::Implicit;
@@ -90,7 +91,7 @@ pub struct Powers {
 pub struct Books {
     /// Works, then impulse: one column of a checkpoint.
     pub entries: Vec<f64>,
-    /// Powers and forces at the end of the last step: one column of a checkpoint.
+    /// Powers and forces at the end of the last step, then those of the step before: one column of a checkpoint.
     pub last: Vec<f64>,
     /// Kinetic and surface energy at the start [J].
     pub start: Vec<f64>,
@@ -99,7 +100,7 @@ pub struct Books {
 impl Books {
     /// Opens the books with the energy at the start [J].
     pub fn open(energy: f64) -> Self {
-        Self { entries: vec![0.0; 6], last: vec![0.0; 6], start: vec![energy] }
+        Self { entries: vec![0.0; 6], last: vec![0.0; 12], start: vec![energy] }
     }
 
     /// Work of gravity since the start [J].
@@ -109,14 +110,15 @@ impl Books {
 
     /// Notes the powers and the outer force at the start, of which the first step takes its explicit share.
     pub fn begin(&mut self, powers: Powers, force: [f64; 3]) {
-        self.last = entries(powers, force).to_vec();
+        self.last = [entries(powers, force); 2].concat();
     }
 
-    /// Books a step of `dt` with implicit share `theta` and the powers and outer force at its end.
-    pub fn add(&mut self, [dt, theta]: [f64; 2], powers: Powers, force: [f64; 3]) {
+    /// Books a step of `dt` with the powers and the outer force at its end; `shares` are θ, β₁ and β₂.
+    pub fn add(&mut self, dt: f64, shares: [f64; 3], powers: Powers, force: [f64; 3]) {
+        let (last, earlier) = self.last.split_at_mut(6);
         for (k, now) in entries(powers, force).into_iter().enumerate() {
-            self.entries[k] += dt * ((1.0 - theta) * self.last[k] + theta * now);
-            self.last[k] = now;
+            self.entries[k] += dt * (shares[0] * now + shares[1] * last[k] + shares[2] * earlier[k]);
+            (earlier[k], last[k]) = (last[k], now);
         }
     }
 

@@ -86,8 +86,11 @@ impl Phases<'_> {
         if own.iter().any(|&fluid| fluid != first && fluid != second) {
             return Filling::Mixed(self.mean(nodes));
         }
-        let heavy_first = self.density[first] >= self.density[second];
-        let pair = if heavy_first { [first, second] } else { [second, first] };
+        let pair = match self.density.len() {
+            2 => <[usize; 2]>::from(self.pair()),
+            _ if self.density[first] >= self.density[second] => [first, second],
+            _ => [second, first],
+        };
         let level = nodes.map(|node| self.level_of(node as usize, pair));
         match is_cut(&level) {
             true => Filling::Cut(pair, level),
@@ -174,6 +177,14 @@ mod tests {
         assert_eq!(phases.filling(&[1, 2, 3]), Filling::Pure(0));
         assert_eq!(phases.filling(&[0, 1, 2]), Filling::Cut([1, 0], [-1.0, 1.0, 0.5]));
         assert_eq!(phases.filling(&[0, 1, 0]), Filling::Cut([1, 0], [-1.0, 1.0, -1.0]));
+    }
+
+    #[test]
+    fn of_two_equally_heavy_fluids_the_first_is_where_the_level_set_is_negative() {
+        let phases = Phases { density: &[2.0; 2], fraction: &[], level: &[-1.0, 1.0, 0.5] };
+        assert_eq!([phases.at(0), phases.at(1)], [0, 1]);
+        assert_eq!(phases.filling(&[0, 1, 2]), Filling::Cut([0, 1], [-1.0, 1.0, 0.5]));
+        assert_eq!(phases.filling(&[2, 0, 1]), Filling::Cut([0, 1], [0.5, -1.0, 1.0]));
     }
 
     #[test]

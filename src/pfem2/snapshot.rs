@@ -166,6 +166,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("books/last", Column::new(&mut pfem.books.last));
     visit("books/start", Column::new(&mut pfem.books.start));
     visit("forces", Column::new(&mut pfem.forces));
+    visit("forces/earlier", Column::new(&mut pfem.earlier_forces));
     let mut clock = vec![pfem.dt_before];
     visit("dt", Column::new(&mut clock));
     pfem.dt_before = clock.first().copied().unwrap_or(0.0);

@@ -75,7 +75,9 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) parts: Vec<Part<D>>,
     /// Forces of the fluid on the parts at the end of the last step [N].
     pub(super) forces: Vec<Vector<D>>,
-    /// Their means over the last step [N], with the shares that the step takes of its start and its end.
+    /// Those at the end of the step before [N].
+    pub(super) earlier_forces: Vec<Vector<D>>,
+    /// Their means over the last step [N], with the shares that the step takes of them.
     pub(super) mean_forces: Vec<Vector<D>>,
     /// Where fluids meet after the last step.
     pub(super) outline: Outline,
@@ -207,6 +209,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             relaxation: setup.relaxation,
             courant: setup.courant,
             forces: vec![Vector::ZERO; parts.len()],
+            earlier_forces: vec![Vector::ZERO; parts.len()],
             mean_forces: vec![Vector::ZERO; parts.len()],
             parts,
             outline: Outline::default(),
@@ -347,12 +350,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Forces on the boundary, and the books.
     fn account(&mut self, step: Step, convected: &[Vector<D>]) {
+        let [last, earlier] = self.explicit_shares(step);
         let before = self.forces.clone();
         let (powers, outside) = self.push(step, convected);
-        let both = before.iter().zip(&self.forces);
-        self.mean_forces = both.map(|(start, end)| *start * (1.0 - step.theta) + *end * step.theta).collect();
+        let all = self.earlier_forces.iter().zip(&before).zip(&self.forces);
+        self.mean_forces = all.map(|((f0, f1), f2)| *f0 * earlier + *f1 * last + *f2 * step.theta).collect();
+        self.earlier_forces = before;
         self.trace_interface();
-        self.books.add([step.dt, step.theta], powers, outside);
+        self.books.add(step.dt, [step.theta, last, earlier], powers, outside);
     }
 
     /// Finds the forces on the parts, and the powers and the force from outside, at the end of a step.

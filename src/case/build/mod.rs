@@ -218,7 +218,13 @@ impl Assembly<'_> {
         };
         let (kind, velocity) = spec.parts();
         let samples = Samples::over(&nodes_of_side(grid, dimension, axis, upper), self.case.file.time.end);
-        Wall { kind, velocity: self.signals(&format!("grid.walls.{name}.velocity"), &velocity, &samples) }
+        let velocity = self.signals(&format!("grid.walls.{name}.velocity"), &velocity, &samples);
+        if !velocity[axis].is_zero() {
+            let message = "a wall of the domain stays at the end of the grid: it can only move along itself";
+            let finding = Diagnostic::error(format!("grid.walls.{name}.velocity"), message);
+            self.findings.push(finding.help("let an `[[obstacle]]` with this velocity push instead"));
+        }
+        Wall { kind, velocity }
     }
 
     fn obstacle(&mut self, index: usize) -> Option<Obstacle> {

@@ -54,6 +54,9 @@ impl Samples {
 
     /// The first place and time where `signal` is not finite, or where a pole is.
     fn undefined(&self, signal: &Signal) -> Option<([f64; 3], f64)> {
+        if self.places.is_empty() {
+            return None;
+        }
         let (times, most) = match signal.is_steady() {
             true => (&self.times[..1], self.places.len()),
             false => (&self.times[..], MOST),

@@ -20,6 +20,15 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
         let mut wrong = |message: String, help: &str| {
             findings.push(Diagnostic::error(format!("contact[{i}].between"), message).help(help));
         };
+        let together = |name: &str| {
+            let group = file.body.iter().find(|body| body.name == name).and_then(|body| body.group.as_deref());
+            group.map_or((name.to_owned(), false), |group| (group.to_owned(), true))
+        };
+        let sides = [first, second].map(together);
+        let other = file.contact[..i].iter().position(|other| {
+            let others = other.between.each_ref().map(|name| together(name));
+            (others == sides || others == [sides[1].clone(), sides[0].clone()]) && other.friction != contact.friction
+        });
         let twin = file.contact[..i].iter().position(|other| other.between.iter().all(|n| contact.between.contains(n)));
         if first == second {
             wrong("contact of a part with itself".to_owned(), "name two different parts");
@@ -29,6 +38,15 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
         } else if let Some(twin) = twin {
             let message = format!("this pair already has a contact, contact[{twin}]");
             wrong(message, "a pair has one friction: take one of them out");
+        } else if sides[0] == sides[1] {
+            let message = format!("`{first}` and `{second}` are of one group: they share a velocity and don't meet");
+            wrong(message, "take the contact out, or take one of them out of the group");
+        } else if let Some(other) = other {
+            let message = format!("contact[{other}] says something else of the same groups");
+            wrong(
+                message,
+                "bodies of one group share a velocity, and so one friction: say the same, or part the group",
+            );
         }
     }
 }

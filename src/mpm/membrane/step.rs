@@ -55,12 +55,12 @@ impl<const D: usize> Membrane<D> {
     pub fn advance_velocity(&mut self, t: f64, dt: f64) {
         self.momentum_dt = dt;
         std::mem::swap(&mut self.before, &mut self.velocity);
-        let mut velocity = std::mem::take(&mut self.velocity);
+        let (mut velocity, drag) = (std::mem::take(&mut self.velocity), self.drag());
         velocity.par_chunks_mut(NODES).enumerate().for_each(|(chunk, velocity)| {
             for (i, v) in velocity.iter_mut().enumerate() {
                 let k = chunk * NODES + i;
                 let force = self.element_force[k] + self.pressure.at(k);
-                *v = self.before[k] + (force * (1.0 / self.mass[k]) + self.body_acceleration(k, t)) * dt;
+                *v = self.before[k] + (force * (1.0 / self.mass[k]) + self.body_acceleration(k, t, drag)) * dt;
             }
         });
         self.velocity = velocity;
@@ -115,8 +115,15 @@ impl<const D: usize> Membrane<D> {
 
     /// Gravity and mass-proportional damping of node `k` [m/s²].
     #[inline(always)]
-    fn body_acceleration(&self, k: usize, t: f64) -> Vector<D> {
-        self.gravity_at(k, t) - self.before[k] * self.mass_damping
+    fn body_acceleration(&self, k: usize, t: f64, drag: f64) -> Vector<D> {
+        self.gravity_at(k, t) - self.before[k] * drag
+    }
+
+    /// What mass-proportional damping c takes of a velocity, (1 − e^(−cΔt))/Δt [1/s]: exact for a sheet that nothing else
+    /// acts on, however large the step.
+    fn drag(&self) -> f64 {
+        let dt = self.momentum_dt;
+        if self.mass_damping > 0.0 && dt > 0.0 { -(-self.mass_damping * dt).exp_m1() / dt } else { self.mass_damping }
     }
 
     /// Contact force on node `k` in this step [N].
@@ -157,9 +164,13 @@ impl<const D: usize> Membrane<D> {
     /// Adds the work and impulse of every force of this step, with the mean velocity.
     fn book(&mut self, t: f64) {
         let (dt, nodes) = (self.momentum_dt, self.mass.len());
-        let work =
-            parallel::reduce(nodes, |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, t))), Work::and)
-                .unwrap_or_default();
+        let drag = self.drag();
+        let work = parallel::reduce(
+            nodes,
+            |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, t, drag))),
+            Work::and,
+        )
+        .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
         let books = &mut self.books[0];
         books.elements += work.elements * dt;
@@ -178,11 +189,11 @@ impl<const D: usize> Membrane<D> {
 
     /// Power of the forces on node `k`.
     #[inline(always)]
-    fn work(&self, k: usize, t: f64) -> Work<D> {
+    fn work(&self, k: usize, t: f64, drag: f64) -> Work<D> {
         let (old, new, m) = (self.before[k], self.velocity[k], self.mass[k]);
         let mean = (old + new) * 0.5;
         let (element, contact, pressure) = (self.element_force[k], self.contact_at(k), self.pressure.at(k));
-        let (weight, drag) = (self.gravity_at(k, t) * m, old * (self.mass_damping * m));
+        let (weight, drag) = (self.gravity_at(k, t) * m, old * (drag * m));
         Work {
             elements: element.dot(mean),
             elements_new: element.dot(new),
@@ -203,7 +214,7 @@ impl<const D: usize> Membrane<D> {
         for p in self.supports.prescribed() {
             let (k, axis) = (p.node as usize, p.axis as usize);
             let (old, new, m) = (self.before[k][axis], self.velocity[k][axis], self.mass[k]);
-            let body = m * self.body_acceleration(k, t)[axis];
+            let body = m * self.body_acceleration(k, t, self.drag())[axis];
             let applied = self.element_force[k][axis] + self.pressure.at(k)[axis] + self.contact_at(k)[axis] + body;
             let from_support = m * (new - old) - applied * dt;
             work += from_support * 0.5 * (old + new);

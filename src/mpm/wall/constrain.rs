@@ -109,6 +109,10 @@ impl<const D: usize> Walls<D> {
 
     /// The conditions that acted on a field's momentum on bare velocities at time `t` [s]. Returns what they push if the
     /// particles take these velocities; nothing if the velocities only strain them.
+    ///
+    /// Where a contact pushed in this step, the velocity along its normal is that of the wall, whatever its sign: to
+    /// take away only what goes into the wall would leave of noise about zero what goes out of it, and a body at rest
+    /// would be strained without end.
     pub fn constrain_velocity(
         &self,
         (grid, field): (&Grid<D>, usize),
@@ -116,14 +120,22 @@ impl<const D: usize> Walls<D> {
         velocity: &mut [Vector<D>],
         t: f64,
     ) -> Pushes<D> {
-        let closed = &self.reactions[field].closed;
+        let force = &self.reactions[field].force;
         let parts = self.for_each_part(velocity, |part, first, velocity| {
             let mut pushes = self.pushes();
-            let own = self.conditions[part.conditions.clone()].iter().zip(&closed[part.conditions.clone()]);
-            for (condition, _) in own.filter(|(_, closed)| **closed) {
+            let own = self.conditions[part.conditions.clone()].iter().zip(&force[part.conditions.clone()]);
+            for (condition, &force) in own {
                 let (node, boundary) = (condition.node as usize, condition.boundary as usize);
                 let (v, wall) = (&mut velocity[node - first], self.velocity(boundary, grid.position(node), t));
-                let constrained = self.boundaries[boundary].kind.constrain(*v, wall, condition.normal);
+                let kind = self.boundaries[boundary].kind;
+                if !kind.binds() && force == Vector::ZERO {
+                    continue;
+                }
+                let normal = condition.normal;
+                let mut constrained = kind.constrain(*v, wall, normal);
+                if !kind.binds() {
+                    constrained -= normal * (constrained - wall).dot(normal);
+                }
                 pushes.push(condition, nodes[node].mass, constrained - *v, wall);
                 *v = constrained;
             }

@@ -61,7 +61,7 @@ impl Probe {
             let help = expected(&spec.quantity, &set.quantity_names());
             Diagnostic::error(format!("{key}.quantity"), message).help(help)
         })?;
-        check_component(&spec, key, &quantity)?;
+        check_component(&spec, key, &quantity, initial.dimension)?;
         check_weight(&spec, key, set, &quantity)?;
 
         let dimension = initial.dimension;
@@ -175,7 +175,13 @@ fn value_columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize
     }
 }
 
-fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>) -> Result<(), Diagnostic> {
+fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>, dimension: usize) -> Result<(), Diagnostic> {
+    let vertical = matches!(spec.reduce, Some(Reduction::Top | Reduction::Bottom));
+    if dimension == 2 && (spec.component == Some(Component::Z) || vertical && spec.axis == Some(Axis::Z)) {
+        let field = if spec.component.is_some() { "component" } else { "axis" };
+        let finding = Diagnostic::error(format!("{key}.{field}"), "there is no `z` in two dimensions");
+        return Err(finding.help("take x or y"));
+    }
     match spec.component {
         Some(component) if !Component::fits(component, quantity.components) => {
             let (name, count) = (component.name(), quantity.components);

@@ -82,6 +82,13 @@ pub enum Reduction {
     CountFragments,
 }
 
+impl Reduction {
+    /// True for what asks where things are, not what they have.
+    fn is_of_places(self) -> bool {
+        !matches!(self, Self::Min | Self::Max | Self::Mean | Self::Sum)
+    }
+}
+
 /// A coordinate axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -143,6 +150,17 @@ impl ProbeSpec {
         }
         if self.reduce == Some(Reduction::CountFragments) && !self.cell.is_some_and(|cell| cell > 0.0) {
             return wrong("cell", "`count-fragments` needs a cell size", "about the cell size of the grid");
+        }
+        let reduction = self.reduction().filter(|reduction| reduction.is_of_places());
+        if reduction.is_some() && (self.quantity != position() || self.component.is_some()) {
+            let field = if self.component.is_some() { "component" } else { "quantity" };
+            let message = "has no effect: this `reduce` looks at places alone";
+            return wrong(field, message, "take it away, or reduce a quantity by `mean`, `sum`, `min` or `max`");
+        }
+        if let Some(Within { lower, upper }) = &self.within
+            && lower.iter().zip(upper).any(|(lower, upper)| lower >= upper)
+        {
+            return wrong("within", "every entry of `lower` must be below that of `upper`", "nothing is in such a box");
         }
         if self.every.is_some_and(|every| every.is_nan() || every <= 0.0) {
             return wrong(

@@ -18,6 +18,10 @@ impl Assembly<'_> {
         let mut taken: BTreeSet<&str> = BTreeSet::new();
         let before = self.findings.len();
         for (i, spec) in specs.iter().enumerate() {
+            if spec.on.list().is_empty() {
+                let finding = Diagnostic::error(format!("boundary[{i}].on"), "this names no part of the boundary");
+                self.findings.push(finding.help(format!("there are `{}`, and `rest`", known.join("`, `"))));
+            }
             for name in spec.on.list() {
                 self.boundary_name(&format!("boundary[{i}].on"), name, &known, &taken);
                 taken.insert(name);

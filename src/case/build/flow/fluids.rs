@@ -13,6 +13,9 @@ use crate::pfem2::particles::{Particles, lattice};
 use crate::pfem2::setup::FluidSetup;
 use rayon::prelude::*;
 
+/// Most fluids: particles keep the number of theirs in a byte.
+const MOST: usize = 256;
+
 /// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
 const GAP_POINTS: usize = 8;
 
@@ -89,6 +92,12 @@ impl Assembly<'_> {
         mesh: &Mesh<D, N>,
         parts: &[Part],
     ) -> Option<Particles<D>> {
+        if parts.len() > MOST {
+            let message = format!("a flow has at most {MOST} bodies, and here are {}", parts.len());
+            let finding = Diagnostic::error(format!("body[{MOST}]"), message);
+            self.findings.push(finding.help("join those of one material: a region may be a union of shapes"));
+            return None;
+        }
         let per_edge = self.case.file.pfem2.particles_per_edge;
         let fluid = |x: Vector<D>| part_at(parts, x).map(|part| part as u8);
         let particles = Particles::seed(mesh, per_edge, fluid, |x| velocity_at(parts, x));
