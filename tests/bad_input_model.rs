@@ -184,12 +184,13 @@ fn walls_of_the_grid_move_along_themselves() {
 #[test]
 fn bodies_of_one_group_have_one_contact() {
     let body = &POINTS[POINTS.find("[[body]]").unwrap()..POINTS.find("[[obstacle]]").unwrap()];
-    let other = |name: &str, from: &str, to: &str| {
-        body.replace("block", name).replace("0.4]", &format!("{from}]")).replace("0.6]", &format!("{to}]"))
+    let other = |name: &str, from: f64, to: f64| {
+        let place = format!("lower = [0.4, {from}], upper = [0.6, {to}]");
+        body.replace("block", name).replace("lower = [0.4, 0.4], upper = [0.6, 0.6]", &place)
     };
     let grouped = POINTS.replace("spacing", "group = \"pair\"\nspacing");
-    let lid = other("lid", "0.6", "0.8").replace("spacing", "group = \"pair\"\nspacing");
-    let text = format!("{grouped}{lid}{}", other("floor", "0.2", "0.4"));
+    let lid = other("lid", 0.6, 0.8).replace("spacing", "group = \"pair\"\nspacing");
+    let text = format!("{grouped}{lid}{}", other("floor", 0.2, 0.4));
     let contact =
         |a: &str, b: &str, friction: f64| format!("[[contact]]\nbetween = [\"{a}\", \"{b}\"]\nfriction = {friction}\n");
     let first = contact("block", "floor", 0.1);
@@ -215,7 +216,8 @@ fn probes_have_no_keys_without_effect() {
 
 #[test]
 fn conditions_have_a_place_and_fluids_have_particles() {
-    expect(&FLOW.replace("[\"left\", \"right\"]", "[]"), "[]", "names no part of the boundary", "`left`");
+    let nowhere = FLOW.replace("[output]", "[[boundary]]\non = []\n[output]");
+    expect(&nowhere, "[]", "names no part of the boundary", "`left`");
     let drop = "[[body]]\nname = \"drop\"\nregion = { shape = \"sphere\", center = [0.52, 0.53], radius = 1e-3 }\n\
                 material = { law = \"newtonian\", density = 900, viscosity = 1 }\n[[body]]";
     expect(

@@ -50,6 +50,49 @@ reduce = "mean-radius"
     assert!((radius - 1.005048).abs() < 3e-5, "{radius}");
 }
 
+/// A ball of rubber falls with 2 m/s on a prestressed sheet of aluminium, with the outputs of two kinds 1.7 µs apart at first: the
+/// sheet's nodes are never faster than what hits them, but for the waves that the blow makes.
+#[test]
+fn a_stiff_sheet_under_a_ball_does_not_know_either() {
+    const SHEET: &str = r#"
+name = "ball"
+dimension = 2
+[time]
+end = "25 ms"
+[grid]
+cell = "20 mm"
+lower = [-0.6, -0.3]
+upper = [0.6, 0.4]
+[mpm]
+gravity = [0, "-9.81 m/s^2"]
+[[body]]
+name = "ball"
+region = { shape = "sphere", center = [0, 0.08], radius = 0.08 }
+particles-per-cell = 2
+velocity = [0, "-2 m/s"]
+material = { law = "neo-hookean", density = 1000, young = "1 MPa", poisson = 0.3 }
+[[membrane]]
+name = "sheet"
+geometry = { shape = "chain", points = [[-0.5, 0], [0.5, 0]], divisions = [80] }
+thickness = "1 mm"
+material = { law = "elastic", density = 2700, young = "70 GPa", poisson = 0.3 }
+prestress = ["10 MPa", 0]
+supports = [{ on = "edges" }]
+[output]
+history = "1 ms"
+fields = "1.0017 ms"
+[[probe]]
+name = "fastest"
+of = "sheet"
+reduce = "max"
+quantity = "velocity"
+component = "magnitude"
+"#;
+    let table = history(SHEET, "fastest");
+    let fastest = table.columns[1].iter().copied().fold(0.0, f64::max);
+    assert!(fastest > 1.0 && fastest < 4.0, "{fastest}");
+}
+
 /// Mass-proportional damping far above what an explicit step could follow: v = e^(−ct).
 #[test]
 fn a_sheet_in_thick_air_comes_to_rest_and_never_turns_round() {
@@ -125,7 +168,7 @@ quantity = "displacement"
 }
 
 /// Bingham's fluid between open ends: the viscosity of what doesn't flow makes the condition at the ends rule the system,
-/// of whose symmetric part a factor is no help.
+/// of whose symmetric part a factor is no help. What takes over finds the flow that multigrid finds by itself.
 #[test]
 fn a_yield_stress_between_open_ends_is_solved() {
     const MUD: &str = r#"
@@ -133,7 +176,7 @@ name = "mud"
 method = "pfem2"
 dimension = 2
 units = "none"
-time = { end = 0.1, step = 0.05 }
+time = { end = 0.2, step = 0.05 }
 [mesh]
 shape = "box"
 lower = [0, 0]
@@ -157,14 +200,14 @@ pressure = 0.0
 [output]
 history = 0.05
 [[probe]]
-name = "top"
+name = "surface"
 of = "mesh"
 quantity = "velocity"
 at = [0.5, 1.0]
 "#;
-    let speed = last(&history(MUD, "top"), "vx");
-    // It starts with g t, and friction takes some of it.
-    assert!(speed > 0.2 && speed < 0.4, "{speed}");
+    let alone = MUD.replace("[pfem2]", "[pfem2]\nsolver = \"iterative\"");
+    let [both, alone] = [MUD, &alone].map(|text| last(&history(text, "surface"), "vx"));
+    assert!(alone > 0.1 && (both / alone - 1.0).abs() < 1e-5, "{both} {alone}");
 }
 
 /// A plug of fluid pushed by a traction 3t on a side of 1/4: the impulse to t = 1 is 3/8, and the speed 3/8 over 1/2 of mass.
@@ -203,7 +246,11 @@ of = "mesh"
 quantity = "velocity"
 at = [0.5, 0.125]
 "#;
-    let impulse = last(&history(PLUG, "balance"), "external impulse x");
-    assert!((impulse - 0.375).abs() < 5e-4, "{impulse}");
+    let error = |step: &str| {
+        let text = PLUG.replace("0.05", step);
+        last(&history(&text, "balance"), "external impulse x") - 0.375
+    };
+    let [long, short] = [error("0.05"), error("0.025")];
+    assert!(long.abs() < 2e-3 && (long / short).log2() > 1.9, "{long} {short}");
     assert!((last(&history(PLUG, "middle"), "vx") - 0.75).abs() < 5e-3);
 }

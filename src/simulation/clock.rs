@@ -2,7 +2,11 @@
 //!
 //! Time is the sum of the steps, but it never drifts from the output times: those are integer multiples
 //! n·Δt_out, and equal steps land on them exactly. Everything here is a function of the
-//! current time alone, so a resumed run takes the steps that the uninterrupted one would have taken.
+//! current time and the last step, so a resumed run takes the steps that the uninterrupted one would have taken.
+//!
+//! Output times of several schedules may lie so close to each other that a tiny step has to follow a long one. Where a
+//! solver can't take that, steps shrink towards such times and grow after them: with a ratio ρ, a gap a behind the target and
+//! the time r left to it, Δt ≤ ρ Δt_before and Δt ≤ (1 − 1/ρ) r + a, the first of the steps Δt, Δt/ρ, … that still end with ρ a.
 
 /// Times closer than this fraction of an interval are the same time.
 const SAME: f64 = 1e-9;
@@ -19,6 +23,17 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// The longest step [s] where none is above `bound` or more than `ratio` times longer or shorter than the one before, on
+    /// the way to `target`, behind which comes another one after a time `gap` [s].
+    pub fn paced(&self, bound: f64, ratio: f64, target: f64, gap: f64) -> f64 {
+        if ratio.is_infinite() {
+            return bound;
+        }
+        let slower = (1.0 - ratio.recip()) * (target - self.time) + gap.min(bound);
+        let faster = if self.dt > 0.0 { ratio * self.dt } else { f64::INFINITY };
+        bound.min(slower).min(faster)
+    }
+
     /// The next step [s]: at most `bound`, one of equal steps that land on `target`.
     ///
     /// Equal, because a step cut short at every output shakes the explicit membranes once per output interval: the
@@ -145,6 +160,24 @@ mod tests {
         }
         assert_eq!((clock.time, clock.step), (end, 100));
         assert!(schedule.is_due(end));
+    }
+
+    /// Intervals of 1 and 1.0017: the shortest gap is 0.0017, steps are at most 0.3.
+    #[test]
+    fn steps_shrink_and_grow_gradually_where_outputs_nearly_meet() {
+        let (ratio, schedules) = (1.5, [Schedule::every(1.0), Schedule::every(1.0017)]);
+        let (mut clock, mut shortest, mut before) = (Clock::default(), f64::INFINITY, 0.0);
+        while clock.time < 20.0 {
+            let target = next_target(clock.time, 20.0, schedules.into_iter());
+            let gap = next_target(target, 21.0, schedules.into_iter()) - target;
+            let bound = clock.paced(0.3, ratio, target, gap);
+            clock.advance(clock.next_dt(target, bound), target);
+            let change = clock.dt / before;
+            // Equal steps to a target may take up to half of the bound.
+            assert!(before == 0.0 || (0.5 / ratio..=1.0001 * ratio).contains(&change), "{change} at {}", clock.time);
+            (before, shortest) = (clock.dt, f64::min(shortest, clock.dt));
+        }
+        assert!((shortest / 0.0017 - 1.0).abs() < 1e-9 && clock.step < 1500, "{shortest} {}", clock.step);
     }
 
     #[test]

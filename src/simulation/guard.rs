@@ -76,6 +76,10 @@ impl Solver for Guarded {
         self.solver.recommended_dt()
     }
 
+    fn largest_change(&self) -> f64 {
+        self.solver.largest_change()
+    }
+
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.undefined((t, dt), |watched| &watched.places).map_or(Ok(()), Err)?;
         self.solver.step(t, dt).map_err(|error| self.explained((t, dt), error))

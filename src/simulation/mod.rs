@@ -33,6 +33,11 @@ pub trait Solver: Send {
         self.stable_dt()
     }
 
+    /// How many times longer or shorter than the one before a step may be; at least 1.
+    fn largest_change(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// Advances from `t` to `t + dt` [s].
     ///
     /// # Errors

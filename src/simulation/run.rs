@@ -205,9 +205,15 @@ impl Simulation {
 
     /// One step, cut to land on the next output.
     fn advance(&mut self) -> Result<()> {
-        let schedules = self.monitors.iter().map(|(schedule, _)| *schedule);
-        let target = next_target(self.clock.time, self.plan.end, schedules);
-        let dt = self.clock.next_dt(target, self.bound()?);
+        let schedules = || self.monitors.iter().map(|(schedule, _)| *schedule);
+        let target = next_target(self.clock.time, self.plan.end, schedules());
+        let gap = if target < self.plan.end {
+            next_target(target, self.plan.end, schedules()) - target
+        } else {
+            f64::INFINITY
+        };
+        let bound = self.clock.paced(self.bound()?, self.solver.largest_change(), target, gap);
+        let dt = self.clock.next_dt(target, bound);
         if self.clock.time + dt <= self.clock.time {
             return Err(self.collapsed(dt).into());
         }
