@@ -1,7 +1,7 @@
 //! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so that
 //! parts of them have nodes of their own.
 
-use super::{Condition, Pushes, Walls};
+use super::{Condition, Pushes, Reaction, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, Node};
 use crate::parallel::parts_mut;
@@ -120,20 +120,16 @@ impl<const D: usize> Walls<D> {
         velocity: &mut [Vector<D>],
         t: f64,
     ) -> Pushes<D> {
-        let force = &self.reactions[field].force;
+        let Reaction { closed, force, .. } = &self.reactions[field];
         let parts = self.for_each_part(velocity, |part, first, velocity| {
             let mut pushes = self.pushes();
-            let own = self.conditions[part.conditions.clone()].iter().zip(&force[part.conditions.clone()]);
-            for (condition, &force) in own {
+            let own = part.conditions.clone().filter(|&k| closed[k]);
+            for (condition, force) in own.map(|k| (&self.conditions[k], force[k])) {
                 let (node, boundary) = (condition.node as usize, condition.boundary as usize);
                 let (v, wall) = (&mut velocity[node - first], self.velocity(boundary, grid.position(node), t));
-                let kind = self.boundaries[boundary].kind;
-                if !kind.binds() && force == Vector::ZERO {
-                    continue;
-                }
-                let normal = condition.normal;
+                let (kind, normal) = (self.boundaries[boundary].kind, condition.normal);
                 let mut constrained = kind.constrain(*v, wall, normal);
-                if !kind.binds() {
+                if !kind.binds() && force != Vector::ZERO {
                     constrained -= normal * (constrained - wall).dot(normal);
                 }
                 pushes.push(condition, nodes[node].mass, constrained - *v, wall);
