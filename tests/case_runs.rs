@@ -128,8 +128,8 @@ component = "y"
     assert!(speeds[1] < 0.25 && speeds[19] < 1e-9, "{speeds:?}");
 }
 
-/// A column of height 1 set down on an obstacle whose face lies between nodes: it settles by ρgH²/3E = 3.3 mm on the mean, and
-/// friction within the solid apart stays there.
+/// A column of height 1 set down on an obstacle whose face lies between nodes: under its sudden weight it swings between 0 and
+/// twice what it settles by on the mean, ρgH²/3E = 3.33 mm.
 #[test]
 fn what_rests_on_an_obstacle_between_nodes_stays_there() {
     const COLUMN: &str = r#"
@@ -164,7 +164,7 @@ quantity = "displacement"
     let heights = table.columns.last().unwrap();
     let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
-    assert!(highest < 2e-3 && lowest > -2e-2, "{lowest} to {highest}");
+    assert!(highest < 5e-4 && (lowest / -6.667e-3 - 1.0).abs() < 0.05, "{lowest} to {highest}");
 }
 
 /// Bingham's fluid between open ends: the viscosity of what doesn't flow makes the condition at the ends rule the system,
