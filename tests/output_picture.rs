@@ -196,6 +196,8 @@ fn unknown_names_and_impossible_values_are_errors_at_their_key() {
     assert_eq!(error("size = [1, 100000]").key, "picture[0].size");
     assert_eq!(error("opacity = 0").key, "picture[0].opacity");
     assert_eq!(error("view = [0, 0, 0]").key, "picture[0].view");
+    assert_eq!(error("cut = { normal = [0, 0, 0] }").key, "picture[0].cut.normal");
+    assert_eq!(error("view = [0, 1, 0]\nup = [0, -2, 0]").key, "picture[0].up");
 }
 
 #[test]

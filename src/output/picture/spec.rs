@@ -1,11 +1,15 @@
 //! The keys of `[[picture]]`.
 
 use crate::error::Diagnostic;
+use crate::math::Vector;
 use crate::output::colour::ColourMap;
 use crate::output::component::Component;
 use crate::output::probe::Within;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Sine of an angle below which two directions are one.
+const PARALLEL: f64 = 1e-9;
 
 /// Pictures of particles and membranes over time: `pictures/<name>/000000.png`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -152,6 +156,14 @@ impl PictureSpec {
         }
         if [self.view, self.up].iter().flatten().any(|v| v.iter().all(|&c| c == 0.0)) {
             return wrong("view", "a direction can't be zero");
+        }
+        if self.cut.as_ref().is_some_and(|cut| cut.normal == [0.0; 3]) {
+            return wrong("cut.normal", "a direction can't be zero");
+        }
+        if let (Some(view), Some(up)) = (self.view, self.up)
+            && Vector(view).cross(Vector(up)).norm() <= PARALLEL * Vector(view).norm() * Vector(up).norm()
+        {
+            return wrong("up", "it points along `view`: nothing in the picture would");
         }
         if self.every.is_some_and(|every| every.is_nan() || every <= 0.0) {
             return wrong("every", "the time between pictures is not positive");
