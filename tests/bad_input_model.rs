@@ -215,6 +215,29 @@ fn probes_have_no_keys_without_effect() {
 }
 
 #[test]
+fn outputs_show_something_and_come_to_an_end() {
+    let picture = format!("{POINTS}[[picture]]\nname = \"p\"\nof = []\n");
+    let found = model(&picture).err().unwrap();
+    assert!(found.iter().any(|finding| finding.message.contains("at least 1 entries")), "{found:?}");
+    let rows = POINTS.replace("[[body]]", "[output]\nhistory = 1e-300\n[[body]]");
+    expect(&rows, "1e-300", "would be 1e", "is its unit right");
+    let probe = format!("{POINTS}[[probe]]\nname = \"p\"\nof = \"block\"\nreduce = \"top\"\nevery = 1e-200\n");
+    expect(&probe, "1e-200", "would be 1e", "is its unit right");
+}
+
+#[test]
+fn a_curve_depends_on_one_coordinate() {
+    let box_at = POINTS.find("region = ").unwrap();
+    let end = box_at + POINTS[box_at..].find('\n').unwrap();
+    for height in ["0.3 + 0.1*y", "0.3 + t"] {
+        let curve =
+            format!("region = {{ shape = \"below\", height = \"{height}\", from = 0.2, to = 0.8, bottom = 0.1 }}");
+        let text = format!("{}{curve}{}", &POINTS[..box_at], &POINTS[end..]);
+        expect(&text, &format!("\"{height}\""), "depends on x alone", "drop y, z and t");
+    }
+}
+
+#[test]
 fn conditions_have_a_place_and_fluids_have_particles() {
     let nowhere = FLOW.replace("[output]", "[[boundary]]\non = []\n[output]");
     expect(&nowhere, "[]", "names no part of the boundary", "`left`");

@@ -102,9 +102,25 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// So many outputs of a kind are never meant.
+const MOST_OUTPUTS: f64 = 1e8;
+
+/// Checks that the run would come to its end between outputs.
+fn intervals(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
+    let output = [("output.fields".to_owned(), file.output.fields), ("output.history".to_owned(), file.output.history)];
+    let probes = file.probe.iter().enumerate().map(|(i, probe)| (format!("probe[{i}].every"), probe.every));
+    let pictures = file.picture.iter().enumerate().map(|(i, picture)| (format!("picture[{i}].every"), picture.every));
+    for (key, interval) in output.into_iter().chain(probes).chain(pictures) {
+        let Some(interval) = interval.filter(|interval| file.time.end > MOST_OUTPUTS * interval) else { continue };
+        let message = format!("an output every {interval:.4e} s would be {:.0e} of them", file.time.end / interval);
+        findings.push(Diagnostic::error(key, message).help("increase the interval; is its unit right?"));
+    }
+}
+
 /// Checks steps and output intervals against the stable step.
 pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnostic>) {
     let file = &case.file;
+    intervals(file, findings);
     let stable = summary.stable_step;
     if stable.is_nan() || stable <= 0.0 {
         findings.push(Diagnostic::error("time", format!("the stable step is {stable} s")));

@@ -58,6 +58,11 @@ impl BuildRegion for BelowShape {
             Height::Number(height) => Signal::Constant(*height),
             Height::Formula(source) => Signal::formula(source).map_err(|why| Diagnostic::error("height", why))?,
         };
+        if let Signal::Formula(formula) = &height
+            && (1..=3).any(|variable| formula.uses(variable))
+        {
+            return Err(Diagnostic::error("height", "the curve depends on x alone").help("drop y, z and t"));
+        }
         let mut corners = vec![Vector([self.to, self.bottom]), Vector([self.from, self.bottom])];
         corners.reverse();
         for piece in (0..=self.pieces).rev() {

@@ -144,10 +144,16 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
         let volumes = body.volume.iter().all(|&v| v > 0.0 && v.is_finite());
         require(volumes, &format!("{key}.spacing"), "every particle needs a positive volume".into());
         let velocities = body.velocity.iter().all(|v| v.is_finite());
-        require(velocities, &format!("{key}.velocity"), "is not finite everywhere".into());
+        let gradients = body.velocity_gradient.iter().flat_map(|l| l.0).flatten().all(f64::is_finite);
+        require(velocities && gradients, &format!("{key}.velocity"), "is not finite everywhere".into());
         let n = body.position.len();
         let lengths = [body.volume.len(), body.velocity.len(), body.state.len()];
-        require(lengths == [n; 3], &key, "positions, volumes, velocities and states differ in number".into());
+        let gradients = body.velocity_gradient.len();
+        require(
+            lengths == [n; 3] && [0, n].contains(&gradients),
+            &key,
+            "positions, volumes, velocities and states differ in number".into(),
+        );
     }
     findings
 }
@@ -173,11 +179,13 @@ fn build_body<const D: usize>(
 ) -> Result<Body<D>, String> {
     let n = setup.position.len();
     let storage = setup.law.storage();
+    let mut affine = setup.velocity_gradient;
+    affine.resize(if transfer == Transfer::Apic { n } else { 0 }, Tensor::ZERO);
     let mut particles = Particles {
         id: (0..n as u32).collect(),
         position: setup.position,
         velocity: setup.velocity,
-        affine: vec![Tensor::ZERO; if transfer == Transfer::Apic { n } else { 0 }],
+        affine,
         signal: vec![0.0; n],
         ..Particles::default()
     };

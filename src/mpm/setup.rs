@@ -4,7 +4,7 @@ use super::heat::Dissipation;
 use super::traction::Traction;
 use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
-use crate::math::{Signal, Vector};
+use crate::math::{Signal, Tensor, Vector};
 
 /// Everything that a run of the material point method starts from.
 #[derive(Debug)]
@@ -196,6 +196,8 @@ pub struct BodySetup<const D: usize> {
     pub volume: Vec<f64>,
     /// Velocity of each particle at the start [m/s].
     pub velocity: Vec<Vector<D>>,
+    /// ∂v_i/∂x_j around each particle at the start [1/s], which affine particles carry from the first step on; empty: zero.
+    pub velocity_gradient: Vec<Tensor<D>>,
     /// First state of each particle.
     pub state: Vec<StartState>,
     /// Loads on the surface; identities are indices of `position`.

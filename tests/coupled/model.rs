@@ -79,6 +79,7 @@ pub fn body<const D: usize>(
         depth: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: vec![velocity; position.len()],
+        velocity_gradient: Vec::new(),
         state: vec![start; position.len()],
         position,
         traction: Vec::new(),

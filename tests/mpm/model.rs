@@ -85,6 +85,7 @@ pub fn body<const D: usize>(
         depth: Vec::new(),
         volume: vec![spacing.powi(D as i32); position.len()],
         velocity: position.iter().map(|&x| velocity(x)).collect(),
+        velocity_gradient: Vec::new(),
         state: vec![StartState::default(); position.len()],
         position,
         traction: Vec::new(),

@@ -6,7 +6,7 @@ use crate::case::{BodySpec, Lattice, Material};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Sample, centred_origin, sample, skin};
 use crate::material::{PointLaw, PointLaws, StartState};
-use crate::math::{Signal, SymTensor, Vector};
+use crate::math::{Signal, SymTensor, Tensor, Vector};
 use crate::mpm::BodySetup;
 
 impl Assembly<'_> {
@@ -20,6 +20,7 @@ impl Assembly<'_> {
         let position: Vec<Vector<D>> = sample.position.iter().map(|&x| Vector::from3(x)).collect();
         let start = Samples::start(&position);
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
+        let velocity_gradient = gradients(&velocity, &sample.position, spacing);
         let velocity = sample.position.iter().map(|&x| Vector::from_fn(|i| velocity[i].value(x, 0.0))).collect();
         let state = self.start_states(spec, &key, &sample, &start);
         let traction = spec.traction.iter().enumerate();
@@ -36,6 +37,7 @@ impl Assembly<'_> {
             volume: vec![sample.volume; position.len()],
             position,
             velocity,
+            velocity_gradient,
             state,
             traction,
         })
@@ -123,4 +125,20 @@ impl Assembly<'_> {
         };
         sample.position.iter().map(state).collect()
     }
+}
+
+/// ∂v_i/∂x_j at places [m], as the difference over a cube of the edge `spacing` [m]: a particle's own, so that a jump of the
+/// velocity does not become a spike; empty where the velocity is the same everywhere.
+fn gradients<const D: usize>(velocity: &[Signal; 3], places: &[[f64; 3]], spacing: f64) -> Vec<Tensor<D>> {
+    if velocity.iter().all(Signal::is_uniform) {
+        return Vec::new();
+    }
+    let half = 0.5 * spacing;
+    let along = |i: usize, j: usize, mut x: [f64; 3]| {
+        x[j] += half;
+        let ahead = velocity[i].value(x, 0.0);
+        x[j] -= spacing;
+        (ahead - velocity[i].value(x, 0.0)) / spacing
+    };
+    places.iter().map(|&x| Tensor::from_fn(|i, j| along(i, j, x))).collect()
 }

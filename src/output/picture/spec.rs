@@ -19,6 +19,7 @@ pub struct PictureSpec {
     pub name: String,
     /// What is shown: bodies and membranes; default: all.
     #[serde(default)]
+    #[schemars(extend("minItems" = 1))]
     pub of: Vec<String>,
     /// The quantity that gives the colour; default: each body has a colour of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]

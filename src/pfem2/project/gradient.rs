@@ -15,6 +15,11 @@
 //! part of its patch would amplify it: the slope across a film of thickness δ, carried on to nodes at a distance h,
 //! multiplies what its particles have against each other by h/δ. Fluids whose particles have no spread in a direction
 //! are carried on as constants there.
+//!
+//! Nor may such a slope feed on itself. Particles beside a heavier fluid at rest lose what their nodes receive, v_p ← v_p −
+//! Σ_k N_k R_k/s_k, which is a decay only if no eigenvalue of that map is below zero. On triangles with a few particles each, cut by
+//! lines, films and drops at random, −0.05 comes up with ε = 0.01 and −0.001 with ε = 0.05, but none with ε = 0.1. An interface that
+//! is nearly a plane keeps its exactness: one node of each element that it cuts has the fluid all around it on its own side.
 
 use super::moments::{Moments, Table};
 use crate::math::{Tensor, Vector};
@@ -28,8 +33,8 @@ const FLATTEST: f64 = 1e-4;
 /// leaves is rounding, whose shape means nothing.
 const SINGLE: f64 = 1e-9;
 
-/// ε: a slope counts up to ten times the distance over which its particles are spread.
-const LEAST_SPREAD: f64 = 0.01;
+/// ε: a slope counts up to three times the distance over which its particles are spread.
+const LEAST_SPREAD: f64 = 0.1;
 
 /// A gradient: ∂f_c/∂x of each component.
 type Gradient<const K: usize, const D: usize> = [Vector<D>; K];

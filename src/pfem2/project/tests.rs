@@ -105,6 +105,54 @@ fn the_slope_across_a_film_is_not_carried_on_to_the_nodes() {
     assert!(own < 10.0 && mean < 10.0, "{own} {mean}");
 }
 
+/// A number between −1 and 1 that follows from two others without a pattern.
+fn noise(a: usize, b: usize) -> f64 {
+    let x = (12.9898 * a as f64 + 78.233 * b as f64).sin() * 43758.5453;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// Particles beside a heavy fluid at rest lose what their nodes receive of them, again and again: whatever line, film or drop
+/// they fill, what is left never grows.
+#[test]
+fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
+    let (mesh, steps) = (square(5), 150);
+    for sample in 0..60 {
+        let (angle, off) = (3.2 * noise(sample, 1), 0.2 * noise(sample, 2));
+        let (width, drop) = (0.13 * (1.1 + noise(sample, 3)), 0.17 * (1.2 + noise(sample, 4)));
+        let fluid = |x: Vector<2>| {
+            let from = x - Vector([0.5 + 0.1 * noise(sample, 5), 0.5]);
+            let height = from[0] * angle.cos() + from[1] * angle.sin() - off;
+            u8::from(match sample % 3 {
+                0 => height > 0.0,
+                1 => height > 0.0 && height < width,
+                _ => from.norm() < drop,
+            })
+        };
+        let mut particles = Particles::seed(&mesh, 3, |x| Some(fluid(x)), |_| Vector::ZERO);
+        for p in 0..particles.len() {
+            let to = mesh.corners(particles.element[p] as usize)[p % 3] - particles.position[p];
+            particles.position[p] += to * (0.2 + 0.2 * noise(p, sample));
+            particles.fluid[p] = fluid(particles.position[p]);
+            particles.velocity[p] = Vector([noise(p, 7), noise(p, 8)]);
+        }
+        particles.sort();
+        let size = |particles: &Particles<2>| {
+            let own = particles.fluid.iter().zip(&particles.velocity).filter(|(fluid, _)| **fluid == 1);
+            own.map(|(_, v)| v.norm_squared()).sum::<f64>().sqrt()
+        };
+        let start = size(&particles);
+        for _ in 0..steps {
+            let own = plain(&mesh, &particles, Kernel::Linear).velocity.own.swap_remove(1);
+            for p in 0..particles.len() {
+                let e = particles.element[p] as usize;
+                let shape = mesh.shape_functions(e, particles.position[p]);
+                particles.velocity[p] -= super::super::correct::at(&shape, &mesh.elements()[e], &own);
+            }
+        }
+        assert!(size(&particles) <= 2.0 * start, "{sample}: {}", size(&particles) / start);
+    }
+}
+
 #[test]
 fn the_mean_is_that_of_the_fluids_by_mass() {
     let mesh = square(6);
