@@ -226,6 +226,12 @@ fn outputs_show_something_and_come_to_an_end() {
 }
 
 #[test]
+fn runs_come_to_an_end() {
+    let step = POINTS.replace("end = 0.1", "end = 0.1\nstep = 1e-30");
+    expect(&step, "1e-30", "would be 1e", "are the units right");
+}
+
+#[test]
 fn a_curve_depends_on_one_coordinate() {
     let box_at = POINTS.find("region = ").unwrap();
     let end = box_at + POINTS[box_at..].find('\n').unwrap();

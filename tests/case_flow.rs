@@ -260,3 +260,18 @@ fn a_resumed_run_does_not_write_under_other_columns() {
     assert!(error.to_string().contains("give what is measured another name"), "{error}");
     assert_eq!(std::fs::read_to_string(home.path().join("history/mid.csv")).unwrap(), before);
 }
+
+#[test]
+fn a_run_whose_checkpoints_are_gone_is_not_begun_anew() {
+    let home = tempfile::tempdir().unwrap();
+    let case = Case::read(Source::new("case.toml", "", GOOD), &[("time.end".into(), "0.1 s".into())]).unwrap();
+    let start = |existing: Existing| {
+        run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options { existing, ..Options::default() })
+    };
+    start(Existing::Refuse).unwrap();
+    std::fs::remove_dir_all(home.path().join("checkpoint")).unwrap();
+    let before = std::fs::read(home.path().join("history/balance.csv")).unwrap();
+    let error = start(Existing::Resume).unwrap_err();
+    assert!(error.to_string().contains("the checkpoints of this run are gone"), "{error}");
+    assert_eq!(std::fs::read(home.path().join("history/balance.csv")).unwrap(), before);
+}

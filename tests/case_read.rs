@@ -78,6 +78,21 @@ fn the_hash_tells_problems_apart_but_not_their_outputs() {
 }
 
 #[test]
+fn the_hash_counts_what_stands_in_files() {
+    let home = tempfile::tempdir().unwrap();
+    let table = home.path().join("g.csv");
+    let hash = || {
+        let set = [("mpm.gravity".to_owned(), "[0, { table = \"g.csv\" }, 0]".to_owned())];
+        Case::read(Source::new("case.toml", home.path(), WATER_SPHERE), &set).unwrap().hash()
+    };
+    std::fs::write(&table, "t [s], g [m/s^2]\n0, 1\n1, 2\n").unwrap();
+    let before = hash();
+    assert_eq!(before, hash());
+    std::fs::write(&table, "t [s], g [m/s^2]\n0, 1\n1, 3\n").unwrap();
+    assert_ne!(before, hash());
+}
+
+#[test]
 fn a_case_without_units_takes_plain_numbers_and_formulas() {
     let case = read(
         r#"

@@ -102,6 +102,9 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// So many steps are never meant: years of computing.
+const MOST_STEPS: f64 = 1e10;
+
 /// So many outputs of a kind are never meant.
 const MOST_OUTPUTS: f64 = 1e8;
 
@@ -148,6 +151,11 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
     let step = file.time.step.unwrap_or(stable);
     if step.is_infinite() {
         return;
+    }
+    if file.time.end > MOST_STEPS * step {
+        let message = format!("steps of {step:.4e} s would be {:.0e} of them", file.time.end / step);
+        let key = if file.time.step.is_some() { "time.step" } else { "time.end" };
+        findings.push(Diagnostic::error(key, message).help("take longer steps or a shorter run; are the units right?"));
     }
     for (name, interval) in [("fields", file.output.fields), ("history", file.output.history)] {
         let key = format!("output.{name}");

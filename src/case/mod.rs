@@ -10,6 +10,7 @@ mod build;
 mod check;
 mod columns;
 mod flow;
+mod identity;
 mod keywords;
 mod method;
 mod names;
@@ -149,23 +150,6 @@ impl Case {
     /// The case with every default, in SI, as TOML.
     pub fn resolved_toml(&self) -> String {
         own_text(&self.file).unwrap_or_else(|error| format!("# {error}\n"))
-    }
-
-    /// Identifies what is computed: cases with one hash can go on from each other's checkpoints. The end
-    /// of the run, texts and outputs don't count.
-    pub fn hash(&self) -> String {
-        let mut file = self.file.clone();
-        file.title.clear();
-        file.description.clear();
-        file.time.end = 0.0;
-        file.output = OutputSpec::default();
-        file.probe.clear();
-        file.picture.clear();
-        let text = own_text(&file).unwrap_or_default();
-        // FNV-1a, 64 bits.
-        let hash =
-            text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3));
-        format!("{hash:016x}")
     }
 
     /// Adds places to findings that only know their key.

@@ -23,7 +23,7 @@ mod ticks;
 pub mod vtk;
 
 pub use balance::Balance;
-pub use checkpoint::Checkpoints;
+pub use checkpoint::{Checkpoints, fingerprint};
 pub use component::Component;
 pub use fields::{Fields, Precision};
 pub use force::{Counts, Forces};

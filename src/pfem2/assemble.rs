@@ -50,7 +50,7 @@ pub struct Elements<'a, const D: usize, const N: usize> {
     pub force: &'a [Vector<D>],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: &'a [Vector<D>],
-    /// Projected ∇p/ρ at the nodes [m/s²].
+    /// Projected ∇p/ρ − b at the nodes [m/s²].
     pub projected: &'a [Vector<D>],
     /// Open facets of each element, as bits (see `outflow`).
     pub open: &'a [u8],
@@ -67,8 +67,8 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
     /// The drive of an element.
     pub fn drive(&self, element: usize, cut: bool) -> Drive<D, N> {
         let nodes = self.mesh.elements()[element].map(|node| node as usize);
-        let of = if cut { self.force } else { self.projected };
-        let projected = nodes.iter().map(|&node| of[node]).sum::<Vector<D>>() / N as f64;
+        let unbalanced = |node: &usize| if cut { Vector::ZERO } else { self.projected[*node] };
+        let projected = nodes.iter().map(|node| self.force[*node] + unbalanced(node)).sum::<Vector<D>>() / N as f64;
         Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected }
     }
 

@@ -10,7 +10,7 @@
 //!
 //! PSPG             s = b                        (the paper; inconsistent, theory 5.4)
 //! consistent PSPG  s = b + v̂/Δ, and −τ/Δ V/(d+1) g_i on the velocities in the continuity row
-//! OSS              s = π̄, the projection of ∇p/ρ of the last step (theory 5.5)
+//! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory 5.5)
 //! ```
 //!
 //! Becker, Idelsohn & Oñate 2015, eqs. 17–20. Pressure and gradient stand in divergence form: the natural
@@ -130,15 +130,15 @@ pub fn block<const D: usize, const N: usize>(
     a
 }
 
-/// What drives an element: body force [m/s²] and convected velocity v̂ [m/s] at its nodes, and the projected
-/// pressure gradient π̄ [m/s²].
+/// What drives an element: body force [m/s²] and convected velocity v̂ [m/s] at its nodes, and b + π̄, the body force with
+/// the projected rest of the pressure gradient [m/s²].
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<const D: usize, const N: usize> {
     /// Body force b per unit mass at the nodes [m/s²].
     pub force: [Vector<D>; N],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: [Vector<D>; N],
-    /// Mean of the projected ∇p/ρ [m/s²].
+    /// Mean of the projected ∇p/ρ, b + π̄ [m/s²].
     pub projected: Vector<D>,
 }
 

@@ -1,7 +1,8 @@
 //! Forces of the fluid on named parts of the boundary, as consistent nodal reactions.
 //!
 //! ```text
-//! F = Σ_{i on the part} (f_i − Σ_j A_ij x_j)        the rows of the momentum equations that were replaced
+//! F = Σ_{i on the part} (f_i + t_i − Σ_j A_ij x_j)   the rows of the momentum equations that were replaced, with the loads t
+//!                                                     of an open boundary that meets the part there
 //! ```
 //!
 //! Gresho & Lee 1981: these are as accurate as the solution's energy, unlike stresses summed over facets, and with
@@ -55,10 +56,16 @@ pub fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Bound
 }
 
 impl<const D: usize> Part<D> {
-    /// The force of the fluid on the part [N], and the power with which the part drives the fluid [W].
-    pub fn force<const N: usize>(&self, elements: &Elements<D, N>, unknowns: &[[f64; N]]) -> (Vector<D>, f64) {
+    /// The force of the fluid on the part [N], and the power with which the part drives the fluid [W]; `loads` are those of
+    /// the boundary on the nodes [N].
+    pub fn force<const N: usize>(
+        &self,
+        elements: &Elements<D, N>,
+        loads: &[Vector<D>],
+        unknowns: &[[f64; N]],
+    ) -> (Vector<D>, f64) {
         let push = |&(node, share): &(u32, Vector<D>)| {
-            let push = elements.push(node as usize, |i| unknowns[i]);
+            let push = elements.push(node as usize, |i| unknowns[i]) + loads[node as usize];
             let push = Vector::from_fn(|axis| push[axis] * share[axis]);
             let velocity = Vector::from_fn(|r| unknowns[node as usize][r]);
             (push, -push.dot(velocity))

@@ -5,12 +5,14 @@ use super::particles::Particles;
 use crate::error::{Place, StepError};
 use rayon::prelude::*;
 
-/// Velocity and pressure are numbers at all nodes.
+/// Velocity and pressure are numbers at all nodes, and so are their squares, of which energies are made.
 ///
 /// # Errors
 /// Names the first node where they are not.
 pub fn check_nodes<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Result<(), StepError> {
-    let finite = |i: usize| implicit.velocity[i].is_finite() && implicit.pressure[i].is_finite();
+    let finite = |i: usize| {
+        implicit.velocity[i].norm_squared().is_finite() && (implicit.pressure[i] * implicit.pressure[i]).is_finite()
+    };
     let Some(bad) = (0..implicit.velocity.len()).into_par_iter().position_first(|i| !finite(i)) else { return Ok(()) };
     let advice = "look for formulas of boundaries or gravity that are no numbers there, or properties in wrong units";
     let what = "velocity or pressure is not a number";

@@ -88,7 +88,7 @@ pub struct Implicit<const D: usize, const N: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Pressure at the nodes [Pa].
     pub pressure: Vec<f64>,
-    /// Projected ∇p/ρ at the nodes [m/s²].
+    /// Projected ∇p/ρ − b at the nodes [m/s²].
     pub projected: Vec<Vector<D>>,
     /// Body force at the nodes [m/s²].
     pub force: Vec<Vector<D>>,
@@ -148,7 +148,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             rhs: vec![[0.0; N]; nodes],
             unknowns: vec![[0.0; N]; nodes],
             pressure: vec![0.0; nodes],
-            projected: force.clone(),
+            projected: vec![Vector::ZERO; nodes],
             contents: Vec::new(),
             cuts: Vec::new(),
             recovered: Vec::new(),

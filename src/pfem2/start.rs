@@ -7,7 +7,7 @@
 //!
 //! All three, and the forces that the first step's explicit share is booked with, are known up to O(Δt) at a fixed
 //! place, which leaves an error of O(Δt²) in the first step; in a steady flow they are exact. Backward Euler instead would
-//! turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure gradient π of the stabilisation counts as much: with π⁰ = b, fluid that
+//! turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure gradient π of the stabilisation counts as much: with π⁰ = 0, fluid that
 //! accelerates would be as compressible in the first step as with the paper's PSPG (theory 5.4), and the pressure half
 //! of what it is.
 

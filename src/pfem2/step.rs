@@ -363,16 +363,19 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Finds the forces on the parts, and the powers and the force from outside, at the end of a step.
     pub(super) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> (Powers, [f64; 3]) {
         let elements = self.implicit.elements(convected);
-        let pushes: Vec<_> = self.parts.iter().map(|part| part.force(&elements, &self.implicit.unknowns)).collect();
         let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
+        let mut loads = vec![Vector::ZERO; self.implicit.velocity.len()];
+        self.implicit.boundary.load(&self.implicit.mesh, step.end(), |node, traction| {
+            outside += traction;
+            power += traction.dot(self.implicit.velocity[node]);
+            loads[node] += traction;
+        });
+        let force = |part: &Part<D>| part.force(&elements, &loads, &self.implicit.unknowns);
+        let pushes: Vec<_> = self.parts.iter().map(force).collect();
         for (force, work) in &pushes {
             outside -= *force;
             power += work;
         }
-        self.implicit.boundary.load(&self.implicit.mesh, step.end(), |node, traction| {
-            outside += traction;
-            power += traction.dot(self.implicit.velocity[node]);
-        });
         outflow::load(&elements, &self.implicit.velocity, |node, traction| {
             outside += traction;
             power += traction.dot(self.implicit.velocity[node]);

@@ -89,6 +89,10 @@ impl RunDirectory {
                 io::ErrorKind::NotFound,
                 "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
             )),
+            Existing::Resume if !self.has_checkpoint() && self.had_checkpoint() => Err(self.refuse(
+                io::ErrorKind::NotFound,
+                "the checkpoints of this run are gone, so that it can't go on; --force begins anew and replaces what is here",
+            )),
             // A run that was killed before its first checkpoint has nothing to lose.
             Existing::Resume if !self.has_checkpoint() => self.clear().and_then(|()| self.create()),
             Existing::Replace => self.clear().and_then(|()| self.create()),
@@ -184,6 +188,13 @@ impl RunDirectory {
     fn has_checkpoint(&self) -> bool {
         let files = fs::read_dir(self.checkpoints()).into_iter().flatten().flatten();
         files.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "checkpoint"))
+    }
+
+    /// True if the run here says that it wrote one.
+    fn had_checkpoint(&self) -> bool {
+        let status =
+            fs::read(self.status()).ok().and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
+        status.is_some_and(|status| status["checkpoint"].is_string())
     }
 
     fn entries(&self) -> Result<Vec<PathBuf>> {

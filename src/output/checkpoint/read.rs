@@ -78,7 +78,9 @@ impl<R: Read + Seek> Reader<R> {
         }
         if origin.case != case {
             return Err(Trouble::Foreign(
-                "belongs to another case or to other settings; resume with the case that it was written for".into(),
+                "belongs to another case, to other settings, or to other contents of a file that the case names; resume with what it \
+                 was written for"
+                    .into(),
             ));
         }
         let mut end = self.header_bytes;

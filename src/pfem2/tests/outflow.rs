@@ -99,3 +99,22 @@ fn what_falls_out_of_an_open_side_is_no_faster_than_its_fall() {
         assert!(speed < 1.2 * bound, "{k}: {speed} of {bound}");
     }
 }
+
+/// Flow between plates that a traction A at one end drives against no pressure at the other: when nothing changes any more, each
+/// plate takes half of the force A on the section, to the corners that it shares with the open ends, and momentum stays.
+#[test]
+fn plates_take_the_force_that_drives_the_flow_between_them() {
+    let (mesh, driving) = (Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [8; 2]).unwrap(), 0.001);
+    let sets = vec![
+        set(&mesh, "in", Condition::Traction([driving.into(), Signal::ZERO]), |x| x[0] == 0.0),
+        set(&mesh, "out", Condition::Pressure(Signal::ZERO), |x| x[0] == 1.0),
+        set(&mesh, "bottom", Condition::wall(), |x| x[1] == 0.0),
+        set(&mesh, "top", Condition::wall(), |x| x[1] == 1.0),
+    ];
+    let fluids = vec![fluid("oil", 1.0, 0.5)];
+    let mut pfem = Pfem2::new(setup(mesh, sets, physics(fluids, weightless()), |_| 0, |_| Vector::ZERO));
+    (0..60).for_each(|k| pfem.step(f64::from(k) * 0.1, 0.1).unwrap());
+    let both: f64 = pfem.forces.iter().map(|force| force[0]).sum();
+    assert!((both / driving - 1.0).abs() < 1e-3, "{both}");
+    assert!((pfem.forces[0][0] / pfem.forces[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
+}

@@ -103,6 +103,19 @@ fn a_fluid_in_a_curved_slip_wall_stays_at_rest() {
     assert!(speed < 1e-10 && force.norm() < 1e-10, "{speed:e} {force:?}");
 }
 
+/// A force that is the same everywhere has a potential; what is projected for the stabilisation is what it leaves over, nothing.
+#[test]
+fn a_fluid_stays_at_rest_under_a_force_that_changes_in_time() {
+    let (mesh, dt, steps) = (egg(), 0.05, 40);
+    let physics = physics(vec![fluid("water", 1000.0, 1e-2)], ["3*sin(2*t)", "-10*cos(3*t)"].map(formula));
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
+    let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
+    (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
+    let speed = fastest(&pfem.implicit.velocity);
+    assert!(speed < 1e-10, "{speed:e}");
+}
+
 #[test]
 fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
     let normal = Vector([0.6, 0.8]);
