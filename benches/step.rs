@@ -205,6 +205,7 @@ fn setup(n: usize, choice: Choice, speed: f64) -> Setup<3> {
             depth: Vec::new(),
             volume: vec![(0.5 * cell).powi(3); position.len()],
             velocity: position.iter().map(|x| Vector([speed * x[0], 0.0, -speed * x[2]])).collect(),
+            velocity_gradient: Vec::new(),
             state: vec![StartState::default(); position.len()],
             traction: Vec::new(),
             position,
