@@ -102,11 +102,8 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// So many steps are never meant: years of computing.
-const MOST_STEPS: f64 = 1e10;
-
-/// So many outputs of a kind are never meant.
-const MOST_OUTPUTS: f64 = 1e8;
+/// So many steps, or outputs of a kind, are never meant: years of computing.
+const MOST: f64 = 1e10;
 
 /// Checks that the run would come to its end between outputs.
 fn intervals(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
@@ -114,7 +111,7 @@ fn intervals(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     let probes = file.probe.iter().enumerate().map(|(i, probe)| (format!("probe[{i}].every"), probe.every));
     let pictures = file.picture.iter().enumerate().map(|(i, picture)| (format!("picture[{i}].every"), picture.every));
     for (key, interval) in output.into_iter().chain(probes).chain(pictures) {
-        let Some(interval) = interval.filter(|interval| file.time.end > MOST_OUTPUTS * interval) else { continue };
+        let Some(interval) = interval.filter(|interval| file.time.end > MOST * interval) else { continue };
         let message = format!("an output every {interval:.4e} s would be {:.0e} of them", file.time.end / interval);
         findings.push(Diagnostic::error(key, message).help("increase the interval; is its unit right?"));
     }
@@ -152,7 +149,7 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
     if step.is_infinite() {
         return;
     }
-    if file.time.end > MOST_STEPS * step {
+    if file.time.end > MOST * step {
         let message = format!("steps of {step:.4e} s would be {:.0e} of them", file.time.end / step);
         let key = if file.time.step.is_some() { "time.step" } else { "time.end" };
         findings.push(Diagnostic::error(key, message).help("take longer steps or a shorter run; are the units right?"));
