@@ -278,6 +278,15 @@ fn the_state_at_the_start_has_no_time() {
     expect(&POINTS.replace("spacing", "pressure = \"1 + t\"\nspacing"), "\"1 + t\"", "must not depend on the time", "");
 }
 
+/// Formulas that end on the faces of the body, beside its particles.
+#[test]
+fn velocities_at_the_start_may_end_where_the_body_does() {
+    for velocity in ["sqrt(x - 0.4)", "sqrt(0.6 - x)", "sqrt((x - 0.4) * (0.6 - x))"] {
+        let moving = POINTS.replacen("[[body]]\n", &format!("[[body]]\nvelocity = [\"{velocity}\", 0]\n"), 1);
+        assert!(model(&moving).is_ok(), "{velocity}");
+    }
+}
+
 /// 0.02 m between the fluids, across the whole box, next to which every element's centre is in one of them.
 #[test]
 fn gaps_between_fluids_are_said() {

@@ -152,7 +152,7 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
         require(
             lengths == [n; 3] && [0, n].contains(&gradients),
             &key,
-            "positions, volumes, velocities and states differ in number".into(),
+            "positions, volumes, velocities (and their gradients) and states differ in number".into(),
         );
     }
     findings

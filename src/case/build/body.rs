@@ -128,17 +128,21 @@ impl Assembly<'_> {
 }
 
 /// ∂v_i/∂x_j at places [m], as the difference over a cube of the edge `spacing` [m]: a particle's own, so that a jump of the
-/// velocity does not become a spike; empty where the velocity is the same everywhere.
+/// velocity does not become a spike; over half of it where the formula ends beside the place, as a root does. Empty where the velocity
+/// is the same everywhere.
 fn gradients<const D: usize>(velocity: &[Signal; 3], places: &[[f64; 3]], spacing: f64) -> Vec<Tensor<D>> {
     if velocity.iter().all(Signal::is_uniform) {
         return Vec::new();
     }
-    let half = 0.5 * spacing;
-    let along = |i: usize, j: usize, mut x: [f64; 3]| {
-        x[j] += half;
-        let ahead = velocity[i].value(x, 0.0);
-        x[j] -= spacing;
-        (ahead - velocity[i].value(x, 0.0)) / spacing
+    let along = |i: usize, j: usize, x: [f64; 3]| {
+        let beside = |away: f64| {
+            let mut place = x;
+            place[j] += away;
+            Some((away, velocity[i].value(place, 0.0))).filter(|(_, v)| v.is_finite())
+        };
+        let here = (0.0, velocity[i].value(x, 0.0));
+        let [behind, ahead] = [-0.5, 0.5].map(|part| beside(part * spacing).unwrap_or(here));
+        if ahead.0 > behind.0 { (ahead.1 - behind.1) / (ahead.0 - behind.0) } else { 0.0 }
     };
     places.iter().map(|&x| Tensor::from_fn(|i, j| along(i, j, x))).collect()
 }
