@@ -10,6 +10,7 @@
 use super::boundary::Constraints;
 use super::element::{self, Block, Content, Drive, Equations};
 use super::interface::Enriched;
+use super::subscale::Subscales;
 use super::{outflow, slip};
 use crate::linalg::{BlockMatrix, Pattern};
 use crate::math::Vector;
@@ -33,6 +34,8 @@ pub struct CutElement<const D: usize, const N: usize> {
     pub tension: [Vector<D>; N],
     /// Energy of the interface [J].
     pub energy: f64,
+    /// s, against which the pressure gradient is stabilised, as a mean over both sides [m/s²].
+    pub source: Vector<D>,
 }
 
 /// Everything that the equations of a step consist of.
@@ -50,8 +53,8 @@ pub struct Elements<'a, const D: usize, const N: usize> {
     pub force: &'a [Vector<D>],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: &'a [Vector<D>],
-    /// Projected ∇p/ρ − b at the nodes [m/s²].
-    pub projected: &'a [Vector<D>],
+    /// What the pressure is stabilised against, at the nodes.
+    pub subscales: &'a Subscales<D>,
     /// Open facets of each element, as bits (see `outflow`).
     pub open: &'a [u8],
     /// Slip facets of each element, as bits (see `slip`).
@@ -67,8 +70,8 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
     /// The drive of an element.
     pub fn drive(&self, element: usize, cut: bool) -> Drive<D, N> {
         let nodes = self.mesh.elements()[element].map(|node| node as usize);
-        let unbalanced = |node: &usize| if cut { Vector::ZERO } else { self.projected[*node] };
-        let projected = nodes.iter().map(|node| self.force[*node] + unbalanced(node)).sum::<Vector<D>>() / N as f64;
+        let of = if cut { &self.subscales.followed } else { &self.subscales.projected };
+        let projected = nodes.map(|i| of[i]);
         Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected }
     }
 
@@ -101,7 +104,8 @@ impl<const D: usize, const N: usize> Elements<'_, D, N> {
     fn load(&self, element: usize, cut: Option<&CutElement<D, N>>, i: usize) -> [f64; N] {
         let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
         let drive = self.drive(element, cut.is_some());
-        let mut load = element::load(simplex, content, &self.equations, &drive, i);
+        let source = cut.map_or_else(|| drive.source(&self.equations), |cut| cut.source);
+        let mut load = element::load(simplex, content, &self.equations, &drive, source, i);
         if let Some(cut) = cut {
             let carried = (0..N).map(|j| drive.convected[j] * cut.inertia[i][j]).sum::<Vector<D>>();
             (0..D).for_each(|r| load[r] += carried[r] / self.equations.delta);

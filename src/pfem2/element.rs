@@ -130,16 +130,16 @@ pub fn block<const D: usize, const N: usize>(
     a
 }
 
-/// What drives an element: body force [m/s²] and convected velocity v̂ [m/s] at its nodes, and b + π̄, the body force with
-/// the projected rest of the pressure gradient [m/s²].
+/// What drives an element: body force [m/s²] and convected velocity v̂ [m/s] at its nodes, and the projected
+/// pressure gradient π [m/s²].
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<const D: usize, const N: usize> {
     /// Body force b per unit mass at the nodes [m/s²].
     pub force: [Vector<D>; N],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: [Vector<D>; N],
-    /// Mean of the projected ∇p/ρ, b + π̄ [m/s²].
-    pub projected: Vector<D>,
+    /// Projected ∇p/ρ − b at the nodes [m/s²].
+    pub projected: [Vector<D>; N],
 }
 
 impl<const D: usize, const N: usize> Drive<D, N> {
@@ -150,18 +150,29 @@ impl<const D: usize, const N: usize> Drive<D, N> {
         match equations.stabilisation {
             Stabilisation::Pspg => mean(&self.force),
             Stabilisation::ConsistentPspg => mean(&self.force) + mean(&self.convected) / equations.delta,
-            Stabilisation::Oss => self.projected,
+            Stabilisation::Oss => mean(&self.force) + mean(&self.projected),
         }
+    }
+
+    /// s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
+    pub fn source_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
+        let count = own.iter().filter(|own| **own).count();
+        if equations.stabilisation != Stabilisation::Oss || count == 0 {
+            return self.source(equations);
+        }
+        let side = (0..N).filter(|&k| own[k]).map(|k| self.projected[k]).sum::<Vector<D>>() / count as f64;
+        self.force.iter().copied().sum::<Vector<D>>() / N as f64 + side
     }
 }
 
-/// The right-hand side of the rows of node `i`.
+/// The right-hand side of the rows of node `i`; `source` is s [m/s²].
 #[inline]
 pub fn load<const D: usize, const N: usize>(
     simplex: &Simplex<D, N>,
     content: &Content<N>,
     equations: &Equations,
     drive: &Drive<D, N>,
+    source: Vector<D>,
     i: usize,
 ) -> [f64; N] {
     let mut momentum = drive.force[i] * content.mass[i];
@@ -170,7 +181,7 @@ pub fn load<const D: usize, const N: usize>(
     }
     let mut f = [0.0; N];
     f[..D].copy_from_slice(&momentum.0);
-    f[D] = -content.tau * simplex.volume * simplex.gradient[i].dot(drive.source(equations));
+    f[D] = -content.tau * simplex.volume * simplex.gradient[i].dot(source);
     f
 }
 
@@ -225,14 +236,15 @@ mod tests {
         let unknowns = x.map(|x| [0.0, 0.0, 0.0, 1000.0 * gravity.dot(x)]);
         for stabilisation in [Stabilisation::Pspg, Stabilisation::ConsistentPspg, Stabilisation::Oss] {
             let equations = Equations { stabilisation, ..EQUATIONS };
-            let drive = Drive { force: [gravity; 4], convected: [Vector::ZERO; 4], projected: gravity };
+            let drive = Drive { force: [gravity; 4], convected: [Vector::ZERO; 4], projected: [Vector::ZERO; 4] };
+            let source = drive.source(&equations);
             let rows = product(&equations, &content, &unknowns);
             // The momentum rows of one element lack the pressure of its neighbours; the continuity rows don't.
             for (i, row) in rows.iter().enumerate() {
-                let load = load(&simplex, &content, &equations, &drive, i);
+                let load = load(&simplex, &content, &equations, &drive, source, i);
                 assert!((row[3] - load[3]).abs() < 1e-10 * load[3].abs().max(1.0));
             }
-            let net: f64 = (0..4).map(|i| load(&simplex, &content, &equations, &drive, i)[1]).sum();
+            let net: f64 = (0..4).map(|i| load(&simplex, &content, &equations, &drive, source, i)[1]).sum();
             assert!((net - 1000.0 * simplex.volume * gravity[1]).abs() < 1e-9);
         }
     }

@@ -9,12 +9,13 @@
 
 use super::assemble::{Assembly, CutElement, Elements};
 use super::boundary::{Boundary, Constraints};
-use super::element::{self, Content, Equations, Mass, Stabilisation};
+use super::element::{self, Content, Drive, Equations, Mass, Stabilisation};
 use super::interface::{Enriched, Enrichment, Medium};
 use super::phases::{Filling, Phases};
 use super::setup::FluidSetup;
 use super::shear::shear_rate;
-use super::{outflow, slip, subscale, surface_tension};
+use super::subscale::{self, Subscales};
+use super::{outflow, slip, surface_tension};
 use crate::error::{Place, StepError};
 use crate::linalg::{BlockMatrix, Kind, LinearSolver, Memory, Options, Outcome};
 use crate::math::{Signal, Vector};
@@ -88,8 +89,8 @@ pub struct Implicit<const D: usize, const N: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Pressure at the nodes [Pa].
     pub pressure: Vec<f64>,
-    /// Projected ∇p/ρ − b at the nodes [m/s²].
-    pub projected: Vec<Vector<D>>,
+    /// What the pressure is stabilised against.
+    pub subscales: Subscales<D>,
     /// Body force at the nodes [m/s²].
     pub force: Vec<Vector<D>>,
     /// Content of each element in the last step.
@@ -148,7 +149,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             rhs: vec![[0.0; N]; nodes],
             unknowns: vec![[0.0; N]; nodes],
             pressure: vec![0.0; nodes],
-            projected: vec![Vector::ZERO; nodes],
+            subscales: Subscales::at_rest(nodes),
             contents: Vec::new(),
             cuts: Vec::new(),
             recovered: Vec::new(),
@@ -210,7 +211,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             cuts: &self.cuts,
             force: &self.force,
             convected,
-            projected: &self.projected,
+            subscales: &self.subscales,
             open: &self.open,
             slip: &self.slip,
         }
@@ -286,7 +287,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
                 let volume = self.mesh.simplex(e).volume;
                 let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
                 let content = match filling.cut(&self.density, viscosity) {
-                    Some(cut) => cut.content(volume, tau),
+                    Some(cut) => cut.content(volume, |medium| self.cut_tau() * tau(medium)),
                     None => filling.content(volume, &self.density, viscosity, tau),
                 };
                 (content, matches!(filling, Filling::Pure(_)))
@@ -294,8 +295,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             .collect();
         let drives = self.elements(convected);
         let enrich = |(e, nodes): (usize, &[u32; N])| {
-            let source = drives.drive(e, true).source(&self.equations);
-            self.enrich(e, phases.filling(nodes), &filled[e].0, source)
+            self.enrich(e, phases.filling(nodes), &filled[e].0, &drives.drive(e, true))
         };
         let cuts = elements.par_iter().enumerate().filter(|(e, _)| !filled[*e].1).filter_map(enrich).collect();
         self.volumes = self.volumes_of(phases);
@@ -309,7 +309,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         e: usize,
         filling: Filling<N>,
         content: &Content<N>,
-        source: Vector<D>,
+        drive: &Drive<D, N>,
     ) -> Option<CutElement<D, N>> {
         let cut = filling.cut(&self.density, |fluid| self.viscosity(e, fluid))?;
         let Filling::Cut(pair, level) = filling else { return None };
@@ -321,7 +321,10 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
         let walls = slip::press_enriched(&cut, enrichment, simplex, self.slip[e]);
-        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, source, delay).beside(walls);
+        let sources = cut.sides().map(|own| drive.source_of(&self.equations, own));
+        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, sources, delay).beside(walls);
+        let share = cut.negative_share();
+        let source = sources[0] * share + sources[1] * (1.0 - share);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
         let tension = surface_tension::forces(&level, &x, simplex, tension);
@@ -333,7 +336,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
                 std::array::from_fn(|i| std::array::from_fn(|j| own[i][j] - mean(i, j)))
             }
         };
-        Some(CutElement { element: e as u32, inertia, enriched, tension, energy })
+        Some(CutElement { element: e as u32, inertia, enriched, tension, energy, source })
     }
 
     /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
@@ -358,6 +361,14 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             Stabilisation::ConsistentPspg | Stabilisation::Oss => 0.0,
         };
         element::tau(self.equations.delta, medium.viscosity, medium.density, self.size[e], speed)
+    }
+
+    /// τ of a cut element, over that of another.
+    fn cut_tau(&self) -> f64 {
+        match self.physics.stabilisation {
+            Stabilisation::Oss => subscale::CUT_TAU,
+            Stabilisation::Pspg | Stabilisation::ConsistentPspg => 1.0,
+        }
     }
 
     /// Volume of each fluid [m³].
@@ -424,11 +435,11 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
 
     fn project_subscales(&mut self) {
         if self.physics.stabilisation == Stabilisation::Oss {
-            let mut projected = std::mem::take(&mut self.projected);
-            let pressure = |node: usize| self.pressure[node];
-            let pure = |e: usize| self.pure[e];
-            subscale::project(&self.mesh, &self.contents, pure, pressure, &self.force, &mut projected);
-            self.projected = projected;
+            let mut subscales = std::mem::take(&mut self.subscales);
+            let (pure, pressure) = (|e: usize| self.pure[e], |node: usize| self.pressure[node]);
+            subscale::project(&self.mesh, &self.contents, pure, pressure, &self.force, &mut subscales.projected);
+            subscales.follow();
+            self.subscales = subscales;
         }
     }
 }

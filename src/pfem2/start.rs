@@ -7,9 +7,9 @@
 //!
 //! All three, and the forces that the first step's explicit share is booked with, are known up to O(Δt) at a fixed
 //! place, which leaves an error of O(Δt²) in the first step; in a steady flow they are exact. Backward Euler instead would
-//! turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure gradient π of the stabilisation counts as much: with π⁰ = 0, fluid that
-//! accelerates would be as compressible in the first step as with the paper's PSPG (theory 5.4), and the pressure half
-//! of what it is.
+//! turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure gradient π of
+//! the stabilisation counts as much: with π⁰ = 0, fluid that accelerates would be as compressible in the first step as with the
+//! paper's PSPG (theory 5.4), and the pressure half of what it is.
 
 use super::Pfem2;
 use super::element::Stabilisation;
@@ -39,6 +39,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
             self.implicit.solve(step, &phases, &convected)?;
         }
+        self.implicit.subscales.settle();
         self.remember(step, &convected);
         self.carried.copy_from_slice(&self.acceleration);
         let (powers, outside) = self.push(step, &convected);

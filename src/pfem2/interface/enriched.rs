@@ -21,13 +21,13 @@ pub struct Enriched<const N: usize> {
 }
 
 impl<const N: usize> Enriched<N> {
-    /// The enrichment of a cut element. `source` is s [m/s²]; `inertia` is τ/Δ with consistent PSPG, else 0.
+    /// The enrichment of a cut element. `source` is s on the negative and the positive side [m/s²]; `inertia` is τ/Δ with consistent PSPG, else 0.
     pub fn new<const D: usize>(
         cut: &Cut<N>,
         enrichment: Enrichment,
         simplex: &Simplex<D, N>,
         tau: f64,
-        source: Vector<D>,
+        source: [Vector<D>; 2],
         inertia: f64,
     ) -> Self {
         let count = cut.functions(enrichment);
@@ -41,7 +41,7 @@ impl<const N: usize> Enriched<N> {
             let at = |k| cut.function(enrichment, k, part, &simplex.gradient);
             for k in 0..count {
                 let (value, slope) = at(k);
-                load[k] -= tau * volume * slope.dot(source);
+                load[k] -= tau * volume * slope.dot(source[usize::from(!part.negative)]);
                 for (l, entry) in matrix[k].iter_mut().enumerate() {
                     *entry += weight * slope.dot(at(l).1);
                 }

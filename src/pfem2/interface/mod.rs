@@ -74,6 +74,11 @@ impl<const N: usize> Cut<N> {
         self.media[usize::from(!part.negative)]
     }
 
+    /// The nodes on the negative and on the positive side.
+    pub fn sides(&self) -> [[bool; N]; 2] {
+        [true, false].map(|negative| self.level.map(|level| (level < 0.0) == negative))
+    }
+
     /// Fraction of the element on the negative side.
     pub fn negative_share(&self) -> f64 {
         self.parts.iter().filter(|part| part.negative).map(|part| part.share).sum()
@@ -177,7 +182,7 @@ mod tests {
         let pressure = |phi: f64| -phi * 9.81 * if phi < 0.0 { 1000.0 } else { 1.0 };
         let nodal = level.map(|phi| [0.0, 0.0, pressure(phi)]);
         for enrichment in [Enrichment::Kink, Enrichment::Jump] {
-            let enriched = Enriched::new(&cut, enrichment, &simplex, 0.01, gravity, 0.0);
+            let enriched = Enriched::new(&cut, enrichment, &simplex, 0.01, [gravity; 2], 0.0);
             let q = enriched.recover(&nodal);
             for part in &cut.parts {
                 let smooth = (0..3).map(|k| simplex.gradient[k] * nodal[k][2]).sum::<Vector<2>>();

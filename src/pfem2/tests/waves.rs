@@ -63,27 +63,39 @@ fn water_under_air_sloshes_with_the_period_of_linear_theory() {
     assert!((period / 1.182998 - 1.0).abs() < 0.01, "{period}");
 }
 
-/// The greatest kinetic energy in 60 steps of Δt = `part` times the bound, over the potential energy that `n` half waves begin
+/// The kinetic energy after each of 90 steps of Δt = `part` times the bound, over the potential energy that `n` half waves begin
 /// with, ¼ (ρ₁ − ρ₂) g a².
-fn energy_of_waves(n: f64, part: f64) -> f64 {
+fn energies_of_waves(n: f64, part: f64) -> Vec<f64> {
     let (height, densities) = (0.02 / n, [1000.0, 1.0]);
     let mut pfem = half_full([20, 20], 0.1, (height, n), densities);
     let dt = part * pfem.stable_dt();
-    let mut greatest = 0.0f64;
-    for k in 0..60 {
+    let whole = 0.25 * (densities[0] - densities[1]) * GRAVITY * height * height;
+    let mut after = |k: i32| {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        greatest = greatest.max(pfem.totals.kinetic);
-    }
-    greatest / (0.25 * (densities[0] - densities[1]) * GRAVITY * height * height)
+        pfem.totals.kinetic / whole
+    };
+    (0..90).map(&mut after).collect()
+}
+
+fn greatest(energies: &[f64]) -> f64 {
+    energies.iter().copied().fold(0.0, f64::max)
 }
 
 /// Waves swap potential and kinetic energy, and lose some of it to the scheme: with the longest steps as well.
 #[test]
 fn waves_do_not_grow_below_the_bound() {
-    for (n, part) in [(1.0, 0.95), (4.0, 0.6), (8.0, 0.95)] {
-        let energy = energy_of_waves(n, part);
+    for (n, part) in [(1.0, 0.95), (1.0, 0.5), (2.0, 0.95), (4.0, 0.9), (8.0, 0.95)] {
+        let energy = greatest(&energies_of_waves(n, part));
         assert!(energy < 1.05, "{n}, {part}: {energy}");
     }
+}
+
+/// A wave of twenty elements, two periods of which have passed. With cut elements stabilised against the body force alone, 0.56 of its
+/// energy was left.
+#[test]
+fn waves_keep_their_energy_in_short_steps() {
+    let energy = greatest(&energies_of_waves(2.0, 1.0 / 3.0)[60..]);
+    assert!((energy - 1.0).abs() < 0.2, "{energy}");
 }
 
 /// ωΔt = 3/2 for the wave of two elements, ω² = g π/h (1000 − 1)/(1000 + 1).
