@@ -55,6 +55,31 @@ fn missing_key() {
 }
 
 #[test]
+fn empty_tables() {
+    let home = tempfile::tempdir().unwrap();
+    std::fs::write(home.path().join("empty.csv"), "").unwrap();
+    let metal =
+        "{ law = \"j2\", density = 1000, young = \"1 GPa\", poisson = 0.3, yield-stress = { table = \"empty.csv\" } }";
+    let law = GOOD.find("{ law = \"fluid\"").unwrap();
+    let end = law + GOOD[law..].find('\n').unwrap();
+    let curve = format!("{}{metal}{}", &GOOD[..law], &GOOD[end..]);
+    let force =
+        |columns: &str| GOOD.replace("\"1 kPa * ramp(t, 0.1 ms)\"", &format!("{{ table = \"empty.csv\"{columns} }}"));
+    for text in [curve, force(""), force(", time = \"t\"")] {
+        let Err(Error::Case(found)) = Case::read(Source::new("case.toml", home.path(), &text), &[]) else {
+            panic!("{text}")
+        };
+        assert_eq!(found.len(), 1, "{found:#?}");
+        assert!(
+            found[0]
+                .message
+                .ends_with("the file is empty: it needs a row of names, such as `t [s],p [Pa]`, and rows of numbers")
+        );
+        assert!(text[found[0].span.clone().unwrap()].starts_with("{ table = \"empty.csv\""), "{found:?}");
+    }
+}
+
+#[test]
 fn wrong_unit() {
     expect(
         "density = \"1e-3 g/mm^3\"",

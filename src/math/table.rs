@@ -73,6 +73,11 @@ impl CsvColumns {
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| format!("not a CSV file: {e}"))?.clone();
+        if header.iter().all(str::is_empty) {
+            return Err(
+                "the file is empty: it needs a row of names, such as `t [s],p [Pa]`, and rows of numbers".into()
+            );
+        }
         let columns = [Column::find(&header, names[0], 0)?, Column::find(&header, names[1], 1)?];
         let mut rows = Vec::new();
         for record in reader.records() {
@@ -100,7 +105,7 @@ impl Column {
         let names: Vec<String> = header.iter().map(bare).collect();
         let index = index.ok_or_else(|| match name {
             Some(name) => format!("there is no column `{name}`; the columns are {}", names.join(", ")),
-            None => format!("two columns are needed; there is {}", names.join(", ")),
+            None => format!("two columns are needed; there is only `{}`", names.join("`, `")),
         })?;
         let unit = header[index].split_once('[').map(|(_, rest)| Unit::parse(rest.trim_end().trim_end_matches(']')));
         Ok(Self { index, unit: unit.transpose()? })
@@ -130,7 +135,10 @@ mod tests {
         let error = |text: &str| Table::from_csv(text, None, None).unwrap_err();
         assert!(error("t,p\n0,1\n0,2\n").contains("row 2 has 0 s after 0 s"));
         assert!(error("t,p\n").contains("no rows"));
-        assert!(error("t\n0\n").contains("two columns"));
+        assert!(error("t\n0\n").contains("two columns are needed; there is only `t`"));
+        for empty in ["", "\n\n", "# a comment\n"] {
+            assert!(error(empty).contains("the file is empty"), "{empty:?}");
+        }
         assert!(error("t,p\n0,one\n").contains("line 2: `one` is not a number"));
         assert!(error("t,p\n0,nan\n").contains("not"));
         assert!(Table::from_csv("t,p\n0,1\n", None, Some("q")).unwrap_err().contains("columns are t, p"));
