@@ -54,6 +54,20 @@ fn missing_key() {
     expect("law = \"fluid\", ", "", "{ density = \"1e-3", "the key `law` is missing", "`fluid`");
 }
 
+/// Without a method a case is one of material points; keys of the other method say which was meant.
+#[test]
+fn missing_method() {
+    let flow = include_str!("fixtures/two_fluids.toml").replace("method = \"pfem2\"\n", "");
+    let found = findings(&flow);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].message.starts_with("the key `method` is missing, and `mesh` belongs to"), "{found:?}");
+    assert!(found[0].help.as_ref().unwrap().starts_with("write `method = \"pfem2\"`"), "{found:?}");
+    assert_eq!(line_and_column(&flow, found[0].span.as_ref().unwrap().start).0, 6);
+    let neither = findings("name = \"a\"\ndimension = 2\ntime = { end = 1 }\n");
+    assert!(neither[0].message.contains("`grid` is missing"), "{neither:?}");
+    assert!(neither[0].help.as_ref().unwrap().contains("or `method = \"pfem2\"` and its `[mesh]`"), "{neither:?}");
+}
+
 #[test]
 fn empty_tables() {
     let home = tempfile::tempdir().unwrap();

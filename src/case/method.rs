@@ -18,8 +18,12 @@ fn name(tree: &Node) -> &str {
 
 /// Notes keys of the other method, and what this one needs.
 pub(super) fn check(tree: &Node, findings: &mut Vec<Diagnostic>) {
+    if let Some(finding) = forgotten(tree) {
+        findings.push(finding);
+        return;
+    }
     let (own, other, example) = match name(tree) {
-        "mpm" => (MPM, PFEM2, "write `[grid]` with `cell`, `lower` and `upper`"),
+        "mpm" => (MPM, PFEM2, grid_example(tree)),
         "pfem2" => (PFEM2, MPM, "write `mesh = { shape = \"box\", lower = [...], upper = [...], cell = ... }`"),
         _ => return,
     };
@@ -34,6 +38,25 @@ pub(super) fn check(tree: &Node, findings: &mut Vec<Diagnostic>) {
     if name(tree) == "pfem2" {
         bodies(tree, findings);
     }
+}
+
+fn grid_example(tree: &Node) -> &'static str {
+    match tree.get("method") {
+        Some(_) => "write `[grid]` with `cell`, `lower` and `upper`",
+        None => "write `[grid]` with `cell`, `lower` and `upper`, or `method = \"pfem2\"` and its `[mesh]`",
+    }
+}
+
+/// A case that doesn't say its method is one of material points; where it has keys of PFEM-2 alone, that was forgotten.
+fn forgotten(tree: &Node) -> Option<Diagnostic> {
+    let said = |key: &&&str| tree.get(key).is_some();
+    if said(&&"method") || MPM.iter().any(|key| said(&key)) {
+        return None;
+    }
+    let key = PFEM2.iter().find(said)?;
+    let message = format!("the key `method` is missing, and `{key}` belongs to `method = \"pfem2\"`");
+    let help = "write `method = \"pfem2\"`: without it the method is `\"mpm\"`, which has a `[grid]`";
+    Some(Diagnostic { span: tree.get(key)?.span.clone(), ..Diagnostic::error(*key, message).help(help) })
 }
 
 fn foreign(tree: &Node, key: &str, node: Option<&Node>) -> Diagnostic {
