@@ -72,8 +72,9 @@ impl BuiltIn {
     /// # Errors
     /// Input/output errors; a file that is there already is one.
     pub fn write_to(&self, directory: &Path, own: &str) -> Result<PathBuf> {
+        let quoted = toml::Value::from(own);
         write_folder(self.folder, directory, &|text| {
-            let named = text.replacen(&format!("name = \"{}\"", self.name()), &format!("name = \"{own}\""), 1);
+            let named = text.replacen(&format!("name = \"{}\"", self.name()), &format!("name = {quoted}"), 1);
             // Pictures of the guide stay behind.
             named.split_inclusive('\n').filter(|line| !line.starts_with("![")).collect()
         })?;
@@ -144,5 +145,15 @@ mod tests {
             case.text(CASE_FILE).unwrap()
         );
         assert!(matches!(case.write_to(directory.path(), "mine"), Err(Error::Io { .. })));
+    }
+
+    #[test]
+    fn a_case_is_toml_whatever_its_name() {
+        for own in ["a\"b", "it's", "a\\b", "\"both' \\", "tab\t"] {
+            let directory = tempfile::tempdir().unwrap();
+            let path = find("water-sphere").unwrap().write_to(directory.path(), own).unwrap();
+            let table: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+            assert_eq!(table["name"].as_str(), Some(own));
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! What a wrong case gets: every finding at once, each at its line and column, with what to write instead.
 
 use lateen::Error;
-use lateen::case::{Case, Source, line_and_column};
+use lateen::case::{Case, Source, is_case_name, line_and_column};
 use lateen::error::Diagnostic;
 
 const GOOD: &str = include_str!("fixtures/water_sphere.toml");
@@ -90,6 +90,16 @@ fn empty_tables() {
                 .ends_with("the file is empty: it needs a row of names, such as `t [s],p [Pa]`, and rows of numbers")
         );
         assert!(text[found[0].span.clone().unwrap()].starts_with("{ table = \"empty.csv\""), "{found:?}");
+    }
+}
+
+#[test]
+fn names_of_folders() {
+    for name in ["a\"b", "it's", "two words", &"x".repeat(100)] {
+        assert!(is_case_name(name), "{name}");
+    }
+    for name in ["", " ", ".hidden", "a/b", "a\\b", "a\nb", "a\0", &"x".repeat(101), &"ö".repeat(51)] {
+        assert!(!is_case_name(name), "{name:?}");
     }
 }
 

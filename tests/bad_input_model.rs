@@ -215,6 +215,32 @@ fn probes_have_no_keys_without_effect() {
 }
 
 #[test]
+fn names_are_those_of_files() {
+    let long = "n".repeat(101);
+    let named = |name: &str| {
+        let bodies = [(POINTS, "fall"), (POINTS, "block"), (POINTS, "step"), (FLOW, "oil")];
+        let parts =
+            bodies.map(|(text, part)| text.replace(&format!("name = \"{part}\""), &format!("name = \"{name}\"")));
+        let boundary = FLOW.replace("kind = \"slip\"", &format!("kind = \"slip\"\nname = \"{name}\""));
+        let picture = format!("{POINTS}[[picture]]\nname = \"{name}\"\n");
+        parts.into_iter().chain([boundary, picture, format!("{POINTS}{}", probe("block", name))])
+    };
+    for text in named(&long) {
+        expect(&text, &format!("\"{long}\""), "this name is too long: 101 bytes", "100 at most");
+    }
+    for text in named("a\\u0000b") {
+        expect(&text, "\"a\\u0000b\"", "the control character U+0000", "letters, digits");
+    }
+    named(&long[1..]).for_each(|text| drop(model(&text).expect("100 bytes")));
+    let hole = format!(
+        "holes = [{{ name = \"{long}\", region = {{ shape = \"sphere\", center = [0.5, 0.5], radius = 0.2 }} }}]"
+    );
+    let text = FLOW.replace("cell = \"0.1 m\"", &format!("cell = 0.1\n{hole}"));
+    let text = text.replace("[\"bottom\", \"top\"]", &format!("[\"bottom\", \"top\", \"{long}\"]"));
+    expect(&text, "[\"bottom\"", "too long: 112 bytes", "give this boundary a short `name`");
+}
+
+#[test]
 fn outputs_show_something_and_come_to_an_end() {
     let picture = format!("{POINTS}[[picture]]\nname = \"p\"\nof = []\n");
     let found = model(&picture).err().unwrap();

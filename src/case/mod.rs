@@ -28,6 +28,7 @@ mod walk;
 
 pub use build::Model;
 pub use flow::*;
+pub use names::is_case_name;
 pub use parts::*;
 pub use reference::{laws, schema};
 pub use report::{line_and_column, render};

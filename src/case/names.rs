@@ -10,13 +10,35 @@ use crate::pfem2::{INTERFACE, MESH};
 use crate::simulation::Snapshot;
 use std::collections::HashMap;
 
+/// The longest name [bytes]: the force of a contact has two of them in the name of its file, and file systems allow 255.
+const LONGEST: usize = 100;
+
+/// True if a case may have this name, which is that of a folder.
+pub fn is_case_name(name: &str) -> bool {
+    let folder = name.trim();
+    !(folder.is_empty() || folder.starts_with('.') || folder.contains(['/', '\\']) || unfit(name).is_some())
+}
+
+/// Why no file can be called after a name, and what to do.
+fn unfit(name: &str) -> Option<(String, String)> {
+    if name.len() > LONGEST {
+        let message = format!("this name is too long: {} bytes", name.len());
+        let help =
+            format!("files of the run are called after it: {LONGEST} at most, where letters beyond ASCII have 2 to 4");
+        return Some((message, help));
+    }
+    let control = name.chars().find(|c| c.is_control())?;
+    let message = format!("this name holds the control character U+{:04X}", u32::from(control));
+    Some((message, "files of the run are called after it: write letters, digits, `-` and `_`".to_owned()))
+}
+
 /// Every name of a part names one thing, and no name is empty; that of the case is the name of a folder.
 pub(super) fn parts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
-    let folder = file.name.trim();
-    if folder.is_empty() || folder.starts_with('.') || folder.contains(['/', '\\']) {
+    if unfit(&file.name).is_none() && !is_case_name(&file.name) {
         let finding = Diagnostic::error("name", "this can't be the name of a folder");
         findings.push(finding.help("the run goes to runs/<name>: write a word without `/`, or several with `-`"));
     }
+    unfit_for_files(file, findings);
     let bodies = file.body.iter().enumerate().map(|(i, b)| (format!("body[{i}].name"), b.name.as_str()));
     let membranes = file.membrane.iter().enumerate().map(|(i, m)| (format!("membrane[{i}].name"), m.name.as_str()));
     let obstacles = file.obstacle.iter().enumerate().map(|(i, o)| (format!("obstacle[{i}].name"), o.name.as_str()));
@@ -34,6 +56,28 @@ pub(super) fn parts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     {
         findings.push(Diagnostic::error(key, "the name is empty").help("files of the run are called after it"));
     }
+}
+
+/// Every name is one that files can have.
+fn unfit_for_files(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
+    let bodies = file.body.iter().enumerate().map(|(i, b)| (format!("body[{i}].name"), b.name.clone()));
+    let membranes = file.membrane.iter().enumerate().map(|(i, m)| (format!("membrane[{i}].name"), m.name.clone()));
+    let obstacles = file.obstacle.iter().enumerate().map(|(i, o)| (format!("obstacle[{i}].name"), o.name.clone()));
+    let boundaries = file.boundary.iter().enumerate().map(|(i, b)| (part_key(i, b), b.part_name()));
+    let probes = file.probe.iter().enumerate().map(|(i, p)| (format!("probe[{i}].name"), p.name.clone()));
+    let pictures = file.picture.iter().enumerate().map(|(i, p)| (format!("picture[{i}].name"), p.name.clone()));
+    let case = std::iter::once(("name".to_owned(), file.name.clone()));
+    let all = case.chain(bodies).chain(membranes).chain(obstacles).chain(boundaries).chain(probes).chain(pictures);
+    for (key, name) in all {
+        let Some((message, help)) = unfit(&name) else { continue };
+        let short = if key.ends_with(".on") { "; give this boundary a short `name`" } else { "" };
+        findings.push(Diagnostic::error(key, message).help(help + short));
+    }
+}
+
+/// The key that the name of a part of the boundary comes from.
+fn part_key(i: usize, part: &super::BoundarySpec) -> String {
+    format!("boundary[{i}].{}", if part.name.is_some() { "name" } else { "on" })
 }
 
 /// What writes a file.
@@ -97,8 +141,8 @@ fn forces(file: &CaseFile, initial: &Snapshot<'_>) -> Vec<Writer> {
                 !matches!(b.kind, BoundaryWord::Outlet | BoundaryWord::Traction | BoundaryWord::Pressure)
             });
         let writer = |(i, part): (usize, &super::BoundarySpec)| {
-            let (name, key) = (part.part_name(), if part.name.is_some() { "name" } else { "on" });
-            Writer::new(&name, format!("boundary[{i}].{key}"), force(&name))
+            let name = part.part_name();
+            Writer::new(&name, part_key(i, part), force(&name))
         };
         return holding.map(writer).collect();
     }

@@ -1,6 +1,7 @@
 //! `lateen new NAME [DIR]` and `lateen cases`.
 
 use super::{Failure, show};
+use lateen::case::is_case_name;
 use lateen::catalog;
 use lateen::verify::Expected;
 use std::path::PathBuf;
@@ -9,7 +10,9 @@ use std::path::PathBuf;
 pub fn new(name: &str, directory: Option<PathBuf>) -> Result<(), Failure> {
     let case = catalog::find(name).ok_or_else(|| catalog::unknown(name))?;
     let directory = directory.unwrap_or_else(|| name.into());
-    let own = directory.file_name().map_or(name.to_owned(), |own| own.to_string_lossy().into_owned());
+    // A directory may have a name that a case can't have.
+    let own = directory.file_name().map(|own| own.to_string_lossy().into_owned()).filter(|own| is_case_name(own));
+    let own = own.unwrap_or_else(|| name.to_owned());
     let path = case.write_to(&directory, &own)?;
     let path = path.display();
     show(&format!("{path} is yours to change; run it with\n\n    lateen run {path}\n"))
