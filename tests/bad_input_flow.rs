@@ -67,9 +67,14 @@ const NODES: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 
 
 /// A closed case on a file of these elements.
 fn on_file(elements: &[&str]) -> Result<Model, Vec<Diagnostic>> {
+    on_nodes(NODES, elements)
+}
+
+/// A closed case on a file with other nodes or groups.
+fn on_nodes(nodes: &str, elements: &[&str]) -> Result<Model, Vec<Diagnostic>> {
     let home = tempfile::tempdir().unwrap();
     let lines: Vec<String> = elements.iter().enumerate().map(|(i, e)| format!("{} {e}\n", i + 1)).collect();
-    let text = format!("{NODES}$Elements\n{}\n{}$EndElements\n", lines.len(), lines.concat());
+    let text = format!("{nodes}$Elements\n{}\n{}$EndElements\n", lines.len(), lines.concat());
     std::fs::write(home.path().join("domain.msh"), text).unwrap();
     let case = "name = \"file\"\nmethod = \"pfem2\"\ndimension = 2\nunits = \"none\"\n[time]\nend = 1.0\nstep = 0.1\n\
         [mesh]\nshape = \"file\"\npath = \"domain.msh\"\n[[body]]\nname = \"oil\"\n\
@@ -115,6 +120,42 @@ fn groups_without_a_condition_and_facets_without_a_group() {
     let model = on_file(&[&TRIANGLES[..], &AROUND[..3]].concat()).unwrap();
     let texts: Vec<&str> = model.warnings.iter().map(|warning| warning.message.as_str()).collect();
     assert!(texts.iter().any(|text| text.contains("1 facets of the boundary are in no named part, the first at (0.0")));
+}
+
+/// A mesh in 2D lies in x and y: in any plane z = const, up to rounding.
+#[test]
+fn meshes_out_of_the_plane() {
+    let elements = [&TRIANGLES[..], &AROUND[..]].concat();
+    let square = |places: [&str; 4]| {
+        let [a, b, c, d] = places;
+        let (flat, moved) = ("1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n", format!("1 {a}\n2 {b}\n3 {c}\n4 {d}\n"));
+        on_nodes(&NODES.replace(flat, &moved), &elements)
+    };
+    square(["0 0 3", "1 0 3", "1 1 3.000000000001", "0 1 3"]).expect("a plane");
+    let bent = one(square(["0 0 0", "1 0 0", "1 1 0.5", "0 1 0"]));
+    assert!(bent.message.contains("node 1 has z = 0 and node 3 has z = 0.5"), "{bent:?}");
+    let upright = one(square(["0 0 0", "1 0 0", "1 0 1", "0 0 1"]));
+    assert!(upright.message.contains("node 1 has z = 0 and node 3 has z = 1"), "{upright:?}");
+    assert!(upright.message.contains("make it in x and y") && upright.key == "mesh.path", "{upright:?}");
+    let solid = one(on_nodes(&NODES.replace("5 7 8 0", "5 0 0 1"), &[&elements[..], &["4 2 3 1 1 2 3 5"]].concat()));
+    assert!(solid.message.contains("element 7 of the file is a tetrahedron: write `dimension = 3`"), "{solid:?}");
+}
+
+/// Conditions are for the boundary: a group with facets inside is said, and how many there are.
+#[test]
+fn groups_inside_the_mesh_and_a_group_named_rest() {
+    let inside = one(on_file(&[&TRIANGLES[..], &["1 2 1 1 1 3"]].concat()));
+    assert!(inside.message.contains("`around` is no part of the boundary: its 1 facets lie inside"), "{inside:?}");
+    assert!(
+        inside.key == "boundary[0].on" && inside.help.as_ref().unwrap().contains("cut the mesh open"),
+        "{inside:?}"
+    );
+    let partly = on_file(&[&TRIANGLES[..], &AROUND[..], &["1 2 1 1 1 3"]].concat()).unwrap();
+    let said = |warning: &&Diagnostic| warning.message.contains("1 facets of `around` lie inside the mesh");
+    assert_eq!(partly.warnings.iter().filter(said).count(), 1, "{:?}", partly.warnings);
+    let rest = one(on_nodes(&NODES.replace("\"lid\"", "\"rest\""), &[&TRIANGLES[..], &["1 2 2 1 4 1"]].concat()));
+    assert!(rest.message.contains("a physical group is named `rest`, which means"), "{rest:?}");
+    assert!(rest.help.as_ref().unwrap().contains("another name"), "{rest:?}");
 }
 
 #[test]

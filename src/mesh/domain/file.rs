@@ -45,6 +45,11 @@ impl MeshFile {
         let wrong = |key: &str, why: String| Diagnostic::error(key, format!("{}: {why}", self.path.display()));
         let file = gmsh::read(&base_dir.join(&self.path)).map_err(|why| wrong("path", why.to_string()))?;
         let key = if self.group.is_some() { "group" } else { "path" };
-        Mesh::from_gmsh(&file, self.group.as_deref(), self.unit).map_err(|why| wrong(key, why))
+        let mesh = Mesh::from_gmsh(&file, self.group.as_deref(), self.unit).map_err(|why| wrong(key, why))?;
+        if mesh.sets.contains_key("rest") || mesh.inner.contains_key("rest") {
+            let why = "a physical group is named `rest`, which means all parts of the boundary without a condition";
+            return Err(wrong("path", why.to_owned()).help("give the group another name in the file"));
+        }
+        Ok(mesh)
     }
 }

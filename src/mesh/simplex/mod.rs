@@ -28,6 +28,8 @@ pub struct Mesh<const D: usize, const N: usize> {
     topology: Topology<N>,
     /// Named sets of boundary facets (physical groups of a Gmsh file).
     pub sets: BTreeMap<String, Vec<Facet>>,
+    /// How many facets of a physical group lie inside the mesh, where there are any.
+    pub inner: BTreeMap<String, usize>,
     /// Nodes of the file that no element uses [m]: they were left out.
     pub isolated: Vec<Vector<D>>,
 }
@@ -84,7 +86,8 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         }
         let simplices = simplices(&nodes, &elements, number)?;
         let topology = Topology::new(&elements, nodes.len(), number)?;
-        Ok(Self { nodes, elements, simplices, topology, sets: BTreeMap::new(), isolated: Vec::new() })
+        let (sets, inner) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { nodes, elements, simplices, topology, sets, inner, isolated: Vec::new() })
     }
 
     /// Node positions [m].

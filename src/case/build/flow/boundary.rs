@@ -23,7 +23,7 @@ impl Assembly<'_> {
                 self.findings.push(finding.help(format!("there are `{}`, and `rest`", known.join("`, `"))));
             }
             for name in spec.on.list() {
-                self.boundary_name(&format!("boundary[{i}].on"), name, &known, &taken);
+                self.boundary_name(&format!("boundary[{i}].on"), name, (&known, &mesh.inner), &taken);
                 taken.insert(name);
             }
         }
@@ -79,10 +79,26 @@ impl Assembly<'_> {
         }
     }
 
-    fn boundary_name(&mut self, key: &str, name: &str, known: &[&str], taken: &BTreeSet<&str>) {
+    /// `inner`: how many facets of a group are not on the boundary.
+    fn boundary_name(
+        &mut self,
+        key: &str,
+        name: &str,
+        (known, inner): (&[&str], &BTreeMap<String, usize>),
+        taken: &BTreeSet<&str>,
+    ) {
         if taken.contains(name) {
             let message = format!("`{name}` already has a condition");
             self.findings.push(Diagnostic::error(key, message).help("a part of the boundary has one condition"));
+        } else if let Some(count) = inner.get(name) {
+            let finding = if known.contains(&name) {
+                Diagnostic::warning(key, format!("{count} facets of `{name}` lie inside the mesh, and have no effect"))
+            } else {
+                let message = format!("`{name}` is no part of the boundary: its {count} facets lie inside the mesh");
+                Diagnostic::error(key, message)
+            };
+            let help = "conditions are for the boundary: take such facets out, or cut the mesh open along them";
+            self.findings.push(finding.help(help));
         } else if name != "rest" && !known.contains(&name) {
             let help = match known {
                 [] => "the mesh has no named parts: use `\"rest\"`, or give the file physical groups".to_owned(),
