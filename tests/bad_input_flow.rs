@@ -158,6 +158,24 @@ fn groups_inside_the_mesh_and_a_group_named_rest() {
     assert!(rest.help.as_ref().unwrap().contains("another name"), "{rest:?}");
 }
 
+/// A condition is tried where its facets are: y = 0.4 at the top.
+#[test]
+fn formulas_hold_on_their_own_part_of_the_boundary() {
+    let kind = "on = [\"bottom\", \"top\"]\nkind = \"slip\"";
+    let top =
+        |keys: &str| channel("0.3", "1").replace(kind, &format!("on = \"top\"\n{keys}\n[[boundary]]\non = \"bottom\""));
+    for formula in ["sqrt(y - 0.39)", "exp(-t)*sqrt(y - 0.39)", "1/(y - 0.2)"] {
+        for keys in ["velocity = [F, 0]", "kind = \"pressure\"\npressure = F", "kind = \"traction\"\ntraction = [0, F]"]
+        {
+            let keys = keys.replace('F', &format!("\"{formula}\""));
+            model(&top(&keys), Path::new("")).unwrap_or_else(|found| panic!("{keys}: {found:?}"));
+        }
+    }
+    let below = one(model(&top("velocity = [\"sqrt(0.39 - y)\", 0]"), Path::new("")));
+    assert!(below.message.contains("the formula gives NaN at x = 0, y = 0.4"), "{below:?}");
+    assert_eq!(below.key, "boundary[2].velocity[0]");
+}
+
 #[test]
 fn what_an_inlet_brings_is_a_body() {
     let named = |fluid: &str, at: &str| channel("0.3", "1").replace(at, &format!("fluid = \"{fluid}\""));

@@ -17,6 +17,8 @@ pub struct Watched {
     pub signal: Signal,
     /// Where it is tried before every step [m].
     pub places: Vec<[f64; 3]>,
+    /// Acts on a part of the boundary, and need not have a value away from it.
+    pub on_boundary: bool,
 }
 
 /// A solver with the formulas that drive it.
@@ -61,8 +63,8 @@ impl Guarded {
     /// The error of a step, or that of a formula which has no value where the step failed.
     fn explained(&self, (t, dt): (f64, f64), error: StepError) -> StepError {
         let failed = error.place.position().filter(|x| x.iter().all(|c| c.is_finite()));
-        let places = failed.as_slice();
-        let Some(found) = self.undefined((t, dt), |_| places) else { return error };
+        let places = |watched: &Watched| if watched.on_boundary { &[][..] } else { failed.as_slice() };
+        let Some(found) = self.undefined((t, dt), places) else { return error };
         StepError { place: error.place, ..found }
     }
 }
@@ -147,14 +149,18 @@ mod tests {
 
     #[test]
     fn a_formula_without_a_value_where_a_step_failed_is_named() {
-        let guarded = |formula: &str| {
+        let watched = |formula: &str, on_boundary| {
             let signal = Signal::formula(formula).unwrap();
-            Guarded::new(Box::new(Failing), vec![Watched { key: "load".into(), signal, places: Vec::new() }])
+            let watched = Watched { key: "load".into(), signal, places: Vec::new(), on_boundary };
+            Guarded::new(Box::new(Failing), vec![watched])
         };
+        let guarded = |formula| watched(formula, false);
         let error = guarded("sqrt(1.9 - x)").step(0.5, 0.1).unwrap_err();
         assert_eq!((error.what.as_str(), error.time), ("the formula of `load` has no value", 0.5));
         assert!(matches!(error.place, Place::Node { index: 3, .. }));
-        let error = guarded("sqrt(2.1 - x)").step(0.5, 0.1).unwrap_err();
-        assert_eq!(error.what, "a force is not a number");
+        let elsewhere = [guarded("sqrt(2.1 - x)"), watched("sqrt(1.9 - x)", true)];
+        for error in elsewhere.map(|mut solver| solver.step(0.5, 0.1).unwrap_err()) {
+            assert_eq!(error.what, "a force is not a number");
+        }
     }
 }

@@ -12,6 +12,8 @@ pub(super) struct Samples {
     times: Vec<f64>,
     /// The signal is the state at the start, and may not vary in time.
     start: bool,
+    /// The signal acts on a part of the boundary, and need not have a value elsewhere.
+    on_boundary: bool,
 }
 
 /// Most places that a signal is tried at which depends on the time; more are thinned out.
@@ -29,7 +31,7 @@ const BESIDE: f64 = 1e-6;
 impl Samples {
     /// At all of `places` at the start.
     pub(super) fn start<const D: usize>(places: &[Vector<D>]) -> Self {
-        Self { places: places.iter().map(|x| x.to3()).collect(), times: vec![0.0], start: true }
+        Self { places: places.iter().map(|x| x.to3()).collect(), times: vec![0.0], start: true, on_boundary: false }
     }
 
     /// At `places` from 0 to `end`; at some of them if the signal depends on the time.
@@ -38,12 +40,17 @@ impl Samples {
         if places.is_empty() {
             places.push([0.0; 3]);
         }
-        Self { places, times: times(end), start: false }
+        Self { places, times: times(end), start: false, on_boundary: false }
     }
 
     /// At `places` from 0 to `end`.
     pub(super) fn at(places: &[[f64; 3]], end: f64) -> Self {
-        Self { places: places.to_vec(), times: times(end), start: false }
+        Self { places: places.to_vec(), times: times(end), start: false, on_boundary: false }
+    }
+
+    /// At the `places` of a part of the boundary from 0 to `end`.
+    pub(super) fn on_boundary<const D: usize>(places: impl Iterator<Item = Vector<D>>, end: f64) -> Self {
+        Self { places: places.map(|x| x.to3()).collect(), times: times(end), start: false, on_boundary: true }
     }
 
     /// A few of the places, `most` at most.
@@ -115,7 +122,8 @@ impl Assembly<'_> {
         }
         if !(samples.start || signal.is_steady() && signal.is_uniform()) {
             let places = if signal.is_steady() { Vec::new() } else { samples.some(WATCHED).collect() };
-            self.watched.push(Watched { key: key.to_owned(), signal: signal.clone(), places });
+            let (signal, on_boundary) = (signal.clone(), samples.on_boundary);
+            self.watched.push(Watched { key: key.to_owned(), signal, places, on_boundary });
         }
         signal
     }

@@ -10,13 +10,42 @@ use crate::mesh::{Facet, Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup, Condition, PressurePin};
 use std::collections::{BTreeMap, BTreeSet};
 
-impl Assembly<'_> {
+impl<'c> Assembly<'c> {
     /// Conditions on all parts of the boundary; every named part must have one.
     pub(super) fn boundaries<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>) -> Vec<BoundarySetup<D>> {
-        let specs = &self.case.file.boundary;
-        let known: Vec<&str> = mesh.sets.keys().map(String::as_str).collect();
-        let mut taken: BTreeSet<&str> = BTreeSet::new();
         let before = self.findings.len();
+        let taken = self.named_parts(mesh);
+        let facets = |spec: &BoundarySpec| -> Vec<Facet> {
+            let named = |name: &str| mesh.sets.get(name).cloned().unwrap_or_default();
+            let listed = |name: &str| if name == "rest" { rest(mesh, &taken) } else { named(name) };
+            let all: BTreeSet<Facet> = spec.on.list().into_iter().flat_map(listed).collect();
+            all.into_iter().collect()
+        };
+        let specs = &self.case.file.boundary;
+        let made = specs.iter().enumerate().map(|(i, spec)| {
+            let facets = facets(spec);
+            let nodes: BTreeSet<u32> = facets.iter().flat_map(|&facet| mesh.facet_nodes(facet)).collect();
+            let places = nodes.into_iter().map(|node| mesh.nodes()[node as usize]);
+            let samples = Samples::on_boundary(places, self.case.file.time.end);
+            BoundarySetup {
+                name: spec.part_name(),
+                condition: self.condition(&format!("boundary[{i}]"), spec, &samples),
+                brings: self.inflowing(&format!("boundary[{i}].fluid"), spec),
+                facets,
+            }
+        });
+        let made: Vec<_> = made.collect();
+        if self.findings.len() == before {
+            self.claimed_twice(mesh, &made);
+        }
+        made
+    }
+
+    /// The parts of the boundary that have a condition.
+    fn named_parts<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>) -> BTreeSet<&'c str> {
+        let known: Vec<&str> = mesh.sets.keys().map(String::as_str).collect();
+        let mut taken: BTreeSet<&'c str> = BTreeSet::new();
+        let specs = &self.case.file.boundary;
         for (i, spec) in specs.iter().enumerate() {
             if spec.on.list().is_empty() {
                 let finding = Diagnostic::error(format!("boundary[{i}].on"), "this names no part of the boundary");
@@ -33,24 +62,7 @@ impl Assembly<'_> {
             let help = "add a `[[boundary]]` with `on = [...]`, or `on = \"rest\"` for all that is left";
             self.findings.push(Diagnostic::error("boundary", message).help(help));
         }
-        let facets = |spec: &BoundarySpec| -> Vec<Facet> {
-            let named = |name: &str| mesh.sets.get(name).cloned().unwrap_or_default();
-            let listed = |name: &str| if name == "rest" { rest(mesh, &taken) } else { named(name) };
-            let all: BTreeSet<Facet> = spec.on.list().into_iter().flat_map(listed).collect();
-            all.into_iter().collect()
-        };
-        let samples = Samples::over(mesh.nodes(), self.case.file.time.end);
-        let made = specs.iter().enumerate().map(|(i, spec)| BoundarySetup {
-            name: spec.part_name(),
-            facets: facets(spec),
-            condition: self.condition(&format!("boundary[{i}]"), spec, &samples),
-            brings: self.inflowing(&format!("boundary[{i}].fluid"), spec),
-        });
-        let made: Vec<_> = made.collect();
-        if self.findings.len() == before {
-            self.claimed_twice(mesh, &made);
-        }
-        made
+        taken
     }
 
     /// A facet has one condition, even where groups of a file overlap.
