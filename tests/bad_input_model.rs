@@ -212,6 +212,47 @@ fn probes_have_no_keys_without_effect() {
     let depth = "reduce = \"mean\"\nquantity = \"velocity\"\ncomponent = \"z\"";
     expect(&probe(depth), "\"z\"", "no `z` in two dimensions", "x or y");
     expect(&probe("reduce = \"top\"\naxis = \"z\""), "\"z\"", "no `z` in two dimensions", "x or y");
+    let at = |keys: &str| probe(&format!("at = [0.5, 0.5]\n{keys}"));
+    let follows = "`at` follows one particle";
+    expect(
+        &at("within = { lower = [0, 0], upper = [1, 1] }"),
+        "{ lower = [0, 0], upper = [1, 1] }\n",
+        follows,
+        "reduce",
+    );
+    for (key, value) in [("weight", "\"mass\""), ("axis", "\"x\""), ("center", "[0.5, 0]"), ("cell", "0.25")] {
+        expect(&at(&format!("{key} = {value}")), value, follows, "reduce");
+    }
+    for (reduce, key, value) in [("max", "weight", "\"mass\""), ("mean", "axis", "\"x\""), ("top", "center", "[0, 1]")]
+    {
+        let keys = format!("reduce = \"{reduce}\"\n{key} = {value}");
+        expect(&probe(&keys), value, "has no effect on this `reduce`", "another `reduce`");
+    }
+    model(&probe("reduce = \"mean-radius\"\nweight = \"mass\"\naxis = \"x\"\ncenter = [0, 1]")).expect("all are read");
+}
+
+#[test]
+fn pictures_without_a_field_have_no_keys_for_it() {
+    let picture = |keys: &str| format!("{POINTS}[[picture]]\nname = \"p\"\n{keys}\n");
+    for (key, value) in [("component", "\"x\""), ("range", "[0, 7]"), ("map", "\"plasma\""), ("plain", "[\"block\"]")] {
+        expect(&picture(&format!("{key} = {value}")), value, "on a picture without `field`", "add the `field`");
+        model(&picture(&format!("field = \"velocity\"\n{key} = {value}"))).expect("a field");
+    }
+}
+
+#[test]
+fn surface_tension_has_its_own_enrichment() {
+    let tension = "[[tension]]\nbetween = [\"water\", \"oil\"]\nvalue = 0.07\n";
+    let with = |enrichment: &str| FLOW.replace("[pfem2]", &format!("[pfem2]\nenrichment = \"{enrichment}\""));
+    for word in ["none", "kink"] {
+        let text = format!("{}{tension}", with(word));
+        expect(&text, &format!("\"{word}\""), "with surface tension the pressure jumps", "`[[tension]]`");
+        model(&with(word)).expect("no tension");
+        model(&format!("{}{tension}", with(word)).replace("0.07", "0.0")).expect("no tension either");
+    }
+    model(&format!("{}{tension}", with("jump"))).expect("what holds anyway");
+    let paper = FLOW.replace("dimension = 2", "dimension = 2\npreset = \"becker-2015\"");
+    model(&format!("{paper}{tension}")).expect("the kink is the preset's");
 }
 
 #[test]

@@ -132,12 +132,27 @@ impl CutSpec {
 }
 
 impl PictureSpec {
+    /// A key that is given, other than by its default, and says how a field is shown where there is none.
+    fn idle(&self) -> Option<&'static str> {
+        let given = [
+            ("component", self.component.is_some()),
+            ("range", self.range.is_some()),
+            ("map", self.map != ColourMap::default()),
+            ("plain", !self.plain.is_empty()),
+        ];
+        given.into_iter().find(|(_, given)| *given && self.field.is_none()).map(|(key, _)| key)
+    }
+
     /// Checks what can be checked without a model.
     ///
     /// # Errors
     /// Values that make no picture.
     pub(super) fn check(&self, key: &str) -> Result<(), Diagnostic> {
         let wrong = |field: &str, message: &str| Err(Diagnostic::error(format!("{key}.{field}"), message));
+        if let Some(idle) = self.idle() {
+            let finding = Diagnostic::error(format!("{key}.{idle}"), "has no effect on a picture without `field`");
+            return Err(finding.help("add the `field` that gives the colours, or take it out"));
+        }
         if !self.size.iter().all(|pixels| (64..=8192).contains(pixels)) {
             return wrong("size", "width and height must be between 64 and 8192 pixels");
         }

@@ -134,6 +134,20 @@ impl ProbeSpec {
         if self.at.is_some() { None } else { Some(self.reduce.unwrap_or(Reduction::Mean)) }
     }
 
+    /// A key that is given and changes nothing.
+    fn idle(&self) -> Option<&'static str> {
+        use Reduction::{Bottom, CenterOfMass, CountFragments, MaxRadius, Mean, MeanRadius, Sum, Top};
+        let reads = |those: &[Reduction]| self.reduction().is_some_and(|reduction| those.contains(&reduction));
+        let keys = [
+            ("within", self.within.is_some(), self.at.is_none()),
+            ("weight", self.weight.is_some(), reads(&[Mean, Sum, CenterOfMass, MeanRadius])),
+            ("axis", self.axis.is_some(), reads(&[Top, Bottom, MaxRadius, MeanRadius])),
+            ("center", self.center.is_some(), reads(&[MaxRadius, MeanRadius])),
+            ("cell", self.cell.is_some(), reads(&[CountFragments])),
+        ];
+        keys.into_iter().find(|(_, given, read)| *given && !read).map(|(key, ..)| key)
+    }
+
     /// Checks what can be checked without a model.
     ///
     /// # Errors
@@ -156,6 +170,13 @@ impl ProbeSpec {
             let field = if self.component.is_some() { "component" } else { "quantity" };
             let message = "has no effect: this `reduce` looks at places alone";
             return wrong(field, message, "take it away, or reduce a quantity by `mean`, `sum`, `min` or `max`");
+        }
+        if let Some(field) = self.idle() {
+            let (message, help) = match self.reduction() {
+                None => ("has no effect: `at` follows one particle, node or element", "take it out, or reduce instead"),
+                Some(_) => ("has no effect on this `reduce`", "take it out, or choose another `reduce`"),
+            };
+            return wrong(field, message, help);
         }
         if let Some(Within { lower, upper }) = &self.within
             && lower.iter().zip(upper).any(|(lower, upper)| lower >= upper)

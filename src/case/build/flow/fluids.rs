@@ -3,7 +3,7 @@
 use super::super::signals::Samples;
 use super::super::{Assembly, has_errors};
 use super::mesh::at;
-use crate::case::{InterfaceSpec, Material, Pfem2Spec, Preset, VolumeSpec};
+use crate::case::{EnrichmentSpec, InterfaceSpec, Material, Pfem2Spec, Preset, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::geometry::Region;
 use crate::math::{Signal, Vector};
@@ -47,7 +47,21 @@ impl Assembly<'_> {
                 }
             }
         }
+        self.idle_enrichment(&made);
         made
+    }
+
+    /// With surface tension the pressure jumps, whatever `enrichment` says.
+    fn idle_enrichment(&mut self, tensions: &[([usize; 2], f64)]) {
+        const KEY: &str = "pfem2.enrichment";
+        let (file, fluids) = (&self.case.file, self.case.file.body.len());
+        let all = fluids * fluids.saturating_sub(1) / 2;
+        let pulled = tensions.iter().filter(|(_, tension)| *tension > 0.0).count();
+        let other = file.pfem2.enrichment != EnrichmentSpec::Jump;
+        if other && all > 0 && pulled == all && self.case.says(KEY) {
+            let message = "has no effect: with surface tension the pressure jumps at the interface";
+            self.findings.push(Diagnostic::error(KEY, message).help("take it out, or take the `[[tension]]` out"));
+        }
     }
 
     pub(super) fn fluid(&mut self, index: usize) -> Option<FluidSetup> {
