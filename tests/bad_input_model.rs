@@ -256,6 +256,23 @@ fn surface_tension_has_its_own_enrichment() {
 }
 
 #[test]
+fn probes_of_an_empty_box_are_said() {
+    let probe = |keys: &str| format!("{POINTS}[[probe]]\nname = \"p\"\nof = \"block\"\n{keys}\n");
+    let below = "within = { lower = [0, 0], upper = [1, 0.2] }";
+    let model = warned(&probe(&format!("reduce = \"top\"\n{below}")), "the box holds nothing of `block` at the start");
+    let help = model.warnings[0].help.as_ref().unwrap();
+    assert!(help.contains("from (0.425, 0.425) to (0.575, 0.575) m"), "{help}");
+    // It has a value: none.
+    let counted = self::model(&probe(&format!("reduce = \"count\"\n{below}"))).unwrap();
+    assert_eq!(counted.warnings, []);
+    let around = self::model(&probe("reduce = \"top\"\nwithin = { lower = [0, 0], upper = [1, 0.5] }")).unwrap();
+    assert_eq!(around.warnings, []);
+    let between = "[[probe]]\nname = \"p\"\nof = \"mesh\"\nquantity = \"pressure\"\nreduce = \"mean\"\n\
+                   within = { lower = [0.51, 0.51], upper = [0.59, 0.59] }\n";
+    warned(&format!("{FLOW}{between}"), "the box holds nothing of `mesh` at the start");
+}
+
+#[test]
 fn names_are_those_of_files() {
     let long = "n".repeat(101);
     let named = |name: &str| {

@@ -64,7 +64,7 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
 
 /// Coordinates [m] without the noise of their last digits.
 fn coordinates<const D: usize>(x: &Vector<D>) -> String {
-    x.0.map(|c| format!("{}", 1e-9 * (1e9 * c).round())).join(", ")
+    x.0.map(|c| format!("{}", (1e9 * c).round() / 1e9)).join(", ")
 }
 
 fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
@@ -190,10 +190,24 @@ pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3];
     for (i, spec) in file.probe.iter().enumerate() {
         let key = format!("probe[{i}]");
         match Probe::new(spec.clone(), &key, initial, nowhere, 1.0, UnitLabels::default()) {
-            Ok(_) => findings.extend(spec.at.as_ref().and_then(|at| outside(&key, at, domain))),
+            Ok(probe) => {
+                findings.extend(spec.at.as_ref().and_then(|at| outside(&key, at, domain)));
+                let missed = probe.misses(initial);
+                findings.extend(missed.map(|corners| nothing_within(&key, &spec.of, corners, initial.dimension)));
+            }
             Err(finding) => findings.push(finding),
         }
     }
+}
+
+/// What may come into a box later gives no value before.
+fn nothing_within(key: &str, of: &str, corners: [[f64; 3]; 2], dimension: usize) -> Diagnostic {
+    let [lower, upper] =
+        corners.map(|x| if dimension == 2 { coordinates(&Vector([x[0], x[1]])) } else { coordinates(&Vector(x)) });
+    let message = format!("the box holds nothing of `{of}` at the start: the history begins with NaN");
+    let help =
+        format!("right if something comes into it later; `{of}` reaches from ({lower}) to ({upper}) m at the start");
+    Diagnostic::warning(format!("{key}.within"), message).help(help)
 }
 
 /// A probe must not look where nothing can be: it would follow what is nearest, far away.

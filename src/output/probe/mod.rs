@@ -78,6 +78,20 @@ impl Probe {
         &self.heads
     }
 
+    /// The corners of what the probe looks at, if its box holds nothing of that and it has no value.
+    pub fn misses(&self, snapshot: &Snapshot<'_>) -> Option<[[f64; 3]; 2]> {
+        let within = self.spec.within.as_ref()?;
+        let set = Set::find(snapshot, &self.spec.of)?;
+        let places = set.places(set.quantity(&self.spec.quantity, &self.start)?.on);
+        let valued = || self.evaluate(snapshot).iter().any(|value| !value.is_nan());
+        if places.is_empty() || places.iter().any(|x| within.contains(x)) || valued() {
+            return None;
+        }
+        let bound = |i: usize, worst: f64, pick: fn(f64, f64) -> f64| places.iter().map(|x| x[i]).fold(worst, pick);
+        let lower = std::array::from_fn(|i| bound(i, f64::INFINITY, f64::min));
+        Some([lower, std::array::from_fn(|i| bound(i, f64::NEG_INFINITY, f64::max))])
+    }
+
     /// What the probe sees now: as many numbers as heads after the time; NaN for what is gone.
     pub fn evaluate(&self, snapshot: &Snapshot<'_>) -> Vec<f64> {
         let count = self.heads.len() - 1;
