@@ -299,6 +299,20 @@ fn names_are_those_of_files() {
 }
 
 #[test]
+fn refined_regions_are_near_the_mesh() {
+    let refined = |x: f64| {
+        let region = format!("region = {{ shape = \"sphere\", center = [{x}, 0.5], radius = 0.1 }}");
+        FLOW.replace("cell = \"0.1 m\"", &format!("cell = 0.1\nrefine = [{{ {region}, cell = 0.05 }}]"))
+    };
+    let far = warned(&refined(5.0), "this region changes nothing");
+    assert!(far.warnings[0].help.as_ref().unwrap().contains("from [0.0, 0.0] m to [1.0, 1.0] m"), "{:?}", far.warnings);
+    // From the second elements grow into the box.
+    for x in [0.5, 1.2] {
+        assert_eq!(model(&refined(x)).unwrap().warnings, []);
+    }
+}
+
+#[test]
 fn outputs_show_something_and_come_to_an_end() {
     let picture = format!("{POINTS}[[picture]]\nname = \"p\"\nof = []\n");
     let found = model(&picture).err().unwrap();

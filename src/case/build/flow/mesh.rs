@@ -5,9 +5,10 @@ use super::MakeMesh;
 use crate::case::{InterfaceSpec, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use crate::mesh::domain::{BoxMesh, DomainMesh};
+use crate::mesh::domain::{BoxMesh, DomainMesh, Refinement};
 use crate::mesh::{Facet, Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
+use std::path::Path;
 
 /// Volume over the longest edge to the power of the dimension under which an element is said to be nearly flat; 0.43 in
 /// an equilateral triangle, 0.12 in a regular tetrahedron.
@@ -21,7 +22,10 @@ impl Assembly<'_> {
             self.findings.extend(coarser(spec));
         }
         match make(spec, &self.case.source.base) {
-            Ok(mesh) => Some(mesh),
+            Ok(mesh) => {
+                self.findings.extend(unrefined(spec, &self.case.source.base, &mesh));
+                Some(mesh)
+            }
             Err(finding) => {
                 self.note("mesh", finding);
                 None
@@ -109,6 +113,27 @@ impl Assembly<'_> {
             self.findings.push(Diagnostic::warning("boundary", message).help(help));
         }
     }
+}
+
+/// Regions too far away from the mesh to make any element of it smaller.
+fn unrefined<const D: usize, const N: usize>(spec: &DomainMesh, base: &Path, mesh: &Mesh<D, N>) -> Vec<Diagnostic> {
+    let DomainMesh::BoxMesh(spec) = spec else { return Vec::new() };
+    let places = || mesh.nodes().iter().copied().chain((0..mesh.elements().len()).map(|e| mesh.center(e)));
+    let useless = |fine: &Refinement| {
+        let Ok(region) = fine.region.build(base, D) else { return false };
+        let growth = fine.growth.unwrap_or(spec.growth);
+        let size = |x: Vector<D>| fine.cell + growth * region.signed_distance(x.to3()).max(0.0);
+        fine.cell <= spec.cell && places().all(|x| size(x) >= spec.cell)
+    };
+    let (message, help) = (
+        "this region changes nothing: no element lies in it or near it",
+        format!(
+            "the box reaches from {:?} m to {:?} m: move the region into it, or take it out",
+            spec.lower, spec.upper
+        ),
+    );
+    let found = spec.refine.iter().enumerate().filter(|(_, fine)| useless(fine));
+    found.map(|(i, _)| Diagnostic::warning(format!("mesh.refine[{i}].region"), message).help(&help)).collect()
 }
 
 /// Regions that ask for larger elements than there are anyway.
