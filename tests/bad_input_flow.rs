@@ -313,6 +313,7 @@ fn a_solver_that_gives_up_says_where_and_saves_the_state() {
         "after 3 iterations",
         "node",
         "mesh",
+        "raise `pfem2.solver.max-iterations` (3, by default 300)",
         "halve the step",
     ] {
         assert!(text.contains(part), "`{part}` is missing in: {text}");

@@ -180,7 +180,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         self.start_from(convected);
         self.outcome = self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns).map_err(|failure| {
             let place = self.place(failure.worst_node);
-            not_converged(place, &failure.history, failure.residual, self.options.kind)
+            not_converged(place, &failure.history, failure.residual, &self.options)
         })?;
         self.preconditioners += u64::from(self.outcome.rebuilt);
         self.unpack();
@@ -472,14 +472,20 @@ fn residuals(history: &[f64], last: f64) -> String {
     format!("residuals {}", way.join(", "))
 }
 
-fn not_converged(place: Place, history: &[f64], residual: f64, kind: Kind) -> StepError {
-    let last = match kind {
+fn not_converged(place: Place, history: &[f64], residual: f64, options: &Options) -> StepError {
+    let last = match options.kind {
         Kind::Direct => "choose `pfem2.solver = \"iterative\"`",
         Kind::Auto => "choose `pfem2.solver = \"iterative\"`, or `\"direct\"`",
         Kind::Iterative => "choose `pfem2.solver = \"direct\"`",
     };
-    let advice =
-        format!("{}: halve the step, look for flat or tiny elements there, or {last}", residuals(history, residual));
+    let (most, usual) = (options.max_iterations, Options::default().max_iterations);
+    let few = if most < usual {
+        format!("raise `pfem2.solver.max-iterations` ({most}, by default {usual}), ")
+    } else {
+        String::new()
+    };
+    let residuals = residuals(history, residual);
+    let advice = format!("{residuals}: {few}halve the step, look for flat or tiny elements there, or {last}");
     let what = "the linear solver did not converge".to_owned();
     StepError { what, time: 0.0, step: 0, place, quantity: "relative residual", value: residual, advice }
 }
