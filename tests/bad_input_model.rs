@@ -457,10 +457,14 @@ fn three_fluids_at_rest() {
     warned(&text, "interfaces of 3 fluids");
     let with = |keys: &str| text.replace("[pfem2]", &format!("[pfem2]\n{keys}"));
     expect(&with("interface = \"sharp\""), "\"sharp\"", "for two fluids, and here are 3", "`interface = \"pseudo\"`");
-    expect(&with("volume = \"shift\""), "\"shift\"", "for two fluids, and here are 3", "`volume = \"none\"`");
+    let outlet = "on = [\"bottom\"]\n[[boundary]]\nname = \"above\"\non = \"top\"\nkind = \"outlet\"";
+    let opened = text.replace("on = [\"bottom\", \"top\"]", outlet);
+    warned(&opened, "the volumes of three and more fluids are kept in closed boxes, and `above` is open");
+    let opened = opened.replace("[pfem2]", "[pfem2]\nvolume = \"shift\"");
+    expect(&opened, "\"shift\"", "kept in closed boxes, and `above` is open", "`volume = \"none\"`");
     let case = Case::read(Source::new("case.toml", "", with("interface = \"pseudo\"")), &[]).unwrap();
     let model = case.model().unwrap();
-    assert!(model.warnings.is_empty() && case.resolved_toml().contains("volume = \"none\""), "{:?}", model.warnings);
+    assert!(model.warnings.is_empty() && case.resolved_toml().contains("volume = \"shift\""), "{:?}", model.warnings);
     let home = tempfile::tempdir().unwrap();
     run(&case, model.solver, &RunDirectory::new(home.path()), Options::default()).unwrap();
     let table = std::fs::read_to_string(home.path().join("history/balance.csv")).unwrap();

@@ -60,10 +60,9 @@ projectile-ratio = 10.0
 relaxation = inf
 "#;
 
-/// Three and more fluids: a sharp interface, and volumes kept with it, are for two.
+/// Three and more fluids: a sharp interface is for two.
 const SEVERAL_FLUIDS: &str = r#"
 interface = "pseudo"
-volume = "none"
 "#;
 
 /// A line that follows the particles can't be shifted to keep volumes.

@@ -298,7 +298,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             self.enrich(e, phases.filling(nodes), &filled[e].0, &drives.drive(e, true))
         };
         let cuts = elements.par_iter().enumerate().filter(|(e, _)| !filled[*e].1).filter_map(enrich).collect();
-        self.volumes = self.volumes_of(phases);
+        self.volumes = phases.volumes(&self.mesh, elements.len(), |e| e);
         self.cuts = cuts;
         (self.contents, self.pure) = filled.into_iter().unzip();
     }
@@ -369,29 +369,6 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
             Stabilisation::Oss => subscale::CUT_TAU,
             Stabilisation::Pspg | Stabilisation::ConsistentPspg => 1.0,
         }
-    }
-
-    /// Volume of each fluid [m³].
-    fn volumes_of(&self, phases: &Phases) -> Vec<f64> {
-        let count = self.density.len();
-        let chunk = |range: std::ops::Range<usize>| {
-            let mut volumes = vec![0.0; count];
-            for e in range {
-                let volume = self.mesh.simplex(e).volume;
-                match phases.filling(&self.mesh.elements()[e]) {
-                    Filling::Pure(fluid) => volumes[fluid] += volume,
-                    Filling::Mixed(shares) => (0..count).for_each(|k| volumes[k] += shares[k] * volume),
-                    filling @ Filling::Cut([heavy, light], _) => {
-                        let share = filling.cut(&self.density, |_| 0.0).map_or(0.0, |cut| cut.negative_share());
-                        volumes[heavy] += share * volume;
-                        volumes[light] += (1.0 - share) * volume;
-                    }
-                }
-            }
-            volumes
-        };
-        let add = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).map(|(a, b)| a + b).collect();
-        parallel::reduce(self.mesh.elements().len(), chunk, add).unwrap_or_default()
     }
 
     /// Fills matrix and right-hand side.

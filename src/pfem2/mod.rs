@@ -42,6 +42,7 @@ mod tests;
 mod transport;
 mod volumes;
 mod watch;
+mod weights;
 
 pub use boundary::Boundary;
 pub use setup::Setup;

@@ -13,6 +13,9 @@ use std::collections::BTreeSet;
 /// Part of its volume below which a fluid in a closed box is going.
 const LEFT: f64 = 0.9;
 
+/// Part of the volume of several fluids that may be missing without a word.
+const CHANGED: f64 = 1e-3;
+
 /// What happened, each kind said once.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Notices {
@@ -68,6 +71,18 @@ impl Notices {
             "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
              step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
         ));
+    }
+
+    /// The volumes of several fluids [m³] could not be kept.
+    pub fn weights(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
+        let changed = |(start, now): (&f64, &f64)| (now - start).abs() > CHANGED * start;
+        for (fluid, _) in fluids.iter().zip(start.iter().zip(now)).filter(|(_, pair)| changed(*pair)) {
+            self.say(format!(
+                "the volume of `{}` could not be kept within a thousandth in a step: where an element begins to hold a third fluid, \
+                 volumes jump; smaller elements make that less (`history/balance.csv` shows the volume)",
+                fluid.name
+            ));
+        }
     }
 
     /// Gravity has done more work than was available [J].

@@ -11,6 +11,8 @@
 
 use super::element::Content;
 use super::interface::{Cut, Medium, is_cut};
+use crate::mesh::Mesh;
+use crate::parallel;
 
 /// What fills an element.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,6 +125,25 @@ impl Phases<'_> {
         if self.at(node) == heavy { level.min(-f64::MIN_POSITIVE) } else { level.max(f64::MIN_POSITIVE) }
     }
 
+    /// Volume of each fluid in `count` elements, of which `element` gives each [m³].
+    pub fn volumes<const D: usize, const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        count: usize,
+        element: impl Fn(usize) -> usize + Sync + Send,
+    ) -> Vec<f64> {
+        let fluids = self.density.len();
+        let chunk = |range: std::ops::Range<usize>| {
+            let mut volumes = vec![0.0; fluids];
+            for e in range.map(&element) {
+                self.filling(&mesh.elements()[e]).add(self.density, mesh.simplex(e).volume, &mut volumes);
+            }
+            volumes
+        };
+        let add = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).map(|(a, b)| a + b).collect();
+        parallel::reduce(count, chunk, add).unwrap_or_else(|| vec![0.0; fluids])
+    }
+
     /// Mean fractions over an element's nodes.
     fn mean<const N: usize>(&self, nodes: &[u32; N]) -> Vec<f64> {
         let count = self.density.len();
@@ -139,6 +160,19 @@ impl<const N: usize> Filling<N> {
         let Self::Cut(pair, level) = self else { return None };
         let media = pair.map(|fluid| Medium { density: density[fluid], viscosity: viscosity(fluid) });
         Some(Cut::new(*level, media))
+    }
+
+    /// Adds what an element of this volume holds of each fluid [m³].
+    fn add(&self, density: &[f64], volume: f64, volumes: &mut [f64]) {
+        match self {
+            Self::Pure(fluid) => volumes[*fluid] += volume,
+            Self::Mixed(shares) => volumes.iter_mut().zip(shares).for_each(|(own, share)| *own += share * volume),
+            Self::Cut([heavy, light], _) => {
+                let share = self.cut(density, |_| 0.0).map_or(0.0, |cut| cut.negative_share());
+                volumes[*heavy] += share * volume;
+                volumes[*light] += (1.0 - share) * volume;
+            }
+        }
     }
 
     /// Content of an element that isn't cut; `tau` from the mean medium.

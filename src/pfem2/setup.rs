@@ -31,7 +31,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub particles: Particles<D>,
     /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of eq. 37.
     pub level_set: Option<LevelSet>,
-    /// What is done about the volume of each of two fluids.
+    /// What is done about the volume of each fluid.
     pub volume: VolumeCorrection,
     /// Velocity of the nodes at the start [m/s].
     pub velocity: Vec<Vector<D>>,
@@ -57,12 +57,13 @@ pub struct Setup<const D: usize, const N: usize> {
     pub linear: linalg::Options,
 }
 
-/// What is done about the volume of two fluids (theory 12.4).
+/// What is done about the volumes of several fluids (theory 12.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
     /// It is only reported.
     None,
-    /// A sharp level set is shifted to the volume at the start, less what has left; both are reported.
+    /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed box take
+    /// weights of their shares. Both are reported.
     #[default]
     Shift,
 }

@@ -119,8 +119,17 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     }
     let fastest = pfem.implicit.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
-    ledger.terms.push(BalanceTerm { name: "shift of the interface".into(), unit: "m", kind: Other, value: pfem.shift });
+    ledger.terms.push(moved(pfem));
     ledger
+}
+
+/// What keeps the volumes.
+fn moved<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> BalanceTerm {
+    let (name, unit, value) = match pfem.density.len() {
+        0..=2 => ("shift of the interface", "m", pfem.shift),
+        _ => ("factor between weights of shares", "1", pfem.weight),
+    };
+    BalanceTerm { name: name.into(), unit, kind: Other, value }
 }
 
 fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u64)> {

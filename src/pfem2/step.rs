@@ -55,6 +55,10 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) sharp: Option<LevelSet>,
     /// Volume of the heavier fluid at the start, if shifts of the level set keep it [m³].
     pub(super) kept_volume: Option<f64>,
+    /// Volume of each of several fluids at the start, if weights of their shares keep them [m³].
+    pub(super) kept_volumes: Option<Vec<f64>>,
+    /// The largest factor between the last weights.
+    pub(super) weight: f64,
     /// Volume that has left through open boundaries, of the fluid where the level set is negative and of both [m³].
     pub(super) outflow: [f64; 2],
     /// Facets through which it may leave.
@@ -195,6 +199,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             fraction: Vec::new(),
             level: Vec::new(),
             kept_volume: None,
+            kept_volumes: None,
+            weight: 1.0,
             outflow: [0.0; 2],
             openings: Vec::new(),
             supply: Supply::default(),
@@ -315,7 +321,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             _ => Vec::new(),
         };
         if self.density.len() > 2 {
-            level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction);
+            self.weigh_shares();
         }
         projected.velocity
     }

@@ -1,9 +1,11 @@
-//! The volume of each of two fluids: what it was, what has left, what the level set shows.
+//! The volume of each fluid: what it was, what has left, what level set or shares show.
 
 use super::Pfem2;
 use super::level_set::{self, LevelSet, Opening};
+use super::phases::Phases;
 use super::reseed::Origin;
 use super::setup::VolumeCorrection;
+use super::weights;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 
@@ -16,12 +18,15 @@ const MISSED: f64 = 1e-6;
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Begins to follow the volumes, at the start.
     pub(super) fn follow_volumes(&mut self, correction: VolumeCorrection) {
+        let shifts = correction == VolumeCorrection::Shift;
+        let mesh = &self.implicit.mesh;
+        let several = self.density.len() > 2 && self.is_closed();
+        self.kept_volumes = (several && shifts).then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| e));
         let Some(set) = &self.sharp else { return };
-        let (mesh, boundary) = (&self.implicit.mesh, &self.implicit.boundary);
+        let boundary = &self.implicit.boundary;
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
         let opening = |(place, &facet)| Opening { facet, brings: self.supply.level(place) };
         self.openings = facets.map(opening).collect();
-        let shifts = correction == VolumeCorrection::Shift;
         self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
     }
 
@@ -44,6 +49,31 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let missing = start - self.outflow[0] - level_set::negative_volume(mesh, &sharp.level);
         if missing.abs() > MISSED * start {
             self.notices.volume(&self.implicit.physics.fluids[usize::from(sharp.inside)].name);
+        }
+    }
+
+    /// Nothing can leave.
+    pub(super) fn is_closed(&self) -> bool {
+        !self.implicit.boundary.kinds.iter().any(|kind| kind.is_open())
+    }
+
+    /// Phases at the nodes.
+    pub(super) fn phases(&self) -> Phases<'_> {
+        Phases { density: &self.density, fraction: &self.fraction, level: &self.level }
+    }
+
+    /// The shares of several fluids take weights that keep their volumes.
+    pub(super) fn weigh_shares(&mut self) {
+        let mesh = &self.implicit.mesh;
+        level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction);
+        let Some(wanted) = &self.kept_volumes else { return };
+        self.weight = 1.0;
+        // Weights may leave nodes alone that weren't before, as shifts may.
+        for _ in 0..SHIFTS {
+            self.weight *= weights::keep_volumes(mesh, &self.density, &mut self.fraction, wanted);
+            if level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction) == 0 {
+                break;
+            }
         }
     }
 

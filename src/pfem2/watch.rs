@@ -41,7 +41,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Keeps what the start says about what may come.
     pub(super) fn begin_watch(&mut self) {
         self.available = Available::new(&self.implicit);
-        if !self.implicit.boundary.kinds.iter().any(|kind| kind.is_open()) {
+        if self.is_closed() {
             self.closed = self.implicit.volumes.clone();
         }
     }
@@ -53,6 +53,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(super) fn watch(&mut self) -> Result<(), StepError> {
         let Self { implicit, notices, .. } = self;
         notices.losses(&implicit.physics.fluids, &self.closed, &implicit.volumes);
+        if self.kept_volumes.is_some() {
+            notices.weights(&implicit.physics.fluids, &self.closed, &implicit.volumes);
+        }
         let Some(available) = &self.available else { return Ok(()) };
         if available.judge(self.books.gravity(), implicit)? == Verdict::TooMuch {
             notices.energy(available.energy);

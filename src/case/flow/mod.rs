@@ -191,13 +191,14 @@ pub enum ReseedingSpec {
     Elements,
 }
 
-/// What is done about the volume of two fluids.
+/// What is done about the volumes of several fluids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VolumeSpec {
     /// It is only reported.
     None,
-    /// The sharp interface is shifted to the volume at the start; the shift is reported.
+    /// The sharp interface of two fluids is shifted to the volume at the start; three and more in a closed box take weights of their
+    /// shares that keep their volumes. Shift or weights are reported.
     Shift,
 }
 

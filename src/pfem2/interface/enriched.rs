@@ -122,7 +122,7 @@ impl<const N: usize> Enriched<N> {
 
 /// The inverse of a small symmetric positive definite matrix by Gauss–Jordan steps; functions without support
 /// (a pivot that is round-off of its diagonal) are dropped.
-fn inverse(mut a: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+pub(in crate::pfem2) fn inverse(mut a: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     const ROUND_OFF: f64 = 1e-13;
     let n = a.len();
     let diagonal: Vec<f64> = (0..n).map(|k| a[k][k]).collect();

@@ -21,6 +21,7 @@ mod enriched;
 mod parts;
 
 pub use enriched::Enriched;
+pub(super) use enriched::inverse;
 pub use parts::{Part, corners, facets, is_cut, split};
 
 use super::element::Content;

@@ -27,12 +27,12 @@ pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, leve
 }
 
 /// The same for three and more fluids, where the largest share makes the fluid of a node: a lone node exchanges it with
-/// that of the fluid of its neighbours, of several the one that occurs most.
+/// that of the fluid of its neighbours, of several the one that occurs most. Returns how many there were.
 pub fn absorb_lone_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     density: &[f64],
     fraction: &mut [Vec<f64>],
-) {
+) -> usize {
     let phases = Phases { density, fraction, level: &[] };
     let fluid: Vec<usize> = (0..mesh.nodes().len()).into_par_iter().map(|node| phases.at(node)).collect();
     let absorbed = |node: usize| {
@@ -42,10 +42,11 @@ pub fn absorb_lone_fluids<const D: usize, const N: usize>(
         alone.then(|| (0..density.len()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
     };
     let lone: Vec<(usize, usize)> = (0..fluid.len()).into_par_iter().filter_map(absorbed).collect();
-    for (node, winner) in lone {
+    for &(node, winner) in &lone {
         let (own, other) = (fraction[fluid[node]][node], fraction[winner][node]);
         (fraction[fluid[node]][node], fraction[winner][node]) = (other, own);
     }
+    lone.len()
 }
 
 /// The other nodes of the elements around a node, each once per element.

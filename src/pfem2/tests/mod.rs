@@ -7,6 +7,7 @@ mod inlet;
 mod outflow;
 mod rest;
 mod resume;
+mod several;
 mod stokes;
 mod vortex;
 mod waves;

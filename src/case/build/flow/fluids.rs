@@ -8,6 +8,7 @@ use crate::error::Diagnostic;
 use crate::geometry::Region;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
+use crate::pfem2::boundary::BoundarySetup;
 use crate::pfem2::level_set::LevelSet;
 use crate::pfem2::particles::{Particles, lattice};
 use crate::pfem2::setup::FluidSetup;
@@ -128,33 +129,45 @@ impl Assembly<'_> {
         (!has_errors(&self.findings)).then_some(particles)
     }
 
-    /// A sharp interface, and what is built on it, is for two fluids: says so where the case asks for it with more, and
-    /// what is done instead where it doesn't say.
-    pub(super) fn several_fluids(&mut self) {
+    /// A sharp interface is for two fluids, and the volumes of more are kept in closed boxes: says so where the case asks for
+    /// it, and what is done instead where it doesn't say.
+    pub(super) fn several_fluids<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
         let (case, spec) = (self.case, &self.case.file.pfem2);
         let count = case.file.body.len();
         if count < 3 {
             self.pseudo_shift();
             return;
         }
-        let asked = [
-            ("interface", "pseudo", spec.interface == InterfaceSpec::Sharp),
-            ("volume", "none", spec.volume == VolumeSpec::Shift),
-        ];
-        for (key, instead, _) in asked.into_iter().filter(|(_, _, asked)| *asked) {
+        if spec.interface == InterfaceSpec::Sharp {
             let message = format!("this is for two fluids, and here are {count}");
-            let help = format!("write `{key} = \"{instead}\"`, or leave it out");
-            self.findings.push(Diagnostic::error(format!("pfem2.{key}"), message).help(help));
+            let help = "write `interface = \"pseudo\"`, or leave it out";
+            self.findings.push(Diagnostic::error("pfem2.interface", message).help(help));
         }
+        self.open_volumes(sets);
         if case.file.preset == Preset::Recommended && !case.says("pfem2.interface") {
             let message = format!(
-                "interfaces of {count} fluids are known within a part of an element (`interface = \"pseudo\"`), and their \
-                 volumes are not kept (`volume = \"none\"`)"
+                "interfaces of {count} fluids are known within a part of an element (`interface = \"pseudo\"`)"
             );
             let help =
                 "write `interface = \"pseudo\"` in `[pfem2]` if that is meant; two fluids have a sharp interface";
             self.findings.push(Diagnostic::warning("body[2]", message).help(help));
         }
+    }
+
+    /// What leaves of three and more fluids isn't known: their volumes are kept where nothing can.
+    fn open_volumes<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
+        let spec = &self.case.file.pfem2;
+        let Some(open) = sets.iter().find(|set| set.condition.kind().is_open()) else { return };
+        if spec.volume == VolumeSpec::None {
+            return;
+        }
+        let message =
+            format!("the volumes of three and more fluids are kept in closed boxes, and `{}` is open", open.name);
+        let help = "write `volume = \"none\"` in `[pfem2]`: they are in `history/balance.csv`";
+        self.findings.push(match self.case.says("pfem2.volume") {
+            true => Diagnostic::error("pfem2.volume", message).help(help),
+            false => Diagnostic::warning("body[2]", message + ": they are not kept").help(help),
+        });
     }
 
     /// Only the sharp interface can be shifted.

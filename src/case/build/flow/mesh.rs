@@ -66,7 +66,8 @@ impl Assembly<'_> {
     /// One shift of the interface keeps the volumes of the whole: it would fill one piece from another.
     fn one_shift(&mut self, pieces: usize) {
         let (spec, fluids) = (&self.case.file.pfem2, self.case.file.body.len());
-        if fluids == 2 && spec.interface == InterfaceSpec::Sharp && spec.volume == VolumeSpec::Shift {
+        let kept = fluids > 2 || (fluids == 2 && spec.interface == InterfaceSpec::Sharp);
+        if kept && spec.volume == VolumeSpec::Shift {
             let message = format!(
                 "the mesh falls into {pieces} pieces, and the volumes of the whole would be kept, not those of each"
             );

@@ -60,7 +60,7 @@ impl Assembly<'_> {
             let finding = Diagnostic::error("", "there is no body: nothing fills the mesh");
             self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
         }
-        self.several_fluids();
+        self.several_fluids(&boundaries);
         if has_errors(&self.findings) {
             return None;
         }

@@ -1,0 +1,183 @@
+//! Weights of the shares of three and more fluids, which keep the volume of each.
+//!
+//! ```text
+//! f_k ← w_k f_k / Σ_j w_j f_j,      V_k(w) = V_k at the start,      ∂V_k/∂ln w_j = ∂V_j/∂ln w_k
+//! ```
+//!
+//! V_k is what elements hold of a fluid, cut or mixed as [`Phases`] find them. A weight moves the places where shares are
+//! equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed weight of the last fluid the derivatives are a
+//! symmetric matrix of positive eigenvalues, and Newton steps, halved where they don't help, find the weights. Where an
+//! element begins to hold a third fluid, V jumps by a part of it: what is missing then is in the history.
+
+use super::interface::inverse;
+use super::phases::Phases;
+use crate::mesh::Mesh;
+use rayon::prelude::*;
+
+/// Most Newton steps.
+const STEPS: usize = 20;
+
+/// Most halvings of one.
+const HALVINGS: usize = 6;
+
+/// Largest |ln w|.
+const REACH: f64 = 4.0;
+
+/// Step of ln w for derivatives.
+const NUDGE: f64 = 1e-5;
+
+/// Gives shares the weights with which each fluid has the volume `wanted` [m³]; `fraction` by fluid and node. Returns the largest
+/// factor between two weights.
+pub fn keep_volumes<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    density: &[f64],
+    fraction: &mut [Vec<f64>],
+    wanted: &[f64],
+) -> f64 {
+    let scale = Scale::new(mesh, density, fraction, wanted);
+    let mut log = vec![0.0; wanted.len()];
+    let mut missing = scale.missing(&log);
+    let exact = 8.0 * f64::EPSILON * mesh.volume();
+    for _ in 0..STEPS {
+        if size(&missing) <= exact {
+            break;
+        }
+        let Some((nearer, rest)) = scale.nearer(&log, &missing) else { break };
+        (log, missing) = (nearer, rest);
+    }
+    let weighed = scale.weighed(&log);
+    fraction.iter_mut().zip(weighed).for_each(|(own, weighed)| *own = weighed);
+    let largest = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (largest - log.iter().copied().fold(f64::INFINITY, f64::min)).exp()
+}
+
+/// The largest entry.
+fn size(missing: &[f64]) -> f64 {
+    missing.iter().fold(0.0, |most, own| most.max(own.abs()))
+}
+
+/// Shares that are weighed.
+struct Scale<'a, const D: usize, const N: usize> {
+    mesh: &'a Mesh<D, N>,
+    density: &'a [f64],
+    fraction: &'a [Vec<f64>],
+    /// Elements in which several fluids are.
+    band: Vec<u32>,
+    /// Volume of each fluid that is wanted in them [m³].
+    wanted: Vec<f64>,
+}
+
+impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
+    fn new(mesh: &'a Mesh<D, N>, density: &'a [f64], fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
+        let alone = |e: usize| {
+            let nodes = mesh.elements()[e];
+            fraction.iter().position(|own| nodes.iter().all(|&node| own[node as usize] == 1.0))
+        };
+        let alone: Vec<Option<usize>> = (0..mesh.elements().len()).into_par_iter().map(alone).collect();
+        let mut wanted = wanted.to_vec();
+        let mut band = Vec::new();
+        for (e, fluid) in alone.into_iter().enumerate() {
+            match fluid {
+                Some(fluid) => wanted[fluid] -= mesh.simplex(e).volume,
+                None => band.push(e as u32),
+            }
+        }
+        Self { mesh, density, fraction, band, wanted }
+    }
+
+    /// The shares with the weights e^`log`.
+    fn weighed(&self, log: &[f64]) -> Vec<Vec<f64>> {
+        let weight: Vec<f64> = log.iter().map(|log| log.exp()).collect();
+        let nodes = 0..self.mesh.nodes().len();
+        let sum = |node: usize| weight.iter().zip(self.fraction).map(|(w, own)| w * own[node]).sum::<f64>();
+        let sums: Vec<f64> = nodes.into_par_iter().map(sum).collect();
+        let of = |(own, w): (&Vec<f64>, &f64)| own.par_iter().zip(&sums).map(|(f, sum)| w * f / sum).collect();
+        self.fraction.iter().zip(&weight).map(of).collect()
+    }
+
+    /// What is missing of all fluids but the last [m³].
+    fn missing(&self, log: &[f64]) -> Vec<f64> {
+        let weighed = self.weighed(log);
+        let phases = Phases { density: self.density, fraction: &weighed, level: &[] };
+        let volumes = phases.volumes(self.mesh, self.band.len(), |i| self.band[i] as usize);
+        let missing = self.wanted.iter().zip(volumes).map(|(wanted, own)| wanted - own);
+        missing.take(log.len() - 1).collect()
+    }
+
+    /// Weights with which less is missing, and what that is; none if a Newton step leads to no such.
+    fn nearer(&self, log: &[f64], missing: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let slopes = inverse(self.slopes(log, missing));
+        let step: Vec<f64> = slopes.iter().map(|row| row.iter().zip(missing).map(|(a, m)| a * m).sum()).collect();
+        let part = |halvings: usize| {
+            let part = 0.5f64.powi(halvings as i32);
+            let there = log.iter().zip(step.iter().chain([&0.0]));
+            let there: Vec<f64> = there.map(|(log, step)| (log + part * step).clamp(-REACH, REACH)).collect();
+            let rest = self.missing(&there);
+            (size(&rest) < size(missing)).then_some((there, rest))
+        };
+        (0..HALVINGS).find_map(part)
+    }
+
+    /// ∂V_k/∂ln w_j of all fluids but the last [m³].
+    fn slopes(&self, log: &[f64], missing: &[f64]) -> Vec<Vec<f64>> {
+        let count = missing.len();
+        let column = |j: usize| {
+            let mut nudged = log.to_vec();
+            nudged[j] += NUDGE;
+            let rest = self.missing(&nudged);
+            missing.iter().zip(rest).map(|(before, after)| (before - after) / NUDGE).collect::<Vec<f64>>()
+        };
+        let columns: Vec<Vec<f64>> = (0..count).map(column).collect();
+        let mean = |k: usize, j: usize| 0.5 * (columns[j][k] + columns[k][j]);
+        (0..count).map(|k| (0..count).map(|j| mean(k, j)).collect()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vector;
+
+    const DENSITY: [f64; 3] = [3.0, 2.0, 1.0];
+
+    /// Three layers that meet obliquely, each fading into the next over two cells.
+    fn layers(mesh: &Mesh<2, 3>) -> Vec<Vec<f64>> {
+        let fade = |depth: f64| (0.5 + 2.5 * depth).clamp(0.0, 1.0);
+        let at = |x: &Vector<2>| {
+            let [below, above] = [fade(0.31 + 0.2 * x[0] - x[1]), fade(x[1] - 0.63 - 0.1 * x[0])];
+            [below, (1.0 - below) * (1.0 - above), (1.0 - below) * above]
+        };
+        let shares: Vec<[f64; 3]> = mesh.nodes().iter().map(at).collect();
+        (0..3).map(|k| shares.iter().map(|share| share[k]).collect()).collect()
+    }
+
+    fn volumes(mesh: &Mesh<2, 3>, fraction: &[Vec<f64>]) -> Vec<f64> {
+        Phases { density: &DENSITY, fraction, level: &[] }.volumes(mesh, mesh.elements().len(), |e| e)
+    }
+
+    #[test]
+    fn weights_give_each_fluid_its_volume() {
+        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [20, 20]).unwrap();
+        let mut fraction = layers(&mesh);
+        let start = volumes(&mesh, &fraction);
+        let wanted = [start[0] * 1.03, start[1] * 0.95, 1.0 - start[0] * 1.03 - start[1] * 0.95];
+        let factor = keep_volumes(&mesh, &DENSITY, &mut fraction, &wanted);
+        for (own, wanted) in volumes(&mesh, &fraction).iter().zip(wanted) {
+            assert!((own - wanted).abs() < 1e-13, "{own} {wanted}");
+        }
+        assert!(factor > 1.05 && factor < 3.0, "{factor}");
+        let sums = (0..mesh.nodes().len()).map(|node| fraction.iter().map(|own| own[node]).sum::<f64>());
+        assert!(sums.map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max) < 1e-14);
+    }
+
+    #[test]
+    fn volumes_that_are_right_leave_shares_as_they_are() {
+        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [20, 20]).unwrap();
+        let mut fraction = layers(&mesh);
+        let before = fraction.clone();
+        let wanted = volumes(&mesh, &fraction);
+        assert_eq!(keep_volumes(&mesh, &DENSITY, &mut fraction, &wanted), 1.0);
+        let change = fraction.iter().flatten().zip(before.iter().flatten()).map(|(a, b)| (a - b).abs());
+        assert!(change.fold(0.0, f64::max) < 1e-15);
+    }
+}
