@@ -238,6 +238,14 @@ fn pictures_without_a_field_have_no_keys_for_it() {
         expect(&picture(&format!("{key} = {value}")), value, "on a picture without `field`", "add the `field`");
         model(&picture(&format!("field = \"velocity\"\n{key} = {value}"))).expect("a field");
     }
+    for (field, component, message) in [
+        ("velocity", "xy", "`velocity` has 3 component(s), and no `xy`"),
+        ("pressure", "x", "`pressure` has 1 component(s), and no `x`"),
+        ("velocity", "z", "there is no `z` in two dimensions"),
+    ] {
+        let text = picture(&format!("field = \"{field}\"\ncomponent = \"{component}\""));
+        expect(&text, &format!("\"{component}\""), message, "");
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! One number out of a vector or symmetric tensor.
 
+use crate::error::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +48,16 @@ impl Component {
             Self::Magnitude => "magnitude",
             Self::VonMises => "von-mises",
         }
+    }
+
+    /// A quantity of that many numbers has no such component, which the key names.
+    pub fn misfit(self, key: &str, quantity: &str, components: usize, dimension: usize) -> Option<Diagnostic> {
+        if dimension == 2 && self == Self::Z {
+            return Some(Diagnostic::error(key, "there is no `z` in two dimensions").help("take x or y"));
+        }
+        let message = || format!("`{quantity}` has {components} component(s), and no `{}`", self.name());
+        let help = "x, y, z are components of vectors; xx … zx and von-mises of tensors";
+        (!self.fits(components)).then(|| Diagnostic::error(key, message()).help(help))
     }
 
     /// True if values of that many numbers have this component.

@@ -16,10 +16,11 @@ mod spec;
 pub use spec::{CutSpec, FrameSpec, FrameWord, MeshLines, PictureSpec};
 
 use super::atomic::create_directory;
+use super::component::Component;
 use super::history::{History, Table};
 use super::image::Image;
 use super::label::{UnitLabels, file_name};
-use super::set::{Set, Start, expected};
+use super::set::{Quantity, Set, Start, expected};
 use super::ticks::{Shown, Ticks};
 use crate::error::{Diagnostic, Error, Result};
 use crate::simulation::{Monitor, Snapshot};
@@ -266,7 +267,11 @@ fn check_names(spec: &PictureSpec, key: &str, initial: &Snapshot<'_>) -> Result<
     let shown = || Set::all(initial).filter(|set| spec.of.is_empty() || spec.of.iter().any(|name| name == set.name()));
     let known: Vec<&str> = shown().flat_map(Set::quantity_names).collect();
     if known.contains(&field.as_str()) {
-        return Ok(());
+        let found = shown().find_map(|set| set.quantity(field, &Start::new()));
+        let misfit = |(component, quantity): (Component, Quantity<'_>)| {
+            component.misfit(&format!("{key}.component"), field, quantity.components, initial.dimension)
+        };
+        return spec.component.zip(found).and_then(misfit).map_or(Ok(()), Err);
     }
     let mut once = vec![];
     known.into_iter().for_each(|name| {

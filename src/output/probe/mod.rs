@@ -191,20 +191,14 @@ fn value_columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize
 
 fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>, dimension: usize) -> Result<(), Diagnostic> {
     let vertical = matches!(spec.reduce, Some(Reduction::Top | Reduction::Bottom));
-    if dimension == 2 && (spec.component == Some(Component::Z) || vertical && spec.axis == Some(Axis::Z)) {
-        let field = if spec.component.is_some() { "component" } else { "axis" };
-        let finding = Diagnostic::error(format!("{key}.{field}"), "there is no `z` in two dimensions");
+    if dimension == 2 && vertical && spec.axis == Some(Axis::Z) {
+        let finding = Diagnostic::error(format!("{key}.axis"), "there is no `z` in two dimensions");
         return Err(finding.help("take x or y"));
     }
-    match spec.component {
-        Some(component) if !Component::fits(component, quantity.components) => {
-            let (name, count) = (component.name(), quantity.components);
-            let message = format!("`{}` has {count} component(s), and no `{name}`", spec.quantity);
-            Err(Diagnostic::error(format!("{key}.component"), message)
-                .help("x, y, z are components of vectors; xx … zx and von-mises of tensors"))
-        }
-        _ => Ok(()),
-    }
+    let misfit = |component: Component| {
+        component.misfit(&format!("{key}.component"), &spec.quantity, quantity.components, dimension)
+    };
+    spec.component.and_then(misfit).map_or(Ok(()), Err)
 }
 
 fn check_weight(spec: &ProbeSpec, key: &str, set: Set<'_>, quantity: &Quantity<'_>) -> Result<(), Diagnostic> {
