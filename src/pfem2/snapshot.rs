@@ -165,6 +165,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("nodes/pressure", Column::new(&mut pfem.implicit.pressure));
     visit("nodes/projected", Column::new(&mut pfem.implicit.subscales.projected));
     visit("nodes/followed", Column::new(&mut pfem.implicit.subscales.followed));
+    visit("nodes/force", Column::new(&mut pfem.implicit.force));
     visit("nodes/before", Column::new(&mut pfem.before));
     visit("nodes/acceleration", Column::new(&mut pfem.acceleration));
     visit("nodes/carried", Column::new(&mut pfem.carried));

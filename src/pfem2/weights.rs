@@ -5,9 +5,10 @@
 //! ```
 //!
 //! V_k is what elements hold of a fluid, cut or mixed as [`Phases`] find them. A weight moves the places where shares are
-//! equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed weight of the last fluid the derivatives are a
-//! symmetric matrix of positive eigenvalues, and Newton steps, halved where they don't help, find the weights. Where an
-//! element begins to hold a third fluid, V jumps by a part of it: what is missing then is in the history.
+//! equal, and nothing where a fluid is alone; interfaces move by less than an element. With a fixed weight of the largest fluid the
+//! derivatives are a symmetric matrix of positive eigenvalues, and Newton steps, halved where they don't help, find the weights. The
+//! largest fluid takes what others can't have: a fluid that began or has become too small for a node of its own. Where an element begins
+//! to hold a third fluid, V jumps by a part of it: what is missing then is in the history.
 
 use super::interface::inverse;
 use super::phases::Phases;
@@ -20,8 +21,8 @@ const STEPS: usize = 20;
 /// Most halvings of one.
 const HALVINGS: usize = 6;
 
-/// Largest |ln w|.
-const REACH: f64 = 4.0;
+/// Largest |ln w|: a weight of ten.
+const REACH: f64 = std::f64::consts::LN_10;
 
 /// Step of ln w for derivatives.
 const NUDGE: f64 = 1e-5;
@@ -37,11 +38,7 @@ pub fn keep_volumes<const D: usize, const N: usize>(
     let scale = Scale::new(mesh, density, fraction, wanted);
     let mut log = vec![0.0; wanted.len()];
     let mut missing = scale.missing(&log);
-    let exact = 8.0 * f64::EPSILON * mesh.volume();
     for _ in 0..STEPS {
-        if size(&missing) <= exact {
-            break;
-        }
         let Some((nearer, rest)) = scale.nearer(&log, &missing) else { break };
         (log, missing) = (nearer, rest);
     }
@@ -49,11 +46,6 @@ pub fn keep_volumes<const D: usize, const N: usize>(
     fraction.iter_mut().zip(weighed).for_each(|(own, weighed)| *own = weighed);
     let largest = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (largest - log.iter().copied().fold(f64::INFINITY, f64::min)).exp()
-}
-
-/// The largest entry.
-fn size(missing: &[f64]) -> f64 {
-    missing.iter().fold(0.0, |most, own| most.max(own.abs()))
 }
 
 /// Shares that are weighed.
@@ -65,6 +57,8 @@ struct Scale<'a, const D: usize, const N: usize> {
     band: Vec<u32>,
     /// Volume of each fluid that is wanted in them [m³].
     wanted: Vec<f64>,
+    /// Fluids that take weights.
+    free: Vec<usize>,
 }
 
 impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
@@ -74,6 +68,8 @@ impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
             fraction.iter().position(|own| nodes.iter().all(|&node| own[node as usize] == 1.0))
         };
         let alone: Vec<Option<usize>> = (0..mesh.elements().len()).into_par_iter().map(alone).collect();
+        let largest = (0..wanted.len()).max_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));
+        let free = (0..wanted.len()).filter(|&k| wanted[k] > 0.0 && Some(k) != largest).collect();
         let mut wanted = wanted.to_vec();
         let mut band = Vec::new();
         for (e, fluid) in alone.into_iter().enumerate() {
@@ -82,7 +78,7 @@ impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
                 None => band.push(e as u32),
             }
         }
-        Self { mesh, density, fraction, band, wanted }
+        Self { mesh, density, fraction, band, wanted, free }
     }
 
     /// The shares with the weights e^`log`.
@@ -95,41 +91,55 @@ impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
         self.fraction.iter().zip(&weight).map(of).collect()
     }
 
-    /// What is missing of all fluids but the last [m³].
+    /// What is missing of the fluids that take weights [m³].
     fn missing(&self, log: &[f64]) -> Vec<f64> {
         let weighed = self.weighed(log);
         let phases = Phases { density: self.density, fraction: &weighed, level: &[] };
         let volumes = phases.volumes(self.mesh, self.band.len(), |i| self.band[i] as usize);
-        let missing = self.wanted.iter().zip(volumes).map(|(wanted, own)| wanted - own);
-        missing.take(log.len() - 1).collect()
+        self.free.iter().map(|&k| self.wanted[k] - volumes[k]).collect()
     }
 
-    /// Weights with which less is missing, and what that is; none if a Newton step leads to no such.
+    /// Weights with which less is missing, and what that is; none if nothing is, or a Newton step leads to no such.
     fn nearer(&self, log: &[f64], missing: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let slopes = inverse(self.slopes(log, missing));
-        let step: Vec<f64> = slopes.iter().map(|row| row.iter().zip(missing).map(|(a, m)| a * m).sum()).collect();
+        let exact = 8.0 * f64::EPSILON * self.mesh.volume();
+        if missing.iter().all(|missing| missing.abs() <= exact) {
+            return None;
+        }
+        let slopes = self.slopes(log, missing);
+        // A fluid that no node belongs to can't be had by weights, and is not to keep the others from theirs.
+        let there: Vec<bool> = (0..missing.len()).map(|k| slopes[k][k] > exact).collect();
+        let size = |missing: &[f64]| {
+            missing.iter().zip(&there).filter(|(_, there)| **there).fold(0.0, |most: f64, (own, _)| most.max(own.abs()))
+        };
+        let now = size(missing);
+        if now <= exact {
+            return None;
+        }
+        let step = inverse(slopes).into_iter().map(|row| row.iter().zip(missing).map(|(a, m)| a * m).sum());
+        let step: Vec<f64> = step.collect();
         let part = |halvings: usize| {
             let part = 0.5f64.powi(halvings as i32);
-            let there = log.iter().zip(step.iter().chain([&0.0]));
-            let there: Vec<f64> = there.map(|(log, step)| (log + part * step).clamp(-REACH, REACH)).collect();
-            let rest = self.missing(&there);
-            (size(&rest) < size(missing)).then_some((there, rest))
+            let mut nearer = log.to_vec();
+            for (&k, step) in self.free.iter().zip(&step) {
+                nearer[k] = (nearer[k] + part * step).clamp(-REACH, REACH);
+            }
+            let rest = self.missing(&nearer);
+            (size(&rest) < now).then_some((nearer, rest))
         };
         (0..HALVINGS).find_map(part)
     }
 
-    /// ∂V_k/∂ln w_j of all fluids but the last [m³].
+    /// ∂V_k/∂ln w_j of the fluids that take weights [m³].
     fn slopes(&self, log: &[f64], missing: &[f64]) -> Vec<Vec<f64>> {
-        let count = missing.len();
-        let column = |j: usize| {
+        let column = |&j: &usize| {
             let mut nudged = log.to_vec();
             nudged[j] += NUDGE;
             let rest = self.missing(&nudged);
             missing.iter().zip(rest).map(|(before, after)| (before - after) / NUDGE).collect::<Vec<f64>>()
         };
-        let columns: Vec<Vec<f64>> = (0..count).map(column).collect();
+        let columns: Vec<Vec<f64>> = self.free.iter().map(column).collect();
         let mean = |k: usize, j: usize| 0.5 * (columns[j][k] + columns[k][j]);
-        (0..count).map(|k| (0..count).map(|j| mean(k, j)).collect()).collect()
+        (0..missing.len()).map(|k| (0..missing.len()).map(|j| mean(k, j)).collect()).collect()
     }
 }
 
@@ -179,5 +189,26 @@ mod tests {
         assert_eq!(keep_volumes(&mesh, &DENSITY, &mut fraction, &wanted), 1.0);
         let change = fraction.iter().flatten().zip(before.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(change.fold(0.0, f64::max) < 1e-15);
+    }
+
+    /// A fluid of which no node is left takes no weight, and the others keep theirs.
+    #[test]
+    fn a_fluid_that_is_lost_keeps_none_from_its_volume() {
+        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [20, 20]).unwrap();
+        let mut fraction = layers(&mesh);
+        let speck: Vec<f64> = mesh.nodes().iter().map(|x| if x[1] > 0.9 { 0.3 } else { 0.0 }).collect();
+        fraction[2].iter_mut().zip(&speck).for_each(|(air, speck)| *air -= speck);
+        fraction.push(speck);
+        let density = [3.0, 2.0, 1.0, 2.5];
+        let of = |fraction: &[Vec<f64>]| {
+            Phases { density: &density, fraction, level: &[] }.volumes(&mesh, mesh.elements().len(), |e| e)
+        };
+        let start = of(&fraction);
+        let wanted = [start[0] - 0.01, 0.97 * start[1], start[2] + 0.03 * start[1], 0.01];
+        keep_volumes(&mesh, &density, &mut fraction, &wanted);
+        let missing: Vec<f64> = wanted.iter().zip(of(&fraction)).map(|(wanted, now)| wanted - now).collect();
+        for (missing, expected) in missing.iter().zip([-0.01, 0.0, 0.0, 0.01]) {
+            assert!((missing - expected).abs() < 1e-13, "{missing} {expected}");
+        }
     }
 }

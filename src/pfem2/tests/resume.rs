@@ -14,7 +14,7 @@ fn drop() -> Pfem2<2, 3> {
     ];
     let surface = |x: Vector<2>| (x - Vector([0.4, 0.6])).norm() - 0.2;
     let fluids = vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)];
-    let physics = physics(fluids, [0.0.into(), (-9.81).into()]);
+    let physics = physics(fluids, [0.0.into(), formula("-9.81*(1 + 5*t)")]);
     let mut setup = setup(mesh, sets, physics, |x| u8::from(surface(x) >= 0.0), |_| Vector::ZERO);
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
     setup.projectile_ratio = 10.0;
@@ -49,7 +49,7 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
 fn a_restored_run_goes_on_with_the_same_bits() {
     let mut whole = drop();
     advance(&mut whole, 0..4);
-    let saved = bytes(&mut whole);
+    let (saved, longest) = (bytes(&mut whole), whole.stable_dt());
     advance(&mut whole, 4..8);
     let mut resumed = drop();
     let mut next = saved.iter();
@@ -60,6 +60,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
     });
     resumed.restored();
     assert!(bytes(&mut resumed) == saved);
+    assert_eq!(resumed.stable_dt(), longest);
     advance(&mut resumed, 4..8);
     let (whole, resumed) = (bytes(&mut whole), bytes(&mut resumed));
     let differing: Vec<&str> = whole.iter().zip(&resumed).filter(|(a, b)| a != b).map(|(a, _)| a.0.as_str()).collect();
