@@ -5,16 +5,18 @@
 //! A = Σ m φ at the start − Σ m φ of the same volumes sorted by density,      φ = −b·x
 //! ```
 //!
-//! A flow that gets more work out of gravity makes it up: waves on an interface that grow with the step, fluid that leaks
-//! through the other, pressure that pushes along a wall. What is lent by an element's size is allowed for.
+//! Against it, and against the kinetic energy that the flow has had at most, stands what it has gained from nothing: waves on
+//! an interface that grow with the step, fluid that leaks through the other, pressure that pushes along a wall.
 
 use super::health;
 use super::implicit::Implicit;
 use crate::error::StepError;
-use crate::math::Vector;
 
-/// Part of A, and of the work that lifts all of it by an element, that errors of discretisation may make.
-const ALLOWED: f64 = 0.1;
+/// Part of the largest kinetic energy that errors of discretisation may make.
+const ALLOWED: f64 = 0.5;
+
+/// Part of A, and of the work that lifts all fluid by an element, below which nothing is said: fluids at rest stir a little.
+const NOTHING: f64 = 1e-3;
 
 /// So many times more is no flow any more.
 const HOPELESS: f64 = 10.0;
@@ -22,24 +24,26 @@ const HOPELESS: f64 = 10.0;
 /// What gravity can do from the start on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Available {
+    /// Σ m φ at the start [J].
+    pub start: f64,
     /// A [J].
     pub energy: f64,
     /// Work that lifts all fluid by the shortest edge [J].
     lift: f64,
 }
 
-/// What the work of gravity tells.
+/// What the energy from nothing tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Verdict {
     /// It can be.
     Possible,
-    /// It is more than there was.
+    /// It is more than errors of discretisation make.
     TooMuch,
 }
 
 impl Available {
-    /// Of the state at the start; `None` where fluid may come in or leave, or gravity is no steady, uniform one.
-    pub fn new<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Option<Self> {
+    /// Of the state at the start, with Σ m φ = `start` [J]; `None` where fluid may come in or leave, or gravity is no steady, uniform one.
+    pub fn new<const D: usize, const N: usize>(implicit: &Implicit<D, N>, start: f64) -> Option<Self> {
         let gravity = implicit.physics.steady_gravity()?;
         if implicit.boundary.kinds.iter().any(|kind| kind.is_open()) || gravity.norm() == 0.0 {
             return None;
@@ -52,35 +56,25 @@ impl Available {
             implicit.physics.fluids.iter().zip(&implicit.volumes).map(|(fluid, v)| (fluid.density, *v)).collect();
         fluids.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mass: f64 = fluids.iter().map(|(density, volume)| density * volume).sum();
-        let energy = (potential(implicit, gravity) - sorted(&slots, &fluids)).max(0.0);
-        Some(Self { energy, lift: mass * gravity.norm() * implicit.shortest() })
+        let energy = (start - sorted(&slots, &fluids)).max(0.0);
+        Some(Self { start, energy, lift: mass * gravity.norm() * implicit.shortest() })
     }
 
-    /// Whether gravity may have done this work [J].
+    /// Whether a flow whose kinetic energy was `peak` at most may have gained this energy from nothing [J].
     ///
     /// # Errors
     /// It is many times what there was; the fastest node is named.
     pub fn judge<const D: usize, const N: usize>(
         &self,
-        work: f64,
+        (gained, peak): (f64, f64),
         implicit: &Implicit<D, N>,
     ) -> Result<Verdict, StepError> {
-        if work > HOPELESS * (self.energy + self.lift) {
-            return Err(health::runaway(implicit, work, self.energy));
+        if gained > HOPELESS * (self.energy + self.lift) {
+            return Err(health::runaway(implicit, gained, self.energy));
         }
-        let most = self.energy + ALLOWED * (self.energy + self.lift);
-        Ok(if work > most { Verdict::TooMuch } else { Verdict::Possible })
+        let most = (ALLOWED * peak).max(NOTHING * (self.energy + self.lift));
+        Ok(if gained > most { Verdict::TooMuch } else { Verdict::Possible })
     }
-}
-
-/// Σ m φ of the state [J].
-fn potential<const D: usize, const N: usize>(implicit: &Implicit<D, N>, gravity: Vector<D>) -> f64 {
-    let of_element = |e: usize| -> f64 {
-        let nodes = implicit.mesh.elements()[e];
-        let height = nodes.map(|i| -gravity.dot(implicit.mesh.nodes()[i as usize]));
-        implicit.contents[e].mass.iter().zip(height).map(|(m, phi)| m * phi).sum()
-    };
-    (0..implicit.mesh.elements().len()).map(of_element).sum()
 }
 
 /// Σ m φ of fluids (density, volume), heaviest first, in slots (φ, volume), lowest first [J].

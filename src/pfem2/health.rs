@@ -31,12 +31,12 @@ pub fn check_particles<const D: usize>(particles: &Particles<D>) -> Result<(), S
     Err(error("all particles have left the mesh", Place::Everywhere, ("particles", 0.0), advice))
 }
 
-/// Gravity has done many times the work [J] that was available: an error at the fastest node.
-pub fn runaway<const D: usize, const N: usize>(implicit: &Implicit<D, N>, work: f64, available: f64) -> StepError {
+/// The flow has gained many times the energy [J] that gravity can give: an error at the fastest node.
+pub fn runaway<const D: usize, const N: usize>(implicit: &Implicit<D, N>, gained: f64, available: f64) -> StepError {
     let speed = |i: usize| implicit.velocity[i].norm();
     let fastest = (0..implicit.velocity.len()).max_by(|&i, &j| speed(i).total_cmp(&speed(j)).then(j.cmp(&i)));
     let what =
-        format!("the flow runs away: gravity has done {work:.3e} J of work, and {available:.3e} J were available");
+        format!("the flow runs away: it has gained {gained:.3e} J from errors, and gravity can give {available:.3e} J");
     let advice = "take a shorter step (`time.step`, `pfem2.courant`), or smaller elements where fluids meet; look at the \
                   last pictures for where it began";
     let node = fastest.unwrap_or(0);

@@ -2,10 +2,15 @@
 //!
 //! ```text
 //! kinetic      ½ Σ_e Σ_i m_i |v_i|²
-//! gravity      Δt Σ m_i b_i·v_i           boundaries  Δt Σ (traction and support)·v_i
+//! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x      in a closed box under steady, uniform gravity
+//!              Δt Σ m_i b_i·v_i                              elsewhere
+//! boundaries   Δt Σ (traction and support)·v_i
 //! viscous      Δt Σ_e V μ γ̇²
 //! surface      σ A
 //! ```
+//!
+//! The first form of gravity's work is what the fluids have lost of potential energy where they are now: interfaces that run ahead of
+//! the velocity, or behind it, show in the books. The second would not see them.
 //!
 //! Powers and forces are taken with the weights of the step: θ at its end, β₁ at its start, β₂ at the start of the one
 //! before (see `step`). What they don't explain is booked as
@@ -29,6 +34,8 @@ pub struct Totals {
     pub weight: [f64; 3],
     /// Kinetic energy [J].
     pub kinetic: f64,
+    /// Potential energy under steady, uniform gravity, else 0 [J].
+    pub potential: f64,
     /// Power of gravity [W].
     pub gravity: f64,
     /// Power lost to viscosity [W].
@@ -38,13 +45,14 @@ pub struct Totals {
 impl Totals {
     /// Of a state.
     pub fn of<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Self {
+        let down = implicit.physics.steady_gravity().unwrap_or(Vector::ZERO);
         let chunk = |range: std::ops::Range<usize>| {
-            range.map(|e| Self::of_element(implicit, e)).fold(Self::default(), Self::plus)
+            range.map(|e| Self::of_element(implicit, down, e)).fold(Self::default(), Self::plus)
         };
         parallel::reduce(implicit.contents.len(), chunk, Self::plus).unwrap_or_default()
     }
 
-    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, e: usize) -> Self {
+    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, down: Vector<D>, e: usize) -> Self {
         let (simplex, content) = (implicit.mesh.simplex(e), &implicit.contents[e]);
         let nodes = implicit.mesh.elements()[e].map(|node| node as usize);
         let velocity = nodes.map(|i| implicit.velocity[i]);
@@ -53,6 +61,7 @@ impl Totals {
         for ((m, v), i) in content.mass.iter().zip(&velocity).zip(nodes) {
             totals.mass += m;
             totals.kinetic += 0.5 * m * v.norm_squared();
+            totals.potential -= m * down.dot(implicit.mesh.nodes()[i]);
             momentum += *v * *m;
             weight += implicit.force[i] * *m;
             totals.gravity += m * implicit.force[i].dot(*v);
@@ -69,6 +78,7 @@ impl Totals {
             momentum: add(self.momentum, other.momentum),
             weight: add(self.weight, other.weight),
             kinetic: self.kinetic + other.kinetic,
+            potential: self.potential + other.potential,
             gravity: self.gravity + other.gravity,
             viscous: self.viscous + other.viscous,
         }
@@ -95,17 +105,35 @@ pub struct Books {
     pub last: Vec<f64>,
     /// Kinetic and surface energy at the start [J].
     pub start: Vec<f64>,
+    /// The largest kinetic energy so far [J].
+    pub peak: Vec<f64>,
 }
 
 impl Books {
-    /// Opens the books with the energy at the start [J].
-    pub fn open(energy: f64) -> Self {
-        Self { entries: vec![0.0; 6], last: vec![0.0; 12], start: vec![energy] }
+    /// Opens the books with the kinetic and the surface energy at the start [J].
+    pub fn open(kinetic: f64, surface: f64) -> Self {
+        Self { entries: vec![0.0; 6], last: vec![0.0; 12], start: vec![kinetic + surface], peak: vec![kinetic] }
     }
 
-    /// Work of gravity since the start [J].
-    pub fn gravity(&self) -> f64 {
-        self.entries[0]
+    /// Books the work of gravity since the start by what the fluids have lost of potential energy [J].
+    pub fn fall(&mut self, lost: f64) {
+        self.entries[0] = lost;
+    }
+
+    /// Notes the kinetic energy of a state [J].
+    pub fn note(&mut self, kinetic: f64) {
+        self.peak[0] = self.peak[0].max(kinetic);
+    }
+
+    /// The largest kinetic energy so far [J].
+    pub fn peak(&self) -> f64 {
+        self.peak[0]
+    }
+
+    /// What nothing explains of the energy there is, with that of the surfaces [J].
+    pub fn gained(&self, totals: &Totals, surface: f64) -> f64 {
+        let [gravity, boundary, viscous] = [self.entries[0], self.entries[1], self.entries[2]];
+        totals.kinetic + surface - (self.start[0] + gravity + boundary - viscous)
     }
 
     /// Notes the powers and the outer force at the start, of which the first step takes its explicit share.
@@ -125,7 +153,6 @@ impl Books {
     /// All terms of the ledger: energies, mass, momentum.
     pub fn ledger<const D: usize>(&self, totals: &Totals, surface: f64) -> Ledger {
         let [gravity, boundary, viscous] = [self.entries[0], self.entries[1], self.entries[2]];
-        let numerical = self.start[0] + gravity + boundary - viscous - totals.kinetic - surface;
         let term = |kind, name: &str, unit, value| BalanceTerm { name: name.to_owned(), unit, kind, value };
         let mut terms = vec![
             term(Stored, "kinetic energy", "J", totals.kinetic),
@@ -133,7 +160,7 @@ impl Books {
             term(Gain, "work of gravity", "J", gravity),
             term(Gain, "work of boundaries", "J", boundary),
             term(Loss, "viscous dissipation", "J", viscous),
-            term(Loss, "numerical dissipation", "J", numerical),
+            term(Loss, "numerical dissipation", "J", -self.gained(totals, surface)),
             term(Other, "mass", "kg", totals.mass),
         ];
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(D) {

@@ -85,12 +85,11 @@ impl Notices {
         }
     }
 
-    /// Gravity has done more work than was available [J].
-    pub fn energy(&mut self, available: f64) {
-        self.say(format!(
-            "gravity has done more work than the {available:.3e} J that the fluids could give: the flow gains energy from \
-             errors; take shorter steps (`time.step`, `pfem2.courant`) or smaller elements (`history/balance.csv` shows it)"
-        ));
+    /// The flow has gained too much from nothing.
+    pub fn energy(&mut self) {
+        let what = "errors have given the flow more than half of the kinetic energy that it ever had (`numerical dissipation` below \
+                    zero in `history/balance.csv`); take shorter steps (`time.step`, `pfem2.courant`) or smaller elements";
+        self.say(what.to_owned());
     }
 
     /// Fluids that have lost a tenth of their volume where nothing can leave; `start` and `now` by fluid [m³].

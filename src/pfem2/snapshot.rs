@@ -176,6 +176,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("books/works", Column::new(&mut pfem.books.entries));
     visit("books/last", Column::new(&mut pfem.books.last));
     visit("books/start", Column::new(&mut pfem.books.start));
+    visit("books/peak", Column::new(&mut pfem.books.peak));
     visit("forces", Column::new(&mut pfem.forces));
     visit("forces/earlier", Column::new(&mut pfem.earlier_forces));
     let mut clock = vec![pfem.dt_before];

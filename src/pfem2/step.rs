@@ -238,7 +238,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.supply = pfem.supply_at_the_start();
         pfem.follow_volumes(setup.volume);
         pfem.begin_watch();
-        pfem.books = Books::open(pfem.totals.kinetic + pfem.implicit.surface_energy());
+        pfem.books = Books::open(pfem.totals.kinetic, pfem.implicit.surface_energy());
         pfem
     }
 
@@ -364,6 +364,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.earlier_forces = before;
         self.trace_interface();
         self.books.add(step.dt, [step.theta, last, earlier], powers, outside);
+        self.books.note(self.totals.kinetic);
+        self.available.iter().for_each(|available| self.books.fall(available.start - self.totals.potential));
     }
 
     /// Finds the forces on the parts, and the powers and the force from outside, at the end of a step.

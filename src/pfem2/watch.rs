@@ -40,16 +40,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Keeps what the start says about what may come.
     pub(super) fn begin_watch(&mut self) {
-        self.available = Available::new(&self.implicit);
+        self.available = Available::new(&self.implicit, self.totals.potential);
         if self.is_closed() {
             self.closed = self.implicit.volumes.clone();
         }
     }
 
-    /// Looks for what should not come: fluid that is lost, and more work of gravity than there was.
+    /// Looks for what should not come: fluid that is lost, and energy from nothing.
     ///
     /// # Errors
-    /// Gravity has done many times what it can.
+    /// The flow has gained many times what gravity can give.
     pub(super) fn watch(&mut self) -> Result<(), StepError> {
         let Self { implicit, notices, .. } = self;
         notices.losses(&implicit.physics.fluids, &self.closed, &implicit.volumes);
@@ -57,8 +57,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             notices.weights(&implicit.physics.fluids, &self.closed, &implicit.volumes);
         }
         let Some(available) = &self.available else { return Ok(()) };
-        if available.judge(self.books.gravity(), implicit)? == Verdict::TooMuch {
-            notices.energy(available.energy);
+        let gained = self.books.gained(&self.totals, implicit.surface_energy());
+        if available.judge((gained, self.books.peak()), implicit)? == Verdict::TooMuch {
+            notices.energy();
         }
         Ok(())
     }

@@ -8,11 +8,11 @@
 //!
 //! An average of signs is no distance: with n particles per element its zero line is noisy by h/√n. Depths that
 //! travel with the particles and are averaged without an error in linear fields keep the line smooth to second
-//! order. Every few steps they are measured anew. Particles farther than an element from the interface take the
-//! distance of their place from the cut polygons (see `distance`). Nearer ones only divide theirs by |∇φ|: polygons
-//! cut corners, and measuring from them would shrink every drop a little each time. A particle keeps its fluid
-//! whatever φ says; where φ disagrees, it also keeps its depth and so pulls the line back: films thinner than an
-//! element come back when they grow.
+//! order. Every few steps they are measured anew. Particles farther than two elements from the interface take the
+//! distance of their place from the cut polygons (see `distance`). Nearer ones only lose what has stretched φ by much, and
+//! keep what it doesn't show (see `stretch`): polygons cut corners, and measuring from them would shrink every drop a little
+//! each time. A particle keeps its fluid whatever φ says; where φ disagrees, it also keeps its depth and so pulls the line
+//! back: films thinner than an element come back when they grow.
 //!
 //! The shift δ is found by bisection, applied to the nodes and reported: nothing is added to the equations. What leaves
 //! through open boundaries is counted (see `outflow`) and reported as well.
@@ -21,6 +21,7 @@ mod distance;
 mod inlet;
 mod lone;
 mod outflow;
+mod stretch;
 #[cfg(test)]
 mod tests;
 mod volume;
@@ -39,16 +40,24 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use rayon::prelude::*;
 
-/// Depths are measured up to this many times the longest edge of the elements that are cut. A slope at the node of a
-/// near element looks at nodes three edges away, these at particles of elements whose nodes are four edges away, and
-/// the gradients at these at particles five edges away: none of them may be cut off.
-const BAND: f64 = 5.0;
+/// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one only, what
+/// the farther ones lose of a curve came back through slopes, and capillary waves grew.
+const NEAR: f64 = 2.0;
+
+/// Depths are measured up to this many edges. A slope at the node of a near element looks at nodes two edges farther away, these at
+/// particles of elements whose nodes are three edges away, and the gradients at these at particles four edges away: none of
+/// them may be cut off.
+const BAND: f64 = NEAR + 4.0;
 
 /// Steps between two measurements of the depths (theory 12.4).
 const MEASURED_EVERY: usize = 10;
 
-/// Depths divided by the slope differ from the distance to the polygons by at most this part of an edge: near ridges
-/// of φ, as in the middle of a film, the slope means nothing.
+/// A stretch that is taken away as a whole; of smaller ones the square of their part of it: each measurement moves the line a
+/// little, and waves that stretch depths to and fro need none.
+const STRETCHED: f64 = 0.3;
+
+/// Depths differ from the distance to the polygons by at most this part of an edge: near ridges of φ, as in the middle of a film,
+/// its slope means nothing.
 const SLACK: f64 = 0.1;
 
 /// The depth of what flows in is that of the inlet where the line of the state agrees with it within this part of an
@@ -203,36 +212,41 @@ impl LevelSet {
         // Signed, so that in cut elements, too, the distance of a plane is linear.
         let mut distance = interface.distances(mesh, self.band);
         distance.iter_mut().zip(&self.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
-        let slope = self.slopes(mesh);
+        let (straight, slope) = (self.straightened(mesh), self.slopes(mesh));
         let slack = SLACK * interface.longest_edge();
         let columns = particles.depth.par_iter_mut().zip(&particles.position);
         columns.zip(particles.element.par_iter().zip(&particles.fluid)).for_each(|((depth, &x), (&e, &fluid))| {
             let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
-            let sign = self.sign(fluid);
-            if sign * value(mesh, &place, &self.level) < 0.0 {
+            let (sign, shown) = (self.sign(fluid), value(mesh, &place, &self.level));
+            if sign * shown < 0.0 {
                 return;
             }
             let away = sign * value(mesh, &place, &distance);
-            let scaled = *depth / value(mesh, &place, &slope);
-            let near = away < interface.longest_edge() && scaled.is_finite();
-            *depth = if near { scaled.clamp(away - slack, away + slack).max(0.0) } else { away };
+            let stretch = value(mesh, &place, &slope);
+            let part = ((stretch - 1.0) / STRETCHED).powi(2).min(1.0);
+            let unbent =
+                known(mesh, &place, &straight).map(|straight| sign * straight + (*depth - sign * shown) / stretch);
+            *depth = match unbent.filter(|unbent| away < NEAR * interface.longest_edge() && unbent.is_finite()) {
+                Some(unbent) => (*depth + part * (unbent - *depth)).clamp(away - slack, away + slack).max(0.0),
+                None => away,
+            };
         });
     }
 
     /// |∇φ| at the nodes: of the mean gradient of the elements around.
     fn slopes<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>) -> Vec<f64> {
-        let gradient = |e: u32| {
-            let simplex = mesh.simplex(e as usize);
-            let nodes = mesh.elements()[e as usize].iter().zip(&simplex.gradient);
-            nodes.map(|(&node, &g)| g * self.level[node as usize]).sum::<Vector<D>>() * simplex.volume
-        };
         let slope = |node: usize| {
-            let around = mesh.elements_around(node);
-            let volume: f64 = around.iter().map(|&e| mesh.simplex(e as usize).volume).sum();
-            around.iter().map(|&e| gradient(e)).sum::<Vector<D>>().norm() / volume
+            let around = || mesh.elements_around(node).iter().map(|&e| (e as usize, mesh.simplex(e as usize).volume));
+            let sum: Vector<D> = around().map(|(e, volume)| self.gradient(mesh, e) * volume).sum();
+            sum.norm() / around().map(|(_, volume)| volume).sum::<f64>()
         };
         (0..mesh.nodes().len()).into_par_iter().map(slope).collect()
     }
+}
+
+/// Σ N_i f_i, if all are known.
+fn known<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, values: &[Option<f64>]) -> Option<f64> {
+    place.shape.iter().zip(&mesh.elements()[place.element]).map(|(n, &node)| Some(n * values[node as usize]?)).sum()
 }
 
 /// Σ N_i f_i.

@@ -124,6 +124,24 @@ fn a_plane_at_rest_stays_where_it_is_to_the_last_digits() {
     stays(&full, |x| (x - Vector([0.4871, 0.5213, 0.4477])).dot(Vector([2.0, -1.0, 2.0]) / 3.0));
 }
 
+/// φ has other slopes in the cut elements than on either side, as a flow that bends at the nodes makes them.
+#[test]
+fn a_stretched_plane_is_measured_without_moving() {
+    let mesh = square(20);
+    let height = |x: Vector<2>| x[1] - 0.5213;
+    let stretched = |x: Vector<2>| match x[1] {
+        y if y < 0.5 => 1.5 * (y - 0.5) - 2.2 * 0.0213,
+        y if y > 0.55 => 1.4 * (y - 0.55) + 2.2 * 0.0287,
+        y => 2.2 * (y - 0.5213),
+    };
+    let mut particles = Particles::seed(&mesh, 3, |x| Some(u8::from(height(x) >= 0.0)), |_| Vector::ZERO);
+    let mut set = LevelSet::new(&mesh, 0, stretched, &mut particles);
+    set.measure(&mesh, &mut particles);
+    for (depth, x) in particles.depth.iter().zip(&particles.position).filter(|(_, x)| height(**x).abs() < 0.1) {
+        assert!((depth - height(*x).abs()).abs() < 1e-13, "{x:?}: {depth}");
+    }
+}
+
 #[test]
 fn a_circle_goes_on_behind_a_wall() {
     let behind = |x: Vector<2>| (x - Vector([0.5, -0.1])).norm() - 0.3;
