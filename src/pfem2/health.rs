@@ -31,12 +31,11 @@ pub fn check_particles<const D: usize>(particles: &Particles<D>) -> Result<(), S
     Err(error("all particles have left the mesh", Place::Everywhere, ("particles", 0.0), advice))
 }
 
-/// The flow has gained many times the energy [J] that gravity can give: an error at the fastest node.
-pub fn runaway<const D: usize, const N: usize>(implicit: &Implicit<D, N>, gained: f64, available: f64) -> StepError {
+/// The flow has gained many times the energy [J] that there was: an error at the fastest node.
+pub fn runaway<const D: usize, const N: usize>(implicit: &Implicit<D, N>, gained: f64, at_hand: f64) -> StepError {
     let speed = |i: usize| implicit.velocity[i].norm();
     let fastest = (0..implicit.velocity.len()).max_by(|&i, &j| speed(i).total_cmp(&speed(j)).then(j.cmp(&i)));
-    let what =
-        format!("the flow runs away: it has gained {gained:.3e} J from errors, and gravity can give {available:.3e} J");
+    let what = format!("the flow runs away: errors have given it {gained:.3e} J, and {at_hand:.3e} J were at hand");
     let advice = "take a shorter step (`time.step`, `pfem2.courant`), or smaller elements where fluids meet; look at the \
                   last pictures for where it began";
     let node = fastest.unwrap_or(0);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! kinetic      ½ Σ_e Σ_i m_i |v_i|²
-//! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x      in a closed box under steady, uniform gravity
+//! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x      in a closed box whose fluids keep their volumes, b steady and uniform
 //!              Δt Σ m_i b_i·v_i                              elsewhere
 //! boundaries   Δt Σ (traction and support)·v_i
 //! viscous      Δt Σ_e V μ γ̇²
@@ -34,8 +34,8 @@ pub struct Totals {
     pub weight: [f64; 3],
     /// Kinetic energy [J].
     pub kinetic: f64,
-    /// Potential energy under steady, uniform gravity, else 0 [J].
-    pub potential: f64,
+    /// Σ m x [kg m].
+    pub moment: [f64; 3],
     /// Power of gravity [W].
     pub gravity: f64,
     /// Power lost to viscosity [W].
@@ -45,29 +45,28 @@ pub struct Totals {
 impl Totals {
     /// Of a state.
     pub fn of<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Self {
-        let down = implicit.physics.steady_gravity().unwrap_or(Vector::ZERO);
         let chunk = |range: std::ops::Range<usize>| {
-            range.map(|e| Self::of_element(implicit, down, e)).fold(Self::default(), Self::plus)
+            range.map(|e| Self::of_element(implicit, e)).fold(Self::default(), Self::plus)
         };
         parallel::reduce(implicit.contents.len(), chunk, Self::plus).unwrap_or_default()
     }
 
-    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, down: Vector<D>, e: usize) -> Self {
+    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, e: usize) -> Self {
         let (simplex, content) = (implicit.mesh.simplex(e), &implicit.contents[e]);
         let nodes = implicit.mesh.elements()[e].map(|node| node as usize);
         let velocity = nodes.map(|i| implicit.velocity[i]);
         let mut totals = Self::default();
-        let (mut momentum, mut weight) = (Vector::<D>::ZERO, Vector::<D>::ZERO);
+        let [mut momentum, mut weight, mut moment] = [Vector::<D>::ZERO; 3];
         for ((m, v), i) in content.mass.iter().zip(&velocity).zip(nodes) {
             totals.mass += m;
             totals.kinetic += 0.5 * m * v.norm_squared();
-            totals.potential -= m * down.dot(implicit.mesh.nodes()[i]);
+            moment += implicit.mesh.nodes()[i] * *m;
             momentum += *v * *m;
             weight += implicit.force[i] * *m;
             totals.gravity += m * implicit.force[i].dot(*v);
         }
         totals.viscous = simplex.volume * content.viscosity * shear_rate(&simplex.gradient, &velocity).powi(2);
-        (totals.momentum, totals.weight) = (momentum.to3(), weight.to3());
+        (totals.momentum, totals.weight, totals.moment) = (momentum.to3(), weight.to3(), moment.to3());
         totals
     }
 
@@ -78,7 +77,7 @@ impl Totals {
             momentum: add(self.momentum, other.momentum),
             weight: add(self.weight, other.weight),
             kinetic: self.kinetic + other.kinetic,
-            potential: self.potential + other.potential,
+            moment: add(self.moment, other.moment),
             gravity: self.gravity + other.gravity,
             viscous: self.viscous + other.viscous,
         }
@@ -110,7 +109,7 @@ pub struct Books {
 }
 
 impl Books {
-    /// Opens the books with the kinetic and the surface energy at the start [J].
+    /// Opens the books with the kinetic and the surface energy at the start [J], after walls and inlets have taken hold.
     pub fn open(kinetic: f64, surface: f64) -> Self {
         Self { entries: vec![0.0; 6], last: vec![0.0; 12], start: vec![kinetic + surface], peak: vec![kinetic] }
     }
@@ -123,6 +122,21 @@ impl Books {
     /// Notes the kinetic energy of a state [J].
     pub fn note(&mut self, kinetic: f64) {
         self.peak[0] = self.peak[0].max(kinetic);
+    }
+
+    /// Work of gravity since the start [J].
+    pub fn gravity(&self) -> f64 {
+        self.entries[0]
+    }
+
+    /// What boundaries and friction have given and taken since the start [J].
+    pub fn exchanged(&self) -> f64 {
+        self.entries[1].abs() + self.entries[2]
+    }
+
+    /// Kinetic and surface energy at the start [J].
+    pub fn begun(&self) -> f64 {
+        self.start[0]
     }
 
     /// The largest kinetic energy so far [J].

@@ -87,8 +87,9 @@ impl Notices {
 
     /// The flow has gained too much from nothing.
     pub fn energy(&mut self) {
-        let what = "errors have given the flow more than half of the kinetic energy that it ever had (`numerical dissipation` below \
-                    zero in `history/balance.csv`); take shorter steps (`time.step`, `pfem2.courant`) or smaller elements";
+        let what = "errors have given the flow more than half of the kinetic energy that it ever had, or let gravity do more work than \
+                    its fluids could give (`numerical dissipation` and `work of gravity` in `history/balance.csv`); take shorter \
+                    steps (`time.step`, `pfem2.courant`) or smaller elements";
         self.say(what.to_owned());
     }
 

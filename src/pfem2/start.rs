@@ -13,9 +13,10 @@
 
 use super::Pfem2;
 use super::element::Stabilisation;
-use super::implicit::Step;
+use super::implicit::{Implicit, Step};
 use super::phases::Phases;
 use crate::error::StepError;
+use crate::math::Vector;
 
 /// Solutions of the rehearsed step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;
@@ -51,5 +52,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         (self.particles, self.sharp, self.level, self.fraction) = (particles, sharp, level, fraction);
         (self.counts, self.outflow, self.shift) = (counts, outflow, shift);
         Ok(())
+    }
+
+    /// What walls and inlets give at once, when the run begins, to the nodes that they hold [J].
+    pub(super) fn jolt(&self) -> f64 {
+        let Implicit { mesh, boundary, contents, velocity, .. } = &self.implicit;
+        let mass = |node: usize| -> f64 {
+            let around = mesh.elements_around(node).iter().map(|&e| e as usize);
+            let own = |e: usize| {
+                (0..N).filter(move |&k| mesh.elements()[e][k] as usize == node).map(move |k| contents[e].mass[k])
+            };
+            around.flat_map(own).sum()
+        };
+        let gain =
+            |(node, held): (usize, Vector<D>)| 0.5 * mass(node) * (held.norm_squared() - velocity[node].norm_squared());
+        boundary.held(mesh, 0.0).into_iter().map(gain).sum()
     }
 }

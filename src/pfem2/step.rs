@@ -238,7 +238,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.supply = pfem.supply_at_the_start();
         pfem.follow_volumes(setup.volume);
         pfem.begin_watch();
-        pfem.books = Books::open(pfem.totals.kinetic, pfem.implicit.surface_energy());
+        pfem.books = Books::open(pfem.totals.kinetic + pfem.jolt(), pfem.implicit.surface_energy());
         pfem
     }
 
@@ -365,7 +365,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.trace_interface();
         self.books.add(step.dt, [step.theta, last, earlier], powers, outside);
         self.books.note(self.totals.kinetic);
-        self.available.iter().for_each(|available| self.books.fall(available.start - self.totals.potential));
+        let kept = self.density.len() == 1 || self.kept_volume.is_some() || self.kept_volumes.is_some();
+        let fallen = self.available.as_ref().filter(|_| kept).map(|available| available.fallen(&self.totals));
+        fallen.iter().for_each(|fallen| self.books.fall(*fallen));
     }
 
     /// Finds the forces on the parts, and the powers and the force from outside, at the end of a step.

@@ -40,7 +40,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Keeps what the start says about what may come.
     pub(super) fn begin_watch(&mut self) {
-        self.available = Available::new(&self.implicit, self.totals.potential);
+        self.available = Available::new(&self.implicit, &self.totals);
         if self.is_closed() {
             self.closed = self.implicit.volumes.clone();
         }
@@ -49,7 +49,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Looks for what should not come: fluid that is lost, and energy from nothing.
     ///
     /// # Errors
-    /// The flow has gained many times what gravity can give.
+    /// The flow has gained many times the energy that there was.
     pub(super) fn watch(&mut self) -> Result<(), StepError> {
         let Self { implicit, notices, .. } = self;
         notices.losses(&implicit.physics.fluids, &self.closed, &implicit.volumes);
@@ -57,8 +57,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             notices.weights(&implicit.physics.fluids, &self.closed, &implicit.volumes);
         }
         let Some(available) = &self.available else { return Ok(()) };
-        let gained = self.books.gained(&self.totals, implicit.surface_energy());
-        if available.judge((gained, self.books.peak()), implicit)? == Verdict::TooMuch {
+        if available.judge(&self.books, &self.totals, implicit)? == Verdict::TooMuch {
             notices.energy();
         }
         Ok(())

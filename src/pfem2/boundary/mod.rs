@@ -121,6 +121,13 @@ impl<const D: usize> Boundary<D> {
         }
     }
 
+    /// Nodes with a prescribed velocity, and that at the time `t` [m/s].
+    pub fn held<const N: usize>(&self, mesh: &Mesh<D, N>, t: f64) -> Vec<(usize, Vector<D>)> {
+        let at =
+            |(node, sets): &(u32, Vec<u32>)| (*node as usize, self.prescribed(mesh.nodes()[*node as usize], sets, t));
+        self.fixed.iter().map(at).collect()
+    }
+
     /// Δt times the acceleration of what moves with the prescribed velocity at the time `t` [m/s]: a wall that turns
     /// leads the fluid around. The formula of an inlet doesn't say how the velocity changes across it.
     fn change(&self, x: Vector<D>, sets: &[u32], [t, dt]: [f64; 2]) -> Vector<D> {
