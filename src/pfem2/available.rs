@@ -8,7 +8,7 @@
 //! Beside it stands what the flow has gained from nothing, by the books: waves on an interface that grow with the step, fluid
 //! that leaks through the other, pressure that pushes along a wall, interfaces that aren't calm. It is too much where it is more
 //! than half of the kinetic energy that the flow ever had and all that friction and walls exchanged, which has errors of its
-//! own size: in a step that is long for them, and when a lid starts at once.
+//! own size in steps that are long for friction.
 //!
 //! φ is taken from the middle of the mesh, so that a volume that isn't kept counts the same wherever the box lies.
 
