@@ -212,3 +212,22 @@ fn a_volume_that_is_not_kept_is_said() {
     let said = pfem.notices();
     assert!(said.iter().any(|text| text.contains("volume of `water` could not be kept")), "{said:?}");
 }
+
+/// A viscous column, 0.5 wide and 0.8 high in a box of 1 under a light fluid, ends flat: (ρ₁ − ρ₂) g V falls by 0.2. The work on
+/// the velocity of the nodes is 4 % short of it in steps this long.
+#[test]
+fn gravity_does_the_work_of_the_fall() {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [20; 2]).unwrap();
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let fluids = vec![fluid("column", 1000.0, 1000.0), fluid("light", 1.0, 1.0)];
+    let surface = |x: Vector<2>| (x[0] - 0.5).max(x[1] - 0.8);
+    let physics = physics(fluids, [0.0.into(), (-9.81).into()]);
+    let mut setup = setup(mesh, sets, physics, |x| u8::from(surface(x) >= 0.0), |_| Vector::ZERO);
+    setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
+    let mut pfem = Pfem2::new(setup);
+    for k in 0..60 {
+        pfem.step(f64::from(k) * 0.2, 0.2).unwrap();
+    }
+    let work = pfem.books.gravity() / (999.0 * 9.81 * 0.4 * 0.2);
+    assert!((work - 1.0).abs() < 0.01, "{work}");
+}

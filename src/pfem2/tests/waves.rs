@@ -115,18 +115,6 @@ fn waves_amid_a_row_of_elements_do_not_grow() {
     assert!(last < 1.05 && last > 0.85, "{first} {last}");
 }
 
-/// When the surface is flat, gravity has done the work ¼ (ρ₁ − ρ₂) g a² that the wave began with.
-#[test]
-fn gravity_gives_what_the_wave_holds() {
-    let mut pfem = half_full([20, 21], 0.01, (0.02, 1.0), [1000.0, 1.0]);
-    let most = (0..40).map(|k| {
-        pfem.step(f64::from(k) * 0.01, 0.01).unwrap();
-        pfem.books.entries[0]
-    });
-    let most = most.fold(0.0, f64::max) / (0.25 * 999.0 * GRAVITY * 0.02 * 0.02);
-    assert!((most - 1.0).abs() < 0.02, "{most}");
-}
-
 /// Beyond the bound short waves take energy from nothing, which is said long before the run has to stop.
 #[test]
 fn energy_from_nothing_is_said() {
