@@ -107,6 +107,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         courant: f64::INFINITY,
+        step_tolerance: f64::INFINITY,
         linear: Options::default(),
     });
     let dt = 1.0 / cells as f64;

@@ -56,6 +56,7 @@ interface = "pseudo"
 volume = "none"
 reseeding = "elements"
 courant = inf
+step-tolerance = inf
 projectile-ratio = 10.0
 relaxation = inf
 "#;

@@ -29,8 +29,12 @@ pub struct Summary {
     pub memory: f64,
     /// First stable step [s].
     pub stable_step: f64,
-    /// Number of steps if the step stays as it is; steps end at every output.
+    /// Number of steps if the step stays as it is, or the most that can be foreseen; steps end at every output.
     pub steps: f64,
+    /// The fewest steps that can be foreseen.
+    pub fewest: f64,
+    /// True if what is known of the case tells the number of steps.
+    pub foreseen: bool,
 }
 
 /// One body.
@@ -132,6 +136,8 @@ impl Summary {
             memory: (nodes * 8 * (1 + 2 * D)) as f64,
             stable_step: 0.0,
             steps: 0.0,
+            fewest: 0.0,
+            foreseen: true,
         }
     }
 
@@ -168,6 +174,8 @@ impl Summary {
             memory: 2.0 * matrix + solver + (mesh.elements().len() * N * (D + 8) * 8) as f64,
             stable_step: 0.0,
             steps: 0.0,
+            fewest: 0.0,
+            foreseen: true,
         }
     }
 
@@ -179,10 +187,12 @@ impl Summary {
         let stable_step = if fixed { solver.stable_dt() } else { solver.recommended_dt() };
         let (end, output) = (file.time.end, &file.output);
         let between_outputs = [output.fields, output.history].into_iter().flatten().fold(end, f64::min);
-        let steps = end / between_outputs * (between_outputs / file.time.step.unwrap_or(stable_step)).ceil().max(1.0);
+        let count = |step: f64| (end / between_outputs * (between_outputs / step).ceil().max(1.0)).ceil();
+        let foreseen = if fixed { file.time.step.map(|step| [step; 2]) } else { solver.foreseen_dt(end) };
+        let [steps, fewest] = foreseen.unwrap_or([f64::INFINITY; 2]).map(count);
         let own = self.memory + if self.unknowns > 0 { FLOW } else { POINTS } * columns as f64;
         let drawing = PLOTS + if file.picture.is_empty() { 0.0 } else { PICTURES };
-        Self { memory: OUTPUTS * own + drawing, stable_step, steps: steps.ceil(), ..self }
+        Self { memory: OUTPUTS * own + drawing, stable_step, steps, fewest, foreseen: foreseen.is_some(), ..self }
     }
 
     /// Particles of all bodies.
@@ -213,6 +223,16 @@ impl std::fmt::Display for Summary {
         } else {
             writeln!(f, "first stable step: nothing bounds it")?;
         }
-        write!(f, "steps: about {:.0}", self.steps)
+        match self.fewest {
+            _ if !self.foreseen => write!(
+                f,
+                "steps: can't be foreseen, since nothing says how fast the flow will be; outputs alone make {:.0}",
+                self.steps
+            ),
+            fewest if fewest < self.steps => {
+                write!(f, "steps: about {fewest:.0} to {:.0}, as the flow and its waves ask for", self.steps)
+            }
+            _ => write!(f, "steps: about {:.0}", self.steps),
+        }
     }
 }

@@ -77,6 +77,11 @@ impl Available {
         Some(Self { start, energy: (start - sorted(&slots, &fluids)).max(0.0), ..level })
     }
 
+    /// A [J].
+    pub fn energy(&self) -> f64 {
+        self.energy
+    }
+
     /// Σ m φ [J].
     fn potential(&self, totals: &Totals) -> f64 {
         self.up.iter().zip(totals.moment).map(|(up, moment)| up * moment).sum::<f64>() - totals.mass * self.middle

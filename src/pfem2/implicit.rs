@@ -217,6 +217,26 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         }
     }
 
+    /// True where one fluid fills the element.
+    pub(super) fn is_pure(&self, element: usize) -> bool {
+        self.pure[element]
+    }
+
+    /// Shortest edge of an element [m].
+    pub(super) fn size(&self, element: usize) -> f64 {
+        self.size[element]
+    }
+
+    /// Mass of a node: its share of what fills the elements around it [kg].
+    pub(super) fn nodal_mass(&self, node: usize) -> f64 {
+        let around = self.mesh.elements_around(node).iter().map(|&e| e as usize);
+        let own = |e: usize| {
+            let corners = self.mesh.elements()[e].iter().zip(&self.contents[e].mass);
+            corners.filter(|(i, _)| **i as usize == node).map(|(_, mass)| mass).sum::<f64>()
+        };
+        around.map(own).sum()
+    }
+
     /// Energy of the interfaces, σ A [J].
     pub fn surface_energy(&self) -> f64 {
         self.cuts.iter().map(|cut| cut.energy).sum()

@@ -35,6 +35,7 @@ pub mod slip;
 mod snapshot;
 mod start;
 mod step;
+mod step_control;
 pub mod subscale;
 pub mod surface_tension;
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub relaxation: f64,
     /// Elements that a particle may cross in a step; infinity: no bound.
     pub courant: f64,
+    /// The largest error of a step in time over that of the mesh; infinity: errors don't bound the step.
+    pub step_tolerance: f64,
     /// The linear solver.
     pub linear: linalg::Options,
 }

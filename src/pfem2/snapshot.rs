@@ -2,6 +2,7 @@
 
 use super::Pfem2;
 use super::step::Counts;
+use super::step_control::Errors;
 use crate::math::Vector;
 use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
@@ -120,6 +121,10 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     let fastest = pfem.implicit.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
     ledger.terms.push(moved(pfem));
+    let Errors { time, mesh, interface } = pfem.step_control.errors;
+    let errors = [("error of the step", "1", time), ("error of the mesh", "1", mesh)];
+    let errors = errors.into_iter().chain([("error of the interface", "elements", interface)]);
+    ledger.terms.extend(errors.map(|(name, unit, value)| BalanceTerm { name: name.into(), unit, kind: Other, value }));
     ledger
 }
 
@@ -167,6 +172,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("nodes/followed", Column::new(&mut pfem.implicit.subscales.followed));
     visit("nodes/force", Column::new(&mut pfem.implicit.force));
     visit("nodes/before", Column::new(&mut pfem.before));
+    visit("nodes/earlier", Column::new(&mut pfem.earlier));
     visit("nodes/acceleration", Column::new(&mut pfem.acceleration));
     visit("nodes/carried", Column::new(&mut pfem.carried));
     visit("nodes/level", Column::new(&mut pfem.level));
@@ -179,9 +185,14 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("books/peak", Column::new(&mut pfem.books.peak));
     visit("forces", Column::new(&mut pfem.forces));
     visit("forces/earlier", Column::new(&mut pfem.earlier_forces));
-    let mut clock = vec![pfem.dt_before];
+    let errors = pfem.step_control.errors;
+    let control = &mut pfem.step_control;
+    let mut clock = vec![pfem.dt_before, pfem.dt_earlier, control.proposal, errors.time, errors.mesh, errors.interface];
     visit("dt", Column::new(&mut clock));
-    pfem.dt_before = clock.first().copied().unwrap_or(0.0);
+    if let [before, earlier, proposal, time, mesh, interface] = clock[..] {
+        (pfem.dt_before, pfem.dt_earlier, control.proposal) = (before, earlier, proposal);
+        control.errors = Errors { time, mesh, interface };
+    }
     let counts = &mut pfem.counts;
     let Counts { left, stuck, added, inflow, merged, empty } = *counts;
     let mut numbers = vec![pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners];

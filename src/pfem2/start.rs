@@ -47,8 +47,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.books.begin(powers, outside);
         self.earlier_forces.clone_from(&self.forces);
         let end = std::mem::replace(&mut self.implicit.velocity, start);
-        self.before = self.implicit.velocity.iter().zip(end).map(|(start, end)| *start * 2.0 - end).collect();
-        self.dt_before = step.dt;
+        let both = || self.implicit.velocity.iter().zip(&end);
+        self.before = both().map(|(start, end)| *start * 2.0 - *end).collect();
+        self.earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
+        (self.dt_before, self.dt_earlier) = (step.dt, step.dt);
         (self.particles, self.sharp, self.level, self.fraction) = (particles, sharp, level, fraction);
         (self.counts, self.outflow, self.shift) = (counts, outflow, shift);
         Ok(())
@@ -56,14 +58,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// What walls and inlets give at once, when the run begins, to the nodes that they hold [J].
     pub(super) fn jolt(&self) -> f64 {
-        let Implicit { mesh, boundary, contents, velocity, .. } = &self.implicit;
-        let mass = |node: usize| -> f64 {
-            let around = mesh.elements_around(node).iter().map(|&e| e as usize);
-            let own = |e: usize| {
-                (0..N).filter(move |&k| mesh.elements()[e][k] as usize == node).map(move |k| contents[e].mass[k])
-            };
-            around.flat_map(own).sum()
-        };
+        let Implicit { mesh, boundary, velocity, .. } = &self.implicit;
+        let mass = |node: usize| self.implicit.nodal_mass(node);
         let gain =
             |(node, held): (usize, Vector<D>)| 0.5 * mass(node) * (held.norm_squared() - velocity[node].norm_squared());
         boundary.held(mesh, 0.0).into_iter().map(gain).sum()

@@ -30,6 +30,7 @@ use super::phases::Phases;
 use super::project::{Convected, Kernel, project};
 use super::reseed::{self, Density, Reseeding};
 use super::setup::{Scheme, Setup};
+use super::step_control::StepControl;
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
 use crate::linalg::Memory;
@@ -37,12 +38,20 @@ use crate::math::Vector;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
 
+/// A step may be as many times longer than the one before: twice as long, from two to one between outputs, at most.
+const LARGEST_CHANGE: f64 = 2.0;
+
+/// Room for rounding where times are compared.
+const ROUNDING: f64 = 1.0 + 1e-9;
+
 /// PFEM-2 in `D` dimensions on simplices with `N` = `D` + 1 nodes.
 pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) implicit: Implicit<D, N>,
     pub(super) particles: Particles<D>,
     /// vⁿ⁻¹ at the nodes [m/s].
     pub(super) before: Vec<Vector<D>>,
+    /// vⁿ⁻² at the nodes [m/s].
+    pub(super) earlier: Vec<Vector<D>>,
     /// aⁿ at the nodes [m/s²].
     pub(super) acceleration: Vec<Vector<D>>,
     /// aⁿ⁻¹ of what is at the nodes now [m/s²].
@@ -76,6 +85,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) flying: Vec<bool>,
     pub(super) relaxation: f64,
     pub(super) courant: f64,
+    pub(super) step_control: StepControl,
     pub(super) parts: Vec<Part<D>>,
     /// Forces of the fluid on the parts at the end of the last step [N].
     pub(super) forces: Vec<Vector<D>>,
@@ -91,6 +101,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) places: Vec<[f64; 3]>,
     /// The last step [s]; 0 before the first.
     pub(super) dt_before: f64,
+    /// The step before it [s].
+    pub(super) dt_earlier: f64,
     pub(super) steps: u64,
     /// What the linear solver carries over steps, while a checkpoint is written or read.
     pub(super) memory: Memory,
@@ -125,7 +137,15 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn recommended_dt(&self) -> f64 {
-        self.stable_dt().min(self.calm_dt())
+        self.automatic_dt()
+    }
+
+    fn foreseen_dt(&self, end: f64) -> Option<[f64; 2]> {
+        if self.step_control.is_active() { self.foreseen(end) } else { Some([self.automatic_dt(); 2]) }
+    }
+
+    fn largest_change(&self) -> f64 {
+        if self.step_control.is_active() { LARGEST_CHANGE } else { f64::INFINITY }
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
@@ -139,6 +159,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
             _ => 1.0,
         };
         self.advance(Step { t, dt, theta }).map_err(at)?;
+        self.estimate(dt);
+        self.dt_earlier = self.dt_before;
         self.dt_before = dt;
         self.steps += 1;
         self.notices.look(&self.implicit, &self.particles, &self.fraction);
@@ -194,6 +216,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let mut pfem = Self {
             particles: setup.particles,
             before: implicit.velocity.clone(),
+            earlier: implicit.velocity.clone(),
             acceleration: vec![Vector::ZERO; nodes],
             carried: vec![Vector::ZERO; nodes],
             fraction: Vec::new(),
@@ -214,6 +237,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             density,
             relaxation: setup.relaxation,
             courant: setup.courant,
+            step_control: StepControl::new(setup.step_tolerance),
             forces: vec![Vector::ZERO; parts.len()],
             earlier_forces: vec![Vector::ZERO; parts.len()],
             mean_forces: vec![Vector::ZERO; parts.len()],
@@ -224,6 +248,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             counts: Counts::default(),
             places,
             dt_before: 0.0,
+            dt_earlier: 0.0,
             steps: 0,
             memory: Memory::default(),
             notices: Notices::default(),
@@ -237,6 +262,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
         pfem.supply = pfem.supply_at_the_start();
         pfem.follow_volumes(setup.volume);
+        pfem.begin_interface();
         pfem.begin_watch();
         pfem.books = Books::open(pfem.totals.kinetic + pfem.jolt(), pfem.implicit.surface_energy());
         pfem
@@ -250,6 +276,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let seen = timed!(self.timer, "project", self.project()); // v̂, φ                      (37–39)
         let mut convected = seen.mean.clone();
         self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
+        std::mem::swap(&mut self.earlier, &mut self.before);
         self.before.copy_from_slice(&self.implicit.velocity);
         timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          (20, 29–33)
         timed!(self.timer, "correct", self.correct(step, &seen, &convected)); // v_p += N δv    (40)
@@ -302,7 +329,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// True if the last step says how the flow changes over the next: after a much shorter one, as outputs may cut
     /// it, the extrapolation would multiply what is left of round-off, and the step starts anew with first order.
     pub(super) fn follows(&self, dt: f64) -> bool {
-        self.dt_before > 0.0 && dt <= 2.0 * self.dt_before
+        self.dt_before > 0.0 && dt <= LARGEST_CHANGE * ROUNDING * self.dt_before
+    }
+
+    /// True if the last two steps say how the change of the flow changes.
+    pub(super) fn follows_twice(&self, dt: f64) -> bool {
+        self.follows(dt) && self.dt_earlier > 0.0 && self.dt_before <= LARGEST_CHANGE * ROUNDING * self.dt_earlier
     }
 
     /// Velocity and phases at the nodes; returns v̂ [m/s].
@@ -398,7 +430,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.
-    fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         self.implicit.fill(&phases, &self.before);
         self.totals = Totals::of(&self.implicit);

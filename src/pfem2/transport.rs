@@ -2,7 +2,7 @@
 //! along.
 //!
 //! ```text
-//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ                        frozen over the step (vⁿ in the paper's)
+//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + c (vⁿ − 2vⁿ⁻¹ + vⁿ⁻²)  frozen over the step (vⁿ in the paper's), c = 5/6 − θ (equal steps)
 //! x_p ← x_p + ∫ v*(x_p) dτ
 //! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
 //! ```
@@ -24,12 +24,14 @@ use rayon::prelude::*;
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// v* at the nodes [m/s].
     fn carrier(&self, step: Step) -> Vec<Vector<D>> {
-        let ahead = match self.scheme {
-            Scheme::SecondOrder { .. } if self.follows(step.dt) => 0.5 * step.dt / self.dt_before,
-            _ => 0.0,
-        };
-        let both = self.implicit.velocity.iter().zip(&self.before);
-        both.map(|(v, before)| *v + (*v - *before) * ahead).collect()
+        let Scheme::SecondOrder { theta } = self.scheme else { return self.implicit.velocity.clone() };
+        if !self.follows(step.dt) {
+            return self.implicit.velocity.clone();
+        }
+        let bend = if self.follows_twice(step.dt) { bend(theta) } else { 0.0 };
+        let weights = carrier_weights(step.dt, [self.dt_before, self.dt_earlier], bend);
+        let all = self.implicit.velocity.iter().zip(&self.before).zip(&self.earlier);
+        all.map(|((v, before), earlier)| *v * weights[0] + *before * weights[1] + *earlier * weights[2]).collect()
     }
 
     /// Moves the particles, fills what runs empty, and carries the acceleration along.
@@ -76,6 +78,22 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 }
 
+/// The share of the second difference in v* with which errors of forces and of streamlines cancel in a wave:
+/// both change its frequency, by parts θ − 5/12 and (1 − share) 5/12 of (ωΔt)²/2.
+fn bend(theta: f64) -> f64 {
+    (2.0 - 2.4 * theta).max(0.0)
+}
+
+/// Weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² in v*, the mean over a step `dt` of the line through the first two, and of the part `bend` of what a
+/// parabola through all three adds; `last` and `earlier` are the steps between them [s].
+fn carrier_weights(dt: f64, [last, earlier]: [f64; 2], bend: f64) -> [f64; 3] {
+    let slope = 0.5 * dt / last;
+    // ∫ s (s + Δtⁿ) ds/Δt over the step, divided as the divided difference is
+    let curve = bend * dt * (dt / 3.0 + 0.5 * last) / (last + earlier);
+    let [near, far] = if bend > 0.0 { [curve / last, curve / earlier] } else { [0.0; 2] };
+    [1.0 + slope + near, -slope - near - far, far]
+}
+
 impl Counts {
     fn add(&mut self, fate: &Convected, done: &Reseeded) {
         self.left += fate.left as u64;
@@ -116,4 +134,53 @@ fn carried<const D: usize, const N: usize>(
     let feet = lines.trace_all(&places, dt, -1.0);
     let there = |walk: &Walk<N>| correct::at(&walk.place.shape, &mesh.elements()[walk.place.element], values);
     feet.par_iter().map(there).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean over the step of what is known at three times is exact for parabolas, whatever the steps.
+    #[test]
+    fn a_whole_bend_makes_the_mean_of_a_parabola_exact() {
+        let (dt, last, earlier) = (0.3, 0.2, 0.15);
+        let v = |t: f64| 2.0 - 3.0 * t + 5.0 * t * t;
+        let weights = carrier_weights(dt, [last, earlier], 1.0);
+        let mean = weights[0] * v(0.0) + weights[1] * v(-last) + weights[2] * v(-last - earlier);
+        let exact = 2.0 - 3.0 * dt / 2.0 + 5.0 * dt * dt / 3.0;
+        assert!((mean - exact).abs() < 1e-14, "{mean} {exact}");
+        let line = carrier_weights(dt, [last, earlier], 0.0);
+        assert!((line[0] * 1.0 + line[1] * (1.0 - last) - (1.0 + 0.5 * dt)).abs() < 1e-15 && line[2] == 0.0);
+    }
+
+    /// η' = w along v*, w' = −ω² η with the weights of the scheme: amplitude and phase after ten periods.
+    fn wave(theta: f64, bend: f64, steps: usize) -> (f64, f64) {
+        let dt = std::f64::consts::TAU / steps as f64;
+        let [w0, w1, w2] = carrier_weights(dt, [dt, dt], bend);
+        let (b1, b2) = (1.5 - 2.0 * theta, theta - 0.5);
+        let at = |n: f64| (n * dt).cos();
+        let (mut eta, mut v, mut a) = (1.0, [0.0, (dt).sin(), (2.0 * dt).sin()], [-1.0, -at(-1.0)]);
+        for _ in 0..10 * steps {
+            eta += dt * (w0 * v[0] + w1 * v[1] + w2 * v[2]);
+            let now = -eta;
+            let next = v[0] + dt * (theta * now + b1 * a[0] + b2 * a[1]);
+            (v, a) = ([next, v[0], v[1]], [now, a[0]]);
+        }
+        (eta.hypot(v[0]), (-v[0]).atan2(eta))
+    }
+
+    /// With c = 5/6 − θ the frequency of a wave is exact to fourth order, and none grows; without, phase is of second order and
+    /// waves grow.
+    #[test]
+    fn waves_keep_their_frequency_and_never_grow() {
+        let (amplitude, phase) = wave(0.6, bend(0.6), 20);
+        assert!(amplitude < 1.0 && amplitude > 0.8, "{amplitude}");
+        let order = (phase.abs() / wave(0.6, bend(0.6), 40).1.abs()).log2();
+        assert!(order > 3.7, "{order}");
+        let (grown, late) = wave(0.6, 0.0, 20);
+        assert!(grown > 1.1 && late.abs() > 10.0 * phase.abs(), "{grown} {late} {phase}");
+        // ωΔt from 0.1 to 1.5
+        let steps = [4, 5, 6, 8, 12, 20, 60];
+        assert!(steps.into_iter().all(|steps| wave(0.6, bend(0.6), steps).0 < 1.0));
+    }
 }

@@ -30,6 +30,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
     }
 
+    /// Shows the interface as the particles show it, from the start on: averages round the corners of a shape, and the volume that
+    /// this takes comes back elsewhere. In the first step that would be energy from nothing.
+    pub(super) fn begin_interface(&mut self) {
+        if self.sharp.is_some() {
+            self.follow_interface();
+            self.project();
+            self.settle();
+        }
+    }
+
     /// A sharp level set follows the particles and keeps its volume.
     pub(super) fn follow_interface(&mut self) {
         let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());

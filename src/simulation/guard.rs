@@ -78,6 +78,10 @@ impl Solver for Guarded {
         self.solver.recommended_dt()
     }
 
+    fn foreseen_dt(&self, end: f64) -> Option<[f64; 2]> {
+        self.solver.foreseen_dt(end)
+    }
+
     fn largest_change(&self) -> f64 {
         self.solver.largest_change()
     }

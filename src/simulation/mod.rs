@@ -33,6 +33,13 @@ pub trait Solver: Send {
         self.stable_dt()
     }
 
+    /// The shortest and the longest step that a run up to the time `end` [s] may be expected to take where none is fixed [s];
+    /// `None` where that can't be foreseen.
+    fn foreseen_dt(&self, end: f64) -> Option<[f64; 2]> {
+        let _ = end;
+        Some([self.recommended_dt(); 2])
+    }
+
     /// How many times longer or shorter than the one before a step may be; at least 1.
     fn largest_change(&self) -> f64 {
         f64::INFINITY

@@ -44,6 +44,9 @@ pub struct Pfem2Spec {
     /// Elements that the flow may cross in a step where `time.step` is left out; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub courant: f64,
+    /// Largest error of a step in time over that of the mesh, both estimated, where `time.step` is left out; `inf`: no bound.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
+    pub step_tolerance: f64,
     /// Where the pressure of a closed box is held; without it, it is zero at the highest node of the boundary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_pin: Option<PinSpec>,
@@ -70,6 +73,7 @@ impl Default for Pfem2Spec {
             projectile_ratio: f64::INFINITY,
             relaxation: f64::INFINITY,
             courant: 5.0,
+            step_tolerance: 2.0,
             pressure_pin: None,
             gravity: Default::default(),
             solver: SolverSpec::default(),

@@ -100,6 +100,7 @@ fn setup<const D: usize, const N: usize>(
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         courant: f64::INFINITY,
+        step_tolerance: f64::INFINITY,
         linear: Options::default(),
     }
 }

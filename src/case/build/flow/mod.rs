@@ -94,6 +94,7 @@ impl Assembly<'_> {
             projectile_ratio: spec.projectile_ratio,
             relaxation: spec.relaxation,
             courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
+            step_tolerance: if file.time.step.is_some() { f64::INFINITY } else { spec.step_tolerance },
             linear: spec.solver.choices().options(),
             mesh,
         })
