@@ -1,6 +1,9 @@
 //! The command line. Exit codes: 0 done, 1 a comparison failed, 2 the case is wrong, 3 the run failed
 //! numerically, 4 input/output, 130 interrupted.
 
+// They panic where nobody listens: `cli::show` and `cli::say` don't.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod cli;
 
 use clap::{CommandFactory, Parser, Subcommand};

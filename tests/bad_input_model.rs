@@ -168,6 +168,19 @@ fn walls_slide_along_themselves() {
         "\"rest\"\n[[boundary]]\non = \"disc\"\nvelocity = [\"0.5 - y\", \"x - 0.5\"]",
     );
     model(&turning).expect("a disc that turns");
+    let moving = turning.replace("[\"0.5 - y\", \"x - 0.5\"]", "[0.1, 0]");
+    expect(&moving, "[0.1, 0]", "the wall `disc` has a part across it", "slides along itself");
+}
+
+#[test]
+fn the_walls_of_a_box_do_not_carry_it_away() {
+    let (before, _) = FLOW.split_once("[[boundary]]").unwrap();
+    let moved = |on: &str| format!("{before}[[boundary]]\non = {on}\nkind = \"wall\"\nvelocity = [0.1, 0]\n");
+    for on in ["\"rest\"", "[\"bottom\", \"top\", \"left\", \"right\"]"] {
+        expect(&moved(on), "[0.1, 0]", "has a part across it", "slides along itself");
+    }
+    let sides = "[[boundary]]\non = [\"left\", \"right\"]\nkind = \"slip\"\n";
+    model(&format!("{}{sides}", moved("\"rest\""))).expect("a belt above and one below");
 }
 
 #[test]
@@ -179,6 +192,99 @@ fn walls_of_the_grid_move_along_themselves() {
     model(&wall("[\"sin(t)\", 0]")).expect("a belt");
     expect(&wall("[0, 1]"), "[0, 1]", "can only move along itself", "`[[obstacle]]`");
     expect(&wall("[0, \"sin(t)\"]"), "[0, \"sin(t)\"]", "can only move along itself", "`[[obstacle]]`");
+}
+
+#[test]
+fn a_slip_of_unit_is_named() {
+    let grid = |upper: &str| POINTS.replace("upper = [1, 1]", &format!("upper = {upper}"));
+    expect(
+        &grid("[1e9, 1]"),
+        "1e9, 1]",
+        "1.000e10 cells along x: a grid of 1000000000 m",
+        "is the unit of one of the two",
+    );
+    expect(
+        &grid("[1, 0.001]"),
+        "0.001]",
+        "0.001 m long along y, less than a cell of 0.1 m",
+        "is the unit of one of the two",
+    );
+    expect(&grid("[1, -2]"), "-2]", "`upper` must exceed `lower` along y", "the upper one in `upper`");
+    warned(&grid("[1000, 1]"), "the grid is 1000 m long along x, and what is in it is 0.15");
+    let block = |upper: &str| POINTS.replace("upper = [0.6, 0.6]", &format!("upper = {upper}"));
+    let (too_large, too_far) = (block("[4e4, 4e4]"), block("[30, 30]"));
+    expect(&too_large, "0.05\nregion", "covers the region of 39999.6 m: too many", "are the units of both right?");
+    expect(&too_far, "{ shape = \"box\", lower = [0.4", "lie outside the grid", "or is a unit wrong");
+    // Nothing of it where there are no units.
+    let bare = grid("[1e9, 1]").replace("dimension = 2", "dimension = 2\nunits = \"none\"");
+    expect(&bare, "1e9, 1]", "cells along x", "at most 5e8 are possible");
+    assert!(!model(&bare).err().unwrap()[0].help.as_deref().unwrap().contains("unit"));
+}
+
+const SHEET: &str = r#"
+[[membrane]]
+name = "sheet"
+geometry = { shape = "chain", points = [[0.2, 0.2], [0.8, 0.2]], divisions = [12] }
+thickness = 0.01
+material = { law = "elastic", density = 1000, young = 1e6, poisson = 0.3 }
+"#;
+
+#[test]
+fn implausible_values_are_warned_of() {
+    let silent = |text: &str| assert!(model(text).unwrap().warnings.is_empty(), "{:#?}", model(text).unwrap().warnings);
+    let points = |from: &str, to: &str| {
+        assert_eq!(POINTS.matches(from).count(), 1, "{from}");
+        POINTS.replace(from, to)
+    };
+    silent(POINTS);
+    let dense = |density: &str| points("density = 1000", &format!("density = {density}"));
+    for density in ["7.8", "7.8e6"] {
+        warned(&dense(density), &format!("`block` has a density of {density}").replace("e6", "00000"));
+    }
+    silent(&dense("7.8").replace("dimension = 2", "dimension = 2\nunits = \"none\""));
+    let pulled = |gravity: &str| points("[grid]", &format!("[mpm]\ngravity = [0, {gravity}]\n[grid]"));
+    for gravity in ["-9810", "-0.00981", "-981", "\"-98100 * sin(t)\"", "2e4"] {
+        warned(&pulled(gravity), "a gravity of ");
+    }
+    for gravity in ["-9.81", "-1.62", "-500", "\"-9810 mm/s^2\"", "0"] {
+        silent(&pulled(gravity));
+    }
+    let thrown = |speed: &str| points("spacing = 0.05", &format!("velocity = [0, {speed}]\nspacing = 0.05"));
+    // The speed of sound: (1e5 · 0.7 / (1.3 · 0.4) / 1000)^½ = 11.6 m/s.
+    warned(&thrown("11.7"), "faster than sound in it: 1.1602e1 m/s");
+    silent(&thrown("11.5"));
+    let placed = |low: &str| points("lower = [0.4, 0.4]", &format!("lower = [0.4, {low}]"));
+    warned(&placed("0.05"), "`block` begins 5.000e-2 m from the wall of kind `slip` at y = 0 m");
+    silent(&placed("0.0"));
+    silent(&placed("0.1"));
+    let liquid = "law = \"fluid\", density = 1000, eos = { kind = \"tait\", sound-speed = 20 }";
+    silent(&placed("0.05").replace("law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3", liquid));
+}
+
+#[test]
+fn implausible_sheets_are_warned_of() {
+    let with = |from: &str, to: &str| {
+        assert_eq!(SHEET.matches(from).count(), 1, "{from}");
+        format!("{POINTS}{}", SHEET.replace(from, to))
+    };
+    let sheet = model(&format!("{POINTS}{SHEET}")).unwrap();
+    assert!(sheet.warnings.is_empty(), "{:#?}", sheet.warnings);
+    warned(&with("thickness = 0.01", "thickness = 1"), "`sheet` is 1 m thick, in a grid of 1.0000 m");
+    warned(&with("thickness = 0.01", "thickness = 1e-8"), "a few molecules");
+    warned(&with("density = 1000", "density = 1"), "`sheet` has a density of 1 kg/m³");
+    let fine = with("divisions = [12]", "divisions = [2]").replace("cell = 0.1", "cell = 0.025");
+    warned(&fine, "the elements of `sheet` are 12.0 cells long");
+}
+
+#[test]
+fn implausible_flows_are_warned_of() {
+    warned(&FLOW.replace("800 kg/m^3", "800 g/mm^3"), "`oil` has a density of 800000000 kg/m³");
+    let heavy = FLOW.replace("-9.81 m/s^2", "-9.81 km/s^2").replace("step = \"0.02 s\"\n", "");
+    warned(&heavy, "a gravity of 9810 m/s²");
+    let lid = FLOW.replace("on = [\"bottom\", \"top\"]", "on = [\"bottom\", \"top\"]\nvelocity = [2000, 0]");
+    warned(&lid, "2.0000e3 m/s: fluids are compressed");
+    let calm = model(&lid.replace("2000", "20")).unwrap().warnings;
+    assert!(calm.is_empty(), "{calm:#?}");
 }
 
 #[test]

@@ -188,14 +188,9 @@ fn parts_outside_the_grid() {
 
 #[test]
 fn a_grid_that_is_no_whole_number_of_cells() {
-    expect(
-        "\"14 mm\"]",
-        "\"14.3 mm\"]",
-        "[\"27 mm\", \"27 mm\", \"14.3 mm\"]",
-        "not a whole number",
-        "upper end is 0.014 m",
-    );
-    expect("\"14 mm\"]", "\"-14 mm\"]", "[\"27 mm\", \"27 mm\", \"-14 mm\"]", "-2 cells along z", "must exceed");
+    expect("\"14 mm\"]", "\"14.3 mm\"]", "\"14.3 mm\"]", "not a whole number", "upper end is 0.014 m");
+    let message = "`upper` must exceed `lower` along z: -0.014 m is not above -0.012 m";
+    expect("\"14 mm\"]", "\"-14 mm\"]", "\"-14 mm\"]", message, "the upper one in `upper`");
 }
 
 #[test]

@@ -1,19 +1,23 @@
 //! Checks of the parts of a case against each other.
 
 mod meet;
+pub(super) mod plausible;
 mod sheets;
 
 use super::summary::Summary;
 use super::{Case, CaseFile, Method, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use crate::mpm::{KernelKind, Setup, StressUpdate, Transfer};
+use crate::mpm::{KernelKind, MembraneSetup, Setup, StressUpdate, Transfer};
 use crate::output::{Picture, Probe, UnitLabels};
 use crate::simulation::Snapshot;
 use std::path::Path;
 
 /// An element of a membrane may be this many cells long: the contact samples it at most every half cell.
 const LONGEST_ELEMENT: f64 = 32.0;
+
+/// What reaches so many times the length of the grid beyond it has another unit.
+const FAR: f64 = 20.0;
 
 /// Checks bodies, membranes and contacts.
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
@@ -27,6 +31,7 @@ pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mu
     sheets::obstacles(setup, findings);
     sheets::planes_of_symmetry(setup, findings);
     unstable(setup, findings);
+    plausible::of_points(case, setup, findings);
     if setup.bodies.is_empty() && setup.membranes.is_empty() {
         let finding = Diagnostic::error("", "there is neither a body nor a membrane: nothing would move");
         findings.push(finding.help("add a `[[body]]`"));
@@ -47,11 +52,16 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
             places.len(),
             coordinates(first)
         );
-        let help = format!(
+        let mut help = format!(
             "enlarge the grid, which reaches from ({}) to ({}), or cut the part off at its ends",
             coordinates(&grid.lower),
             coordinates(&upper)
         );
+        let far = places.iter().flat_map(|x| (0..D).map(|i| (x[i] - grid.lower[i]).abs().max((x[i] - upper[i]).abs())));
+        let length = (0..D).map(|i| upper[i] - grid.lower[i]).fold(0.0, f64::max);
+        if far.fold(0.0, f64::max) > FAR * length {
+            help += "; or is a unit wrong, of this region or of the grid?";
+        }
         findings.push(Diagnostic::error(key, message).help(help));
     };
     for (i, body) in setup.bodies.iter().enumerate() {
@@ -70,12 +80,7 @@ fn coordinates<const D: usize>(x: &Vector<D>) -> String {
 fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let longest_allowed = LONGEST_ELEMENT * setup.grid.cell;
     for (i, membrane) in setup.membranes.iter().enumerate() {
-        let side = |nodes: &Vec<u32>, k: usize| {
-            let (a, b) = (nodes[k] as usize, nodes[(k + 1) % nodes.len()] as usize);
-            (membrane.position[a] - membrane.position[b]).norm()
-        };
-        let sides = membrane.elements.iter().flat_map(|nodes| (0..nodes.len()).map(move |k| side(nodes, k)));
-        let longest = sides.fold(0.0, f64::max);
+        let longest = longest_side(membrane);
         if longest > longest_allowed {
             let message = format!("the elements of `{}` are too coarse for the grid: {longest} m", membrane.name);
             let finding = Diagnostic::error(format!("membrane[{i}].geometry"), message);
@@ -83,6 +88,16 @@ fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
                 .push(finding.help(format!("sides up to {longest_allowed} m ({LONGEST_ELEMENT} cells) are allowed")));
         }
     }
+}
+
+/// The longest side of an element of a membrane [m].
+fn longest_side<const D: usize>(membrane: &MembraneSetup<D>) -> f64 {
+    let side = |nodes: &Vec<u32>, k: usize| {
+        let (a, b) = (nodes[k] as usize, nodes[(k + 1) % nodes.len()] as usize);
+        (membrane.position[a] - membrane.position[b]).norm()
+    };
+    let sides = membrane.elements.iter().flat_map(|nodes| (0..nodes.len()).map(move |k| side(nodes, k)));
+    sides.fold(0.0, f64::max)
 }
 
 /// At a free surface a node with little mass takes any velocity; APIC hands it on, and its gradient turns particles inside out.
@@ -173,7 +188,10 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
 pub(super) fn memory(summary: &Summary, findings: &mut Vec<Diagnostic>) {
     if let Some(refusal) = crate::memory::refusal(summary.memory) {
         let message = format!("the run would take {refusal}");
-        findings.push(Diagnostic::warning("", message).help("take larger cells, elements or distances of particles"));
+        findings.push(
+            Diagnostic::warning("", message)
+                .help("take larger cells, elements or distances of particles; are the units right?"),
+        );
     }
 }
 

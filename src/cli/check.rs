@@ -2,7 +2,6 @@
 
 use super::{Failure, located};
 use lateen::run::Folder;
-use std::io::IsTerminal;
 
 /// What the user asked for.
 #[derive(clap::Args)]
@@ -20,6 +19,6 @@ pub fn check(arguments: &Arguments) -> Result<(), Failure> {
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;
     super::show(&format!("{}\n{}\n", case.resolved_toml(), model.summary))?;
-    eprint!("{}", folder.source.render(&model.warnings, std::io::stderr().is_terminal()));
+    super::show_findings(&folder.source, &model.warnings);
     Ok(())
 }

@@ -38,11 +38,11 @@ impl Failure {
             Self::Error(error) => {
                 // A case error says of itself what it is, and an interruption is none.
                 let label = if matches!(error, Error::Case(_) | Error::Interrupted) { "" } else { "error: " };
-                eprintln!("{label}{error}");
+                say(&format!("{label}{error}"));
                 error.exit_code()
             }
             Self::Case(source, findings) => {
-                eprint!("{}", source.render(findings, std::io::stderr().is_terminal()));
+                show_findings(source, findings);
                 2
             }
         }
@@ -86,6 +86,24 @@ pub fn threads(text: &str) -> Result<usize, String> {
 pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0));
     pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)).into())
+}
+
+/// Prints a line to the standard error. Nobody may read it, the disk behind it may be full, the terminal gone: a message that
+/// can't be shown must not stop what it is about.
+pub fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Shows findings with the text that they are about, as [`say`] does.
+pub fn show_findings(source: &Source, findings: &[Diagnostic]) {
+    let mut errors = std::io::stderr();
+    let page = source.render(findings, errors.is_terminal());
+    let _ = errors.write_all(page.as_bytes());
+}
+
+/// A path, name or value as a shell takes it for one word.
+pub fn quoted(word: &str) -> String {
+    shlex::try_quote(word).map_or_else(|_| word.to_owned(), |quoted| quoted.into_owned())
 }
 
 /// Prints to the standard output. Who reads it may stop early, as `head` does: that is no failure.

@@ -1,6 +1,6 @@
 //! `lateen new NAME [DIR]` and `lateen cases`.
 
-use super::{Failure, show};
+use super::{Failure, quoted, show};
 use lateen::case::is_case_name;
 use lateen::catalog;
 use lateen::verify::Expected;
@@ -14,8 +14,8 @@ pub fn new(name: &str, directory: Option<PathBuf>) -> Result<(), Failure> {
     let own = directory.file_name().map(|own| own.to_string_lossy().into_owned()).filter(|own| is_case_name(own));
     let own = own.unwrap_or_else(|| name.to_owned());
     let path = case.write_to(&directory, &own)?;
-    let path = path.display();
-    show(&format!("{path} is yours to change; run it with\n\n    lateen run {path}\n"))
+    let path = path.display().to_string();
+    show(&format!("{path} is yours to change; run it with\n\n    lateen run {}\n", quoted(&path)))
 }
 
 /// Lists the built-in cases: method, measured run time, size, title.

@@ -1,5 +1,6 @@
 //! What a user sees while a case runs: a line that moves on a terminal, plain lines elsewhere.
 
+use super::say;
 use indicatif::{ProgressBar, ProgressStyle};
 use lateen::error::{Error, Result};
 use lateen::simulation::{Event, Observer, Progress};
@@ -8,6 +9,15 @@ use std::time::{Duration, Instant};
 
 /// How often a plain line is printed.
 const PLAIN_EVERY: Duration = Duration::from_secs(5);
+
+/// Columns of a terminal that nobody has widened.
+const COLUMNS: usize = 80;
+
+/// Columns of the bar on a terminal, with the share that is done.
+const BAR: usize = 17;
+
+/// Columns of the share that is done on a plain line.
+const SHARE: usize = 6;
 
 /// The progress display that fits where the output goes.
 pub fn display(unit: &'static str) -> Box<dyn Observer> {
@@ -22,7 +32,7 @@ struct Bar {
 
 impl Bar {
     fn new(unit: &'static str) -> Self {
-        let style = ProgressStyle::with_template("{bar:16} {percent:>3}%  {msg}").expect("the template is valid");
+        let style = ProgressStyle::with_template("{bar:10} {percent:>3}%  {wide_msg}").expect("the template is valid");
         Self { bar: ProgressBar::new(1000).with_style(style), unit }
     }
 }
@@ -30,7 +40,7 @@ impl Bar {
 impl Observer for Bar {
     fn progress(&mut self, progress: &Progress) -> Result<()> {
         self.bar.set_position((1000.0 * progress.fraction()) as u64);
-        self.bar.set_message(describe(progress, self.unit));
+        self.bar.set_message(describe(progress, self.unit, COLUMNS - BAR));
         Ok(())
     }
 
@@ -62,14 +72,15 @@ impl Observer for Lines {
     fn progress(&mut self, progress: &Progress) -> Result<()> {
         if self.printed.elapsed() >= PLAIN_EVERY {
             self.printed = Instant::now();
-            eprintln!("{:3.0}%  {}", 100.0 * progress.fraction(), describe(progress, self.unit));
+            let line = describe(progress, self.unit, COLUMNS - SHARE);
+            say(&format!("{:3.0}%  {line}", 100.0 * progress.fraction()));
         }
         Ok(())
     }
 
     fn event(&mut self, event: &Event<'_>, _progress: &Progress) -> Result<()> {
         if let Some(text) = announce(event) {
-            eprintln!("{text}");
+            say(&text);
         }
         Ok(())
     }
@@ -86,24 +97,22 @@ fn announce(event: &Event<'_>) -> Option<String> {
     }
 }
 
-/// t / t_end, time left, energy drift, step, Δt, speed: what matters most first, where the line is cut.
-fn describe(progress: &Progress, unit: &str) -> String {
+/// t / t_end, time left, energy drift, step, Δt, speed: what matters most first, and as much of it as `room` columns hold.
+fn describe(progress: &Progress, unit: &str, room: usize) -> String {
     let clock = progress.clock;
-    let mut line = format!("t {} / {}", quantity(clock.time, unit), quantity(progress.end, unit));
-    if let Some(left) = progress.remaining {
-        line.push_str(&format!("  {} left", duration(left)));
-    }
-    if let Some(drift) = progress.energy_drift {
-        line.push_str(&format!("  energy {drift:+.1e}"));
-    }
-    line.push_str(&format!(
-        "  step {}  dt {}  {} steps/s  {} particle-steps/s",
-        clock.step,
-        quantity(clock.dt, unit),
-        quantity(progress.steps_per_second, ""),
-        quantity(progress.particle_steps_per_second, ""),
-    ));
-    line
+    let time = format!("{} / {}", quantity(clock.time, unit), quantity(progress.end, unit));
+    let parts = [
+        progress.remaining.map(|left| format!("{} left", duration(left))),
+        progress.energy_drift.map(|drift| format!("energy {drift:+.1e}")),
+        Some(format!("step {}", clock.step)),
+        Some(format!("dt {}", quantity(clock.dt, unit))),
+        Some(format!("{} steps/s", quantity(progress.steps_per_second, ""))),
+    ];
+    let fitting = parts.into_iter().flatten().try_fold(time, |line, part| {
+        let longer = format!("{line}  {part}");
+        if longer.chars().count() <= room { Ok(longer) } else { Err(line) }
+    });
+    fitting.unwrap_or_else(|line| line)
 }
 
 /// Three digits with a prefix of the unit: `0.000123 s` reads `123 µs`.
@@ -133,6 +142,7 @@ pub fn duration(time: Duration) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lateen::simulation::Clock;
 
     #[test]
     fn quantities_read_well() {
@@ -143,6 +153,22 @@ mod tests {
         assert_eq!(quantity(345.4, ""), "345");
         assert_eq!(quantity(0.0, "s"), "0.000 s");
         assert_eq!(quantity(0.02, ""), "0.020");
+    }
+
+    #[test]
+    fn the_line_keeps_to_its_columns_and_drops_what_matters_least() {
+        let clock = Clock { time: 0.1234, step: 123_456_789, dt: 1.23e-7 };
+        let hours = Some(Duration::from_secs(100 * 3600));
+        let progress =
+            Progress { clock, end: 0.678, remaining: hours, energy_drift: Some(-1.2e-13), ..Progress::default() };
+        for room in [COLUMNS - BAR, COLUMNS - SHARE] {
+            let line = describe(&progress, "s", room);
+            assert!(line.starts_with("123 ms / 678 ms  100:00:00 left  energy -1.2e-13"), "{line}");
+            assert!(line.chars().count() <= room && !line.contains("steps/s"), "{line}");
+        }
+        let start = Progress { end: 0.678, ..Progress::default() };
+        let line = describe(&start, "s", COLUMNS - SHARE);
+        assert!(line.contains("step 0  dt 0.000 s  0.000 steps/s"), "{line}");
     }
 
     #[test]

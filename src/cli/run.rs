@@ -1,13 +1,13 @@
 //! `lateen run`: a case from its file to its results.
 
 use super::progress::{self, duration, quantity};
-use super::{Failure, located, signals};
+use super::{Failure, located, quoted, say, show, signals};
 use lateen::case::Units;
 use lateen::error::Error;
 use lateen::run::{self, Existing, Folder, Options, RunDirectory};
-use lateen::simulation::Summary;
+use lateen::simulation::{Event, Observer, Progress, Summary};
 use lateen::verify;
-use std::io::IsTerminal;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// What the user asked for.
@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Go on from the newest good checkpoint in DIR, bit for bit
     #[arg(long, conflicts_with = "force")]
     resume: bool,
-    /// Replace what a run left in DIR
+    /// Replace what a run of lateen left in DIR, and nothing else
     #[arg(long)]
     force: bool,
 }
@@ -38,8 +38,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let folder = Folder::open(&arguments.case)?;
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;
-    eprint!("{}", folder.source.render(&model.warnings, std::io::stderr().is_terminal()));
-    model.summary.notes.iter().for_each(|note| eprintln!("{note}"));
+    super::show_findings(&folder.source, &model.warnings);
+    model.summary.notes.iter().for_each(|note| say(note));
     let expected = super::expected(&folder)?.unwrap_or_default();
     let directory = RunDirectory::new(arguments.out.unwrap_or_else(|| PathBuf::from("runs").join(&case.file.name)));
     let unit = if case.file.units == Units::SI { "s" } else { "" };
@@ -50,16 +50,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             _ => Existing::Refuse,
         },
         stop: signals::stop_flag()?,
-        observers: vec![progress::display(unit)],
+        observers: vec![progress::display(unit), Box::new(Stop { unit })],
         references: verify::drawn(&folder, &expected)?,
         notes: model.summary.notes.clone(),
     };
-    eprintln!("{}: {} particles, into {}", case.file.name, model.summary.particles(), directory.root().display());
+    say(&format!("{}: {} particles, into {}", case.file.name, model.summary.particles(), directory.root().display()));
     match run::run(&case, model.solver, &directory, options) {
-        Ok(summary) => {
-            print_summary(&summary, &directory, unit);
-            Ok(())
-        }
+        Ok(summary) => print_summary(&summary, &directory, unit),
         Err(error) => {
             advise(&error, &directory, &arguments.case, &arguments.set);
             Err(located(error, &folder))
@@ -69,41 +66,67 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
 
 /// What to do after a run that stopped before its end.
 fn advise(error: &Error, directory: &RunDirectory, case: &str, set: &[(String, String)]) {
-    let root = directory.root().display();
-    let set: String = set.iter().map(|(key, value)| format!(" --set '{key}={value}'")).collect();
-    let resume = format!("lateen run {case}{set} --out {root} --resume");
+    let root = directory.root().display().to_string();
+    let set: String = set.iter().map(|(key, value)| format!(" --set {}", quoted(&format!("{key}={value}")))).collect();
+    let resume = format!("lateen run {}{set} --out {} --resume", quoted(case), quoted(&root));
     match error {
-        Error::Interrupted => eprintln!("go on with: {resume}"),
-        Error::Io { source, .. } if source.kind() == std::io::ErrorKind::StorageFull => {
-            eprintln!("make room on the disk, then go on with: {resume}");
+        Error::Interrupted => say(&format!("go on with: {resume}")),
+        Error::Io { source, .. } if source.kind() == ErrorKind::StorageFull => {
+            say(&format!("make room on the disk, then go on with: {resume}"));
+        }
+        Error::Io { source, .. } if source.kind() == ErrorKind::FileTooLarge => {
+            say(&format!("files may not grow so large here: raise the limit (`ulimit -f`), then go on with: {resume}"));
         }
         Error::Step(_) if directory.checkpoints().is_dir() => {
-            eprintln!("the last good state is saved in {root}/checkpoint and shown by the last fields and pictures");
+            say(&format!(
+                "the last good state is saved in {root}/checkpoint and shown by the last fields and pictures"
+            ));
         }
         _ => {}
     }
 }
 
+/// Says how far a run came that stopped before its end, and where its time went.
+struct Stop {
+    unit: &'static str,
+}
+
+impl Observer for Stop {
+    fn event(&mut self, event: &Event<'_>, _progress: &Progress) -> lateen::Result<()> {
+        if let Event::Stopped { summary, .. } = event {
+            // The run has an error already, which is the one to report.
+            let _ = show(&times("stopped", summary, self.unit));
+        }
+        Ok(())
+    }
+}
+
 /// Where the time went, how fast it was, how well energy is accounted for, what is on disk.
-fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) {
-    let seconds = summary.elapsed.as_secs_f64();
-    let particle_rate = quantity(summary.particle_steps as f64 / seconds, "");
-    println!(
-        "done: t = {} in {} steps, {}; {particle_rate} particle-steps/s",
+fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) -> Result<(), Failure> {
+    let mut text = times("done", summary, unit);
+    if summary.energy_scale > 0.0 {
+        let relative = summary.closure / summary.energy_scale;
+        text += &format!("energy: all but {relative:.1e} of the largest term is accounted for\n");
+    }
+    let (files, bytes) = directory.contents();
+    text += &format!("{}: {files} files, {} bytes\n", directory.root().display(), quantity(bytes as f64, ""));
+    show(&text)
+}
+
+/// How far a run came, how fast it was, and where its time went.
+fn times(state: &str, summary: &Summary, unit: &str) -> String {
+    let seconds = summary.elapsed.as_secs_f64().max(f64::MIN_POSITIVE);
+    let mut text = format!(
+        "{state}: t = {} in {} steps, {}; {} particle-steps/s\n",
         quantity(summary.clock.time, unit),
         summary.clock.step,
         duration(summary.elapsed),
+        quantity(summary.particle_steps as f64 / seconds, ""),
     );
-    let mut stages = summary.stages.clone();
-    let inside: f64 = stages.iter().map(|stage| stage.1).sum();
-    stages.push(("outputs and the rest", (seconds - inside).max(0.0)));
-    for (stage, spent) in stages {
-        println!("  {:5.1}%  {spent:8.2} s  {stage}", 100.0 * spent / seconds);
+    let inside: f64 = summary.stages.iter().map(|stage| stage.1).sum();
+    let outside = ("outputs and the rest", (seconds - inside).max(0.0));
+    for (stage, spent) in summary.stages.iter().chain([&outside]) {
+        text += &format!("  {:5.1}%  {spent:8.2} s  {stage}\n", 100.0 * spent / seconds);
     }
-    if summary.energy_scale > 0.0 {
-        let relative = summary.closure / summary.energy_scale;
-        println!("energy: all but {relative:.1e} of the largest term is accounted for");
-    }
-    let (files, bytes) = directory.contents();
-    println!("{}: {files} files, {} bytes", directory.root().display(), quantity(bytes as f64, ""));
+    text
 }

@@ -1,6 +1,6 @@
 //! `lateen verify`: the validation cases against their references.
 
-use super::{Failure, located, signals, use_threads};
+use super::{Failure, located, say, show, signals, use_threads};
 use lateen::catalog;
 use lateen::error::{Diagnostic, Error};
 use lateen::run::Folder;
@@ -31,13 +31,13 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
     let (mut compared, mut failed) = (0, 0);
     let cases = chosen(arguments.pattern.as_deref())?;
     for (n, (name, folder)) in cases.iter().enumerate() {
-        eprintln!("{} of {}: {name}", n + 1, cases.len());
+        say(&format!("{} of {}: {name}", n + 1, cases.len()));
         let expected = something_expected(folder)?;
         let outcomes = verify::verify(folder, &expected, level, &arguments.out.join(name), &stop);
         let outcomes = match outcomes {
             // A run that breaks down is a comparison that failed: the other cases still tell something.
             Err(Error::Step(error)) => {
-                println!("{name}\nFAILED  {error}\n");
+                show(&format!("{name}\nFAILED  {error}\n\n"))?;
                 (compared, failed) = (compared + 1, failed + 1);
                 continue;
             }
@@ -45,9 +45,9 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
         };
         compared += outcomes.len();
         failed += outcomes.iter().filter(|outcome| !outcome.passed()).count();
-        println!("{}", verify::render(name, &outcomes));
+        show(&format!("{}\n", verify::render(name, &outcomes)))?;
     }
-    println!("{} of {compared} comparisons hold", compared - failed);
+    show(&format!("{} of {compared} comparisons hold\n", compared - failed))?;
     if failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
 }
 

@@ -19,11 +19,17 @@ const BLOCK: i64 = 8;
 /// not decide about points that lie on it.
 const ON_BOUNDARY: f64 = 1e-9;
 
+/// What to do about too many particles.
+const FEWER: &str = "increase `spacing`, or make the region smaller: are the units of both right?";
+
 /// Most particles of one region: identities have 32 bits.
 const MOST: f64 = u32::MAX as f64;
 
-/// Memory per point of the lattice at least, if the region fills a part of its bounds.
-const BYTES: f64 = 100.0;
+/// Memory per particle at least, with what a solver keeps of it.
+const BYTES: f64 = 300.0;
+
+/// Places along each axis at which the share of its bounds that a region fills is estimated, in 2D and in 3D.
+const PLACES: [usize; 2] = [512, 64];
 
 /// Particles of one region.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +82,7 @@ pub fn sample(region: &Region, spacing: f64, dimension: usize, origin: [f64; 3])
     }
     let bounds = finite_bounds(region, dimension)?;
     let lattice = Lattice { spacing, dimension, origin };
-    let blocks = lattice.blocks(&bounds)?;
+    let blocks = lattice.blocks(region, &bounds)?;
     let position =
         (0..blocks.count()).into_par_iter().flat_map_iter(|block| lattice.fill(region, &blocks, block)).collect();
     Ok(Sample { position, volume: spacing.powi(dimension as i32), spacing, origin })
@@ -143,19 +149,51 @@ impl Lattice {
         })
     }
 
-    fn blocks(&self, bounds: &Bounds) -> Result<Blocks, Diagnostic> {
+    /// The share of its bounds that a region fills, from its distance at the centres of cells: each is cut by a plane there.
+    fn share(&self, region: &Region, bounds: &Bounds) -> f64 {
+        let n = PLACES[usize::from(self.dimension == 3)];
+        let edge: [f64; 3] =
+            std::array::from_fn(
+                |i| {
+                    if i < self.dimension { (bounds.upper[i] - bounds.lower[i]) / n as f64 } else { 0.0 }
+                },
+            );
+        let diagonal = edge.iter().map(|h| h * h).sum::<f64>().sqrt();
+        let filled = |cell: usize| {
+            let index = [cell % n, cell / n % n, cell / (n * n)];
+            let at =
+                |i: usize| if i < self.dimension { bounds.lower[i] + (index[i] as f64 + 0.5) * edge[i] } else { 0.0 };
+            (0.5 - region.signed_distance(std::array::from_fn(at)) / diagonal).clamp(0.0, 1.0)
+        };
+        let cells = n.pow(self.dimension as u32);
+        let shares: Vec<f64> = (0..cells).into_par_iter().map(filled).collect();
+        shares.iter().sum::<f64>() / cells as f64
+    }
+
+    /// Why the particles don't fit into the memory, counted before any of them is made; `None` if they do.
+    fn refusal(&self, region: &Region, bounds: &Bounds, points: f64) -> Option<String> {
+        memory::refusal(BYTES * points)?;
+        let particles = points * self.share(region, bounds);
+        let refusal = memory::refusal(BYTES * particles)?;
+        Some(format!("about {particles:.1e} particles, {} m apart, take {refusal}", self.spacing))
+    }
+
+    fn blocks(&self, region: &Region, bounds: &Bounds) -> Result<Blocks, Diagnostic> {
         let extent = |i: usize| ((bounds.upper[i] - bounds.lower[i]) / self.spacing).max(0.0) + 2.0;
         let expected: f64 = (0..self.dimension).map(extent).product();
         let farthest = (0..self.dimension)
             .flat_map(|i| [bounds.lower[i], bounds.upper[i]].map(|b| ((b - self.origin[i]) / self.spacing).abs()))
             .fold(0.0, f64::max);
         if !(expected <= MOST && farthest <= MOST) {
-            let message = format!("a lattice of {expected:.3e} points covers the region, too many");
-            return Err(Diagnostic::error("spacing", message).help("increase `spacing` or make the region smaller"));
+            let size = (0..self.dimension).map(|i| bounds.upper[i] - bounds.lower[i]).fold(0.0, f64::max);
+            let message = format!(
+                "a lattice of {expected:.3e} points, {} m apart, covers the region of {size} m: too many",
+                self.spacing
+            );
+            return Err(Diagnostic::error("spacing", message).help(FEWER));
         }
-        if let Some(refusal) = memory::refusal(BYTES * expected) {
-            let message = format!("a lattice of {expected:.3e} points covers the region: that takes {refusal}");
-            return Err(Diagnostic::error("spacing", message).help("increase `spacing` or make the region smaller"));
+        if let Some(message) = self.refusal(region, bounds, expected) {
+            return Err(Diagnostic::error("spacing", message).help(FEWER));
         }
         let index = |x: f64, i: usize| ((x - self.origin[i]) / self.spacing - 0.5).floor() as i64;
         let in_use = |i: usize| i < self.dimension;
@@ -301,6 +339,22 @@ mod tests {
         assert!(sample.position.iter().all(|x| x[2] == 0.0));
         let area = sample.volume * sample.position.len() as f64;
         assert!((area / std::f64::consts::PI - 1.0).abs() < 1e-3, "{area}");
+    }
+
+    #[test]
+    fn the_share_of_its_bounds_that_a_region_fills_is_estimated() {
+        let ring = |inner: f64| {
+            Region::Intersection(vec![sphere([1.0; 3], 2.0), Region::Complement(Box::new(sphere([1.0; 3], inner)))])
+        };
+        for (dimension, ball) in [(2, std::f64::consts::PI / 4.0), (3, std::f64::consts::PI / 6.0)] {
+            for inner in [0.0, 1.0, 1.8] {
+                let exact = ball * (1.0 - (inner / 2.0_f64).powi(dimension as i32));
+                let lattice = Lattice { spacing: 1.0, dimension, origin: [0.0; 3] };
+                let region = ring(inner);
+                let share = lattice.share(&region, &region.bounds());
+                assert!((share / exact - 1.0).abs() < 0.01, "{share} {exact} in {dimension}D");
+            }
+        }
     }
 
     #[test]

@@ -1,35 +1,19 @@
 //! The directory of a run: what lies where, and who may overwrite it.
 //!
-//! ```text
-//! case.toml  resolved.toml  run.log  status.json
-//! history/  fields/  checkpoint/  plots/  pictures/
-//! ```
-//!
-//! Nothing is deleted or overwritten unless the user says so, and never anything but what a run leaves. While a run
-//! writes, it holds a lock on `run.lock`, which the operating system takes back however the run ends.
+//! Nothing is deleted or overwritten unless the user says so, and never anything but what a run left (`leavings.rs`). While a
+//! run writes, it holds a lock on `run.lock`, which the operating system takes back however the run ends.
 
+use super::leavings;
 use crate::error::{Error, Result};
 use std::fs::{self, File, TryLockError};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Everything that a run leaves.
-const LEFT_BEHIND: &[&str] = &[
-    "case.toml",
-    "resolved.toml",
-    "run.log",
-    "status.json",
-    "history",
-    "fields",
-    "checkpoint",
-    "plots",
-    "pictures",
-    "reference",
-    LOCK,
-];
-
 /// The file that a run locks.
-const LOCK: &str = "run.lock";
+pub(super) const LOCK: &str = "run.lock";
+
+/// What every log begins with.
+pub(super) const SIGNATURE: &str = concat!("lateen ", env!("CARGO_PKG_VERSION"));
 
 /// What to do with a directory that is not empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -37,7 +21,7 @@ pub enum Existing {
     /// Refuse it.
     #[default]
     Refuse,
-    /// Remove what a run left there (and nothing else).
+    /// Remove what a run left there, and nothing else; refuse a directory that no run made.
     Replace,
     /// Go on from its newest checkpoint; begin anew where a run was killed before its first.
     Resume,
@@ -77,7 +61,8 @@ impl RunDirectory {
     /// A directory that is not empty, can't be written to, has nothing to resume, or that another run writes into.
     pub fn prepare(&self, existing: Existing) -> Result<Occupied> {
         let entries = self.entries()?;
-        if existing != Existing::Refuse && self.lock_file().is_file() {
+        let ours = leavings::is_from_a_run(self);
+        if existing != Existing::Refuse && ours && self.lock_file().is_file() {
             drop(self.occupy()?);
         }
         match existing {
@@ -85,7 +70,12 @@ impl RunDirectory {
                 io::ErrorKind::DirectoryNotEmpty,
                 "the directory is not empty; --resume goes on with the run in it, --force replaces it, --out names another",
             )),
-            Existing::Resume if !self.has_checkpoint() && !self.status().is_file() => Err(self.refuse(
+            Existing::Replace if !entries.is_empty() && !ours => Err(self.refuse(
+                io::ErrorKind::DirectoryNotEmpty,
+                "no run of lateen made this directory, and --force replaces no other; name another directory with --out, or \
+                 empty this one yourself",
+            )),
+            Existing::Resume if !self.has_checkpoint() && !(ours && self.status().is_file()) => Err(self.refuse(
                 io::ErrorKind::NotFound,
                 "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
             )),
@@ -116,7 +106,7 @@ impl RunDirectory {
         }
     }
 
-    fn lock_file(&self) -> PathBuf {
+    pub(super) fn lock_file(&self) -> PathBuf {
         self.root.join(LOCK)
     }
 
@@ -205,23 +195,20 @@ impl RunDirectory {
         }
     }
 
+    /// Removes what a run left.
     fn clear(&self) -> Result<()> {
-        for name in LEFT_BEHIND {
-            let path = self.root.join(name);
-            let removed = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
-            match removed {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(Error::io(path, error)),
-                _ => {}
-            }
-        }
-        Ok(())
+        leavings::remove(self)
     }
 
-    /// Creates it and tries to write in it, so that an error comes before hours of work, not after.
+    /// Creates it and tries to write in it, so that an error comes before hours of work, not after. What is written says
+    /// whose the directory is.
     fn create(&self) -> Result<()> {
-        let attempt = fs::create_dir_all(&self.root)
-            .and_then(|()| fs::OpenOptions::new().create(true).append(true).open(self.log()).map(drop));
-        attempt.map_err(|error| self.not_writable(&error))
+        let sign = || {
+            fs::create_dir_all(&self.root)?;
+            let mut log = fs::OpenOptions::new().create(true).append(true).open(self.log())?;
+            if log.metadata()?.len() == 0 { writeln!(log, "{SIGNATURE}") } else { Ok(()) }
+        };
+        sign().map_err(|error| self.not_writable(&error))
     }
 
     fn not_writable(&self, error: &io::Error) -> Error {
@@ -260,6 +247,79 @@ mod tests {
         drop(run.prepare(Existing::Replace).unwrap());
         assert!(!run.history().exists());
         assert_eq!(fs::read_to_string(home.path().join("notes.txt")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn what_is_the_users_stays_among_the_files_of_a_run() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::new(home.path());
+        drop(run.prepare(Existing::Refuse).unwrap());
+        fs::write(run.resolved(), "name = 'mine'\n[[probe]]\nname = 'top of it'\n[[body]]\nname = 'block'\n").unwrap();
+        let written = [
+            "history/top-of-it.csv",
+            "history/wall-left.csv.partial",
+            "plots/top-of-it-uz.png",
+            "fields/block.pvd",
+            "fields/block/000012.vtp",
+            "checkpoint/step-000000000012.checkpoint",
+            "status.json",
+        ];
+        let mine = [
+            "history/topography.csv",
+            "history/wall-left.ods",
+            "plots/mine.png",
+            "fields/block/camera.vtu",
+            "fields/block.pvsm",
+            "reference/measured.csv",
+            "expected.toml",
+        ];
+        for file in written.iter().chain(&mine) {
+            let path = home.path().join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        }
+        drop(run.prepare(Existing::Replace).unwrap());
+        assert_eq!(written.map(|file| home.path().join(file).exists()), [false; 7], "{written:?}");
+        assert_eq!(mine.map(|file| home.path().join(file).exists()), [true; 7], "{mine:?}");
+        assert!(!run.checkpoints().exists(), "nothing is left in it");
+    }
+
+    #[test]
+    fn a_directory_that_no_run_made_is_never_replaced() {
+        for (file, text) in
+            [("case.toml", "name = 'mine'"), ("status.json", "{\"state\": 1}"), ("run.log", "12:00 ran\n")]
+        {
+            let home = tempfile::tempdir().unwrap();
+            let files = [file, "run.lock", "history/balance.csv", "reference/balance.csv"];
+            fs::create_dir(home.path().join("history")).unwrap();
+            fs::create_dir(home.path().join("reference")).unwrap();
+            files.iter().for_each(|file| fs::write(home.path().join(file), text).unwrap());
+            for existing in [Existing::Replace, Existing::Resume] {
+                let error = RunDirectory::new(home.path()).prepare(existing).unwrap_err();
+                assert_eq!(error.exit_code(), 4);
+                if existing == Existing::Replace {
+                    assert!(error.to_string().contains("no run of lateen made this directory"), "{error}");
+                }
+                for file in files {
+                    assert_eq!(fs::read_to_string(home.path().join(file)).unwrap(), text, "{file}");
+                }
+            }
+        }
+        let empty = tempfile::tempdir().unwrap();
+        drop(RunDirectory::new(empty.path()).prepare(Existing::Replace).unwrap());
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn links_are_not_followed() {
+        let (home, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let run = RunDirectory::new(home.path());
+        drop(run.prepare(Existing::Refuse).unwrap());
+        fs::write(elsewhere.path().join("balance.csv"), "time\n").unwrap();
+        std::os::unix::fs::symlink(elsewhere.path(), run.history()).unwrap();
+        let error = run.prepare(Existing::Replace).unwrap_err();
+        assert!(error.to_string().contains("this is a link"), "{error}");
+        assert!(elsewhere.path().join("balance.csv").exists() && run.history().is_symlink());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod directory;
 mod folder;
+mod leavings;
 mod monitors;
 mod status;
 

@@ -126,7 +126,7 @@ impl Observer for RunLog {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::Clock;
+    use crate::simulation::{Clock, Summary};
     use std::fs;
 
     fn progress() -> Progress {
@@ -143,7 +143,8 @@ mod tests {
         file.event(&Event::Checkpoint(Path::new("checkpoint/7")), &progress()).unwrap();
         assert_eq!((read()["state"].as_str(), read()["time"].as_f64()), (Some("running"), Some(0.25)));
 
-        file.event(&Event::Stopped { error: &Error::Interrupted, checkpoint: None }, &progress()).unwrap();
+        let (error, summary) = (&Error::Interrupted, &Summary::default());
+        file.event(&Event::Stopped { error, checkpoint: None, summary }, &progress()).unwrap();
         assert_eq!((read()["state"].as_str(), read()["exit_code"].as_u64()), (Some("interrupted"), Some(130)));
         assert_eq!(read()["checkpoint"], "checkpoint/7");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1, "the temporary file is gone");

@@ -1,6 +1,6 @@
 //! How far a run is, how fast it goes, and who wants to know.
 
-use super::Clock;
+use super::{Clock, Summary};
 use crate::error::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -53,6 +53,8 @@ pub enum Event<'a> {
         error: &'a Error,
         /// The newest checkpoint that a resumed run goes on from.
         checkpoint: Option<&'a Path>,
+        /// How far it came, and where its time went.
+        summary: &'a Summary,
     },
 }
 

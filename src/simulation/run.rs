@@ -32,8 +32,8 @@ pub struct Plan {
     pub checkpoint_every: Duration,
 }
 
-/// What a finished run says about itself.
-#[derive(Debug, Clone, PartialEq)]
+/// What a run that has ended says about itself.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summary {
     /// Time and steps at the end.
     pub clock: Clock,
@@ -180,9 +180,10 @@ impl Simulation {
         match &outcome {
             Ok(()) => self.tell(&Event::Done, &progress)?,
             Err(error) => {
-                let checkpoint = self.newest.clone();
+                let (checkpoint, summary) = (self.newest.clone(), self.summary());
                 // The run has failed already: what an observer adds to that is not the cause.
-                let _ = self.tell(&Event::Stopped { error, checkpoint: checkpoint.as_deref() }, &progress);
+                let _ = self
+                    .tell(&Event::Stopped { error, checkpoint: checkpoint.as_deref(), summary: &summary }, &progress);
             }
         }
         outcome.map(|()| self.summary())

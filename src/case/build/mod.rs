@@ -11,7 +11,7 @@ mod traction;
 
 use super::schema::{GridSpec, Method};
 use super::summary::Summary;
-use super::{Case, Side, check, names};
+use super::{Case, Side, Units, check, names};
 use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
 use crate::math::{Signal, Vector};
@@ -98,13 +98,30 @@ fn has_errors(findings: &[Diagnostic]) -> bool {
     findings.iter().any(|f| f.severity == Severity::Error)
 }
 
-/// The grid nodes on one end of an axis [m].
+/// Most cells along an axis: nodes are counted with 32 bits, and have neighbours.
+const MOST_CELLS: f64 = 5e8;
+
+/// The extent of the grid along an axis, in cells.
+fn extent_in_cells(grid: &GridSpec, axis: usize) -> f64 {
+    (grid.upper[axis] - grid.lower[axis]) / grid.cell
+}
+
+/// Most nodes along an edge of a wall at which the formulas of its velocity are tried out, in 2D and in 3D.
+const TRIED: [usize; 2] = [40_000, 200];
+
+/// Grid nodes on one end of an axis [m]: all of them, or, on a wall that is longer, as many along an edge as are tried, its ends
+/// included. The wall may be much longer than what the material ever reaches.
 fn nodes_of_side(grid: &GridSpec, dimension: usize, axis: usize, upper: bool) -> Vec<Vector<3>> {
-    let count = |a: usize| ((grid.upper[a] - grid.lower[a]) / grid.cell).round().max(0.0) as usize + 1;
-    let side: [usize; 3] = std::array::from_fn(|a| if a == axis || a >= dimension { 1 } else { count(a) });
+    let last = |a: usize| if a == axis || a >= dimension { 0.0 } else { extent_in_cells(grid, a).round().max(0.0) };
+    let most = TRIED[usize::from(dimension == 3)];
+    let count = |a: usize| (last(a) as usize).saturating_add(1).min(most);
+    let side: [usize; 3] = std::array::from_fn(count);
     let node = |n: usize| {
         let ijk = [n % side[0], n / side[0] % side[1], n / side[0] / side[1]];
-        Vector::from_fn(|a| if a == axis && upper { grid.upper[a] } else { grid.lower[a] + ijk[a] as f64 * grid.cell })
+        Vector::from_fn(|a| {
+            let along = (ijk[a] as f64 * last(a) / (side[a] - 1).max(1) as f64).round();
+            if a == axis && upper { grid.upper[a] } else { grid.lower[a] + along * grid.cell }
+        })
     };
     (0..side.iter().product()).map(node).collect()
 }
@@ -186,21 +203,35 @@ impl Assembly<'_> {
 
     /// Cells along one axis: a whole number.
     fn cells(&mut self, grid: &GridSpec, axis: usize) -> Option<i32> {
-        let extent = (grid.upper[axis] - grid.lower[axis]) / grid.cell;
-        let count = extent.round();
-        let name = ["x", "y", "z"][axis];
-        let finding = if count < 1.0 || count > f64::from(i32::MAX / 4) {
-            Diagnostic::error("grid.upper", format!("{extent} cells along {name}"))
-                .help("`upper` must exceed `lower` by at least one cell")
+        let (cell, lower, upper) = (grid.cell, grid.lower[axis], grid.upper[axis]);
+        let (length, extent) = (upper - lower, extent_in_cells(grid, axis));
+        let (count, name) = (extent.round(), ["x", "y", "z"][axis]);
+        let (message, help) = if length <= 0.0 {
+            let message = format!("`upper` must exceed `lower` along {name}: {upper} m is not above {lower} m");
+            (message, "write the lower corner in `lower` and the upper one in `upper`".to_owned())
+        } else if count < 1.0 {
+            let message = format!("the grid is {length} m long along {name}, less than a cell of {cell} m");
+            (message, self.unit_of("take smaller cells, or a larger grid", "one of the two"))
+        } else if count > MOST_CELLS {
+            let message = format!("{extent:.3e} cells along {name}: a grid of {length} m with cells of {cell} m");
+            (message, self.unit_of(&format!("at most {MOST_CELLS:.0e} are possible"), "one of the two"))
         } else if (extent - count).abs() > 1e-6 * count.max(1.0) {
-            let nearest = 1e-12 * (1e12 * (grid.lower[axis] + count * grid.cell)).round();
-            Diagnostic::error("grid.upper", format!("{extent:.6} cells along {name}: not a whole number"))
-                .help(format!("the nearest upper end is {nearest} m"))
+            let nearest = 1e-12 * (1e12 * (lower + count * cell)).round();
+            let message = format!("{extent:.6} cells along {name}: not a whole number");
+            (message, format!("the nearest upper end is {nearest} m"))
         } else {
             return Some(count as i32);
         };
-        self.findings.push(finding);
+        self.findings.push(Diagnostic::error(format!("grid.upper[{axis}]"), message).help(help));
         None
+    }
+
+    /// Advice with the likely cause: the unit of something, in a case that has units.
+    fn unit_of(&self, advice: &str, what: &str) -> String {
+        match self.case.file.units {
+            Units::SI => format!("{advice}: is the unit of {what} right? a number without a unit is in m"),
+            Units::None => advice.to_owned(),
+        }
     }
 
     fn wall(&mut self, grid: &GridSpec, axis: usize, upper: bool) -> Wall {

@@ -257,8 +257,9 @@ fn hole_name(key: &str, name: &str, dimension: usize) -> Result<(), Diagnostic> 
 
 /// What is wrong with the sizes of a mesh.
 fn wrong_size(why: String) -> Diagnostic {
-    Diagnostic::error("cell", why)
-        .help("increase `cell`, or the cells of refined regions; a graded mesh can come from Gmsh")
+    Diagnostic::error("cell", why).help(
+        "increase `cell`, or the cells of refined regions; a graded mesh can come from Gmsh; are the units right?",
+    )
 }
 
 fn within(key: &str, why: Diagnostic) -> Diagnostic {

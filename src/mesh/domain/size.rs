@@ -9,8 +9,8 @@ const SAMPLES: usize = 4096;
 /// Most elements of a mesh that is made here: about 10 GB for the mesh alone.
 pub const MOST_ELEMENTS: f64 = 4e7;
 
-/// Memory per element of the mesh alone.
-const BYTES: f64 = 250.0;
+/// Memory per element at least, with the particles and unknowns that a solver keeps of it.
+const BYTES: f64 = 1000.0;
 
 /// What is said about a mesh with more, counted before anything is stored. `count`: about how many there would be.
 pub fn too_many(count: f64) -> Option<String> {

@@ -29,6 +29,7 @@ impl Case {
         let Assembly { mut findings, watched, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
+        check::plausible::of_flow(self, &setup, &mut findings);
         let summary = Summary::of_flow(&setup, &self.file);
         let mut solver = Pfem2::new(setup);
         let summary = summary.with_solver(&mut solver, &self.file);

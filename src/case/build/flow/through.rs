@@ -1,10 +1,12 @@
 //! What flows through the boundary.
 
 use super::super::Assembly;
+use super::mesh::{at, middle};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
 use crate::pfem2::boundary::{BoundarySetup, Condition};
+use std::collections::HashMap;
 
 /// Share of a wall's velocity that may be across it: what the rounding of a formula leaves.
 const ACROSS: f64 = 1e-6;
@@ -13,7 +15,7 @@ const ACROSS: f64 = 1e-6;
 const TALL: f64 = 0.01;
 
 impl Assembly<'_> {
-    /// The mesh stays where it is: a flat wall can only slide along itself.
+    /// The mesh stays where it is: a wall can only slide along itself.
     pub(super) fn through_walls<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
@@ -21,21 +23,24 @@ impl Assembly<'_> {
     ) {
         for (i, (set, spec)) in sets.iter().zip(&self.case.file.boundary).enumerate() {
             let Condition::Wall(velocity) = &set.condition else { continue };
-            let named = spec.on.list().into_iter().filter_map(|name| Some((name, mesh.sets.get(name)?)));
-            let flat = named.filter(|(_, facets)| is_flat(mesh, facets));
-            let across = flat.flat_map(|(name, facets)| facets.iter().map(move |&facet| (name, facet)));
-            let Some((name, t)) = across
-                .flat_map(|(name, facet)| self.times().map(move |t| (name, facet, t)))
-                .find(|&(_, facet, t)| {
-                    let (through, most) = flux(mesh, facet, velocity, t);
-                    through.abs() > ACROSS * most
-                })
-                .map(|(name, _, t)| (name, t))
-            else {
+            if velocity.iter().all(Signal::is_zero) {
                 continue;
-            };
+            }
+            let bends = bends(mesh, &set.facets);
+            let crossed = set.facets.iter().zip(bends).find_map(|(&facet, bend)| {
+                let t = self.times().find(|&t| {
+                    let (through, most) = flux(mesh, facet, velocity, t);
+                    through.abs() > (ACROSS + bend) * most
+                })?;
+                Some((facet, t))
+            });
+            let Some((facet, t)) = crossed else { continue };
+            let holds = |name: &&str| mesh.sets.get(*name).is_some_and(|facets| facets.contains(&facet));
+            let name = spec.on.list().into_iter().find(holds).unwrap_or(&set.name);
             let message = format!(
-                "the velocity of the wall `{name}` has a part across it at t = {t} s: it would let fluid through"
+                "the velocity of the wall `{name}` has a part across it at t = {t} s, first at ({}): it would let fluid \
+                 through",
+                at(middle(mesh, facet))
             );
             let help = "the mesh does not move: a wall slides along itself; `kind = \"inlet\"` lets fluid in or out";
             self.findings.push(Diagnostic::error(format!("boundary[{i}].velocity"), message).help(help));
@@ -157,9 +162,20 @@ fn flux<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facet: Facet, v: &[Si
     (sum(&|v| v.dot(area)) / count, sum(&|v| v.norm() * area.norm()) / count)
 }
 
-/// True if all facets have one normal.
-fn is_flat<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facets: &[Facet]) -> bool {
-    let normals = || facets.iter().filter_map(|&facet| mesh.facet_area(facet).normalized());
-    let Some(first) = normals().next() else { return false };
-    normals().all(|normal| (normal - first).norm() < 1e-6)
+/// How far the unit normal of each facet differs from those of the facets that it meets: a round wall that turns moves along
+/// itself up to that. Facets that meet at more than 45° are different walls.
+fn bends<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facets: &[Facet]) -> Vec<f64> {
+    const EDGE: f64 = 0.765; // 2 sin(45°/2)
+    let normals: Vec<Vector<D>> =
+        facets.iter().map(|&facet| mesh.facet_area(facet).normalized().unwrap_or_default()).collect();
+    let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (k, &facet) in facets.iter().enumerate() {
+        mesh.facet_nodes(facet).into_iter().for_each(|node| around.entry(node).or_default().push(k));
+    }
+    let bend = |(k, &facet): (usize, &Facet)| {
+        let nodes = mesh.facet_nodes(facet);
+        let met = nodes.iter().flat_map(|node| &around[node]).map(|&other| (normals[k] - normals[other]).norm());
+        met.filter(|&difference| difference < EDGE).fold(0.0, f64::max)
+    };
+    facets.iter().enumerate().map(bend).collect()
 }

@@ -1,0 +1,236 @@
+//! What the world does to a run: signals, readers who leave, limits, directories that are not its own.
+#![cfg(target_os = "linux")]
+
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// An elastic block that falls in the plane.
+const BLOCK: &str = r#"
+name = "block"
+dimension = 2
+[time]
+end = "20 ms"
+[grid]
+cell = "10 mm"
+lower = ["0 mm", "0 mm"]
+upper = ["200 mm", "200 mm"]
+[mpm]
+gravity = [0, "-9.81 m/s^2"]
+[[body]]
+name = "block"
+region = { shape = "box", lower = ["50 mm", "50 mm"], upper = ["150 mm", "150 mm"] }
+spacing = "5 mm"
+material = { law = "hypoelastic", density = "1000 kg/m^3", young = "10 MPa", poisson = 0.3 }
+[output]
+history = "1 ms"
+fields = "10 ms"
+"#;
+
+/// The block without gravity, for as long as it takes.
+fn still(end: &str) -> String {
+    BLOCK.replace("20 ms", end).replace("-9.81 m/s^2", "0 m/s^2").replace("history = \"1 ms\"", "history = \"0.1 ms\"")
+}
+
+struct Home(tempfile::TempDir);
+
+impl Home {
+    fn new(case: &str) -> Self {
+        let home = Self(tempfile::tempdir().unwrap());
+        fs::write(home.path("case.toml"), case).unwrap();
+        home
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn lateen(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lateen"));
+        command.args(arguments).current_dir(self.0.path());
+        command
+    }
+
+    /// A command of the shell, in which `lateen` stands for the program.
+    fn shell(&self, script: &str) -> Command {
+        let mut command = Command::new("bash");
+        let script = script.replace("lateen", env!("CARGO_BIN_EXE_lateen"));
+        command.args(["-c", &script]).current_dir(self.0.path());
+        command
+    }
+
+    fn state(&self, run: &str) -> String {
+        let status = fs::read_to_string(self.path(run).join("status.json")).unwrap();
+        let status: serde_json::Value = serde_json::from_str(&status).unwrap();
+        status["state"].as_str().unwrap().to_owned()
+    }
+
+    /// Waits until a run has written a row of its balance.
+    fn wait_for_rows(&self, run: &str, child: &mut Child) {
+        let (start, path) = (Instant::now(), self.path(run).join("history/balance.csv"));
+        let rows = || fs::read_to_string(&path).map_or(0, |text| text.lines().count());
+        while rows() < 3 && start.elapsed() < Duration::from_secs(60) {
+            assert!(child.try_wait().unwrap().is_none(), "the run ended before its time");
+            sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+fn messages(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn printed(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn send(signal: &str, child: &Child) {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+}
+
+#[test]
+fn a_run_goes_on_where_nobody_reads_its_messages() {
+    let home = Home::new(BLOCK);
+    let full = || Stdio::from(File::options().write(true).open("/dev/full").unwrap());
+    let outcome = home.lateen(&["run", "case.toml", "--out", "full"]).stderr(full()).output().unwrap();
+    assert_eq!((outcome.status.code(), home.state("full").as_str()), (Some(0), "done"));
+    let piped =
+        home.shell("lateen run case.toml --out piped 2>&1 | head -c 1; exit ${PIPESTATUS[0]}").output().unwrap();
+    assert_eq!((piped.status.code(), home.state("piped").as_str()), (Some(0), "done"));
+    // An error keeps its code.
+    let wrong = home.lateen(&["run", "case.toml", "--set", "grid.cell=-1"]).stderr(full()).status().unwrap();
+    assert_eq!(wrong.code(), Some(2));
+    let lost = home.lateen(&["run", "case.toml", "--out", "lost"]).stdout(full()).output().unwrap();
+    assert_eq!((lost.status.code(), home.state("lost").as_str()), (Some(4), "done"), "{}", messages(&lost));
+    assert!(messages(&lost).contains("standard output"), "{}", messages(&lost));
+}
+
+#[test]
+fn signals_that_end_a_program_end_a_run_after_its_step() {
+    let home = Home::new(&still("1000 s"));
+    for signal in ["-HUP", "-QUIT", "-INT", "-TERM"] {
+        let run = &signal[1..];
+        let mut command = home.lateen(&["run", "case.toml", "--out", run]);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        home.wait_for_rows(run, &mut child);
+        send(signal, &child);
+        let ended = child.wait_with_output().unwrap();
+        assert_eq!((ended.status.code(), home.state(run).as_str()), (Some(130), "interrupted"), "{signal}");
+        assert!(messages(&ended).contains("--resume"), "{}", messages(&ended));
+    }
+}
+
+#[test]
+fn a_run_that_was_told_to_outlive_its_terminal_does() {
+    let home = Home::new(&still("100 ms"));
+    let mut command = home.shell("trap '' HUP; exec lateen run case.toml --out a");
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    home.wait_for_rows("a", &mut child);
+    send("-HUP", &child);
+    assert_eq!((child.wait().unwrap().code(), home.state("a").as_str()), (Some(0), "done"));
+}
+
+#[test]
+fn a_second_signal_does_not_wait_for_the_step() {
+    // Steps that take long: the first signal waits for the end of one, the second doesn't.
+    let case = BLOCK.replace("\"5 mm\"", "\"0.2 mm\"").replace("[output]", "[output]\ncheckpoint = \"1 h\"");
+    let home = Home::new(&case);
+    for (first, second) in [("-TERM", "-TERM"), ("-HUP", "-QUIT")] {
+        let (run, start) = (&second[1..], Instant::now());
+        let arguments = ["run", "case.toml", "--threads", "1", "--out", run];
+        let mut child = home.lateen(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let saved =
+            || fs::read_to_string(home.path(run).join("status.json")).is_ok_and(|s| s.contains(".checkpoint\""));
+        while !saved() && start.elapsed() < Duration::from_secs(120) {
+            sleep(Duration::from_millis(5));
+        }
+        send(first, &child);
+        sleep(Duration::from_millis(20));
+        send(second, &child);
+        assert_eq!((child.wait().unwrap().code(), home.state(run).as_str()), (Some(130), "running"), "{second}");
+    }
+}
+
+#[test]
+fn a_file_that_may_not_grow_is_an_error_with_a_message() {
+    let home = Home::new(BLOCK);
+    let output = home.shell("ulimit -f 4; exec lateen run case.toml --out a").output().unwrap();
+    assert_eq!(output.status.code(), Some(4), "{}", messages(&output));
+    assert!(messages(&output).contains("ulimit -f"), "{}", messages(&output));
+    assert_eq!(home.state("a"), "failed");
+}
+
+#[test]
+fn a_run_that_failed_says_where_its_time_went() {
+    let home = Home::new(&BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing"));
+    let output = home.lateen(&["run", "case.toml"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", messages(&output));
+    let text = printed(&output);
+    assert!(text.starts_with("stopped: t = ") && text.contains("%") && text.contains("outputs and the rest"), "{text}");
+}
+
+#[test]
+fn a_case_folder_is_not_replaced_by_force() {
+    let home = Home::new(BLOCK);
+    fs::create_dir(home.path("reference")).unwrap();
+    fs::write(home.path("reference/measured.csv"), "mine").unwrap();
+    let output = home.lateen(&["run", "case.toml", "--out", ".", "--force"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(4), "{}", messages(&output));
+    assert!(messages(&output).contains("no run of lateen made"), "{}", messages(&output));
+    assert_eq!(fs::read_to_string(home.path("case.toml")).unwrap(), BLOCK);
+    assert_eq!(fs::read_to_string(home.path("reference/measured.csv")).unwrap(), "mine");
+}
+
+#[test]
+fn force_keeps_what_the_user_put_among_the_results() {
+    let home = Home::new(BLOCK);
+    let run = |more: &[&str]| {
+        let output = home.lateen(&[&["run", "case.toml", "--out", "a"][..], more].concat()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", messages(&output));
+    };
+    run(&[]);
+    fs::write(home.path("a/plots/mine.svg"), "mine").unwrap();
+    fs::write(home.path("a/history/measured.csv"), "time [s],u [m]\n0,0\n").unwrap();
+    fs::write(home.path("a/fields/block/old.vtp"), "mine").unwrap();
+    let frames = || fs::read_dir(home.path("a/fields/block")).unwrap().count();
+    assert_eq!(frames(), 4, "three frames and one of the user's");
+    run(&["--force", "--set", "output.fields=20 ms"]);
+    assert_eq!(frames(), 3, "the frames of before are gone");
+    for mine in ["plots/mine.svg", "history/measured.csv", "fields/block/old.vtp"] {
+        assert!(home.path("a").join(mine).is_file(), "{mine} is gone");
+    }
+}
+
+/// A limit on the address space stands for a machine with little memory.
+const LITTLE: &str = "export RAYON_NUM_THREADS=2; ulimit -v 4000000; exec lateen check";
+
+#[test]
+fn a_grid_may_be_vast_because_memory_follows_the_material() {
+    let home = Home::new(BLOCK);
+    for set in ["hertz --set grid.upper.0=1e6", "dam-break --set grid.upper='[2000, 500, 1000]'"] {
+        let output = home.shell(&format!("{LITTLE} {set}")).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{set}: {}", messages(&output));
+        assert!(messages(&output).contains("the grid is"), "{set}: {}", messages(&output));
+    }
+    let sphere = home.shell(&format!("{LITTLE} water-sphere --set grid.upper.2=1000")).output().unwrap();
+    assert!(messages(&sphere).contains("is the unit right?"), "{}", messages(&sphere));
+    // The end of the grid is no part of what is stored.
+    let stored = |more: &str| {
+        let output = home.shell(&format!("{LITTLE} water-sphere {more}")).output().unwrap();
+        printed(&output).lines().find(|line| line.starts_with("memory")).map(str::to_owned)
+    };
+    assert_eq!(stored("--set grid.upper.2=1000"), stored(""));
+}
+
+#[test]
+fn what_does_not_fit_into_the_memory_is_refused_before_it_is_made() {
+    let home = Home::new(BLOCK);
+    for (set, key) in [("dam-break --set grid.cell=0.0025", "`spacing`"), ("cavity --set mesh.cell=2.5e-4", "`cell`")] {
+        let output = home.shell(&format!("{LITTLE} {set}")).output().unwrap();
+        let text = messages(&output);
+        assert_eq!(output.status.code(), Some(2), "{set}: {text}");
+        assert!(text.contains("of memory") && text.contains(key) && text.contains("right?"), "{text}");
+    }
+}
