@@ -128,10 +128,16 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.stable_dt().min(self.calm_dt())
     }
 
+    fn begin(&mut self, t: f64, dt: f64) {
+        self.memory = Memory::default();
+        self.show_pressure(Step { t, dt, theta: 1.0 });
+    }
+
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.memory = Memory::default();
         let at = |error| StepError { time: t, ..error };
-        if self.steps == 0 && self.scheme != Scheme::BackwardEuler {
+        // Rehearsed already, unless the step is another one than was foreseen.
+        if self.steps == 0 && self.scheme != Scheme::BackwardEuler && self.dt_before != dt {
             self.rehearse(Step { t, dt, theta: 1.0 }).map_err(at)?;
         }
         let theta = match self.scheme {
@@ -159,6 +165,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         snapshot::columns(self, visit);
+    }
+
+    fn misfit(&self) -> Option<String> {
+        snapshot::misfit(self)
     }
 
     fn restored(&mut self) {
@@ -398,7 +408,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.
-    fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         self.implicit.fill(&phases, &self.before);
         self.totals = Totals::of(&self.implicit);
