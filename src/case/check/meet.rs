@@ -77,15 +77,16 @@ fn nobody(file: &CaseFile, name: &str, known: &[&str], key: String) -> Diagnosti
         ));
     }
     let finding = Diagnostic::error(key, format!("there is no body or membrane named `{name}`"));
+    let more = if known.len() > LISTED { format!(" and {} more", known.len() - LISTED) } else { String::new() };
+    let there = format!("here are {}{more}", known[..known.len().min(LISTED)].join(", "));
     if let Some(meant) = nearest(name, known.iter().copied()) {
-        return finding.help(format!("did you mean `{meant}`?"));
+        return finding.help(format!("did you mean `{meant}`? T{there}"));
     }
     let obstacles = file.obstacle.iter().map(|obstacle| obstacle.name.as_str());
     if let Some(meant) = nearest(name, obstacles.chain(walls)) {
-        return finding.help(format!("`{meant}` is an obstacle or a wall, whose friction is its own"));
+        return finding.help(format!("`{meant}` is an obstacle or a wall, whose friction is its own; t{there}"));
     }
-    let more = if known.len() > LISTED { format!(" and {} more", known.len() - LISTED) } else { String::new() };
-    finding.help(format!("there are {}{more}", known[..known.len().min(LISTED)].join(", ")))
+    finding.help(format!("t{there}"))
 }
 
 /// Obstacles lie in the grid, hold no particles, and have a coefficient where it counts.

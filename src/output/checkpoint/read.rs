@@ -209,7 +209,7 @@ fn read_whole(file: &mut impl Read, buffer: &mut [u8]) -> Result<(), Trouble> {
 #[cfg(test)]
 mod tests {
     use super::super::header::Origin;
-    use super::super::write;
+    use super::super::{ALIGNMENT, BLOCK, write};
     use super::*;
     use proptest::prelude::*;
     use std::io::Cursor;
@@ -266,6 +266,31 @@ mod tests {
         column.blocks = vec![BlockEntry { at: 256, stored: 99_999_999, raw: 99_999_999, crc: 0 }; 50];
         let text = Header { origin, columns: vec![column] }.encode();
         assert!(matches!(read(text.as_bytes()), Err(Trouble::Damaged(_))));
+    }
+
+    /// A mebibyte of zeros takes a few bytes in the file: twice the free memory is refused by the header.
+    #[test]
+    fn a_file_that_would_grow_beyond_the_memory_is_refused() {
+        let Some(free) = memory::free() else { return };
+        let count = (2.0 * free / BLOCK as f64) as usize;
+        let stored = zstd::bulk::compress(&vec![0; BLOCK], 1).unwrap();
+        let block = BlockEntry { at: 0, stored: stored.len(), raw: BLOCK, crc: crc32fast::hash(&stored) };
+        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let mut column = ColumnEntry::reserve("water.position", "f64", 1, 0);
+        (column.bytes, column.blocks) = ((count * BLOCK) as u64, vec![block; count]);
+        let mut header = Header { origin, columns: vec![column] };
+        let start = (header.encode().len() as u64).next_multiple_of(ALIGNMENT);
+        for (n, block) in (0..).zip(&mut header.columns[0].blocks) {
+            block.at = start + n * stored.len() as u64;
+        }
+        let mut bytes = header.encode().into_bytes();
+        bytes.resize(start as usize, 0);
+        (0..count).for_each(|_| bytes.extend(&stored));
+        let reader =
+            Reader::new(Cursor::new(&bytes), bytes.len() as u64).map_err(|trouble| trouble.to_string()).unwrap();
+        let mut values = vec![0.0_f64; 1];
+        let refused = reader.check_model(&mut |visit| visit("water.position", Column::growing(&mut values)));
+        assert!(refused.unwrap_err().to_string().contains("of memory"));
     }
 
     proptest! {
