@@ -70,14 +70,44 @@ struct CaseReport<'a>(&'a [Diagnostic]);
 
 impl fmt::Display for CaseReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, diagnostic) in self.0.iter().enumerate() {
+        let (shown, more) = first(self.0);
+        for (i, diagnostic) in shown.into_iter().enumerate() {
             if i > 0 {
                 writeln!(f)?;
             }
             write!(f, "{diagnostic}")?;
         }
-        Ok(())
+        more.map_or(Ok(()), |more| write!(f, "\n{more}"))
     }
+}
+
+/// Findings that are shown at most.
+const SHOWN: usize = 20;
+
+/// The findings to show, in their order, errors before warnings where there are too many; and how many more there are.
+pub fn first(findings: &[Diagnostic]) -> (Vec<&Diagnostic>, Option<String>) {
+    let of = |severity: Severity| findings.iter().filter(move |finding| finding.severity == severity);
+    if findings.len() <= SHOWN {
+        return (findings.iter().collect(), None);
+    }
+    let shown: Vec<_> = of(Severity::Error).chain(of(Severity::Warning)).take(SHOWN).collect();
+    let count = |severity| of(severity).count() - shown.iter().filter(|finding| finding.severity == severity).count();
+    let more = match (count(Severity::Error), count(Severity::Warning)) {
+        (0, warnings) => format!("… and {warnings} more warnings"),
+        (errors, 0) => format!("… and {errors} more errors"),
+        (errors, warnings) => format!("… and {errors} more errors, {warnings} warnings"),
+    };
+    (shown, Some(more))
+}
+
+/// Text on its lines, with everything that a terminal would obey, or that turns the direction of writing, escaped.
+pub fn escaped(text: &str) -> String {
+    let obeyed = |c: &char| {
+        *c != '\n'
+            && (c.is_control()
+                || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'))
+    };
+    text.chars().map(|c| if obeyed(&c) { c.escape_unicode().to_string() } else { c.to_string() }).collect()
 }
 
 /// One finding about the case: what is wrong, at which key, and what to write instead.
@@ -138,11 +168,11 @@ impl fmt::Display for Diagnostic {
         };
         write!(f, "{kind}: ")?;
         if !self.key.is_empty() {
-            write!(f, "`{}`: ", self.key)?;
+            write!(f, "`{}`: ", escaped(&self.key))?;
         }
-        f.write_str(&self.message)?;
+        f.write_str(&escaped(&self.message))?;
         if let Some(help) = &self.help {
-            write!(f, "\n  help: {help}")?;
+            write!(f, "\n  help: {}", escaped(help))?;
         }
         Ok(())
     }

@@ -14,6 +14,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod error;
+pub mod input;
 pub mod memory;
 pub mod registry;
 

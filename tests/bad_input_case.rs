@@ -270,3 +270,46 @@ fn missing_and_unreadable_files() {
     let error = Source::read(&binary).unwrap_err();
     assert!(error.to_string().contains("is not UTF-8 text (byte 1)"), "{error}");
 }
+
+/// One finding per line of a long file: the first of them are shown, and how many there are.
+#[test]
+fn at_most_twenty_findings_are_shown() {
+    let wrong = |count: usize| (0..count).map(|i| format!("wrong-{i} = 1\n")).collect::<String>() + GOOD;
+    let shown = |count: usize| {
+        let source = Source::new("case.toml", "", wrong(count));
+        let found = findings(&source.text);
+        assert_eq!(found.len(), count);
+        (source.render(&found, false), Error::Case(found).to_string())
+    };
+    let (page, text) = shown(20);
+    assert!(page.matches("unknown key").count() == 20 && !page.contains("more errors"), "{page}");
+    assert_eq!(text.matches("unknown key").count(), 20);
+    let (page, text) = shown(3000);
+    for text in [page, text] {
+        assert_eq!(text.matches("unknown key").count(), 20);
+        assert!(text.contains("`wrong-19`") && text.contains("… and 2980 more errors"), "{text}");
+    }
+}
+
+/// Marks of direction turn what stands behind them; names that differ in what isn't seen look alike.
+#[test]
+fn characters_that_are_not_seen_are_no_names() {
+    for character in ['\u{202e}', '\u{7}', '\u{200b}', '\u{feff}', '\u{2066}', '\u{2028}', '\u{85}'] {
+        assert!(!is_case_name(&format!("a{character}b")), "{character:?}");
+    }
+    for name in ["наука", "水", "été", "a b"] {
+        assert!(is_case_name(name), "{name}");
+    }
+}
+
+/// What a file says is not obeyed by the terminal that shows it.
+#[test]
+fn findings_escape_what_a_terminal_would_obey() {
+    let text = GOOD.replace("dimension = 3", "dimension = 3\n\"\\u001b[31m\\u202edoof\" = 1");
+    let source = Source::new("case.toml", "", text.as_str());
+    let found = findings(&text);
+    for shown in [source.render(&found, false), Error::Case(found).to_string()] {
+        assert!(!shown.contains(['\u{1b}', '\u{202e}']), "{shown:?}");
+        assert!(shown.contains("\\u{1b}[31m\\u{202e}doof"), "{shown}");
+    }
+}

@@ -662,3 +662,87 @@ fn files_whose_groups_share_facets_or_whose_pieces_are_closed() {
     let over = one(on_file(&["0.2 0.1 0", "0.8 0.1 0", "0.8 0.3 0"], &["2 2 9 9 10 11 12"]));
     assert!(over.contains("pieces of the mesh overlap: two elements hold the place (0."), "{over}");
 }
+
+/// Names of files, groups and holes that hold a mark of direction.
+#[test]
+fn characters_that_are_not_seen_are_refused_in_every_name() {
+    let told = |text: &str| {
+        let Err(found) = model(text) else { panic!("a finding is expected") };
+        assert!(found.iter().any(|f| f.message.contains("invisible character U+202E")), "{found:#?}");
+        assert!(found.iter().all(|f| !f.message.contains('\u{202e}')), "{found:#?}");
+    };
+    told(&POINTS.replace("name = \"fall\"", "name = \"fa\\u202ell\""));
+    told(&POINTS.replace("name = \"block\"", "name = \"blo\\u202eck\""));
+    told(&POINTS.replace("name = \"step\"", "name = \"st\\u202eep\""));
+    told(&POINTS.replace("spacing = 0.05", "spacing = 0.05\ngroup = \"g\\u202e\""));
+    told(&format!("{POINTS}{}", probe("block", "p\\u202e")));
+    let hole = "holes = [{ name = \"h\\u202e\", region = { shape = \"sphere\", center = [0.5, 0.5], radius = 0.1 } }]";
+    told(&FLOW.replace("cell = \"0.1 m\"", &format!("cell = \"0.1 m\"\n{hole}")));
+}
+
+/// A second block and a membrane, for contacts.
+fn contact(first: &str, second: &str) -> String {
+    let body = &POINTS[POINTS.find("[[body]]").unwrap()..POINTS.find("[[obstacle]]").unwrap()];
+    let upper = body.replace("block", "upper").replace("[0.4, 0.4]", "[0.4, 0.7]").replace("[0.6, 0.6]", "[0.6, 0.9]");
+    format!("{POINTS}{upper}[[contact]]\nbetween = [\"{first}\", \"{second}\"]\nfriction = 0.3\n")
+}
+
+#[test]
+fn contacts_with_what_is_no_body_are_told_what_it_is() {
+    model(&contact("block", "upper")).expect("both are there");
+    expect(&contact("block", "uper"), "\"uper\"", "no body or membrane named `uper`", "did you mean `upper`?");
+    expect(&contact("block", "step"), "\"step\"", "`step` is an obstacle", "in its `[[obstacle]]`");
+    expect(&contact("block", "obstacle:step"), "\"obstacle:step\"", "is an obstacle", "in its `[[obstacle]]`");
+    expect(&contact("block", "bottom"), "\"bottom\"", "`bottom` is a wall of the grid", "walls = { bottom = { kind");
+    expect(&contact("wall:left", "block"), "\"wall:left\"", "is a wall of the grid", "walls = { left = {");
+    expect(
+        &contact("block", "stpe"),
+        "\"stpe\"",
+        "no body or membrane named `stpe`",
+        "`step` is an obstacle or a wall",
+    );
+    expect(&contact("block", "x"), "\"x\"", "no body or membrane named `x`", "there are block, upper");
+}
+
+/// Work that grows with the square of the number of bodies would take minutes here.
+#[test]
+fn three_thousand_bodies() {
+    const SIDE: usize = 55;
+    let head = &POINTS[..POINTS.find("[[body]]").unwrap()];
+    let body = |i: usize| {
+        let [x, y] = [i % SIDE, i / SIDE].map(|k| k as f64 + 0.4);
+        format!(
+            "[[body]]\nname = \"b{i}\"\nspacing = 0.05\ngroup = \"all\"\nregion = {{ shape = \"box\", lower = [{x}, {y}], \
+             upper = [{}, {}] }}\nmaterial = {{ law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3 }}\n",
+            x + 0.1,
+            y + 0.1
+        )
+    };
+    let head = head.replace("upper = [1, 1]", &format!("upper = [{SIDE}, {SIDE}]"));
+    let text = (0..3000).fold(head, |text, i| text + &body(i));
+    let bodies = model(&text).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
+    assert_eq!(bodies, 3000);
+    let twice = text.replace("\"b2999\"", "\"b17\"");
+    expect(&twice, "\"b17\"", "already something named `b17`", "");
+}
+
+/// A circle of 100,000 corners: a body, and a hole of a mesh.
+#[test]
+fn a_hundred_thousand_corners() {
+    let corner = |i: u32| {
+        let angle = std::f64::consts::TAU * f64::from(i) / 1e5;
+        format!("[{}, {}]", 0.5 + 0.1 * angle.cos(), 0.5 + 0.1 * angle.sin())
+    };
+    let corners = (0..100_000).map(corner).collect::<Vec<_>>().join(", ");
+    let polygon = format!("region = {{ shape = \"polygon\", corners = [{corners}] }}");
+    let body = "region = { shape = \"box\", lower = [0.4, 0.4], upper = [0.6, 0.6] }";
+    let area = std::f64::consts::PI * 0.01;
+    let model = model(&POINTS.replace(body, &polygon).replace("spacing = 0.05", "spacing = 0.002"));
+    let volume = model.unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies[0].volume;
+    assert!((volume / area - 1.0).abs() < 1e-9, "{volume} instead of {area}");
+    let hole = format!("cell = \"0.1 m\"\nholes = [{{ name = \"h\", {polygon}, cell = 0.02 }}]");
+    let text = FLOW.replace("cell = \"0.1 m\"", &hole).replace("[\"bottom\", \"top\"]", "\"rest\"");
+    let model = self::model(&text).unwrap_or_else(|found| panic!("{:?}", found.first().map(|f| &f.message)));
+    let volume: f64 = model.summary.bodies.iter().map(|body| body.volume).sum();
+    assert!((volume - (1.0 - area)).abs() < 2e-3, "{volume}");
+}

@@ -140,6 +140,25 @@ fn surfaces_survive_a_file_and_know_their_volume() {
     assert!((tetrahedron.volume() - 8.0 / 6.0).abs() < 1e-15);
 }
 
+/// The roof over a unit square with heights 1, 1.2, 1, 1.2 at the corners holds 1.1; cut along one diagonal, 16/15 or 17/15.
+#[test]
+fn quadrilaterals_of_a_file_prefer_no_diagonal() {
+    let roof = |heights: [f64; 4]| {
+        let [a, b, c, d] = heights;
+        format!(
+            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 {a}\nv 1 0 {b}\nv 1 1 {c}\nv 0 1 {d}\n\
+             f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+        )
+    };
+    for heights in [[1.0, 1.2, 1.0, 1.2], [1.2, 1.0, 1.2, 1.0]] {
+        let surface = Surface::new(Triangles::from_obj(roof(heights).as_bytes(), 1.0).unwrap()).unwrap();
+        assert!((surface.volume() - 1.1).abs() < 1e-14, "{}", surface.volume());
+    }
+    let dart = "v 0 0 0\nv 1 0 0\nv 0.1 0.1 0\nv 0 1 0\nf 1 2 3 4\n";
+    let told = Triangles::from_obj(dart.as_bytes(), 1.0).unwrap_err();
+    assert!(told.contains("face 0 has 4 corners and folds back") && told.contains("as triangles"), "{told}");
+}
+
 #[test]
 fn an_l_shaped_surface_has_the_right_side_at_its_reentrant_edge() {
     // The prism over an L, triangulated by hand; the same region as a polygon is the reference.

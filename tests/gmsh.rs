@@ -117,6 +117,36 @@ fn wrong_files_are_told_what_and_on_which_line() {
     }
 }
 
+/// A section of version 4.1 begins with counts and the range of its numbers, a block with its entity.
+#[test]
+fn headers_of_version_4_that_contradict_the_file_are_told() {
+    let text = String::from_utf8(bytes("4.1-ascii")).unwrap();
+    let told = |section: &str, from: &str, to: &str| {
+        let (before, after) = text.split_once(section).unwrap();
+        assert!(after.contains(from), "{from}");
+        parse(format!("{before}{section}{}", after.replacen(from, to, 1)).as_bytes()).unwrap_err().to_string()
+    };
+    for (from, to, message) in [
+        ("20 19 1 19", "20 18 1 19", "the section promises 18 nodes, and has 19"),
+        ("20 19 1 19", "20 19 2 19", "node 1 is there, where the section promises numbers from 2 to 19"),
+        ("20 19 1 19", "20 19 1 18", "node 19 is there"),
+        ("0 1 0 1\n1\n", "0 1 7 1\n1\n", "nodes have parameters (1) or not (0), not 7"),
+        ("0 1 0 1\n1\n", "-1 1 0 1\n1\n", "an entity has dimension 0 to 3, not -1"),
+    ] {
+        let told = told("$Nodes\n", from, to);
+        assert!(told.contains(message) && told.starts_with("line "), "{from} → {to}: {told}");
+    }
+    for (from, to, message) in [
+        ("5 16 1 16", "5 15 1 16", "the section promises 15 elements, and has 16"),
+        ("5 16 1 16", "5 16 1 9", "promises numbers from 1 to 9"),
+        ("2 2 2 8", "1 2 2 8", "elements of dimension 2 in a block of dimension 1"),
+        ("2 2 2 8", "2 77 2 8", "entity 77 of dimension 2 is not in $Entities"),
+    ] {
+        let told = told("$Elements\n", from, to);
+        assert!(told.contains(message), "{from} → {to}: {told}");
+    }
+}
+
 /// Broken elements are named by the numbers that the file has for them.
 #[test]
 fn broken_elements_are_named() {

@@ -229,6 +229,23 @@ fn wrong_membranes_are_told_what_and_where() {
     }
 }
 
+/// Two quadrilaterals and a triangle stay what they are; a pentagon is no element.
+#[test]
+fn faces_of_an_obj_file_are_elements() {
+    let folder = tempfile::tempdir().unwrap();
+    let shape: MembraneShape = toml::from_str("shape = \"file\"\npath = \"a.obj\"").unwrap();
+    let read = |faces: &str| {
+        let nodes = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\n";
+        std::fs::write(folder.path().join("a.obj"), format!("{nodes}{faces}")).unwrap();
+        shape.build(folder.path(), 3)
+    };
+    let facets = read("f 1 2 5 4\nf 2 3 6 5\nf 4 5 7\n").unwrap();
+    assert_eq!(facets.elements.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4, 3]);
+    assert!((facets.area() - 2.5).abs() < 1e-14);
+    let told = read("f 1 2 5 4\nf 2 3 6 7 5\n").unwrap_err();
+    assert!(told.message.contains("face 1 has 5 corners: elements have three or four"), "{told}");
+}
+
 fn sheet() -> Facets {
     build(r#"{ shape = "sheet", center = [0, 0, 0], size = [4, 4], divisions = [4, 4] }"#, 3)
 }

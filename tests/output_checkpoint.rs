@@ -34,12 +34,12 @@ impl State {
     }
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        visit("water.position", Column::new(&mut self.position));
-        visit("water.stress", Column::new(&mut self.stress));
-        visit("water.id", Column::new(&mut self.id));
-        visit("counter", Column::new(&mut self.counter));
-        visit("flags", Column::new(&mut self.flags));
-        visit("empty", Column::new(&mut self.empty));
+        visit("water.position", Column::growing(&mut self.position));
+        visit("water.stress", Column::growing(&mut self.stress));
+        visit("water.id", Column::growing(&mut self.id));
+        visit("counter", Column::growing(&mut self.counter));
+        visit("flags", Column::growing(&mut self.flags));
+        visit("empty", Column::growing(&mut self.empty));
     }
 
     fn save(&mut self, store: &mut Checkpoints, step: u64) -> PathBuf {
@@ -224,4 +224,20 @@ fn a_model_with_other_columns_is_an_error_that_names_one() {
         .unwrap_err();
     assert!(error.to_string().contains("water.energy"), "{error}");
     assert_eq!((energy, state), (vec![0.0; 3], State::default()), "nothing was replaced");
+}
+
+/// What has its size from the model is held against it before anything is read.
+#[test]
+fn a_column_of_another_size_is_an_error_that_names_it() {
+    let dir = tempfile::tempdir().unwrap();
+    store(dir.path()).save(1, 0.1, &mut |visit| visit("nodes", Column::new(&mut vec![1.0_f64; 10]))).unwrap();
+    let restored = |count: usize| {
+        let mut nodes = vec![0.0_f64; count];
+        store(dir.path()).restore(&mut |visit| visit("nodes", Column::new(&mut nodes))).map(|_| nodes)
+    };
+    assert_eq!(restored(10).unwrap(), [1.0; 10]);
+    for count in [0, 9, 11] {
+        let error = restored(count).unwrap_err().to_string();
+        assert!(error.contains("`nodes` of 80 bytes"), "{error}");
+    }
 }

@@ -1,6 +1,7 @@
 //! Plots of histories and of the energy balance. The files stay in the target directory (`tmp/plots`)
 //! for a look.
 
+use lateen::output::image::Image;
 use lateen::output::plot::{Axis, Data, PlotSpec, Reference, Series, Shape, plot_run, to_image, to_svg};
 use std::fs;
 use std::path::PathBuf;
@@ -84,5 +85,30 @@ fn plots_are_the_same_every_time_and_survive_odd_numbers() {
         assert!(svg.starts_with("<svg width=\"760\" height=\"470\" viewBox=") && svg.ends_with("</svg>\n"));
         assert!(!svg.contains("NaN") && !svg.contains("<&>"));
         assert_eq!(to_image(&spec).unwrap(), to_image(&spec).unwrap());
+    }
+}
+
+/// The highest row of an image that shows a colour: text, axes and references are grey.
+fn highest_colour(image: &Image) -> usize {
+    let rows = image.pixels.chunks_exact(3 * image.width);
+    let coloured = |pixel: &[u8]| pixel.iter().max().unwrap() - pixel.iter().min().unwrap() > 90;
+    let legend = image.height / 4;
+    legend + rows.skip(legend).position(|row| row.as_chunks::<3>().0.iter().any(|pixel| coloured(pixel))).unwrap()
+}
+
+/// Corners so sharp that mitres would reach beyond the data by many times the width of the curve.
+#[test]
+fn a_curve_in_a_png_stays_within_its_data() {
+    let picture = |line: Vec<[f64; 2]>| {
+        let frame = Series { label: String::new(), data: Data::Markers(vec![[0.0, -1.0], [1.0, 2.0]]) };
+        let curve = Series { label: String::new(), data: Data::Line(line) };
+        let (x, y) = (Axis::of_head("time [s]"), Axis::of_head("p [Pa]"));
+        to_image(&PlotSpec { title: String::new(), x, y, series: vec![frame, curve] }).unwrap()
+    };
+    let flat = highest_colour(&picture(vec![[0.0, 1.0], [1.0, 1.0]]));
+    for count in [50, 171, 400, 1111] {
+        let saw = |i: u32| [f64::from(i) / f64::from(count), f64::from(i % 2)];
+        let highest = highest_colour(&picture((0..=count).map(saw).collect()));
+        assert!(highest + 3 >= flat, "{count} corners reach row {highest}, the data row {flat}");
     }
 }

@@ -79,8 +79,8 @@ fn reductions_of_the_rectangle() {
     assert_eq!(value("reduce = \"max-radius\"\ncenter = [2, 1, 0]"), [30.0_f64.sqrt()]);
     assert_eq!(value("reduce = \"mean-radius\"\naxis = \"z\"\ncenter = [1, 0.5, 0]"), [1.25_f64.sqrt()]);
     assert_eq!(value("reduce = \"count-fragments\"\ncell = 0.75"), [2.0]);
-    assert_eq!(value("reduce = \"count\"\nwithin = { lower = [1, -1], upper = [3, 3] }"), [2.0]);
-    assert!(value("reduce = \"top\"\nwithin = { lower = [7], upper = [8] }")[0].is_nan());
+    assert_eq!(value("reduce = \"count\"\nwithin = { lower = [1, -1, 0], upper = [3, 3, 9] }"), [2.0]);
+    assert!(value("reduce = \"top\"\nwithin = { lower = [7, 0, 0], upper = [8, 9, 9] }")[0].is_nan());
 }
 
 #[test]
@@ -120,6 +120,55 @@ fn a_place_of_a_sheet_is_a_place_of_its_reference_state() {
     assert_eq!(model.read("of = \"sheet\"\nat = [0, 0, 0]\nquantity = \"stress\"\ncomponent = \"xy\"").1, [2.0]);
 }
 
+/// A field that is linear in the place, and one that is bilinear: both are met between the nodes.
+#[test]
+fn a_place_between_nodes_has_what_its_element_interpolates() {
+    let mut model = Model::new();
+    let linear = |x: &[f64; 3]| [10.0 + x[0], 20.0 + 3.0 * x[1], x[0] * x[1]];
+    model.nodes = model.reference.iter().map(linear).collect();
+    let found = |at: &str| model.read(&format!("of = \"sheet\"\nat = {at}")).1;
+    for (at, wanted) in [("[0.25, 0.5, 0]", [10.25, 21.5, 0.125]), ("[0.9, 0.1, 0]", [10.9, 20.3, 0.09])] {
+        assert!(found(at).iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{at}: {:?}", found(at));
+    }
+    // Beside the sheet, its nearest point.
+    assert!(found("[2, 0.5, 3]").iter().zip([11.0, 21.5, 0.5]).all(|(a, b)| (a - b).abs() < 1e-12));
+}
+
+#[test]
+fn a_probe_says_what_it_adjusts() {
+    let model = Model::new();
+    let said = |keys: &str| model.probe(3, keys).unwrap().adjusted().unwrap_or_default();
+    assert_eq!(said("of = \"sheet\"\nat = [0.25, 0.5, 0]"), "");
+    assert_eq!(said("of = \"water\"\nat = [2, 1, 5]"), "");
+    let beside = said("of = \"sheet\"\nat = [0.25, 0.5, 0.1]");
+    assert!(beside.contains("nearest point of `sheet`, at (0.25, 0.5, 0), 1.000e-1 m from (0.25"), "{beside}");
+    let particle = said("of = \"water\"\nat = [1.9, 1, 5]");
+    assert!(
+        particle.contains("nearest particle of `water`, at the start at (2, 1, 5), 1.000e-1 m from (1.9"),
+        "{particle}"
+    );
+}
+
+#[test]
+fn lists_of_another_length_are_errors_at_their_key() {
+    let model = Model::new();
+    let error = |dimension, keys: &str| model.probe(dimension, &format!("of = \"water\"\n{keys}")).unwrap_err();
+    for (keys, key) in [
+        ("reduce = \"top\"\nwithin = { lower = [0, 0], upper = [1, 1, 1] }", "probe[0].within.lower"),
+        ("reduce = \"top\"\nwithin = { lower = [0, 0, 0], upper = [1, 1, 1, 1] }", "probe[0].within.upper"),
+        ("reduce = \"max-radius\"\ncenter = [1]", "probe[0].center"),
+        ("at = [1, 1]", "probe[0].at"),
+    ] {
+        let found = error(3, keys);
+        assert!(found.key == key && found.message.contains("coordinates in 3D"), "{keys}: {found}");
+    }
+    assert_eq!(error(2, "reduce = \"top\"\nwithin = { lower = [0], upper = [1] }").key, "probe[0].within.lower");
+    assert!(model.probe(2, "of = \"water\"\nreduce = \"top\"\nwithin = { lower = [0, 0], upper = [1, 1] }").is_ok());
+    for window in ["[1, 1]", "[-1, 1]", "[2, 1]"] {
+        assert_eq!(error(3, &format!("reduce = \"max\"\nimpulse = {window}")).key, "probe[0].impulse");
+    }
+}
+
 #[test]
 fn unknown_names_are_errors_at_their_key_with_the_nearest_known_name() {
     let model = Model::new();
@@ -155,6 +204,22 @@ fn histories_are_the_same_after_a_resume() {
     let whole = run(None, &[0.0, 1.0, 2.0]);
     assert_eq!(run(Some(1.0), &[1.0, 2.0]), whole);
     assert_eq!(Table::read(&dir.path().join("mean.csv")).unwrap().column("y").unwrap(), [0.5; 3]);
+}
+
+/// The reference of keys names the reductions that read a weight, and no other.
+#[test]
+fn the_description_of_a_weight_is_true() {
+    let schema = serde_json::to_value(schemars::schema_for!(ProbeSpec)).unwrap();
+    let text = schema["properties"]["weight"]["description"].as_str().unwrap();
+    let model = Model::new();
+    let reductions =
+        ["min", "max", "mean", "sum", "center-of-mass", "top", "bottom", "max-radius", "mean-radius", "count"];
+    for reduce in reductions {
+        let read = model.probe(3, &format!("of = \"water\"\nreduce = \"{reduce}\"\nweight = \"mass\"")).is_ok();
+        assert_eq!(text.contains(&format!("`{reduce}`")), read, "{reduce}: {text}");
+    }
+    let of = schema["properties"]["of"]["description"].as_str().unwrap();
+    assert!(["body", "membrane", "`mesh`", "`interface`"].iter().all(|part| of.contains(part)), "{of}");
 }
 
 #[test]

@@ -202,9 +202,15 @@ fn below(value: f64) -> f64 {
     format!("{digits:.1e}").parse().unwrap_or(digits)
 }
 
-/// Checks that probes find what they name.
-pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3]; 2], findings: &mut Vec<Diagnostic>) {
+/// Checks that probes find what they name; returns how what they look at differs from what was asked for, in sentences.
+pub(super) fn probes(
+    file: &CaseFile,
+    initial: &Snapshot<'_>,
+    domain: [[f64; 3]; 2],
+    findings: &mut Vec<Diagnostic>,
+) -> Vec<String> {
     let nowhere = Path::new("");
+    let mut notes = Vec::new();
     for (i, spec) in file.probe.iter().enumerate() {
         let key = format!("probe[{i}]");
         match Probe::new(spec.clone(), &key, initial, nowhere, 1.0, UnitLabels::default()) {
@@ -212,10 +218,19 @@ pub(super) fn probes(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3];
                 findings.extend(spec.at.as_ref().and_then(|at| outside(&key, at, domain)));
                 let missed = probe.misses(initial);
                 findings.extend(missed.map(|corners| nothing_within(&key, &spec.of, corners, initial.dimension)));
+                findings.extend(spec.impulse.and_then(|window| too_late(&key, window, file.time.end)));
+                notes.extend(probe.adjusted());
             }
             Err(finding) => findings.push(finding),
         }
     }
+    notes
+}
+
+/// An impulse over a window that the run doesn't reach stays zero.
+fn too_late(key: &str, [from, to]: [f64; 2], end: f64) -> Option<Diagnostic> {
+    let message = || format!("the window from {from} s to {to} s begins after the end of the run at {end} s");
+    (from >= end).then(|| Diagnostic::error(format!("{key}.impulse"), message()).help("move the window, or `time.end`"))
 }
 
 /// What may come into a box later gives no value before.

@@ -3,6 +3,7 @@
 use super::keywords::expected_dimension;
 use super::tree::{Node, Value};
 use super::walk::{Schema, Walker};
+use crate::input;
 use crate::math::CsvColumns;
 use crate::math::units::Dimension;
 use serde_json::Value as Json;
@@ -42,7 +43,7 @@ impl Walker<'_> {
 
     fn csv(&mut self, node: &Node, table: &toml::Value, names: [Option<&str>; 2], key: &str) -> Option<CsvColumns> {
         let path = self.base.join(table.get("table").and_then(toml::Value::as_str).unwrap_or_default());
-        let text = std::fs::read_to_string(&path).map_err(|error| error.to_string());
+        let text = input::text(&path).map_err(|error| error.to_string());
         match text.and_then(|text| CsvColumns::read(&text, names)) {
             Ok(columns) => Some(columns),
             Err(why) => {

@@ -37,6 +37,7 @@ pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
 pub use summary::{BodySummary, MembraneSummary, Summary};
 
 use crate::error::{Diagnostic, Error, Result};
+use crate::input;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -64,11 +65,10 @@ impl Source {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let length = std::fs::metadata(path).map_err(|e| Error::io(path, e))?.len();
-        if length > LONGEST {
-            return Err(Error::case(Diagnostic::error("", format!("{name} is too long for a case: {length} bytes"))));
-        }
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let Some(bytes) = input::read_up_to(path, LONGEST).map_err(|e| Error::io(path, e))? else {
+            let message = format!("{name} is too long for a case: more than {LONGEST} bytes");
+            return Err(Error::case(Diagnostic::error("", message)));
+        };
         let text = String::from_utf8(bytes).map_err(|e| {
             let at = e.utf8_error().valid_up_to();
             Error::case(Diagnostic::error("", format!("{name} is not UTF-8 text (byte {at})")))

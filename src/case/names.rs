@@ -5,10 +5,11 @@
 
 use super::{BoundaryWord, CaseFile, Method};
 use crate::error::Diagnostic;
+use crate::mesh::domain::DomainMesh;
 use crate::output::label::file_name;
 use crate::pfem2::{INTERFACE, MESH};
 use crate::simulation::Snapshot;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The longest name [bytes]: the force of a contact has two of them in the name of its file, and file systems allow 255.
 const LONGEST: usize = 100;
@@ -27,9 +28,19 @@ fn unfit(name: &str) -> Option<(String, String)> {
             format!("files of the run are called after it: {LONGEST} at most, where letters beyond ASCII have 2 to 4");
         return Some((message, help));
     }
-    let control = name.chars().find(|c| c.is_control())?;
-    let message = format!("this name holds the control character U+{:04X}", u32::from(control));
+    let control = name.chars().find(|&c| is_hidden(c))?;
+    let kind = if control.is_control() { "control character" } else { "invisible character" };
+    let message = format!("this name holds the {kind} U+{:04X}", u32::from(control));
     Some((message, "files of the run are called after it: write letters, digits, `-` and `_`".to_owned()))
+}
+
+/// True for characters that aren't seen, but change how text around them is shown or compared: controls, marks of direction
+/// (UAX #9), spaces without width, ends of lines.
+fn is_hidden(c: char) -> bool {
+    let invisible = ['\u{ad}', '\u{61c}', '\u{180e}', '\u{feff}'];
+    c.is_control()
+        || invisible.contains(&c)
+        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{e0000}'..='\u{e007f}')
 }
 
 /// Every name of a part names one thing, and no name is empty; that of the case is the name of a folder.
@@ -43,8 +54,9 @@ pub(super) fn parts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     let membranes = file.membrane.iter().enumerate().map(|(i, m)| (format!("membrane[{i}].name"), m.name.as_str()));
     let obstacles = file.obstacle.iter().enumerate().map(|(i, o)| (format!("obstacle[{i}].name"), o.name.as_str()));
     let named: Vec<_> = bodies.chain(membranes).chain(obstacles).collect();
-    for (i, (key, name)) in named.iter().enumerate() {
-        if !name.trim().is_empty() && named[..i].iter().any(|(_, other)| other == name) {
+    let mut taken = HashSet::new();
+    for (key, name) in named.iter().filter(|(_, name)| !name.trim().is_empty()) {
+        if !taken.insert(*name) {
             findings.push(Diagnostic::error(key, format!("there is already something named `{name}`")));
         }
     }
@@ -66,8 +78,23 @@ fn unfit_for_files(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     let boundaries = file.boundary.iter().enumerate().map(|(i, b)| (part_key(i, b), b.part_name()));
     let probes = file.probe.iter().enumerate().map(|(i, p)| (format!("probe[{i}].name"), p.name.clone()));
     let pictures = file.picture.iter().enumerate().map(|(i, p)| (format!("picture[{i}].name"), p.name.clone()));
+    let groups = file.body.iter().enumerate();
+    let groups = groups.filter_map(|(i, b)| Some((format!("body[{i}].group"), b.group.clone()?)));
+    let holes = match &file.mesh {
+        Some(DomainMesh::BoxMesh(mesh)) => &mesh.holes[..],
+        _ => &[],
+    };
+    let holes = holes.iter().enumerate().map(|(i, hole)| (format!("mesh.holes[{i}].name"), hole.name.clone()));
     let case = std::iter::once(("name".to_owned(), file.name.clone()));
-    let all = case.chain(bodies).chain(membranes).chain(obstacles).chain(boundaries).chain(probes).chain(pictures);
+    let all = case
+        .chain(bodies)
+        .chain(groups)
+        .chain(holes)
+        .chain(membranes)
+        .chain(obstacles)
+        .chain(boundaries)
+        .chain(probes)
+        .chain(pictures);
     for (key, name) in all {
         let Some((message, help)) = unfit(&name) else { continue };
         let short = if key.ends_with(".on") { "; give this boundary a short `name`" } else { "" };

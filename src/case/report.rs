@@ -1,9 +1,9 @@
 //! Shows findings as rustc does: the place in the file, the text underlined, what to do.
 
-use crate::error::{Diagnostic, Severity};
+use crate::error::{Diagnostic, Severity, escaped, first};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
-/// Renders all findings; `color` for terminals.
+/// Renders findings, the first of many; `color` for terminals.
 ///
 /// `name` is the path to show, `text` the case file.
 pub fn render(findings: &[Diagnostic], name: &str, text: &str, color: bool) -> String {
@@ -11,10 +11,24 @@ pub fn render(findings: &[Diagnostic], name: &str, text: &str, color: bool) -> S
         return String::new();
     }
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-    let rendered = findings.iter().map(|finding| renderer.render(&[group(finding, name, text)]).to_string());
-    let mut page = rendered.collect::<Vec<_>>().join("\n\n");
+    let (shown, more) = first(findings);
+    let rendered = shown.into_iter().map(visible);
+    let rendered = rendered.map(|finding| renderer.render(&[group(&finding, name, text)]).to_string());
+    let mut page = rendered.chain(more).collect::<Vec<_>>().join("\n\n");
     page.push('\n');
     page
+}
+
+/// A finding whose text shows characters that a terminal would obey: names in it are what a file says.
+fn visible(finding: &Diagnostic) -> Diagnostic {
+    let Diagnostic { key, message, help, span, severity } = finding;
+    Diagnostic {
+        key: escaped(key),
+        message: escaped(message),
+        help: help.as_deref().map(escaped),
+        span: span.clone(),
+        severity: *severity,
+    }
 }
 
 fn group<'a>(finding: &'a Diagnostic, name: &'a str, text: &'a str) -> Group<'a> {

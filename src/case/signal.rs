@@ -1,5 +1,6 @@
 //! A value in a case file that may vary: a number, a formula, or a table.
 
+use crate::input;
 use crate::math::{Signal, Table};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
@@ -49,7 +50,7 @@ impl SignalSpec {
             Self::Formula(source) => Signal::formula(source),
             Self::Table(spec) => {
                 let path = base.join(&spec.table);
-                let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+                let text = input::text(&path).map_err(|e| format!("{}: {e}", path.display()))?;
                 let table = Table::from_csv(&text, spec.time.as_deref(), spec.value.as_deref());
                 Ok(Signal::Table(table.map_err(|e| format!("{}: {e}", path.display()))?.into()))
             }

@@ -38,4 +38,4 @@ pub use shape::{
 };
 pub use skin::{SkinPoint, skin};
 pub use surface::Surface;
-pub use triangles::Triangles;
+pub use triangles::{Faces, Triangles};

@@ -7,6 +7,9 @@
 use super::Region;
 use super::region::Bounds;
 use crate::math::Vector;
+use hashbrown::HashMap;
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
 use std::f64::consts::TAU;
 
 /// A smooth piece of an outline, x(s) with s from 0 to 1.
@@ -48,6 +51,17 @@ impl Curve {
         }
     }
 
+    /// A box around it, with room for what begins or ends there.
+    fn around(&self) -> Rectangle<[f64; 2]> {
+        let (middle, reach) = match self {
+            Self::Line { a, b } => ((*a + *b) * 0.5, (*b - *a) * 0.5),
+            Self::Ellipse { center, axes } => (*center, Vector::from_fn(|i| axes[0][i].hypot(axes[1][i]))),
+        };
+        let room = 0.01 * reach.norm();
+        let corner = |sign: f64| Vector::<2>::from_fn(|i| middle[i] + sign * (reach[i].abs() + room)).0;
+        Rectangle::from_corners(corner(-1.0), corner(1.0))
+    }
+
     fn moved(self, place: &impl Fn(Vector<2>) -> Vector<2>) -> Self {
         let origin = place(Vector::ZERO);
         match self {
@@ -56,6 +70,30 @@ impl Curve {
                 Self::Ellipse { center: place(center), axes: axes.map(|axis| place(axis) - origin) }
             }
         }
+    }
+}
+
+/// Middles of the edges that were found, in cells, so that one that comes again is recognised.
+struct Middles {
+    /// Middles this near are one [m].
+    near: f64,
+    cells: HashMap<[i64; 2], Vec<Vector<2>>>,
+}
+
+impl Middles {
+    fn cell(&self, x: Vector<2>) -> [i64; 2] {
+        // A cell has room for the distance; without extent, all is in one.
+        x.0.map(|c| if self.near > 0.0 { (c / (4.0 * self.near)).floor() as i64 } else { 0 })
+    }
+
+    fn know(&self, x: Vector<2>) -> bool {
+        let [i, j] = self.cell(x);
+        let around = (0..9).filter_map(|n| self.cells.get(&[i + n % 3 - 1, j + n / 3 - 1]));
+        around.flatten().any(|middle| (*middle - x).norm() < self.near)
+    }
+
+    fn add(&mut self, x: Vector<2>) {
+        self.cells.entry(self.cell(x)).or_default().push(x);
     }
 }
 
@@ -86,16 +124,21 @@ impl Region {
         let mut leaves = Vec::new();
         self.curves(&bounds, &|x| x, &mut leaves)?;
         let size = (0..2).map(|i| bounds.upper[i] - bounds.lower[i]).filter(|l| l.is_finite()).fold(0.0, f64::max);
-        let mut edges: Vec<Edge> = Vec::new();
-        for (i, leaf) in leaves.iter().enumerate() {
-            let others = leaves.iter().enumerate().filter(|&(j, _)| j != i).flat_map(|(_, leaf)| leaf);
-            for &curve in leaf {
-                for piece in pieces(curve, others.clone()) {
-                    let middle = piece.at(0.5);
-                    let known = edges.iter().any(|edge| (edge.at(0.5) - middle).norm() < 1e-9 * size);
-                    if !known && self.changes_across(&piece, 1e-7 * size) {
-                        edges.push(piece);
-                    }
+        let curves: Vec<(usize, Curve)> =
+            leaves.iter().enumerate().flat_map(|(i, leaf)| leaf.iter().map(move |curve| (i, *curve))).collect();
+        let boxed = |(n, (_, curve)): (usize, &(usize, Curve))| GeomWithData::new(curve.around(), n);
+        let tree = RTree::bulk_load(curves.iter().enumerate().map(boxed).collect());
+        let mut edges = Vec::new();
+        let mut middles = Middles { near: 1e-9 * size, cells: HashMap::new() };
+        for (leaf, curve) in &curves {
+            let around = curve.around();
+            let near = tree.locate_in_envelope_intersecting(AABB::from_corners(around.lower(), around.upper()));
+            let others = near.map(|other| &curves[other.data]).filter(|(other, _)| other != leaf);
+            for piece in pieces(*curve, others.map(|(_, other)| other)) {
+                let middle = piece.at(0.5);
+                if !middles.know(middle) && self.changes_across(&piece, 1e-7 * size) {
+                    middles.add(middle);
+                    edges.push(piece);
                 }
             }
         }

@@ -177,14 +177,23 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
+    /// True if a memory is of a solver with the same pattern, and its counters are such.
+    pub fn fits(&self, memory: &Memory) -> bool {
+        let [method, price, spent, systems, replace, failures, rest] = memory.counters;
+        let counted = [method, failures, rest].iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
+        let summed = [price, spent, systems, replace].iter().all(|sum| *sum >= 0.0);
+        counted && summed && (memory.values.is_empty() || memory.values.len() == self.pattern.entries() * B * B)
+    }
+
     /// Goes on from the memory of a solver with the same pattern and options.
     ///
     /// # Errors
     /// The memory belongs to another pattern.
     pub fn restore(&mut self, memory: &Memory) -> Result<(), String> {
-        let expected = self.pattern.entries() * B * B;
-        if !memory.values.is_empty() && memory.values.len() != expected {
-            return Err(format!("the kept matrix has {} numbers instead of {expected}", memory.values.len()));
+        if !self.fits(memory) {
+            let expected = self.pattern.entries() * B * B;
+            let found = memory.values.len();
+            return Err(format!("a matrix of {found} numbers instead of {expected}, or counters that count nothing"));
         }
         let [method, price, spent, systems, replace, failures, rest] = memory.counters;
         self.method = [Method::Iterative, Method::Single, Method::Double][(method as usize).min(2)];

@@ -70,13 +70,19 @@ impl CsvColumns {
     /// # Errors
     /// A sentence with the line number.
     pub fn read(text: &str, names: [Option<&str>; 2]) -> Result<Self, String> {
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+        let mut reader = csv::ReaderBuilder::new();
+        reader.trim(csv::Trim::All).comment(Some(b'#')).delimiter(separator(text));
+        let mut reader = reader.from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| format!("not a CSV file: {e}"))?.clone();
         if header.iter().all(str::is_empty) {
             return Err(
                 "the file is empty: it needs a row of names, such as `t [s],p [Pa]`, and rows of numbers".into()
             );
+        }
+        if !are_heads(header.iter()) {
+            return Err("this is no table: its first row must name two columns or more, such as `t [s],p [Pa]`, with \
+                        commas, semicolons or tabs between them"
+                .into());
         }
         let columns = [Column::find(&header, names[0], 0)?, Column::find(&header, names[1], 1)?];
         let mut rows = Vec::new();
@@ -87,6 +93,19 @@ impl CsvColumns {
         }
         Ok(Self { rows, dimensions: columns.map(|column| column.unit.map(|unit| unit.dimension)) })
     }
+}
+
+/// What stands between the columns of a CSV text: `;` or a tab where its first row has no comma, but one of these.
+pub fn separator(text: &str) -> u8 {
+    let first = text.lines().find(|line| !(line.trim().is_empty() || line.starts_with('#'))).unwrap_or_default();
+    [b',', b';', b'\t'].into_iter().find(|&mark| first.as_bytes().contains(&mark)).unwrap_or(b',')
+}
+
+/// True if these can be the heads of columns, so that a message may show them: not the first line of something else.
+pub fn are_heads<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> bool {
+    const LONGEST: usize = 60;
+    let is_head = |cell: &str| cell.chars().count() <= LONGEST && !cell.chars().any(char::is_control);
+    cells.clone().nth(1).is_some() && cells.clone().all(is_head)
 }
 
 /// A column of a CSV file with the unit of its header.
@@ -105,7 +124,7 @@ impl Column {
         let names: Vec<String> = header.iter().map(bare).collect();
         let index = index.ok_or_else(|| match name {
             Some(name) => format!("there is no column `{name}`; the columns are {}", names.join(", ")),
-            None => format!("two columns are needed; there is only `{}`", names.join("`, `")),
+            None => format!("{} columns are needed; there are {}", default + 1, header.len()),
         })?;
         let unit = header[index].split_once('[').map(|(_, rest)| Unit::parse(rest.trim_end().trim_end_matches(']')));
         Ok(Self { index, unit: unit.transpose()? })
@@ -114,7 +133,9 @@ impl Column {
     fn read(&self, record: &csv::StringRecord, line: u64) -> Result<f64, String> {
         let cell = record.get(self.index).unwrap_or_default();
         let value = cell.parse::<f64>().ok().and(self.unit.unwrap_or(Unit::ONE).in_si(cell));
-        value.ok_or_else(|| format!("line {line}: `{cell}` is not a number"))
+        let shown: String = cell.chars().take(40).flat_map(char::escape_debug).collect();
+        let point = if cell.replacen(',', ".", 1).parse::<f64>().is_ok() { ": write a decimal point" } else { "" };
+        value.ok_or_else(|| format!("line {line}: `{shown}` is not a number{point}"))
     }
 }
 
@@ -131,11 +152,34 @@ mod tests {
     }
 
     #[test]
+    fn columns_between_semicolons_or_tabs_are_read() {
+        for text in ["t [ms];p [kPa]\n0;1\n2;3\n", "# a; b\n\nt [ms]\tp [kPa]\n0\t1\n2\t3\n"] {
+            assert_eq!(Table::from_csv(text, None, None).unwrap().value(1e-3), 2e3, "{text}");
+        }
+        let error = Table::from_csv("t;p\n0;1,5\n", None, None).unwrap_err();
+        assert!(error.contains("line 2: `1,5` is not a number: write a decimal point"), "{error}");
+        let error = Table::from_csv("t p\n0 1\n", None, None).unwrap_err();
+        assert!(error.contains("commas, semicolons or tabs"), "{error}");
+    }
+
+    /// A path that was meant for something else must not bring its contents into a log.
+    #[test]
+    fn what_is_no_table_is_not_quoted() {
+        let long = format!("secret,{}\n0,1\n", "x".repeat(100));
+        for text in ["secret:x:0:0\n1\n", "secret\u{1b}[31m,p\n0,1\n", &long] {
+            for name in [None, Some("p")] {
+                let error = Table::from_csv(text, None, name).unwrap_err();
+                assert!(!error.contains("secret") && error.contains("no table"), "{error}");
+            }
+        }
+    }
+
+    #[test]
     fn bad_tables_are_refused_with_a_reason() {
         let error = |text: &str| Table::from_csv(text, None, None).unwrap_err();
         assert!(error("t,p\n0,1\n0,2\n").contains("row 2 has 0 s after 0 s"));
         assert!(error("t,p\n").contains("no rows"));
-        assert!(error("t\n0\n").contains("two columns are needed; there is only `t`"));
+        assert!(error("t\n0\n").contains("must name two columns"));
         for empty in ["", "\n\n", "# a comment\n"] {
             assert!(error(empty).contains("the file is empty"), "{empty:?}");
         }

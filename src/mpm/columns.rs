@@ -4,7 +4,7 @@ use super::Mpm;
 use super::particles::Body;
 use super::sweep::Bins;
 use crate::math::Vector;
-use crate::simulation::{Column, ColumnData};
+use crate::simulation::{Column, ColumnData, MOST_COUNTED};
 use bytemuck::Pod;
 
 /// Shows one array to the visitor under its body's name.
@@ -35,10 +35,31 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
 /// The blocks by which a body is sorted: a resumed run must sum in the same order.
 fn bin_columns<const D: usize>(body: &str, bins: &mut Bins<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     let (mut blocks, mut starts, mut drift) = bins.to_numbers();
-    show(visit, body, "bins", &mut blocks);
-    show(visit, body, "bin-starts", &mut starts);
+    visit(&format!("body.{body}.bins"), Column::growing(&mut blocks));
+    visit(&format!("body.{body}.bin-starts"), Column::growing(&mut starts));
     show(visit, body, "drift", &mut drift);
     *bins = Bins::from_numbers(&blocks, &starts, &drift);
+}
+
+/// What doesn't fit together in restored columns.
+pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
+    if mpm.steps > MOST_COUNTED || mpm.coupling.contact.counted() > MOST_COUNTED {
+        return Some("it counts more than any run does".to_owned());
+    }
+    mpm.bodies.iter().zip(&mpm.bins).find_map(|(body, bins)| {
+        let (name, count) = (&body.name, body.particles.id.len());
+        if body.particles.id.iter().any(|&id| id as usize >= count) {
+            return Some(format!("a particle of `{name}` has a number beyond the {count} there are"));
+        }
+        let (lower, upper, cell) = (mpm.grid.origin, mpm.grid.upper(), mpm.grid.cell);
+        let inside = |x: &Vector<D>| (0..D).all(|i| (lower[i] - cell..=upper[i] + cell).contains(&x[i]));
+        if !body.particles.position.iter().all(inside) {
+            return Some(format!("a particle of `{name}` lies outside the grid"));
+        }
+        // Bins that a particle may have left are made anew before the next step.
+        let sorted = bins.stale(body.kernel, count) || bins.hold(&body.particles.position, body.kernel, lower, cell);
+        (!sorted).then(|| format!("the particles of `{name}` don't lie in the blocks that they are sorted by"))
+    })
 }
 
 /// Every array of the state, each with a unique name.

@@ -127,6 +127,10 @@ impl<const D: usize> Solver for Mpm<D> {
         columns::visit(self, visit);
     }
 
+    fn misfit(&self) -> Option<String> {
+        columns::misfit(self)
+    }
+
     fn notices(&mut self) -> Vec<String> {
         self.coupling.contact.notices()
     }

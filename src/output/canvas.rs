@@ -31,20 +31,31 @@ pub(super) enum Align {
     Right,
 }
 
-/// How a back end sets text.
+/// How the corners of a polyline are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Joins {
+    /// By the back end.
+    OfBackEnd,
+    /// By discs between straight pieces. The bitmap back end limits mitres on the outer side of a corner only: on the inner
+    /// one they reach far beyond a sharp peak.
+    Round,
+}
+
+/// What a back end does in a way of its own.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Typesetting {
+pub(super) struct BackEnd {
+    joins: Joins,
     /// Size that the back end must be given for a font of one pixel per em.
     size_per_em: f64,
     /// From the place of a text to its baseline, in that size.
     baseline: f64,
 }
 
-impl Typesetting {
+impl BackEnd {
     /// As plotters' SVG back end does: `font-size = size / 1.24`, `dy = 0.76em`.
-    pub const SVG: Self = Self { size_per_em: 1.24, baseline: 0.76 / 1.24 };
+    pub const SVG: Self = Self { joins: Joins::OfBackEnd, size_per_em: 1.24, baseline: 0.76 / 1.24 };
     /// As plotters' bitmap back end does with `ab_glyph`.
-    pub const BITMAP: Self = Self { size_per_em: HEIGHT_PER_EM, baseline: 0.5 };
+    pub const BITMAP: Self = Self { joins: Joins::Round, size_per_em: HEIGHT_PER_EM, baseline: 0.5 };
 }
 
 /// A text to be set.
@@ -64,22 +75,30 @@ pub(super) struct Text<'a> {
 pub(super) struct Canvas<'b, B: DrawingBackend> {
     area: &'b DrawingArea<B, Shift>,
     scale: f64,
-    typesetting: Typesetting,
+    back_end: BackEnd,
 }
 
 impl<'b, B: DrawingBackend> Canvas<'b, B> {
     /// A canvas of `scale` back-end pixels per logical pixel.
-    pub fn new(area: &'b DrawingArea<B, Shift>, scale: f64, typesetting: Typesetting) -> Self {
+    pub fn new(area: &'b DrawingArea<B, Shift>, scale: f64, back_end: BackEnd) -> Self {
         register_fonts();
-        Self { area, scale, typesetting }
+        Self { area, scale, back_end }
     }
 
     /// An open polyline.
     pub fn line(&self, points: &[[f64; 2]], colour: Rgb, width: f64) -> io::Result<()> {
         let mut places: Vec<(i32, i32)> = points.iter().map(|&p| self.place(p)).collect();
         places.dedup();
-        let style = rgba(colour, 1.0).stroke_width((width * self.scale).round().max(1.0) as u32);
-        self.area.draw(&PathElement::new(places, style)).map_err(other)
+        let width = (width * self.scale).round().max(1.0) as u32;
+        let style = rgba(colour, 1.0).stroke_width(width);
+        if self.back_end.joins == Joins::OfBackEnd || places.len() < 3 {
+            return self.area.draw(&PathElement::new(places, style)).map_err(other);
+        }
+        for ends in places.windows(2) {
+            self.area.draw(&PathElement::new(ends, style)).map_err(other)?;
+        }
+        let disc = |&corner: &(i32, i32)| Circle::new(corner, (width / 2) as i32, rgba(colour, 1.0).filled());
+        places[1..places.len() - 1].iter().try_for_each(|corner| self.area.draw(&disc(corner)).map_err(other))
     }
 
     /// A filled polygon.
@@ -106,7 +125,7 @@ impl<'b, B: DrawingBackend> Canvas<'b, B> {
 
     /// Text on one line.
     pub fn text(&self, text: Text<'_>) -> io::Result<()> {
-        let Typesetting { size_per_em, baseline } = self.typesetting;
+        let BackEnd { size_per_em, baseline, .. } = self.back_end;
         let size = text.size * size_per_em * self.scale;
         let horizontal = match text.align {
             Align::Left => HPos::Left,

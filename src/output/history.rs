@@ -6,7 +6,9 @@
 
 use super::atomic::create_directory;
 use crate::error::{Error, Result};
-use std::fs::{self, File, OpenOptions};
+use crate::input;
+use crate::math::separator;
+use std::fs::{File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -55,12 +57,23 @@ impl History {
         Ok(())
     }
 
+    /// Makes the file with its first row, where it isn't there yet: a history that another run goes on with was begun.
+    ///
+    /// # Errors
+    /// Input/output errors.
+    pub fn begin(&mut self, heads: &[String]) -> Result<()> {
+        if self.file.is_none() {
+            self.file = Some(self.create(heads)?);
+        }
+        Ok(())
+    }
+
     /// Prepares for rows after `time` [s]: cuts the table behind the last whole row up to `time`.
     ///
     /// # Errors
     /// Input/output errors.
     pub fn resume(&mut self, time: f64) -> Result<()> {
-        let text = match fs::read(&self.path) {
+        let text = match input::read(&self.path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
             Err(error) => return Err(Error::io(&self.path, error)),
@@ -121,7 +134,7 @@ impl Table {
     /// # Errors
     /// Input/output errors, and anything in the table that is not a number.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = match fs::read(path) {
+        let text = match input::read(path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
             Err(error) => return Err(Error::io(path, error)),
@@ -135,7 +148,9 @@ impl Table {
     /// # Errors
     /// Anything in the table that is not a number, and rows of another length than the first.
     pub fn parse(text: &[u8]) -> Result<Self, csv::Error> {
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text);
+        let mut reader = csv::ReaderBuilder::new();
+        reader.comment(Some(b'#')).trim(csv::Trim::All).delimiter(separator(&String::from_utf8_lossy(text)));
+        let mut reader = reader.from_reader(text);
         let heads: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let mut columns = vec![Vec::new(); heads.len()];
         for row in reader.deserialize::<Vec<f64>>() {
@@ -201,6 +216,7 @@ fn rows_until(text: &[u8], time: f64) -> (u64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn heads() -> Vec<String> {
         vec!["time [s]".into(), "uz [m]".into()]

@@ -69,15 +69,6 @@ impl<'s> Set<'s> {
         }
     }
 
-    /// Like [`Set::places`], in the reference state of a surface; particles where they are.
-    pub fn reference_places(self, on: On) -> Cow<'s, [[f64; 3]]> {
-        match (self, on) {
-            (Self::Surface(set), On::Elements) => Cow::Owned(centres(&set.elements, &set.reference)),
-            (Self::Surface(set), On::Entries) => Cow::Borrowed(&set.reference),
-            (Self::Points(set), _) => Cow::Borrowed(&set.position),
-        }
-    }
-
     /// Where particles are, by identity.
     pub fn start(self) -> Start {
         match self {

@@ -194,6 +194,11 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         self.linear.memory()
     }
 
+    /// True if a memory is that of a run of the same case.
+    pub(super) fn fits(&self, memory: &Memory) -> bool {
+        self.linear.fits(memory)
+    }
+
     /// Goes on from the memory of another run of the same case.
     pub(super) fn recall(&mut self, memory: &Memory) {
         // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.

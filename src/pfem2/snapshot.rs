@@ -1,11 +1,12 @@
 //! What outputs and checkpoints see: particles, mesh, ledger, forces, counts.
 
 use super::Pfem2;
+use super::particles::Particles;
 use super::step::Counts;
 use super::step_control::Errors;
 use crate::math::Vector;
 use crate::simulation::TermKind::Other;
-use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
+use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, MOST_COUNTED, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
 
 /// Name of the mesh among the sets that outputs see.
@@ -138,6 +139,8 @@ fn moved<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> BalanceTerm {
 }
 
 fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u64)> {
+    // What was found for the start is no step.
+    let started = pfem.steps > 0;
     let counts = [
         ("particles", pfem.particles.len() as u64),
         ("particles: left", pfem.counts.left),
@@ -147,25 +150,48 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
         ("particles: merged", pfem.counts.merged),
         ("elements: empty", pfem.counts.empty),
         ("elements: cut", pfem.implicit.cuts.len() as u64),
-        ("solver: iterations", pfem.implicit.outcome.iterations as u64),
-        ("solver: preconditioners", pfem.implicit.preconditioners),
+        ("solver: iterations", if started { pfem.implicit.outcome.iterations as u64 } else { 0 }),
+        ("solver: preconditioners", if started { pfem.implicit.preconditioners } else { 0 }),
     ];
     counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
+}
+
+/// What doesn't fit together in restored columns.
+pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
+    let Particles { position, velocity, fluid, depth, element, .. } = &pfem.particles;
+    let count = position.len();
+    if [velocity.len(), fluid.len(), depth.len(), element.len()].iter().any(|&other| other != count) {
+        return Some(format!("its columns hold different numbers of particles, {count} positions among them"));
+    }
+    let (elements, fluids) = (pfem.implicit.mesh.elements().len(), pfem.density.len());
+    if element.iter().any(|&e| e as usize >= elements) {
+        return Some(format!("a particle lies in an element that the mesh of {elements} doesn't have"));
+    }
+    if fluid.iter().any(|&f| usize::from(f) >= fluids) {
+        return Some(format!("a particle is of a fluid beyond the {fluids} there are"));
+    }
+    let Counts { left, stuck, added, inflow, merged, empty } = pfem.counts;
+    let age = pfem.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
+    let counted = [pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners, age];
+    if counted.iter().any(|&count| count > MOST_COUNTED) {
+        return Some("it counts more than any run does".to_owned());
+    }
+    (!pfem.implicit.fits(&pfem.memory)).then(|| "the kept matrix is that of another mesh".to_owned())
 }
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.memory = pfem.implicit.memory();
     let mut counters = pfem.memory.counters.to_vec();
-    visit("solver/matrix", Column::new(&mut pfem.memory.values));
+    visit("solver/matrix", Column::growing(&mut pfem.memory.values));
     visit("solver/counters", Column::new(&mut counters));
     pfem.memory.counters.iter_mut().zip(counters).for_each(|(kept, read)| *kept = read);
     let particles = &mut pfem.particles;
-    visit("particles/position", Column::new(&mut particles.position));
-    visit("particles/velocity", Column::new(&mut particles.velocity));
-    visit("particles/fluid", Column::new(&mut particles.fluid));
-    visit("particles/depth", Column::new(&mut particles.depth));
-    visit("particles/element", Column::new(&mut particles.element));
+    visit("particles/position", Column::growing(&mut particles.position));
+    visit("particles/velocity", Column::growing(&mut particles.velocity));
+    visit("particles/fluid", Column::growing(&mut particles.fluid));
+    visit("particles/depth", Column::growing(&mut particles.depth));
+    visit("particles/element", Column::growing(&mut particles.element));
     visit("nodes/velocity", Column::new(&mut pfem.implicit.velocity));
     visit("nodes/pressure", Column::new(&mut pfem.implicit.pressure));
     visit("nodes/projected", Column::new(&mut pfem.implicit.subscales.projected));

@@ -1,4 +1,4 @@
-//! The start: what the first step of second order would take from the one before it.
+//! The start: what the first step of second order would take from the one before it, and the pressure that is shown.
 //!
 //! ```text
 //! rehearsal   a step of backward Euler over the first step gives v¹, p¹, a¹; the particles go back to where they were
@@ -15,6 +15,8 @@ use super::Pfem2;
 use super::element::Stabilisation;
 use super::implicit::{Implicit, Step};
 use super::phases::Phases;
+use super::setup::Scheme;
+use super::subscale::Subscales;
 use crate::error::StepError;
 use crate::math::Vector;
 
@@ -22,15 +24,66 @@ use crate::math::Vector;
 const SOLUTIONS: usize = 8;
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Prepares a first step of second order.
+    /// Finds the pressure at the start, which is shown with it, by a rehearsal of the first step. What can't be found is left: the
+    /// first step tells why.
+    pub(super) fn show_pressure(&mut self, step: Step) {
+        if self.scheme != Scheme::BackwardEuler {
+            if self.rehearse(step).is_ok() {
+                self.settle();
+            }
+            return;
+        }
+        // A step of first order takes nothing of it but the pressure, to begin its iterations with.
+        let (subscales, books) = (self.implicit.subscales.clone(), self.books.clone());
+        let (forces, memory) = ([self.forces.clone(), self.earlier_forces.clone()], self.implicit.memory());
+        let preconditioners = self.implicit.preconditioners;
+        let _ = self.rehearse(step);
+        self.forget();
+        (self.implicit.subscales, self.books, self.implicit.preconditioners) = (subscales, books, preconditioners);
+        [self.forces, self.earlier_forces] = forces;
+        self.implicit.recall(&memory);
+        self.settle();
+    }
+
+    /// Forgets the step before the first.
+    fn forget(&mut self) {
+        let nodes = self.implicit.velocity.len();
+        (self.acceleration, self.carried) = (vec![Vector::ZERO; nodes], vec![Vector::ZERO; nodes]);
+        self.before.clone_from(&self.implicit.velocity);
+        self.earlier.clone_from(&self.implicit.velocity);
+        self.implicit.subscales = Subscales::at_rest(nodes);
+        (self.dt_before, self.dt_earlier) = (0.0, 0.0);
+    }
+
+    /// Prepares a first step of second order. After an error the state is that before.
     ///
     /// # Errors
     /// As [`super::implicit::Implicit::solve`].
     pub(super) fn rehearse(&mut self, step: Step) -> Result<(), StepError> {
+        self.forget();
         let particles = self.particles.clone();
         let (sharp, level, fraction) = (self.sharp.clone(), self.level.clone(), self.fraction.clone());
-        let (counts, outflow, shift) = (self.counts, self.outflow, self.shift);
-        let start = self.implicit.velocity.clone();
+        let (counts, outflow, shift, weight) = (self.counts, self.outflow, self.shift, self.weight);
+        let (start, force) = (self.implicit.velocity.clone(), self.implicit.force.clone());
+        let outcome = self.try_step(step);
+        let end = std::mem::replace(&mut self.implicit.velocity, start);
+        (self.particles, self.sharp, self.level, self.fraction) = (particles, sharp, level, fraction);
+        (self.counts, self.outflow, self.shift, self.weight) = (counts, outflow, shift, weight);
+        self.implicit.force = force;
+        if let Err(error) = outcome {
+            self.forget();
+            self.implicit.pressure.fill(0.0);
+            return Err(error);
+        }
+        let both = || self.implicit.velocity.iter().zip(&end);
+        self.before = both().map(|(start, end)| *start * 2.0 - *end).collect();
+        self.earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
+        (self.dt_before, self.dt_earlier) = (step.dt, step.dt);
+        Ok(())
+    }
+
+    /// A step of backward Euler.
+    fn try_step(&mut self, step: Step) -> Result<(), StepError> {
         self.convect(step);
         self.follow_interface();
         let mut convected = self.project().mean;
@@ -46,13 +99,6 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (powers, outside) = self.push(step, &convected);
         self.books.begin(powers, outside);
         self.earlier_forces.clone_from(&self.forces);
-        let end = std::mem::replace(&mut self.implicit.velocity, start);
-        let both = || self.implicit.velocity.iter().zip(&end);
-        self.before = both().map(|(start, end)| *start * 2.0 - *end).collect();
-        self.earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
-        (self.dt_before, self.dt_earlier) = (step.dt, step.dt);
-        (self.particles, self.sharp, self.level, self.fraction) = (particles, sharp, level, fraction);
-        (self.counts, self.outflow, self.shift) = (counts, outflow, shift);
         Ok(())
     }
 

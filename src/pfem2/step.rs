@@ -148,10 +148,16 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         if self.step_control.is_active() { LARGEST_CHANGE } else { f64::INFINITY }
     }
 
+    fn begin(&mut self, t: f64, dt: f64) {
+        self.memory = Memory::default();
+        self.show_pressure(Step { t, dt, theta: 1.0 });
+    }
+
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.memory = Memory::default();
         let at = |error| StepError { time: t, ..error };
-        if self.steps == 0 && self.scheme != Scheme::BackwardEuler {
+        // Rehearsed already, unless the step is another one than was foreseen.
+        if self.steps == 0 && self.scheme != Scheme::BackwardEuler && self.dt_before != dt {
             self.rehearse(Step { t, dt, theta: 1.0 }).map_err(at)?;
         }
         let theta = match self.scheme {
@@ -181,6 +187,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         snapshot::columns(self, visit);
+    }
+
+    fn misfit(&self) -> Option<String> {
+        snapshot::misfit(self)
     }
 
     fn restored(&mut self) {

@@ -75,10 +75,14 @@ impl RunDirectory {
                 "no run of lateen made this directory, and --force replaces no other; name another directory with --out, or \
                  empty this one yourself",
             )),
-            Existing::Resume if !self.has_checkpoint() && !(ours && self.status().is_file()) => Err(self.refuse(
-                io::ErrorKind::NotFound,
-                "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
-            )),
+            Existing::Resume
+                if !self.has_checkpoint() && !(ours && self.status().is_file()) && !self.is_begun(&entries) =>
+            {
+                Err(self.refuse(
+                    io::ErrorKind::NotFound,
+                    "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
+                ))
+            }
             Existing::Resume if !self.has_checkpoint() && self.had_checkpoint() => Err(self.refuse(
                 io::ErrorKind::NotFound,
                 "the checkpoints of this run are gone, so that it can't go on; --force begins anew and replaces what is here",
@@ -175,9 +179,15 @@ impl RunDirectory {
     }
 
     /// True if a checkpoint was written whole, though it may have been damaged since.
-    fn has_checkpoint(&self) -> bool {
+    pub(super) fn has_checkpoint(&self) -> bool {
         let files = fs::read_dir(self.checkpoints()).into_iter().flatten().flatten();
         files.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "checkpoint"))
+    }
+
+    /// True if a run was killed while it prepared the directory: its log is there, and nothing that no run leaves.
+    fn is_begun(&self, entries: &[PathBuf]) -> bool {
+        let own = |path: &PathBuf| path.file_name().is_some_and(|name| LEFT_BEHIND.iter().any(|left| name == *left));
+        self.log().is_file() && entries.iter().all(own)
     }
 
     /// True if the run here says that it wrote one.
@@ -356,6 +366,18 @@ mod tests {
         fs::create_dir(run.fields()).unwrap();
         drop(run.prepare(Existing::Resume).unwrap());
         assert!(!run.fields().exists() && !run.status().exists(), "what was begun is gone");
+    }
+
+    #[test]
+    fn a_run_that_was_killed_while_it_began_begins_anew() {
+        let home = tempfile::tempdir().unwrap();
+        let run = RunDirectory::new(home.path());
+        drop(run.prepare(Existing::Refuse).unwrap());
+        fs::write(run.case(), "").unwrap();
+        drop(run.prepare(Existing::Resume).unwrap());
+        assert!(!run.case().exists() && run.log().is_file());
+        fs::write(home.path().join("notes.txt"), "mine").unwrap();
+        assert!(run.prepare(Existing::Resume).is_err() && home.path().join("notes.txt").is_file());
     }
 
     #[test]

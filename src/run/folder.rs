@@ -3,6 +3,7 @@
 use crate::case::{Case, Source};
 use crate::catalog::{self, BuiltIn};
 use crate::error::{Error, Result};
+use crate::input;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -65,7 +66,7 @@ impl Folder {
             return Ok(case.text(file).map(str::to_owned));
         }
         let path = self.source.base.join(file);
-        match std::fs::read_to_string(&path) {
+        match input::text(&path) {
             Ok(text) => Ok(Some(text)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(Error::io(path, error)),

@@ -4,6 +4,7 @@ mod directory;
 mod folder;
 mod leavings;
 mod monitors;
+mod resume;
 mod status;
 
 pub use directory::{Existing, Occupied, RunDirectory};
@@ -55,9 +56,11 @@ pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, optio
     simulation.follow(Box::new(RunLog::append(directory.log())?));
     options.observers.into_iter().for_each(|observer| simulation.follow(observer));
 
-    if options.existing == Existing::Resume {
-        simulation.resume()?;
-    } else {
+    let resumed = options.existing == Existing::Resume && directory.has_checkpoint() && {
+        resume::check_histories(case, directory, &simulation.solver().snapshot())?;
+        simulation.resume().map_err(|error| resume::explained(error, case, directory))?
+    };
+    if !resumed || !directory.case().is_file() {
         write_text(&directory.case(), &case.source.text)?;
     }
     write_text(&directory.resolved(), &resolved(case, &options.notes))?;

@@ -1,11 +1,25 @@
 //! Named arrays that a checkpoint stores and restores without knowing what they mean.
 
+/// Names of columns that belong to an output begin so: a run may go on with other outputs than it had.
+pub const OF_OUTPUT: &str = "output/";
+
 /// A borrowed array of plain numbers.
 pub struct Column<'a> {
     /// Numbers per entry (1 for scalars, 3 for vectors in 3D, 9 for 3D tensors).
     pub components: usize,
+    /// How many entries it may have.
+    pub size: Size,
     /// The array.
     pub data: &'a mut dyn ColumnData,
+}
+
+/// How many entries a column may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// As many as it has: another number belongs to another model.
+    Fixed,
+    /// Any number: it changes during a run.
+    Free,
 }
 
 impl<'a> Column<'a> {
@@ -14,7 +28,15 @@ impl<'a> Column<'a> {
     where
         Vec<T>: ColumnData,
     {
-        Self { components: (size_of::<T>() / data.number_size()).max(1), data }
+        Self { components: (size_of::<T>() / data.number_size()).max(1), size: Size::Fixed, data }
+    }
+
+    /// A column as [`Column::new`] makes it, whose number of entries changes during a run.
+    pub fn growing<T: bytemuck::Pod>(data: &'a mut Vec<T>) -> Self
+    where
+        Vec<T>: ColumnData,
+    {
+        Self { size: Size::Free, ..Self::new(data) }
     }
 }
 

@@ -86,6 +86,10 @@ impl Solver for Guarded {
         self.solver.largest_change()
     }
 
+    fn begin(&mut self, t: f64, dt: f64) {
+        self.solver.begin(t, dt);
+    }
+
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.undefined((t, dt), |watched| &watched.places).map_or(Ok(()), Err)?;
         self.solver.step(t, dt).map_err(|error| self.explained((t, dt), error))
@@ -101,6 +105,10 @@ impl Solver for Guarded {
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         self.solver.columns(visit);
+    }
+
+    fn misfit(&self) -> Option<String> {
+        self.solver.misfit()
     }
 
     fn restored(&mut self) {

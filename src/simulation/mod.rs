@@ -14,7 +14,7 @@ mod timer;
 
 pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
-pub use column::{Column, ColumnData};
+pub use column::{Column, ColumnData, OF_OUTPUT, Size};
 pub use guard::{Guarded, Watched};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
@@ -22,6 +22,9 @@ pub use snapshot::{BalanceTerm, Elements, Field, FieldValues, Ledger, PointSet, 
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};
+
+/// More steps, particles or events than any run counts: a state that says so was not left by one.
+pub const MOST_COUNTED: u64 = 1 << 53;
 
 /// One of the two methods, ready to step. The only abstraction over both.
 pub trait Solver: Send {
@@ -45,6 +48,9 @@ pub trait Solver: Send {
         f64::INFINITY
     }
 
+    /// Finds what the state at the start lacks, before it is shown: `dt` is the step that follows [s].
+    fn begin(&mut self, _t: f64, _dt: f64) {}
+
     /// Advances from `t` to `t + dt` [s].
     ///
     /// # Errors
@@ -61,6 +67,11 @@ pub trait Solver: Send {
     ///
     /// After a restore (the visitor has replaced the contents) [`Solver::restored`] is called.
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>));
+
+    /// What doesn't fit together in columns that were just restored, as a sentence: such a state can't be stepped.
+    fn misfit(&self) -> Option<String> {
+        None
+    }
 
     /// Rebuilds what is derived from the columns after a restore.
     fn restored(&mut self) {}
@@ -95,6 +106,17 @@ pub trait Monitor {
     fn records_forces(&self) -> bool {
         false
     }
+
+    /// True if it wants to see the states at both ends of a step from `from` to `to` [s].
+    fn follows(&self, _from: f64, _to: f64) -> bool {
+        false
+    }
+
+    /// Sees the state at an end of a step that it follows; one state may be shown twice.
+    fn follow(&mut self, _snapshot: &Snapshot<'_>) {}
+
+    /// Arrays that a checkpoint keeps, with names that begin with [`OF_OUTPUT`].
+    fn columns(&mut self, _visit: &mut dyn FnMut(&str, Column<'_>)) {}
 
     /// The run is over (also after an error): flush files, write plots.
     ///

@@ -14,7 +14,7 @@ mod recover;
 use self::impulse::Impulses;
 use super::clock::next_target;
 use super::progress::Pace;
-use super::{CheckpointStore, Clock, Column, Event, Monitor, Observer, Progress, Schedule, Solver};
+use super::{CheckpointStore, Clock, Column, Event, MOST_COUNTED, Monitor, Observer, Progress, Schedule, Solver};
 use crate::error::{Diagnostic, Error, Place, Result, StepError};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -142,14 +142,33 @@ impl Simulation {
 
     /// The state of the newest good checkpoint; returns which, or `None` if there is none.
     fn restore(&mut self) -> Result<Option<PathBuf>> {
-        let Self { solver, clock, stored_at_start, impulses, .. } = self;
+        let Self { solver, clock, stored_at_start, impulses, monitors, .. } = self;
         let Some(store) = &mut self.store else { return Ok(None) };
-        let restored =
-            store.restore(&mut |visit| columns(solver.as_mut(), (clock, stored_at_start, impulses), visit))?;
-        if restored.is_some() {
+        let restored = store.restore(&mut |visit| {
+            columns(solver.as_mut(), (clock, stored_at_start, impulses), visit);
+            monitors.iter_mut().for_each(|(_, monitor)| monitor.columns(visit));
+        })?;
+        if let Some(path) = &restored {
+            if let Some(misfit) = self.misfit() {
+                let message = format!("holds no state of this case: {misfit}; take it away to go on from an older one");
+                return Err(Error::Checkpoint { path: path.clone(), message });
+            }
             self.solver.restored();
         }
         Ok(restored)
+    }
+
+    /// What is wrong with a state that was read.
+    fn misfit(&self) -> Option<String> {
+        let Clock { time, dt, step } = self.clock;
+        if step > MOST_COUNTED {
+            return Some(format!("it says that {step} steps were taken"));
+        }
+        let possible = |seconds: f64| seconds.is_finite() && seconds >= 0.0;
+        if !(possible(time) && possible(dt)) {
+            return Some(format!("its time is {time} s, its step {dt} s"));
+        }
+        self.solver.misfit()
     }
 
     /// Runs to the end.
@@ -204,8 +223,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// One step, cut to land on the next output.
-    fn advance(&mut self) -> Result<()> {
+    /// The next step [s], cut to land on the next output, and the time of that [s].
+    fn next_step(&self) -> Result<[f64; 2], StepError> {
         let schedules = || self.monitors.iter().map(|(schedule, _)| *schedule);
         let target = next_target(self.clock.time, self.plan.end, schedules());
         let gap = if target < self.plan.end {
@@ -214,16 +233,24 @@ impl Simulation {
             f64::INFINITY
         };
         let bound = self.clock.paced(self.bound()?, self.solver.largest_change(), target, gap);
-        let dt = self.clock.next_dt(target, bound);
+        Ok([self.clock.next_dt(target, bound), target])
+    }
+
+    /// One step.
+    fn advance(&mut self) -> Result<()> {
+        let [dt, target] = self.next_step()?;
         if self.clock.time + dt <= self.clock.time {
             return Err(self.collapsed(dt).into());
         }
         let step = self.clock.step + 1;
+        let span = [self.clock.time, self.clock.time + dt];
+        self.show_followed(span);
         self.broken = true;
         self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
         self.broken = false;
         self.clock.advance(dt, target);
         self.impulses.add(self.solver.as_ref(), dt);
+        self.show_followed(span);
         let (notices, progress) = (self.solver.notices(), self.progress());
         notices.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))
     }
@@ -238,6 +265,10 @@ impl Simulation {
         skipped.iter().try_for_each(|text| self.tell(&Event::Warning(text), &progress))?;
         if from.is_some() {
             return Ok(());
+        }
+        // A step that can't be told is told of when it is to be taken.
+        if let Ok([dt, _]) = self.next_step() {
+            self.solver.begin(self.clock.time, dt);
         }
         self.sample()?;
         self.save()
@@ -286,6 +317,17 @@ impl Simulation {
         self.show(|schedule, time| all || schedule.is_due(time))
     }
 
+    /// Shows the state at an end of a step to the monitors that follow it.
+    fn show_followed(&mut self, [from, to]: [f64; 2]) {
+        if !self.monitors.iter().any(|(_, monitor)| monitor.follows(from, to)) {
+            return;
+        }
+        let mut snapshot = self.solver.snapshot();
+        (snapshot.time, snapshot.step, snapshot.dt) = (self.clock.time, self.clock.step, self.clock.dt);
+        let following = self.monitors.iter_mut().filter(|(_, monitor)| monitor.follows(from, to));
+        following.for_each(|(_, monitor)| monitor.follow(&snapshot));
+    }
+
     /// Shows the state to the monitors whose schedules are chosen.
     fn show(&mut self, chosen: impl Fn(&Schedule, f64) -> bool) -> Result<()> {
         let time = self.clock.time;
@@ -314,10 +356,11 @@ impl Simulation {
 
     fn save(&mut self) -> Result<()> {
         let Clock { step, time, .. } = self.clock;
-        let Self { solver, clock, stored_at_start, impulses, .. } = self;
+        let Self { solver, clock, stored_at_start, impulses, monitors, .. } = self;
         let Some(store) = &mut self.store else { return Ok(()) };
         let visitor = &mut |visit: &mut dyn FnMut(&str, Column<'_>)| {
             columns(solver.as_mut(), (clock, stored_at_start, impulses), visit);
+            monitors.iter_mut().for_each(|(_, monitor)| monitor.columns(visit));
         };
         let path = store.save(step, time, visitor)?;
         self.saved = Instant::now();

@@ -6,7 +6,8 @@
 use super::expected::{Curve, Level, Tolerance};
 use super::measure::Outcome;
 use super::series::Series;
-use crate::error::{Error, Result};
+use crate::error::{Diagnostic, Error, Result};
+use crate::output::component::Component;
 use crate::output::history::Table;
 use crate::output::vtk::{Series as Files, read_array};
 use serde::Deserialize;
@@ -20,8 +21,10 @@ pub struct Profile {
     pub name: String,
     /// The bodies.
     pub of: Vec<String>,
-    /// A field of their particles with one component.
+    /// A field of their particles.
     pub field: String,
+    /// The component of a vector or tensor.
+    pub component: Option<Component>,
     /// The coordinate that the curve goes along.
     #[serde(default)]
     pub axis: Axis,
@@ -88,9 +91,30 @@ impl Profile {
         let path = fields.join(files.last_file().ok_or_else(missing)?);
         let read = |array: &str| read_array(&path, array).map_err(|error| Error::io(&path, error));
         let (positions, values, volumes) = (read("position")?, read(&self.field)?, read("volume")?);
+        let values = self.scalars(&values, volumes.len())?;
         let places = positions.iter().skip(self.axis as usize).step_by(3);
         let both = values.into_iter().zip(volumes);
         Ok(places.zip(both).map(|(&place, (value, volume))| Sample { place, value, volume }).collect())
+    }
+
+    /// One number per particle: the values themselves, or their component.
+    fn scalars(&self, values: &[f64], particles: usize) -> Result<Vec<f64>> {
+        let components = values.len().checked_div(particles).unwrap_or(1);
+        match self.component {
+            None if components == 1 => Ok(values.to_vec()),
+            Some(component) if component.fits(components) => {
+                Ok(values.chunks_exact(components).map(|value| component.of(value)).collect())
+            }
+            Some(component) => {
+                let misfit = component.misfit("profile.component", &self.field, components, 3);
+                Err(Error::Case(misfit.into_iter().collect()))
+            }
+            None => {
+                let message = format!("`{}` has {components} components, and a curve is of one number", self.field);
+                let finding = Diagnostic::error("profile.field", message);
+                Err(Error::case(finding.help("name one: `component = \"x\"`, or \"magnitude\"")))
+            }
+        }
     }
 }
 
@@ -109,6 +133,24 @@ fn mean_distance<'a>(samples: impl Iterator<Item = &'a Sample>, curve: &Series) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_field_of_vectors_needs_a_component() {
+        let profile = |component: &str| -> Profile {
+            let text = format!(
+                "name = \"p\"\nof = [\"gas\"]\nfield = \"velocity\"\n{component}\nsource = \"s\"\n\
+                 reference = {{ file = \"f.csv\", x = \"x\", y = \"y\" }}\ntolerance = {{ absolute = 1.0 }}"
+            );
+            toml::from_str(&text).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let vectors = [3.0, 4.0, 0.0, 1.0, 2.0, 2.0];
+        let told = |component: &str, values: &[f64]| profile(component).scalars(values, 2).unwrap_err().to_string();
+        assert!(told("", &vectors).contains("has 3 components"), "{}", told("", &vectors));
+        assert!(told("component = \"x\"", &[1.0, 2.0]).contains("no `x`"));
+        assert_eq!(profile("component = \"y\"").scalars(&vectors, 2).unwrap(), [4.0, 2.0]);
+        assert_eq!(profile("component = \"magnitude\"").scalars(&vectors, 2).unwrap(), [5.0, 3.0]);
+        assert_eq!(profile("").scalars(&[7.0, 8.0], 2).unwrap(), [7.0, 8.0]);
+    }
 
     #[test]
     fn the_distance_is_weighted_with_the_volume() {

@@ -74,11 +74,11 @@ impl Case {
                 return Err(findings);
             }
         };
-        let summary = summary.with_solver(&mut solver, &self.file);
+        let mut summary = summary.with_solver(&mut solver, &self.file);
         check::steps(self, &summary, &mut findings);
         check::memory(&summary, &mut findings);
         names::files(&self.file, &solver.snapshot(), &mut findings);
-        check::probes(&self.file, &solver.snapshot(), domain, &mut findings);
+        summary.notes.extend(check::probes(&self.file, &solver.snapshot(), domain, &mut findings));
         check::pictures(&self.file, &solver.snapshot(), domain, &mut findings);
         if has_errors(&findings) {
             return Err(findings);

@@ -1,44 +1,44 @@
 //! Who meets whom: pairs of `[[contact]]`, bodies in each other's place, obstacles.
 
+use crate::case::walk::nearest;
 use crate::case::{Case, CaseFile, ObstacleKind};
 use crate::error::Diagnostic;
-use crate::geometry::Region;
+use crate::geometry::{Bounds, Region};
 use crate::math::Vector;
 use crate::mpm::{BodySetup, Setup};
+use std::collections::{HashMap, HashSet};
 
 /// Every pair has names that are there, and is named once.
 pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
-    let membranes: Vec<&str> = file.membrane.iter().map(|m| m.name.as_str()).collect();
-    let known: Vec<&str> = file.body.iter().map(|b| b.name.as_str()).chain(membranes.iter().copied()).collect();
+    let membranes: HashSet<&str> = file.membrane.iter().map(|m| m.name.as_str()).collect();
+    let known: Vec<&str> =
+        file.body.iter().map(|b| b.name.as_str()).chain(file.membrane.iter().map(|m| m.name.as_str())).collect();
+    let there: HashSet<&str> = known.iter().copied().collect();
+    let groups: HashMap<&str, &str> =
+        file.body.iter().filter_map(|body| Some((body.name.as_str(), body.group.as_deref()?))).collect();
+    let together = |name| groups.get(name).map_or((name, false), |group| (*group, true));
+    let mut pairs: HashMap<_, usize> = HashMap::new();
+    let mut sides: HashMap<_, usize> = HashMap::new();
     for (i, contact) in file.contact.iter().enumerate() {
         let [first, second] = contact.between.each_ref().map(String::as_str);
-        for (j, name) in [first, second].into_iter().enumerate().filter(|(_, name)| !known.contains(name)) {
-            let message = format!("there is no body or membrane named `{name}`");
-            let finding = Diagnostic::error(format!("contact[{i}].between[{j}]"), message);
-            findings.push(finding.help(format!("there are {}", known.join(", "))));
+        for (j, name) in [first, second].into_iter().enumerate().filter(|(_, name)| !there.contains(name)) {
+            findings.push(nobody(file, name, &known, format!("contact[{i}].between[{j}]")));
         }
         let mut wrong = |message: String, help: &str| {
             findings.push(Diagnostic::error(format!("contact[{i}].between"), message).help(help));
         };
-        let together = |name: &str| {
-            let group = file.body.iter().find(|body| body.name == name).and_then(|body| body.group.as_deref());
-            group.map_or((name.to_owned(), false), |group| (group.to_owned(), true))
-        };
-        let sides = [first, second].map(together);
-        let other = file.contact[..i].iter().position(|other| {
-            let others = other.between.each_ref().map(|name| together(name));
-            (others == sides || others == [sides[1].clone(), sides[0].clone()]) && other.friction != contact.friction
-        });
-        let twin = file.contact[..i].iter().position(|other| other.between.iter().all(|n| contact.between.contains(n)));
+        let (pair, both) = (in_order([first, second]), in_order([together(first), together(second)]));
+        let twin = pairs.get(&pair).copied();
+        let other = sides.get(&both).copied().filter(|&other| file.contact[other].friction != contact.friction);
         if first == second {
             wrong("contact of a part with itself".to_owned(), "name two different parts");
-        } else if membranes.contains(&first) && membranes.contains(&second) {
+        } else if membranes.contains(first) && membranes.contains(second) {
             let help = "membranes meet bodies only: name a body and a membrane, or two bodies";
             wrong(format!("`{first}` and `{second}` are membranes, which don't meet each other"), help);
         } else if let Some(twin) = twin {
             let message = format!("this pair already has a contact, contact[{twin}]");
             wrong(message, "a pair has one friction: take one of them out");
-        } else if sides[0] == sides[1] {
+        } else if both[0] == both[1] {
             let message = format!("`{first}` and `{second}` are of one group: they share a velocity and don't meet");
             wrong(message, "take the contact out, or take one of them out of the group");
         } else if let Some(other) = other {
@@ -48,7 +48,45 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
                 "bodies of one group share a velocity, and so one friction: say the same, or part the group",
             );
         }
+        pairs.entry(pair).or_insert(i);
+        sides.entry(both).or_insert(i);
     }
+}
+
+fn in_order<T: Ord>(mut pair: [T; 2]) -> [T; 2] {
+    pair.sort();
+    pair
+}
+
+/// Names that a message lists at most.
+const LISTED: usize = 20;
+
+/// A contact with something that is no body and no membrane: a wall, an obstacle, or nothing.
+fn nobody(file: &CaseFile, name: &str, known: &[&str], key: String) -> Diagnostic {
+    let own = |kind: &str| name.strip_prefix(kind).unwrap_or(name);
+    let walls = ["left", "right", "front", "back", "bottom", "top"];
+    if file.obstacle.iter().any(|obstacle| obstacle.name == own("obstacle:")) {
+        let finding = Diagnostic::error(key, format!("`{name}` is an obstacle: all bodies meet it"));
+        return finding.help("its friction is its own: `kind = \"friction\"` and `coefficient` in its `[[obstacle]]`");
+    }
+    if walls.contains(&own("wall:")) {
+        let finding = Diagnostic::error(key, format!("`{name}` is a wall of the grid: all bodies meet it"));
+        let wall = own("wall:");
+        return finding.help(format!(
+            "its friction is its own: `walls = {{ {wall} = {{ kind = \"friction\", coefficient = 0.3 }} }}` in `[grid]`"
+        ));
+    }
+    let finding = Diagnostic::error(key, format!("there is no body or membrane named `{name}`"));
+    let more = if known.len() > LISTED { format!(" and {} more", known.len() - LISTED) } else { String::new() };
+    let there = format!("here are {}{more}", known[..known.len().min(LISTED)].join(", "));
+    if let Some(meant) = nearest(name, known.iter().copied()) {
+        return finding.help(format!("did you mean `{meant}`? T{there}"));
+    }
+    let obstacles = file.obstacle.iter().map(|obstacle| obstacle.name.as_str());
+    if let Some(meant) = nearest(name, obstacles.chain(walls)) {
+        return finding.help(format!("`{meant}` is an obstacle or a wall, whose friction is its own; t{there}"));
+    }
+    finding.help(format!("t{there}"))
 }
 
 /// Obstacles lie in the grid, hold no particles, and have a coefficient where it counts.
@@ -86,14 +124,27 @@ pub(super) fn overlaps<const D: usize>(case: &Case, setup: &Setup<D>, findings: 
     if regions.len() != setup.bodies.len() {
         return;
     }
-    for (j, (body, region)) in setup.bodies.iter().zip(&regions).enumerate() {
-        for (other, place) in setup.bodies[..j].iter().zip(&regions) {
-            let count = buried(other, region) + buried(body, place);
-            if count > 0 {
-                let message = format!("`{}` overlaps `{}`: {count} particles are in both", body.name, other.name);
-                let finding = Diagnostic::error(format!("body[{j}].region"), message);
-                findings.push(finding.help("move one of them, or take it away with `shape = \"difference\"`"));
-            }
+    let boxes: Vec<Bounds> = regions.iter().map(Region::bounds).collect();
+    // Sorted by their lower ends, a body can only overlap those that begin before it ends.
+    let mut order: Vec<usize> = (0..boxes.len()).collect();
+    order.sort_by(|&a, &b| boxes[a].lower[0].total_cmp(&boxes[b].lower[0]));
+    let mut pairs = Vec::new();
+    for (n, &a) in order.iter().enumerate() {
+        let begins = |b: &&usize| boxes[**b].lower[0] <= boxes[a].upper[0];
+        let meets = |b: &&usize| {
+            (1..D).all(|i| boxes[a].lower[i] <= boxes[**b].upper[i] && boxes[**b].lower[i] <= boxes[a].upper[i])
+        };
+        let after = order[n + 1..].iter().take_while(begins).filter(meets);
+        pairs.extend(after.map(|&b| (a.max(b), a.min(b))));
+    }
+    pairs.sort_unstable();
+    for (j, i) in pairs {
+        let (body, other) = (&setup.bodies[j], &setup.bodies[i]);
+        let count = buried(other, &regions[j]) + buried(body, &regions[i]);
+        if count > 0 {
+            let message = format!("`{}` overlaps `{}`: {count} particles are in both", body.name, other.name);
+            let finding = Diagnostic::error(format!("body[{j}].region"), message);
+            findings.push(finding.help("move one of them, or take it away with `shape = \"difference\"`"));
         }
     }
 }

@@ -146,6 +146,25 @@ impl BuildMesh for BoxMesh {
 }
 
 impl BoxMesh {
+    /// Says where a box of a lattice is no whole number of cells, and how long they are instead.
+    pub(super) fn adjusted(&self) -> Option<String> {
+        let graded = !(self.refine.is_empty() && self.holes.is_empty());
+        if graded || self.pattern == Pattern::Free {
+            return None;
+        }
+        let axes = self.lower.iter().zip(&self.upper).zip(["x", "y", "z"]);
+        let along = axes.filter_map(|((lower, upper), name)| {
+            let exact = (upper - lower) / self.cell;
+            let cells = exact.round().max(1.0);
+            let length = (upper - lower) / cells;
+            ((exact - cells).abs() > 1e-6 * cells).then(|| format!("{cells} of {length:.6} m along {name}"))
+        });
+        let along: Vec<String> = along.collect();
+        let asked = self.cell;
+        let text = || format!("mesh: the box is no whole number of cells of {asked} m; there are {}", along.join(", "));
+        (!along.is_empty()).then(text)
+    }
+
     fn corners<const D: usize>(&self) -> Result<([f64; D], [f64; D]), Diagnostic> {
         let corner = |key: &str, x: &Vec<f64>| {
             let wrong = || Diagnostic::error(key, format!("{} coordinates in {D}D", x.len())).help(format!("give {D}"));

@@ -39,6 +39,16 @@ pub trait BuildMesh {
     fn tetrahedra(&self, base_dir: &Path) -> Result<Mesh<3, 4>, Diagnostic>;
 }
 
+impl DomainMesh {
+    /// How its elements differ from what was asked for, as a sentence.
+    pub fn adjusted(&self) -> Option<String> {
+        match self {
+            Self::BoxMesh(mesh) => mesh.adjusted(),
+            Self::MeshFile(_) => None,
+        }
+    }
+}
+
 crate::registry! {
     /// The mesh of a domain, as a case file writes it.
     pub enum DomainMesh: BuildMesh, tag = "shape" {

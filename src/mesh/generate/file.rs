@@ -2,7 +2,7 @@
 
 use super::{BuildFacets, Facets, positive};
 use crate::error::Diagnostic;
-use crate::geometry::Triangles;
+use crate::geometry::Faces;
 use crate::mesh::check::check;
 use crate::mesh::gmsh;
 use schemars::JsonSchema;
@@ -61,8 +61,13 @@ impl FileShape {
         if let Some(group) = &self.group {
             return Err(format!("a surface file has no groups, so no `{group}`; leave `group` out"));
         }
-        let surface = Triangles::read(path, unit)?;
-        let elements = surface.triangles.iter().map(|t| t.to_vec()).collect();
-        Ok(Facets { nodes: surface.vertices, elements, ..Facets::default() })
+        let Faces { vertices, faces } = Faces::read(path, unit)?;
+        match faces.iter().position(|face| face.len() > 4) {
+            Some(face) => Err(format!(
+                "face {face} has {} corners: elements have three or four; save it as triangles or quadrilaterals",
+                faces[face].len()
+            )),
+            None => Ok(Facets { nodes: vertices, elements: faces, ..Facets::default() }),
+        }
     }
 }

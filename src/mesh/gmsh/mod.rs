@@ -10,6 +10,7 @@ mod version4;
 
 pub use cursor::{GmshError, Place};
 
+use crate::input;
 use crate::math::Vector;
 use cursor::Cursor;
 use hashbrown::HashMap;
@@ -120,8 +121,8 @@ impl CellKind {
 /// # Errors
 /// Unreadable, torn, of another version, or with elements that are not read; with line or byte.
 pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
-    let bytes = std::fs::read(path)
-        .map_err(|why| GmshError { message: format!("can't be read: {why}"), place: Place::File })?;
+    let bytes =
+        input::read(path).map_err(|why| GmshError { message: format!("can't be read: {why}"), place: Place::File })?;
     parse(&bytes)
 }
 

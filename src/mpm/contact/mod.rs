@@ -330,12 +330,17 @@ impl<const D: usize> Contact<D> {
         }
     }
 
+    /// The largest of the counters that a checkpoint keeps.
+    pub fn counted(&self) -> u64 {
+        self.counts.iter().copied().max().unwrap_or(0)
+    }
+
     /// What a checkpoint must keep: the particles' sides, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let bodies = self.body_names.len();
         for (index, labels) in self.labels.iter_mut().enumerate() {
             let (sheet, body) = (&self.sheets[index / bodies].name, &self.body_names[index % bodies]);
-            visit(&format!("{prefix}side:{sheet}:{body}"), Column::new(&mut labels.stamps));
+            visit(&format!("{prefix}side:{sheet}:{body}"), Column::growing(&mut labels.stamps));
         }
         visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
         visit(&format!("{prefix}losses"), Column::new(&mut self.losses));

@@ -4,7 +4,7 @@
 //! A particle may leave its block by the kernel's slack before the body must be sorted again. It is sorted sooner when
 //! so many particles have left their cells that reading the nodes of each run of particles anew has cost more than a sort.
 
-use super::shape::slack;
+use super::shape::{slack, window};
 use super::sort::{slowest_last, sort};
 use super::tile::{Extent, TILE};
 use crate::math::Vector;
@@ -105,6 +105,21 @@ impl<const D: usize> Bins<D> {
             _ => Disorder { drift: f64::INFINITY, ..Disorder::default() },
         };
         Self::new(bins.collect(), disorder)
+    }
+
+    /// True if the bins follow each other, and each holds particles that a sweep of `kernel` may find there.
+    pub fn hold(&self, position: &[Vector<D>], kernel: Kernel, origin: Vector<D>, cell: f64) -> bool {
+        let (window, slack) = (window(kernel), slack(kernel));
+        let reach = window - slack..=window + EDGE as f64 + slack;
+        let near = |block: [i32; D], x: &Vector<D>| {
+            (0..D).all(|a| reach.contains(&((x[a] - origin[a]) / cell - f64::from(block[a]) * EDGE as f64)))
+        };
+        let mut end = 0;
+        self.bins.iter().all(|Bin { block, range }| {
+            let follows = range.start == end;
+            end = range.end;
+            follows && position.get(range.clone()).is_some_and(|own| own.iter().all(|x| near(*block, x)))
+        })
     }
 
     /// True if the particles must be sorted before the next sweep of `kernel`.

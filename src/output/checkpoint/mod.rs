@@ -94,7 +94,9 @@ impl CheckpointStore for Checkpoints {
         self.skipped.clear();
         for path in self.files()? {
             let verified = Reader::open(&path).and_then(|mut reader| {
-                reader.verify(&self.case)?;
+                reader.check_origin(&self.case)?;
+                reader.check_model(columns)?;
+                reader.verify()?;
                 Ok(reader)
             });
             match verified {

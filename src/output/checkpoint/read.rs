@@ -2,11 +2,16 @@
 
 use super::FORMAT;
 use super::header::{BlockEntry, ColumnEntry, FIRST_LINE, FirstLine, Header};
-use crate::simulation::{Column, Columns};
+use crate::input;
+use crate::memory;
+use crate::simulation::{Column, Columns, OF_OUTPUT, Size};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+
+/// The longest header that is read [bytes]: that of a state of a terabyte.
+const LONGEST_HEADER: u64 = 128 << 20;
 
 /// Why a checkpoint can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -32,9 +37,12 @@ pub(super) struct Reader<R> {
 impl Reader<BufReader<File>> {
     /// Opens a file and reads its header.
     pub fn open(path: &Path) -> Result<Self, Trouble> {
-        let file = File::open(path)?;
-        let bytes = file.metadata()?.len();
-        Self::new(BufReader::new(file), bytes)
+        // Whoever opens a pipe waits for its other end.
+        let bytes = input::length(path).map_err(|error| match error.kind() {
+            io::ErrorKind::InvalidInput | io::ErrorKind::IsADirectory => Trouble::Damaged(error.to_string()),
+            _ => Trouble::Io(error),
+        })?;
+        Self::new(BufReader::new(File::open(path)?), bytes)
     }
 }
 
@@ -48,6 +56,9 @@ impl<R: Read + Seek> Reader<R> {
         let header_bytes = FIRST_LINE as u64 + first.header_bytes;
         if header_bytes > file_bytes {
             return Err(Trouble::Damaged("its header is cut off".into()));
+        }
+        if first.header_bytes > LONGEST_HEADER {
+            return Err(Trouble::Damaged(format!("a header of {} bytes is none of a checkpoint", first.header_bytes)));
         }
         let mut text = vec![0; first.header_bytes as usize];
         read_whole(&mut file, &mut text)?;
@@ -66,8 +77,8 @@ impl<R: Read + Seek> Reader<R> {
         Ok(Self { file, header, header_bytes })
     }
 
-    /// Checks that this program wrote it for this case, and every byte of it.
-    pub fn verify(&mut self, case: &str) -> Result<(), Trouble> {
+    /// Checks that this program wrote it for this case.
+    pub fn check_origin(&self, case: &str) -> Result<(), Trouble> {
         let origin = &self.header.origin;
         let version = env!("CARGO_PKG_VERSION");
         if origin.program != version {
@@ -83,6 +94,36 @@ impl<R: Read + Seek> Reader<R> {
                     .into(),
             ));
         }
+        Ok(())
+    }
+
+    /// Checks that its columns are those of the model and of its size, and that they fit into the memory, by what the header says.
+    pub fn check_model(&self, columns: &mut Columns<'_>) -> Result<(), Trouble> {
+        let mut entries = BTreeMap::new();
+        for entry in &self.header.columns {
+            if entries.insert(entry.name.as_str(), entry).is_some() {
+                return Err(Trouble::Foreign(format!("has the column `{}` twice", entry.name)));
+            }
+        }
+        let mut misfit = None;
+        columns(&mut |name, column| {
+            let found = match entries.remove(name) {
+                Some(entry) => column_misfit(entry, &column),
+                None if name.starts_with(OF_OUTPUT) => None,
+                None => Some(format!("has no column `{name}`, which this model needs")),
+            };
+            misfit = misfit.take().or(found);
+        });
+        let foreign = entries.keys().find(|name| !name.starts_with(OF_OUTPUT));
+        let misfit =
+            misfit.or_else(|| foreign.map(|name| format!("has a column `{name}`, which this model does not have")));
+        let bytes: u64 = self.header.columns.iter().map(|entry| entry.bytes).sum();
+        let misfit = misfit.or_else(|| memory::refusal(bytes as f64).map(|refusal| format!("would take {refusal}")));
+        misfit.map_or(Ok(()), |why| Err(Trouble::Foreign(why)))
+    }
+
+    /// Checks every byte of it.
+    pub fn verify(&mut self) -> Result<(), Trouble> {
         let mut end = self.header_bytes;
         self.file.seek(SeekFrom::Start(end))?;
         for column in self.header.columns.iter() {
@@ -99,25 +140,10 @@ impl<R: Read + Seek> Reader<R> {
         Ok(())
     }
 
-    /// Replaces the contents of all columns, if they are the ones that the file has.
+    /// Replaces the contents of all columns, which are those that the file has; an output that it doesn't know begins anew.
     pub fn restore(&mut self, columns: &mut Columns<'_>) -> Result<(), Trouble> {
         let mut entries: BTreeMap<String, ColumnEntry> =
             self.header.columns.iter().map(|entry| (entry.name.clone(), entry.clone())).collect();
-        let mut names_differ = None;
-        let mut seen = 0;
-        columns(&mut |name, column| {
-            seen += 1;
-            let fits = |entry: &ColumnEntry| entry.kind == column.data.kind() && entry.components == column.components;
-            if !entries.get(name).is_some_and(fits) {
-                names_differ.get_or_insert_with(|| name.to_owned());
-            }
-        });
-        if let Some(name) = names_differ {
-            return Err(Trouble::Foreign(format!("has no column `{name}` of the kind that this model needs")));
-        }
-        if seen != entries.len() {
-            return Err(Trouble::Foreign(format!("has {} columns, this model has {seen}", entries.len())));
-        }
         let mut result = Ok(());
         columns(&mut |name, column| {
             if let (Ok(()), Some(entry)) = (&result, entries.remove(name)) {
@@ -138,6 +164,24 @@ impl<R: Read + Seek> Reader<R> {
         } else {
             Err(Trouble::Foreign(format!("`{}` has {} bytes, no whole number of entries", entry.name, bytes.len())))
         }
+    }
+}
+
+/// Why a column of the file is not that of the model.
+fn column_misfit(entry: &ColumnEntry, column: &Column<'_>) -> Option<String> {
+    let ColumnEntry { name, kind, components, bytes, .. } = entry;
+    if *kind != column.data.kind() || *components != column.components {
+        return Some(format!("has no column `{name}` of the kind that this model needs"));
+    }
+    let (own, number) = (column.data.bytes().len() as u64, column.data.number_size() as u64);
+    match column.size {
+        Size::Fixed if *bytes != own => {
+            Some(format!("has a column `{name}` of {bytes} bytes, where that of this model has {own}"))
+        }
+        Size::Free if bytes % (number * column.components as u64) != 0 => {
+            Some(format!("has a column `{name}` of {bytes} bytes, no whole number of entries"))
+        }
+        _ => None,
     }
 }
 
@@ -165,7 +209,7 @@ fn read_whole(file: &mut impl Read, buffer: &mut [u8]) -> Result<(), Trouble> {
 #[cfg(test)]
 mod tests {
     use super::super::header::Origin;
-    use super::super::write;
+    use super::super::{ALIGNMENT, BLOCK, write};
     use super::*;
     use proptest::prelude::*;
     use std::io::Cursor;
@@ -183,7 +227,8 @@ mod tests {
 
     fn read(bytes: &[u8]) -> Result<Header, Trouble> {
         let mut reader = Reader::new(Cursor::new(bytes), bytes.len() as u64)?;
-        reader.verify("case")?;
+        reader.check_origin("case")?;
+        reader.verify()?;
         Ok(reader.header)
     }
 
@@ -221,6 +266,31 @@ mod tests {
         column.blocks = vec![BlockEntry { at: 256, stored: 99_999_999, raw: 99_999_999, crc: 0 }; 50];
         let text = Header { origin, columns: vec![column] }.encode();
         assert!(matches!(read(text.as_bytes()), Err(Trouble::Damaged(_))));
+    }
+
+    /// A mebibyte of zeros takes a few bytes in the file: twice the free memory is refused by the header.
+    #[test]
+    fn a_file_that_would_grow_beyond_the_memory_is_refused() {
+        let Some(free) = memory::free() else { return };
+        let count = (2.0 * free / BLOCK as f64) as usize;
+        let stored = zstd::bulk::compress(&vec![0; BLOCK], 1).unwrap();
+        let block = BlockEntry { at: 0, stored: stored.len(), raw: BLOCK, crc: crc32fast::hash(&stored) };
+        let origin = Origin { program: env!("CARGO_PKG_VERSION").into(), case: "case".into(), step: 1, time: 0.5 };
+        let mut column = ColumnEntry::reserve("water.position", "f64", 1, 0);
+        (column.bytes, column.blocks) = ((count * BLOCK) as u64, vec![block; count]);
+        let mut header = Header { origin, columns: vec![column] };
+        let start = (header.encode().len() as u64).next_multiple_of(ALIGNMENT);
+        for (n, block) in (0..).zip(&mut header.columns[0].blocks) {
+            block.at = start + n * stored.len() as u64;
+        }
+        let mut bytes = header.encode().into_bytes();
+        bytes.resize(start as usize, 0);
+        (0..count).for_each(|_| bytes.extend(&stored));
+        let reader =
+            Reader::new(Cursor::new(&bytes), bytes.len() as u64).map_err(|trouble| trouble.to_string()).unwrap();
+        let mut values = vec![0.0_f64; 1];
+        let refused = reader.check_model(&mut |visit| visit("water.position", Column::growing(&mut values)));
+        assert!(refused.unwrap_err().to_string().contains("of memory"));
     }
 
     proptest! {

@@ -1,7 +1,7 @@
 //! What is written on a picture: time, colour bar, scale bar.
 
 use super::scene::Colouring;
-use crate::output::canvas::{Align, Canvas, Text, Typesetting, Weight};
+use crate::output::canvas::{Align, BackEnd, Canvas, Text, Weight};
 use crate::output::colour::Rgb;
 use crate::output::image::Image;
 use crate::output::ticks::{Shown, Ticks, round_step};
@@ -40,7 +40,7 @@ pub(super) fn annotate(image: &mut Image, pixel: f64, notes: &Notes<'_>) -> io::
     let size = [image.width as f64 / pixel, image.height as f64 / pixel];
     let area_size = (image.width as u32, image.height as u32);
     let area = BitMapBackend::with_buffer(&mut image.pixels, area_size).into_drawing_area();
-    let canvas = Canvas::new(&area, pixel, Typesetting::BITMAP);
+    let canvas = Canvas::new(&area, pixel, BackEnd::BITMAP);
     canvas.text(Text { weight: Weight::Bold, ..text(&notes.time, [MARGIN, MARGIN + 12.0], INK) })?;
     scale_bar(&canvas, size, notes)?;
     if let Some(colouring) = notes.colouring {

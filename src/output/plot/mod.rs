@@ -6,7 +6,7 @@ mod run;
 pub use run::{Reference, Shape, plot_run};
 
 use super::atomic;
-use super::canvas::{Canvas, Typesetting};
+use super::canvas::{BackEnd, Canvas};
 use super::image::Image;
 use crate::error::{Error, Result};
 use plotters::prelude::*;
@@ -103,7 +103,7 @@ pub fn to_svg(spec: &PlotSpec) -> io::Result<String> {
     {
         let size = (width * SVG_SCALE, height * SVG_SCALE);
         let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        draw::draw(&Canvas::new(&area, f64::from(SVG_SCALE), Typesetting::SVG), spec)?;
+        draw::draw(&Canvas::new(&area, f64::from(SVG_SCALE), BackEnd::SVG), spec)?;
         area.present().map_err(|error| io::Error::other(error.to_string()))?;
     }
     // The view box keeps the fine coordinates; the image has the logical size.
@@ -122,7 +122,7 @@ pub fn to_image(spec: &PlotSpec) -> io::Result<Image> {
     {
         let size = (width as u32, height as u32);
         let area = BitMapBackend::with_buffer(&mut image.pixels, size).into_drawing_area();
-        draw::draw(&Canvas::new(&area, scale as f64, Typesetting::BITMAP), spec)?;
+        draw::draw(&Canvas::new(&area, scale as f64, BackEnd::BITMAP), spec)?;
         area.present().map_err(|error| io::Error::other(error.to_string()))?;
     }
     Ok(image.averaged_down(SUPERSAMPLING))

@@ -1,6 +1,8 @@
 //! Probes: histories of one quantity at a place, or reduced over a body or membrane.
 
 mod fragments;
+mod impulse;
+mod place;
 mod reduce;
 mod spec;
 
@@ -9,9 +11,11 @@ pub use spec::{Axis, ProbeSpec, Reduction, Within};
 use super::component::Component;
 use super::history::History;
 use super::label::{UnitLabels, component_names, file_name};
-use super::set::{On, Quantity, Set, Start, expected};
+use super::set::{Quantity, Set, Start, expected};
 use crate::error::{Diagnostic, Result};
-use crate::simulation::{Monitor, Snapshot};
+use crate::simulation::{Column, Monitor, Snapshot};
+use impulse::Impulse;
+use place::{Found, find, follow};
 use std::path::Path;
 
 /// Writes `<name>.csv` for one [`ProbeSpec`].
@@ -19,18 +23,13 @@ use std::path::Path;
 pub struct Probe {
     spec: ProbeSpec,
     dimension: usize,
-    /// The particle (by identity), node or element (by index) that is followed.
-    followed: Option<Followed>,
+    /// The particle, element or point of an element that is followed, and where it is at the start.
+    found: Option<Found>,
+    impulse: Option<Impulse>,
     start: Start,
     heads: Vec<String>,
     history: History,
     interval: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Followed {
-    Particle(u32),
-    Index(usize),
 }
 
 impl Probe {
@@ -49,7 +48,7 @@ impl Probe {
         interval: f64,
         units: UnitLabels,
     ) -> Result<Self, Diagnostic> {
-        spec.check(key)?;
+        spec.check(key, initial.dimension)?;
         let names: Vec<&str> = Set::all(initial).map(Set::name).collect();
         let set = Set::find(initial, &spec.of).ok_or_else(|| {
             let message = format!("there is no body, membrane or mesh named `{}`", spec.of);
@@ -65,12 +64,16 @@ impl Probe {
         check_weight(&spec, key, set, &quantity)?;
 
         let dimension = initial.dimension;
-        let followed = spec.at.as_ref().and_then(|place| nearest(set, quantity.on, place));
+        let found = spec.at.as_ref().and_then(|place| find(set, quantity.on, place));
         let mut heads = vec![units.head("time", "s")];
-        heads.extend(columns(&spec, &quantity, dimension).iter().map(|(name, unit)| units.head(name, unit)));
+        heads.extend(columns(&spec, &quantity, dimension).iter().map(|(name, unit)| match spec.impulse {
+            Some(_) => units.head(&format!("{name} impulse"), format!("{unit} s").trim_start()),
+            None => units.head(name, unit),
+        }));
         let history = History::new(directory.join(format!("{}.csv", file_name(&spec.name))));
         let interval = spec.every.unwrap_or(interval);
-        Ok(Self { spec, dimension, followed, start, heads, history, interval })
+        let impulse = spec.impulse.map(|window| Impulse::new(&spec.name, window));
+        Ok(Self { spec, dimension, found, impulse, start, heads, history, interval })
     }
 
     /// The heads of the history, time first.
@@ -92,13 +95,33 @@ impl Probe {
         Some([lower, std::array::from_fn(|i| bound(i, f64::NEG_INFINITY, f64::max))])
     }
 
+    /// How what is followed differs from what was asked for, as a sentence.
+    pub fn adjusted(&self) -> Option<String> {
+        let (asked, Found { followed, place }) = (self.spec.at.as_ref()?, self.found.as_ref()?);
+        let away = asked.iter().zip(place).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let size = place.iter().chain(asked).fold(0.0, |size: f64, c| size.max(c.abs()));
+        // Not to the last digit, and without the sign of zero.
+        let digits = 10f64.powi(9 - size.max(f64::MIN_POSITIVE).log10().ceil() as i32);
+        let shown = |c: &f64| ((digits * c).round() / digits + 0.0).to_string();
+        let places = |x: &[f64]| x.iter().take(self.dimension).map(shown).collect::<Vec<_>>().join(", ");
+        let Self { spec: ProbeSpec { name, of, .. }, .. } = self;
+        let what = match followed {
+            place::Followed::Particle(_) => format!("follows the nearest particle of `{of}`, at the start"),
+            _ => format!("looks at the nearest point of `{of}`,"),
+        };
+        (away > 1e-9 * size)
+            .then(|| format!("probe {name}: {what} at ({}), {away:.3e} m from ({})", places(place), places(asked)))
+    }
+
     /// What the probe sees now: as many numbers as heads after the time; NaN for what is gone.
     pub fn evaluate(&self, snapshot: &Snapshot<'_>) -> Vec<f64> {
         let count = self.heads.len() - 1;
         let Some(set) = Set::find(snapshot, &self.spec.of) else { return vec![f64::NAN; count] };
         let Some(quantity) = set.quantity(&self.spec.quantity, &self.start) else { return vec![f64::NAN; count] };
-        let values = match self.followed {
-            Some(followed) => follow(set, followed, &quantity).unwrap_or_else(|| vec![f64::NAN; quantity.components]),
+        let values = match &self.found {
+            Some(found) => {
+                follow(set, &found.followed, &quantity).unwrap_or_else(|| vec![f64::NAN; quantity.components])
+            }
             None => return reduce::reduce(&self.spec, set, &quantity, self.dimension),
         };
         selected(&self.spec, &values, self.dimension)
@@ -112,34 +135,30 @@ impl Monitor for Probe {
 
     fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
         let mut row = vec![snapshot.time];
-        row.extend(self.evaluate(snapshot));
+        row.extend(match &self.impulse {
+            Some(impulse) => impulse.values(snapshot.time, self.heads.len() - 1),
+            None => self.evaluate(snapshot),
+        });
         self.history.append(&self.heads, &row)
     }
 
-    fn resume(&mut self, time: f64) -> Result<()> {
-        self.history.resume(time)
+    fn follows(&self, from: f64, to: f64) -> bool {
+        self.impulse.as_ref().is_some_and(|impulse| impulse.holds(from, to))
     }
-}
 
-/// The entry or element that is nearest to `place` [m] in the reference state.
-fn nearest(set: Set<'_>, on: On, place: &[f64]) -> Option<Followed> {
-    let distance = |x: &[f64; 3]| place.iter().zip(x).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-    let places = set.reference_places(on);
-    let (index, _) = places.iter().map(distance).enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    Some(match set {
-        Set::Points(set) => Followed::Particle(set.id[index]),
-        Set::Surface(_) => Followed::Index(index),
-    })
-}
+    fn follow(&mut self, snapshot: &Snapshot<'_>) {
+        let values = self.evaluate(snapshot);
+        self.impulse.iter_mut().for_each(|impulse| impulse.add(snapshot.time, &values));
+    }
 
-/// The value at what is followed; `None` if it is gone.
-fn follow(set: Set<'_>, followed: Followed, quantity: &Quantity<'_>) -> Option<Vec<f64>> {
-    let index = match (followed, set) {
-        (Followed::Particle(id), Set::Points(set)) => set.id.iter().position(|&other| other == id)?,
-        (Followed::Index(index), _) => index,
-        (Followed::Particle(_), Set::Surface(_)) => return None,
-    };
-    quantity.values.chunks_exact(quantity.components).nth(index).map(<[f64]>::to_vec)
+    fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        self.impulse.iter_mut().for_each(|impulse| impulse.columns(visit));
+    }
+
+    fn resume(&mut self, time: f64) -> Result<()> {
+        self.history.resume(time)?;
+        self.history.begin(&self.heads)
+    }
 }
 
 /// The components of a value that a history shows.

@@ -5,18 +5,20 @@ use crate::output::component::Component;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A history of one quantity: at a place (`at`) or reduced over a whole set (`reduce`).
+/// A history of one quantity: at a place (`at`) or reduced over a whole set (`reduce`); or its impulse.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct ProbeSpec {
     /// Name of the history: `history/<name>.csv`.
     pub name: String,
-    /// The body, membrane or mesh.
+    /// What it looks at: the name of a body or membrane, or with PFEM-2 that of a body, `mesh` or
+    /// `interface`.
     pub of: String,
     /// `position`, `displacement`, or a field such as `velocity` or `pressure`.
     #[serde(default = "position")]
     pub quantity: String,
-    /// Follow the particle, node or element that is nearest to this place in the state at the start.
+    /// A place in the state at the start: follow the particle that is nearest to it, or the point of a membrane or mesh there, with
+    /// fields of nodes interpolated in its element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub at: Option<Vec<f64>>,
@@ -26,7 +28,8 @@ pub struct ProbeSpec {
     /// One component of the quantity; default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub component: Option<Component>,
-    /// A scalar field to weight a mean or a sum with, for example `volume` or `mass`.
+    /// A scalar field of the same set to weight `mean`, `sum`, `mean-radius` and `center-of-mass` with, for example `mass`; default:
+    /// the field `mass` for centres where there is one; else all count the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weight: Option<String>,
     /// The direction of `top` and `bottom`, the axis of a radius; default: the last axis for `top` and
@@ -41,6 +44,11 @@ pub struct ProbeSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub cell: Option<f64>,
+    /// Integrate over time between these two times, by every step: the impulse of a pressure or force, which doesn't depend on the
+    /// height that a step gives to a peak.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "s"))]
+    pub impulse: Option<[f64; 2]>,
     /// Only what is inside this box at the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Within>,
@@ -122,7 +130,7 @@ pub struct Within {
 }
 
 impl Within {
-    /// True inside or on the boundary; axes that the box doesn't give are unbounded.
+    /// True inside or on the boundary; the third axis is unbounded where a box of a plane doesn't give it.
     pub fn contains(&self, x: &[f64; 3]) -> bool {
         self.lower.iter().zip(x).all(|(lower, x)| lower <= x) && self.upper.iter().zip(x).all(|(upper, x)| x <= upper)
     }
@@ -148,19 +156,36 @@ impl ProbeSpec {
         keys.into_iter().find(|(_, given, read)| *given && !read).map(|(key, ..)| key)
     }
 
+    /// The lists of coordinates, by their keys.
+    fn lengths(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        let within = self.within.as_ref();
+        let lists = [
+            ("at", self.at.as_ref()),
+            ("center", self.center.as_ref()),
+            ("within.lower", within.map(|within| &within.lower)),
+            ("within.upper", within.map(|within| &within.upper)),
+        ];
+        lists.into_iter().filter_map(|(key, list)| Some((key, list?.len())))
+    }
+
     /// Checks what can be checked without a model.
     ///
     /// # Errors
     /// Keys that contradict each other or need another one.
-    pub(super) fn check(&self, key: &str) -> Result<(), Diagnostic> {
+    pub(super) fn check(&self, key: &str, dimension: usize) -> Result<(), Diagnostic> {
         let wrong = |field: &str, message: &str, help: &str| {
             Err(Diagnostic::error(format!("{key}.{field}"), message).help(help))
         };
+        if let Some((field, found)) = self.lengths().find(|(_, length)| !(dimension..=3).contains(length)) {
+            let message = format!("{found} coordinates in {dimension}D");
+            return wrong(field, &message, &format!("give {dimension}, one per axis"));
+        }
+        if self.impulse.is_some_and(|[from, to]| !(from >= 0.0 && to > from && to.is_finite())) {
+            let help = "for example `impulse = [\"0.3 s\", \"0.5 s\"]`";
+            return wrong("impulse", "the window ends before it begins, or begins before the start", help);
+        }
         if self.at.is_some() == self.reduce.is_some() {
             return wrong("at", "a probe needs either `at` or `reduce`", "for example `reduce = \"mean\"`");
-        }
-        if self.at.as_ref().is_some_and(|at| !(2..=3).contains(&at.len())) {
-            return wrong("at", "a place has two or three coordinates", "for example `at = [0, 0, 0]`");
         }
         if self.reduce == Some(Reduction::CountFragments) && !self.cell.is_some_and(|cell| cell > 0.0) {
             return wrong("cell", "`count-fragments` needs a cell size", "about the cell size of the grid");
@@ -173,7 +198,7 @@ impl ProbeSpec {
         }
         if let Some(field) = self.idle() {
             let (message, help) = match self.reduction() {
-                None => ("has no effect: `at` follows one particle, node or element", "take it out, or reduce instead"),
+                None => ("has no effect: `at` follows one particle or point", "take it out, or reduce instead"),
                 Some(_) => ("has no effect on this `reduce`", "take it out, or choose another `reduce`"),
             };
             return wrong(field, message, help);

@@ -1,5 +1,6 @@
 //! Reads back arrays of the files that are written here: to compare fields with references.
 
+use crate::input;
 use flate2::read::ZlibDecoder;
 use std::io::{self, Read};
 use std::path::Path;
@@ -9,7 +10,7 @@ use std::path::Path;
 /// # Errors
 /// Input/output errors; a file without the array, or that was not written here.
 pub fn read_array(path: &Path, name: &str) -> io::Result<Vec<f64>> {
-    let bytes = std::fs::read(path)?;
+    let bytes = input::read(path)?;
     let start = find(&bytes, b"<AppendedData").ok_or_else(|| invalid("no appended data"))?;
     let first = start + find(&bytes[start..], b"_").ok_or_else(|| invalid("no appended data"))? + 1;
     let header = String::from_utf8_lossy(&bytes[..start]);

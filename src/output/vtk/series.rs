@@ -2,8 +2,8 @@
 
 use super::array::escape;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::output::atomic;
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,7 @@ impl Series {
     /// # Errors
     /// Input/output errors.
     pub fn resume(&mut self, time: f64) -> Result<()> {
-        let text = match fs::read_to_string(&self.path) {
+        let text = match input::text(&self.path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
             Err(error) => return Err(Error::io(&self.path, error)),
@@ -88,6 +88,7 @@ fn entry(line: &str) -> Option<(f64, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn a_resumed_list_is_the_list_of_an_uninterrupted_run() {

@@ -38,7 +38,7 @@ impl Impulses {
 
     /// Shows the sums to a checkpoint.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        visit("loop/impulses", Column::new(&mut self.sums));
-        visit("loop/time of impulses", Column::new(&mut self.time));
+        visit("loop/impulses", Column::growing(&mut self.sums));
+        visit("loop/time of impulses", Column::growing(&mut self.time));
     }
 }

@@ -12,6 +12,7 @@ use crate::case::{Case, check, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mesh::Mesh;
+use crate::mesh::domain::DomainMesh;
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::{Pfem2, Setup};
 use crate::simulation::Solver;
@@ -32,11 +33,13 @@ impl Case {
         check::plausible::of_flow(self, &setup, &mut findings);
         let summary = Summary::of_flow(&setup, &self.file);
         let mut solver = Pfem2::new(setup);
-        let summary = summary.with_solver(&mut solver, &self.file);
+        let mut summary = summary.with_solver(&mut solver, &self.file);
+        summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
         check::steps(self, &summary, &mut findings);
         check::memory(&summary, &mut findings);
         names::files(&self.file, &solver.snapshot(), &mut findings);
-        check::probes(&self.file, &solver.snapshot(), summary.domain, &mut findings);
+        let notes = check::probes(&self.file, &solver.snapshot(), summary.domain, &mut findings);
+        summary.notes.extend(notes);
         check::pictures(&self.file, &solver.snapshot(), summary.domain, &mut findings);
         if has_errors(&findings) {
             return Err(findings);

@@ -1,0 +1,215 @@
+//! Where a probe looks: at a particle, at an element, or between the nodes of an element.
+
+use crate::math::Vector;
+use crate::output::set::{On, Quantity, Set};
+use crate::simulation::SurfaceSet;
+
+/// What a probe follows.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Followed {
+    /// A particle, by identity.
+    Particle(u32),
+    /// An element.
+    Element(usize),
+    /// A point of an element: its nodes with their shape functions.
+    Point(Vec<(usize, f64)>),
+}
+
+/// What is at a place of the reference state, or nearest to it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Found {
+    pub followed: Followed,
+    /// Where it is in the reference state [m].
+    pub place: [f64; 3],
+}
+
+/// A point this near to a node, over the longest side of its element, is the node.
+const AT_NODE: f64 = 1e-9;
+
+/// What is at `place` [m] in the reference state, or nearest to it; `None` in an empty set.
+pub(super) fn find(set: Set<'_>, on: On, place: &[f64]) -> Option<Found> {
+    let place: [f64; 3] = std::array::from_fn(|i| place.get(i).copied().unwrap_or(0.0));
+    match set {
+        Set::Points(set) => {
+            let (index, at) = nearest(&set.position, place)?;
+            Some(Found { followed: Followed::Particle(set.id[index]), place: at })
+        }
+        Set::Surface(set) => {
+            let (element, weights) = nearest_point(set, place)?;
+            let nodes = set.elements[element].iter().map(|&n| n as usize);
+            let at = nodes.clone().zip(&weights).map(|(n, w)| Vector(set.reference[n]) * *w).sum::<Vector<3>>().0;
+            let point = nodes.zip(weights).filter(|(_, weight)| *weight != 0.0).collect();
+            let followed = if on == On::Elements { Followed::Element(element) } else { Followed::Point(point) };
+            Some(Found { followed, place: at })
+        }
+    }
+}
+
+/// The value at what is followed; `None` if it is gone.
+pub(super) fn follow(set: Set<'_>, followed: &Followed, quantity: &Quantity<'_>) -> Option<Vec<f64>> {
+    let value = |index: usize| quantity.values.chunks_exact(quantity.components).nth(index).map(<[f64]>::to_vec);
+    match (followed, set) {
+        (Followed::Particle(id), Set::Points(set)) => value(set.id.iter().position(|other| other == id)?),
+        (Followed::Element(index), Set::Surface(_)) => value(*index),
+        (Followed::Point(nodes), Set::Surface(_)) => match nodes[..] {
+            [(node, _)] => value(node),
+            _ => nodes.iter().try_fold(vec![0.0; quantity.components], |mut sum, &(node, weight)| {
+                sum.iter_mut().zip(value(node)?).for_each(|(sum, value)| *sum += weight * value);
+                Some(sum)
+            }),
+        },
+        _ => None,
+    }
+}
+
+fn nearest(places: &[[f64; 3]], place: [f64; 3]) -> Option<(usize, [f64; 3])> {
+    let distance = |x: &[f64; 3]| (Vector(*x) - Vector(place)).norm_squared();
+    let places = places.iter().enumerate();
+    places.min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b))).map(|(index, x)| (index, *x))
+}
+
+/// The element that a place lies in, or whose point is nearest to it, and the shape functions there.
+fn nearest_point(set: &SurfaceSet<'_>, place: [f64; 3]) -> Option<(usize, Vec<f64>)> {
+    let mut best: Option<(f64, usize, Vec<f64>)> = None;
+    for (element, nodes) in set.elements.iter().enumerate() {
+        let corners: Vec<Vector<3>> = nodes.iter().map(|&n| Vector(set.reference[n as usize])).collect();
+        if best.as_ref().is_some_and(|(least, ..)| around(&corners, place) >= *least) {
+            continue;
+        }
+        let weights = match (corners.len(), set.kind) {
+            (4, crate::simulation::Elements::Sheet) => in_quadrilateral(&corners, Vector(place)),
+            _ => in_simplex(&corners, Vector(place)),
+        };
+        let distance = (blend(&corners, &weights) - Vector(place)).norm_squared();
+        if best.as_ref().is_none_or(|(least, ..)| distance < *least) {
+            best = Some((distance, element, at_node(&corners, weights, Vector(place))));
+        }
+    }
+    best.map(|(_, element, weights)| (element, weights))
+}
+
+/// Square of the distance from the box around the corners [m²].
+fn around(corners: &[Vector<3>], place: [f64; 3]) -> f64 {
+    let beyond = |i: usize| {
+        let low = corners.iter().map(|x| x[i]).fold(f64::INFINITY, f64::min);
+        let high = corners.iter().map(|x| x[i]).fold(f64::NEG_INFINITY, f64::max);
+        (low - place[i]).max(place[i] - high).max(0.0)
+    };
+    (0..3).map(|i| beyond(i).powi(2)).sum()
+}
+
+/// Rounding shall not mix what a node has with what its neighbours have.
+fn at_node(corners: &[Vector<3>], weights: Vec<f64>, place: Vector<3>) -> Vec<f64> {
+    let longest = corners.iter().flat_map(|a| corners.iter().map(move |b| (*a - *b).norm())).fold(0.0, f64::max);
+    match corners.iter().position(|x| (*x - place).norm() <= AT_NODE * longest) {
+        Some(node) => (0..corners.len()).map(|k| f64::from(u8::from(k == node))).collect(),
+        None => weights,
+    }
+}
+
+fn blend(corners: &[Vector<3>], weights: &[f64]) -> Vector<3> {
+    corners.iter().zip(weights).map(|(x, weight)| *x * *weight).sum()
+}
+
+/// Barycentric coordinates of the point of a simplex (a point to a tetrahedron) that is nearest to `x`.
+fn in_simplex(corners: &[Vector<3>], x: Vector<3>) -> Vec<f64> {
+    let [first, others @ ..] = corners else { return Vec::new() };
+    let sides: Vec<Vector<3>> = others.iter().map(|corner| *corner - *first).collect();
+    // The foot of x in the plane of the simplex: Gram's matrix of its sides.
+    let mut rows: Vec<Vec<f64>> = sides.iter().map(|a| sides.iter().map(|b| a.dot(*b)).collect()).collect();
+    rows.iter_mut().zip(&sides).for_each(|(row, side)| row.push(side.dot(x - *first)));
+    if let Some(inner) = solve(rows) {
+        let weights: Vec<f64> = std::iter::once(1.0 - inner.iter().sum::<f64>()).chain(inner).collect();
+        if weights.iter().all(|weight| *weight >= 0.0) {
+            return weights;
+        }
+    }
+    let face = |left_out: usize| {
+        let face: Vec<Vector<3>> = (0..corners.len()).filter(|k| *k != left_out).map(|k| corners[k]).collect();
+        let mut weights = in_simplex(&face, x);
+        weights.insert(left_out, 0.0);
+        weights
+    };
+    let distance = |weights: &Vec<f64>| (blend(corners, weights) - x).norm_squared();
+    (0..corners.len()).map(face).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default()
+}
+
+/// Solves a small system, whose last column is its right side; `None` if it is singular.
+fn solve(mut rows: Vec<Vec<f64>>) -> Option<Vec<f64>> {
+    let n = rows.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&a, &b| rows[a][k].abs().total_cmp(&rows[b][k].abs()))?;
+        rows.swap(k, pivot);
+        if rows[k][k] == 0.0 {
+            return None;
+        }
+        for i in (0..n).filter(|&i| i != k) {
+            let factor = rows[i][k] / rows[k][k];
+            (k..=n).for_each(|j| rows[i][j] -= factor * rows[k][j]);
+        }
+    }
+    Some((0..n).map(|k| rows[k][n] / rows[k][k]).collect())
+}
+
+/// Bilinear shape functions at the point of a quadrilateral that is nearest to `x`: Gauss–Newton in its square.
+fn in_quadrilateral(corners: &[Vector<3>], x: Vector<3>) -> Vec<f64> {
+    const ROUNDS: usize = 30;
+    let shape = |[s, t]: [f64; 2]| vec![(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
+    let along_s = |t: f64| (corners[1] - corners[0]) * (1.0 - t) + (corners[2] - corners[3]) * t;
+    let along_t = |s: f64| (corners[3] - corners[0]) * (1.0 - s) + (corners[2] - corners[1]) * s;
+    let mut at = [0.5; 2];
+    for _ in 0..ROUNDS {
+        let (away, tangents) = (x - blend(corners, &shape(at)), [along_s(at[1]), along_t(at[0])]);
+        let row = |a: Vector<3>| vec![a.dot(tangents[0]), a.dot(tangents[1]), a.dot(away)];
+        let Some(step) = solve(tangents.map(row).to_vec()) else { break };
+        at = std::array::from_fn(|i| (at[i] + step[i]).clamp(0.0, 1.0));
+        // A side holds one of the two: the other moves along it.
+        for (i, other) in [(0, 1), (1, 0)] {
+            if at[i] > 0.0 && at[i] < 1.0 {
+                continue;
+            }
+            let tangent = if other == 0 { along_s(at[1]) } else { along_t(at[0]) };
+            let away = x - blend(corners, &shape(at));
+            at[other] = (at[other] + away.dot(tangent) / tangent.norm_squared()).clamp(0.0, 1.0);
+        }
+    }
+    shape(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn point() -> impl Strategy<Value = [f64; 3]> {
+        [-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64]
+    }
+
+    proptest! {
+        /// A point made from weights is found again, and no point of the simplex is nearer to any other one.
+        #[test]
+        fn the_nearest_point_of_a_simplex(corners in proptest::collection::vec(point(), 2..5), x in point(), shares in proptest::collection::vec(0.01..1.0f64, 4)) {
+            let corners: Vec<_> = corners.into_iter().map(Vector).collect();
+            let sum: f64 = shares[..corners.len()].iter().sum();
+            let weights: Vec<f64> = shares[..corners.len()].iter().map(|share| share / sum).collect();
+            let inside = blend(&corners, &weights);
+            prop_assert!((blend(&corners, &in_simplex(&corners, inside)) - inside).norm() < 1e-7);
+            let found = in_simplex(&corners, Vector(x));
+            prop_assert!(found.iter().all(|w| *w >= 0.0) && (found.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+            prop_assert!((blend(&corners, &found) - Vector(x)).norm() <= (inside - Vector(x)).norm() + 1e-7);
+        }
+
+        /// Of a flat quadrilateral, the two triangles that it is cut into hold the same points.
+        #[test]
+        fn the_nearest_point_of_a_quadrilateral(offset in proptest::collection::vec(-0.2..0.2f64, 8), x in point()) {
+            let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+            let corners: Vec<Vector<3>> =
+                (0..4).map(|k| Vector([square[k][0] + offset[2 * k], square[k][1] + offset[2 * k + 1], 0.0])).collect();
+            let distance = |corners: &[Vector<3>], weights: &[f64]| (blend(corners, weights) - Vector(x)).norm();
+            let found = distance(&corners, &in_quadrilateral(&corners, Vector(x)));
+            let halves = [[0, 1, 2], [0, 2, 3]].map(|half| half.map(|k: usize| corners[k]));
+            let wanted = halves.iter().map(|half| distance(half, &in_simplex(half, Vector(x)))).fold(f64::INFINITY, f64::min);
+            prop_assert!((found - wanted).abs() < 1e-4, "{found} {wanted}");
+        }
+    }
+}
