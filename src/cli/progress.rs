@@ -93,7 +93,9 @@ fn describe(progress: &Progress, unit: &str) -> String {
     if let Some(left) = progress.remaining {
         line.push_str(&format!("  {} left", duration(left)));
     }
-    if let Some(drift) = progress.energy_drift {
+    if let Some(part) = progress.energy_remainder {
+        line.push_str(&format!("  energy {}", taken(part)));
+    } else if let Some(drift) = progress.energy_drift {
         line.push_str(&format!("  energy {drift:+.1e}"));
     }
     line.push_str(&format!(
@@ -104,6 +106,14 @@ fn describe(progress: &Progress, unit: &str) -> String {
         quantity(progress.particle_steps_per_second, ""),
     ));
     line
+}
+
+/// `3.1% lost`, `0.4% gained`: what errors have done to the energy.
+pub fn taken(part: f64) -> String {
+    let what = if part < 0.0 { "gained" } else { "lost" };
+    let percent = 100.0 * part.abs();
+    let digits = if percent >= 9.95 { 0 } else { 1 + usize::from(percent < 0.995) };
+    format!("{percent:.digits$}% {what}")
 }
 
 /// Three digits with a prefix of the unit: `0.000123 s` reads `123 µs`.
@@ -143,6 +153,21 @@ mod tests {
         assert_eq!(quantity(345.4, ""), "345");
         assert_eq!(quantity(0.0, "s"), "0.000 s");
         assert_eq!(quantity(0.02, ""), "0.020");
+    }
+
+    #[test]
+    fn what_errors_take_reads_well() {
+        assert_eq!([taken(0.0312), taken(-0.004), taken(0.85)], ["3.1% lost", "0.40% gained", "85% lost"]);
+    }
+
+    /// Where the ledger finds what errors took as a remainder, its closure is nothing to show.
+    #[test]
+    fn the_line_shows_what_errors_took() {
+        let shown = |energy_remainder| {
+            describe(&Progress { energy_drift: Some(8.9e-17), energy_remainder, ..Progress::default() }, "s")
+        };
+        assert!(shown(Some(0.11)).contains("energy 11% lost") && !shown(Some(0.11)).contains("e-17"));
+        assert!(shown(None).contains("energy +8.9e-17"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `lateen run`: a case from its file to its results.
 
-use super::progress::{self, duration, quantity};
+use super::progress::{self, duration, quantity, taken};
 use super::{Failure, located, signals};
 use lateen::case::Units;
 use lateen::error::Error;
@@ -100,7 +100,12 @@ fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) {
     for (stage, spent) in stages {
         println!("  {:5.1}%  {spent:8.2} s  {stage}", 100.0 * spent / seconds);
     }
-    if summary.energy_scale > 0.0 {
+    if let Some(part) = summary.energy_remainder {
+        println!(
+            "energy: {} to errors, of the largest other term (`numerical dissipation` in history/balance.csv)",
+            taken(part)
+        );
+    } else if summary.energy_scale > 0.0 {
         let relative = summary.closure / summary.energy_scale;
         println!("energy: all but {relative:.1e} of the largest term is accounted for");
     }

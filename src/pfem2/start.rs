@@ -43,8 +43,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.implicit.subscales.settle();
         self.remember(step, &convected);
         self.carried.copy_from_slice(&self.acceleration);
-        let (powers, outside) = self.push(step, &convected);
-        self.books.begin(powers, outside);
+        let outside = self.push(step, &convected);
+        self.books.begin(&outside);
+        self.friction.begin(&self.implicit);
         self.earlier_forces.clone_from(&self.forces);
         let end = std::mem::replace(&mut self.implicit.velocity, start);
         self.before = self.implicit.velocity.iter().zip(end).map(|(start, end)| *start * 2.0 - end).collect();
