@@ -27,6 +27,7 @@ impl Model {
             position: Cow::Borrowed(&self.particles),
             id: Cow::Owned(id),
             fields: vec![Field::scalar("volume", "m^3", &self.volume), Field::scalar("speed", "m/s", &self.speed)],
+            filled: None,
         };
         let surface = SurfaceSet {
             name: "sheet",

@@ -38,7 +38,7 @@ impl Model {
             Field { components: 3, ..Field::scalar("velocity", "m/s", &self.velocity) },
         ];
         let position = Cow::Borrowed(&self.position[..]);
-        let points = PointSet { name: "water", position, id: Cow::Borrowed(&self.id), fields };
+        let points = PointSet { name: "water", position, id: Cow::Borrowed(&self.id), fields, filled: None };
         let surface = SurfaceSet {
             name: "sheet",
             position: Cow::Borrowed(&self.nodes),

@@ -49,6 +49,7 @@ impl Model {
                 Field::computed("speed", "m/s", 1, speed),
                 Field { name: "stress", unit: "Pa", components: 6, ..Field::scalar("", "", &self.stress) },
             ],
+            filled: None,
         };
         let surface = SurfaceSet {
             name: "sheet & co",

@@ -60,7 +60,7 @@ impl Solver for Oscillator {
         let stored = BalanceTerm { name: "energy".into(), unit: "J", kind: TermKind::Stored, value: energy };
         Snapshot {
             dimension: 2,
-            ledger: Ledger { terms: vec![stored] },
+            ledger: Ledger { terms: vec![stored], ..Ledger::default() },
             forces: vec![("spring".into(), [self.force, 0.0, 0.0])],
             ..Snapshot::default()
         }

@@ -101,9 +101,11 @@ fn announce(event: &Event<'_>) -> Option<String> {
 fn describe(progress: &Progress, unit: &str, room: usize) -> String {
     let clock = progress.clock;
     let time = format!("{} / {}", quantity(clock.time, unit), quantity(progress.end, unit));
+    let drift = || progress.energy_drift.map(|drift| format!("energy {drift:+.1e}"));
+    let energy = progress.energy_remainder.map(|part| format!("energy {}", taken(part))).or_else(drift);
     let parts = [
         progress.remaining.map(|left| format!("{} left", duration(left))),
-        progress.energy_drift.map(|drift| format!("energy {drift:+.1e}")),
+        energy,
         Some(format!("step {}", clock.step)),
         Some(format!("dt {}", quantity(clock.dt, unit))),
         Some(format!("{} steps/s", quantity(progress.steps_per_second, ""))),
@@ -113,6 +115,14 @@ fn describe(progress: &Progress, unit: &str, room: usize) -> String {
         if longer.chars().count() <= room { Ok(longer) } else { Err(line) }
     });
     fitting.unwrap_or_else(|line| line)
+}
+
+/// `3.1% lost`, `0.4% gained`: what errors have done to the energy.
+pub fn taken(part: f64) -> String {
+    let what = if part < 0.0 { "gained" } else { "lost" };
+    let percent = 100.0 * part.abs();
+    let digits = if percent >= 9.95 { 0 } else { 1 + usize::from(percent < 0.995) };
+    format!("{percent:.digits$}% {what}")
 }
 
 /// Three digits with a prefix of the unit: `0.000123 s` reads `123 µs`.
@@ -169,6 +179,21 @@ mod tests {
         let start = Progress { end: 0.678, ..Progress::default() };
         let line = describe(&start, "s", COLUMNS - SHARE);
         assert!(line.contains("step 0  dt 0.000 s  0.000 steps/s"), "{line}");
+    }
+
+    #[test]
+    fn what_errors_take_reads_well() {
+        assert_eq!([taken(0.0312), taken(-0.004), taken(0.85)], ["3.1% lost", "0.40% gained", "85% lost"]);
+    }
+
+    /// Where the ledger finds what errors took as a remainder, its closure is nothing to show.
+    #[test]
+    fn the_line_shows_what_errors_took() {
+        let shown = |energy_remainder| {
+            describe(&Progress { energy_drift: Some(8.9e-17), energy_remainder, ..Progress::default() }, "s", COLUMNS)
+        };
+        assert!(shown(Some(0.11)).contains("energy 11% lost") && !shown(Some(0.11)).contains("e-17"));
+        assert!(shown(None).contains("energy +8.9e-17"));
     }
 
     #[test]

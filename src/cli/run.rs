@@ -1,6 +1,6 @@
 //! `lateen run`: a case from its file to its results.
 
-use super::progress::{self, duration, quantity};
+use super::progress::{self, duration, quantity, taken};
 use super::{Failure, located, quoted, say, show, signals};
 use lateen::case::Units;
 use lateen::error::Error;
@@ -104,7 +104,12 @@ impl Observer for Stop {
 /// Where the time went, how fast it was, how well energy is accounted for, what is on disk.
 fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) -> Result<(), Failure> {
     let mut text = times("done", summary, unit);
-    if summary.energy_scale > 0.0 {
+    if let Some(part) = summary.energy_remainder {
+        text += &format!(
+            "energy: {} to errors, of the largest other term (`numerical dissipation` in history/balance.csv)\n",
+            taken(part)
+        );
+    } else if summary.energy_scale > 0.0 {
         let relative = summary.closure / summary.energy_scale;
         text += &format!("energy: all but {relative:.1e} of the largest term is accounted for\n");
     }

@@ -103,7 +103,7 @@ impl Books {
             value: account.total.value(),
         }));
         terms.push(other("stored energy at the start".into(), "J", self.start));
-        Ledger { terms }
+        Ledger { terms, largest: 0.0 }
     }
 
     /// The state as numbers, for checkpoints.

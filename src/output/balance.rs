@@ -1,7 +1,8 @@
 //! `balance.csv`: mass, momentum, every energy term, and what the ledger can't explain.
 //!
 //! closure = (stored − gained + lost) − the same at the first row [J]; round-off only, if the method
-//! is right.
+//! is right. Where a term is found as the remainder of all others, the closure says nothing: a column more shows what part that
+//! term is of the largest other one so far.
 
 use super::history::{History, Table};
 use super::label::UnitLabels;
@@ -13,6 +14,8 @@ const STORED: &str = "stored energy";
 const GAINED: &str = "gained energy";
 const LOST: &str = "lost energy";
 const CLOSURE: &str = "closure";
+/// What the remainder is of the largest other term so far.
+pub(super) const LOST_TO_ERRORS: &str = "part lost to errors";
 
 /// Writes the ledger of every sample to `balance.csv`.
 #[derive(Debug)]
@@ -38,7 +41,7 @@ impl Monitor for Balance {
 
     fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
         let ledger = &snapshot.ledger;
-        let (stored, gained, lost) = (ledger.stored(), ledger.total(TermKind::Gain), ledger.total(TermKind::Loss));
+        let (stored, gained, lost) = (ledger.stored(), ledger.total(TermKind::Gain), ledger.lost());
         let explained = stored - gained + lost;
         let start = *self.start.get_or_insert(explained);
 
@@ -52,6 +55,10 @@ impl Monitor for Balance {
         for (name, value) in totals {
             heads.push(self.units.head(name, "J"));
             row.push(value);
+        }
+        if ledger.terms.iter().any(|term| term.kind == TermKind::Remainder) {
+            heads.push(LOST_TO_ERRORS.to_owned());
+            row.push(ledger.remainder(0.0).unwrap_or(0.0));
         }
         self.history.append(&heads, &row)
     }
@@ -83,7 +90,26 @@ mod tests {
             term("work of gravity", TermKind::Gain, 9.75 * time),
             term("contact", TermKind::Loss, 0.5 * time),
         ];
-        Snapshot { time, ledger: Ledger { terms }, ..Snapshot::default() }
+        Snapshot { time, ledger: Ledger { terms, ..Ledger::default() }, ..Snapshot::default() }
+    }
+
+    /// A remainder is measured by the largest other term so far, also when that is no longer there.
+    #[test]
+    fn a_remainder_has_a_column_of_its_own() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut balance = Balance::new(dir.path(), 0.5, UnitLabels::Shown);
+        for (time, kinetic, largest) in [(0.0, 10.0, 10.0), (1.0, 4.0, 12.0)] {
+            let terms = vec![
+                term("kinetic energy", TermKind::Stored, kinetic),
+                term("viscous dissipation", TermKind::Loss, 3.0 * time),
+                term("numerical dissipation", TermKind::Remainder, 10.0 - kinetic - 3.0 * time),
+            ];
+            balance.sample(&Snapshot { time, ledger: Ledger { terms, largest }, ..Snapshot::default() }).unwrap();
+        }
+        let table = Table::read(&dir.path().join("balance.csv")).unwrap();
+        assert_eq!(table.column(CLOSURE).unwrap(), [0.0, 0.0]);
+        assert_eq!(table.column(LOST).unwrap(), [0.0, 6.0]);
+        assert_eq!(table.column(LOST_TO_ERRORS).unwrap(), [0.0, 0.25]);
     }
 
     #[test]

@@ -1,4 +1,7 @@
 //! Histories of forces (contact, walls) and of counts (particles that crossed a sheet).
+//!
+//! One convention for both methods, in the heads as well: the force that the material exerts on the wall, obstacle, part or support,
+//! and in a contact the force on the first of the two.
 
 use super::history::History;
 use super::label::{UnitLabels, file_name};
@@ -42,11 +45,11 @@ impl Monitor for Forces {
     }
 
     fn sample(&mut self, snapshot: &Snapshot<'_>) -> Result<()> {
-        let axes = ["fx", "fy", "fz"].into_iter().take(snapshot.dimension);
         let unit = if snapshot.dimension == 2 { "N/m" } else { "N" };
-        let mut heads = vec![self.units.head("time", "s")];
-        heads.extend(axes.map(|axis| self.units.head(axis, unit)));
         for (name, force) in &snapshot.forces {
+            let axes = ["fx", "fy", "fz"].into_iter().take(snapshot.dimension);
+            let mut heads = vec![self.units.head("time", "s")];
+            heads.extend(axes.map(|axis| self.units.head_of(axis, unit, &on(name))));
             let mut row = vec![snapshot.time];
             row.extend_from_slice(&force[..snapshot.dimension]);
             self.history(name)?.append(&heads, &row)?;
@@ -62,6 +65,11 @@ impl Monitor for Forces {
         self.resumed = Some(time);
         Ok(())
     }
+}
+
+/// On what a force acts, for the heads of its history.
+fn on(name: &str) -> String {
+    if name.starts_with("contact:") { "on the first".to_owned() } else { format!("on {name}") }
 }
 
 /// Writes every named count to `counts.csv`, one column each.
@@ -105,9 +113,11 @@ impl Monitor for Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::history::Table;
 
     fn pushing(time: f64) -> Snapshot<'static> {
-        let forces = vec![("contact:ball-sheet".to_owned(), [time, 2.0 * time, 0.0])];
+        let forces =
+            ["contact:ball-sheet", "wall:left"].map(|name| (name.to_owned(), [time, 2.0 * time, 0.0])).to_vec();
         let counts = vec![("crossed:sheet".to_owned(), 3)];
         Snapshot { time, dimension: 2, forces, counts, ..Snapshot::default() }
     }
@@ -121,7 +131,13 @@ mod tests {
         }
         let path = dir.path().join("contact-ball-sheet.csv");
         let whole = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(whole, "time [s],fx [N/m],fy [N/m]\n0.0,0.0,0.0\n1.0,1.0,2.0\n2.0,2.0,4.0\n");
+        assert_eq!(
+            whole,
+            "time [s],fx [N/m on the first],fy [N/m on the first]\n0.0,0.0,0.0\n1.0,1.0,2.0\n2.0,2.0,4.0\n"
+        );
+        let wall = Table::read(&dir.path().join("wall-left.csv")).unwrap();
+        assert_eq!(wall.heads, ["time [s]", "fx [N/m on wall:left]", "fy [N/m on wall:left]"]);
+        assert_eq!(wall.column("fy").unwrap(), [0.0, 2.0, 4.0]);
 
         let mut resumed = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
         resumed.resume(1.0).unwrap();

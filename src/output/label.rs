@@ -19,6 +19,14 @@ impl UnitLabels {
         }
     }
 
+    /// The head of a column of something that acts: the name, and in brackets its unit, where there is one, and on what it acts.
+    pub fn head_of(self, name: &str, unit: &str, on: &str) -> String {
+        match self.unit(unit) {
+            "" => format!("{name} [{on}]"),
+            unit => format!("{name} [{unit} {on}]"),
+        }
+    }
+
     /// The unit, or nothing where units are hidden.
     pub fn unit(self, unit: &str) -> &str {
         match self {
@@ -57,6 +65,8 @@ mod tests {
         assert_eq!(UnitLabels::Shown.head("time", "s"), "time [s]");
         assert_eq!(UnitLabels::Shown.head("crossed", ""), "crossed");
         assert_eq!(UnitLabels::Hidden.head("time", "s"), "time");
+        assert_eq!(UnitLabels::Shown.head_of("fx", "N", "on floor"), "fx [N on floor]");
+        assert_eq!(UnitLabels::Hidden.head_of("fx", "N", "on floor"), "fx [on floor]");
     }
 
     #[test]

@@ -24,6 +24,9 @@ const ALLOWED: f64 = 0.5;
 /// is said: fluids at rest stir a little.
 const NOTHING: f64 = 1e-3;
 
+/// Part of A that errors are measured by as long as nothing larger has moved: a flow that has just begun has next to none.
+const BEGUN: f64 = 0.1;
+
 /// Part of A, and of the work that lifts all fluid by an element, that gravity may do beyond A.
 const LENT: f64 = 0.1;
 
@@ -92,6 +95,16 @@ impl Available {
         self.start - self.potential(totals)
     }
 
+    /// The least energy that errors are measured by [J].
+    pub fn least(&self, books: &Books) -> f64 {
+        (NOTHING * self.at_hand(books)).max(BEGUN * self.energy)
+    }
+
+    /// What there is to move the fluids with [J].
+    fn at_hand(&self, books: &Books) -> f64 {
+        self.energy + self.lift + books.begun()
+    }
+
     /// Whether the flow may have gained what the books don't explain, and gravity done the work that they book.
     ///
     /// # Errors
@@ -103,7 +116,7 @@ impl Available {
         implicit: &Implicit<D, N>,
     ) -> Result<Verdict, StepError> {
         let (gained, lent) = (books.gained(totals, implicit.surface_energy()), books.gravity() - self.energy);
-        let (at_hand, exchanged) = (self.energy + self.lift + books.begun(), books.exchanged());
+        let (at_hand, exchanged) = (self.at_hand(books), books.exchanged());
         if gained.max(lent) > HOPELESS * (at_hand + exchanged) {
             return Err(health::runaway(implicit, gained.max(lent), at_hand));
         }

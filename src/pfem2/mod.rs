@@ -15,7 +15,9 @@ pub mod boundary;
 pub mod convect;
 pub mod correct;
 pub mod element;
+mod filled;
 pub mod forces;
+mod friction;
 mod health;
 pub mod implicit;
 mod inflow;
@@ -40,6 +42,7 @@ pub mod subscale;
 pub mod surface_tension;
 #[cfg(test)]
 mod tests;
+mod through;
 mod transport;
 mod volumes;
 mod watch;

@@ -16,11 +16,19 @@ const LEFT: f64 = 0.9;
 /// Part of the volume of several fluids that may be missing without a word.
 const CHANGED: f64 = 1e-3;
 
+/// Steps that errors in the energy last until they are said: flows that begin are slower than their errors at first.
+const LASTING: u32 = 5;
+
 /// What happened, each kind said once.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Notices {
     /// Inlets by their place among the sets, with the fluids that were there.
     met: BTreeSet<(usize, usize)>,
+    /// Steps for which errors have taken, or given, much of the energy.
+    lasting: u32,
+    /// True once it is said that they have taken it, and that they have given it.
+    taken: bool,
+    given: bool,
     said: BTreeSet<String>,
     pending: Vec<String>,
 }
@@ -90,6 +98,35 @@ impl Notices {
         let what = "errors have given the flow more than half of the kinetic energy that it ever had, or let gravity do more work than \
                     its fluids could give (`numerical dissipation` and `work of gravity` in `history/balance.csv`); take shorter \
                     steps (`time.step`, `pfem2.courant`) or smaller elements";
+        self.say(what.to_owned());
+    }
+
+    /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; said where it is much for
+    /// some steps.
+    pub fn errors(&mut self, part: f64, much: bool) {
+        self.lasting = if much { self.lasting + 1 } else { 0 };
+        if self.lasting < LASTING {
+            return;
+        }
+        let told = if part < 0.0 { &mut self.given } else { &mut self.taken };
+        if std::mem::replace(told, true) {
+            return;
+        }
+        let what = match part < 0.0 {
+            true => "errors have given the flow",
+            false => "errors have taken",
+        };
+        self.say(format!(
+            "{what} {:.0} % of the largest other energy so far (`numerical dissipation` in `history/balance.csv`; the progress line \
+             goes on showing it): smaller elements or shorter steps (`time.step`, `pfem2.courant`) make it less",
+            100.0 * part.abs()
+        ));
+    }
+
+    /// Viscosity has given energy.
+    pub fn friction(&mut self) {
+        let what = "`viscous dissipation` is below zero in `history/balance.csv`: the step is too long for this viscosity; take \
+                    shorter steps (`time.step`)";
         self.say(what.to_owned());
     }
 

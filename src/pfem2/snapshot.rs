@@ -1,9 +1,9 @@
 //! What outputs and checkpoints see: particles, mesh, ledger, forces, counts.
 
-use super::Pfem2;
 use super::particles::Particles;
 use super::step::Counts;
 use super::step_control::Errors;
+use super::{Pfem2, filled};
 use crate::math::Vector;
 use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, MOST_COUNTED, PointSet, Snapshot, SurfaceSet};
@@ -43,8 +43,9 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     let position = own.iter().map(|&p| particles.position[p as usize].to3()).collect();
     let id = Cow::Owned(own.clone());
     let count = own.len();
-    let here = own.clone();
+    let [here, there] = [own.clone(), own.clone()];
     let volume = move || here.iter().map(|&p| pfem.volume(p as usize)).collect();
+    let mass = move || there.iter().map(|&p| pfem.density[fluid] * pfem.volume(p as usize)).collect();
     let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
     PointSet {
         name: &pfem.implicit.physics.fluids[fluid].name,
@@ -53,8 +54,10 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
         fields: vec![
             Field::computed("velocity", "m/s", 3, velocity),
             Field::computed("volume", if D == 2 { "m^2" } else { "m^3" }, 1, volume),
+            Field::computed("mass", "kg", 1, mass),
             Field::computed("fluid", "", 1, move || vec![fluid as f64; count]),
         ],
+        filled: Some(Box::new(move |bounds: &filled::Bounds| filled::pieces(pfem, fluid, bounds))),
     }
 }
 
@@ -111,6 +114,7 @@ fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
 /// Energies, momentum, and the volume of each fluid.
 fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     let mut ledger = pfem.books.ledger::<D>(&pfem.totals, pfem.implicit.surface_energy());
+    ledger.largest = pfem.largest_energy();
     let unit = if D == 2 { "m^2" } else { "m^3" };
     for (fluid, &value) in pfem.implicit.physics.fluids.iter().zip(&pfem.implicit.volumes) {
         ledger.terms.push(BalanceTerm { name: format!("volume: {}", fluid.name), unit, kind: Other, value });
@@ -209,8 +213,17 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("books/last", Column::new(&mut pfem.books.last));
     visit("books/start", Column::new(&mut pfem.books.start));
     visit("books/peak", Column::new(&mut pfem.books.peak));
+    visit("friction/power", Column::new(&mut pfem.friction.power));
+    visit("friction/change", Column::new(&mut pfem.friction.change));
     visit("forces", Column::new(&mut pfem.forces));
     visit("forces/earlier", Column::new(&mut pfem.earlier_forces));
+    // Nothing depends on these, but the state is shown with them.
+    visit("forces/mean", Column::new(&mut pfem.mean_forces));
+    let mut shown = vec![pfem.shift, pfem.weight];
+    visit("shift, weight", Column::new(&mut shown));
+    if let [shift, weight] = shown[..] {
+        (pfem.shift, pfem.weight) = (shift, weight);
+    }
     let errors = pfem.step_control.errors;
     let control = &mut pfem.step_control;
     let mut clock = vec![pfem.dt_before, pfem.dt_earlier, control.proposal, errors.time, errors.mesh, errors.interface];
@@ -221,10 +234,13 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     }
     let counts = &mut pfem.counts;
     let Counts { left, stuck, added, inflow, merged, empty } = *counts;
-    let mut numbers = vec![pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners];
+    let iterations = pfem.implicit.outcome.iterations as u64;
+    let mut numbers =
+        vec![pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners, iterations];
     visit("counts", Column::new(&mut numbers));
-    if let [steps, left, stuck, added, inflow, merged, empty, preconditioners] = numbers[..] {
+    if let [steps, left, stuck, added, inflow, merged, empty, preconditioners, iterations] = numbers[..] {
         (pfem.steps, pfem.implicit.preconditioners) = (steps, preconditioners);
+        pfem.implicit.outcome.iterations = iterations as usize;
         *counts = Counts { left, stuck, added, inflow, merged, empty };
     }
     if let Some(sharp) = &mut pfem.sharp {

@@ -96,8 +96,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.implicit.subscales.settle();
         self.remember(step, &convected);
         self.carried.copy_from_slice(&self.acceleration);
-        let (powers, outside) = self.push(step, &convected);
-        self.books.begin(powers, outside);
+        let outside = self.push(step, &convected);
+        self.books.begin(&outside);
+        self.friction.begin(&self.implicit);
         self.earlier_forces.clone_from(&self.forces);
         Ok(())
     }

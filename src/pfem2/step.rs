@@ -20,9 +20,10 @@ use super::available::Available;
 use super::convect::Projectiles;
 use super::correct::{self, Correction};
 use super::forces::{self, Part};
+use super::friction::Friction;
 use super::implicit::{Implicit, Physics, Step};
 use super::inflow::Supply;
-use super::ledger::{Books, Powers, Totals};
+use super::ledger::{Books, Outside, Totals};
 use super::level_set::{self, LevelSet, Opening};
 use super::outline::Outline;
 use super::particles::Particles;
@@ -31,6 +32,7 @@ use super::project::{Convected, Kernel, project};
 use super::reseed::{self, Density, Reseeding};
 use super::setup::{Scheme, Setup};
 use super::step_control::StepControl;
+use super::through::Through;
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
 use crate::linalg::Memory;
@@ -97,6 +99,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) outline: Outline,
     pub(super) totals: Totals,
     pub(super) books: Books,
+    /// What viscosity takes.
+    pub(super) friction: Friction<D>,
     pub(super) counts: Counts,
     pub(super) places: Vec<[f64; 3]>,
     /// The last step [s]; 0 before the first.
@@ -255,6 +259,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             outline: Outline::default(),
             totals: Totals::default(),
             books: Books::default(),
+            friction: Friction::at_rest(nodes),
             counts: Counts::default(),
             places,
             dt_before: 0.0,
@@ -274,7 +279,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.follow_volumes(setup.volume);
         pfem.begin_interface();
         pfem.begin_watch();
-        pfem.books = Books::open(pfem.totals.kinetic + pfem.jolt(), pfem.implicit.surface_energy());
+        pfem.books = Books::open(pfem.totals.kinetic, pfem.implicit.surface_energy(), pfem.jolt());
         pfem
     }
 
@@ -400,20 +405,22 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn account(&mut self, step: Step, convected: &[Vector<D>]) {
         let [last, earlier] = self.explicit_shares(step);
         let before = self.forces.clone();
-        let (powers, outside) = self.push(step, convected);
+        let outside = self.push(step, convected);
         let all = self.earlier_forces.iter().zip(&before).zip(&self.forces);
         self.mean_forces = all.map(|((f0, f1), f2)| *f0 * earlier + *f1 * last + *f2 * step.theta).collect();
         self.earlier_forces = before;
         self.trace_interface();
-        self.books.add(step.dt, [step.theta, last, earlier], powers, outside);
-        self.books.note(self.totals.kinetic);
+        let shares = [step.theta, last, earlier];
+        let viscous = self.friction.take(&self.implicit, step.dt, shares, self.steps == 0);
+        self.books.add(step.dt, shares, &outside, viscous);
         let kept = self.density.len() == 1 || self.kept_volume.is_some() || self.kept_volumes.is_some();
         let fallen = self.available.as_ref().filter(|_| kept).map(|available| available.fallen(&self.totals));
         fallen.iter().for_each(|fallen| self.books.fall(*fallen));
+        self.books.note(&self.totals, self.implicit.surface_energy());
     }
 
-    /// Finds the forces on the parts, and the powers and the force from outside, at the end of a step.
-    pub(super) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> (Powers, [f64; 3]) {
+    /// Finds the forces on the parts, and what acts from outside, at the end of a step.
+    pub(super) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> Outside<D> {
         let elements = self.implicit.elements(convected);
         let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
         let mut loads = vec![Vector::ZERO; self.implicit.velocity.len()];
@@ -434,9 +441,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         });
         self.forces = pushes.into_iter().map(|(force, _)| force).collect();
         self.totals = Totals::of(&self.implicit);
-        let Totals { gravity, viscous, weight, .. } = self.totals;
-        let outside: [f64; 3] = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
-        (Powers { gravity, boundary: power, viscous }, outside)
+        let Totals { gravity, weight, .. } = self.totals;
+        let force = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
+        Outside { gravity, boundary: power, force, through: Through::of(&self.implicit) }
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.

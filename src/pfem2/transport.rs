@@ -64,13 +64,25 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
         let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
         let left = self.sharp.as_ref().map(|set| volumes::left(mesh, set, &self.openings, &carrier, &origin));
-        self.carried = carried(mesh, &lines, step.dt, &self.acceleration);
+        let feet = feet(mesh, &lines, step.dt);
+        self.carried = at_feet(mesh, &feet, &self.acceleration);
+        self.friction.start = at_feet(mesh, &feet, &self.velocity_before(step));
         self.counts.add(&fate, &done);
         left.iter().for_each(|left| (0..2).for_each(|k| self.outflow[k] += left[k]));
     }
 }
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
+    fn velocity_before(&self, step: Step) -> Vec<Vector<D>> {
+        let Implicit { mesh, boundary, velocity, .. } = &self.implicit;
+        let mut velocity = velocity.clone();
+        if self.steps == 0 {
+            boundary.held(mesh, step.t).into_iter().for_each(|(node, held)| velocity[node] = held);
+        }
+        velocity
+    }
+
     /// What flows in at the start, and from then on.
     pub(super) fn supply_at_the_start(&self) -> Supply<D> {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
@@ -119,19 +131,22 @@ fn fluid_at<const D: usize, const N: usize>(
     }
 }
 
-/// Nodal values carried along for `dt` [s]: each node takes what was at the foot of its streamline.
-fn carried<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    lines: &Streamlines<D, N>,
-    dt: f64,
-    values: &[Vector<D>],
-) -> Vec<Vector<D>> {
+/// The feet of the nodes' streamlines, `dt` [s] before.
+fn feet<const D: usize, const N: usize>(mesh: &Mesh<D, N>, lines: &Streamlines<D, N>, dt: f64) -> Vec<Walk<N>> {
     let place = |(node, x): (usize, &Vector<D>)| {
         let element = mesh.elements_around(node).first().map_or(0, |&e| e as usize);
         Place::of(mesh, element, *x)
     };
     let places: Vec<Place<N>> = mesh.nodes().par_iter().enumerate().map(place).collect();
-    let feet = lines.trace_all(&places, dt, -1.0);
+    lines.trace_all(&places, dt, -1.0)
+}
+
+/// Nodal values that are carried along: each node takes what was at the foot of its streamline.
+fn at_feet<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    feet: &[Walk<N>],
+    values: &[Vector<D>],
+) -> Vec<Vector<D>> {
     let there = |walk: &Walk<N>| correct::at(&walk.place.shape, &mesh.elements()[walk.place.element], values);
     feet.par_iter().map(there).collect()
 }

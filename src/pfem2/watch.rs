@@ -12,6 +12,13 @@ const CALM: f64 = 0.25;
 /// ωΔt of the shortest wave up to which water in a box of 20 × 20 cells is calm; at 1.73 it sloshes ever higher.
 const CALM_WATER: f64 = 1.5;
 
+/// Part of the largest other energy so far that errors may take, or give, without a word.
+const TAKEN: f64 = 0.05;
+const GIVEN: f64 = 0.02;
+
+/// The same for a viscous dissipation below zero.
+const NEGATIVE: f64 = 0.01;
+
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The longest step in which the shortest wave on an interface doesn't grow [s].
     pub(super) fn wave_dt(&self) -> f64 {
@@ -46,6 +53,23 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         }
     }
 
+    /// What errors are measured by: the largest other energy so far, and no less than what counts in this run [J].
+    pub(super) fn largest_energy(&self) -> f64 {
+        let least = self.available.as_ref().map_or(0.0, |available| available.least(&self.books));
+        self.books.largest().max(least)
+    }
+
+    /// Looks at what errors have taken of the energy, or given.
+    fn watch_energy(&mut self) {
+        let largest = self.largest_energy();
+        let gained = self.books.gained(&self.totals, self.implicit.surface_energy());
+        let part = if largest > 0.0 { -gained / largest } else { 0.0 };
+        self.notices.errors(part, part > TAKEN || part < -GIVEN);
+        if self.books.viscous() < -NEGATIVE * largest {
+            self.notices.friction();
+        }
+    }
+
     /// Looks for what should not come: fluid that is lost, and energy from nothing.
     ///
     /// # Errors
@@ -56,6 +80,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         if self.kept_volumes.is_some() {
             notices.weights(&implicit.physics.fluids, &self.closed, &implicit.volumes);
         }
+        self.watch_energy();
+        let Self { implicit, notices, .. } = self;
         let Some(available) = &self.available else { return Ok(()) };
         if available.judge(&self.books, &self.totals, implicit)? == Verdict::TooMuch {
             notices.energy();

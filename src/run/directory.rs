@@ -186,7 +186,7 @@ impl RunDirectory {
 
     /// True if a run was killed while it prepared the directory: its log is there, and nothing that no run leaves.
     fn is_begun(&self, entries: &[PathBuf]) -> bool {
-        let own = |path: &PathBuf| path.file_name().is_some_and(|name| LEFT_BEHIND.iter().any(|left| name == *left));
+        let own = |path: &PathBuf| path.file_name().is_some_and(leavings::is_one);
         self.log().is_file() && entries.iter().all(own)
     }
 

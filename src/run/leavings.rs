@@ -15,6 +15,7 @@ use super::RunDirectory;
 use crate::error::{Error, Result};
 use crate::output::atomic::TEMPORARY;
 use crate::output::label::file_name;
+use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -55,6 +56,11 @@ pub(super) fn is_from_a_run(directory: &RunDirectory) -> bool {
     has_status
         || first_line(&directory.resolved()).contains(", as run by lateen ")
         || first_line(&directory.log()).starts_with("lateen ")
+}
+
+/// True if a run leaves a file or a folder of this name.
+pub(super) fn is_one(name: &OsStr) -> bool {
+    FILES.iter().copied().chain(FOLDERS.iter().map(|folder| folder.name)).any(|left| name == left)
 }
 
 /// Removes what a run has left.

@@ -72,6 +72,7 @@ fn status(state: &str, progress: &Progress, error: Option<&Error>, checkpoint: O
         "steps_per_second": progress.steps_per_second,
         "particle_steps_per_second": progress.particle_steps_per_second,
         "energy_drift": progress.energy_drift,
+        "energy_lost_to_errors": progress.energy_remainder,
         "checkpoint": checkpoint.map(|path| path.display().to_string()),
         "error": error.map(ToString::to_string),
         "exit_code": error.map_or(0, Error::exit_code),

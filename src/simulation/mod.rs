@@ -18,7 +18,9 @@ pub use column::{Column, ColumnData, OF_OUTPUT, Size};
 pub use guard::{Guarded, Watched};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
-pub use snapshot::{BalanceTerm, Elements, Field, FieldValues, Ledger, PointSet, Snapshot, SurfaceSet, TermKind};
+pub use snapshot::{
+    BalanceTerm, Elements, Field, FieldValues, Filled, Ledger, PointSet, Snapshot, SurfaceSet, TermKind,
+};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

@@ -20,6 +20,9 @@ pub struct Progress {
     pub particle_steps_per_second: f64,
     /// Energy that the ledger can't explain, relative to the largest of its terms.
     pub energy_drift: Option<f64>,
+    /// Energy that errors have taken, or given if it is below zero, relative to the largest other term, where the ledger finds it as
+    /// the remainder of all others.
+    pub energy_remainder: Option<f64>,
     /// Estimated wall time to the end.
     pub remaining: Option<Duration>,
 }
@@ -121,7 +124,7 @@ impl Pace {
     }
 
     /// The progress at `clock` of a run that ends at `end` [s] and moves `particles` per step.
-    pub fn progress(&self, clock: Clock, end: f64, particles: usize, energy_drift: Option<f64>) -> Progress {
+    pub fn progress(&self, clock: Clock, end: f64, particles: usize) -> Progress {
         let seconds_left = (end - clock.time) / self.time_per_second;
         Progress {
             clock,
@@ -129,8 +132,8 @@ impl Pace {
             elapsed: self.elapsed(),
             steps_per_second: self.steps_per_second,
             particle_steps_per_second: self.steps_per_second * particles as f64,
-            energy_drift,
             remaining: Duration::try_from_secs_f64(seconds_left).ok(),
+            ..Progress::default()
         }
     }
 }
@@ -144,7 +147,7 @@ mod tests {
         let mut pace = Pace::new(Clock::default());
         let clock = Clock { time: 0.5, step: 50, dt: 0.01 };
         pace.look(clock, 2.0);
-        let progress = pace.progress(clock, 2.0, 1000, None);
+        let progress = pace.progress(clock, 2.0, 1000);
         assert_eq!(progress.steps_per_second, 25.0);
         assert_eq!(progress.particle_steps_per_second, 25_000.0);
         assert_eq!(progress.remaining, Some(Duration::from_secs(6)));
@@ -153,7 +156,7 @@ mod tests {
 
     #[test]
     fn nothing_is_known_before_the_first_step() {
-        let progress = Pace::new(Clock::default()).progress(Clock::default(), 1.0, 10, None);
+        let progress = Pace::new(Clock::default()).progress(Clock::default(), 1.0, 10);
         assert_eq!(progress.remaining, None);
         assert_eq!(progress.fraction(), 0.0);
     }

@@ -49,6 +49,8 @@ pub struct Summary {
     pub closure: f64,
     /// The largest term of the ledger [J], to measure the closure by.
     pub energy_scale: f64,
+    /// The part of it that errors have taken, where the ledger finds it as the remainder of all other terms.
+    pub energy_remainder: Option<f64>,
 }
 
 /// A solver on its way through time, with everything that watches it.
@@ -58,6 +60,7 @@ pub struct Simulation {
     clock: Clock,
     stored_at_start: f64,
     energy_drift: Option<f64>,
+    energy_remainder: Option<f64>,
     /// Of the forces since they were last recorded.
     impulses: Impulses,
     monitors: Vec<(Schedule, Box<dyn Monitor>)>,
@@ -83,6 +86,7 @@ impl Simulation {
             plan,
             clock: Clock::default(),
             energy_drift: None,
+            energy_remainder: None,
             impulses: Impulses::default(),
             monitors: Vec::new(),
             observers: Vec::new(),
@@ -347,8 +351,11 @@ impl Simulation {
         if recorded {
             self.impulses = Impulses::default();
         }
-        let scale = snapshot.ledger.scale(self.stored_at_start);
-        self.energy_drift = (scale > 0.0).then(|| snapshot.ledger.closure(self.stored_at_start) / scale);
+        let (ledger, start) = (&snapshot.ledger, self.stored_at_start);
+        let scale = ledger.scale(start);
+        self.energy_remainder = ledger.remainder(start);
+        // A closure that holds by definition would comfort wrongly.
+        self.energy_drift = (scale > 0.0 && self.energy_remainder.is_none()).then(|| ledger.closure(start) / scale);
         drop(snapshot);
         let progress = self.progress();
         self.tell(&Event::Sampled, &progress)
@@ -374,7 +381,11 @@ impl Simulation {
     }
 
     fn progress(&self) -> Progress {
-        self.pace.progress(self.clock, self.plan.end, self.solver.particle_count(), self.energy_drift)
+        Progress {
+            energy_drift: self.energy_drift,
+            energy_remainder: self.energy_remainder,
+            ..self.pace.progress(self.clock, self.plan.end, self.solver.particle_count())
+        }
     }
 
     fn summary(&self) -> Summary {
@@ -387,6 +398,7 @@ impl Simulation {
             stages: self.solver.stage_times(),
             closure: ledger.closure(self.stored_at_start),
             energy_scale: ledger.scale(self.stored_at_start),
+            energy_remainder: ledger.remainder(self.stored_at_start),
         }
     }
 

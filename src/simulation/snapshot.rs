@@ -22,7 +22,8 @@ pub struct Snapshot<'a> {
     /// Mass, momentum and every energy term.
     pub ledger: Ledger,
     /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`: means over the last step, and in the time loop
-    /// over all steps since they were last recorded.
+    /// over all steps since they were last recorded. A wall, an obstacle, a part of the boundary or a support has the force that the
+    /// material exerts on it; a contact that on the first of the two.
     pub forces: Vec<(String, [f64; 3])>,
     /// Named counts, e.g. `crossed:sheet` (particles found on the wrong side).
     pub counts: Vec<(String, u64)>,
@@ -38,7 +39,13 @@ pub struct PointSet<'a> {
     pub id: Cow<'a, [u32]>,
     /// Per-particle fields.
     pub fields: Vec<Field<'a>>,
+    /// The region that the body fills, where that isn't just where its particles are.
+    pub filled: Option<Filled<'a>>,
 }
+
+/// What a body fills inside a box with these lower and upper corners [m], infinite where it has no side: points without a name,
+/// with the fields `volume` and `mass`, such that sums over them are integrals.
+pub type Filled<'a> = Box<dyn Fn(&[[f64; 3]; 2]) -> PointSet<'static> + 'a>;
 
 /// What the elements of a mesh are: four nodes make a quadrilateral or a tetrahedron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -124,6 +131,8 @@ impl<'a> Field<'a> {
 pub struct Ledger {
     /// All terms, in a fixed order for a given solver.
     pub terms: Vec<BalanceTerm>,
+    /// The largest energy so far, where the solver remembers it, and no less than what counts in this run [J].
+    pub largest: f64,
 }
 
 impl Ledger {
@@ -140,13 +149,26 @@ impl Ledger {
     /// Energy that the ledger can't explain [J], given the energy stored at the start: round-off only,
     /// if the method is right.
     pub fn closure(&self, stored_at_start: f64) -> f64 {
-        self.stored() - stored_at_start - self.total(TermKind::Gain) + self.total(TermKind::Loss)
+        self.stored() - stored_at_start - self.total(TermKind::Gain) + self.lost()
     }
 
-    /// A scale for the closure [J]: the largest energy that was ever stored, added or lost.
+    /// Energy lost since the start [J], with what is found as the remainder.
+    pub fn lost(&self) -> f64 {
+        self.total(TermKind::Loss) + self.total(TermKind::Remainder)
+    }
+
+    /// A scale for what the ledger can't explain [J]: the largest energy that is or was stored, added or lost, but for the remainder.
     pub fn scale(&self, stored_at_start: f64) -> f64 {
-        let largest = self.terms.iter().filter(|term| term.kind != TermKind::Other).map(|term| term.value.abs());
-        largest.fold(stored_at_start.abs(), f64::max)
+        let energies = self.terms.iter().filter(|term| !matches!(term.kind, TermKind::Other | TermKind::Remainder));
+        energies.map(|term| term.value.abs()).fold(self.largest.max(stored_at_start.abs()), f64::max)
+    }
+
+    /// The part that errors have taken, or given if it is below zero, of the largest other term, where the ledger finds it as the
+    /// remainder of all others.
+    pub fn remainder(&self, stored_at_start: f64) -> Option<f64> {
+        let scale = self.scale(stored_at_start);
+        let found = self.terms.iter().any(|term| term.kind == TermKind::Remainder);
+        (found && scale > 0.0).then(|| self.total(TermKind::Remainder) / scale)
     }
 }
 
@@ -173,6 +195,8 @@ pub enum TermKind {
     Gain,
     /// Energy lost since the start (contact, FLIP, mapping).
     Loss,
+    /// Energy lost since the start, as all other terms leave it: with it the closure says nothing.
+    Remainder,
     /// Not an energy of the closure (mass, momentum, derived values).
     Other,
 }

@@ -2,7 +2,7 @@
 
 use crate::model::*;
 use lateen::geometry::Region;
-use lateen::math::{Signal, Vector};
+use lateen::math::{Signal, Tensor, Vector};
 use lateen::mpm::{KernelKind, Load, Locking, Mpm, Obstacle, Setup, StressUpdate, Traction, Transfer, WallKind};
 use lateen::simulation::Solver;
 
@@ -140,7 +140,7 @@ fn filters_book_what_walls_give() {
                 run(&mut mpm, 0.25, 0.9, |_, dt, mpm| {
                     let forces = mpm.snapshot().forces;
                     let walls = forces.iter().filter(|(name, _)| !name.starts_with("contact"));
-                    impulse += walls.map(|(_, force)| Vector(*force)).sum::<Vector<3>>() * (0.5 * (before + dt));
+                    impulse -= walls.map(|(_, force)| Vector(*force)).sum::<Vector<3>>() * (0.5 * (before + dt));
                     before = dt;
                 })
                 .unwrap();
@@ -181,4 +181,21 @@ fn moving_walls_work() {
     assert!((work / (0.5 * weight * 2.0 * 0.3) - 1.0).abs() < 0.05, "work of the floor μ m g v t: {work}");
     assert!(lost > 0.0 && lost < work);
     assert!(closure(&mpm).abs() < 1e-12 * work);
+}
+
+/// Spin ω has C:C = 2 ω², and quadratic splines the inertia h²/4: ½ m h²/4 · 2 ω².
+#[test]
+fn affine_motion_has_its_energy() {
+    let (cell, spin, centre) = (0.25, 3.0, Vector([1.0, 1.0]));
+    let mut setup = setup(grid([0.0, 0.0], cell, [8, 8], WallKind::Open));
+    setup.transfer = Transfer::Apic;
+    let turning = |x: Vector<2>| Vector([-(x[1] - centre[1]), x[0] - centre[0]]) * spin;
+    let mut block = body(rubber(2.0, 1e3, 0.3), ([0.5, 0.5], [8, 8], 0.125), |_| true, turning);
+    block.velocity_gradient = vec![Tensor([[0.0, -spin], [spin, 0.0]]); block.position.len()];
+    setup.bodies = vec![block];
+    let mpm = start(setup);
+    let ledger = mpm.snapshot().ledger;
+    let energy = ledger.terms.iter().find(|term| term.name.starts_with("affine kinetic energy")).unwrap().value;
+    let exact = term(&mpm, "mass") * (0.5 * cell * spin).powi(2);
+    assert!((energy / exact - 1.0).abs() < 1e-9, "{energy} {exact}");
 }

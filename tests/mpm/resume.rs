@@ -4,7 +4,7 @@ use crate::bits::{restore, state, step};
 use crate::model::*;
 use lateen::error::Place;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{Dissipation, Mpm, StressUpdate, Transfer, WallKind};
+use lateen::mpm::{Dissipation, Locking, Mpm, StressUpdate, Transfer, WallKind};
 use lateen::simulation::Solver;
 
 /// Rubber that turns, with APIC.
@@ -63,6 +63,39 @@ fn resumes(model: fn() -> Mpm<3>) {
         t = step(&mut first, t);
     }
     assert!(state(&mut first) == state(&mut second));
+}
+
+/// Water that falls on a floor, with averaged volumes and pressures.
+fn water_cube() -> Mpm<3> {
+    let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Slip));
+    (setup.transfer, setup.locking) = (Transfer::Apic, Locking::Average { blend: 1.0 });
+    setup.gravity = [Signal::ZERO, Signal::ZERO, Signal::Constant(-10.0)];
+    setup.bodies =
+        vec![body(liquid(1000.0, 50.0), ([0.5; 3], [12, 12, 12], 0.25), |_| true, |x| Vector([0.1 * x[1], 0.0, -1.0]))];
+    start(setup)
+}
+
+/// A run that stops shows the state that it restored: all of it, without a step.
+#[test]
+fn a_restored_state_is_shown_as_it_was() {
+    for model in [rubber_cube, gas_cube, water_cube] {
+        let mut first = model();
+        (0..15).fold(0.0, |t, _| step(&mut first, t));
+        let saved = state(&mut first);
+        let mut second = model();
+        restore(&mut second, &saved);
+        let (before, after) = (first.snapshot(), second.snapshot());
+        for (before, after) in before.points.iter().zip(&after.points) {
+            for (before, after) in before.fields.iter().zip(&after.fields) {
+                assert!(before.values() == after.values(), "{}", before.name);
+            }
+        }
+        let terms = |ledger: &lateen::simulation::Ledger| -> Vec<u64> {
+            ledger.terms.iter().map(|term| term.value.to_bits()).collect()
+        };
+        assert!(terms(&before.ledger) == terms(&after.ledger));
+        assert!(before.forces == after.forces && before.counts == after.counts);
+    }
 }
 
 #[test]

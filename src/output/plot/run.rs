@@ -3,6 +3,7 @@
 use super::{Axis, Data, PlotSpec, Series, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
+use crate::output::balance::LOST_TO_ERRORS;
 use crate::output::colour::PALETTE;
 use crate::output::history::Table;
 use std::collections::BTreeMap;
@@ -135,12 +136,26 @@ fn balance(table: &Table) -> Vec<(String, PlotSpec)> {
     let y = Axis { name: "energy".into(), unit: energy.clone() };
     let energies = PlotSpec { title: "Energy balance".into(), x: x.clone(), y, series: series.collect() };
 
-    let relative =
-        table.columns[0].iter().zip(&table.columns[closure]).map(|(&t, &c)| [t, c / scale.max(f64::MIN_POSITIVE)]);
-    let series = vec![Series { label: "closure / largest energy".into(), data: Data::Line(relative.collect()) }];
-    let y = Axis { name: "relative closure".into(), unit: String::new() };
-    let closure = PlotSpec { title: "What the energy ledger can't explain".into(), x, y, series };
-    vec![("balance".to_owned(), energies), ("closure".to_owned(), closure)]
+    vec![("balance".to_owned(), energies), ("closure".to_owned(), unexplained(table, x, closure, scale))]
+}
+
+/// The closure over the largest energy; where a term is found as the remainder of all others, what errors took.
+fn unexplained(table: &Table, x: Axis, closure: usize, scale: f64) -> PlotSpec {
+    let (title, label, name, values): (_, _, _, Vec<f64>) = match table.column(LOST_TO_ERRORS) {
+        Some(part) => (
+            "What errors took of the energy (below zero: gave)",
+            "numerical dissipation / largest other energy so far",
+            LOST_TO_ERRORS,
+            part.to_vec(),
+        ),
+        None => {
+            let part = table.columns[closure].iter().map(|c| c / scale.max(f64::MIN_POSITIVE));
+            ("What the energy ledger can't explain", "closure / largest energy", "relative closure", part.collect())
+        }
+    };
+    let points = table.columns[0].iter().zip(values).map(|(&t, value)| [t, value]).collect();
+    let series = vec![Series { label: label.into(), data: Data::Line(points) }];
+    PlotSpec { title: title.into(), x, y: Axis { name: name.into(), unit: String::new() }, series }
 }
 
 fn curve(table: &Table, column: usize) -> Series {

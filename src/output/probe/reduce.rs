@@ -1,11 +1,52 @@
 //! Reductions, in the order of the entries, so that they don't depend on the number of threads.
 
 use super::fragments::count_fragments;
-use super::{ProbeSpec, Reduction, selected};
+use super::{ProbeSpec, Reduction, Within, selected};
 use crate::output::set::{Quantity, Set, Start};
+use crate::simulation::PointSet;
 
-/// The reduced values: as many as the probe has columns.
+/// The reduced values: as many as the probe has columns. Means and sums of a body that fills a region are over that.
 pub(super) fn reduce(spec: &ProbeSpec, set: Set<'_>, quantity: &Quantity<'_>, dimension: usize) -> Vec<f64> {
+    if let Set::Points(PointSet { filled: Some(filled), .. }) = set
+        && integrates(spec)
+    {
+        let pieces = filled(&bounds(spec));
+        let set = Set::Points(&pieces);
+        if let Some(quantity) = set.quantity(&spec.quantity, &Start::new()) {
+            let whole = ProbeSpec { within: None, weight: measure(spec), ..spec.clone() };
+            return reduce_entries(&whole, set, &quantity, dimension);
+        }
+    }
+    reduce_entries(spec, set, quantity, dimension)
+}
+
+/// True for what is an integral over a region.
+fn integrates(spec: &ProbeSpec) -> bool {
+    let over = matches!(
+        spec.reduction(),
+        Some(Reduction::Mean | Reduction::Sum | Reduction::CenterOfMass | Reduction::MeanRadius)
+    );
+    // Displacements are of particles.
+    over && spec.quantity != "displacement"
+}
+
+/// What an integral over a region is weighted with: volume, but for the sum of all volume or mass.
+fn measure(spec: &ProbeSpec) -> Option<String> {
+    let amount = spec.reduction() == Some(Reduction::Sum) && matches!(spec.quantity.as_str(), "volume" | "mass");
+    spec.weight.clone().or_else(|| (!amount).then(|| "volume".to_owned()))
+}
+
+/// Lower and upper corner of the probe's box [m].
+fn bounds(spec: &ProbeSpec) -> [[f64; 3]; 2] {
+    let corner = |side: fn(&Within) -> &[f64], open: f64| {
+        let given = spec.within.as_ref().map_or(&[][..], side);
+        std::array::from_fn(|axis| given.get(axis).copied().unwrap_or(open))
+    };
+    [corner(|within| &within.lower, f64::NEG_INFINITY), corner(|within| &within.upper, f64::INFINITY)]
+}
+
+/// The values reduced over particles, nodes or elements.
+fn reduce_entries(spec: &ProbeSpec, set: Set<'_>, quantity: &Quantity<'_>, dimension: usize) -> Vec<f64> {
     let places = set.places(quantity.on);
     let inside = |x: &[f64; 3]| spec.within.as_ref().is_none_or(|within| within.contains(x));
     let chosen: Vec<usize> = (0..places.len()).filter(|&i| inside(&places[i])).collect();

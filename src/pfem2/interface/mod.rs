@@ -22,7 +22,7 @@ mod parts;
 
 pub use enriched::Enriched;
 pub(super) use enriched::inverse;
-pub use parts::{Part, corners, facets, is_cut, split};
+pub use parts::{Part, corners, facets, is_cut, negative_side, share, split, whole};
 
 use super::element::Content;
 use crate::math::Vector;

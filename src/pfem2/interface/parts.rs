@@ -59,7 +59,21 @@ pub(super) fn sides<const N: usize>(level: &[f64; N]) -> Vec<Part<N>> {
     if is_cut(level) {
         return split(level);
     }
-    vec![part(&std::array::from_fn(node), level.iter().sum::<f64>() < 0.0)]
+    vec![part(&whole(), level.iter().sum::<f64>() < 0.0)]
+}
+
+/// A simplex as a whole, by its barycentric corners.
+pub fn whole<const N: usize>() -> [Point<N>; N] {
+    std::array::from_fn(node)
+}
+
+/// Where the linear function with these nodal values is negative, as simplices by their barycentric corners.
+pub fn negative_side<const N: usize>(level: &[f64; N]) -> Vec<[Point<N>; N]> {
+    let (own, other): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i] < 0.0);
+    if is_cut(level) {
+        return side(level, &own, &other);
+    }
+    if level.iter().sum::<f64>() < 0.0 { vec![whole()] } else { Vec::new() }
 }
 
 /// The simplices of the side of the nodes `own`.
@@ -86,20 +100,25 @@ fn prism<const N: usize>(lower: &[Point<N>], upper: &[Point<N>]) -> Vec<[Point<N
     (0..lower.len()).map(simplex).collect()
 }
 
-/// Volume and centre of a sub-simplex.
-fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> Part<N> {
+/// Volume of a sub-simplex as a fraction of the element's.
+pub fn share<const N: usize>(corners: &[Point<N>; N]) -> f64 {
     // The fraction is |det λ|; rows sum to one, so a column may be dropped against differences of rows.
     let edges = Tensor::<3>::from_fn(|i, j| match (i + 1 < N, j + 1 < N) {
         (true, true) => corners[i + 1][j + 1] - corners[0][j + 1],
         (false, false) if i == j => 1.0,
         _ => 0.0,
     });
+    edges.determinant().abs()
+}
+
+/// Volume and centre of a sub-simplex.
+fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> Part<N> {
     let sum: [f64; N] = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum());
     // ∫λ_a λ_b dV = V (1 + δ_ab)/(d + 1)(d + 2) for its own shape functions λ.
     let product =
         |i: usize, j: usize| sum[i] * sum[j] + corners.iter().map(|corner| corner[i] * corner[j]).sum::<f64>();
     let products = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j) / (N * (N + 1)) as f64));
-    Part { share: edges.determinant().abs(), center: sum.map(|sum| sum / N as f64), products, negative }
+    Part { share: share(corners), center: sum.map(|sum| sum / N as f64), products, negative }
 }
 
 /// Corners of the interface in a cut element: 2 in a triangle, 3 or 4, in order around it, in a tetrahedron.

@@ -3,6 +3,7 @@
 mod bubble;
 mod cavity;
 mod couette;
+mod energy;
 mod inlet;
 mod outflow;
 mod rest;

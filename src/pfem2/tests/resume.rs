@@ -45,6 +45,20 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     assert!(run(1) == run(3));
 }
 
+/// All that is shown, as bits.
+fn shown(pfem: &Pfem2<2, 3>) -> Vec<(String, Vec<u64>)> {
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<u64>>();
+    let snapshot = pfem.snapshot();
+    let terms = snapshot.ledger.terms.iter().map(|term| (term.name.clone(), bits(&[term.value])));
+    let forces = snapshot.forces.iter().map(|(name, force)| (name.clone(), bits(force)));
+    let counts = snapshot.counts.iter().map(|(name, count)| (name.clone(), vec![*count]));
+    let points = snapshot.points.iter().flat_map(|set| &set.fields);
+    let surfaces = snapshot.surfaces.iter().flat_map(|set| set.node_fields.iter().chain(&set.element_fields));
+    let fields = points.chain(surfaces).map(|field| (field.name.to_owned(), bits(&field.values())));
+    let largest = ("largest energy".to_owned(), bits(&[snapshot.ledger.largest]));
+    terms.chain(forces).chain(counts).chain(fields).chain([largest]).collect()
+}
+
 #[test]
 fn a_restored_run_goes_on_with_the_same_bits() {
     let mut whole = drop();
@@ -60,6 +74,11 @@ fn a_restored_run_goes_on_with_the_same_bits() {
     });
     resumed.restored();
     assert!(bytes(&mut resumed) == saved);
+    let mut whole_then = drop();
+    advance(&mut whole_then, 0..4);
+    for (now, then) in shown(&resumed).into_iter().zip(shown(&whole_then)) {
+        assert!(now == then, "{} is shown otherwise after a restore", now.0);
+    }
     assert_eq!(resumed.stable_dt(), longest);
     advance(&mut resumed, 4..8);
     let (whole, resumed) = (bytes(&mut whole), bytes(&mut resumed));

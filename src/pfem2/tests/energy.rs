@@ -1,0 +1,87 @@
+//! The books of energy against what must come out.
+
+use super::*;
+use crate::pfem2::Pfem2;
+use crate::simulation::Solver;
+use std::f64::consts::PI;
+
+fn term(pfem: &Pfem2<2, 3>, name: &str) -> f64 {
+    pfem.snapshot().ledger.terms.iter().find(|term| term.name == name).unwrap().value
+}
+
+/// The vortices v = (sin x cos y, −cos x sin y) between slip walls, of viscosity ν: they keep their shape and decay as e^(−2νt), in
+/// steps of `long` decay times 1/2ν. Returns kinetic energy at the start, what is left, viscous and numerical dissipation.
+fn decaying(long: f64, steps: u32) -> [f64; 4] {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(PI), [24; 2]).unwrap();
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let vortices = |x: Vector<2>| Vector([x[0].sin() * x[1].cos(), -x[0].cos() * x[1].sin()]);
+    let viscosity = 50.0;
+    let setup = setup(mesh, sets, physics(vec![fluid("oil", 1.0, viscosity)], weightless()), |_| 0, vortices);
+    let mut pfem = Pfem2::new(setup);
+    let start = term(&pfem, "kinetic energy");
+    let dt = long / (2.0 * viscosity);
+    (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
+    let [left, viscous, numerical] =
+        ["kinetic energy", "viscous dissipation", "numerical dissipation"].map(|name| term(&pfem, name));
+    [start, left, viscous, numerical]
+}
+
+/// Nothing but viscosity takes their energy, however long the steps are for it.
+#[test]
+fn viscosity_takes_what_vortices_lose_also_in_long_steps() {
+    for (long, steps) in [(0.05, 20), (0.5, 8), (2.0, 6), (10.0, 6)] {
+        let [start, left, viscous, numerical] = decaying(long, steps);
+        assert!((start / (PI * PI / 4.0) - 1.0).abs() < 0.01, "{start}");
+        assert!((viscous / (start - left) - 1.0).abs() < 0.02, "{long}: {viscous} of {}", start - left);
+        assert!(numerical.abs() < 0.02 * start, "{long}: {numerical} of {start}");
+    }
+}
+
+/// A channel that narrows to half its height, between slip walls: what comes in at 1 leaves at 2, ½ρv² four times as much per volume,
+/// and the pressure behind it does that work (Bernoulli). Two volumes of the channel go through.
+#[test]
+fn fluid_that_leaves_takes_its_energy_along() {
+    let height = |x: f64| 0.75 + 0.25 * (PI * x.clamp(0.5, 1.5) - 0.5 * PI).cos();
+    let block = Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, 1.0]), [32, 16]).unwrap();
+    let mesh = bent(&block, |x| Vector([x[0], x[1] * height(x[0])]));
+    let sets = vec![
+        set(&mesh, "in", Condition::Inlet([1.0.into(), 0.0.into()]), |x| x[0] == 0.0),
+        set(&mesh, "out", Condition::Outlet, |x| x[0] == 2.0),
+        set(&mesh, "floor", Condition::Slip, |x| x[1] == 0.0),
+        set(&mesh, "roof", Condition::Slip, move |x| (x[1] - height(x[0])).abs() < 1e-9),
+    ];
+    let through = move |x: Vector<2>| Vector([1.0 / height(x[0]), 0.0]);
+    let setup = setup(mesh, sets, physics(vec![fluid("water", 1000.0, 1e-3)], weightless()), |_| 0, through);
+    let mut pfem = Pfem2::new(setup);
+    (0..60).for_each(|k| pfem.step(f64::from(k) * 0.05, 0.05).unwrap());
+    // 500 J come in and 2000 J leave per second.
+    let [carried, work] = ["energy through openings", "work of boundaries"].map(|name| term(&pfem, name));
+    assert!((carried / -4500.0 - 1.0).abs() < 0.02, "{carried}");
+    assert!((work / 4500.0 - 1.0).abs() < 0.05, "{work}");
+    let numerical = term(&pfem, "numerical dissipation");
+    assert!(numerical.abs() < 0.03 * 4500.0, "{numerical}");
+    // 1000 N of momentum come in, 2000 N leave, and the walls' and the inlet's pressures make the difference.
+    let [out, impulse] = ["momentum through openings x", "external impulse x"].map(|name| term(&pfem, name));
+    assert!((out / -3000.0 - 1.0).abs() < 0.02, "{out}");
+    assert!((impulse / 3000.0 - 1.0).abs() < 0.05, "{impulse}");
+    assert_eq!(pfem.notices(), Vec::<String>::new());
+}
+
+/// Vortices that turn twice on elements as long as an eighth of one lose a part of their energy to the mesh: the run says so.
+#[test]
+fn what_errors_take_is_said() {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(PI), [5; 2]).unwrap();
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let vortices = |x: Vector<2>| Vector([x[0].sin() * x[1].cos(), -x[0].cos() * x[1].sin()]);
+    let setup = setup(mesh, sets, physics(vec![fluid("water", 1.0, 1e-9)], weightless()), |_| 0, vortices);
+    let mut pfem = Pfem2::new(setup);
+    let mut said = Vec::new();
+    for k in 0..60 {
+        pfem.step(f64::from(k) * 0.2, 0.2).unwrap();
+        said.extend(pfem.notices());
+    }
+    let part = pfem.snapshot().ledger.remainder(0.0).unwrap();
+    assert!(part > 0.06, "{part}");
+    let taken = said.iter().filter(|text| text.contains("errors have taken")).count();
+    assert!(taken == 1, "{said:?}");
+}

@@ -1,0 +1,132 @@
+//! One sign of forces in all histories: what rests on something presses it down with its weight, in both methods.
+
+use lateen::case::{Case, Source};
+use lateen::output::history::Table;
+use lateen::run::{Options, RunDirectory, run};
+
+/// Runs a case and reads one of its histories.
+fn history(text: &str, name: &str) -> Table {
+    let home = tempfile::tempdir().unwrap();
+    let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap_or_else(|error| panic!("{error}"));
+    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
+    Table::read(&home.path().join(format!("history/{name}.csv"))).unwrap()
+}
+
+/// Mean of a column over all intervals.
+fn mean(table: &Table, column: &str) -> f64 {
+    let rows = &table.column(column).unwrap()[1..];
+    rows.iter().sum::<f64>() / rows.len() as f64
+}
+
+/// 0.4 m² of 1000 kg/m³ under 10 m/s².
+const WEIGHT: f64 = 4000.0;
+
+/// A block of rubber, or water, 0.4 × 1, on the wall of the grid or an obstacle.
+fn material_points(body: &str, below: &str) -> String {
+    format!(
+        r#"
+name = "column"
+dimension = 2
+units = "none"
+time = {{ end = 1.5 }}
+[grid]
+cell = 0.1
+lower = [0, 0]
+upper = [0.4, 2]
+walls = {{ left = "slip", right = "slip", bottom = "slip" }}
+[mpm]
+gravity = [0, -10]
+{below}
+[[body]]
+name = "column"
+{body}
+[output]
+history = 0.1
+"#
+    )
+}
+
+const RUBBER: &str = "material = { law = \"neo-hookean\", density = 1000, young = 1e6, poisson = 0.0 }";
+const LIQUID: &str = "material = { law = \"fluid\", density = 1000, eos = { kind = \"linear\", sound-speed = 30, tensile-strength = 1e6 } }";
+
+#[test]
+fn material_points_press_their_floor_down() {
+    let region = "region = { shape = \"box\", lower = [0, 0], upper = [0.4, 1] }";
+    for law in [RUBBER, LIQUID] {
+        let table = history(&material_points(&format!("{region}\n{law}"), ""), "wall-bottom");
+        let force = mean(&table, "fy");
+        assert!((force / -WEIGHT - 1.0).abs() < 0.02, "{law}: {force}");
+        assert_eq!(table.heads[2], "fy [on wall:bottom]");
+    }
+}
+
+#[test]
+fn material_points_press_an_obstacle_down() {
+    let floor = "[[obstacle]]\nname = \"step\"\nregion = { shape = \"box\", lower = [-1, -1], upper = [2, 0.4] }\n\
+                 kind = \"separate\"";
+    let region = "region = { shape = \"box\", lower = [0, 0.4], upper = [0.4, 1.4] }";
+    let table = history(&material_points(&format!("{region}\n{RUBBER}"), floor), "obstacle-step");
+    assert!((mean(&table, "fy") / -WEIGHT - 1.0).abs() < 0.02, "{}", mean(&table, "fy"));
+}
+
+#[test]
+fn a_fluid_on_a_mesh_presses_its_floor_down() {
+    const WATER: &str = r#"
+name = "column"
+method = "pfem2"
+dimension = 2
+units = "none"
+time = { end = 0.3, step = 0.02 }
+[mesh]
+shape = "box"
+lower = [0, 0]
+upper = [0.4, 1]
+cell = 0.1
+[pfem2]
+gravity = [0, -10]
+[[body]]
+name = "water"
+region = { shape = "box", lower = [0, 0], upper = [0.4, 1] }
+material = { law = "newtonian", density = 1000, viscosity = 1e-3 }
+[[boundary]]
+on = ["left", "right", "top"]
+kind = "slip"
+[[boundary]]
+on = "bottom"
+[output]
+history = 0.1
+"#;
+    let table = history(WATER, "bottom");
+    assert!((mean(&table, "fy") / -WEIGHT - 1.0).abs() < 1e-6, "{}", mean(&table, "fy"));
+    assert_eq!(table.heads[2], "fy [on bottom]");
+}
+
+/// A sheet under a pressure of 50 from below pulls its ends up with 50 × 1.
+#[test]
+fn a_membrane_pulls_its_supports_along() {
+    const SHEET: &str = r#"
+name = "sheet"
+dimension = 2
+units = "none"
+time = { end = 2 }
+[grid]
+cell = 0.25
+lower = [-1, -1]
+upper = [2, 1]
+[[membrane]]
+name = "sheet"
+geometry = { shape = "chain", points = [[0, 0], [1, 0]], divisions = [20] }
+thickness = 0.01
+material = { law = "elastic", density = 1, young = 1e5, poisson = 0 }
+damping = { mass = 50 }
+pressure = { value = "50*ramp(t, 0.5)" }
+supports = [{ on = "edges" }]
+[output]
+history = 0.1
+"#;
+    let table = history(SHEET, "support-sheet-0");
+    let force = *table.column("fy").unwrap().last().unwrap();
+    assert!((force.abs() / 50.0 - 1.0).abs() < 0.05, "{force}");
+    // The pressure pushes along the normal of the chain, to its left.
+    assert!(force > 0.0, "{force}");
+}
