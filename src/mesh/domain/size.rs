@@ -50,6 +50,14 @@ impl Size {
         self.refined.iter().map(|near| near.cell).fold(self.coarse, f64::min)
     }
 
+    /// True for a curve that is one element however small elements are: an outline of 100,000 corners has many.
+    fn is_short(&self, at: &impl Fn(f64) -> [f64; 3]) -> bool {
+        const CHORDS: usize = 16;
+        let place = |i: usize| at(i as f64 / CHORDS as f64);
+        let chord = |i: usize| (0..3).map(|k| (place(i + 1)[k] - place(i)[k]).powi(2)).sum::<f64>().sqrt();
+        (0..CHORDS).map(chord).sum::<f64>() < 0.25 * self.finest()
+    }
+
     /// Elements along a curve of the given speed |dx/ds|, s from 0 to 1: ∫ ds/h.
     pub fn count(&self, at: impl Fn(f64) -> [f64; 3]) -> f64 {
         self.passed(&at)[SAMPLES]
@@ -70,6 +78,9 @@ impl Size {
     /// Points along a curve of the given speed |dx/ds|, s from 0 to 1, spaced by the size: the parameters of at
     /// least `least` pieces, with both ends. The count of elements ∫ ds/h is rounded to the nearest number.
     pub fn spread(&self, at: impl Fn(f64) -> [f64; 3], least: usize) -> Vec<f64> {
+        if least == 1 && self.is_short(&at) {
+            return vec![0.0, 1.0];
+        }
         let passed = self.passed(&at);
         let total = passed[SAMPLES];
         let count = (total.round() as usize).max(least);
