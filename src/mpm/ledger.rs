@@ -3,8 +3,7 @@
 //! With v̂ = ½(v⁻ + v⁺) at the nodes and Δt the step of the momentum:
 //!
 //! ```text
-//! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f; of stresses that are updated with
-//!                                                            velocities mapped back, less what nobody gets (`strain_velocity`)
+//! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f
 //! transfer loss  D    = Σ ΔK_I − ΔK_p                        FLIP, PIC, APIC, filter and bound p⁻
 //! its heat       Q    = Σ q_p                                what of D the particles keep (`heat`)
 //! stress error   ε_s  = ΔU_p − Q + Δt Σ f_I^int · v̂_I        first: gains; modified last: loses
@@ -71,11 +70,6 @@ impl Books {
     /// Books energy [J].
     pub fn add(&mut self, account: AccountId, energy: f64) {
         self.accounts[account.0].total.add(energy);
-    }
-
-    /// What an account holds [J].
-    pub fn value(&self, account: AccountId) -> f64 {
-        self.accounts[account.0].total.value()
     }
 
     /// All that was booked [J]: finite as long as every term is.

@@ -1,6 +1,5 @@
 //! The material point core against exact solutions, conservation laws and itself (threads, resumed runs).
 
-mod beams;
 mod bits;
 mod bodies;
 mod books;
@@ -9,4 +8,3 @@ mod heat;
 mod manufactured;
 mod model;
 mod resume;
-mod spray;

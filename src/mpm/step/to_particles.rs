@@ -8,7 +8,6 @@ use crate::mpm::average::Average;
 use crate::mpm::filter::{Filter, divide_by_mass, velocity_on_grid};
 use crate::mpm::heat;
 use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
-use crate::mpm::strain_velocity::Response;
 use crate::mpm::stress::{Strain, strain_and_land, update_stress};
 use crate::mpm::sweep::{Sweep, View};
 use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate, Transfer, health};
@@ -150,69 +149,40 @@ impl<const D: usize> Mpm<D> {
             StressUpdate::Last | StressUpdate::ModifiedLast => step.dt,
             StressUpdate::Average => 0.5 * step.dt,
         };
-        let remapped = self.remaps();
-        let heat = if remapped { self.remap(field, step) } else { Vec::new() };
-        let response = Response::of(self.bodies.iter().filter(|body| body.field == field && remapped), self.grid.cell);
-        if remapped {
-            self.leave_unspent(field, response, step);
-        }
+        let (remapped, at_once) = (self.remaps(), self.remaps_at_once());
         let (landing, dissipation) = (self.landing(step), self.dissipation);
-        let Self { grid, bodies, bins, ghosts, locking, summaries, .. } = self;
+        let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, velocity, sums, means, .. } = own;
-            if !remapped {
-                parallel::map_into(nodes, velocity, |node| node.momentum);
+            let mut heat = Vec::new();
+            if remapped {
+                let mut velocity = std::mem::take(&mut own.velocity);
+                if at_once {
+                    ghosts.fold(&mut velocity, |_, _, _| {});
+                    divide_by_mass(own, &mut velocity);
+                } else {
+                    velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
+                }
+                own.velocity = velocity;
+                walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
+                if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
+                    heat = heat::of_contact(ghosts, own, step.momentum_dt);
+                }
+                ghosts.fill(&mut own.velocity);
+            } else {
+                parallel::map_into(&own.nodes, &mut own.velocity, |node| node.momentum);
             }
-            let mut solid = Vec::new();
-            if response.is_any() {
-                solid.clone_from(velocity);
-                response.blend(nodes, &mut solid);
-                ghosts.fill(&mut solid);
-            }
+            let Field { velocity, sums, means, .. } = own;
             let mut average = Average { ghosts, locking: *locking, sums, means };
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 let heat = if dissipation.warms(body) { &*heat } else { &[] };
-                let velocity = if response.is_any() && body.law.keeps_shape() { &solid } else { &*velocity };
                 let strain = Strain { velocity, dt, backwards: false, heat };
                 summaries[index] = update_stress(&sweep, &mut average, strain, body, landing)?;
             }
             Ok(())
         })
-    }
-
-    /// Maps the particles' new velocity to the nodes (theory 2.4); returns the heat per mass that they hand to the particles.
-    fn remap(&mut self, field: usize, step: &Step) -> Vec<[f64; 1]> {
-        let (at_once, dissipation) = (self.remaps_at_once(), self.dissipation);
-        let Self { grid, bodies, bins, ghosts, walls, .. } = self;
-        let mut heat = Vec::new();
-        grid.with_field(field, |grid, own| {
-            let mut velocity = std::mem::take(&mut own.velocity);
-            if at_once {
-                ghosts.fold(&mut velocity, |_, _, _| {});
-                divide_by_mass(own, &mut velocity);
-            } else {
-                velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
-            }
-            own.velocity = velocity;
-            walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
-            if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
-                heat = heat::of_contact(ghosts, own, step.momentum_dt);
-            }
-            ghosts.fill(&mut own.velocity);
-        });
-        heat
-    }
-
-    /// Takes the work from the books that neither particles nor strains get of the nodes (`strain_velocity`).
-    fn leave_unspent(&mut self, field: usize, response: Response, step: &Step) {
-        let part = if self.stress_update == StressUpdate::Average { 0.5 } else { 1.0 };
-        let load = (self.uniform_gravity(step.t), step.momentum_dt);
-        let unspent = response.unspent(&self.grid.fields[field], part, load);
-        self.tally.nodes -= unspent;
-        self.tally.applied -= unspent;
     }
 
     /// Lands the particles that have not yet, moves the obstacles, and sees that everything is sound.
