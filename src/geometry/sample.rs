@@ -343,8 +343,9 @@ mod tests {
 
     #[test]
     fn the_share_of_its_bounds_that_a_region_fills_is_estimated() {
+        const CENTRE: [f64; 3] = [1.0, 1.0, 0.0];
         let ring = |inner: f64| {
-            Region::Intersection(vec![sphere([1.0; 3], 2.0), Region::Complement(Box::new(sphere([1.0; 3], inner)))])
+            Region::Intersection(vec![sphere(CENTRE, 2.0), Region::Complement(Box::new(sphere(CENTRE, inner)))])
         };
         for (dimension, ball) in [(2, std::f64::consts::PI / 4.0), (3, std::f64::consts::PI / 6.0)] {
             for inner in [0.0, 1.0, 1.8] {
