@@ -64,7 +64,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let largest = self.largest_energy();
         let gained = self.books.gained(&self.totals, self.implicit.surface_energy());
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
-        self.notices.errors(part, part > TAKEN || part < -GIVEN);
+        self.notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
         if self.books.viscous() < -NEGATIVE * largest {
             self.notices.friction();
         }

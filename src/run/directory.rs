@@ -65,6 +65,7 @@ impl RunDirectory {
         if existing != Existing::Refuse && ours && self.lock_file().is_file() {
             drop(self.occupy()?);
         }
+        let from_a_run = self.has_checkpoint() || (ours && self.status().is_file()) || self.is_begun(&entries);
         match existing {
             Existing::Refuse if !entries.is_empty() => Err(self.refuse(
                 io::ErrorKind::DirectoryNotEmpty,
@@ -75,14 +76,10 @@ impl RunDirectory {
                 "no run of lateen made this directory, and --force replaces no other; name another directory with --out, or \
                  empty this one yourself",
             )),
-            Existing::Resume
-                if !self.has_checkpoint() && !(ours && self.status().is_file()) && !self.is_begun(&entries) =>
-            {
-                Err(self.refuse(
-                    io::ErrorKind::NotFound,
-                    "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
-                ))
-            }
+            Existing::Resume if !from_a_run => Err(self.refuse(
+                io::ErrorKind::NotFound,
+                "there is no checkpoint to resume from; leave out --resume (and add --force if a run is there)",
+            )),
             Existing::Resume if !self.has_checkpoint() && self.had_checkpoint() => Err(self.refuse(
                 io::ErrorKind::NotFound,
                 "the checkpoints of this run are gone, so that it can't go on; --force begins anew and replaces what is here",
