@@ -178,12 +178,15 @@ impl State {
     }
 }
 
+/// Columns of a checkpoint: name, place in the file, contents.
+type RawColumns = Vec<(String, usize, Raw)>;
+
 /// Checkpoints whose checksums fit and whose contents don't: each column in turn is shorter, longer, full of ones, twice there
 /// or not there. Nothing panics; what has another size is refused.
 fn forged_columns_are_refused(text: &str, longer: &str) {
     let home = tempfile::tempdir().unwrap();
     go(text, home.path(), Existing::Refuse).unwrap();
-    let forge = |edit: &dyn Fn(&mut Vec<(String, usize, Raw)>)| {
+    let forge = |edit: &dyn Fn(&mut RawColumns)| {
         let copy = tempfile::tempdir().unwrap();
         for folder in ["checkpoint", "history"] {
             fs::create_dir(copy.path().join(folder)).unwrap();
@@ -203,7 +206,7 @@ fn forged_columns_are_refused(text: &str, longer: &str) {
     let count = State::read(text, home.path()).columns.len();
     for n in 0..count {
         let name = State::read(text, home.path()).columns[n].0.clone();
-        let refused = |what: &str, edit: &dyn Fn(&mut Vec<(String, usize, Raw)>)| {
+        let refused = |what: &str, edit: &dyn Fn(&mut RawColumns)| {
             let error = forge(edit).map(|()| format!("{name}, {what}: taken")).unwrap_err();
             assert!(matches!(error, Error::Checkpoint { .. }), "{name}, {what}: {error}");
         };
