@@ -58,8 +58,12 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
         if !body.particles.position.iter().all(inside) {
             return Some(format!("a particle of `{name}` lies outside the grid"));
         }
-        // Bins that a particle may have left are made anew before the next step.
-        let sorted = bins.stale(body.kernel, count) || bins.hold(&body.particles.position, body.kernel, lower, cell);
+        // Bins that a particle may have left are made anew before the next step; those of a state before any step are empty.
+        let sorted = match bins.sorted() {
+            0 => bins.is_empty(),
+            sorted if bins.stale(body.kernel, count) => sorted == count,
+            sorted => sorted == count && bins.hold(&body.particles.position, body.kernel, lower, cell),
+        };
         (!sorted).then(|| format!("the particles of `{name}` don't lie in the blocks that they are sorted by"))
     })
 }

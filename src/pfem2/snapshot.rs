@@ -180,7 +180,25 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if counted.iter().any(|&count| count > MOST_COUNTED) {
         return Some("it counts more than any run does".to_owned());
     }
+    if !finite(pfem) {
+        return Some("it holds numbers that are not finite".to_owned());
+    }
     (!pfem.implicit.fits(&pfem.memory)).then(|| "the kept matrix is that of another mesh".to_owned())
+}
+
+/// True if all numbers that the next step starts from are finite, and lengths and times positive.
+fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
+    let vectors = [&pfem.particles.position, &pfem.particles.velocity, &pfem.implicit.velocity, &pfem.before];
+    let numbers = [&pfem.particles.depth, &pfem.implicit.pressure, &pfem.level];
+    let level = pfem.sharp.as_ref().is_none_or(|sharp| {
+        sharp.band > 0.0 && sharp.band.is_finite() && sharp.level.iter().all(|phi| phi.is_finite())
+    });
+    let times = [pfem.dt_before, pfem.dt_earlier, pfem.step_control.proposal];
+    vectors.iter().all(|column| column.iter().all(|v| v.is_finite()))
+        && numbers.iter().all(|column| column.iter().all(|number| number.is_finite()))
+        && level
+        && times.iter().all(|&time| time >= 0.0)
+        && [pfem.shift, pfem.weight].iter().all(|number| number.is_finite())
 }
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.

@@ -122,11 +122,20 @@ impl<const D: usize> Bins<D> {
         })
     }
 
+    /// How many particles the bins hold.
+    pub fn sorted(&self) -> usize {
+        self.bins.last().map_or(0, |bin| bin.range.end)
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.bins.is_empty()
+    }
+
     /// True if the particles must be sorted before the next sweep of `kernel`.
     pub fn stale(&self, kernel: Kernel, particles: usize) -> bool {
-        let sorted = self.bins.last().map_or(0, |bin| bin.range.end);
         let Disorder { drift, excess, .. } = self.disorder;
-        drift > 0.99 * slack(kernel) || excess > SORT_COST * particles as f64 || sorted != particles
+        drift > 0.99 * slack(kernel) || excess > SORT_COST * particles as f64 || self.sorted() != particles
     }
 
     /// True if the slots must be looked up.
