@@ -256,6 +256,22 @@ fn an_inlet_brings_a_named_fluid_and_the_other_leaves() {
     assert_eq!(said, ["no particle of `oil` is left"]);
 }
 
+/// The water lies outside the channel until the inlet brings it; without an inlet that names it, that is an error.
+#[test]
+fn a_fluid_that_only_an_inlet_brings_need_not_be_there_at_the_start() {
+    let outside = channel("-0.5", "1");
+    let (said, column) = ran(&outside.replace("# left", "fluid = \"water\""));
+    for (t, volume) in column("balance", "time").iter().zip(column("balance", "volume: water")) {
+        let exact = 0.4 * t.min(1.0);
+        assert!((volume - exact).abs() < 1e-6, "t = {t}: {volume} instead of {exact}");
+    }
+    assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-9));
+    assert_eq!(said, ["no particle of `oil` is left"]);
+    let finding = one(model(&outside, Path::new("")));
+    assert!(finding.message.contains("no particles"), "{finding:?}");
+    assert!(finding.help.is_some_and(|help| help.contains("inlet")));
+}
+
 /// The same with the pseudo level set, whose line is known within part of an element.
 #[test]
 fn a_pseudo_level_set_passes_the_channel_too() {

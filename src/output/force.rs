@@ -72,7 +72,7 @@ fn on(name: &str) -> String {
     if name.starts_with("contact:") { "on the first".to_owned() } else { format!("on {name}") }
 }
 
-/// Writes every named count to `counts.csv`, one column each.
+/// Writes every named count, and the amounts beside them, to `counts.csv`, one column each.
 #[derive(Debug)]
 pub struct Counts {
     history: History,
@@ -102,6 +102,10 @@ impl Monitor for Counts {
             heads.push(name.clone());
             row.push(*count as f64);
         }
+        for (name, unit, amount) in &snapshot.amounts {
+            heads.push(self.units.head(name, unit));
+            row.push(*amount);
+        }
         self.history.append(&heads, &row)
     }
 
@@ -119,7 +123,8 @@ mod tests {
         let forces =
             ["contact:ball-sheet", "wall:left"].map(|name| (name.to_owned(), [time, 2.0 * time, 0.0])).to_vec();
         let counts = vec![("crossed:sheet".to_owned(), 3)];
-        Snapshot { time, dimension: 2, forces, counts, ..Snapshot::default() }
+        let amounts = vec![("astray: water".to_owned(), "m^2", 0.5)];
+        Snapshot { time, dimension: 2, forces, counts, amounts, ..Snapshot::default() }
     }
 
     #[test]
@@ -149,6 +154,7 @@ mod tests {
     fn counts_share_a_table() {
         let dir = tempfile::tempdir().unwrap();
         Counts::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
-        assert_eq!(std::fs::read_to_string(dir.path().join("counts.csv")).unwrap(), "time,crossed:sheet\n1.0,3.0\n");
+        let written = std::fs::read_to_string(dir.path().join("counts.csv")).unwrap();
+        assert_eq!(written, "time,crossed:sheet,astray: water\n1.0,3.0,0.5\n");
     }
 }

@@ -1,9 +1,9 @@
-//! What inlets bring: the fluid that they name, or that of each place at the start.
+//! What open boundaries bring: the fluid that they name, or that of each place at the start.
 
 use super::Boundary;
 use super::boundary::{BoundaryKind, Inflow};
 use super::convect::Place;
-use super::level_set::{self, Brings, LevelSet};
+use super::level_set::{self, Brings, Entering, LevelSet};
 use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 /// What flows in, by places of [`Mesh::boundary`]. It follows from the start alone.
 #[derive(Debug, Clone, Default)]
 pub struct Supply<const D: usize> {
-    /// Of a sharp level set: φ at the corners of the facets [m], where it is known beforehand.
+    /// Of a sharp level set: φ at the corners of the open facets [m].
     level: Vec<Option<[f64; D]>>,
     /// Else: the fractions of the fluids at the nodes at the start.
     fraction: Vec<Vec<f64>>,
@@ -35,35 +35,36 @@ impl<const D: usize> Supply<D> {
         };
         let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
             (Some(fluid), _) => Brings::Named(fluid == set.inside),
-            (None, BoundaryKind::Inlet) => Brings::Start,
-            (None, _) => Brings::Present,
+            (None, kind) if kind.is_open() => Brings::Start,
+            (None, _) => Brings::Nothing,
         };
         let brings: Vec<Brings> = boundary.kinds.iter().enumerate().map(of).collect();
         Self { level: level_set::brought(mesh, &set.level, &brings), ..Self::default() }
     }
 
-    /// φ at the corners of a facet [m], if it is known beforehand.
+    /// φ at the corners of a facet [m], if something may come in there.
     pub fn level(&self, facet: usize) -> Option<[f64; D]> {
         *self.level.get(facet)?
     }
 
-    /// Fluid and depth of what came `way` [m] from beyond an inlet to a place on it; `sharp` is the level set, if it is
-    /// sharp.
+    /// Fluid and depth of what came `way` [m] from beyond an open boundary to a place on it; `sharp` is the level set with what
+    /// open boundaries see of it, if it is sharp.
     pub fn brought<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
-        sharp: Option<&LevelSet>,
+        sharp: Option<(&LevelSet, &Entering)>,
         place: &Place<N>,
         inflow: &Inflow<D>,
         way: Vector<D>,
     ) -> (u8, f64) {
-        let Some((set, corners)) = sharp.zip(self.level(inflow.facet)) else {
+        let Some(((set, entering), corners)) = sharp.zip(self.level(inflow.facet)) else {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.both };
             let fluid = || phases.at_place(&mesh.elements()[place.element], &place.shape) as u8;
             return (inflow.fluid.unwrap_or_else(fluid), f64::INFINITY);
         };
-        let level = level_set::on_facet(mesh.boundary()[inflow.facet], &corners, place);
-        let (own, depth) = set.beyond(mesh, place, way, level, 1 - set.inside);
+        let facet = mesh.boundary()[inflow.facet];
+        let held = level_set::on_facet(facet, &corners, place);
+        let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering), 1 - set.inside);
         (inflow.fluid.unwrap_or(own), depth)
     }
 }

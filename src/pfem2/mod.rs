@@ -10,6 +10,7 @@
 //! ```
 
 pub mod assemble;
+mod astray;
 mod available;
 pub mod boundary;
 pub mod convect;

@@ -24,6 +24,8 @@ const LASTING: u32 = 5;
 pub(super) struct Notices {
     /// Inlets by their place among the sets, with the fluids that were there.
     met: BTreeSet<(usize, usize)>,
+    /// Fluids that have been there.
+    been: BTreeSet<usize>,
     /// Steps for which errors have taken, or given, much of the energy.
     lasting: u32,
     /// True once it is said that they have taken it, and that they have given it.
@@ -42,7 +44,7 @@ impl Notices {
     ) -> Self {
         let mut notices = Self::default();
         notices.look(implicit, particles, fraction);
-        Self { met: notices.met, ..Self::default() }
+        Self { met: notices.met, been: notices.been, ..Self::default() }
     }
 
     /// Looks at the state after a step; `fraction` by fluid and node.
@@ -58,8 +60,12 @@ impl Notices {
         }
         let mut left = vec![false; fluids.len()];
         particles.fluid.iter().for_each(|&fluid| left[usize::from(fluid)] = true);
-        for (fluid, _) in fluids.iter().zip(left).filter(|(_, left)| !left) {
-            self.say(format!("no particle of `{}` is left", fluid.name));
+        for (index, (fluid, left)) in fluids.iter().zip(left).enumerate() {
+            if left {
+                self.been.insert(index);
+            } else if self.been.contains(&index) {
+                self.say(format!("no particle of `{}` is left", fluid.name));
+            }
         }
         for (inlet, fluid) in at_inlets(implicit, fraction) {
             if !self.met.insert((inlet, fluid)) {

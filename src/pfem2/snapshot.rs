@@ -31,6 +31,7 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         ledger: ledger(pfem),
         forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
         counts: counts(pfem),
+        amounts: amounts(pfem),
         ..Snapshot::default()
     }
 }
@@ -152,12 +153,20 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
         ("particles: added", pfem.counts.added),
         ("particles: inflow", pfem.counts.inflow),
         ("particles: merged", pfem.counts.merged),
+        ("particles: joined", pfem.counts.joined),
         ("elements: empty", pfem.counts.empty),
         ("elements: cut", pfem.implicit.cuts.len() as u64),
         ("solver: iterations", if started { pfem.implicit.outcome.iterations as u64 } else { 0 }),
         ("solver: preconditioners", if started { pfem.implicit.preconditioners } else { 0 }),
     ];
     counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
+}
+
+/// What particles of each fluid stand for where the other one is.
+fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &'static str, f64)> {
+    let unit = if D == 2 { "m^2" } else { "m^3" };
+    let fluids = pfem.implicit.physics.fluids.iter().zip(pfem.astray());
+    fluids.map(|(fluid, volume)| (format!("astray: {}", fluid.name), unit, volume)).collect()
 }
 
 /// What doesn't fit together in restored columns.
@@ -174,9 +183,9 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if fluid.iter().any(|&f| usize::from(f) >= fluids) {
         return Some(format!("a particle is of a fluid beyond the {fluids} there are"));
     }
-    let Counts { left, stuck, added, inflow, merged, empty } = pfem.counts;
+    let Counts { left, stuck, added, inflow, merged, joined, empty } = pfem.counts;
     let age = pfem.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
-    let counted = [pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners, age];
+    let counted = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.implicit.preconditioners, age];
     if counted.iter().any(|&count| count > MOST_COUNTED) {
         return Some("it counts more than any run does".to_owned());
     }
@@ -251,15 +260,15 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
         control.errors = Errors { time, mesh, interface };
     }
     let counts = &mut pfem.counts;
-    let Counts { left, stuck, added, inflow, merged, empty } = *counts;
+    let Counts { left, stuck, added, inflow, merged, joined, empty } = *counts;
     let iterations = pfem.implicit.outcome.iterations as u64;
     let mut numbers =
-        vec![pfem.steps, left, stuck, added, inflow, merged, empty, pfem.implicit.preconditioners, iterations];
+        vec![pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.implicit.preconditioners, iterations];
     visit("counts", Column::new(&mut numbers));
-    if let [steps, left, stuck, added, inflow, merged, empty, preconditioners, iterations] = numbers[..] {
+    if let [steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations] = numbers[..] {
         (pfem.steps, pfem.implicit.preconditioners) = (steps, preconditioners);
         pfem.implicit.outcome.iterations = iterations as usize;
-        *counts = Counts { left, stuck, added, inflow, merged, empty };
+        *counts = Counts { left, stuck, added, inflow, merged, joined, empty };
     }
     if let Some(sharp) = &mut pfem.sharp {
         let [inside, all] = pfem.outflow;

@@ -127,10 +127,12 @@ pub struct Counts {
     pub stuck: u64,
     /// Particles added where there were none.
     pub added: u64,
-    /// Of these, those that came in through an inlet.
+    /// Of these, those that came in through an open boundary.
     pub inflow: u64,
     /// Particles merged where there were too many.
     pub merged: u64,
+    /// Particles that joined the other fluid, deep inside of it.
+    pub joined: u64,
     /// Elements found empty.
     pub empty: u64,
 }
@@ -391,6 +393,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let Implicit { mesh, velocity, .. } = &self.implicit;
             self.counts.added += reseed::refill(&mut self.particles, mesh, velocity, &phases) as u64;
         }
+        self.join();
         self.remember(step, convected);
     }
 

@@ -11,7 +11,7 @@ use super::convect::{self, Convected, Place, Projectiles, Streamlines, Walk};
 use super::correct;
 use super::implicit::{Implicit, Step};
 use super::inflow::Supply;
-use super::level_set::LevelSet;
+use super::level_set::{Entering, LevelSet};
 use super::phases::Phases;
 use super::reseed::{Newcomer, Origin, Reseeded};
 use super::setup::Scheme;
@@ -46,6 +46,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             projectiles: self.flying.contains(&true).then_some(rule),
         };
         let lines = Streamlines::new(mesh, &flow);
+        let (openings, particles) = (&self.openings[..], &mut self.particles);
+        let entering = self.sharp.as_ref().filter(|_| !openings.is_empty());
+        let entering = entering.map(|set| Entering::new(mesh, set, openings, &carrier, particles));
         let fate = self.particles.carry(&lines, step.dt);
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         let (supply, sharp) = (&self.supply, self.sharp.as_ref());
@@ -53,12 +56,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let inflow = |place: &Place<N>, opposite: usize, after: f64| {
             let (element, x) = (place.element, place.position(mesh));
             let inflow = boundary.inflow(mesh, (element, opposite), x, step.t + after.max(0.0))?;
-            if inflow.velocity.is_none() && inflow.fluid.is_none() {
-                return None;
-            }
             let here = || correct::at(&place.shape, &mesh.elements()[element], &start);
             let velocity = inflow.velocity.unwrap_or_else(here);
-            let (fluid, depth) = supply.brought(mesh, sharp, place, &inflow, velocity * after);
+            let (fluid, depth) = supply.brought(mesh, sharp.zip(entering.as_ref()), place, &inflow, velocity * after);
             Some(Newcomer { velocity, fluid, depth })
         };
         let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };

@@ -1,7 +1,7 @@
 //! The volume of each fluid: what it was, what has left, what level set or shares show.
 
 use super::Pfem2;
-use super::level_set::{self, LevelSet, Opening};
+use super::level_set::{self, LevelSet, Opening, Origins};
 use super::phases::Phases;
 use super::reseed::Origin;
 use super::setup::VolumeCorrection;
@@ -25,8 +25,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let Some(set) = &self.sharp else { return };
         let boundary = &self.implicit.boundary;
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
-        let opening = |(place, &facet)| Opening { facet, brings: self.supply.level(place) };
-        self.openings = facets.map(opening).collect();
+        let opening = |(place, &facet)| Some(Opening { facet, brings: self.supply.level(place)? });
+        self.openings = facets.filter_map(opening).collect();
         self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
     }
 
@@ -44,20 +44,25 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(super) fn follow_interface(&mut self) {
         let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());
         let Some(sharp) = &mut self.sharp else { return };
-        sharp.update(mesh, &mut self.particles);
+        let before = sharp.level.clone();
+        sharp.update(mesh, &mut self.particles, &self.openings);
         level_set::absorb_lone_nodes(mesh, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
+        let wanted = start - self.outflow[0];
+        let (particles, openings) = (&self.particles, &self.openings[..]);
+        let origins = Origins { before: &before, inside: sharp.inside, particles, openings };
         // A shift may leave nodes alone that weren't before; they change sides, and the volume is sought again.
         for _ in 0..SHIFTS {
             let left = reach - self.shift.abs();
-            self.shift += level_set::shift_to_volume(mesh, &mut sharp.level, start - self.outflow[0], left);
-            if level_set::absorb_lone_nodes(mesh, &mut sharp.level) == 0 {
+            self.shift += level_set::shift_to_volume(mesh, &mut sharp.level, wanted, left);
+            let back = level_set::put_back_unborn(mesh, &origins, &mut sharp.level);
+            if back + level_set::absorb_lone_nodes(mesh, &mut sharp.level) == 0 {
                 break;
             }
         }
-        let missing = start - self.outflow[0] - level_set::negative_volume(mesh, &sharp.level);
-        if missing.abs() > MISSED * start {
+        let missing = wanted - level_set::negative_volume(mesh, &sharp.level);
+        if missing.abs() > MISSED * start.max(wanted) {
             self.notices.volume(&self.implicit.physics.fluids[usize::from(sharp.inside)].name);
         }
     }

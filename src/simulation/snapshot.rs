@@ -27,6 +27,8 @@ pub struct Snapshot<'a> {
     pub forces: Vec<(String, [f64; 3])>,
     /// Named counts, e.g. `crossed:sheet` (particles found on the wrong side).
     pub counts: Vec<(String, u64)>,
+    /// Named amounts that stand beside the counts, with their units.
+    pub amounts: Vec<(String, &'static str, f64)>,
 }
 
 /// Particles of one body.

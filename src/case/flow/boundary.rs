@@ -28,8 +28,8 @@ pub struct BoundarySpec {
     #[serde(default)]
     #[schemars(extend("unit" = "Pa"))]
     pub pressure: SignalSpec,
-    /// The body whose fluid comes in through an inlet or an open boundary; by default an inlet brings the fluid of each
-    /// place at the start, an open boundary the one that is there.
+    /// The body whose fluid comes in through an inlet, or back through an open boundary; by default the fluid that each place
+    /// had at the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fluid: Option<String>,
 }

@@ -13,7 +13,7 @@ pub enum BoundaryKind {
     Slip,
     /// The velocity is prescribed; particles come in.
     Inlet,
-    /// Traction or pressure is prescribed; particles leave, and come in with the fluid of the place.
+    /// Traction or pressure is prescribed; particles leave and come in.
     Outlet,
 }
 
@@ -84,7 +84,7 @@ pub struct BoundarySetup<const D: usize> {
     pub facets: Vec<Facet>,
     /// What is prescribed there.
     pub condition: Condition<D>,
-    /// The fluid that comes in; `None`: at inlets that of the place at the start, at outlets the one that is there.
+    /// The fluid that comes in; `None`: that of the place at the start.
     pub brings: Option<u8>,
 }
 

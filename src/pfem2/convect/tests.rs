@@ -267,7 +267,7 @@ fn any_number_of_threads_gives_the_same_bits() {
             for _ in 0..12 {
                 let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
                 particles.convect(&Streamlines::new(&mesh, &flow), 0.1);
-                level.update(&mesh, &mut particles);
+                level.update(&mesh, &mut particles, &[]);
             }
             let projected = project(&mesh, &particles, &[1.0, 1000.0], Kernel::Linear, &velocity);
             (particles.position, particles.depth, projected.velocity, level.level)

@@ -15,7 +15,7 @@
 //! re-entrant corner or an obstacle out of the fluid on the other side.
 
 use crate::math::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Facet, Mesh};
 use crate::pfem2::interface::{facets, is_cut};
 use crate::pfem2::outline::size;
 use crate::pfem2::particles::interpolate;
@@ -91,6 +91,34 @@ impl<const D: usize> Interface<D> {
             interface.longest_edge = interface.longest_edge.max(longest_edge(&x));
         }
         interface
+    }
+
+    /// Facets of the boundary of a mesh, as an interface that is about to leave them.
+    pub fn of_facets<const N: usize>(mesh: &Mesh<D, N>, facets: &[Facet]) -> Self {
+        let mut facets = facets.to_vec();
+        facets.sort_unstable();
+        let polygon = |facet: &Facet| {
+            let nodes = mesh.facet_nodes(*facet);
+            let corners = std::array::from_fn(|k| mesh.nodes()[nodes[k] as usize]);
+            let normal = mesh.facet_area(*facet).normalized().unwrap_or_default();
+            Polygon { corners, normal, wall: [None; D], bounds: true }
+        };
+        let edges = facets.iter().map(|facet| longest_edge(&mesh.corners(facet.element as usize)));
+        Self {
+            longest_edge: edges.fold(0.0, f64::max),
+            facets: facets.iter().map(polygon).collect(),
+            element: facets.iter().map(|facet| facet.element).collect(),
+        }
+    }
+
+    /// Both.
+    pub fn and(self, other: Self) -> Self {
+        let longest_edge = self.longest_edge.max(other.longest_edge);
+        let own = self.element.into_iter().zip(self.facets);
+        let mut all: Vec<(u32, Polygon<D>)> = own.chain(other.element.into_iter().zip(other.facets)).collect();
+        all.sort_by_key(|(element, _)| *element);
+        let (element, facets) = all.into_iter().unzip();
+        Self { facets, element, longest_edge }
     }
 
     /// True if there is no interface.

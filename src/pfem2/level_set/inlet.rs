@@ -20,15 +20,15 @@ const FAR: f64 = 1e30;
 /// What a facet of the boundary brings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Brings {
-    /// The fluid that is there.
-    Present,
+    /// Nothing.
+    Nothing,
     /// The fluid of each place at the start.
     Start,
     /// A fluid with a name: true for the one inside.
     Named(bool),
 }
 
-/// φ_in at the corners of each facet of [`Mesh::boundary`] [m]; `None` where the fluid that is there comes back.
+/// φ_in at the corners of each facet of [`Mesh::boundary`] [m]; `None` where nothing comes in.
 /// `level` is φ at the nodes at the start [m].
 pub fn brought<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
@@ -36,7 +36,7 @@ pub fn brought<const D: usize, const N: usize>(
     brings: &[Brings],
 ) -> Vec<Option<[f64; D]>> {
     let first = |(&facet, brings): (&Facet, &Brings)| match brings {
-        Brings::Present => None,
+        Brings::Nothing => None,
         Brings::Start => Some(nodes_of(mesh, facet).map(|node| level[node as usize])),
         Brings::Named(inside) => Some([if *inside { -FAR } else { FAR }; D]),
     };
@@ -131,7 +131,7 @@ mod tests {
         let middle = |facet: &Facet| {
             nodes_of(mesh, *facet).iter().map(|&node| mesh.nodes()[node as usize]).sum::<Vector<D>>() / D as f64
         };
-        let of = |facet: &Facet| if middle(facet)[0] == 0.0 { brings(middle(facet)) } else { Brings::Present };
+        let of = |facet: &Facet| if middle(facet)[0] == 0.0 { brings(middle(facet)) } else { Brings::Nothing };
         let brings: Vec<Brings> = mesh.boundary().iter().map(of).collect();
         let found = brought(mesh, level, &brings);
         let facets = mesh.boundary().iter().zip(found);

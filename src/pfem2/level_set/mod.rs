@@ -18,19 +18,23 @@
 //! through open boundaries is counted (see `outflow`) and reported as well.
 
 mod distance;
+mod entering;
 mod inlet;
 mod lone;
 mod outflow;
 mod stretch;
 #[cfg(test)]
 mod tests;
+mod unborn;
 mod volume;
 
 pub use distance::Interface;
 use distance::longest_edge;
+pub use entering::Entering;
 pub use inlet::{Brings, brought, on_facet};
 pub use lone::{absorb_lone_fluids, absorb_lone_nodes};
 pub use outflow::{Opening, outflow};
+pub use unborn::{Origins, put_back_unborn};
 pub use volume::{negative_volume, shift_to_volume};
 
 use super::convect::Place;
@@ -103,9 +107,18 @@ impl LevelSet {
         set
     }
 
-    /// φ from the depths that the particles carried here; every tenth time depths are measured anew.
-    pub fn update<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, particles: &mut Particles<D>) {
-        self.average(mesh, particles);
+    /// φ from the depths that the particles carried here and what `openings` bring; every tenth time depths are measured
+    /// anew.
+    pub fn update<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        particles: &mut Particles<D>,
+        openings: &[Opening<D>],
+    ) {
+        let before = std::mem::take(&mut self.level);
+        self.level = self.average(mesh, particles, &before);
+        let origins = Origins { before: &before, inside: self.inside, particles, openings };
+        put_back_unborn(mesh, &origins, &mut self.level);
         self.age += 1;
         if self.age >= MEASURED_EVERY {
             self.measure(mesh, particles);
@@ -118,24 +131,9 @@ impl LevelSet {
         (if phi < 0.0 { self.inside } else { outside }, phi.abs())
     }
 
-    /// Fluid and depth of what came `way` [m] from beyond the boundary to a place on it that brings the level `brought`
-    /// [m]. Where another line than that of the inlet is nearer, φ goes on beyond the boundary as in the element; a fluid
-    /// that begins to flow in begins at the boundary.
-    pub fn beyond<const D: usize, const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        place: &Place<N>,
-        way: Vector<D>,
-        brought: f64,
-        outside: u8,
-    ) -> (u8, f64) {
-        let slopes = mesh.simplex(place.element).gradient.iter().zip(&mesh.elements()[place.element]);
-        let slope: Vector<D> = slopes.map(|(&g, &node)| g * self.level[node as usize]).sum();
-        let phi = (value(mesh, place, &self.level) - slope.dot(way)).clamp(-self.band, self.band);
-        let fluid = if brought < 0.0 { self.inside } else { outside };
-        let (held, seen) = (brought.abs(), self.sign(fluid) * phi);
-        let agrees = (held - seen).abs() <= AGREES * self.band / BAND;
-        (fluid, if agrees { held } else { seen.max(0.0) })
+    /// Longest edge of the elements around the interface, when it was last measured [m].
+    pub fn edge(&self) -> f64 {
+        self.band / BAND
     }
 
     /// φ [m] of a fluid at a depth [m].
@@ -147,8 +145,13 @@ impl LevelSet {
         if fluid == self.inside { -1.0 } else { 1.0 }
     }
 
-    /// Nodes whose particles are all deeper than the band take ± the band; nodes without particles keep φ.
-    fn average<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, particles: &Particles<D>) {
+    /// Nodes whose particles are all deeper than the band take ± the band; nodes without particles keep φ, `before` [m].
+    fn average<const D: usize, const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        particles: &Particles<D>,
+        before: &[f64],
+    ) -> Vec<f64> {
         let near = self.near(mesh, particles);
         let mut table = Table::<1, N>::collect(mesh.elements().len(), |e, entries| {
             let own = particles.of(e);
@@ -168,7 +171,7 @@ impl LevelSet {
             let around = mesh.elements_around(node).iter().map(|&e| e as usize);
             if !around.clone().any(|e| near[e]) {
                 let fluid = around.flat_map(|e| particles.of(e)).next().map(|p| particles.fluid[p]);
-                return fluid.map_or(self.level[node], |fluid| self.sign(fluid) * self.band);
+                return fluid.map_or(before[node], |fluid| self.sign(fluid) * self.band);
             }
             let (mut sum, mut weight) = (0.0, 0.0);
             for e in around {
@@ -178,9 +181,9 @@ impl LevelSet {
                     weight += entry.weight * entry.sum(k);
                 }
             }
-            if weight > 0.0 { (sum / weight).clamp(-self.band, self.band) } else { self.level[node] }
+            if weight > 0.0 { (sum / weight).clamp(-self.band, self.band) } else { before[node] }
         };
-        self.level = (0..mesh.nodes().len()).into_par_iter().map(level).collect();
+        (0..mesh.nodes().len()).into_par_iter().map(level).collect()
     }
 
     /// Elements around nodes whose particles are not all deep in one fluid.

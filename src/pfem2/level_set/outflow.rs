@@ -27,8 +27,8 @@ const PARTS: usize = 8;
 pub struct Opening<const D: usize> {
     /// The facet.
     pub facet: Facet,
-    /// φ of what comes in at its corners [m], if that is known beforehand.
-    pub brings: Option<[f64; D]>,
+    /// φ of what comes in at its corners [m].
+    pub brings: [f64; D],
 }
 
 /// Volume that leaves through the openings in `dt` [s]: of the fluid where φ < 0, and of both [m³]; negative where it
@@ -46,11 +46,9 @@ pub fn outflow<const D: usize, const N: usize>(
     let through = |opening: &Opening<D>| {
         let rates = rates(mesh, opening.facet, velocity);
         let all = dt * rates.iter().sum::<f64>() / D as f64;
-        let inside = match opening.brings {
-            Some(level) if all < 0.0 => dt * prism::<D, N>(&level, &level, &rates),
-            _ => inside(opening.facet, rates, dt, &phi),
-        };
-        [inside, all]
+        let level = &opening.brings;
+        let comes_in = || dt * prism::<D, N>(level, level, &rates);
+        [if all < 0.0 { comes_in() } else { inside(opening.facet, rates, dt, &phi) }, all]
     };
     let each: Vec<[f64; 2]> = openings.par_iter().map(through).collect();
     each.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
@@ -115,7 +113,7 @@ mod tests {
         let speed = Vector::from_fn(|axis| [1.5, -0.2, 0.3][axis]);
         let out = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 1.0);
         let openings: Vec<Opening<D>> =
-            mesh.boundary().iter().filter(out).map(|&facet| Opening { facet, brings: None }).collect();
+            mesh.boundary().iter().filter(out).map(|&facet| Opening { facet, brings: [1.0; D] }).collect();
         let normal = Vector::from_fn(|axis| [0.8, 0.6, 0.0][axis]);
         let phi = |place: &Place<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
         outflow(mesh, &openings, &vec![speed; mesh.nodes().len()], dt, phi)
@@ -143,12 +141,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_beforehand_comes_in_by_its_level() {
+    fn what_comes_in_does_so_by_its_level() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [2; 2]).unwrap();
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];
         for (brings, inside) in
-            [(Some([-1.0; 2]), -0.2), (Some([1.0; 2]), 0.0), (Some([-1.0, 3.0]), -0.05), (None, 0.0)]
+            [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)]
         {
             let openings: Vec<Opening<2>> =
                 mesh.boundary().iter().filter(left).map(|&facet| Opening { facet, brings }).collect();

@@ -66,7 +66,7 @@ fn turn(mesh: &Mesh<2, 3>, steps: usize, phi: impl Fn(Vector<2>) -> f64 + Sync) 
     for _ in 0..steps {
         let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
         particles.convect(&Streamlines::new(mesh, &flow), 1.0 / steps as f64);
-        set.update(mesh, &mut particles);
+        set.update(mesh, &mut particles, &[]);
     }
     (start, set)
 }
@@ -106,7 +106,7 @@ fn stays<const D: usize, const N: usize>(mesh: &Mesh<D, N>, plane: impl Fn(Vecto
     let mut particles = Particles::seed(mesh, 3, |x| Some(u8::from(plane(x) >= 0.0)), |_| Vector::ZERO);
     let mut set = LevelSet::new(mesh, 0, &plane, &mut particles);
     for step in 0..25 {
-        set.update(mesh, &mut particles);
+        set.update(mesh, &mut particles, &[]);
         let near = mesh.nodes().iter().zip(&set.level).filter(|(x, _)| plane(**x).abs() < 0.1);
         let worst = near.map(|(x, phi)| (phi - plane(*x)).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-13, "{step}: {worst:e}");

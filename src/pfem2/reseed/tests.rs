@@ -49,7 +49,7 @@ fn mirrored<const D: usize, const N: usize>(
         let origin = Origin { lines: &lines, dt, velocity: &velocity, fluid: &fluid, inflow: &inflow };
         let reseeded = particles.reseed(mesh, Reseeding::SubCells, density, &origin);
         done = [done[0] + reseeded.added, done[1] + reseeded.merged];
-        set.update(mesh, &mut particles);
+        set.update(mesh, &mut particles, &[]);
     }
     assert!(done.iter().all(|&count| count > particles.len() / 50), "{done:?} of {}", particles.len());
     let image = |p: usize| {

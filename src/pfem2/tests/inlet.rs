@@ -56,3 +56,33 @@ fn a_line_at_an_inlet_stays_where_it_is() {
         assert!(away < 0.05 * 0.05, "{names} {dt}: {away}");
     }
 }
+
+/// A channel full of air at speed one, into which water begins to flow: its front is at x = t. Exact, however long the steps.
+#[test]
+fn a_fluid_that_only_an_inlet_brings_comes_in_as_a_plane() {
+    for (dt, steps) in [(0.03, 20), (0.004, 60)] {
+        let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.4]), [20, 8]).unwrap(), 0.05);
+        let mut sets = vec![
+            set(&mesh, "in", Condition::Inlet([1.0.into(), 0.0.into()]), |x| x[0] == 0.0),
+            set(&mesh, "out", Condition::Outlet, |x| x[0] == 1.0),
+            set(&mesh, "sides", Condition::Slip, |x| x[1] == 0.0 || x[1] == 0.4),
+        ];
+        sets[0].brings = Some(0);
+        let physics = physics(vec![fluid("water", 1000.0, 0.0), fluid("air", 1.0, 0.0)], weightless());
+        let mut setup = setup(mesh, sets, physics, |_| 1, |_| Vector([1.0, 0.0]));
+        setup.level_set = Some(LevelSet::new(&setup.mesh, 0, |_| 1.0, &mut setup.particles));
+        let mut pfem = Pfem2::new(setup);
+        let (mut shift, mut away) = (0.0f64, 0.0f64);
+        for k in 0..steps {
+            pfem.step(f64::from(k) * dt, dt).unwrap();
+            let t = f64::from(k + 1) * dt;
+            assert!((pfem.implicit.volumes[0] - 0.4 * t).abs() < 1e-12, "{k}: {}", pfem.implicit.volumes[0]);
+            let line = &pfem.outline.position;
+            assert!(!line.is_empty(), "{k}: there is no line");
+            away = line.iter().fold(away, |away, x| away.max((x[0] - t).abs()));
+            shift = shift.max(pfem.shift.abs());
+        }
+        assert!(away < 0.01 * 0.05 && shift < 0.01 * 0.05, "{dt}: {away} {shift}");
+        assert_eq!(pfem.notices(), Vec::<String>::new());
+    }
+}

@@ -1,5 +1,6 @@
 //! The method against closed forms and published values; problems small enough to run with every build.
 
+mod astray;
 mod bubble;
 mod cavity;
 mod couette;

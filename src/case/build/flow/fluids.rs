@@ -120,13 +120,20 @@ impl Assembly<'_> {
             self.gaps(mesh, parts);
         }
         for index in 0..parts.len() {
-            if !particles.fluid.contains(&(index as u8)) {
-                let help = "the region lies outside the mesh, under a body listed before it, or between particles";
+            if !particles.fluid.contains(&(index as u8)) && !self.comes_in(index) {
+                let help = "the region lies outside the mesh, under a body listed before it, or between particles; a fluid that is to \
+                            come in is the `fluid` of an inlet";
                 let finding = Diagnostic::error(format!("body[{index}].region"), "no particles are in this region");
                 self.findings.push(finding.help(help));
             }
         }
         (!has_errors(&self.findings)).then_some(particles)
+    }
+
+    /// True if a part of the boundary brings the fluid of a body.
+    fn comes_in(&self, index: usize) -> bool {
+        let file = &self.case.file;
+        file.boundary.iter().any(|part| part.fluid.as_ref() == Some(&file.body[index].name))
     }
 
     /// A sharp interface is for two fluids, and the volumes of more are kept in closed boxes: says so where the case asks for
