@@ -45,6 +45,7 @@ pub mod surface_tension;
 mod tests;
 mod through;
 mod transport;
+mod unresolved;
 mod volumes;
 mod watch;
 mod weights;

@@ -127,6 +127,8 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     let fastest = pfem.implicit.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
     ledger.terms.push(moved(pfem));
+    let name = "energy of unresolved velocities".to_owned();
+    ledger.terms.push(BalanceTerm { name, unit: "J", kind: Other, value: pfem.unresolved });
     let Errors { time, mesh, interface } = pfem.step_control.errors;
     let errors = [("error of the step", "1", time), ("error of the mesh", "1", mesh)];
     let errors = errors.into_iter().chain([("error of the interface", "elements", interface)]);
@@ -207,7 +209,7 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
         && numbers.iter().all(|column| column.iter().all(|number| number.is_finite()))
         && level
         && times.iter().all(|&time| time >= 0.0)
-        && [pfem.shift, pfem.weight].iter().all(|number| number.is_finite())
+        && [pfem.shift, pfem.weight, pfem.unresolved].iter().all(|number| number.is_finite())
 }
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
@@ -246,10 +248,10 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("forces/earlier", Column::new(&mut pfem.earlier_forces));
     // Nothing depends on these, but the state is shown with them.
     visit("forces/mean", Column::new(&mut pfem.mean_forces));
-    let mut shown = vec![pfem.shift, pfem.weight];
-    visit("shift, weight", Column::new(&mut shown));
-    if let [shift, weight] = shown[..] {
-        (pfem.shift, pfem.weight) = (shift, weight);
+    let mut shown = vec![pfem.shift, pfem.weight, pfem.unresolved];
+    visit("shift, weight, unresolved", Column::new(&mut shown));
+    if let [shift, weight, unresolved] = shown[..] {
+        (pfem.shift, pfem.weight, pfem.unresolved) = (shift, weight, unresolved);
     }
     let errors = pfem.step_control.errors;
     let control = &mut pfem.step_control;

@@ -86,6 +86,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// Fluids that follow their own side of the interface.
     pub(super) flying: Vec<bool>,
     pub(super) relaxation: f64,
+    /// Energy that the bound of what particles have against the mesh has taken [J].
+    pub(super) unresolved: f64,
     pub(super) courant: f64,
     pub(super) step_control: StepControl,
     pub(super) parts: Vec<Part<D>>,
@@ -252,6 +254,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             flying: density.iter().map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest).collect(),
             density,
             relaxation: setup.relaxation,
+            unresolved: 0.0,
             courant: setup.courant,
             step_control: StepControl::new(setup.step_tolerance),
             forces: vec![Vector::ZERO; parts.len()],
@@ -388,6 +391,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let missing = seen.missing(&self.implicit.velocity, self.density.len());
         let missing: Vec<&[Vector<D>]> = missing.iter().map(|own| &own[..]).collect();
         self.give(&missing, step.delta(), correct::filter(step.dt, self.relaxation));
+        self.bound_unresolved();
         if self.reseeding == Reseeding::Elements {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
             let Implicit { mesh, velocity, .. } = &self.implicit;

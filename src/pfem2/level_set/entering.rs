@@ -69,12 +69,7 @@ fn is_front<const D: usize, const N: usize>(
 
 impl LevelSet {
     /// Particles near an interface that begins at these distances of the nodes [m] are no deeper than that.
-    fn meet<const D: usize, const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        distance: &[f64],
-        particles: &mut Particles<D>,
-    ) {
+    fn meet<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, distance: &[f64], particles: &mut Particles<D>) {
         let columns = particles.depth.par_iter_mut().zip(&particles.position).zip(&particles.element);
         columns.for_each(|((depth, &x), &e)| {
             let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
@@ -155,7 +150,8 @@ mod tests {
         for (fluid, depth) in found {
             assert!(fluid == 0 && (depth - 0.05).abs() < 1e-12, "{fluid} {depth}");
         }
-        let air = particles.position.iter().zip(&particles.depth).zip(&particles.fluid).filter(|(_, fluid)| **fluid == 1);
+        let air =
+            particles.position.iter().zip(&particles.depth).zip(&particles.fluid).filter(|(_, fluid)| **fluid == 1);
         for ((x, depth), _) in air {
             assert!((depth - (x[1] - 0.6).min(1.0 - x[1])).abs() < 1e-12, "{x:?}: {depth}");
         }

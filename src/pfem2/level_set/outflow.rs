@@ -145,9 +145,7 @@ mod tests {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [2; 2]).unwrap();
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];
-        for (brings, inside) in
-            [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)]
-        {
+        for (brings, inside) in [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)] {
             let openings: Vec<Opening<2>> =
                 mesh.boundary().iter().filter(left).map(|&facet| Opening { facet, brings }).collect();
             let [found, all] = outflow(&mesh, &openings, &flow, 0.1, |_, _| 1.0);

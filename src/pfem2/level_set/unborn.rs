@@ -83,17 +83,17 @@ mod tests {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(8.0), [8; 2]).unwrap();
         let near = |x: Vector<2>| water.is_some_and(|place| (x - place).norm() < 0.5);
         let particles = Particles::seed(&mesh, 3, |x| Some(u8::from(!near(x))), |_| Vector::ZERO);
-        let top = |facet: &&crate::mesh::Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 8.0);
-        let openings: Vec<Opening<2>> = mesh
-            .boundary()
-            .iter()
-            .filter(top)
-            .map(|&facet| Opening { facet, brings: [top_brings; 2] })
-            .collect();
+        let top =
+            |facet: &&crate::mesh::Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 8.0);
+        let openings: Vec<Opening<2>> =
+            mesh.boundary().iter().filter(top).map(|&facet| Opening { facet, brings: [top_brings; 2] }).collect();
         let before = vec![2.0; mesh.nodes().len()];
         let piece = [Vector([4.0, 8.0]), Vector([4.0, 7.0])];
-        let mut level: Vec<f64> =
-            mesh.nodes().iter().map(|x| if piece.iter().any(|p| (*p - *x).norm() < 0.1) { -0.5 } else { 2.0 }).collect();
+        let mut level: Vec<f64> = mesh
+            .nodes()
+            .iter()
+            .map(|x| if piece.iter().any(|p| (*p - *x).norm() < 0.1) { -0.5 } else { 2.0 })
+            .collect();
         let origins = Origins { before: &before, inside: 0, particles: &particles, openings: &openings };
         (put_back_unborn(&mesh, &origins, &mut level), level)
     }

@@ -11,6 +11,7 @@ mod rest;
 mod resume;
 mod several;
 mod stokes;
+mod unresolved;
 mod vortex;
 mod waves;
 

@@ -1,0 +1,82 @@
+//! What particles have against the mesh.
+
+use super::*;
+use crate::pfem2::Pfem2;
+use crate::pfem2::particles::interpolate;
+use crate::simulation::Solver;
+use std::f64::consts::PI;
+
+/// A box with slip walls, full of a fluid without viscosity.
+fn boxed(cells: usize, start: impl Fn(Vector<2>) -> Vector<2> + Sync) -> Pfem2<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();
+    let sets = vec![set(&mesh, "walls", Condition::Slip, |x| x.0.iter().any(|c| *c == 0.0 || *c == 1.0))];
+    let mut setup = setup(mesh, sets, physics(vec![fluid("water", 1000.0, 0.0)], weightless()), |_| 0, start);
+    setup.relaxation = 1.0;
+    Pfem2::new(setup)
+}
+
+/// What each particle has against the mesh [m/s].
+fn against_the_mesh(pfem: &Pfem2<2, 3>) -> Vec<f64> {
+    let (mesh, particles) = (&pfem.implicit.mesh, &pfem.particles);
+    let of = |p: usize| {
+        let e = particles.element[p] as usize;
+        let nodes = mesh.elements()[e].map(|node| pfem.implicit.velocity[node as usize]);
+        (particles.velocity[p] - interpolate(&mesh.shape_functions(e, particles.position[p]), &nodes)).norm()
+    };
+    (0..particles.len()).map(of).collect()
+}
+
+fn momentum(pfem: &Pfem2<2, 3>) -> Vector<2> {
+    let of = |e: usize| {
+        let own = pfem.particles.of(e);
+        let share = pfem.implicit.mesh.simplex(e).volume / own.len() as f64;
+        own.map(|p| pfem.particles.velocity[p]).sum::<Vector<2>>() * share
+    };
+    (0..pfem.implicit.mesh.elements().len()).map(of).sum()
+}
+
+fn energy(pfem: &Pfem2<2, 3>) -> f64 {
+    let of = |e: usize| {
+        let own = pfem.particles.of(e);
+        let share = pfem.implicit.mesh.simplex(e).volume / own.len() as f64;
+        500.0 * share * own.map(|p| pfem.particles.velocity[p].norm_squared()).sum::<f64>()
+    };
+    (0..pfem.implicit.mesh.elements().len()).map(of).sum()
+}
+
+/// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh: nothing is taken.
+#[test]
+fn a_vortex_is_left_alone() {
+    let vortex = |x: Vector<2>| {
+        let [(sx, cx), (sy, cy)] = x.0.map(|x| (PI * x).sin_cos());
+        Vector([sx * cy, -cx * sy])
+    };
+    for dt in [0.1, 0.01] {
+        let mut pfem = boxed(12, vortex);
+        for k in 0..20 {
+            pfem.step(f64::from(k) * dt, dt).unwrap();
+        }
+        let part = pfem.unresolved / energy(&pfem);
+        assert!(part.abs() < 1e-4, "{dt}: {part}");
+    }
+}
+
+/// Every fifth particle of a fluid at rest has a speed of 1 m/s, in turns to the left and to the right: the mesh sees little of it.
+/// Momentum is kept, the energy that is taken is counted, and what is left is no more than what neighbouring nodes show.
+#[test]
+fn what_the_mesh_cannot_see_is_bounded_and_counted() {
+    let mut pfem = boxed(8, |_| Vector::ZERO);
+    let sign = |p: usize| if p % 10 == 0 { 1.0 } else { -1.0 };
+    (0..pfem.particles.len()).step_by(5).for_each(|p| pfem.particles.velocity[p] = Vector([sign(p), 0.0]));
+    let (before, start) = (momentum(&pfem), energy(&pfem));
+    pfem.bound_unresolved();
+    // The nodes are at rest.
+    assert!(against_the_mesh(&pfem).iter().all(|u| *u < 0.2));
+    assert!((momentum(&pfem) - before).norm() < 1e-14, "{:?}", momentum(&pfem) - before);
+    let taken = start - energy(&pfem);
+    assert!(
+        taken > 0.9 * start && (pfem.unresolved / taken - 1.0).abs() < 1e-12,
+        "{taken} of {start}, {}",
+        pfem.unresolved
+    );
+}
