@@ -54,6 +54,7 @@ enrichment = "kink"
 kernel = "shape"
 interface = "pseudo"
 volume = "none"
+unresolved = "kept"
 reseeding = "elements"
 courant = inf
 step-tolerance = inf

@@ -25,13 +25,21 @@ impl Image {
     /// The image with each block of `factor × factor` pixels averaged to one.
     pub fn averaged_down(&self, factor: usize) -> Self {
         let mut small = Self::new(self.width / factor, self.height / factor);
-        let count = (factor * factor) as u32;
-        for (index, value) in small.pixels.iter_mut().enumerate() {
-            let (pixel, channel) = (index / 3, index % 3);
-            let (column, row) = (pixel % small.width * factor, pixel / small.width * factor);
-            let offsets = (0..factor * factor).map(|n| (row + n / factor) * self.width + column + n % factor);
-            let sum: u32 = offsets.map(|source| u32::from(self.pixels[3 * source + channel])).sum();
-            *value = ((sum + count / 2) / count) as u8;
+        let (row, count) = (3 * self.width, (factor * factor) as u32);
+        let mut sums = vec![[0_u32; 3]; small.width];
+        let blocks = self.pixels.chunks_exact(factor * row);
+        for (means, block) in small.pixels.chunks_exact_mut(3 * sums.len()).zip(blocks) {
+            sums.fill([0; 3]);
+            for line in block.chunks_exact(row) {
+                for (sum, pixels) in sums.iter_mut().zip(line.chunks_exact(3 * factor)) {
+                    for pixel in pixels.chunks_exact(3) {
+                        (0..3).for_each(|channel| sum[channel] += u32::from(pixel[channel]));
+                    }
+                }
+            }
+            for (mean, sum) in means.chunks_exact_mut(3).zip(&sums) {
+                (0..3).for_each(|channel| mean[channel] = ((sum[channel] + count / 2) / count) as u8);
+            }
         }
         small
     }

@@ -51,6 +51,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub projectile_ratio: f64,
     /// Time in which the particles forget what the mesh can't see [s]; infinity: never.
     pub relaxation: f64,
+    /// What is done about velocities of particles that the mesh can't resolve.
+    pub unresolved: Unresolved,
     /// Elements that a particle may cross in a step; infinity: no bound.
     pub courant: f64,
     /// The largest error of a step in time over that of the mesh; infinity: errors don't bound the step.
@@ -68,6 +70,16 @@ pub enum VolumeCorrection {
     /// weights of their shares. Both are reported.
     #[default]
     Shift,
+}
+
+/// What is done about velocities of particles that the mesh can't resolve (see `unresolved`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Unresolved {
+    /// They are kept.
+    Kept,
+    /// What a particle has against the mesh is bounded by what neighbouring nodes have against each other.
+    #[default]
+    Bounded,
 }
 
 /// Time integration (theory 10).

@@ -128,7 +128,7 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
     ledger.terms.push(moved(pfem));
     let name = "energy of unresolved velocities".to_owned();
-    ledger.terms.push(BalanceTerm { name, unit: "J", kind: Other, value: pfem.unresolved });
+    ledger.terms.push(BalanceTerm { name, unit: "J", kind: Other, value: pfem.unresolved_energy });
     let Errors { time, mesh, interface } = pfem.step_control.errors;
     let errors = [("error of the step", "1", time), ("error of the mesh", "1", mesh)];
     let errors = errors.into_iter().chain([("error of the interface", "elements", interface)]);
@@ -209,7 +209,7 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
         && numbers.iter().all(|column| column.iter().all(|number| number.is_finite()))
         && level
         && times.iter().all(|&time| time >= 0.0)
-        && [pfem.shift, pfem.weight, pfem.unresolved].iter().all(|number| number.is_finite())
+        && [pfem.shift, pfem.weight, pfem.unresolved_energy].iter().all(|number| number.is_finite())
 }
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
@@ -248,10 +248,10 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("forces/earlier", Column::new(&mut pfem.earlier_forces));
     // Nothing depends on these, but the state is shown with them.
     visit("forces/mean", Column::new(&mut pfem.mean_forces));
-    let mut shown = vec![pfem.shift, pfem.weight, pfem.unresolved];
+    let mut shown = vec![pfem.shift, pfem.weight, pfem.unresolved_energy];
     visit("shift, weight, unresolved", Column::new(&mut shown));
     if let [shift, weight, unresolved] = shown[..] {
-        (pfem.shift, pfem.weight, pfem.unresolved) = (shift, weight, unresolved);
+        (pfem.shift, pfem.weight, pfem.unresolved_energy) = (shift, weight, unresolved);
     }
     let errors = pfem.step_control.errors;
     let control = &mut pfem.step_control;

@@ -30,7 +30,7 @@ use super::particles::Particles;
 use super::phases::Phases;
 use super::project::{Convected, Kernel, project};
 use super::reseed::{self, Density, Reseeding};
-use super::setup::{Scheme, Setup};
+use super::setup::{Scheme, Setup, Unresolved};
 use super::step_control::StepControl;
 use super::through::Through;
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
@@ -86,8 +86,9 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// Fluids that follow their own side of the interface.
     pub(super) flying: Vec<bool>,
     pub(super) relaxation: f64,
+    pub(super) unresolved: Unresolved,
     /// Energy that the bound of what particles have against the mesh has taken [J].
-    pub(super) unresolved: f64,
+    pub(super) unresolved_energy: f64,
     pub(super) courant: f64,
     pub(super) step_control: StepControl,
     pub(super) parts: Vec<Part<D>>,
@@ -254,7 +255,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             flying: density.iter().map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest).collect(),
             density,
             relaxation: setup.relaxation,
-            unresolved: 0.0,
+            unresolved: setup.unresolved,
+            unresolved_energy: 0.0,
             courant: setup.courant,
             step_control: StepControl::new(setup.step_tolerance),
             forces: vec![Vector::ZERO; parts.len()],

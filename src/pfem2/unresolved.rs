@@ -16,6 +16,7 @@
 use super::Pfem2;
 use super::correct;
 use super::implicit::Implicit;
+use super::setup::Unresolved;
 use crate::math::Vector;
 use rayon::prelude::*;
 
@@ -31,18 +32,18 @@ struct Change<const D: usize> {
 }
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Bounds what particles have against the mesh, where that is to die out at all (`relaxation`). Fluids that follow their own
-    /// side of the interface have more against it.
+    /// Bounds what particles have against the mesh; fluids that follow their own side of the interface have more against it.
     pub(super) fn bound_unresolved(&mut self) {
-        if !self.relaxation.is_finite() || self.flying.contains(&true) {
+        if self.unresolved == Unresolved::Kept || self.flying.contains(&true) {
             return;
         }
         let differences = self.differences();
         let elements = 0..self.implicit.mesh.elements().len();
         let changes: Vec<Change<D>> = elements.into_par_iter().filter_map(|e| self.bounded(e, &differences)).collect();
         for Change { element, velocity, energy } in changes {
-            self.particles.velocity[self.particles.of(element)].copy_from_slice(&velocity);
-            self.unresolved += energy;
+            let own = self.particles.of(element);
+            self.particles.velocity[own].copy_from_slice(&velocity);
+            self.unresolved_energy += energy;
         }
     }
 

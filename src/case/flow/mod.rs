@@ -41,6 +41,8 @@ pub struct Pfem2Spec {
     /// Time in which particles forget what the mesh can't see; `inf`: never.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "infinite" = true))]
     pub relaxation: f64,
+    /// What is done about velocities of particles that the mesh can't resolve.
+    pub unresolved: UnresolvedSpec,
     /// Elements that the flow may cross in a step where `time.step` is left out; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub courant: f64,
@@ -72,6 +74,7 @@ impl Default for Pfem2Spec {
             reseeding: ReseedingSpec::SubCells,
             projectile_ratio: f64::INFINITY,
             relaxation: f64::INFINITY,
+            unresolved: UnresolvedSpec::Bounded,
             courant: 5.0,
             step_tolerance: 2.0,
             pressure_pin: None,
@@ -206,6 +209,16 @@ pub enum VolumeSpec {
     Shift,
 }
 
+/// What is done about velocities of particles that the mesh can't resolve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum UnresolvedSpec {
+    /// They are kept (the paper).
+    Kept,
+    /// What a particle has against the mesh is bounded by what neighbouring nodes have against each other.
+    Bounded,
+}
+
 /// The linear solver: a word, or a table.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
@@ -327,6 +340,15 @@ impl From<ReseedingSpec> for reseed::Reseeding {
         match reseeding {
             ReseedingSpec::SubCells => Self::SubCells,
             ReseedingSpec::Elements => Self::Elements,
+        }
+    }
+}
+
+impl From<UnresolvedSpec> for setup::Unresolved {
+    fn from(unresolved: UnresolvedSpec) -> Self {
+        match unresolved {
+            UnresolvedSpec::Kept => Self::Kept,
+            UnresolvedSpec::Bounded => Self::Bounded,
         }
     }
 }

@@ -23,7 +23,7 @@ use super::particles::Particles;
 use super::phases::Phases;
 use super::project::Kernel;
 use super::reseed::Reseeding;
-use super::setup::{FluidSetup, Scheme, Setup, VolumeCorrection};
+use super::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 use crate::linalg::Options;
 use crate::material::Viscosity;
 use crate::math::{Signal, Vector};
@@ -102,6 +102,7 @@ fn setup<const D: usize, const N: usize>(
         reseeding: Reseeding::default(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
+        unresolved: Unresolved::default(),
         courant: f64::INFINITY,
         step_tolerance: f64::INFINITY,
         linear: Options::default(),

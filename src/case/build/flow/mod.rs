@@ -97,6 +97,7 @@ impl Assembly<'_> {
             reseeding: spec.reseeding.into(),
             projectile_ratio: spec.projectile_ratio,
             relaxation: spec.relaxation,
+            unresolved: spec.unresolved.into(),
             courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
             step_tolerance: if file.time.step.is_some() { f64::INFINITY } else { spec.step_tolerance },
             linear: spec.solver.choices().options(),
