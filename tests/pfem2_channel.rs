@@ -12,7 +12,7 @@ use lateen::pfem2::particles::Particles;
 use lateen::pfem2::phases::Phases;
 use lateen::pfem2::project::Kernel;
 use lateen::pfem2::reseed::Reseeding;
-use lateen::pfem2::setup::{FluidSetup, Scheme, VolumeCorrection};
+use lateen::pfem2::setup::{FluidSetup, Scheme, Unresolved, VolumeCorrection};
 use lateen::pfem2::{Boundary, Pfem2, Setup};
 use lateen::simulation::Solver;
 
@@ -106,6 +106,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         reseeding: Reseeding::default(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
+        unresolved: Unresolved::default(),
         courant: f64::INFINITY,
         step_tolerance: f64::INFINITY,
         linear: Options::default(),

@@ -1,10 +1,10 @@
 //! What open boundaries bring: the fluid that they name, or that of each place at the start.
 
-use super::Boundary;
 use super::boundary::{BoundaryKind, Inflow};
 use super::convect::Place;
 use super::level_set::{self, Brings, Entering, LevelSet};
 use super::phases::Phases;
+use super::{Boundary, Pfem2};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 
@@ -66,5 +66,14 @@ impl<const D: usize> Supply<D> {
         let held = level_set::on_facet(facet, &corners, place);
         let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering), 1 - set.inside);
         (inflow.fluid.unwrap_or(own), depth)
+    }
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// Density of what a facet brings, by its place among those of the boundary [kg/m³], if a sharp level set tells it.
+    pub(super) fn density_brought(&self, place: usize) -> Option<f64> {
+        let (level, inside) = (self.supply.level(place)?, usize::from(self.sharp.as_ref()?.inside));
+        let share = level_set::share_inside::<D, N>(&level);
+        Some(share * self.density[inside] + (1.0 - share) * self.density[1 - inside])
     }
 }

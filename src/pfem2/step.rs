@@ -452,7 +452,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.totals = Totals::of(&self.implicit);
         let Totals { gravity, weight, .. } = self.totals;
         let force = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
-        Outside { gravity, boundary: power, force, through: Through::of(&self.implicit) }
+        Outside {
+            gravity,
+            boundary: power,
+            force,
+            through: Through::of(&self.implicit, |place| self.density_brought(place)),
+        }
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.

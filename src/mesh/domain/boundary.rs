@@ -3,49 +3,75 @@
 use super::size::Size;
 use crate::geometry::{Edge, Region};
 use crate::math::Vector;
+use std::collections::HashMap;
 
 /// Nodes on the boundary and the segments between them.
 pub struct Boundary {
     pub nodes: Vec<Vector<2>>,
     pub segments: Vec<[u32; 2]>,
+    places: Places,
+}
+
+/// Nodes by the square that they lie in, so that outlines of many corners close in linear time.
+struct Places {
+    /// Within this distance places are one [m]; the edge of the squares.
+    near: f64,
+    squares: HashMap<[i64; 2], Vec<u32>>,
+}
+
+impl Places {
+    fn square(&self, x: Vector<2>) -> [i64; 2] {
+        x.0.map(|x| (x / self.near).floor() as i64)
+    }
+
+    fn add(&mut self, x: Vector<2>, node: u32) {
+        self.squares.entry(self.square(x)).or_default().push(node);
+    }
+
+    /// The first of the nodes near a place.
+    fn find(&self, x: Vector<2>, nodes: &[Vector<2>]) -> Option<u32> {
+        let [column, row] = self.square(x);
+        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j]));
+        let known = around.filter_map(|square| self.squares.get(&square)).flatten().copied();
+        known.filter(|&node| (x - nodes[node as usize]).norm() <= self.near).min()
+    }
 }
 
 impl Boundary {
     /// Follows the outline of a region with nodes spaced by `size`.
     pub fn of(region: &Region, size: &Size) -> Result<Self, String> {
-        let mut boundary = Self { nodes: Vec::new(), segments: Vec::new() };
         let edges = region.outline()?;
         let reach = edges.iter().flat_map(|e| [e.at(0.0), e.at(1.0)]).map(|x| x.norm()).fold(0.0, f64::max);
-        for edge in &edges {
-            boundary.follow(edge, size, 1e-9 * reach.max(size.finest()));
-        }
+        let places = Places { near: 1e-9 * reach.max(size.finest()), squares: HashMap::new() };
+        let mut boundary = Self { nodes: Vec::new(), segments: Vec::new(), places };
+        edges.iter().for_each(|edge| boundary.follow(edge, size));
         boundary.check()?;
         Ok(boundary)
     }
 
-    fn follow(&mut self, edge: &Edge, size: &Size, near: f64) {
+    fn follow(&mut self, edge: &Edge, size: &Size) {
         let least = if edge.is_closed() { 8 } else { 1 };
         let chain = size.spread(|s| edge.at(s).to3(), least);
-        let ends = [self.end(edge.at(0.0), near), self.end(edge.at(1.0), near)];
+        let ends = [self.end(edge.at(0.0)), self.end(edge.at(1.0))];
         let mut last = ends[0];
         for &s in &chain[1..chain.len() - 1] {
-            let next = self.nodes.len() as u32;
-            self.nodes.push(edge.at(s));
+            let next = self.add(edge.at(s));
             self.segments.push([last, next]);
             last = next;
         }
         self.segments.push([last, ends[1]]);
     }
 
+    fn add(&mut self, x: Vector<2>) -> u32 {
+        let node = self.nodes.len() as u32;
+        self.nodes.push(x);
+        self.places.add(x, node);
+        node
+    }
+
     /// The node at `x`, a new one if none is there.
-    fn end(&mut self, x: Vector<2>, near: f64) -> u32 {
-        match self.nodes.iter().position(|y| (x - *y).norm() <= near) {
-            Some(known) => known as u32,
-            None => {
-                self.nodes.push(x);
-                self.nodes.len() as u32 - 1
-            }
-        }
+    fn end(&mut self, x: Vector<2>) -> u32 {
+        self.places.find(x, &self.nodes).unwrap_or_else(|| self.add(x))
     }
 
     fn check(&self) -> Result<(), String> {

@@ -33,7 +33,7 @@ use distance::longest_edge;
 pub use entering::Entering;
 pub use inlet::{Brings, brought, on_facet};
 pub use lone::{absorb_lone_fluids, absorb_lone_nodes};
-pub use outflow::{Opening, outflow};
+pub use outflow::{Opening, outflow, share_inside};
 pub use unborn::{Origins, put_back_unborn};
 pub use volume::{negative_volume, shift_to_volume};
 

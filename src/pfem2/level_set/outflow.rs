@@ -54,6 +54,11 @@ pub fn outflow<const D: usize, const N: usize>(
     each.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
 }
 
+/// The share of a facet that is inside, with φ at its corners [m].
+pub fn share_inside<const D: usize, const N: usize>(level: &[f64; D]) -> f64 {
+    prism::<D, N>(level, level, &[1.0; D])
+}
+
 /// v*·n A at the corners of a facet [m³/s].
 fn rates<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facet: Facet, velocity: &[Vector<D>]) -> [f64; D] {
     let (area, nodes) = (mesh.facet_area(facet), mesh.facet_nodes(facet));

@@ -42,7 +42,8 @@ fn energy(pfem: &Pfem2<2, 3>) -> f64 {
     (0..pfem.implicit.mesh.elements().len()).map(of).sum()
 }
 
-/// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh: nothing is taken.
+/// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh: next to what
+/// these lose, nothing is taken.
 #[test]
 fn a_vortex_is_left_alone() {
     let vortex = |x: Vector<2>| {
@@ -54,8 +55,9 @@ fn a_vortex_is_left_alone() {
         for k in 0..20 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
         }
-        let part = pfem.unresolved_energy / energy(&pfem);
-        assert!(part.abs() < 1e-4, "{dt}: {part}");
+        let lost = pfem.books.gained(&pfem.totals, 0.0);
+        let taken = pfem.unresolved_energy;
+        assert!(taken.abs() < 0.01 * lost.abs(), "{dt}: {taken} J where {lost} J are lost to the step and the mesh");
     }
 }
 
@@ -75,6 +77,6 @@ fn what_the_mesh_cannot_see_is_bounded_and_counted() {
     assert!(
         taken > 0.9 * start && (pfem.unresolved_energy / taken - 1.0).abs() < 1e-12,
         "{taken} of {start}, {}",
-        pfem.unresolved
+        pfem.unresolved_energy
     );
 }
