@@ -8,6 +8,17 @@
 //! e*      = eⁿ + V̄ ½(sⁿ + s^{n+1}) : D Δt − ½ (pⁿ + qⁿ + q^{n+1}) ΔV
 //! p^{n+1} = (A + B e*/V0) / (1 + ½ B ΔV/V0),      e^{n+1} = e* − ½ p^{n+1} ΔV
 //! ```
+//!
+//! **Separation.** Where the pressure would fall below the least that the liquid bears, it parts: it keeps its volume V, and what
+//! the motion opens is a void of θ V between its parts, which must close before it resists again,
+//!
+//! ```text
+//! V^{n+1} = V^n,      1 + θ^{n+1} = min((1 + θ^n) ΔJ, max(h^D/V, 2)),      ΔV = V^n (ΔJ − 1)
+//! ```
+//!
+//! Of a particle alone the motion says nothing about voids: its own affine velocity would blow it up without end. Where it and
+//! its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is that of the
+//! force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
 
 use super::PointBatch;
 use super::bulk_viscosity::{BulkViscosity, Shock};
@@ -33,10 +44,13 @@ pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &Flow, batch: &mut Po
         shear(flow, batch);
     }
     let density = flow.density;
-    if q.is_zero() {
-        widest(Compress { eos, density, batch, shock: |_, _, _| Shock::NONE });
+    let shock = |rho, c, growth| q.shock(rho, c, growth / dt, length);
+    if batch.history.is_empty() {
+        compress(eos, density, batch, Whole, (q.is_zero(), shock));
     } else {
-        widest(Compress { eos, density, batch, shock: |rho, c, growth| q.shock(rho, c, growth / dt, length) });
+        let voids = Voids(std::mem::take(&mut batch.history));
+        let Voids(voids) = compress(eos, density, batch, voids, (q.is_zero(), shock));
+        batch.history = voids;
     }
     if flow.viscosity > 0.0 {
         collect(flow, batch);
@@ -55,30 +69,83 @@ fn shear(flow: &Flow, batch: &mut PointBatch<'_>) {
     }
 }
 
+/// Where liquids come apart.
+trait Opening {
+    /// Void over liquid of particle `p`, θ.
+    fn void(&self, p: usize) -> f64;
+    /// Sets it.
+    fn set(&mut self, p: usize, void: f64);
+}
+
+/// Gases, and liquids that bear any tension.
+struct Whole;
+
+impl Opening for Whole {
+    #[inline(always)]
+    fn void(&self, _: usize) -> f64 {
+        0.0
+    }
+
+    #[inline(always)]
+    fn set(&mut self, _: usize, _: f64) {}
+}
+
+/// Liquids with a least pressure: θ by particle.
+struct Voids<'a>(&'a mut [f64]);
+
+impl Opening for Voids<'_> {
+    #[inline(always)]
+    fn void(&self, p: usize) -> f64 {
+        self.0[p]
+    }
+
+    #[inline(always)]
+    fn set(&mut self, p: usize, void: f64) {
+        self.0[p] = void;
+    }
+}
+
+/// Compresses a batch, with artificial viscosity `shock` unless there is none; gives the voids back.
+fn compress<E: EquationOfState + ?Sized, O: Opening>(
+    eos: &E,
+    density: f64,
+    batch: &mut PointBatch<'_>,
+    voids: O,
+    (none, shock): (bool, impl Fn(f64, f64, f64) -> Shock),
+) -> O {
+    if none {
+        widest(Compress { eos, density, batch, voids, shock: |_, _, _| Shock::NONE })
+    } else {
+        widest(Compress { eos, density, batch, voids, shock })
+    }
+}
+
 /// Volume, pressure, energy and signal speed, with the artificial viscosity `shock(ρ, c, ΔV/V)`.
-struct Compress<'a, 'b, E: ?Sized, Q> {
+struct Compress<'a, 'b, E: ?Sized, O, Q> {
     eos: &'a E,
     density: f64,
     batch: &'a mut PointBatch<'b>,
+    voids: O,
     shock: Q,
 }
 
-impl<E: EquationOfState + ?Sized, Q: Fn(f64, f64, f64) -> Shock> Task for Compress<'_, '_, E, Q> {
-    type Output = ();
+impl<E: EquationOfState + ?Sized, O: Opening, Q: Fn(f64, f64, f64) -> Shock> Task for Compress<'_, '_, E, O, Q> {
+    type Output = O;
 
     /// Nothing branches inside the loop, so that it becomes vectors.
     #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let Self { eos, density, batch, shock } = self;
-        let n = batch.len();
+    fn run<L: Lanes>(self) -> O {
+        let Self { eos, density, batch, mut voids, shock } = self;
+        let (n, room) = (batch.len(), batch.room);
         let (mass, stretch) = (&batch.mass[..n], &batch.stretch[..n]);
         let (volume, energy) = (&mut batch.volume[..n], &mut batch.energy[..n]);
         let (pressure, signal) = (&mut batch.pressure[..n], &mut batch.signal[..n]);
         let (least, per_density) = (eos.least_pressure(), 1.0 / density);
         for p in 0..n {
             let per_v0 = density / mass[p];
-            let v = volume[p] * stretch[p];
-            let dv = v - volume[p];
+            let own = volume[p];
+            let v = own * (1.0 + voids.void(p)) * stretch[p];
+            let dv = own * stretch[p] - own;
             let expansion = v * per_v0;
             let k = eos.coefficients(density, 1.0 / expansion - 1.0);
 
@@ -91,11 +158,15 @@ impl<E: EquationOfState + ?Sized, Q: Fn(f64, f64, f64) -> Shock> Task for Compre
             let p_new = if trial < least { least } else { trial };
             let e_new = e_star - 0.5 * p_new * dv;
 
-            volume[p] = v;
+            let kept = if trial < least && own < v { own } else { v };
+            let most = if room > 2.0 * kept { room } else { 2.0 * kept };
+            voids.set(p, (if v > most { most } else { v }) / kept - 1.0);
+            volume[p] = kept;
             energy[p] = e_new;
             pressure[p] = p_new + shock.pressure;
             signal[p] = shock.signal(k.modulus(e_new * per_v0, p_new, expansion) * per_density);
         }
+        voids
     }
 }
 

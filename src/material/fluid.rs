@@ -48,7 +48,8 @@ impl PointLaw for Fluid {
     }
 
     fn storage(&self) -> Storage {
-        Storage { stress: self.viscosity > 0.0, ..Storage::default() }
+        let parts = self.eos.as_dyn().least_pressure() > f64::NEG_INFINITY;
+        Storage { stress: self.viscosity > 0.0, history: if parts { &["void"] } else { &[] }, ..Storage::default() }
     }
 
     fn initial(&self, start: &StartState) -> Result<PointState, String> {
@@ -171,6 +172,35 @@ mod tests {
         let liquid = Fluid { eos, ..air() };
         let pulled = StartState { pressure: Some(-10.0), ..StartState::default() };
         assert!(liquid.initial(&pulled).unwrap_err().contains("least pressure"));
+    }
+
+    /// Water (K = 10 MPa) is pulled apart at 0.1 MPa: it keeps the volume at which it parted, 1 % more than at rest, and its mass;
+    /// the void fills the cell (4 m³) and no more; the internal energy is the work of the tension on what opened. Pressed
+    /// together, it resists when the void is closed, as ever.
+    #[test]
+    fn a_liquid_parts_at_its_tension_limit() {
+        let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 1e5 });
+        let liquid = Fluid { density: 1000.0, viscosity: 0.0, eos, ..air() };
+        let mut sample = Sample::new(&liquid, StartState::default());
+        let mut pull = |rate: f64, steps: u32| {
+            (0..steps).for_each(|_| sample.step(&liquid, Tensor::identity() * (rate / 3.0), 1e-3));
+            sample.clone()
+        };
+        let parted = pull(1.0, 100);
+        let limit = 1000.0 / (1000.0 - 1e5 / 1e4);
+        assert!((parted.volume[0] / limit - 1.0).abs() < 2e-3 && parted.mass[0] == 1000.0, "{}", parted.volume[0]);
+        assert!((parted.volume[0] * (1.0 + parted.history[0]) / 0.1_f64.exp() - 1.0).abs() < 1e-12);
+        // Half of the strain up to the limit, and all the rest against the tension.
+        let work = 1e5 * limit * (0.1 - 0.5 * 0.01);
+        assert_eq!(parted.pressure[0], -1e5);
+        assert!((parted.energy[0] / work - 1.0).abs() < 0.02, "{} {work}", parted.energy[0]);
+        let wide = pull(1.0, 5000);
+        assert!(wide.volume == parted.volume && (wide.volume[0] * (1.0 + wide.history[0]) - 4.0).abs() < 1e-12);
+        // Back to a tenth of a per cent less than the volume at rest.
+        let pressed = pull(-1.0, (1000.0 * (4.0_f64 / 0.999).ln()).round() as u32);
+        let total = pressed.volume[0];
+        assert!(pressed.history[0] == 0.0 && (0.998..1.0).contains(&total), "{total}");
+        assert!((pressed.pressure[0] - 1e4 * (1000.0 / total - 1000.0)).abs() < 1.0, "{}", pressed.pressure[0]);
     }
 
     /// A liquid under pressure starts at the density that carries it: p = c0² (ρ − ρ0).

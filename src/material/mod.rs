@@ -140,6 +140,8 @@ pub struct PointBatch<'a> {
     pub dt: f64,
     /// Characteristic length for the artificial bulk viscosity, the cell size [m].
     pub length: f64,
+    /// Volume of a cell [m³], the most that a particle's liquid and the void that opens in it take up.
+    pub room: f64,
     /// Velocity gradient L = ∂v/∂x [1/s] over the positions x at the start of the increment: the motion of
     /// the increment is 1 + dt L. A gradient over the positions at its end is L (1 − dt L)⁻¹ here.
     /// Empty for laws that don't need it.

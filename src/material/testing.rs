@@ -42,6 +42,7 @@ impl Sample {
         law.update(&mut PointBatch {
             dt,
             length: 1.0,
+            room: 4.0,
             gradient: &[middle.dot(&over_start)],
             stretch: &[(dt * middle.trace()).exp()],
             mass: &self.mass,

@@ -5,6 +5,7 @@ use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;
 use super::light::Cutoff;
+use super::notices::Notices;
 use super::particles::{Body, Particles, Work};
 use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
@@ -73,6 +74,7 @@ impl<const D: usize> Mpm<D> {
             accounts,
             energy: [0.0; 2],
             tally: super::Tally::default(),
+            notices: Notices::default(),
             dt_before: 0.0,
             bound: 0.0,
             steps: 0,
@@ -97,6 +99,7 @@ impl<const D: usize> Mpm<D> {
         self.fastest = self.bodies.iter().map(stability::fastest).collect();
         self.bound = self.step_bound();
         self.energy = self.body_energies();
+        self.notices = Notices::new(self.energy[1]);
         let membranes = self.coupling.membranes.iter().map(Membrane::balance);
         let stored = membranes.map(|balance| balance.kinetic_start + balance.strain_start).sum::<f64>();
         self.books.start(stored + self.energy.iter().sum::<f64>());

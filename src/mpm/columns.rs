@@ -94,6 +94,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     let mut books = mpm.books.to_numbers();
     visit("mpm.ledger", Column::new(&mut books));
     mpm.books.set_numbers(&books);
+    mpm.notices.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));
     visit("mpm.reactions", Column::new::<Vector<D>>(&mut mpm.walls.force));
 }

@@ -72,6 +72,11 @@ impl Books {
         self.accounts[account.0].total.add(energy);
     }
 
+    /// What an account holds [J].
+    pub fn value(&self, account: AccountId) -> f64 {
+        self.accounts[account.0].total.value()
+    }
+
     /// All that was booked [J]: finite as long as every term is.
     pub fn sum(&self) -> f64 {
         self.accounts.iter().map(|account| account.total.value()).sum()

@@ -28,6 +28,7 @@ mod ledger;
 mod light;
 mod membrane;
 mod motion;
+mod notices;
 mod particles;
 pub mod plain;
 mod setup;

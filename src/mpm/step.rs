@@ -14,6 +14,7 @@ use super::ghost::Ghosts;
 use super::ledger::Books;
 use super::light::Cutoff;
 use super::motion::Summary;
+use super::notices::Notices;
 use super::particles::Body;
 use super::stability::GROWTH;
 use super::sweep::Bins;
@@ -87,6 +88,8 @@ pub struct Mpm<const D: usize> {
     pub(super) energy: [f64; 2],
     pub(super) tally: Tally,
     pub(super) summaries: Vec<Summary>,
+    /// What the books show.
+    pub(super) notices: Notices,
     /// The last step [s].
     pub(super) dt_before: f64,
     /// The bound of the next step [s].
@@ -112,6 +115,7 @@ impl<const D: usize> Solver for Mpm<D> {
         self.dt_before = dt;
         self.steps += 1;
         self.bound = self.step_bound().min(GROWTH * self.bound);
+        self.watch(t + dt);
         Ok(())
     }
 
@@ -132,7 +136,9 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn notices(&mut self) -> Vec<String> {
-        self.coupling.contact.notices()
+        let mut said = self.coupling.contact.notices();
+        said.extend(self.notices.take());
+        said
     }
 
     fn stage_times(&self) -> Vec<(&'static str, f64)> {

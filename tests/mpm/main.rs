@@ -8,3 +8,4 @@ mod heat;
 mod manufactured;
 mod model;
 mod resume;
+mod spray;

@@ -127,6 +127,7 @@ impl<const D: usize> View<'_, D> {
         law.update(&mut PointBatch {
             dt,
             length,
+            room: length.powi(D as i32),
             gradient,
             stretch: self.stretch,
             mass: self.mass,
