@@ -10,7 +10,6 @@ use super::Pfem2;
 use super::convect::Place;
 use super::correct;
 use super::implicit::Implicit;
-use crate::math::Vector;
 use rayon::prelude::*;
 
 /// Edges inside the other fluid from which a particle joins it.
@@ -28,7 +27,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let particles = &mut self.particles;
         let columns = particles.fluid.par_iter_mut().zip(&mut particles.depth).zip(&mut particles.velocity);
         let places = particles.position.par_iter().zip(&particles.element);
-        let join = |(((own, own_depth), v), (&x, &e)): (((&mut u8, &mut f64), &mut Vector<D>), (&Vector<D>, &u32))| {
+        let joined = columns.zip(places).map(|(((own, own_depth), v), (&x, &e))| {
             let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
             let (fluid, depth) = set.at(mesh, &place, 1 - set.inside);
             if fluid == *own || depth <= deep {
@@ -36,9 +35,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             }
             (*own, *own_depth) = (fluid, depth);
             *v = correct::at(&place.shape, &mesh.elements()[place.element], velocity);
-            1
-        };
-        self.counts.joined += columns.zip(places).map(join).sum::<u64>();
+            1_u64
+        });
+        self.counts.joined += joined.sum::<u64>();
     }
 
     /// Volume of the particles of each fluid where the level set shows the other [m³].

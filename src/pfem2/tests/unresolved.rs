@@ -66,7 +66,7 @@ fn a_vortex_is_left_alone() {
 #[test]
 fn what_the_mesh_cannot_see_is_bounded_and_counted() {
     let mut pfem = boxed(8, |_| Vector::ZERO);
-    let sign = |p: usize| if p % 10 == 0 { 1.0 } else { -1.0 };
+    let sign = |p: usize| if p.is_multiple_of(10) { 1.0 } else { -1.0 };
     (0..pfem.particles.len()).step_by(5).for_each(|p| pfem.particles.velocity[p] = Vector([sign(p), 0.0]));
     let (before, start) = (momentum(&pfem), energy(&pfem));
     pfem.bound_unresolved();
