@@ -266,7 +266,7 @@ fn a_fluid_that_only_an_inlet_brings_need_not_be_there_at_the_start() {
         assert!((volume - exact).abs() < 1e-6, "t = {t}: {volume} instead of {exact}");
     }
     assert!(column("balance", "largest speed").iter().all(|speed| (speed - 0.97).abs() < 1e-9));
-    assert!(said.contains(&"no particle of `oil` is left".to_owned()), "{said:?}");
+    assert_eq!(said, ["no particle of `oil` is left"]);
     let finding = one(model(&outside, Path::new("")));
     assert!(finding.message.contains("no particles"), "{finding:?}");
     assert!(finding.help.is_some_and(|help| help.contains("inlet")));

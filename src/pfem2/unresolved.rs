@@ -70,10 +70,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             if size > bound { u * (1.0 - bound / size) } else { Vector::ZERO }
         };
         let own = particles.of(element);
-        let cuts: Vec<Vector<D>> = own.clone().map(cut).collect();
-        if cuts.iter().all(|cut| *cut == Vector::ZERO) {
+        if own.clone().all(|p| cut(p) == Vector::ZERO) {
             return None;
         }
+        let cuts: Vec<Vector<D>> = own.clone().map(cut).collect();
         let density = |p: usize| self.density[usize::from(particles.fluid[p])];
         let mass: f64 = own.clone().map(density).sum();
         let back = own.clone().zip(&cuts).map(|(p, cut)| *cut * density(p)).sum::<Vector<D>>() / mass;

@@ -49,7 +49,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         level_set::absorb_lone_nodes(mesh, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
-        let wanted = start - self.outflow[0];
+        // What leaves or comes in during a step is known within a part of an element; the mesh holds neither less than nothing nor
+        // more than its volume.
+        let booked = start - self.outflow[0];
+        let wanted = booked.clamp(0.0, mesh.volume());
+        self.outflow[0] += booked - wanted;
         let (particles, openings) = (&self.particles, &self.openings[..]);
         let origins = Origins { before: &before, inside: sharp.inside, particles, openings };
         // A shift may leave nodes alone that weren't before; they change sides, and the volume is sought again.

@@ -1,16 +1,7 @@
 //! One sign of forces in all histories: what rests on something presses it down with its weight, in both methods.
 
-use lateen::case::{Case, Source};
+use super::history;
 use lateen::output::history::Table;
-use lateen::run::{Options, RunDirectory, run};
-
-/// Runs a case and reads one of its histories.
-fn history(text: &str, name: &str) -> Table {
-    let home = tempfile::tempdir().unwrap();
-    let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap_or_else(|error| panic!("{error}"));
-    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
-    Table::read(&home.path().join(format!("history/{name}.csv"))).unwrap()
-}
 
 /// Mean of a column over all intervals.
 fn mean(table: &Table, column: &str) -> f64 {

@@ -1,0 +1,16 @@
+//! Small runs from the case file to the history, against what must come out.
+
+mod forces;
+mod runs;
+
+use lateen::case::{Case, Source};
+use lateen::output::history::Table;
+use lateen::run::{Options, RunDirectory, run};
+
+/// Runs a case and reads one of its histories.
+fn history(text: &str, name: &str) -> Table {
+    let home = tempfile::tempdir().unwrap();
+    let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap_or_else(|error| panic!("{error}"));
+    run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
+    Table::read(&home.path().join(format!("history/{name}.csv"))).unwrap()
+}
