@@ -49,10 +49,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         level_set::absorb_lone_nodes(mesh, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
-        // What leaves or comes in during a step is known within a part of an element; the mesh holds neither less than nothing nor
-        // more than its volume.
         let booked = start - self.outflow[0];
-        let wanted = booked.clamp(0.0, mesh.volume());
+        let wanted = held(mesh, &sharp.level, booked, !self.openings.is_empty());
         self.outflow[0] += booked - wanted;
         let (particles, openings) = (&self.particles, &self.openings[..]);
         let origins = Origins { before: &before, inside: sharp.inside, particles, openings };
@@ -102,6 +100,22 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let ([inside, all], own) = (self.outflow, usize::from(set.inside));
         (0..2).map(|fluid| (fluid, if fluid == own { inside } else { all - inside })).collect()
     }
+}
+
+/// What the mesh holds of the fluid inside the level set, where `booked` should be left of it [m³].
+///
+/// What leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than its
+/// volume, and a fluid whose last part is gone through an opening holds nothing, even if the books have some crumb of it.
+fn held<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], booked: f64, open: bool) -> f64 {
+    let alone = level.iter().all(|&level| level < 0.0) || level.iter().all(|&level| level >= 0.0);
+    if open && alone {
+        let shown = level_set::negative_volume(mesh, level);
+        let largest = (0..mesh.elements().len()).map(|e| mesh.simplex(e).volume).fold(0.0, f64::max);
+        if (booked - shown).abs() <= largest {
+            return shown;
+        }
+    }
+    booked.clamp(0.0, mesh.volume())
 }
 
 /// Volume that leaves in a step of the carrier v* [m/s]: of the fluid inside the level set, and of both [m³].
