@@ -85,7 +85,7 @@ impl<const D: usize> Mpm<D> {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 match dt {
                     Some(dt) => {
-                        let strain = Strain { velocity, dt, backwards: true, heat: &[] };
+                        let strain = Strain { velocity, dt, backwards: true, moves: false, heat: &[] };
                         update_stress_and_push(&sweep, &mut average, strain, body, nodes)?;
                     }
                     None => average.push(&sweep, body, nodes),
