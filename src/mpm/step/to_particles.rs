@@ -214,6 +214,7 @@ impl<const D: usize> Mpm<D> {
         }
         let put_back = self.coupling.contact.restore(&mut self.bodies);
         self.bins.iter_mut().for_each(|bins| bins.disorder.drift += put_back / self.grid.cell);
+        self.walls.note_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);
         let mut membranes = self.coupling.membranes.iter();
         membranes.try_for_each(|membrane| health::check_membrane(&self.grid, &self.walls, membrane))
