@@ -5,6 +5,7 @@ mod bits;
 mod bodies;
 mod books;
 mod exact;
+mod floors;
 mod heat;
 mod manufactured;
 mod model;
