@@ -96,5 +96,6 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     mpm.books.set_numbers(&books);
     mpm.notices.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));
+    mpm.walls.columns(visit);
     visit("mpm.reactions", Column::new::<Vector<D>>(&mut mpm.walls.force));
 }

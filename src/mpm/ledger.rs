@@ -3,7 +3,8 @@
 //! With v̂ = ½(v⁻ + v⁺) at the nodes and Δt the step of the momentum:
 //!
 //! ```text
-//! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f
+//! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f; of stresses that are updated with
+//!                                                            velocities mapped back, less what nobody gets (`step::books`)
 //! transfer loss  D    = Σ ΔK_I − ΔK_p                        FLIP, PIC, APIC, filter and bound p⁻
 //! its heat       Q    = Σ q_p                                what of D the particles keep (`heat`)
 //! stress error   ε_s  = ΔU_p − Q + Δt Σ f_I^int · v̂_I        first: gains; modified last: loses

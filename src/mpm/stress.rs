@@ -34,6 +34,8 @@ pub(super) struct Strain<'a, const D: usize> {
     pub dt: f64,
     /// The gradient is over the positions at the end of the increment, not at its start.
     pub backwards: bool,
+    /// The particles move with the velocity that strains them, not with v⁺ (`motion`).
+    pub moves: bool,
     /// Heat per mass that the nodes hand to the particles [J/kg] (`heat`), ghosts filled; empty: none.
     pub heat: &'a [[f64; 1]],
 }
@@ -73,7 +75,12 @@ pub(super) fn update_stress<const D: usize>(
     let node = |n: usize, record: &mut Record| increment.put(n, record, wanted);
     let summary = sweep.gather(node, view, wanted, |chunk| {
         let (summary, heat) = increment.advance(law, chunk);
-        summary.then(|| Summary { heat, ..landing.land(&mut chunk.particles) }, chunk.visits)
+        let (particles, visits) = (&mut chunk.particles, chunk.visits);
+        let land = || {
+            let landed = if strain.moves { landing.land_by(particles, &*chunk.rows) } else { landing.land(particles) };
+            Summary { heat, ..landed }
+        };
+        summary.then(land, visits)
     });
     if summary.inverted { Err(health::inverted(body)) } else { Ok(Summary { heat: given + summary.heat, ..summary }) }
 }
@@ -152,7 +159,8 @@ impl<const D: usize> Increment<'_, D> {
 
     /// What is gathered at the particles: laws that don't need the gradient need no second look at it.
     fn wanted(&self, law: &dyn PointLaw) -> Wanted {
-        if self.blend.is_some() && !law.needs_gradient() { Wanted::Scalar } else { Wanted::Gradient }
+        let alone = self.blend.is_some() && !law.needs_gradient() && !self.strain.moves;
+        if alone { Wanted::Scalar } else { Wanted::Gradient }
     }
 
     /// Advances a chunk; returns the heat [J] that it was given, too.

@@ -11,12 +11,13 @@
 //! ```
 //!
 //! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, those of obstacles where
-//! the gap to the body closes (`gap`). Every change
+//! the gap to the body closes (`gap`), and on p⁻ where they held in the step before (`hold`). Every change
 //! of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
 //! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
 
 mod constrain;
 mod gap;
+mod hold;
 mod pushes;
 
 use super::ghost::{Fold, Ghosts};
@@ -65,6 +66,9 @@ struct Reaction<const D: usize> {
     /// Gap at the node of each condition [m], and whether it closes in this step.
     gap: Vec<f64>,
     closed: Vec<bool>,
+    /// The contacts that held at the end of the last step; the conditions of them are true.
+    holding: Vec<hold::Holding>,
+    held: Vec<bool>,
     /// Changes of p⁻ per boundary [N s].
     start: Vec<Vector<D>>,
     /// Mirrored force and momentum per side, and the masses of the mirrored ghosts.
@@ -274,7 +278,8 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Starts a step: no reactions yet.
-    pub fn start_step(&mut self) {
+    pub fn start_step(&mut self, grid: &Grid<D>) {
+        self.recall_contacts(grid);
         self.force.fill(Vector::ZERO);
         for reaction in &mut self.reactions {
             let zero = |column: &mut Vec<Vector<D>>, len: usize| {

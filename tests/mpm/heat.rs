@@ -43,14 +43,16 @@ fn dissipated(mpm: &Mpm<2>) -> [f64; 2] {
     ["transfer dissipation", "heat of transfer dissipation"].map(|name| term(mpm, name))
 }
 
-/// Gas that moves by itself: what particles don't take of the increments of the nodes, the stresses don't do as work.
+/// Gas that moves by itself: what particles don't take of the increments of the nodes, the stresses don't do as work, and no
+/// account holds it.
 #[test]
-fn what_flip_takes_of_stresses_is_kept_by_the_stress_update() {
+fn what_flip_leaves_of_stresses_is_in_no_account() {
     let mut mpm = start(box_of_gas(8, flip(f64::INFINITY, 0, 0), sloshing));
     run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap();
     let ([lost, heat], kept) = (dissipated(&mpm), term(&mpm, "stress update error"));
-    assert!(lost > 1e-4 * energy(&mpm) && heat.abs() < 1e-15 * lost, "{lost} {heat}");
-    assert!((kept / lost - 1.0).abs() < 0.05, "{kept} {lost}");
+    // Work on nodes that nobody gets: 1e-4 of the energy and more.
+    assert!(lost.abs() < 1e-6 * energy(&mpm) && heat.abs() < 1e-15 * energy(&mpm), "{lost} {heat}");
+    assert!(kept.abs() < 1e-5 * energy(&mpm), "{kept}");
 }
 
 /// One step of a gas under uniform pressure, which nothing accelerates, with filters of every order.

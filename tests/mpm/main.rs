@@ -1,9 +1,11 @@
 //! The material point core against exact solutions, conservation laws and itself (threads, resumed runs).
 
+mod beams;
 mod bits;
 mod bodies;
 mod books;
 mod exact;
+mod floors;
 mod heat;
 mod manufactured;
 mod model;

@@ -29,7 +29,16 @@ fn gas_cube() -> Mpm<3> {
     start(setup)
 }
 
-const MODELS: [fn() -> Mpm<3>; 2] = [rubber_cube, gas_cube];
+/// Rubber on a floor that it may leave.
+fn landed_cube() -> Mpm<3> {
+    let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Open));
+    setup.grid.walls[2][0] = wall(WallKind::Separate);
+    let velocity = |x: Vector<3>| Vector([0.0, 0.1 * x[0], -1.0]);
+    setup.bodies = vec![body(rubber(10.0, 1e4, 0.3), ([0.5, 0.5, 0.25], [8, 8, 8], 0.25), |_| true, velocity)];
+    start(setup)
+}
+
+const MODELS: [fn() -> Mpm<3>; 3] = [rubber_cube, gas_cube, landed_cube];
 
 #[test]
 fn threads_do_not_change_a_bit() {

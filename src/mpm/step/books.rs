@@ -1,9 +1,11 @@
 //! What a step books: the work of the forces on nodes, and what transfers and stress updates lost or made up (theory 10).
 
-use crate::mpm::Mpm;
+use super::Step;
 use crate::mpm::ledger::{AccountId, Books};
 use crate::mpm::motion::Summary;
 use crate::mpm::sweep::Answer;
+use crate::mpm::{Field, Mpm, Node};
+use crate::parallel;
 use crate::simulation::TermKind;
 
 /// The accounts that the bodies book to.
@@ -74,6 +76,26 @@ impl<const D: usize> Mpm<D> {
         let kinetic = self.bodies.iter().map(|body| body.particles.kinetic_energy()).sum();
         let internal = self.bodies.iter().map(|body| body.particles.internal_energy()).sum();
         [kinetic, internal]
+    }
+
+    /// Takes from the books the work of stresses on nodes that nobody gets.
+    ///
+    /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f of stresses that are
+    /// updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by one and made by the
+    /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost for good.
+    pub(super) fn leave_unspent(&mut self, field: usize, step: &Step) {
+        let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
+        let kept = 1.0 - self.pic_share(dt);
+        let Field { nodes, applied, velocity, .. } = &self.grid.fields[field];
+        let unspent = 0.5
+            * kept
+            * dt
+            * parallel::sum(nodes.len(), |n| {
+                let Node { mass, momentum, .. } = nodes[n];
+                if mass > 0.0 { (applied[n] - gravity * mass).dot(momentum - velocity[n]) } else { 0.0 }
+            });
+        self.tally.nodes -= unspent;
+        self.tally.applied -= unspent;
     }
 
     /// Books what the transfers lost and what the stress update made up (theory 10).

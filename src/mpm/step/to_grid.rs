@@ -34,7 +34,7 @@ impl<const D: usize> Mpm<D> {
         if changed || self.walls.moving() {
             self.walls.find_nodes(&self.grid);
         }
-        self.walls.start_step();
+        self.walls.start_step(&self.grid);
     }
 
     /// True if the forces are known when mass and momentum are scattered.
@@ -78,6 +78,7 @@ impl<const D: usize> Mpm<D> {
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
+                walls.hold_velocity(grid, field, velocity, step.before());
                 ghosts.fill(velocity);
             }
             let mut average = Average { ghosts, locking: *locking, sums, means };
@@ -85,7 +86,7 @@ impl<const D: usize> Mpm<D> {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 match dt {
                     Some(dt) => {
-                        let strain = Strain { velocity, dt, backwards: true, heat: &[] };
+                        let strain = Strain { velocity, dt, backwards: true, moves: false, heat: &[] };
                         update_stress_and_push(&sweep, &mut average, strain, body, nodes)?;
                     }
                     None => average.push(&sweep, body, nodes),
@@ -111,7 +112,7 @@ impl<const D: usize> Mpm<D> {
             applied.resize(nodes.len(), Vector::ZERO);
             light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
             walls.measure(grid, field, bodies.iter().zip(&*bins).filter(|(body, _)| body.field == field));
-            walls.constrain_trial(grid, field, nodes, step.after(), dt);
+            walls.constrain_trial(grid, field, nodes, step);
         });
     }
 
@@ -120,7 +121,7 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, walls, .. } = self;
         for field in 0..grid.fields.len() {
             grid.with_field(field, |grid, own| {
-                walls.constrain_trial(grid, field, &mut own.nodes, step.after(), step.momentum_dt);
+                walls.constrain_trial(grid, field, &mut own.nodes, step);
             });
         }
     }

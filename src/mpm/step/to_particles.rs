@@ -149,40 +149,51 @@ impl<const D: usize> Mpm<D> {
             StressUpdate::Last | StressUpdate::ModifiedLast => step.dt,
             StressUpdate::Average => 0.5 * step.dt,
         };
-        let (remapped, at_once) = (self.remaps(), self.remaps_at_once());
+        let remapped = self.remaps();
+        let heat = if remapped { self.remap(field, step) } else { Vec::new() };
         let (landing, dissipation) = (self.landing(step), self.dissipation);
-        let Self { grid, bodies, bins, ghosts, walls, locking, summaries, .. } = self;
+        let Self { grid, bodies, bins, ghosts, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
-            let mut heat = Vec::new();
-            if remapped {
-                let mut velocity = std::mem::take(&mut own.velocity);
-                if at_once {
-                    ghosts.fold(&mut velocity, |_, _, _| {});
-                    divide_by_mass(own, &mut velocity);
-                } else {
-                    velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
-                }
-                own.velocity = velocity;
-                walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
-                if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
-                    heat = heat::of_contact(ghosts, own, step.momentum_dt);
-                }
-                ghosts.fill(&mut own.velocity);
-            } else {
-                parallel::map_into(&own.nodes, &mut own.velocity, |node| node.momentum);
+            let Field { nodes, velocity, sums, means, .. } = own;
+            if !remapped {
+                parallel::map_into(nodes, velocity, |node| node.momentum);
             }
-            let Field { velocity, sums, means, .. } = own;
             let mut average = Average { ghosts, locking: *locking, sums, means };
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 let heat = if dissipation.warms(body) { &*heat } else { &[] };
-                let strain = Strain { velocity, dt, backwards: false, heat };
+                let moves = remapped && body.particles.affine.is_empty() && body.law.keeps_shape();
+                let strain = Strain { velocity, dt, backwards: false, moves, heat };
                 summaries[index] = update_stress(&sweep, &mut average, strain, body, landing)?;
             }
             Ok(())
         })
+    }
+
+    /// Maps the particles' new velocity to the nodes, ṽ (theory 2.4); returns the heat per mass that they hand to the particles.
+    fn remap(&mut self, field: usize, step: &Step) -> Vec<[f64; 1]> {
+        let (at_once, dissipation) = (self.remaps_at_once(), self.dissipation);
+        let Self { grid, bodies, bins, ghosts, walls, .. } = self;
+        let mut heat = Vec::new();
+        grid.with_field(field, |grid, own| {
+            let mut velocity = std::mem::take(&mut own.velocity);
+            if at_once {
+                ghosts.fold(&mut velocity, |_, _, _| {});
+                divide_by_mass(own, &mut velocity);
+            } else {
+                velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
+            }
+            own.velocity = velocity;
+            walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
+            if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
+                heat = heat::of_contact(ghosts, own, step.momentum_dt);
+            }
+            ghosts.fill(&mut own.velocity);
+        });
+        self.leave_unspent(field, step);
+        heat
     }
 
     /// Lands the particles that have not yet, moves the obstacles, and sees that everything is sound.
@@ -203,6 +214,7 @@ impl<const D: usize> Mpm<D> {
         }
         let put_back = self.coupling.contact.restore(&mut self.bodies);
         self.bins.iter_mut().for_each(|bins| bins.disorder.drift += put_back / self.grid.cell);
+        self.walls.note_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);
         let mut membranes = self.coupling.membranes.iter();
         membranes.try_for_each(|membrane| health::check_membrane(&self.grid, &self.walls, membrane))

@@ -3,7 +3,7 @@
 
 use super::{Condition, Pushes, Reaction, Walls};
 use crate::math::Vector;
-use crate::mpm::{Grid, Node};
+use crate::mpm::{Grid, Node, Step};
 use crate::parallel::parts_mut;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -16,6 +16,15 @@ const PART: usize = 1024;
 pub(super) struct Part {
     conditions: Range<usize>,
     nodes: Range<usize>,
+}
+
+/// A condition at its node's place [m], with the gap there [m]; `held` if it was in contact in the step before.
+#[derive(Debug, Clone, Copy)]
+struct Meeting<'a, const D: usize> {
+    condition: &'a Condition<D>,
+    x: Vector<D>,
+    gap: f64,
+    held: bool,
 }
 
 /// Parts the conditions so that no node is in two of them.
@@ -62,49 +71,57 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// All conditions on p̄ at time `t` whose gaps close; `dt` is the step of the momentum (theory 9, 2e and after
-    /// contact).
-    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64, dt: f64) {
+    /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory 9, 2e and after contact).
+    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
         let mut reaction = std::mem::take(&mut self.reactions[field]);
         let conditions = || self.parts.iter().map(|part| part.conditions.clone());
         let (force, closed) =
             (parts_mut(&mut reaction.force, conditions()), parts_mut(&mut reaction.closed, conditions()));
         let nodes = parts_mut(nodes, self.parts.iter().map(|part| part.nodes.clone()));
         let parts = self.parts.par_iter().zip(nodes).zip(force.into_par_iter().zip(closed));
-        parts.for_each(|((part, nodes), (forces, closed))| {
-            let own = self.conditions[part.conditions.clone()].iter().zip(&reaction.gap[part.conditions.clone()]);
-            for ((condition, &gap), (sum, closed)) in own.zip(forces.iter_mut().zip(closed)) {
-                let x = grid.position(condition.node as usize);
+        let (gap, held) = (&reaction.gap, &reaction.held);
+        let changes = parts.map(|((part, nodes), (forces, closed))| {
+            let mut start = vec![Vector::ZERO; self.boundaries.len()];
+            for (k, (sum, closed)) in part.conditions.clone().zip(forces.iter_mut().zip(closed)) {
+                let condition = &self.conditions[k];
                 let node = &mut nodes[condition.node as usize - part.nodes.start];
-                let force = self.push(condition, (x, gap), node, closed, (t, dt));
-                node.momentum += force * dt;
+                let meeting = Meeting { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
+                let [bound, force] = self.push(&meeting, node, closed, step);
+                node.momentum += bound + force * step.momentum_dt;
                 node.force += force;
+                start[condition.boundary as usize] += bound;
                 *sum += force;
             }
+            start
         });
+        let changes: Vec<_> = changes.collect();
+        for change in changes {
+            reaction.start.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
+        }
         self.reactions[field] = reaction;
     }
 
-    /// Force of a condition on a node with (m, p̄) at `x` [m], if the gap [m] closes [N].
-    fn push(
-        &self,
-        condition: &Condition<D>,
-        (x, gap): (Vector<D>, f64),
-        node: &Node<D>,
-        closed: &mut bool,
-        (t, dt): (f64, f64),
-    ) -> Vector<D> {
+    /// What a condition does to a node with (m, p̄), if its gap closes: change of p⁻ [N s], and force [N].
+    fn push(&self, meeting: &Meeting<'_, D>, node: &Node<D>, closed: &mut bool, step: &Step) -> [Vector<D>; 2] {
+        let &Meeting { condition, x, gap, held } = meeting;
         if node.mass <= 0.0 {
-            return Vector::ZERO;
+            return [Vector::ZERO; 2];
         }
-        let (boundary, velocity) = (condition.boundary as usize, node.momentum / node.mass);
-        let (kind, wall) = (self.boundaries[boundary].kind, self.velocity(boundary, x, t));
-        *closed |= !self.has_gap(condition) || gap + dt * (velocity - wall).dot(condition.normal) <= 0.0;
-        if *closed {
-            (kind.constrain(velocity, wall, condition.normal) * node.mass - node.momentum) / dt
+        let (boundary, normal, dt) = (condition.boundary as usize, condition.normal, step.momentum_dt);
+        let (kind, wall) = (self.boundaries[boundary].kind, self.velocity(boundary, x, step.after()));
+        let approach = (node.momentum / node.mass - wall).dot(normal);
+        *closed |= !self.has_gap(condition) || gap + dt * approach <= 0.0;
+        if !*closed {
+            return [Vector::ZERO; 2];
+        }
+        let bound = if held && approach < 0.0 {
+            let before = (node.momentum - node.force * dt) / node.mass - self.velocity(boundary, x, step.before());
+            normal * (-before.dot(normal) * node.mass)
         } else {
             Vector::ZERO
-        }
+        };
+        let trial = node.momentum + bound;
+        [bound, (kind.constrain(trial / node.mass, wall, normal) * node.mass - trial) / dt]
     }
 
     /// The conditions that acted on a field's momentum on bare velocities at time `t` [s]. Returns what they push if the

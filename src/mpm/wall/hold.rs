@@ -1,0 +1,74 @@
+//! Contacts that last from one step to the next.
+//!
+//! A wall that a body may leave stops what runs into it: the velocity v⁻ of a node whose gap closes is lost, ½ m (v⁻·ν)². A contact that
+//! held through the step before binds p⁻ as a slip wall does, while p̄ goes into the wall:
+//!
+//! ```text
+//! held and (p̄ − m v_w)·ν < 0:   p⁻ ← p⁻ − ((p⁻ − m v_w)·ν) ν,   p̄ likewise;   v⁻ that strains, too
+//! ```
+//!
+//! What particles above the wall show it of their own motion is no approach. To stop that anew in every step takes their momentum, and the
+//! wall's force f works by Δt f·½v⁻ on nodes that don't move: it takes energy from bodies that it compresses, and gives more to those that
+//! it throws back, since Δt a of the nodes above points away from it all the time.
+
+use super::{Condition, Walls};
+use crate::math::Vector;
+use crate::mpm::Grid;
+use crate::simulation::Column;
+
+/// A contact that held: boundary and place of the node, i, j, k.
+pub(super) type Holding = [u32; 4];
+
+impl<const D: usize> Walls<D> {
+    /// Notes which contacts hold at the end of a step.
+    pub fn note_contacts(&mut self, grid: &Grid<D>) {
+        for reaction in &mut self.reactions {
+            reaction.holding.clear();
+            let acts = |k: &usize| reaction.closed[*k] && reaction.force[*k] != Vector::ZERO;
+            for Condition { node, boundary, .. } in (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k]) {
+                if !self.boundaries[boundary as usize].kind.binds() {
+                    let mut holding = [boundary, 0, 0, 0];
+                    for (index, place) in holding[1..].iter_mut().zip(grid.coordinates(node as usize)) {
+                        *index = place as u32;
+                    }
+                    reaction.holding.push(holding);
+                }
+            }
+        }
+    }
+
+    /// Finds the conditions of the contacts that held in the step before.
+    pub(super) fn recall_contacts(&mut self, grid: &Grid<D>) {
+        for reaction in &mut self.reactions {
+            reaction.held.clear();
+            reaction.held.resize(self.conditions.len(), false);
+            for &[boundary, ref place @ ..] in &reaction.holding {
+                let node = grid.find(std::array::from_fn(|a| place[a] as i32));
+                let Some(node) = node.and_then(|node| u32::try_from(node).ok()) else { continue };
+                let first = self.conditions.partition_point(|condition| condition.node < node);
+                let own = self.conditions[first..].iter().take_while(|condition| condition.node == node);
+                for (k, _) in own.enumerate().filter(|(_, condition)| condition.boundary == boundary) {
+                    reaction.held[first + k] = true;
+                }
+            }
+        }
+    }
+
+    /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the start of a step that
+    /// strain the particles.
+    pub fn hold_velocity(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
+        let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);
+        for (&Condition { node, boundary, normal }, _) in held {
+            let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
+            let v = &mut velocity[node as usize];
+            *v -= normal * (*v - wall).dot(normal);
+        }
+    }
+
+    /// The contacts that hold, for checkpoints.
+    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        for (field, reaction) in self.reactions.iter_mut().enumerate() {
+            visit(&format!("mpm.contacts.{field}"), Column::growing(&mut reaction.holding));
+        }
+    }
+}
