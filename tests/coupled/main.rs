@@ -5,5 +5,7 @@ mod bits;
 mod gas;
 mod impact;
 mod leave;
+mod lids;
 mod model;
 mod repeat;
+mod slack;

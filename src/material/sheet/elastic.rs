@@ -3,8 +3,17 @@
 //! ```text
 //! σ̂11 += E/(1−ν²) (D11 + ν D22) Δt      σ̂12 += 2 G D12 Δt      D33 = −ν/(1−ν) (D11 + D22)
 //! ```
+//!
+//! A sheet that wrinkles has an energy, in the logarithmic strains ε_i = ½ ln c_i of the principal stretches (Hencky 1928), for the sum of
+//! a relaxed stress over a path that leaves and enters wrinkles gives back what was never stored:
+//!
+//! ```text
+//! W = ½ E/(1−ν²) (ε1² + ε2² + 2 ν ε1 ε2),   S_i = E/(1−ν²) (ε_i + ν ε_j) / c_i,   ε3 = −ν/(1−ν) (ε1 + ε2)
+//! wrinkled (ε2 < −ν ε1): ε2 = −ν ε1, W = ½ E ε1²;   slack (ε1 ≤ 0): 0
+//! ```
 
-use super::{Sheet, SheetKind, tension_field};
+use super::tension_field::{self, compose, principal};
+use super::{Sheet, SheetKind, SheetState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +40,21 @@ impl Elastic {
     fn plane_modulus(&self) -> f64 {
         self.young / (1.0 - self.poisson * self.poisson)
     }
+
+    /// The flat sheet, of logarithmic strains.
+    fn response(&self, c: [f64; 3]) -> SheetState {
+        let ([c1, c2], axis) = principal(c);
+        let [e1, e2] = [c1, c2].map(|c| 0.5 * c.ln());
+        let (modulus, nu) = (self.plane_modulus(), self.poisson);
+        let (t1, t2) = (modulus * (e1 + nu * e2), modulus * (e2 + nu * e1));
+        let e3 = -nu / (1.0 - nu) * (e1 + e2);
+        SheetState {
+            stress: compose([t1 / c1, t2 / c2], axis),
+            energy: 0.5 * (t1 * e1 + t2 * e2),
+            thickness: e3.exp(),
+            volume: (e1 + e2 + e3).exp(),
+        }
+    }
 }
 
 impl Sheet for Elastic {
@@ -51,7 +75,7 @@ impl Sheet for Elastic {
     }
 
     fn kind(&self) -> SheetKind {
-        SheetKind::Rate
+        if self.wrinkling { SheetKind::Total } else { SheetKind::Rate }
     }
 
     fn wrinkles(&self) -> bool {
@@ -67,14 +91,8 @@ impl Sheet for Elastic {
         -nu / (1.0 - nu) * (d11 + d22)
     }
 
-    /// Mixed criterion: taut by stress, slack by strain; in between uniaxial along the greatest strain,
-    /// E ε1 with E ε1 = σ1 − ν σ2 (theory 5.8).
-    #[inline(always)]
-    fn carried(&self, stress: [f64; 3]) -> [f64; 3] {
-        if !self.wrinkling {
-            return stress;
-        }
-        tension_field::carried(stress, |s1, s2| s1 - self.poisson * s2)
+    fn total(&self, c: [f64; 3]) -> SheetState {
+        tension_field::relaxed(c, |c1| c1.powf(-self.poisson), |c| self.response(c))
     }
 }
 
@@ -90,6 +108,7 @@ mod tests {
     #[test]
     fn common_checks() {
         testing::rate_law(&law(false), 60e9, 0.3);
+        testing::isotropic_total_law(&law(true), 60e9, 0.3);
     }
 
     #[test]
@@ -104,16 +123,19 @@ mod tests {
     #[test]
     fn wrinkled_sheet_carries_tension_alone() {
         let law = law(true);
-        assert_eq!(law.carried([2e6, 1e6, 0.0]), [2e6, 1e6, 0.0]);
-        // Compressed across: uniaxial, E ε1 = σ1 − ν σ2.
-        let s = law.carried([2e6, -1e6, 0.0]);
-        assert!((s[0] - 2.3e6).abs() < 1e-6 && s[1].abs() < 1e-6 && s[2] == 0.0);
+        let stress = |e1: f64, e2: f64| law.total([(2.0 * e1).exp(), (2.0 * e2).exp(), 0.0]).stress;
+        // Taut: the plane-stress law of small strains.
+        let s = stress(1e-6, 0.0);
+        assert!((s[0] / (60e9 / 0.91 * 1e-6) - 1.0).abs() < 1e-5 && (s[1] / s[0] - 0.3).abs() < 1e-5, "{s:?}");
+        // Narrower than it would hang freely: E ε1 along its length, nothing across.
+        let s = stress(1e-3, -1e-2);
+        assert!((s[0] * 2e-3_f64.exp() / 60e6 - 1.0).abs() < 1e-12 && s[1].abs() < 1e-6, "{s:?}");
         // Compressed both ways: nothing is left.
-        assert_eq!(law.carried([-2e6, -1e6, 0.3e6]), [0.0; 3]);
-        // Pure shear τ turns into tension (1 + ν) τ along 45°.
-        let s = law.carried([0.0, 0.0, 1e6]);
+        assert_eq!(stress(-1e-3, -1e-4), [0.0; 3]);
+        // Pure shear γ turns into tension E γ/2 along 45°.
+        let s = law.total([1.0, 1.0, 1e-6]).stress;
         for component in s {
-            assert!((component - 0.65e6).abs() < 1e-6, "{s:?}");
+            assert!((component / (60e9 * 0.25e-6) - 1.0).abs() < 1e-5, "{s:?}");
         }
     }
 }

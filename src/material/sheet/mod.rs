@@ -5,7 +5,7 @@
 //! of the reference configuration, `S = 2 ∂W/∂C`, and conserve energy exactly in space.
 //!
 //! Components are ordered 11, 22, 12. A sheet that wrinkles carries no compression (theory 5.8): the relaxed
-//! stress replaces the one of the flat sheet, whose history is kept.
+//! energy of a total law replaces the one of the flat sheet; a rate law has none, and doesn't wrinkle.
 
 mod elastic;
 mod fabric;
@@ -53,7 +53,7 @@ pub trait Sheet: std::fmt::Debug + Send + Sync {
     /// Rate law or total law.
     fn kind(&self) -> SheetKind;
 
-    /// True if the sheet wrinkles instead of carrying compression.
+    /// True if the sheet wrinkles instead of carrying compression: total laws may.
     fn wrinkles(&self) -> bool {
         false
     }
@@ -63,11 +63,6 @@ pub trait Sheet: std::fmt::Debug + Send + Sync {
     fn rate(&self, strain: [f64; 3], stress: &mut [f64; 3]) -> f64 {
         let _ = (strain, stress);
         unreachable!("a total law has no rate form")
-    }
-
-    /// Rate laws: the stress [Pa] that a wrinkled sheet carries where the flat one would have `stress`.
-    fn carried(&self, stress: [f64; 3]) -> [f64; 3] {
-        stress
     }
 
     /// Total laws: the state for C = (C11, C22, C12) in the material axes, wrinkled if the law wrinkles.
@@ -90,12 +85,6 @@ pub trait Sheet: std::fmt::Debug + Send + Sync {
             (0..3).for_each(|i| stress[i][k] = local[i]);
             thickness
         })
-    }
-
-    /// [`Sheet::carried`] for [`LANES`] elements.
-    fn carried_lanes(&self, stress: &[[f64; LANES]; 3]) -> [[f64; LANES]; 3] {
-        let lanes: [[f64; 3]; LANES] = std::array::from_fn(|k| self.carried(stress.map(|s| s[k])));
-        std::array::from_fn(|i| lanes.map(|s| s[i]))
     }
 
     /// [`Sheet::total`] and [`Sheet::stiffness`] for [`LANES`] elements.

@@ -23,18 +23,6 @@ pub fn compose([s1, s2]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 3] {
     [s1 * cos * cos + s2 * sin * sin, s1 * sin * sin + s2 * cos * cos, (s1 - s2) * cos * sin]
 }
 
-/// Stress of a linear isotropic sheet after wrinkling: unchanged where taut (σ2 ≥ 0), `uniaxial(σ1, σ2)` along
-/// the first axis where that is positive, else nothing.
-#[inline(always)]
-pub fn carried(stress: [f64; 3], uniaxial: impl Fn(f64, f64) -> f64) -> [f64; 3] {
-    let ([s1, s2], axis) = principal(stress);
-    if s2 >= 0.0 {
-        return stress;
-    }
-    let tension = uniaxial(s1, s2);
-    if tension > 0.0 { compose([tension, 0.0], axis) } else { [0.0; 3] }
-}
-
 /// State of an isotropic total law after wrinkling. Where the sheet is narrower across the first principal
 /// direction than it would hang freely, that natural width replaces the actual one (relaxed energy, Pipkin 1986);
 /// where it is shorter than stress-free in both directions it is slack.

@@ -1,6 +1,5 @@
 //! What every sheet law must pass.
 
-use super::tension_field::{compose, principal};
 use super::{LANES, Sheet, SheetKind};
 
 /// Deformations C = (C11, C22, C12): taut, sheared, wrinkled and slack.
@@ -79,7 +78,7 @@ pub fn isotropic_total_law(law: &dyn Sheet, young: f64, poisson: f64) {
 }
 
 /// An isotropic rate law: indifferent to the choice of axes; symmetric moduli, so that an energy exists; E and ν;
-/// wave speed; relaxed stress coaxial with the flat one and free of compression.
+/// wave speed.
 pub fn rate_law(law: &dyn Sheet, young: f64, poisson: f64) {
     assert_eq!(law.kind(), SheetKind::Rate);
     let stress_of = |[d11, d22, d12]: [f64; 3]| {
@@ -100,8 +99,4 @@ pub fn rate_law(law: &dyn Sheet, young: f64, poisson: f64) {
     assert_eq!(stress_of(unit(0))[1], stress_of(unit(1))[0], "symmetric moduli");
     assert!((stress_of([1.0, -poisson, 0.0])[0] / young - 1.0).abs() < 1e-14);
     assert!((law.density() * law.wave_speed().powi(2) / stress_of(unit(0))[0] - 1.0).abs() < 1e-14);
-    let relaxed = law.carried(stress_of(strain));
-    let ([s1, s2], axis) = principal(relaxed);
-    assert!(!law.wrinkles() || s2 >= -1e-12 * s1, "no compression");
-    assert_close(compose([s1, s2], axis), relaxed, 1e-12 * s1.abs(), "axes");
 }

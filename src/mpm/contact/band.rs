@@ -180,7 +180,9 @@ impl<const D: usize> Band<'_, D> {
                 });
                 let row = &mut sheet.rows[row];
                 let arm = self.lattice.mirror(self.grid, x, flips) - row.centre;
-                row.normal += arm * (side * body.particles.mass[p as usize] * weight);
+                let share = body.particles.mass[p as usize] * weight;
+                row.normal += arm * (side * share);
+                row.arms += arm.norm() * share;
             });
         }
     }

@@ -184,6 +184,7 @@ impl<const D: usize> Contact<D> {
         self.dt = dt;
         self.counts[0] += 1;
         self.partners.begin(dt);
+        self.shifts.iter_mut().for_each(Vec::clear);
         match self.place {
             SheetContact::Nodes => self.measure(grid, bodies, surfaces),
             SheetContact::Particles => self.look(grid, bodies, surfaces),
@@ -203,7 +204,8 @@ impl<const D: usize> Contact<D> {
             let scene = Scene { grid, lattice, surface, facets, tolerance: *tolerance, dt: *dt, step: counts[0] };
             points.begin(&scene);
             for (b, body) in bodies.iter().enumerate() {
-                counts[1 + s] += points.find(&scene, body, friction[body.field], &mut labels[s * bodies.len() + b]);
+                let labels = &mut labels[s * bodies.len() + b];
+                counts[1 + s] += points.find(&scene, (b, body), friction[body.field], labels);
             }
         }
     }
@@ -219,7 +221,6 @@ impl<const D: usize> Contact<D> {
         }
         let near = |body: &Body<D>| self.marks.near(grid, &self.lattice, &body.particles.position);
         let near: Vec<Vec<u32>> = bodies.iter().map(near).collect();
-        self.shifts.iter_mut().for_each(Vec::clear);
         for (s, surface) in surfaces.iter().enumerate() {
             let band = Band { grid, lattice: &self.lattice, surface, step: self.counts[0] };
             let (sheet, locator) = (&mut self.sheets[s], &mut self.locators[s]);
@@ -258,6 +259,7 @@ impl<const D: usize> Contact<D> {
 
     /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
+        self.sheets.iter().for_each(|sheet| sheet.points.part(&mut self.shifts));
         self.partners.commit(grid);
     }
 
@@ -276,7 +278,7 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Puts the particles back that were too close to a sheet at the start of the step. Comes after the
+    /// Puts the particles back that were too close to a sheet at the start of the step, and parts those that overlap with it. Comes after the
     /// particles have moved, and before they are sorted. Returns the largest displacement [m].
     pub fn restore(&mut self, bodies: &mut [Body<D>]) -> f64 {
         let mut largest = 0.0f64;
@@ -285,7 +287,9 @@ impl<const D: usize> Contact<D> {
                 body.particles.position[shift.particle as usize] += shift.by;
                 largest = largest.max(shift.by.norm());
             }
-            self.counts[1 + self.sheets.len()] += shifts.len() as u64;
+            if self.place == SheetContact::Nodes {
+                self.counts[1 + self.sheets.len()] += shifts.len() as u64;
+            }
         }
         largest
     }

@@ -11,30 +11,34 @@
 //! p_I ← p_I + N_Is J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
 //! ```
 //!
-//! All points together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. A gap
-//! that is below zero closes by the fraction β per step (theory 7.3), but no faster than the two came together,
-//! w ≤ −w⁻ with the velocity w⁻ before the impulses: contact takes energy, it never adds any, however short the step.
-//! Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
+//! All points together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. Where g < 0
+//! nothing is asked of the velocities but that the overlap does not grow, so that contact takes energy and never adds any. Velocities
+//! that undo overlaps do add some, even where none exceeds that at which the two came together: of a light node between heavy particles
+//! each contact throws back what the other has thrown. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
+//!
+//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r). Only the particles move, for a sheet
+//! is light and stiff, and its strains are its positions: moved, it would throw off what it got.
 //!
 //! The load on the sheet sits where the body touches it, whatever the cell: contact at grid nodes spreads it over
 //! the support of the shape functions, and a sheet that meets a ball of a few cells wraps around a blunter one.
 //! Because Σ N = Σ W = 1 momentum is conserved to round-off, and because n lies along the line from foot to
 //! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
 
-use super::band::Labels;
+use super::band::{Labels, Shift};
 use super::impulse::{Impulse, Settled, limit};
 use super::nearest::Nearest;
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::sample::Facet;
-use super::watch::{Scene, Seen, WATCHED, Watch, label, stencil};
+use super::watch::{Member, Scene, Seen, WATCHED, Watch, label, stencil};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid};
 use hashbrown::HashMap;
 use rayon::prelude::*;
 
-/// The fraction of an overlap that is undone in one step (theory 7.3).
-const RECOVERY: f64 = 0.1;
+/// The fraction β of an overlap that is undone in one step, but no more than the share ξ of the size of what overlaps.
+const RECOVERY: f64 = 0.2;
+const MOST: f64 = 0.05;
 
 /// Most sweeps of the iteration, and the change of an impulse, relative to the largest one, that ends it.
 const SWEEPS: usize = 30;
@@ -55,8 +59,12 @@ struct Reached {
 #[derive(Debug, Clone)]
 struct Spot<const D: usize> {
     field: u32,
+    /// Index of its body.
+    body: u32,
     /// Its particles end here in the list of all.
     members: u32,
+    /// How far the body reaches from there [m].
+    radius: f64,
     /// K, repeated where the facet has fewer than four nodes, and W_K.
     nodes: [u32; 4],
     weights: [f64; 4],
@@ -66,8 +74,6 @@ struct Spot<const D: usize> {
     arm: f64,
     /// g at the start of the sub-step [m].
     gap: f64,
-    /// w before the impulses of the sub-step, where the two come together; else 0 [m/s].
-    approach: f64,
     /// Its nodes end here in the list of all.
     end: u32,
     /// M⁻¹ along each axis [1/kg].
@@ -85,8 +91,8 @@ struct Spot<const D: usize> {
 pub(super) struct Points<const D: usize> {
     nearest: Nearest<D>,
     contacts: Vec<Spot<D>>,
-    /// Places [m] and weights of the particles of all contacts.
-    members: Vec<(Vector<D>, f64)>,
+    /// The particles of all contacts.
+    members: Vec<Member<D>>,
     reached: Vec<Reached>,
     /// Σ ± m_p N_Ip of the watched particles, by node and field.
     sides: HashMap<(u32, u32), f64>,
@@ -119,7 +125,13 @@ impl<const D: usize> Points<D> {
 
     /// Labels what a body touches with around the sheet, and takes note of what may touch it during the step.
     /// Returns how much has crossed it since the last step.
-    pub fn find(&mut self, scene: &Scene<'_, D>, body: &Body<D>, friction: Friction, labels: &mut Labels) -> u64 {
+    pub fn find(
+        &mut self,
+        scene: &Scene<'_, D>,
+        (index, body): (usize, &Body<D>),
+        friction: Friction,
+        labels: &mut Labels,
+    ) -> u64 {
         let particles = &body.particles;
         let Self { nearest, contacts, members, sides, .. } = self;
         let watch = Watch::new(scene, nearest, body);
@@ -139,13 +151,14 @@ impl<const D: usize> Points<D> {
                 members.extend(watch.members(&seen));
                 contacts.push(Spot {
                     field: body.field as u32,
+                    body: index as u32,
                     members: members.len() as u32,
+                    radius: seen.radius,
                     nodes: scene.facets[seen.foot.facet as usize].nodes,
                     weights: seen.foot.weights,
                     normal: seen.foot.normal * label.side,
                     arm: label.side * seen.foot.distance,
                     gap,
-                    approach: 0.0,
                     end: 0,
                     softness: Vector::ZERO,
                     friction,
@@ -211,7 +224,7 @@ impl<const D: usize> Points<D> {
         self.velocity.extend((0..partners.len()).map(|partner| partners.trial(partner as u32, t).1));
         self.softness.clear();
         self.softness.extend((0..partners.len()).map(|partner| partners.softness(partner as u32)));
-        self.approach(velocity);
+        self.contacts.iter_mut().for_each(|contact| contact.impulse = Impulse::default());
         for _ in 0..SWEEPS {
             let (change, largest) = self.sweep(velocity, &softness, dt);
             if change <= SETTLED * largest {
@@ -230,17 +243,6 @@ impl<const D: usize> Points<D> {
             contact.total.normal += contact.impulse.normal;
             contact.total.tangent += contact.impulse.tangent;
             contact.gap += contact.opening(near, &self.velocity, velocity).dot(contact.normal) * dt;
-        }
-    }
-
-    /// Takes away the impulses of the last sub-step, and notes how fast the two sides come together without any.
-    fn approach(&mut self, sheet: &[Vector<D>]) {
-        let mut start = 0;
-        for contact in &mut self.contacts {
-            let near = &self.reached[start as usize..contact.end as usize];
-            start = contact.end;
-            contact.impulse = Impulse::default();
-            contact.approach = contact.opening(near, &self.velocity, sheet).dot(contact.normal).min(0.0);
         }
     }
 
@@ -279,6 +281,20 @@ impl<const D: usize> Points<D> {
         }
     }
 
+    /// Undoes a part of what overlaps: how far the particles of each body are to move.
+    pub fn part(&self, shifts: &mut [Vec<Shift<D>>]) {
+        let mut first = 0;
+        for contact in &self.contacts {
+            let own = &self.members[first..contact.members as usize];
+            first = contact.members as usize;
+            if contact.gap < 0.0 {
+                let by = contact.normal * (-RECOVERY * contact.gap).min(MOST * contact.radius);
+                let shift = |member: &Member<D>| Shift { particle: member.particle, by: by * member.weight };
+                shifts[contact.body as usize].extend(own.iter().map(shift));
+            }
+        }
+    }
+
     /// Adds the impulses of the step, field by field, and what was lost: J·(v̂_r − v̂_s).
     pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [Settled<D>]) {
         let mut start = 0;
@@ -308,7 +324,7 @@ impl<const D: usize> Spot<D> {
     #[inline]
     fn push(&mut self, w: Vector<D>, dt: f64) -> Vector<D> {
         let n = self.normal;
-        let allowed = if self.gap > 0.0 { self.gap / dt } else { (RECOVERY * self.gap / dt).max(self.approach) };
+        let allowed = self.gap.max(0.0) / dt;
         let soft = (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>();
         let before = self.impulse;
         let pressed = (before.normal.dot(n) - (w.dot(n) + allowed) / soft).max(0.0);

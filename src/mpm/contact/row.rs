@@ -19,6 +19,8 @@ pub(super) struct Row<const D: usize> {
     pub normal: Vector<D>,
     /// True where the areas around the node cancel: the normal then comes from the bodies (theory 6.3).
     pub folded: bool,
+    /// Where it is folded, the sum of the lengths of the arms whose sum gives the normal [kg m].
+    pub arms: f64,
     /// Centre of mass of the sheet around the node, x̄_I^r [m].
     pub centre: Vector<D>,
     /// Half thickness around the node [m].
@@ -124,6 +126,7 @@ impl<const D: usize> Row<D> {
             inertia: 0.0,
             normal: Vector::ZERO,
             folded: false,
+            arms: 0.0,
             centre: Vector::ZERO,
             offset: 0.0,
             momentum: Vector::ZERO,

@@ -185,10 +185,13 @@ impl<const D: usize> Sheet<D> {
     }
 
     /// Where the sheet is folded, the normals become directions: the sums of arms to the particles around, each turned
-    /// to the side that it is on ([`super::band::Band::lean`]).
+    /// to the side that it is on ([`super::band::Band::lean`]). Where the arms cancel, as those of a sheet along a mirror do, what is
+    /// left of them is no direction.
     pub fn unfold(&mut self) {
         for row in self.rows.iter_mut().filter(|row| row.folded) {
-            row.normal = row.project(row.normal).normalized().unwrap_or_default();
+            let normal = row.project(row.normal);
+            let clear = normal.norm() > FOLDED * row.arms;
+            row.normal = if clear { normal / normal.norm() } else { Vector::ZERO };
             row.find_inertia();
         }
     }

@@ -45,6 +45,17 @@ pub(super) struct Seen<const D: usize> {
     pub radius: f64,
 }
 
+/// A particle that takes part of an impulse.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Member<const D: usize> {
+    /// Its index.
+    pub particle: u32,
+    /// Its place [m].
+    pub place: Vector<D>,
+    /// Its share of the impulse.
+    pub weight: f64,
+}
+
 /// A body next to a sheet.
 pub(super) struct Watch<'a, const D: usize> {
     scene: &'a Scene<'a, D>,
@@ -75,17 +86,19 @@ impl<'a, const D: usize> Watch<'a, D> {
         (0..count).into_par_iter().with_min_len(TASK).filter_map(see).collect()
     }
 
-    /// Places [m] and weights of the particles that take the impulse.
-    pub fn members(&self, seen: &Seen<D>) -> Vec<(Vector<D>, f64)> {
+    /// The particles that take the impulse.
+    pub fn members(&self, seen: &Seen<D>) -> Vec<Member<D>> {
         match self.body.skin.get(seen.key as usize).filter(|_| !self.index.is_empty()) {
             Some(point) => self.place(point).collect(),
-            None => vec![(seen.inside, 1.0)],
+            None => vec![Member { particle: seen.particle as u32, place: seen.inside, weight: 1.0 }],
         }
     }
 
-    fn place(&self, point: &SkinPoint) -> impl Iterator<Item = (Vector<D>, f64)> {
-        let at = |id: u32| self.body.particles.position[self.index[id as usize] as usize];
-        point.members.iter().map(move |&(id, weight)| (at(id), weight))
+    fn place(&self, point: &SkinPoint) -> impl Iterator<Item = Member<D>> {
+        point.members.iter().map(|&(id, weight)| {
+            let particle = self.index[id as usize];
+            Member { particle, place: self.body.particles.position[particle as usize], weight }
+        })
     }
 
     fn see_particle(&self, p: usize) -> Option<Seen<D>> {
@@ -97,9 +110,9 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 
     fn see_skin(&self, key: usize, point: &SkinPoint) -> Option<Seen<D>> {
-        let tip: Vector<D> = self.place(point).map(|(x, w)| x * w).sum();
+        let tip: Vector<D> = self.place(point).map(|member| member.place * member.weight).sum();
         let foot = self.foot(tip)?;
-        let particles = self.place(point).map(|(x, _)| x);
+        let particles = self.place(point).map(|member| member.place);
         let inside = particles.sum::<Vector<D>>() / point.members.len() as f64;
         let within = self.foot(inside)?;
         let particle = self.index[point.members[0].0 as usize] as usize;
@@ -128,13 +141,13 @@ pub(super) fn stencil<const D: usize>(
     grid: &Grid<D>,
     lattice: &Lattice<D>,
     field: usize,
-    members: &[(Vector<D>, f64)],
+    members: &[Member<D>],
 ) -> Vec<(u32, Flips, f64)> {
     let mut all = Vec::new();
-    for &(x, share) in members {
-        lattice.for_each(grid, x, |node, weight, flips| {
+    for member in members {
+        lattice.for_each(grid, member.place, |node, weight, flips| {
             if grid.fields[field].nodes[node].mass > lattice.cutoff {
-                all.push((node as u32, flips, share * weight));
+                all.push((node as u32, flips, member.weight * weight));
             }
         });
     }

@@ -215,6 +215,9 @@ fn sorted_by_shape<T: Copy>(elements: &[Vec<u32>], values: &[T]) -> Vec<T> {
     [4, 3, 2].into_iter().flat_map(of_size).collect()
 }
 
+/// Least stiffness-proportional damping time of sheets that wrinkle, over Δt ([`element::SNAP`]).
+const SNAP_DAMPING: f64 = 0.05;
+
 fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damping: f64) -> Parameters {
     let (density, c) = (sheet.density(), sheet.wave_speed());
     let hourglass = Hourglass {
@@ -222,6 +225,7 @@ fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damp
         viscosity: viscosity * 0.25 * density * c,
         warping_viscosity: warping * 0.25 * density * c,
     };
+    let damping = if sheet.wrinkles() { damping.max(SNAP_DAMPING) } else { damping };
     let plane = (sheet.modulus() / (density * c * c)).min(1.0);
     Parameters { dt: 0.0, hourglass, damping, speed2: c * c, plane, density }
 }

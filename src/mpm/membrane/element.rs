@@ -46,6 +46,13 @@ pub struct Reference {
     pub bound: [f64; LANES],
 }
 
+/// How many times shorter the steps of sheets that wrinkle are than those of sheets that don't.
+///
+/// A slack element that snaps taut has moved past its length without a force. For one degree of freedom of frequency ω and a random
+/// place in the step, the speed at which it comes back has 1.28 times the energy on average, up to 2.4, where ω Δt = 1.6; where
+/// ω Δt = 1 and the stress has a viscous part of 0.05 of its increment, 0.86, at most 0.90.
+pub const SNAP: f64 = 1.6;
+
 /// What all elements of a membrane share.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameters {
@@ -234,16 +241,10 @@ fn rate_form<S: Shape<N>, const N: usize>(
     let thickness = old_thickness * (d33 + 2.0) / (-d33 + 2.0);
     block.thickness = thickness.0;
 
-    let (before, carried) = if sheet.wrinkles() {
-        (sheet.carried_lanes(&old), sheet.carried_lanes(&block.stress))
-    } else {
-        (old, block.stress)
-    };
-    let (before, carried) = (before.map(Lanes), carried.map(Lanes));
-    let (old, trial) = (old.map(Lanes), block.stress.map(Lanes));
-    let viscous: [Lanes; 3] = std::array::from_fn(|i| (trial[i] - old[i]) * parameters.damping);
-    let used = std::array::from_fn(|i| carried[i] + viscous[i]);
-    let mean = std::array::from_fn(|i| (before[i] + carried[i]) * 0.5);
+    let (old, new) = (old.map(Lanes), block.stress.map(Lanes));
+    let viscous: [Lanes; 3] = std::array::from_fn(|i| (new[i] - old[i]) * parameters.damping);
+    let used = std::array::from_fn(|i| new[i] + viscous[i]);
+    let mean = std::array::from_fn(|i| (old[i] + new[i]) * 0.5);
     let middle_volume = middle.det.sqrt() * (old_thickness + thickness) * (0.5 * S::AREA);
     let volume = metric.det.sqrt() * thickness * S::AREA;
     Stressed {
@@ -273,6 +274,11 @@ fn total_form(
         ]
     };
     let state = sheet.total_lanes(&material([metric.a, metric.b, metric.c]).map(|c| c.0));
+    let mut stiffness = Lanes(state.stiffness);
+    if sheet.wrinkles() {
+        // What is slack or wrinkled may be taut in the next step.
+        stiffness = stiffness.max(parameters.speed2 * parameters.density) * (SNAP * SNAP);
+    }
     let (old, elastic) = (block.stress.map(Lanes), state.stress.map(Lanes));
     block.stress = state.stress;
     block.thickness = (Lanes(reference.thickness) * Lanes(state.thickness)).0;
@@ -295,7 +301,7 @@ fn total_form(
         volume,
         strain: volume * Lanes(state.energy),
         damping,
-        frequency2: Lanes(reference.bound) * Lanes(state.stiffness) * (1.0 / parameters.density),
+        frequency2: Lanes(reference.bound) * stiffness * (1.0 / parameters.density),
     }
 }
 

@@ -47,7 +47,7 @@ impl<const D: usize> Membrane<D> {
     pub fn principal_stress(&self, element: usize) -> [f64; 2] {
         if self.sheet.kind() == SheetKind::Rate {
             let (block, lane) = self.elements.block_and_lane(element);
-            return principal(self.sheet.carried(self.blocks[block].stress.map(|s| s[lane]))).0;
+            return principal(self.blocks[block].stress.map(|s| s[lane])).0;
         }
         // σ = F S Fᵀ / J has the eigenvalues of C S / J.
         let c @ [c11, c22, c12] = self.right_cauchy_green(element);

@@ -85,7 +85,8 @@ impl<const D: usize> Walls<D> {
             for (k, (sum, closed)) in part.conditions.clone().zip(forces.iter_mut().zip(closed)) {
                 let condition = &self.conditions[k];
                 let node = &mut nodes[condition.node as usize - part.nodes.start];
-                let meeting = Meeting { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
+                let meeting =
+                    Meeting { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
                 let [bound, force] = self.push(&meeting, node, closed, step);
                 node.momentum += bound + force * step.momentum_dt;
                 node.force += force;

@@ -25,7 +25,8 @@ impl<const D: usize> Walls<D> {
         for reaction in &mut self.reactions {
             reaction.holding.clear();
             let acts = |k: &usize| reaction.closed[*k] && reaction.force[*k] != Vector::ZERO;
-            for Condition { node, boundary, .. } in (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k]) {
+            for Condition { node, boundary, .. } in (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k])
+            {
                 if !self.boundaries[boundary as usize].kind.binds() {
                     let mut holding = [boundary, 0, 0, 0];
                     for (index, place) in holding[1..].iter_mut().zip(grid.coordinates(node as usize)) {
