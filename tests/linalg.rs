@@ -226,6 +226,48 @@ fn direct_solves_the_unsymmetric_form_by_its_symmetric_part() {
     assert!(error < 1e-6 && iterations <= 40, "{error} in {iterations}");
 }
 
+/// Two fluids, and on every node of the top a block [1 c; 0 1] · a_ii, whose symmetric part is indefinite for c > 2.
+fn lopsided(mesh: &Mesh<2, 3>, c: f64) -> BlockMatrix<3> {
+    let mut a = TWO_FLUIDS.assemble::<2, 3, 3>(mesh);
+    walls(&mut a, mesh, true);
+    for node in (0..mesh.nodes().len()).filter(|&node| mesh.nodes()[node][1] > 0.9) {
+        let diagonal = a.pattern.diagonal(node);
+        let block = &mut a.values[diagonal];
+        block[0][1] += c * block[0][0];
+    }
+    a
+}
+
+#[test]
+fn direct_solves_where_the_symmetric_part_is_indefinite() {
+    let mesh = unit_box::<2, 3>(24);
+    let a = lopsided(&mesh, 40.0);
+    for kind in [Kind::Direct, Kind::Auto] {
+        let (error, _) = recover(&mesh, &a, Options { kind, tolerance: 1e-11, ..Options::default() });
+        assert!(error < 1e-6, "{kind:?}: {error}");
+    }
+}
+
+#[test]
+fn after_a_hard_system_the_usual_factor_comes_back() {
+    let mesh = unit_box::<2, 3>(24);
+    let (hard, easy) = (lopsided(&mesh, 40.0), lopsided(&mesh, 0.0));
+    let b = some_field::<3>(mesh.nodes().len());
+    let mut solver = LinearSolver::new(easy.pattern.clone(), &places(&mesh), Options::default());
+    let mut solve = |a: &BlockMatrix<3>| {
+        let mut x = vec![[0.0; 3]; b.len()];
+        solver.solve(a, &b, &mut x).unwrap();
+        solver.memory().counters[0]
+    };
+    let usual = solve(&easy);
+    assert!(solve(&hard) != usual);
+    assert!(solve(&hard) != usual);
+    assert_eq!([&easy, &easy].map(&mut solve)[1], usual);
+    // A failure that comes at once after the last one is met with more patience, one that comes later with as much.
+    assert!((0..2).all(|_| solve(&hard) != usual));
+    assert_eq!(solve(&easy), usual);
+}
+
 /// Gauss with pivots.
 fn eliminate(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();

@@ -2,7 +2,9 @@
 
 use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
+use super::pivoted::PivotedFactor;
 use super::schur::BlockTriangular;
+use super::solver::Kind;
 
 /// Nodes up to which a factorisation is worth its time and memory, in 2D and 3D. In 3D it costs 1.8 times what multigrid
 /// does at 1,700 nodes and 6 times at 5,800.
@@ -11,17 +13,26 @@ const DIRECT_NODES: [usize; 2] = [400_000, 1_000];
 /// Nodes up to which a factorisation helps where nothing else converges, in 2D and 3D.
 const LAST_RESORT_NODES: [usize; 2] = [1_000_000, 40_000];
 
-/// Whether a factorisation suits this many nodes with B = D + 1 unknowns each.
-pub(super) fn suits_direct<const B: usize>(nodes: usize) -> bool {
-    nodes <= DIRECT_NODES[usize::from(B > 3)]
+/// Nodes up to which a factorisation with row exchanges is tried, in 2D and 3D.
+const PIVOTED_NODES: [usize; 2] = [200_000, 8_000];
+
+/// The methods for so many nodes with B = D + 1 unknowns each, in the order in which they are tried.
+pub(super) fn methods<const B: usize>(kind: Kind, nodes: usize) -> Vec<Method> {
+    let most = |limits: [usize; 2]| nodes <= limits[usize::from(B > 3)];
+    let mut factors = vec![Method::Single, Method::Double];
+    if most(PIVOTED_NODES) {
+        factors.push(Method::Pivoted);
+    }
+    match kind {
+        Kind::Direct => factors,
+        Kind::Iterative => vec![Method::Iterative],
+        Kind::Auto if most(DIRECT_NODES) => [factors, vec![Method::Iterative]].concat(),
+        Kind::Auto if most(LAST_RESORT_NODES) => [vec![Method::Iterative], factors].concat(),
+        Kind::Auto => vec![Method::Iterative],
+    }
 }
 
-/// Whether a factorisation is possible at all.
-pub(super) fn allows_direct<const B: usize>(nodes: usize) -> bool {
-    nodes <= LAST_RESORT_NODES[usize::from(B > 3)]
-}
-
-/// An approximate inverse of one matrix, in the order in which they are tried.
+/// How an approximate inverse is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Method {
     /// Multigrid.
@@ -30,6 +41,18 @@ pub(super) enum Method {
     Single,
     /// L D Lᵀ in double precision.
     Double,
+    /// L U with row exchanges.
+    Pivoted,
+}
+
+impl Method {
+    /// All of them; a checkpoint holds the place in this list.
+    pub const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
+
+    /// True for factors of the symmetric part, which need the analysis of the pattern.
+    pub fn symmetric(self) -> bool {
+        matches!(self, Self::Single | Self::Double)
+    }
 }
 
 /// An approximate inverse of one matrix.
@@ -37,6 +60,7 @@ pub(super) enum Preconditioner<const B: usize> {
     Blocks(Box<BlockTriangular<B>>),
     Single(Factor<f32>),
     Double(Factor<f64>),
+    Pivoted(Box<PivotedFactor>),
 }
 
 impl<const B: usize> Preconditioner<B> {
@@ -46,6 +70,7 @@ impl<const B: usize> Preconditioner<B> {
         match (method, analysis) {
             (Method::Single, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Single),
             (Method::Double, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Double),
+            (Method::Pivoted, _) => PivotedFactor::new(a, &scaling).map(|factor| Self::Pivoted(Box::new(factor))),
             _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a)))),
         }
     }
@@ -54,6 +79,7 @@ impl<const B: usize> Preconditioner<B> {
     pub fn apply(&mut self, analysis: Option<&Analysis>, r: &[[f64; B]], z: &mut [[f64; B]]) {
         match (self, analysis) {
             (Self::Blocks(blocks), _) => blocks.apply(r, z),
+            (Self::Pivoted(factor), _) => factor.solve(r, z),
             (Self::Single(factor), Some(analysis)) => factor.solve(analysis, r, z),
             (Self::Double(factor), Some(analysis)) => factor.solve(analysis, r, z),
             (_, None) => z.copy_from_slice(r),
@@ -114,5 +140,22 @@ impl Wear {
     pub fn patience(&self) -> usize {
         let usual = if self.systems > 0.0 { self.spent / self.systems } else { 0.0 };
         (1.5 * usual + self.price + 2.0) as usize
+    }
+}
+
+/// How long a method stays in use after the usual one failed: 2, 4, … 64 systems, longer with every failure in a row.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Detour {
+    /// Failures of the usual method in a row.
+    pub failures: u32,
+    /// Systems until it is tried again.
+    pub rest: u32,
+}
+
+impl Detour {
+    /// Counts a failure of the usual method.
+    pub fn begin(&mut self) {
+        self.failures += 1;
+        self.rest = (1 << self.failures.min(6)).min(LONGEST_REST);
     }
 }

@@ -4,7 +4,7 @@ use super::direct::Analysis;
 use super::krylov::{Attempt, Krylov, Limits, System};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
-use super::preconditioner::{Method, Preconditioner, Wear, allows_direct, suits_direct};
+use super::preconditioner::{Detour, Method, Preconditioner, Wear, methods};
 use super::vectors::{norm, update};
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ pub enum Kind {
     /// By dimension and size; another one where the first fails.
     #[default]
     Auto,
-    /// A factorisation.
+    /// A factorisation; with row exchanges where that of the symmetric part fails.
     Direct,
     /// Multigrid.
     Iterative,
@@ -67,15 +67,25 @@ pub struct NotConverged {
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
 const SINGLE_PATIENCE: usize = 10;
 
+/// Iterations that a fresh factor in double precision may take: more, and the part that isn't symmetric rules.
+const DOUBLE_PATIENCE: usize = 80;
+
 /// Cost of a new multigrid hierarchy, in iterations.
 const HIERARCHY_PRICE: f64 = 8.0;
+
+/// Cost of a new factor with row exchanges, in iterations.
+const PIVOTED_PRICE: f64 = 30.0;
 
 /// Solves system after system on one pattern.
 pub struct LinearSolver<const B: usize> {
     pattern: Arc<Pattern>,
     places: Vec<[f64; 3]>,
     options: Options,
+    /// What may be tried, the usual method first.
+    methods: Vec<Method>,
+    /// The one in use.
     method: Method,
+    detour: Detour,
     analysis: Option<Analysis>,
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
@@ -89,22 +99,21 @@ pub struct LinearSolver<const B: usize> {
 pub struct Memory {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
-    /// How it is used: method, price, iterations spent, systems solved, whether the next one is new, failures, rest.
-    pub counters: [f64; 7],
+    /// How it is used: method, price, iterations spent, systems solved, whether the next one is new, failures, rest; failures
+    /// of the usual method, systems until it is tried again.
+    pub counters: [f64; 9],
 }
 
 impl<const B: usize> LinearSolver<B> {
     /// For a pattern whose nodes lie at `places` [m].
     pub fn new(pattern: Arc<Pattern>, places: &[[f64; 3]], options: Options) -> Self {
-        let direct = match options.kind {
-            Kind::Direct => true,
-            Kind::Iterative => false,
-            Kind::Auto => suits_direct::<B>(pattern.rows()),
-        };
+        let methods = methods::<B>(options.kind, pattern.rows());
         Self {
             places: places.to_vec(),
             options,
-            method: if direct { Method::Single } else { Method::Iterative },
+            method: methods[0],
+            methods,
+            detour: Detour::default(),
             analysis: None,
             preconditioner: None,
             source: None,
@@ -128,8 +137,9 @@ impl<const B: usize> LinearSolver<B> {
         }
         let guess = x.to_vec();
         let mut history = Vec::new();
-        let mut iterations = 0;
+        let (mut iterations, mut failed) = (0, 0);
         let mut fresh = false;
+        self.return_to_usual();
         loop {
             if self.preconditioner.is_none() || self.wear.replace {
                 self.rebuild(a);
@@ -141,6 +151,7 @@ impl<const B: usize> LinearSolver<B> {
             history.extend(attempt.history.iter().map(|r| r / reference));
             if attempt.converged {
                 self.wear.count(attempt.history.len() - 1);
+                self.detour.rest = self.detour.rest.saturating_sub(1);
                 let residual = norm(residual.as_flattened()) / reference;
                 return Ok(Outcome { iterations, residual, rebuilt: fresh });
             }
@@ -152,16 +163,18 @@ impl<const B: usize> LinearSolver<B> {
                 self.wear.fail();
                 continue;
             }
-            self.wear.replace = true;
-            if !self.next_method() {
+            failed += 1;
+            if failed == self.methods.len() {
+                self.wear.replace = true;
                 return Err(failure(history, &residual, reference));
             }
+            self.turn_to_next();
         }
     }
 
     /// What to keep in a checkpoint.
     pub fn memory(&self) -> Memory {
-        let method = [Method::Iterative, Method::Single, Method::Double].iter().position(|&m| m == self.method);
+        let method = Method::ALL.iter().position(|&method| method == self.method);
         let kept = self.source.as_ref().filter(|_| !self.wear.replace);
         Memory {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
@@ -173,14 +186,17 @@ impl<const B: usize> LinearSolver<B> {
                 f64::from(u8::from(self.wear.replace)),
                 f64::from(self.wear.failures),
                 f64::from(self.wear.rest),
+                f64::from(self.detour.failures),
+                f64::from(self.detour.rest),
             ],
         }
     }
 
     /// True if a memory is of a solver with the same pattern, and its counters are such.
     pub fn fits(&self, memory: &Memory) -> bool {
-        let [method, price, spent, systems, replace, failures, rest] = memory.counters;
-        let counted = [method, failures, rest].iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
+        let [method, price, spent, systems, replace, failures, rest, detours, detour] = memory.counters;
+        let counts = [method, failures, rest, detours, detour];
+        let counted = counts.iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
         let summed = [price, spent, systems, replace].iter().all(|sum| *sum >= 0.0);
         counted && summed && (memory.values.is_empty() || memory.values.len() == self.pattern.entries() * B * B)
     }
@@ -195,8 +211,9 @@ impl<const B: usize> LinearSolver<B> {
             let found = memory.values.len();
             return Err(format!("a matrix of {found} numbers instead of {expected}, or counters that count nothing"));
         }
-        let [method, price, spent, systems, replace, failures, rest] = memory.counters;
-        self.method = [Method::Iterative, Method::Single, Method::Double][(method as usize).min(2)];
+        let [method, price, spent, systems, replace, failures, rest, detours, detour] = memory.counters;
+        self.method = Method::ALL[(method as usize).min(Method::ALL.len() - 1)];
+        self.detour = Detour { failures: detours as u32, rest: detour as u32 };
         self.preconditioner = None;
         if !memory.values.is_empty() {
             let values = memory.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
@@ -212,6 +229,7 @@ impl<const B: usize> LinearSolver<B> {
         let (iterations, patience) = match (fresh, self.method) {
             (false, _) => (self.wear.patience().min(all), Some(self.wear.patience())),
             (true, Method::Single) => (SINGLE_PATIENCE.min(all), None),
+            (true, Method::Double) if self.methods.len() > 2 => (DOUBLE_PATIENCE.min(all), None),
             (true, _) => (all, None),
         };
         Limits { target, restart: self.options.restart, iterations, patience }
@@ -233,15 +251,16 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     fn rebuild(&mut self, a: &BlockMatrix<B>) {
-        if self.method != Method::Iterative && self.analysis.is_none() {
+        if self.method.symmetric() && self.analysis.is_none() {
             self.analysis = Analysis::new::<B>(&self.pattern, &self.places);
-        }
-        if self.analysis.is_none() {
-            self.method = Method::Iterative;
+            if self.analysis.is_none() {
+                self.method = Method::Iterative;
+            }
         }
         self.preconditioner = None;
         self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a);
         let price = match (self.method, &self.analysis) {
+            (Method::Pivoted, _) => PIVOTED_PRICE,
             (Method::Iterative, _) | (_, None) => HIERARCHY_PRICE,
             (_, Some(analysis)) => analysis.price(),
         };
@@ -252,18 +271,26 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    /// Turns to what may succeed where a fresh preconditioner failed; says whether there is something. Factors are of the
-    /// symmetric part: where the rest rules, multigrid takes over.
-    fn next_method(&mut self) -> bool {
-        let automatic = self.options.kind == Kind::Auto;
-        let rows = self.pattern.rows();
-        self.method = match self.method {
-            Method::Single => Method::Double,
-            Method::Double if automatic && suits_direct::<B>(rows) => Method::Iterative,
-            Method::Iterative if automatic && allows_direct::<B>(rows) && self.analysis.is_none() => Method::Single,
-            _ => return false,
-        };
-        true
+    /// Turns to the method after the one whose fresh preconditioner failed, for this system and some to come. Factors in
+    /// single and double precision are of the symmetric part: where the rest rules, the ones behind them take over.
+    fn turn_to_next(&mut self) {
+        let place = self.methods.iter().position(|&method| method == self.method).unwrap_or(0);
+        if place == 0 {
+            self.detour.begin();
+        }
+        self.method = self.methods[(place + 1) % self.methods.len()];
+        self.wear.replace = true;
+    }
+
+    /// Turns back to the usual method once others have been in use for long enough.
+    fn return_to_usual(&mut self) {
+        if self.method == self.methods[0] {
+            // It has solved a system since it failed.
+            self.detour = Detour::default();
+        } else if self.detour.rest == 0 {
+            self.method = self.methods[0];
+            self.wear.replace = true;
+        }
     }
 }
 
