@@ -84,6 +84,10 @@ impl PointLaw for Fluid {
         (self.at_rest().modulus(0.0, 0.0, 1.0) / self.density).sqrt()
     }
 
+    fn is_ideal_gas(&self) -> bool {
+        self.eos.as_dyn().is_ideal_gas()
+    }
+
     fn is_thermal(&self) -> bool {
         self.at_rest().b != 0.0
     }

@@ -89,6 +89,11 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// True if p V = (γ − 1) e: the pressure of a given energy doesn't depend on how volume is shared between particles.
+    fn is_ideal_gas(&self) -> bool {
+        false
+    }
+
     /// Largest kinematic viscosity-like diffusivity, 4/3 μ/ρ [m²/s], for the explicit viscous limit; 0 if none.
     fn diffusivity(&self) -> f64 {
         0.0

@@ -12,11 +12,27 @@
 use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
 use super::membrane::Membrane;
 use super::particles::Body;
+use super::wall::Walls;
 use super::{Grid, MembraneSetup, SheetContact, Step};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
 use crate::timed;
+
+/// A sub-step of the membranes within a step.
+#[derive(Debug, Clone, Copy)]
+pub struct SubStep<'a> {
+    /// The step.
+    pub step: &'a Step,
+    /// Where it begins, after the start of the step, and its length, for positions [s].
+    pub elapsed: f64,
+    /// Length [s].
+    pub dt: f64,
+    /// Where it ends, after the start of the step, and its length, for the momentum of bodies and sheets [s].
+    pub momentum_end: f64,
+    /// Length for the momentum [s].
+    pub momentum_dt: f64,
+}
 
 /// All membranes of a run, and everything that touches.
 #[derive(Debug)]
@@ -79,13 +95,14 @@ impl<const D: usize> Coupling<D> {
         self.substep_bound() * self.max_substeps as f64
     }
 
-    /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid.
+    /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid, and with walls and
+    /// obstacles.
     ///
     /// # Errors
     /// When an element collapses or a node is not finite.
     pub fn advance(
         &mut self,
-        grid: &mut Grid<D>,
+        (grid, walls): (&mut Grid<D>, &Walls<D>),
         bodies: &[Body<D>],
         step: &Step,
         timer: &mut Timer,
@@ -95,28 +112,29 @@ impl<const D: usize> Coupling<D> {
         let Self { membranes, contact, passes, .. } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
-        timed!(timer, "contact", contact.begin_step(grid, bodies, &surfaces, step.momentum_dt));
+        timed!(timer, "contact", contact.begin_step((grid, walls), bodies, &surfaces, step.momentum_dt));
 
         let dt = step.dt / count as f64;
         // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
         // change, above all in the first, half a step of momentum.
         let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
-            let t = step.t + dt * substep as f64;
-            let elapsed = momentum_dt * (substep + 1) as f64;
+            let elapsed = dt * substep as f64;
+            let (t, momentum_end) = (step.t + elapsed, momentum_dt * (substep + 1) as f64);
+            let at = SubStep { step, elapsed, dt, momentum_end, momentum_dt };
             for (index, membrane) in membranes.iter_mut().enumerate() {
                 let previous = membrane.velocity.clone();
                 timed!(timer, "membrane", membrane.internal_force(t, momentum_dt)?); // f_K         (39–45)
                 timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
                 for pass in 0..*passes {
                     let surface = surface(membrane, &previous, &offsets[index]);
-                    let force =
-                        timed!(timer, "contact", contact.resolve((index, pass), &surface, elapsed, momentum_dt));
+                    let force = timed!(timer, "contact", contact.resolve((index, pass), &surface, walls, &at));
                     timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
                 }
                 let surface = surface(membrane, &previous, &offsets[index]);
-                timed!(timer, "contact", contact.conclude(index, &surface, elapsed, momentum_dt));
+                timed!(timer, "contact", contact.conclude(index, &surface, &at));
                 timed!(timer, "membrane", membrane.move_nodes(t, dt)); // x_K                      (47)
+                timed!(timer, "contact", contact.part(index, &mut membrane.position, &at));
             }
         }
         timed!(timer, "contact", contact.finish_step(grid));

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 const ON_THE_END: f64 = 1e-6;
 
 /// A free node of a membrane this deep in an obstacle [cells] went through its surface.
-pub const THROUGH: f64 = 0.5;
+const THROUGH: f64 = 0.5;
 
 /// The error of a body with a particle that was turned inside out.
 pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
@@ -50,8 +50,7 @@ pub fn check_particles<const D: usize>(grid: &Grid<D>, body: &Body<D>) -> Result
     })
 }
 
-/// Every node of a membrane is in the domain, and no free node in an obstacle: neither walls nor obstacles stop a
-/// membrane, which meets bodies only.
+/// Every node of a membrane is in the domain, and no free node deep in an obstacle.
 ///
 /// # Errors
 /// Names the first node that breaks this.
@@ -80,12 +79,13 @@ pub fn check_membrane<const D: usize>(
     let (what, advice) = match obstacle(k).filter(|_| beyond(k).is_none()) {
         Some(name) => (
             format!("a node of a membrane went into the obstacle `{name}`"),
-            "membranes meet bodies only: keep it away with `supports`, or give the obstacle a hard body as its cover",
+            "it moves by more than the obstacle is thick in a sub-step, or another obstacle or a support presses it in: lower \
+             `mpm.membrane-safety`, or leave it a way out",
         ),
         None => (
             "a node of a membrane left the grid".to_owned(),
-            "membranes meet bodies only, not walls: enlarge the grid, hold the membrane with `supports` (on a plane of \
-             symmetry the nodes on it, across it), or put a body in its way",
+            "enlarge the grid, give that wall a kind that holds the membrane (`separate`, `friction`, …), or hold it with \
+             `supports` (on a plane of symmetry the nodes on it, across it)",
         ),
     };
     let axis = beyond(k).unwrap_or(D - 1);

@@ -41,10 +41,11 @@ mod strain;
 mod stress;
 mod sweep;
 pub mod traction;
-mod wall;
+mod volumes;
+pub mod wall;
 
+pub use coupling::SubStep;
 pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
-pub use health::THROUGH;
 pub use heat::Dissipation;
 pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};

@@ -19,6 +19,7 @@ mod constrain;
 mod gap;
 mod hold;
 mod pushes;
+mod solid;
 
 use super::ghost::{Fold, Ghosts};
 use super::grid::{Grid, Node};
@@ -28,6 +29,7 @@ use crate::parallel::{self, CHUNK};
 use constrain::Part;
 pub use pushes::Pushes;
 use rayon::prelude::*;
+pub use solid::{SheetPush, Solid};
 
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
@@ -106,6 +108,8 @@ impl<const D: usize> Sums<D> {
 #[derive(Debug)]
 pub struct Walls<const D: usize> {
     boundaries: Vec<Boundary>,
+    /// Lower and upper corner of the domain [m].
+    bounds: [Vector<D>; 2],
     /// Shapes of the obstacles, which follow the 2·D sides among the boundaries.
     regions: Vec<crate::geometry::Region>,
     /// How far each obstacle has moved [m].
@@ -185,8 +189,10 @@ impl<const D: usize> Walls<D> {
         let force = vec![Vector::ZERO; boundaries.len()];
         let displacement = vec![Vector::ZERO; regions.len()];
         let reactions = vec![Reaction::default(); fields];
+        let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a]) * grid.cell);
         Self {
             boundaries,
+            bounds: [grid.lower, upper],
             regions,
             displacement,
             conditions: Vec::new(),

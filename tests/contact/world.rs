@@ -6,7 +6,9 @@ use lateen::math::{SymTensor, Tensor, Vector};
 use lateen::mpm::contact::nodes::Lattice;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
-use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, Kernel, KernelKind, Particles, SheetContact, Wall, Work};
+use lateen::mpm::wall::Walls;
+use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, GridSetup, Kernel, KernelKind, Particles};
+use lateen::mpm::{SheetContact, Step, SubStep, Wall, Work};
 
 /// A law without stress.
 #[derive(Debug)]
@@ -287,6 +289,13 @@ impl<const D: usize> World<D> {
         }
     }
 
+    /// Walls that nothing meets.
+    fn open_walls(&self) -> Walls<D> {
+        let walls = std::array::from_fn(|_| [Wall::default(), Wall::default()]);
+        let setup = GridSetup { lower: self.grid.origin, cell: self.grid.cell, cells: self.grid.cells, walls };
+        Walls::new(&setup, Vec::new(), self.grid.fields.len())
+    }
+
     /// One step of length `dt` [s].
     pub fn step(&mut self, dt: f64) {
         let before = self.scatter(dt);
@@ -295,9 +304,13 @@ impl<const D: usize> World<D> {
             .iter()
             .map(|s| Surface { position: &s.position, velocity: &s.velocity, previous: &s.velocity, offset: &s.offset })
             .collect();
-        self.contact.begin_step(&mut self.grid, &self.bodies, &surfaces, dt);
+        let walls = self.open_walls();
+        let step = Step { t: 0.0, dt, dt_before: dt, momentum_dt: dt };
+        self.contact.begin_step((&mut self.grid, &walls), &self.bodies, &surfaces, dt);
         let part = dt / self.substeps as f64;
         for sub in 1..=self.substeps {
+            let (elapsed, momentum_end) = ((sub - 1) as f64 * part, sub as f64 * part);
+            let at = SubStep { step: &step, elapsed, dt: part, momentum_end, momentum_dt: part };
             for (index, sheet) in self.sheets.iter_mut().enumerate() {
                 let previous = sheet.velocity.clone();
                 for (v, held) in sheet.velocity.iter_mut().zip(&sheet.held) {
@@ -310,7 +323,7 @@ impl<const D: usize> World<D> {
                         previous: &previous,
                         offset: &sheet.offset,
                     };
-                    let forces = self.contact.resolve((index, pass), &surface, sub as f64 * part, part);
+                    let forces = self.contact.resolve((index, pass), &surface, &walls, &at);
                     for (k, force) in forces.iter().enumerate() {
                         let free = Vector::from_fn(|a| if sheet.held[k][a] { 0.0 } else { force[a] });
                         sheet.velocity[k] += free * (part / sheet.mass[k]);
@@ -326,7 +339,7 @@ impl<const D: usize> World<D> {
                     previous: &previous,
                     offset: &sheet.offset,
                 };
-                self.contact.conclude(index, &surface, sub as f64 * part, part);
+                self.contact.conclude(index, &surface, &at);
             }
         }
         self.contact.finish_step(&mut self.grid);

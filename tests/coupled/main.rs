@@ -8,4 +8,5 @@ mod leave;
 mod lids;
 mod model;
 mod repeat;
+mod rests;
 mod slack;

@@ -21,7 +21,11 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     let mut sides: HashMap<_, usize> = HashMap::new();
     for (i, contact) in file.contact.iter().enumerate() {
         let [first, second] = contact.between.each_ref().map(String::as_str);
+        let meets_solid = |j: usize, name: &str| membranes.contains([second, first][j]) && is_solid(file, name);
         for (j, name) in [first, second].into_iter().enumerate().filter(|(_, name)| !there.contains(name)) {
+            if meets_solid(j, name) {
+                continue;
+            }
             findings.push(nobody(file, name, &known, format!("contact[{i}].between[{j}]")));
         }
         let mut wrong = |message: String, help: &str| {
@@ -31,9 +35,11 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
         let twin = pairs.get(&pair).copied();
         let other = sides.get(&both).copied().filter(|&other| file.contact[other].friction != contact.friction);
         if first == second {
-            wrong("contact of a part with itself".to_owned(), "name two different parts");
+            let sheet = membranes.contains(first);
+            let help = if sheet { "contact of a membrane with itself comes later" } else { "name two different parts" };
+            wrong("contact of a part with itself".to_owned(), help);
         } else if membranes.contains(first) && membranes.contains(second) {
-            let help = "membranes meet bodies only: name a body and a membrane, or two bodies";
+            let help = "contact among membranes comes later: name a body and a membrane, or two bodies";
             wrong(format!("`{first}` and `{second}` are membranes, which don't meet each other"), help);
         } else if let Some(twin) = twin {
             let message = format!("this pair already has a contact, contact[{twin}]");
@@ -58,18 +64,26 @@ fn in_order<T: Ord>(mut pair: [T; 2]) -> [T; 2] {
     pair
 }
 
+/// The walls of a grid.
+const WALLS: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
+
+/// True if a wall or an obstacle has this name.
+fn is_solid(file: &CaseFile, name: &str) -> bool {
+    let own = |kind: &str| name.strip_prefix(kind).unwrap_or(name);
+    file.obstacle.iter().any(|obstacle| obstacle.name == own("obstacle:")) || WALLS.contains(&own("wall:"))
+}
+
 /// Names that a message lists at most.
 const LISTED: usize = 20;
 
 /// A contact with something that is no body and no membrane: a wall, an obstacle, or nothing.
 fn nobody(file: &CaseFile, name: &str, known: &[&str], key: String) -> Diagnostic {
     let own = |kind: &str| name.strip_prefix(kind).unwrap_or(name);
-    let walls = ["left", "right", "front", "back", "bottom", "top"];
     if file.obstacle.iter().any(|obstacle| obstacle.name == own("obstacle:")) {
         let finding = Diagnostic::error(key, format!("`{name}` is an obstacle: all bodies meet it"));
         return finding.help("its friction is its own: `kind = \"friction\"` and `coefficient` in its `[[obstacle]]`");
     }
-    if walls.contains(&own("wall:")) {
+    if WALLS.contains(&own("wall:")) {
         let finding = Diagnostic::error(key, format!("`{name}` is a wall of the grid: all bodies meet it"));
         let wall = own("wall:");
         return finding.help(format!(
@@ -83,7 +97,7 @@ fn nobody(file: &CaseFile, name: &str, known: &[&str], key: String) -> Diagnosti
         return finding.help(format!("did you mean `{meant}`? T{there}"));
     }
     let obstacles = file.obstacle.iter().map(|obstacle| obstacle.name.as_str());
-    if let Some(meant) = nearest(name, obstacles.chain(walls)) {
+    if let Some(meant) = nearest(name, obstacles.chain(WALLS)) {
         return finding.help(format!("`{meant}` is an obstacle or a wall, whose friction is its own; t{there}"));
     }
     finding.help(format!("t{there}"))

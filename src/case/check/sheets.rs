@@ -2,7 +2,7 @@
 
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::mpm::{MembraneSetup, Setup, THROUGH, WallKind};
+use crate::mpm::{MembraneSetup, Setup, WallKind};
 
 /// Nodes this far from a plane [cells] lie on it.
 const ON_PLANE: f64 = 1e-6;
@@ -48,7 +48,9 @@ pub(super) fn planes_of_symmetry<const D: usize>(setup: &Setup<D>, findings: &mu
                     membrane.name
                 );
                 let finding = Diagnostic::warning(format!("membrane[{i}].geometry"), message);
-                let help = format!("walls hold bodies only: hold these nodes along {name} with `supports`");
+                let help = format!(
+                    "the wall keeps them from crossing it, not from leaving: hold these nodes along {name} with `supports`"
+                );
                 findings.push(finding.help(help));
             }
         }
@@ -63,21 +65,32 @@ fn held<const D: usize>(membrane: &MembraneSetup<D>, axis: usize) -> Vec<bool> {
     held
 }
 
-/// No free node of a membrane lies in an obstacle: the first step would stop the run.
+/// A node this deep in an obstacle, beyond half the thickness [cells], lies in it.
+const INSIDE: f64 = 1e-3;
+
+/// No node of a membrane starts in an obstacle: free ones would be parted from it, slowly, held ones never.
 pub(super) fn obstacles<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
-    let depth = THROUGH * setup.grid.cell;
     for (i, membrane) in setup.membranes.iter().enumerate() {
         let mut free = vec![true; membrane.position.len()];
         let held = membrane.supports.iter().filter(|support| support.velocity.iter().take(D).any(Option::is_some));
         held.flat_map(|support| &support.nodes).for_each(|&node| free[node as usize] = false);
+        let depth = 0.5 * membrane.thickness + INSIDE * setup.grid.cell;
         for obstacle in &setup.obstacles {
             let inside = |x: &Vector<D>| obstacle.region.signed_distance(x.to3()) < -depth;
-            let count = membrane.position.iter().zip(&free).filter(|(x, free)| **free && inside(x)).count();
-            if count > 0 {
-                let message =
-                    format!("{count} free nodes of `{}` lie in the obstacle `{}`", membrane.name, obstacle.name);
+            let count = |which: bool| {
+                membrane.position.iter().zip(&free).filter(|(x, free)| **free == which && inside(x)).count()
+            };
+            let (loose, held) = (count(true), count(false));
+            let (name, other) = (&membrane.name, &obstacle.name);
+            if loose > 0 {
+                let message = format!("{loose} free nodes of `{name}` lie in the obstacle `{other}`");
                 let finding = Diagnostic::error(format!("membrane[{i}].geometry"), message);
-                findings.push(finding.help("move one of them: obstacles stop bodies, not membranes"));
+                findings.push(finding.help("move one of the two apart: they may touch"));
+            }
+            if held > 0 {
+                let message = format!("supports hold {held} nodes of `{name}` in the obstacle `{other}`");
+                let finding = Diagnostic::warning(format!("membrane[{i}].supports"), message);
+                findings.push(finding.help("the obstacle can't push these nodes out: the sheet stays in it there"));
             }
         }
     }

@@ -21,6 +21,10 @@ impl EquationOfState for IdealGas {
         Coefficients { a: 0.0, b: excess * (1.0 + eta), da: 0.0, db: excess }
     }
 
+    fn is_ideal_gas(&self) -> bool {
+        true
+    }
+
     fn start(&self, density: f64, start: &StartState) -> Result<FluidState, String> {
         gas::start(self, density, start)
     }

@@ -93,6 +93,11 @@ pub trait EquationOfState: std::fmt::Debug + Send + Sync {
         f64::NEG_INFINITY
     }
 
+    /// True if p is proportional to the energy per volume as it is now, p = (γ − 1) e/V.
+    fn is_ideal_gas(&self) -> bool {
+        false
+    }
+
     /// The state at the start for what the case prescribes: a liquid, which rests at η = 0, E = 0.
     ///
     /// # Errors

@@ -38,6 +38,7 @@ pub mod normal;
 mod pairwise;
 mod partner;
 mod points;
+mod rigid;
 mod row;
 pub mod sample;
 mod sheet;
@@ -46,7 +47,8 @@ mod watch;
 pub use sheet::{SheetSource, Surface};
 
 use crate::math::Vector;
-use crate::mpm::{Body, Friction, Grid, SheetContact};
+use crate::mpm::wall::{SheetPush, Walls};
+use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
 use band::{Band, Labels, Marks, Shift};
 use impulse::Settled;
@@ -67,6 +69,16 @@ pub struct FrictionTable {
 }
 
 impl FrictionTable {
+    /// What is listed with a part: the other name and what the two do.
+    fn listed_with(&self, name: &str) -> Vec<(String, Friction)> {
+        let other = |(x, y, friction): &(String, String, Friction)| match () {
+            () if x == name => Some((y.clone(), *friction)),
+            () if y == name => Some((x.clone(), *friction)),
+            () => None,
+        };
+        self.listed.iter().filter_map(other).collect()
+    }
+
     fn between(&self, a: &[String], b: &[String]) -> Friction {
         let names = |x: &String, y: &String| (a.contains(x) && b.contains(y)) || (a.contains(y) && b.contains(x));
         self.listed.iter().find(|(x, y, _)| names(x, y)).map_or(self.default, |(_, _, friction)| *friction)
@@ -103,6 +115,8 @@ pub struct Contact<const D: usize> {
     /// Gap below which contact acts [m].
     tolerance: f64,
     dt: f64,
+    /// Size of a cell [m].
+    cell: f64,
     sheets: Vec<Sheet<D>>,
     locators: Vec<Locator<D>>,
     /// Labels of each sheet and body, bodies running fastest.
@@ -142,7 +156,8 @@ impl<const D: usize> Contact<D> {
         };
         let built = |sheet: &SheetSource<'_, D>| {
             let own = [sheet.name.to_owned()];
-            Sheet::new(sheet, names.iter().map(|body| friction.between(body, &own)).collect())
+            let with_bodies = names.iter().map(|body| friction.between(body, &own)).collect();
+            Sheet::new(sheet, with_bodies, friction.listed_with(sheet.name))
         };
         for sheet in sheets {
             names.iter().for_each(|body| name(body, sheet.name));
@@ -162,6 +177,7 @@ impl<const D: usize> Contact<D> {
             place,
             tolerance,
             dt: 0.0,
+            cell: 0.0,
             labels: sheets.iter().flat_map(|_| bodies.iter().map(|_| Labels::default())).collect(),
             body_names: bodies.iter().map(|body| body.name.clone()).collect(),
             locators: sheets.iter().map(|sheet| Locator::new(&sheet.facets)).collect(),
@@ -180,9 +196,16 @@ impl<const D: usize> Contact<D> {
     /// Finds out who may touch whom during the step of length `dt` [s] whose trial state (m, p̄, f) is on
     /// the grid, and resolves the contact between bodies. One surface per sheet; their velocities are not
     /// used yet.
-    pub fn begin_step(&mut self, grid: &mut Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>], dt: f64) {
-        self.dt = dt;
+    pub fn begin_step(
+        &mut self,
+        (grid, walls): (&mut Grid<D>, &Walls<D>),
+        bodies: &[Body<D>],
+        surfaces: &[Surface<'_, D>],
+        dt: f64,
+    ) {
+        (self.dt, self.cell) = (dt, grid.cell);
         self.counts[0] += 1;
+        self.sheets.iter_mut().for_each(|sheet| sheet.rigid.begin_step(walls));
         self.partners.begin(dt);
         self.shifts.iter_mut().for_each(Vec::clear);
         match self.place {
@@ -235,31 +258,48 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Contact of one sheet at the end of its sub-step from `t` − `dt` to `t` [s after the start of the step]: in
-    /// `pass` 0, who touches, and the forces on the sheet's nodes [N]; in further passes, after the nodes have taken
-    /// up the forces of the last, their change (theory 6.7). The supports' share is included; the membrane leaves it
-    /// to them.
+    /// Contact of one sheet at the end of a sub-step: in `pass` 0, who touches, and the forces on the sheet's nodes [N]; in
+    /// further passes, after the nodes have taken up the forces of the last, their change (theory 6.7). The supports'
+    /// share is included; the membrane leaves it to them.
     pub fn resolve(
         &mut self,
         (sheet, pass): (usize, usize),
         surface: &Surface<'_, D>,
-        t: f64,
-        dt: f64,
+        walls: &Walls<D>,
+        at: &SubStep<'_>,
     ) -> &[Vector<D>] {
-        let Self { sheets, partners, tolerance, .. } = self;
-        sheets[sheet].resolve(pass, surface, partners, *tolerance, [t, dt])
+        let Self { sheets, partners, tolerance, cell, .. } = self;
+        sheets[sheet].resolve(pass, surface, (partners, walls), [*tolerance, *cell], at)
     }
 
     /// Ends the sub-step of a sheet, after its last pass: gaps and losses follow the velocities that its nodes
     /// have now.
-    pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, t: f64, dt: f64) {
-        let lost = self.sheets[sheet].conclude(surface, &self.partners, [t, dt]);
+    pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, at: &SubStep<'_>) {
+        let lost = self.sheets[sheet].conclude(surface, &self.partners, [at.momentum_end, at.momentum_dt]);
         self.losses[2 * self.forces.len() + sheet] += lost;
+    }
+
+    /// Parts a sheet from walls and obstacles, after its nodes have moved to `position` [m].
+    pub fn part(&self, sheet: usize, position: &mut [Vector<D>], at: &SubStep<'_>) {
+        self.sheets[sheet].part(position, at);
+    }
+
+    /// What walls and obstacles gave all sheets during the step, by boundary.
+    pub fn wall_pushes(&self) -> Vec<SheetPush<D>> {
+        let mut sums: Vec<SheetPush<D>> = Vec::new();
+        for pushes in self.sheets.iter().map(|sheet| &sheet.rigid.pushes) {
+            sums.resize(pushes.len().max(sums.len()), SheetPush::default());
+            sums.iter_mut().zip(pushes).for_each(|(sum, push)| sum.add(push));
+        }
+        sums
     }
 
     /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
-        self.sheets.iter().for_each(|sheet| sheet.points.part(&mut self.shifts));
+        self.sheets.iter_mut().for_each(|sheet| {
+            sheet.points.part(&mut self.shifts);
+            sheet.rigid.note();
+        });
         self.partners.commit(grid);
     }
 
@@ -322,6 +362,16 @@ impl<const D: usize> Contact<D> {
         .collect()
     }
 
+    /// The shape functions of the bodies, folded at walls.
+    pub fn lattice(&self) -> &Lattice<D> {
+        &self.lattice
+    }
+
+    /// True if a sheet that meets bodies at the nodes lies in the support of this one.
+    pub fn meets(&self, node: usize) -> bool {
+        self.sheets.iter().any(|sheet| sheet.row(node).is_some())
+    }
+
     /// What contact has dissipated since the start.
     pub fn losses(&self) -> Losses {
         let (pairs, rest) = self.losses.split_at(2 * self.forces.len());
@@ -345,6 +395,9 @@ impl<const D: usize> Contact<D> {
         for (index, labels) in self.labels.iter_mut().enumerate() {
             let (sheet, body) = (&self.sheets[index / bodies].name, &self.body_names[index % bodies]);
             visit(&format!("{prefix}side:{sheet}:{body}"), Column::growing(&mut labels.stamps));
+        }
+        for sheet in &mut self.sheets {
+            visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));
         }
         visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
         visit(&format!("{prefix}losses"), Column::new(&mut self.losses));

@@ -29,10 +29,11 @@ use super::impulse::{Impulse, Settled, limit};
 use super::nearest::Nearest;
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
+use super::rigid::Rigid;
 use super::sample::Facet;
 use super::watch::{Member, Scene, Seen, WATCHED, Watch, label, stencil};
 use crate::math::Vector;
-use crate::mpm::{Body, Friction, Grid};
+use crate::mpm::{Body, Friction, Grid, SubStep};
 use hashbrown::HashMap;
 use rayon::prelude::*;
 
@@ -76,7 +77,7 @@ struct Spot<const D: usize> {
     gap: f64,
     /// Its nodes end here in the list of all.
     end: u32,
-    /// M⁻¹ along each axis [1/kg].
+    /// What the body adds to M⁻¹ along each axis [1/kg].
     softness: Vector<D>,
     friction: Friction,
     /// J of this sub-step, on the particle [N s].
@@ -177,14 +178,8 @@ impl<const D: usize> Points<D> {
         a * b < 0.0
     }
 
-    /// Finds the grid nodes of the particles among the partners, and how far an impulse moves both sides.
-    pub fn choose(
-        &mut self,
-        grid: &Grid<D>,
-        lattice: &Lattice<D>,
-        partners: &mut Partners<D>,
-        softness: impl Fn(usize) -> Vector<D>,
-    ) {
+    /// Finds the grid nodes of the particles among the partners, and how far an impulse moves them.
+    pub fn choose(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, partners: &mut Partners<D>) {
         let Self { contacts, members, reached, .. } = self;
         let stencils: Vec<Vec<(u32, Flips, f64)>> = (0..contacts.len())
             .into_par_iter()
@@ -201,22 +196,20 @@ impl<const D: usize> Points<D> {
                 reached.push(Reached { partner, flips, weight });
             }
             contact.end = reached.len() as u32;
-            for (&k, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight > 0.0) {
-                contact.softness += softness(k as usize) * (weight * weight);
-            }
         }
     }
 
-    /// Contact at the time `t` [s] after the start of the step, at the end of a sub-step of length `dt` [s]. The sheet
-    /// has the trial velocities `velocity` [m/s]; they are changed by the impulses, which are added to `forces` [N].
+    /// Contact at the end of a sub-step, with walls and obstacles last in each sweep. The sheet has the trial velocities
+    /// `velocity` [m/s]; they are changed by the impulses, which are added to `forces` [N].
     pub fn resolve(
         &mut self,
-        partners: &mut Partners<D>,
+        (partners, rigid): (&mut Partners<D>, &mut Rigid<D>),
         velocity: &mut [Vector<D>],
         softness: impl Fn(usize) -> Vector<D>,
         forces: &mut [Vector<D>],
-        [t, dt]: [f64; 2],
+        at: &SubStep<'_>,
     ) {
+        let (t, dt) = (at.momentum_end, at.momentum_dt);
         if self.contacts.is_empty() {
             return;
         }
@@ -225,12 +218,15 @@ impl<const D: usize> Points<D> {
         self.softness.clear();
         self.softness.extend((0..partners.len()).map(|partner| partners.softness(partner as u32)));
         self.contacts.iter_mut().for_each(|contact| contact.impulse = Impulse::default());
+        rigid.sweep(velocity, &softness, at.dt);
         for _ in 0..SWEEPS {
-            let (change, largest) = self.sweep(velocity, &softness, dt);
-            if change <= SETTLED * largest {
+            let (change, largest) = self.sweep(velocity, rigid, &softness, dt);
+            let (last, most) = rigid.sweep(velocity, &softness, at.dt);
+            if change <= SETTLED * largest && last <= SETTLED * most {
                 break;
             }
         }
+        rigid.hand_over(forces, dt);
         let mut start = 0;
         for contact in &mut self.contacts {
             let near = &self.reached[start as usize..contact.end as usize];
@@ -247,12 +243,19 @@ impl<const D: usize> Points<D> {
     }
 
     /// One sweep over all particles: the largest change of an impulse, and the largest impulse [N s].
-    fn sweep(&mut self, sheet: &mut [Vector<D>], softness: &impl Fn(usize) -> Vector<D>, dt: f64) -> (f64, f64) {
+    fn sweep(
+        &mut self,
+        sheet: &mut [Vector<D>],
+        rigid: &mut Rigid<D>,
+        softness: &impl Fn(usize) -> Vector<D>,
+        dt: f64,
+    ) -> (f64, f64) {
         let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
         for contact in &mut self.contacts {
             let near = &self.reached[start as usize..contact.end as usize];
             start = contact.end;
-            let delta = contact.push(contact.opening(near, &self.velocity, sheet), dt);
+            let soft = contact.sheet_softness(rigid, softness);
+            let delta = contact.push(contact.opening(near, &self.velocity, sheet), soft, dt);
             change = change.max(delta.norm());
             largest = largest.max(contact.impulse.normal.norm());
             if delta == Vector::ZERO {
@@ -264,8 +267,8 @@ impl<const D: usize> Points<D> {
                 self.velocity[at.partner as usize] += Vector::from_fn(|a| part[a] * soft[a]);
             }
             for (&k, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight > 0.0) {
-                let soft = softness(k as usize);
-                sheet[k as usize] -= Vector::from_fn(|a| delta[a] * weight * soft[a]);
+                let k = k as usize;
+                sheet[k] += rigid.give(k, delta * -weight, softness(k));
             }
         }
         (change, largest)
@@ -320,18 +323,34 @@ impl<const D: usize> Spot<D> {
         of_body - nodes.map(|(&k, weight)| sheet[k as usize] * weight).sum::<Vector<D>>()
     }
 
-    /// Improves the impulse for the relative velocity `w` [m/s]; returns its change [N s].
+    /// What the sheet adds to M⁻¹, along the normal and, at most, across it [1/kg].
     #[inline]
-    fn push(&mut self, w: Vector<D>, dt: f64) -> Vector<D> {
+    fn sheet_softness(&self, rigid: &Rigid<D>, softness: &impl Fn(usize) -> Vector<D>) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
+            let soft = softness(k as usize);
+            sums[0] += weight * weight * rigid.compliance(k as usize, soft, self.normal);
+            sums[1] += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
+        }
+        sums
+    }
+
+    /// Improves the impulse for the relative velocity `w` [m/s] and what the sheet adds to M⁻¹ along the normal and across it;
+    /// returns its change [N s].
+    #[inline]
+    fn push(&mut self, w: Vector<D>, [along, across]: [f64; 2], dt: f64) -> Vector<D> {
         let n = self.normal;
         let allowed = self.gap.max(0.0) / dt;
-        let soft = (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>();
+        let soft = along + (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>();
+        if soft == 0.0 {
+            return Vector::ZERO;
+        }
         let before = self.impulse;
         let pressed = (before.normal.dot(n) - (w.dot(n) + allowed) / soft).max(0.0);
         self.impulse.normal = n * pressed;
         let most = limit(self.friction, pressed);
         if most > 0.0 {
-            let soft = (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
+            let soft = across + (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
             let wanted = before.tangent - (w - n * w.dot(n)) / soft;
             let size = wanted.norm();
             self.impulse.tangent = if size > most { wanted * (most / size) } else { wanted };

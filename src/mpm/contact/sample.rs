@@ -58,6 +58,13 @@ impl Facet {
         }
     }
 
+    /// Its longest side [m].
+    pub(super) fn size<const D: usize>(&self, position: &[Vector<D>]) -> f64 {
+        let next = |k: usize| if k + 1 < self.count { k + 1 } else { 0 };
+        let side = |k: usize| (position[self.nodes[k] as usize] - position[self.nodes[next(k)] as usize]).norm();
+        (0..self.count).map(side).fold(0.0, f64::max)
+    }
+
     /// Samples along the two directions of the facet for cells of size `cell` [m].
     fn divisions<const D: usize>(&self, position: &[Vector<D>], cell: f64) -> [u32; 2] {
         let x = self.corners(position);
@@ -156,10 +163,15 @@ impl Samples {
         corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
     }
 
-    /// The part of a sample's mass that belongs to nodes held along each axis [kg].
-    pub(super) fn held_mass<const D: usize>(&self, facets: &[Facet], held: &[[bool; D]], q: usize) -> Vector<D> {
+    /// The part of a sample's mass that is held along each axis [kg], by the share of each node.
+    pub(super) fn held_mass<const D: usize>(
+        &self,
+        facets: &[Facet],
+        held: impl Fn(usize) -> Vector<D>,
+        q: usize,
+    ) -> Vector<D> {
         let nodes = facets[self.element[q] as usize].nodes.into_iter().zip(self.mass[q]);
-        nodes.map(|(k, mass)| Vector::from_fn(|a| if held[k as usize][a] { mass } else { 0.0 })).sum()
+        nodes.map(|(k, mass)| held(k as usize) * mass).sum()
     }
 
     /// The nodes with bodies that each sample reaches, sample by sample.

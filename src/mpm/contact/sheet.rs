@@ -16,10 +16,12 @@ use super::impulse::{self, Impulse, Settled, Touch};
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::points::Points;
+use super::rigid::Rigid;
 use super::row::{NONE, Pair, Row, close};
 use super::sample::{Facet, Samples, Visit, corner_mass};
 use crate::math::Vector;
-use crate::mpm::{Friction, Grid};
+use crate::mpm::wall::Walls;
+use crate::mpm::{Friction, Grid, SubStep};
 
 /// A membrane as contact first sees it.
 #[derive(Debug, Clone)]
@@ -66,6 +68,8 @@ pub(super) struct Sheet<const D: usize> {
     pub pairs: Vec<Pair<D>>,
     /// Particles that touch the surface itself.
     pub points: Points<D>,
+    /// Walls and obstacles that it touches.
+    pub rigid: Rigid<D>,
     /// Friction with each field.
     pub friction: Vec<Friction>,
     held: Vec<[bool; D]>,
@@ -84,12 +88,13 @@ pub(super) struct Sheet<const D: usize> {
 }
 
 impl<const D: usize> Sheet<D> {
-    pub fn new(source: &SheetSource<'_, D>, friction: Vec<Friction>) -> Self {
+    pub fn new(source: &SheetSource<'_, D>, friction: Vec<Friction>, listed: Vec<(String, Friction)>) -> Self {
         Self {
             name: source.name.to_owned(),
             corner_mass: corner_mass(&source.facets, source.reference, source.mass),
             facets: source.facets.clone(),
             points: Points::new(&source.facets, source.mass.len()),
+            rigid: Rigid::new(source.mass.len(), listed),
             forces: vec![Vector::ZERO; source.mass.len()],
             received: vec![Vector::ZERO; source.mass.len()],
             mass: source.mass.to_vec(),
@@ -146,7 +151,9 @@ impl<const D: usize> Sheet<D> {
         let e = self.samples.element[q] as usize;
         let x = self.samples.place(&self.facets, surface.position, q);
         let mass: f64 = self.samples.mass[q].iter().sum();
-        let held = self.samples.held_mass(&self.facets, &self.held, q);
+        let (supported, pressed) = (&self.held, &self.rigid.held);
+        let held = |k: usize| Vector::from_fn(|a| if supported[k][a] { 1.0 } else { pressed[k][a] });
+        let held = self.samples.held_mass(&self.facets, held, q);
         let area = self.facets[e].area(surface.position) * self.samples.share[q];
         let offset = surface.offset.get(e).copied().unwrap_or(0.0);
         for &Visit { node, flips, weight, .. } in visits {
@@ -207,8 +214,7 @@ impl<const D: usize> Sheet<D> {
     /// Finds, for the bodies that are close enough to touch during this step, their nodes among the partners;
     /// drops everything else from the map.
     pub fn choose(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, partners: &mut Partners<D>, reach: f64) {
-        let Self { mass, held, points, .. } = self;
-        points.choose(grid, lattice, partners, |k| softness(mass, held, k));
+        self.points.choose(grid, lattice, partners);
         let fields = self.friction.len();
         for (r, row) in self.rows.iter().enumerate() {
             for (field, pair) in self.pairs[r * fields..][..fields].iter_mut().enumerate() {
@@ -232,19 +238,22 @@ impl<const D: usize> Sheet<D> {
         (self.entries, self.spans) = (kept, spans);
     }
 
-    /// One pass of contact at the time `t` [s] after the start of the step, at the end of a sub-step of length `dt`
-    /// [s]: the force on each node [N], in further passes its change.
+    /// One pass of contact at the end of a sub-step: the force on each node [N], in further passes its change.
     pub fn resolve(
         &mut self,
         pass: usize,
         surface: &Surface<'_, D>,
-        partners: &mut Partners<D>,
-        tolerance: f64,
-        times: [f64; 2],
+        (partners, walls): (&mut Partners<D>, &Walls<D>),
+        [tolerance, cell]: [f64; 2],
+        at: &SubStep<'_>,
     ) -> &[Vector<D>] {
+        let times = [at.momentum_end, at.momentum_dt];
         self.forces.fill(Vector::ZERO);
+        if pass == 0 {
+            self.rigid.begin(walls, &self.facets, surface, at, cell);
+        }
         if pass == 0 && !self.points.is_empty() {
-            self.touch(surface, partners, times);
+            self.touch(surface, partners, at);
         }
         if !self.entries.is_empty() {
             self.map_momentum(surface);
@@ -253,12 +262,29 @@ impl<const D: usize> Sheet<D> {
             }
             self.push(partners, times);
         }
+        if !self.rigid.is_empty() && (pass > 0 || self.points.is_empty()) {
+            self.rest(surface, at);
+        }
         &self.forces
+    }
+
+    /// Contact with walls and obstacles alone, after the forces of this pass.
+    fn rest(&mut self, surface: &Surface<'_, D>, at: &SubStep<'_>) {
+        let Self { rigid, mass, held, forces, after, .. } = self;
+        let soft = |k: usize| softness(mass, held, k);
+        after.clear();
+        after.extend((0..mass.len()).map(|k| {
+            let (v, soft) = (surface.velocity[k], soft(k));
+            Vector::from_fn(|a| v[a] + soft[a] * forces[k][a] * at.momentum_dt)
+        }));
+        rigid.settle(after, &soft, at.dt);
+        rigid.hand_over(forces, at.momentum_dt);
     }
 
     /// Ends the sub-step, with the velocities that the nodes have in the end: gaps, and the energy that the map
     /// loses [J].
     pub fn conclude(&mut self, surface: &Surface<'_, D>, partners: &Partners<D>, [t, dt]: [f64; 2]) -> f64 {
+        self.rigid.conclude(surface);
         if self.entries.is_empty() {
             return 0.0;
         }
@@ -277,12 +303,17 @@ impl<const D: usize> Sheet<D> {
         work - self.received_work(surface, dt)
     }
 
-    /// Contact with the particles that touch the surface.
-    fn touch(&mut self, surface: &Surface<'_, D>, partners: &mut Partners<D>, times: [f64; 2]) {
-        let Self { points, mass, held, forces, after, .. } = self;
+    /// Parts the sheet from walls and obstacles that it overlaps with, after its nodes have moved to `position` [m].
+    pub fn part(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
+        self.rigid.part(position, &|k| softness(&self.mass, &self.held, k), at.elapsed + at.dt);
+    }
+
+    /// Contact with the particles that touch the surface, and with walls and obstacles.
+    fn touch(&mut self, surface: &Surface<'_, D>, partners: &mut Partners<D>, at: &SubStep<'_>) {
+        let Self { points, rigid, mass, held, forces, after, .. } = self;
         after.clear();
         after.extend_from_slice(surface.velocity);
-        points.resolve(partners, after, |k| softness(mass, held, k), forces, times);
+        points.resolve((partners, rigid), after, |k| softness(mass, held, k), forces, at);
         points.book(|k| (surface.previous[k] + after[k]) * 0.5);
     }
 

@@ -98,6 +98,14 @@ impl<const D: usize> Mpm<D> {
         self.tally.applied -= unspent;
     }
 
+    /// Books what walls and obstacles did to membranes.
+    pub(super) fn book_walls_of_sheets(&mut self, step: &Step) {
+        let done = self.walls.book_sheets(&self.coupling.contact.wall_pushes(), step.momentum_dt);
+        self.books.add(self.accounts.wall, done.work);
+        self.books.add(self.accounts.wall_loss, done.dissipation);
+        self.books.push(done.impulse.to3());
+    }
+
     /// Books what the transfers lost and what the stress update made up (theory 10).
     pub(super) fn close_books(&mut self) {
         let all = self.summaries.iter().fold(Summary::default(), |sum, &summary| sum.and(summary));

@@ -51,7 +51,7 @@ impl Places {
 
 impl<const D: usize> Walls<D> {
     /// Measures the gaps between the bodies of a field and the obstacles that they may leave [m].
-    pub fn measure<'a>(
+    pub(in crate::mpm) fn measure<'a>(
         &mut self,
         grid: &Grid<D>,
         field: usize,
