@@ -227,11 +227,9 @@ impl<const D: usize> Walls<D> {
         self.places = gap::Places::new(grid, &self.conditions, has_gap);
     }
 
-    /// True if a condition acts where a gap closes: that of an obstacle that bodies may leave. The walls of the domain act at
-    /// all their nodes, since nothing may pass them by even a rounding.
+    /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave.
     fn has_gap(&self, condition: &Condition<D>) -> bool {
-        let boundary = condition.boundary as usize;
-        boundary >= 2 * D && !self.boundaries[boundary].kind.binds()
+        !self.boundaries[condition.boundary as usize].kind.binds()
     }
 
     /// The conditions of a node, the strictest last.
@@ -275,6 +273,15 @@ impl<const D: usize> Walls<D> {
     pub fn obstacle_around(&self, x: Vector<D>, depth: f64) -> Option<&str> {
         let around = (0..self.regions.len()).find(|&obstacle| self.obstacle_distance(obstacle, x) < -depth)?;
         self.boundaries[2 * D + around].name.strip_prefix("obstacle:")
+    }
+
+    /// Distance of `x` [m] from a wall, or from an obstacle where it is now, negative beyond its surface.
+    fn distance(&self, boundary: usize, x: Vector<D>) -> f64 {
+        let Some(obstacle) = boundary.checked_sub(2 * D) else {
+            let (axis, end) = (boundary / 2, boundary % 2);
+            return if end == 0 { x[axis] - self.bounds[0][axis] } else { self.bounds[1][axis] - x[axis] };
+        };
+        self.obstacle_distance(obstacle, x)
     }
 
     /// Distance of `x` [m] from an obstacle where it is now, negative inside.

@@ -1,4 +1,4 @@
-//! How far bodies are from the obstacles that they may leave (theory 6.2).
+//! How far bodies are from the walls and obstacles that they may leave (theory 6.2).
 //!
 //! ```text
 //! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle
@@ -50,7 +50,7 @@ impl Places {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Measures the gaps between the bodies of a field and the obstacles that they may leave [m].
+    /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
     pub(in crate::mpm) fn measure<'a>(
         &mut self,
         grid: &Grid<D>,
@@ -105,11 +105,13 @@ impl<const D: usize> Walls<D> {
                 if !self.has_gap(condition) {
                     continue;
                 }
-                if (offset - normal * offset.dot(normal)).norm() > patch {
+                // Nothing may pass a wall of the domain by even a rounding: there all nodes of the support act.
+                let aside = (offset - normal * offset.dot(normal)).norm();
+                if aside > patch && condition.boundary as usize >= 2 * D {
                     continue;
                 }
                 if measured.0 != condition.boundary {
-                    measured = (condition.boundary, self.obstacle_distance(condition.boundary as usize - 2 * D, x));
+                    measured = (condition.boundary, self.distance(condition.boundary as usize, x));
                 }
                 gaps.push((k as u32, measured.1 - body.reach(p, normal, grid.cell)));
             }
