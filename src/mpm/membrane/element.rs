@@ -15,7 +15,7 @@
 use super::hourglass::{Hourglass, Surroundings};
 use super::lanes::{LANES, LaneVector, Lanes};
 use super::shape::{Metric, Modes, Shape};
-use crate::material::{Sheet, SheetKind};
+use crate::material::Sheet;
 use bytemuck::{Pod, Zeroable};
 
 /// History of a block of elements.
