@@ -90,8 +90,8 @@ fn bending_a_slack_quadrilateral_costs_nothing() {
     for axis in 0..3 {
         let mut sheet = square();
         let [strain, hourglass] = deform(&mut sheet, &bent([0.9, 0.9], axis, 0.02), |_| ());
-        // The control of a taut element would take 28 J.
-        assert!(strain.abs() + hourglass.abs() < 1e-6, "axis {axis}: {strain} J and {hourglass} J");
+        // The control of a taut element took 16 J of the modes in the plane; viscosity takes 2e-5 J of the other.
+        assert!(strain.abs() + hourglass.abs() < 1e-3, "axis {axis}: {strain} J and {hourglass} J");
     }
 }
 
@@ -118,7 +118,7 @@ fn bending_gives_back_what_it_took() {
     let [strain, hourglass] = deform(&mut sheet, &bent([1.0, 1.0], 0, 0.0), |_| ());
     // The stretch of the first stage took 41 J; the half step to the time of the velocities is off by a part of 500 of it.
     assert!(least > -0.2, "{least} J");
-    assert!(strain.abs() + hourglass.abs() < 1e-6, "{strain} J and {hourglass} J left");
+    assert!(strain.abs() < 1e-6 && (0.0..1e-2).contains(&hourglass), "{strain} J and {hourglass} J left");
 }
 
 #[test]
