@@ -192,7 +192,7 @@ pub struct MembraneSpec {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct HourglassSpec {
-    /// In-plane stiffness r_m.
+    /// In-plane stiffness r_m, of sheets that don't wrinkle; quadrilaterals of those that do have 2 × 2 points instead.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub stiffness: f64,
     /// In-plane viscosity r_v.

@@ -223,7 +223,7 @@ pub struct MembraneSetup<const D: usize> {
     pub thickness: f64,
     /// Prestress in the sheet, true stress along the local axes (xx, yy) [Pa].
     pub prestress: [f64; 2],
-    /// In-plane hourglass stiffness r_m (0.05), viscosity r_v (0), out-of-plane viscosity r_w (0.01) (theory 5.6).
+    /// In-plane hourglass stiffness r_m (0.05; not of sheets that wrinkle), viscosity r_v (0), out-of-plane viscosity r_w (0.01) (theory 5.6).
     pub hourglass: [f64; 3],
     /// Stiffness-proportional damping time β_d as a fraction of the step (≤ 0.05), and mass-proportional rate [1/s].
     pub damping: [f64; 2],

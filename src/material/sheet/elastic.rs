@@ -13,7 +13,7 @@
 //! ```
 
 use super::tension_field::{self, compose, principal};
-use super::{Sheet, SheetKind, SheetState};
+use super::{Sheet, SheetKind, SheetState, stiffness_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -93,6 +93,28 @@ impl Sheet for Elastic {
 
     fn total(&self, c: [f64; 3]) -> SheetState {
         tension_field::relaxed(c, |c1| c1.powf(-self.poisson), |c| self.response(c))
+    }
+
+    /// From ∂S_i/∂c_j of the principal values and (S1 − S2)/(c1 − c2), which turns the principal axes.
+    fn stiffness(&self, c: [f64; 3]) -> f64 {
+        let ([c1, c2], axis) = principal(c);
+        let [e1, e2] = [c1, c2].map(|c| 0.5 * c.ln());
+        let (modulus, nu) = (self.plane_modulus(), self.poisson);
+        let ([t1, t2], [d1, d2, d12]) = if e1 <= 0.0 {
+            return 0.0;
+        } else if e2 < -nu * e1 {
+            let t1 = self.young * e1;
+            ([t1, 0.0], [(0.5 * self.young - t1) / (c1 * c1), 0.0, 0.0])
+        } else {
+            let (t1, t2) = (modulus * (e1 + nu * e2), modulus * (e2 + nu * e1));
+            let own = |t: f64, c: f64| (0.5 * modulus - t) / (c * c);
+            ([t1, t2], [own(t1, c1), own(t2, c2), 0.5 * modulus * nu / (c1 * c2)])
+        };
+        let (s1, s2) = (t1 / c1, t2 / c2);
+        let turn = if c1 - c2 > 1e-6 * c1 { (s1 - s2) / (c1 - c2) } else { d1 - d12 };
+        let along = |p: f64, q: f64| p * p * d1 + q * q * d2 + 2.0 * p * q * (d12 + turn);
+        let (p, q) = (axis[0] * axis[0], axis[1] * axis[1]);
+        stiffness_of(compose([s1, s2], axis), c, [along(p, q), along(q, p)])
     }
 }
 

@@ -6,7 +6,7 @@ use super::hourglass::Hourglass;
 use super::lanes::{LANES, LaneVector, Lanes};
 use super::ledger::Books;
 use super::load::{Pressure, Supports, area_vector};
-use super::shape::{Metric, Quadrilateral, Segment, Shape, Triangle};
+use super::shape::{FullQuadrilateral, Metric, Modes, Quadrilateral, Segment, Shape, Triangle};
 use super::{Membrane, task};
 use crate::error::Diagnostic;
 use crate::material::{Sheet, SheetKind};
@@ -25,7 +25,8 @@ impl<const D: usize> Membrane<D> {
         if !findings.is_empty() {
             return Err(findings);
         }
-        let elements = Elements::new(&setup.elements, setup.position.len());
+        let points = if setup.sheet.wrinkles() { FullQuadrilateral::POINTS } else { Quadrilateral::POINTS };
+        let elements = Elements::new(&setup.elements, setup.position.len(), points);
         let nodes = setup.position.len();
         let warp = sorted_by_shape(&setup.elements, &setup.warp);
         let pressure = Pressure::new(setup.pressure, setup.follower, &elements, &setup.position);
@@ -76,7 +77,11 @@ impl<const D: usize> Membrane<D> {
             let [quadrilaterals, triangles, segments] = self.elements.counts();
             self.references.reserve(self.blocks.len());
             let mut first = 0;
-            self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+            if self.sheet.wrinkles() {
+                self.add_references::<FullQuadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+            } else {
+                self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+            }
             self.add_references::<Triangle, 3>(&mut first, triangles, warp, (thickness, natural));
             self.add_references::<Segment, 2>(&mut first, segments, warp, (thickness, natural));
         }
@@ -102,21 +107,13 @@ impl<const D: usize> Membrane<D> {
             let nodes: Vec<u32> = (0..lanes).flat_map(|k| self.elements.nodes(*first + start + k).to_vec()).collect();
             let x: [LaneVector; N] = task::gather(&nodes, lanes, &self.reference);
             let modes = S::modes(x, 1.0);
-            let metric = Metric::new(modes.g1, modes.g2);
-            let mut reference = Reference::default();
-            for k in 0..LANES {
-                let element = *first + start + k.min(lanes - 1);
-                let tangents = [modes.g1, modes.g2].map(|g| Vector(g.0.map(|axis| axis.0[k])));
-                let axes = material_axes(tangents, warp.get(element).map(|w| Vector(w.to3())));
-                let duals = duals(tangents, axes, natural.stretch);
-                (0..4).for_each(|i| reference.duals[i][k] = duals[i]);
-                let area = metric.det.0[k].sqrt() * S::AREA;
-                let [l1, l2, l3] = natural.stretch;
-                reference.volume[k] = area * thickness / (l1 * l2 * l3);
-                reference.thickness[k] = thickness / l3;
-            }
-            reference.bound = element::bound::<S, N>(&natural_metric(&reference), self.parameters.plane).0;
-            self.references.push(reference);
+            let warp = std::array::from_fn(|k| warp.get(*first + start + k.min(lanes - 1)).map(|w| Vector(w.to3())));
+            let plane = self.parameters.plane;
+            self.references.extend((0..S::POINTS).map(|point| {
+                let mut reference = reference_at::<S, N>((&modes, point), &warp, (thickness, natural));
+                reference.bound = element::bound::<S, N>(&natural_metric(&reference), plane).0;
+                reference
+            }));
         }
         *first += count;
     }
@@ -135,10 +132,32 @@ impl<const D: usize> Membrane<D> {
             let (c, s) = (d1.dot(e1), d1.dot(e2));
             let [p1, p2] = prestress;
             let stress = [p1 * c * c + p2 * s * s, p1 * s * s + p2 * c * c, (p1 - p2) * c * s];
-            let (block, lane) = self.elements.block_and_lane(e);
-            (0..3).for_each(|i| self.blocks[block].stress[i][lane] = stress[i]);
+            let (blocks, lane) = self.elements.blocks_and_lane(e);
+            self.blocks[blocks].iter_mut().for_each(|block| (0..3).for_each(|i| block.stress[i][lane] = stress[i]));
         }
     }
+}
+
+/// Reference state at a quadrature point of the elements with the given tangents and warps, without its bound.
+fn reference_at<S: Shape<N>, const N: usize>(
+    (modes, point): (&Modes, usize),
+    warp: &[Option<Vector<3>>; LANES],
+    (thickness, natural): (f64, Natural),
+) -> Reference {
+    let tangents = |m: &Modes, k: usize| [m.g1, m.g2].map(|g| Vector(g.0.map(|axis| axis.0[k])));
+    let here = S::at(modes, point);
+    let area = Metric::new(here.g1, here.g2).det.sqrt() * (S::AREA / S::POINTS as f64);
+    let [l1, l2, l3] = natural.stretch;
+    let mut reference = Reference { thickness: [thickness / l3; LANES], ..Reference::default() };
+    for k in 0..LANES {
+        // The points of an element have their axes in common.
+        let common = || (S::POINTS > 1).then(|| bisector_axes(tangents(modes, k))[0]);
+        let here = tangents(&here, k);
+        let duals = duals(here, material_axes(here, warp[k].or_else(common)), natural.stretch);
+        (0..4).for_each(|i| reference.duals[i][k] = duals[i]);
+        reference.volume[k] = area.0[k] * thickness / (l1 * l2 * l3);
+    }
+    reference
 }
 
 /// What is wrong with a set-up.
@@ -221,7 +240,8 @@ const SNAP_DAMPING: f64 = 0.05;
 fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damping: f64) -> Parameters {
     let (density, c) = (sheet.density(), sheet.wave_speed());
     let hourglass = Hourglass {
-        stiffness: stiffness * sheet.modulus(),
+        // The 2 × 2 points of sheets that wrinkle see the hourglass mode.
+        stiffness: if sheet.wrinkles() { 0.0 } else { stiffness * sheet.modulus() },
         viscosity: viscosity * 0.25 * density * c,
         warping_viscosity: warping * 0.25 * density * c,
     };

@@ -1,6 +1,7 @@
 //! Which nodes an element has, and which element corners meet at a node.
 
 use super::lanes::LANES;
+use std::ops::Range;
 
 /// Elements of a membrane in blocks of equal shape: quadrilaterals first, then triangles, then segments.
 #[derive(Debug, Clone)]
@@ -15,11 +16,14 @@ pub struct Elements {
     corners: Vec<u32>,
     /// How many elements have 4, 3 and 2 nodes.
     counts: [usize; 3],
+    /// Quadrature points of a quadrilateral.
+    points: usize,
 }
 
 impl Elements {
-    /// Sorts `elements` by shape (keeping the order within a shape) and links them to `nodes` nodes.
-    pub fn new(elements: &[Vec<u32>], node_count: usize) -> Self {
+    /// Sorts `elements` by shape (keeping the order within a shape) and links them to `nodes` nodes; quadrilaterals have
+    /// `points` quadrature points.
+    pub fn new(elements: &[Vec<u32>], node_count: usize, points: usize) -> Self {
         let of_size = |n: usize| elements.iter().filter(move |e| e.len() == n);
         let (mut offset, mut nodes) = (vec![0], Vec::new());
         for element in [4, 3, 2].into_iter().flat_map(of_size) {
@@ -27,7 +31,7 @@ impl Elements {
             offset.push(nodes.len() as u32);
         }
         let (corner_offset, corners) = meeting_corners(&nodes, node_count);
-        Self { offset, nodes, corner_offset, corners, counts: [4, 3, 2].map(|n| of_size(n).count()) }
+        Self { offset, nodes, corner_offset, corners, counts: [4, 3, 2].map(|n| of_size(n).count()), points }
     }
 
     /// Number of elements.
@@ -75,22 +79,28 @@ impl Elements {
         }
     }
 
-    /// The block of an element and its lane there; every shape begins a new block.
+    /// The blocks of an element, one per quadrature point, and its lane there; every shape begins a new block.
     #[inline(always)]
-    pub(super) fn block_and_lane(&self, element: usize) -> (usize, usize) {
+    pub(super) fn blocks_and_lane(&self, element: usize) -> (Range<usize>, usize) {
         let (mut block, mut local) = (0, element);
-        for count in self.counts {
+        for (count, points) in self.counts.into_iter().zip(self.points()) {
             if local < count {
-                return (block + local / LANES, local % LANES);
+                let first = block + local / LANES * points;
+                return (first..first + points, local % LANES);
             }
-            (block, local) = (block + count.div_ceil(LANES), local - count);
+            (block, local) = (block + count.div_ceil(LANES) * points, local - count);
         }
-        (block, local)
+        (block..block, local)
     }
 
     /// Number of blocks.
     pub(super) fn block_count(&self) -> usize {
-        self.counts.iter().map(|count| count.div_ceil(LANES)).sum()
+        self.counts.iter().zip(self.points()).map(|(count, points)| count.div_ceil(LANES) * points).sum()
+    }
+
+    /// Quadrature points of quadrilaterals, triangles and segments.
+    fn points(&self) -> [usize; 3] {
+        [self.points, 1, 1]
     }
 
     /// How many quadrilaterals, triangles and segments.

@@ -15,7 +15,7 @@
 use super::hourglass::{Hourglass, Surroundings};
 use super::lanes::{LANES, LaneVector, Lanes};
 use super::shape::{Metric, Modes, Shape};
-use crate::material::{Sheet, SheetKind};
+use crate::material::Sheet;
 use bytemuck::{Pod, Zeroable};
 
 /// History of a block of elements.
@@ -115,6 +115,29 @@ struct Stressed {
     frequency2: Lanes,
 }
 
+/// Resultants of the stress on the patterns of g₁, g₂ and h [N], and [`Stressed`] summed over the quadrature points.
+struct Resisted {
+    /// On the patterns of g₁, g₂ and h [N].
+    on: [LaneVector; 3],
+    /// The sums; of the frequencies the greatest.
+    all: Stressed,
+}
+
+impl Resisted {
+    /// Both.
+    #[inline(always)]
+    fn and(self, b: Self) -> Self {
+        let all = Stressed {
+            tension: std::array::from_fn(|i| self.all.tension[i] + b.all.tension[i]),
+            volume: self.all.volume + b.all.volume,
+            strain: self.all.strain + b.all.strain,
+            damping: self.all.damping + b.all.damping,
+            frequency2: Lanes(std::array::from_fn(|k| greater(self.all.frequency2.0[k], b.all.frequency2.0[k]))),
+        };
+        Self { on: std::array::from_fn(|i| self.on[i] + b.on[i]), all }
+    }
+}
+
 /// What an update gives back of the elements of a block.
 pub struct Updated<const N: usize> {
     /// Force at each node [N].
@@ -125,26 +148,29 @@ pub struct Updated<const N: usize> {
     pub sums: Sums,
 }
 
-/// Updates `count` elements of a block with nodes at `x` moving with `v`.
+/// Updates `count` elements with nodes at `x` moving with `v`; they have a block and a reference for each quadrature
+/// point (rate laws: no reference).
 #[inline(always)]
 pub fn update<S: Shape<N>, const N: usize>(
     (x, v): ([LaneVector; N], [LaneVector; N]),
     parameters: &Parameters,
     sheet: &dyn Sheet,
-    (block, reference): (&mut Block, &Reference),
+    (blocks, references): (&mut [Block], &[Reference]),
     count: usize,
 ) -> Updated<N> {
     let (now, rate) = (S::modes(x, 1.0), S::modes(v, 0.0));
-    let metric = Metric::new(now.g1, now.g2);
-    let stressed = match sheet.kind() {
-        SheetKind::Rate => rate_form::<S, N>((&now, &rate, &metric), parameters, sheet, block),
-        SheetKind::Total => total_form((&now, &rate, &metric), parameters, sheet, (block, reference)),
-    };
-    let [t11, t22, t12] = stressed.tension;
-    let (mut p, mut r) = (now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22);
-    let (mut h, mut hourglass) = (LaneVector::ZERO, 0.0);
+    let first = (&mut blocks[0], references.first());
+    let mut resisted = resist_at::<S, N>((&now, &rate, 0), parameters, sheet, first);
+    for point in 1..S::POINTS {
+        let state = (&mut blocks[point], references.get(point));
+        resisted = resisted.and(resist_at::<S, N>((&now, &rate, point), parameters, sheet, state));
+    }
+    let Resisted { on: [mut p, mut r, mut h], all: stressed } = resisted;
+    let mut hourglass = 0.0;
     if S::HOURGLASS {
+        let (metric, block) = (Metric::new(now.g1, now.g2), &mut blocks[0]);
         let area = metric.det.sqrt() * S::AREA;
+        let [t11, t22, _] = stressed.tension;
         let surroundings = Surroundings {
             now: &now,
             rate: &rate,
@@ -152,11 +178,12 @@ pub fn update<S: Shape<N>, const N: usize>(
             inverse: Lanes::splat(1.0) / metric.det,
             area,
             volume: stressed.volume,
-            tension: t11 + t22,
+            // Several points see the mode and resist it themselves.
+            tension: if S::POINTS > 1 { Lanes::splat(0.0) } else { t11 + t22 },
         };
         let mut q = block.hourglass.map(Lanes);
         let force = parameters.hourglass.resist(&surroundings, &mut q, parameters.dt);
-        (p, r, h) = (p + force.p, r + force.r, force.h);
+        (p, r, h) = (p + force.p, r + force.r, h + force.h);
         block.hourglass = q.map(|q| q.0);
         block.hourglass_work = (Lanes(block.hourglass_work) + force.work).0;
         hourglass = force.work.sum(count);
@@ -168,6 +195,24 @@ pub fn update<S: Shape<N>, const N: usize>(
         frequency2: stressed.frequency2.0.into_iter().fold(0.0, greater),
     };
     Updated { force: S::spread(-p, -r, -h), area: now.g1.cross(now.g2) * (S::AREA / N as f64), sums }
+}
+
+/// What the stress at a quadrature point resists with.
+#[inline(always)]
+fn resist_at<S: Shape<N>, const N: usize>(
+    (now, rate, point): (&Modes, &Modes, usize),
+    parameters: &Parameters,
+    sheet: &dyn Sheet,
+    (block, reference): (&mut Block, Option<&Reference>),
+) -> Resisted {
+    let (now, rate) = (S::at(now, point), S::at(rate, point));
+    let metric = Metric::new(now.g1, now.g2);
+    let all = match reference {
+        None => rate_form::<S, N>((&now, &rate, &metric), parameters, sheet, block),
+        Some(reference) => total_form((&now, &rate, &metric), parameters, sheet, (block, reference)),
+    };
+    let [t11, t22, t12] = all.tension;
+    Resisted { on: S::resultants(now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22, point), all }
 }
 
 /// Half the change of the metric over the step, at mid-step: the covariant strain increment.

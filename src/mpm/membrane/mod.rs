@@ -1,7 +1,7 @@
 //! Membranes: thin sheets as explicit finite elements without bending (Lian, Liu & Zhang 2014, section 4; theory 5).
 //!
-//! Quadrilaterals with one quadrature point and hourglass control, constant-strain triangles, and in 2D two-node
-//! segments of unit width. One step, from positions xⁿ and velocities v^{n−½}:
+//! Quadrilaterals with one quadrature point and hourglass control (of sheets that wrinkle: 2 × 2 points), constant-strain
+//! triangles, and in 2D two-node segments of unit width. One step, from positions xⁿ and velocities v^{n−½}:
 //!
 //! ```text
 //! σⁿ, hⁿ        from the strain of the last step                              (39–41, corrected)
@@ -94,10 +94,11 @@ impl<const D: usize> Membrane<D> {
         if self.contact_thickness { 0.5 * self.thickness(element) } else { 0.0 }
     }
 
-    /// Current thickness of an element [m].
+    /// Current thickness of an element [m]: the mean over its quadrature points.
     pub fn thickness(&self, element: usize) -> f64 {
-        let (block, lane) = self.elements.block_and_lane(element);
-        self.blocks[block].thickness[lane]
+        let (blocks, lane) = self.elements.blocks_and_lane(element);
+        let points = blocks.len() as f64;
+        self.blocks[blocks].iter().map(|block| block.thickness[lane]).sum::<f64>() / points
     }
 
     /// Area vector of an element in its current shape [m²] (2D: [m]): area times unit normal. The normal follows the

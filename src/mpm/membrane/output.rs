@@ -3,6 +3,7 @@
 use super::Membrane;
 use super::element::Block;
 use super::ledger::Books;
+use super::shape::GAUSS;
 use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
 use crate::simulation::{Column, ColumnData, Elements, Field, SurfaceSet};
@@ -43,14 +44,27 @@ impl<const D: usize> Membrane<D> {
         }
     }
 
-    /// Principal values of the true stress that an element carries [Pa], the greater first.
+    /// Principal values of the true stress that an element carries [Pa], the greater first: means over its quadrature
+    /// points.
     pub fn principal_stress(&self, element: usize) -> [f64; 2] {
-        if self.sheet.kind() == SheetKind::Rate {
-            let (block, lane) = self.elements.block_and_lane(element);
-            return principal(self.blocks[block].stress.map(|s| s[lane])).0;
-        }
+        let (blocks, lane) = self.elements.blocks_and_lane(element);
+        let (first, points) = (blocks.start, blocks.len());
+        let values: Vec<[f64; 2]> = blocks
+            .map(|block| match self.sheet.kind() {
+                SheetKind::Rate => principal(self.blocks[block].stress.map(|s| s[lane])).0,
+                SheetKind::Total => {
+                    let place = if points > 1 { GAUSS[block - first] } else { [0.0; 2] };
+                    self.total_stress(element, (block, lane), place)
+                }
+            })
+            .collect();
+        [0, 1].map(|i| values.iter().map(|value| value[i]).sum::<f64>() / points as f64)
+    }
+
+    /// Principal values of the true stress of a total law at (ξ, η) of an element [Pa].
+    fn total_stress(&self, element: usize, state: (usize, usize), place: [f64; 2]) -> [f64; 2] {
         // σ = F S Fᵀ / J has the eigenvalues of C S / J.
-        let c @ [c11, c22, c12] = self.right_cauchy_green(element);
+        let c @ [c11, c22, c12] = self.right_cauchy_green(element, state, place);
         let SheetState { stress: [s11, s22, s12], volume, .. } = self.sheet.total(c);
         let mean = 0.5 * (c11 * s11 + c22 * s22 + 2.0 * c12 * s12);
         let determinant = (c11 * c22 - c12 * c12) * (s11 * s22 - s12 * s12);
@@ -58,7 +72,7 @@ impl<const D: usize> Membrane<D> {
         [(mean + radius) / volume, (mean - radius) / volume]
     }
 
-    /// 0 taut, 1 wrinkled, 2 slack.
+    /// 0 taut, 1 wrinkled, 2 slack; wrinkled or slack if all of it is.
     fn wrinkle_state(&self, element: usize) -> f64 {
         let [s1, s2] = self.principal_stress(element);
         let small = 1e-12 * self.sheet.modulus();
@@ -71,20 +85,22 @@ impl<const D: usize> Membrane<D> {
 
     /// Work taken up by the hourglass control of an element [J].
     fn hourglass_work(&self, element: usize) -> f64 {
-        let (block, lane) = self.elements.block_and_lane(element);
-        self.blocks[block].hourglass_work[lane]
+        let (blocks, lane) = self.elements.blocks_and_lane(element);
+        self.blocks[blocks].iter().map(|block| block.hourglass_work[lane]).sum()
     }
 
-    /// C11, C22, C12 of an element in the material axes (total laws).
-    fn right_cauchy_green(&self, element: usize) -> [f64; 3] {
+    /// C11, C22, C12 in the material axes (total laws) at (ξ, η) of an element with its reference in `block`, `lane`.
+    fn right_cauchy_green(&self, element: usize, (block, lane): (usize, usize), [xi, eta]: [f64; 2]) -> [f64; 3] {
         let nodes = self.elements.nodes(element);
         let x = |k: usize| Vector(self.position[nodes[k] as usize].to3());
         let [g1, g2] = match nodes.len() {
-            4 => [x(1) - x(0) + x(2) - x(3), x(2) - x(0) + x(3) - x(1)],
+            4 => {
+                let h = x(0) - x(1) + x(2) - x(3);
+                [x(1) - x(0) + x(2) - x(3) + h * eta, x(2) - x(0) + x(3) - x(1) + h * xi]
+            }
             3 => [x(1) - x(0), x(2) - x(0)],
             _ => [x(1) - x(0), Vector::unit(2)],
         };
-        let (block, lane) = self.elements.block_and_lane(element);
         let [m11, m12, m21, m22] = self.references[block].duals.map(|m| m[lane]);
         let (f1, f2) = (g1 * m11 + g2 * m21, g1 * m12 + g2 * m22);
         [f1.dot(f1), f2.dot(f2), f1.dot(f2)]

@@ -28,6 +28,8 @@ pub trait Shape<const N: usize> {
     const AREA: f64;
     /// True for shapes with an hourglass mode.
     const HOURGLASS: bool;
+    /// Quadrature points, of equal weight.
+    const POINTS: usize = 1;
 
     /// Tangents and hourglass mode of nodal vectors: positions or velocities.
     /// `depth` is the tangent along the depth of a plane problem: the unit vector for positions, zero for velocities.
@@ -38,6 +40,18 @@ pub trait Shape<const N: usize> {
 
     /// Trace and determinant of Σ_K ∇N_K ⊗ ∇N_K from the metric.
     fn gram(m: &Metric) -> [Lanes; 2];
+
+    /// Tangents at a quadrature point.
+    #[inline(always)]
+    fn at(modes: &Modes, _point: usize) -> Modes {
+        *modes
+    }
+
+    /// Resultants on the patterns of g₁, g₂ and h of resultants `p` and `r` along the tangents of a quadrature point.
+    #[inline(always)]
+    fn resultants(p: LaneVector, r: LaneVector, _point: usize) -> [LaneVector; 3] {
+        [p, r, LaneVector::ZERO]
+    }
 }
 
 /// The metric g_αβ = g_α·g_β and its determinant.
@@ -84,6 +98,51 @@ impl Shape<4> for Quadrilateral {
     #[inline(always)]
     fn gram(m: &Metric) -> [Lanes; 2] {
         [(m.a + m.b) * 4.0 / m.det, Lanes::splat(16.0) / m.det]
+    }
+}
+
+/// (ξ, η) of the 2 × 2 points of Gauss, ±1/√3.
+pub const GAUSS: [[f64; 2]; 4] = [[-ROOT, -ROOT], [ROOT, -ROOT], [ROOT, ROOT], [-ROOT, ROOT]];
+
+/// 1/√3.
+const ROOT: f64 = 0.577_350_269_189_625_8;
+
+/// Four nodes, 2 × 2 quadrature points, for sheets that wrinkle: every mode costs what its strains cost, nothing where
+/// the sheet is slack. The tangents at (ξ, η) are g₁ + η h and g₂ + ξ h.
+pub struct FullQuadrilateral;
+
+impl Shape<4> for FullQuadrilateral {
+    const AREA: f64 = Quadrilateral::AREA;
+    const HOURGLASS: bool = true;
+    const POINTS: usize = GAUSS.len();
+
+    #[inline(always)]
+    fn modes(x: [LaneVector; 4], depth: f64) -> Modes {
+        Quadrilateral::modes(x, depth)
+    }
+
+    #[inline(always)]
+    fn spread(p: LaneVector, r: LaneVector, h: LaneVector) -> [LaneVector; 4] {
+        Quadrilateral::spread(p, r, h)
+    }
+
+    /// As if the element had the tangents of the point throughout. The greatest of the four bounds that follow bounds the
+    /// element: exactly for a parallelogram, whose stiffest modes are those of uniform strain.
+    #[inline(always)]
+    fn gram(m: &Metric) -> [Lanes; 2] {
+        Quadrilateral::gram(m)
+    }
+
+    #[inline(always)]
+    fn at(modes: &Modes, point: usize) -> Modes {
+        let [xi, eta] = GAUSS[point];
+        Modes { g1: modes.g1 + modes.h * eta, g2: modes.g2 + modes.h * xi, h: LaneVector::ZERO }
+    }
+
+    #[inline(always)]
+    fn resultants(p: LaneVector, r: LaneVector, point: usize) -> [LaneVector; 3] {
+        let [xi, eta] = GAUSS[point];
+        [p, r, p * eta + r * xi]
     }
 }
 

@@ -4,7 +4,7 @@ use super::Membrane;
 use super::element::Sums;
 use super::lanes::LANES;
 use super::ledger::Balance;
-use super::shape::{Quadrilateral, Segment, Shape, Triangle};
+use super::shape::{FullQuadrilateral, Quadrilateral, Segment, Shape, Triangle};
 use super::task::{Run, Task};
 use crate::error::{Place, StepError};
 use crate::material::SheetKind;
@@ -228,8 +228,12 @@ impl<const D: usize> Membrane<D> {
     /// One pass over all elements.
     pub(super) fn update_elements(&mut self) -> Sums {
         let [quadrilaterals, triangles, segments] = self.elements.counts();
-        let first = Group::default();
-        let (sums, next) = self.update_group::<Quadrilateral, 4>(first, quadrilaterals, Sums::default());
+        let (first, none) = (Group::default(), Sums::default());
+        let (sums, next) = if self.sheet.wrinkles() {
+            self.update_group::<FullQuadrilateral, 4>(first, quadrilaterals, none)
+        } else {
+            self.update_group::<Quadrilateral, 4>(first, quadrilaterals, none)
+        };
         let (sums, next) = self.update_group::<Triangle, 3>(next, triangles, sums);
         self.update_group::<Segment, 2>(next, segments, sums).0
     }
@@ -238,7 +242,7 @@ impl<const D: usize> Membrane<D> {
     fn update_group<S: Shape<N>, const N: usize>(&mut self, first: Group, count: usize, sums: Sums) -> (Sums, Group) {
         let blocks = count.div_ceil(LANES);
         let (element, corner) = (first.element + count, first.corner + N * count);
-        let next = Group { block: first.block + blocks, corner, element };
+        let next = Group { block: first.block + blocks * S::POINTS, corner, element };
         let task = Task {
             nodes: &self.elements.corner_nodes()[first.corner..next.corner],
             references: self.references.get(first.block..next.block).unwrap_or(&[]),
@@ -250,7 +254,9 @@ impl<const D: usize> Membrane<D> {
         let mut areas = self.pressure.areas().get_mut(first.element..next.element).unwrap_or(&mut []);
         let mut runs = Vec::with_capacity(blocks.div_ceil(TASK));
         let forces = self.corner_force[first.corner..next.corner].chunks_mut(TASK * LANES * N);
-        for (index, (blocks, force)) in self.blocks[first.block..next.block].chunks_mut(TASK).zip(forces).enumerate() {
+        for (index, (blocks, force)) in
+            self.blocks[first.block..next.block].chunks_mut(TASK * S::POINTS).zip(forces).enumerate()
+        {
             let (area, rest) = areas.split_at_mut((TASK * LANES).min(areas.len()));
             areas = rest;
             runs.push(Run { first: index * TASK, blocks, force, area });

@@ -12,7 +12,7 @@ use std::marker::PhantomData;
 pub(super) struct Task<'a, const D: usize> {
     /// Nodes of the elements, one after the other.
     pub nodes: &'a [u32],
-    /// Reference states; empty for rate laws.
+    /// Reference states, one per quadrature point; empty for rate laws.
     pub references: &'a [Reference],
     /// Positions of all nodes.
     pub position: &'a [Vector<D>],
@@ -28,7 +28,7 @@ pub(super) struct Task<'a, const D: usize> {
 pub(super) struct Run<'a, const D: usize> {
     /// Number of the first block of its shape.
     pub first: usize,
-    /// History of the elements.
+    /// History of the elements, one per quadrature point.
     pub blocks: &'a mut [Block],
     /// Nodal forces, element by element [N].
     pub force: &'a mut [Vector<D>],
@@ -59,14 +59,14 @@ impl<S: Shape<N>, const D: usize, const N: usize> simd::Task for Update<'_, '_, 
         let Run { first, blocks, force, area } = self.run;
         let task = self.task;
         let mut sums = Sums::default();
-        let no_reference = Reference::default();
-        for (index, (block, force)) in blocks.iter_mut().zip(force.chunks_mut(LANES * N)).enumerate() {
+        for (index, (blocks, force)) in blocks.chunks_mut(S::POINTS).zip(force.chunks_mut(LANES * N)).enumerate() {
             let count = force.len() / N;
             let start = (first + index) * LANES * N;
             let nodes = &task.nodes[start..start + count * N];
-            let reference = task.references.get(first + index).unwrap_or(&no_reference);
+            let points = (first + index) * S::POINTS..(first + index + 1) * S::POINTS;
+            let references = task.references.get(points).unwrap_or(&[]);
             let (x, v) = (gather(nodes, count, task.position), gather(nodes, count, task.velocity));
-            let updated = element::update::<S, N>((x, v), task.parameters, task.sheet, (block, reference), count);
+            let updated = element::update::<S, N>((x, v), task.parameters, task.sheet, (blocks, references), count);
             scatter(&updated.force, force);
             if let Some(area) = area.get_mut(index * LANES..index * LANES + count) {
                 scatter(&[updated.area], area);
