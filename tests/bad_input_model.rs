@@ -274,6 +274,17 @@ fn implausible_sheets_are_warned_of() {
     warned(&with("density = 1000", "density = 1"), "`sheet` has a density of 1 kg/m³");
     let fine = with("divisions = [12]", "divisions = [2]").replace("cell = 0.1", "cell = 0.025");
     warned(&fine, "the elements of `sheet` are 12.0 cells long");
+    let silent = |text: &str| assert!(model(text).unwrap().warnings.is_empty(), "{:#?}", model(text).unwrap().warnings);
+    // Contact at nodes of the grid asks for elements of its size; that at particles does less.
+    let long = with("divisions = [12]", "divisions = [2]");
+    let at_nodes = |text: &str| text.replace("[grid]", "[mpm]\nsheet-contact = \"nodes\"\n\n[grid]");
+    silent(&long);
+    warned(&at_nodes(&long), "the elements of `sheet` are 3.0 cells long");
+    silent(&at_nodes(&with("divisions = [12]", "divisions = [24]")));
+    let short = with("divisions = [12]", "divisions = [40]");
+    silent(&short);
+    warned(&at_nodes(&short), "the elements of `sheet` are 0.150 cells long");
+    warned(&with("divisions = [12]", "divisions = [60]"), "the elements of `sheet` are 0.100 cells long");
 }
 
 #[test]

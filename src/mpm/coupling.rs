@@ -90,8 +90,7 @@ impl<const D: usize> Coupling<D> {
         step: &Step,
         timer: &mut Timer,
     ) -> Result<(), StepError> {
-        // Where a short step follows a long one, the momentum takes half of both: the longer of the two has to be stable.
-        let count = self.substeps(step.dt.max(step.momentum_dt));
+        let count = self.substeps(step.longer());
         let Self { membranes, contact, passes, .. } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
@@ -124,7 +123,7 @@ impl<const D: usize> Coupling<D> {
     }
 
     /// Sub-steps of a step of `dt` [s].
-    fn substeps(&self, dt: f64) -> usize {
+    pub fn substeps(&self, dt: f64) -> usize {
         (dt / self.substep_bound() * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
 }

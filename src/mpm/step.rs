@@ -46,6 +46,11 @@ impl Step {
         Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
     }
 
+    /// What has to be stable [s]: where a short step follows a long one, the momentum takes half of both.
+    pub fn longer(&self) -> f64 {
+        self.dt.max(self.momentum_dt)
+    }
+
     /// When the velocities before the step hold, t^{n−½}.
     pub fn before(&self) -> f64 {
         self.t - 0.5 * self.dt_before
@@ -147,6 +152,15 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn particle_count(&self) -> usize {
         self.bodies.iter().map(|body| body.particles.len()).sum()
+    }
+
+    fn element_count(&self) -> usize {
+        self.coupling.membranes.iter().map(|membrane| membrane.elements.len()).sum()
+    }
+
+    fn substeps(&self, dt: f64) -> u64 {
+        let count = || self.coupling.substeps(Step::new(0.0, dt, self.dt_before).longer());
+        if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
     }
 }
 
