@@ -288,6 +288,29 @@ fn implausible_sheets_are_warned_of() {
 }
 
 #[test]
+fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
+    let line = |name: &str, points: &str| {
+        SHEET.replace("\"sheet\"", &format!("\"{name}\"")).replace("[[0.2, 0.2], [0.8, 0.2]]", points)
+    };
+    let two = |points: &str| format!("{POINTS}{SHEET}{}", line("other", points));
+    warned(
+        &two("[[0.31, 0.1], [0.31, 0.3]]"),
+        "the membranes `sheet` and `other` cross at (3.1000e-1, 2.0000e-1) at the start",
+    );
+    warned(&two("[[0.2, 0.192], [0.8, 0.192]]"), "`sheet` and `other` come within 8.000e-3 m");
+    for apart in ["[[0.2, 0.188], [0.8, 0.188]]", "[[0.8, 0.2], [0.8, 0.3]]"] {
+        assert!(model(&two(apart)).unwrap().warnings.is_empty(), "{apart}: one thickness apart, or sewn at an end");
+    }
+    let own = |points: &str| format!("{POINTS}{}", line("sheet", points));
+    warned(&own("[[0.2, 0.2], [0.3, 0.2], [0.3, 0.3], [0.26, 0.3], [0.26, 0.15]]"), "`sheet` crosses itself at");
+    warned(
+        &own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3], [0.2, 0.206]]"),
+        "parts of the membrane `sheet` come",
+    );
+    assert!(model(&own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3]]")).unwrap().warnings.is_empty());
+}
+
+#[test]
 fn implausible_flows_are_warned_of() {
     warned(&FLOW.replace("800 kg/m^3", "800 g/mm^3"), "`oil` has a density of 800000000 kg/m³");
     let heavy = FLOW.replace("-9.81 m/s^2", "-9.81 km/s^2").replace("step = \"0.02 s\"\n", "");

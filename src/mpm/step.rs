@@ -16,6 +16,7 @@ use super::light::Cutoff;
 use super::motion::Summary;
 use super::notices::Notices;
 use super::particles::Body;
+use super::proximity::Proximity;
 use super::stability::GROWTH;
 use super::sweep::Bins;
 use super::wall::Walls;
@@ -74,6 +75,8 @@ pub struct Mpm<const D: usize> {
     /// The largest signal + |v| of each body [m/s].
     pub(super) fastest: Vec<f64>,
     pub(super) coupling: Coupling<D>,
+    /// Membranes that meet each other or themselves.
+    pub(super) proximity: Proximity<D>,
     pub(super) transfer: Transfer,
     /// Time between two noise filters [s].
     pub(super) filter_time: f64,
@@ -116,11 +119,15 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         let step = Step::new(t, dt, self.dt_before);
+        let work = self.substeps(dt) * self.element_count() as u64 + self.particle_count() as u64;
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         self.dt_before = dt;
         self.steps += 1;
         self.bound = self.step_bound().min(GROWTH * self.bound);
         self.watch(t + dt);
+        if !self.coupling.membranes.is_empty() {
+            timed!(self.timer, "apart", self.proximity.watch(&self.coupling.membranes, work, t + dt));
+        }
         Ok(())
     }
 
@@ -140,9 +147,14 @@ impl<const D: usize> Solver for Mpm<D> {
         columns::misfit(self)
     }
 
+    fn restored(&mut self) {
+        self.proximity.forget();
+    }
+
     fn notices(&mut self) -> Vec<String> {
         let mut said = self.coupling.contact.notices();
         said.extend(self.notices.take());
+        said.extend(self.proximity.take());
         said
     }
 

@@ -6,6 +6,7 @@ mod gas;
 mod impact;
 mod leave;
 mod lids;
+mod meet;
 mod model;
 mod repeat;
 mod slack;
