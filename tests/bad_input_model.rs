@@ -311,6 +311,18 @@ fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
 }
 
 #[test]
+fn the_volume_of_a_sheet_with_free_edges_is_refused_with_its_reason() {
+    let volume = |keys: &str| format!("[[probe]]\nname = \"inside\"\nof = \"sheet\"\nquantity = \"volume\"\n{keys}\n");
+    let help = |text: &str| model(text).err().unwrap()[0].help.clone().unwrap();
+    let sum = volume("reduce = \"sum\"");
+    assert!(help(&format!("{POINTS}{SHEET}{sum}")).contains("without free edges"));
+    let around = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]], closed = true";
+    let closed = SHEET.replace("[[0.2, 0.2], [0.8, 0.2]]", around).replace("[12]", "[6]");
+    assert!(model(&format!("{POINTS}{closed}{sum}")).is_ok());
+    assert!(help(&format!("{POINTS}{closed}{}", volume("reduce = \"mean\""))).contains("`reduce = \"sum\"`"));
+}
+
+#[test]
 fn implausible_flows_are_warned_of() {
     warned(&FLOW.replace("800 kg/m^3", "800 g/mm^3"), "`oil` has a density of 800000000 kg/m³");
     let heavy = FLOW.replace("-9.81 m/s^2", "-9.81 km/s^2").replace("step = \"0.02 s\"\n", "");

@@ -96,6 +96,7 @@ impl<const D: usize> Coupling<D> {
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
         timed!(timer, "contact", contact.begin_step(grid, bodies, &surfaces, step.momentum_dt));
 
+        membranes.iter_mut().for_each(Membrane::begin_step);
         let dt = step.dt / count as f64;
         // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
         // change, above all in the first, half a step of momentum.

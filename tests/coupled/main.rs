@@ -2,6 +2,7 @@
 
 #[path = "../mpm/bits.rs"]
 mod bits;
+mod enclose;
 mod gas;
 mod impact;
 mod leave;
