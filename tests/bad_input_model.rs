@@ -274,6 +274,52 @@ fn implausible_sheets_are_warned_of() {
     warned(&with("density = 1000", "density = 1"), "`sheet` has a density of 1 kg/m³");
     let fine = with("divisions = [12]", "divisions = [2]").replace("cell = 0.1", "cell = 0.025");
     warned(&fine, "the elements of `sheet` are 12.0 cells long");
+    let silent = |text: &str| assert!(model(text).unwrap().warnings.is_empty(), "{:#?}", model(text).unwrap().warnings);
+    // Contact at nodes of the grid asks for elements of its size; that at particles does less.
+    let long = with("divisions = [12]", "divisions = [2]");
+    let at_nodes = |text: &str| text.replace("[grid]", "[mpm]\nsheet-contact = \"nodes\"\n\n[grid]");
+    silent(&long);
+    warned(&at_nodes(&long), "the elements of `sheet` are 3.0 cells long");
+    silent(&at_nodes(&with("divisions = [12]", "divisions = [24]")));
+    let short = with("divisions = [12]", "divisions = [40]");
+    silent(&short);
+    warned(&at_nodes(&short), "the elements of `sheet` are 0.150 cells long");
+    warned(&with("divisions = [12]", "divisions = [60]"), "the elements of `sheet` are 0.100 cells long");
+}
+
+#[test]
+fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
+    let line = |name: &str, points: &str| {
+        SHEET.replace("\"sheet\"", &format!("\"{name}\"")).replace("[[0.2, 0.2], [0.8, 0.2]]", points)
+    };
+    let two = |points: &str| format!("{POINTS}{SHEET}{}", line("other", points));
+    warned(
+        &two("[[0.31, 0.1], [0.31, 0.3]]"),
+        "the membranes `sheet` and `other` cross at (3.1000e-1, 2.0000e-1) at the start",
+    );
+    warned(&two("[[0.2, 0.192], [0.8, 0.192]]"), "`sheet` and `other` come within 8.000e-3 m");
+    for apart in ["[[0.2, 0.188], [0.8, 0.188]]", "[[0.8, 0.2], [0.8, 0.3]]"] {
+        assert!(model(&two(apart)).unwrap().warnings.is_empty(), "{apart}: one thickness apart, or sewn at an end");
+    }
+    let own = |points: &str| format!("{POINTS}{}", line("sheet", points));
+    warned(&own("[[0.2, 0.2], [0.3, 0.2], [0.3, 0.3], [0.26, 0.3], [0.26, 0.15]]"), "`sheet` crosses itself at");
+    warned(
+        &own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3], [0.2, 0.206]]"),
+        "parts of the membrane `sheet` come",
+    );
+    assert!(model(&own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3]]")).unwrap().warnings.is_empty());
+}
+
+#[test]
+fn the_volume_of_a_sheet_with_free_edges_is_refused_with_its_reason() {
+    let volume = |keys: &str| format!("[[probe]]\nname = \"inside\"\nof = \"sheet\"\nquantity = \"volume\"\n{keys}\n");
+    let help = |text: &str| model(text).err().unwrap()[0].help.clone().unwrap();
+    let sum = volume("reduce = \"sum\"");
+    assert!(help(&format!("{POINTS}{SHEET}{sum}")).contains("without free edges"));
+    let around = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]], closed = true";
+    let closed = SHEET.replace("[[0.2, 0.2], [0.8, 0.2]]", around).replace("[12]", "[6]");
+    assert!(model(&format!("{POINTS}{closed}{sum}")).is_ok());
+    assert!(help(&format!("{POINTS}{closed}{}", volume("reduce = \"mean\""))).contains("`reduce = \"sum\"`"));
 }
 
 #[test]

@@ -80,7 +80,7 @@ fn coordinates<const D: usize>(x: &Vector<D>) -> String {
 fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let longest_allowed = LONGEST_ELEMENT * setup.grid.cell;
     for (i, membrane) in setup.membranes.iter().enumerate() {
-        let longest = longest_side(membrane);
+        let [_, longest] = sides(membrane);
         if longest > longest_allowed {
             let message = format!("the elements of `{}` are too coarse for the grid: {longest} m", membrane.name);
             let finding = Diagnostic::error(format!("membrane[{i}].geometry"), message);
@@ -90,14 +90,16 @@ fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The longest side of an element of a membrane [m].
-fn longest_side<const D: usize>(membrane: &MembraneSetup<D>) -> f64 {
+/// Mean and greatest length of the sides of a membrane's elements [m].
+fn sides<const D: usize>(membrane: &MembraneSetup<D>) -> [f64; 2] {
     let side = |nodes: &Vec<u32>, k: usize| {
         let (a, b) = (nodes[k] as usize, nodes[(k + 1) % nodes.len()] as usize);
         (membrane.position[a] - membrane.position[b]).norm()
     };
     let sides = membrane.elements.iter().flat_map(|nodes| (0..nodes.len()).map(move |k| side(nodes, k)));
-    sides.fold(0.0, f64::max)
+    let (count, sum, longest) =
+        sides.fold((0, 0.0, 0.0), |(n, sum, longest), s| (n + 1, sum + s, f64::max(longest, s)));
+    [sum / f64::from(count.max(1)), longest]
 }
 
 /// At a free surface a node with little mass takes any velocity; APIC hands it on, and its gradient turns particles inside out.

@@ -35,6 +35,8 @@ pub struct Summary {
     pub fewest: f64,
     /// True if what is known of the case tells the number of steps.
     pub foreseen: bool,
+    /// Sub-steps of the membranes in these steps; 0 without any.
+    pub substeps: f64,
 }
 
 /// One body.
@@ -138,6 +140,7 @@ impl Summary {
             steps: 0.0,
             fewest: 0.0,
             foreseen: true,
+            substeps: 0.0,
         }
     }
 
@@ -176,6 +179,7 @@ impl Summary {
             steps: 0.0,
             fewest: 0.0,
             foreseen: true,
+            substeps: 0.0,
         }
     }
 
@@ -192,12 +196,32 @@ impl Summary {
         let [steps, fewest] = foreseen.unwrap_or([f64::INFINITY; 2]).map(count);
         let own = self.memory + if self.unknowns > 0 { FLOW } else { POINTS } * columns as f64;
         let drawing = PLOTS + if file.picture.is_empty() { 0.0 } else { PICTURES };
-        Self { memory: OUTPUTS * own + drawing, stable_step, steps, fewest, foreseen: foreseen.is_some(), ..self }
+        let substeps = if steps > 0.0 { steps * solver.substeps(end / steps) as f64 } else { 0.0 };
+        let memory = OUTPUTS * own + drawing;
+        Self { memory, stable_step, steps, fewest, foreseen: foreseen.is_some(), substeps, ..self }
     }
 
     /// Particles of all bodies.
     pub fn particles(&self) -> usize {
         self.bodies.iter().map(|b| b.particles).sum()
+    }
+
+    /// Elements of all membranes.
+    pub fn elements(&self) -> usize {
+        self.membranes.iter().map(|membrane| membrane.elements).sum()
+    }
+
+    /// Sub-steps of the membranes, and the work of all steps in particles and elements moved.
+    fn write_work(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let count = |number: f64| if number < 1e6 { format!("{number:.0}") } else { format!("{number:.2e}") };
+        let particle_steps = count(self.steps * self.particles() as f64);
+        if self.substeps == 0.0 {
+            return write!(f, "\nwork: about {particle_steps} particle-steps");
+        }
+        let (substeps, in_a_step) = (count(self.substeps), self.substeps / self.steps);
+        write!(f, "\nsub-steps of membranes: about {substeps}, {in_a_step:.0} in a step")?;
+        let element_steps = count(self.substeps * self.elements() as f64);
+        write!(f, "\nwork: about {particle_steps} particle-steps and {element_steps} element-steps")
     }
 }
 
@@ -233,6 +257,7 @@ impl std::fmt::Display for Summary {
                 write!(f, "steps: about {fewest:.0} to {:.0}, as the flow and its waves ask for", self.steps)
             }
             _ => write!(f, "steps: about {:.0}", self.steps),
-        }
+        }?;
+        if self.foreseen && self.unknowns == 0 { self.write_work(f) } else { Ok(()) }
     }
 }

@@ -97,18 +97,20 @@ fn announce(event: &Event<'_>) -> Option<String> {
     }
 }
 
-/// t / t_end, time left, energy drift, step, Δt, speed: what matters most first, and as much of it as `room` columns hold.
+/// t / t_end, time left, energy drift, step, Δt, speed, that of membranes: what matters most first, and as much of it as `room` columns hold.
 fn describe(progress: &Progress, unit: &str, room: usize) -> String {
     let clock = progress.clock;
     let time = format!("{} / {}", quantity(clock.time, unit), quantity(progress.end, unit));
     let drift = || progress.energy_drift.map(|drift| format!("energy {drift:+.1e}"));
     let energy = progress.energy_remainder.map(|part| format!("energy {}", taken(part))).or_else(drift);
+    let membranes = progress.substeps_per_second > 0.0;
     let parts = [
         progress.remaining.map(|left| format!("{} left", duration(left))),
         energy,
         Some(format!("step {}", clock.step)),
         Some(format!("dt {}", quantity(clock.dt, unit))),
         Some(format!("{} steps/s", quantity(progress.steps_per_second, ""))),
+        membranes.then(|| format!("{} sub-steps/s", quantity(progress.substeps_per_second, ""))),
     ];
     let fitting = parts.into_iter().flatten().try_fold(time, |line, part| {
         let longer = format!("{line}  {part}");
@@ -178,7 +180,10 @@ mod tests {
         }
         let start = Progress { end: 0.678, ..Progress::default() };
         let line = describe(&start, "s", COLUMNS - SHARE);
-        assert!(line.contains("step 0  dt 0.000 s  0.000 steps/s"), "{line}");
+        assert!(line.ends_with("step 0  dt 0.000 s  0.000 steps/s"), "{line}");
+        let sheet = Progress { end: 0.678, substeps_per_second: 2345.6, ..Progress::default() };
+        let line = describe(&sheet, "s", COLUMNS - SHARE);
+        assert!(line.ends_with("0.000 steps/s  2.35 k sub-steps/s"), "{line}");
     }
 
     #[test]

@@ -54,7 +54,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         references: verify::drawn(&folder, &expected)?,
         notes: model.summary.notes.clone(),
     };
-    say(&format!("{}: {} particles, into {}", case.file.name, model.summary.particles(), directory.root().display()));
+    let (particles, elements) = (model.summary.particles(), model.summary.elements());
+    let elements = if elements > 0 { format!(", {elements} elements of membranes") } else { String::new() };
+    say(&format!("{}: {particles} particles{elements}, into {}", case.file.name, directory.root().display()));
     match run::run(&case, model.solver, &directory, options) {
         Ok(summary) => print_summary(&summary, &directory, unit),
         Err(error) => {
@@ -122,12 +124,17 @@ fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) -> Res
 fn times(state: &str, summary: &Summary, unit: &str) -> String {
     let seconds = summary.elapsed.as_secs_f64().max(f64::MIN_POSITIVE);
     let mut text = format!(
-        "{state}: t = {} in {} steps, {}; {} particle-steps/s\n",
+        "{state}: t = {} in {} steps, {}; {} particle-steps/s",
         quantity(summary.clock.time, unit),
         summary.clock.step,
         duration(summary.elapsed),
         quantity(summary.particle_steps as f64 / seconds, ""),
     );
+    if summary.substeps > 0 {
+        let speed = quantity(summary.element_steps as f64 / seconds, "");
+        text += &format!(", {speed} element-steps/s ({} sub-steps of membranes)", summary.substeps);
+    }
+    text.push('\n');
     let inside: f64 = summary.stages.iter().map(|stage| stage.1).sum();
     let outside = ("outputs and the rest", (seconds - inside).max(0.0));
     for (stage, spent) in summary.stages.iter().chain([&outside]) {

@@ -7,6 +7,7 @@ use super::kernel::Kernel;
 use super::light::Cutoff;
 use super::notices::Notices;
 use super::particles::{Body, Particles, Work};
+use super::proximity::Proximity;
 use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
 use super::{Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, stability};
@@ -48,6 +49,7 @@ impl<const D: usize> Mpm<D> {
             (setup.sheet_contact, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
         );
+        let proximity = Proximity::new(&coupling.membranes);
         let filter_time = filter_time(setup.transfer, &bodies, cell);
         let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
         let (books, accounts) = Accounts::open();
@@ -60,6 +62,7 @@ impl<const D: usize> Mpm<D> {
             walls,
             bodies,
             coupling,
+            proximity,
             transfer: setup.transfer,
             filter_time,
             // With APIC the nodes lose more than what their forces do.

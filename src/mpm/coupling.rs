@@ -107,13 +107,13 @@ impl<const D: usize> Coupling<D> {
         step: &Step,
         timer: &mut Timer,
     ) -> Result<(), StepError> {
-        // Where a short step follows a long one, the momentum takes half of both: the longer of the two has to be stable.
-        let count = self.substeps(step.dt.max(step.momentum_dt));
+        let count = self.substeps(step.longer());
         let Self { membranes, contact, passes, .. } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
         timed!(timer, "contact", contact.begin_step((grid, walls), bodies, &surfaces, step.momentum_dt));
 
+        membranes.iter_mut().for_each(Membrane::begin_step);
         let dt = step.dt / count as f64;
         // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
         // change, above all in the first, half a step of momentum.
@@ -142,7 +142,7 @@ impl<const D: usize> Coupling<D> {
     }
 
     /// Sub-steps of a step of `dt` [s].
-    fn substeps(&self, dt: f64) -> usize {
+    pub fn substeps(&self, dt: f64) -> usize {
         (dt / self.substep_bound() * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
 }

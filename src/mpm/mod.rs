@@ -31,6 +31,7 @@ mod motion;
 mod notices;
 mod particles;
 pub mod plain;
+pub mod proximity;
 mod setup;
 mod sides;
 mod snapshot;

@@ -16,6 +16,7 @@ use super::light::Cutoff;
 use super::motion::Summary;
 use super::notices::Notices;
 use super::particles::Body;
+use super::proximity::Proximity;
 use super::stability::GROWTH;
 use super::sweep::Bins;
 use super::wall::Walls;
@@ -46,6 +47,11 @@ impl Step {
         Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
     }
 
+    /// What has to be stable [s]: where a short step follows a long one, the momentum takes half of both.
+    pub fn longer(&self) -> f64 {
+        self.dt.max(self.momentum_dt)
+    }
+
     /// When the velocities before the step hold, t^{n−½}.
     pub fn before(&self) -> f64 {
         self.t - 0.5 * self.dt_before
@@ -69,6 +75,8 @@ pub struct Mpm<const D: usize> {
     /// The largest signal + |v| of each body [m/s].
     pub(super) fastest: Vec<f64>,
     pub(super) coupling: Coupling<D>,
+    /// Membranes that meet each other or themselves.
+    pub(super) proximity: Proximity<D>,
     pub(super) transfer: Transfer,
     /// Time between two noise filters [s].
     pub(super) filter_time: f64,
@@ -111,11 +119,15 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         let step = Step::new(t, dt, self.dt_before);
+        let work = self.substeps(dt) * self.element_count() as u64 + self.particle_count() as u64;
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         self.dt_before = dt;
         self.steps += 1;
         self.bound = self.step_bound().min(GROWTH * self.bound);
         self.watch(t + dt);
+        if !self.coupling.membranes.is_empty() {
+            timed!(self.timer, "apart", self.proximity.watch(&self.coupling.membranes, work, t + dt));
+        }
         Ok(())
     }
 
@@ -135,9 +147,14 @@ impl<const D: usize> Solver for Mpm<D> {
         columns::misfit(self)
     }
 
+    fn restored(&mut self) {
+        self.proximity.forget();
+    }
+
     fn notices(&mut self) -> Vec<String> {
         let mut said = self.coupling.contact.notices();
         said.extend(self.notices.take());
+        said.extend(self.proximity.take());
         said
     }
 
@@ -147,6 +164,15 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn particle_count(&self) -> usize {
         self.bodies.iter().map(|body| body.particles.len()).sum()
+    }
+
+    fn element_count(&self) -> usize {
+        self.coupling.membranes.iter().map(|membrane| membrane.elements.len()).sum()
+    }
+
+    fn substeps(&self, dt: f64) -> u64 {
+        let count = || self.coupling.substeps(Step::new(0.0, dt, self.dt_before).longer());
+        if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
     }
 }
 

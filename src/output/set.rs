@@ -84,6 +84,14 @@ impl<'s> Set<'s> {
         names
     }
 
+    /// Why there is no quantity of this name, where that needs a reason.
+    pub fn lacks(self, name: &str) -> Option<String> {
+        let Self::Surface(set) = self else { return None };
+        let reason = "only a membrane without free edges, whose elements all look to one side, encloses a volume";
+        let membrane = set.element_fields.iter().any(|field| field.name == "thickness");
+        (name == "volume" && membrane).then(|| reason.to_owned())
+    }
+
     /// A field, `position`, or `displacement` (for particles from where they were at the start).
     pub fn quantity(self, name: &str, start: &Start) -> Option<Quantity<'s>> {
         if let Some((field, on)) = self.fields().find(|(field, _)| field.name == name) {

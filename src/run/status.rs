@@ -71,6 +71,8 @@ fn status(state: &str, progress: &Progress, error: Option<&Error>, checkpoint: O
         "remaining_seconds": progress.remaining.map(|left| left.as_secs_f64()),
         "steps_per_second": progress.steps_per_second,
         "particle_steps_per_second": progress.particle_steps_per_second,
+        "substeps_per_second": progress.substeps_per_second,
+        "element_steps_per_second": progress.element_steps_per_second,
         "energy_drift": progress.energy_drift,
         "energy_lost_to_errors": progress.energy_remainder,
         "checkpoint": checkpoint.map(|path| path.display().to_string()),

@@ -126,6 +126,14 @@ impl Solver for Guarded {
     fn particle_count(&self) -> usize {
         self.solver.particle_count()
     }
+
+    fn element_count(&self) -> usize {
+        self.solver.element_count()
+    }
+
+    fn substeps(&self, dt: f64) -> u64 {
+        self.solver.substeps(dt)
+    }
 }
 
 #[cfg(test)]

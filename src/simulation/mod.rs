@@ -90,6 +90,17 @@ pub trait Solver: Send {
 
     /// How many particles a step moves (for rates in progress lines).
     fn particle_count(&self) -> usize;
+
+    /// Elements of all membranes.
+    fn element_count(&self) -> usize {
+        0
+    }
+
+    /// Sub-steps that the membranes take in the next step, of `dt` [s]; 0 without any.
+    fn substeps(&self, dt: f64) -> u64 {
+        let _ = dt;
+        0
+    }
 }
 
 /// Something that watches a run: a field writer, a probe, a history.

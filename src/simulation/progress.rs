@@ -18,6 +18,10 @@ pub struct Progress {
     pub steps_per_second: f64,
     /// Particles moved per second of wall time, lately.
     pub particle_steps_per_second: f64,
+    /// Sub-steps of the membranes per second of wall time, lately; 0 without any.
+    pub substeps_per_second: f64,
+    /// Elements of membranes advanced by a sub-step, per second of wall time, lately.
+    pub element_steps_per_second: f64,
     /// Energy that the ledger can't explain, relative to the largest of its terms.
     pub energy_drift: Option<f64>,
     /// Energy that errors have taken, or given if it is below zero, relative to the largest other term, where the ledger finds it as
@@ -88,7 +92,9 @@ pub(super) struct Pace {
     start: Instant,
     mark: Instant,
     mark_clock: Clock,
+    mark_substeps: u64,
     steps_per_second: f64,
+    substeps_per_second: f64,
     time_per_second: f64,
 }
 
@@ -96,7 +102,15 @@ impl Pace {
     /// Starts the watch at `clock`.
     pub fn new(clock: Clock) -> Self {
         let now = Instant::now();
-        Self { start: now, mark: now, mark_clock: clock, steps_per_second: 0.0, time_per_second: 0.0 }
+        Self {
+            start: now,
+            mark: now,
+            mark_clock: clock,
+            mark_substeps: 0,
+            steps_per_second: 0.0,
+            substeps_per_second: 0.0,
+            time_per_second: 0.0,
+        }
     }
 
     /// Wall time since the start.
@@ -104,27 +118,29 @@ impl Pace {
         self.start.elapsed()
     }
 
-    /// Looks at the speed if a window has passed; true then.
-    pub fn tick(&mut self, clock: Clock) -> bool {
+    /// Looks at the speed if a window has passed; true then. `substeps`: those of the membranes so far.
+    pub fn tick(&mut self, clock: Clock, substeps: u64) -> bool {
         let window = self.mark.elapsed();
         if window < WINDOW {
             return false;
         }
-        self.look(clock, window.as_secs_f64());
+        self.look(clock, substeps, window.as_secs_f64());
         self.mark = Instant::now();
-        self.mark_clock = clock;
+        (self.mark_clock, self.mark_substeps) = (clock, substeps);
         true
     }
 
-    fn look(&mut self, clock: Clock, seconds: f64) {
+    fn look(&mut self, clock: Clock, substeps: u64, seconds: f64) {
         let latest = |old: f64, new: f64| if old == 0.0 { new } else { 0.6 * old + 0.4 * new };
         let steps = (clock.step - self.mark_clock.step) as f64;
         self.steps_per_second = latest(self.steps_per_second, steps / seconds);
+        let substeps = (substeps - self.mark_substeps) as f64;
+        self.substeps_per_second = latest(self.substeps_per_second, substeps / seconds);
         self.time_per_second = latest(self.time_per_second, (clock.time - self.mark_clock.time) / seconds);
     }
 
-    /// The progress at `clock` of a run that ends at `end` [s] and moves `particles` per step.
-    pub fn progress(&self, clock: Clock, end: f64, particles: usize) -> Progress {
+    /// The progress at `clock` of a run that ends at `end` [s], moves `particles` per step and elements of membranes per sub-step.
+    pub fn progress(&self, clock: Clock, end: f64, [particles, elements]: [usize; 2]) -> Progress {
         let seconds_left = (end - clock.time) / self.time_per_second;
         Progress {
             clock,
@@ -132,6 +148,8 @@ impl Pace {
             elapsed: self.elapsed(),
             steps_per_second: self.steps_per_second,
             particle_steps_per_second: self.steps_per_second * particles as f64,
+            substeps_per_second: self.substeps_per_second,
+            element_steps_per_second: self.substeps_per_second * elements as f64,
             remaining: Duration::try_from_secs_f64(seconds_left).ok(),
             ..Progress::default()
         }
@@ -146,17 +164,17 @@ mod tests {
     fn speed_and_time_left_follow_the_last_window() {
         let mut pace = Pace::new(Clock::default());
         let clock = Clock { time: 0.5, step: 50, dt: 0.01 };
-        pace.look(clock, 2.0);
-        let progress = pace.progress(clock, 2.0, 1000);
-        assert_eq!(progress.steps_per_second, 25.0);
-        assert_eq!(progress.particle_steps_per_second, 25_000.0);
+        pace.look(clock, 20_000, 2.0);
+        let progress = pace.progress(clock, 2.0, [1000, 30]);
+        assert_eq!([progress.steps_per_second, progress.substeps_per_second], [25.0, 10_000.0]);
+        assert_eq!([progress.particle_steps_per_second, progress.element_steps_per_second], [25_000.0, 300_000.0]);
         assert_eq!(progress.remaining, Some(Duration::from_secs(6)));
         assert_eq!(progress.fraction(), 0.25);
     }
 
     #[test]
     fn nothing_is_known_before_the_first_step() {
-        let progress = Pace::new(Clock::default()).progress(Clock::default(), 1.0, 10);
+        let progress = Pace::new(Clock::default()).progress(Clock::default(), 1.0, [10, 0]);
         assert_eq!(progress.remaining, None);
         assert_eq!(progress.fraction(), 0.0);
     }

@@ -43,6 +43,10 @@ pub struct Summary {
     pub steps: u64,
     /// Particles moved, summed over the steps of this process.
     pub particle_steps: u64,
+    /// Sub-steps of the membranes in the steps of this process; 0 without any.
+    pub substeps: u64,
+    /// Elements of membranes advanced, summed over these sub-steps.
+    pub element_steps: u64,
     /// Seconds per stage.
     pub stages: Vec<(&'static str, f64)>,
     /// Energy that the ledger can't explain [J].
@@ -74,6 +78,8 @@ pub struct Simulation {
     saved: Instant,
     steps: u64,
     particle_steps: u64,
+    substeps: u64,
+    element_steps: u64,
 }
 
 impl Simulation {
@@ -98,6 +104,8 @@ impl Simulation {
             saved: Instant::now(),
             steps: 0,
             particle_steps: 0,
+            substeps: 0,
+            element_steps: 0,
         }
     }
 
@@ -250,9 +258,12 @@ impl Simulation {
         let span = [self.clock.time, self.clock.time + dt];
         self.show_followed(span);
         self.broken = true;
+        let substeps = self.solver.substeps(dt);
         self.solver.step(self.clock.time, dt).map_err(|error| StepError { step, ..error })?;
         self.broken = false;
         self.clock.advance(dt, target);
+        self.substeps += substeps;
+        self.element_steps += substeps * self.solver.element_count() as u64;
         self.impulses.add(self.solver.as_ref(), dt);
         self.show_followed(span);
         let (notices, progress) = (self.solver.notices(), self.progress());
@@ -285,7 +296,7 @@ impl Simulation {
                 return Err(Error::Interrupted);
             }
             self.step()?;
-            if self.pace.tick(self.clock) {
+            if self.pace.tick(self.clock, self.substeps) {
                 let progress = self.progress();
                 self.observers.iter_mut().try_for_each(|observer| observer.progress(&progress))?;
             }
@@ -381,10 +392,11 @@ impl Simulation {
     }
 
     fn progress(&self) -> Progress {
+        let counts = [self.solver.particle_count(), self.solver.element_count()];
         Progress {
             energy_drift: self.energy_drift,
             energy_remainder: self.energy_remainder,
-            ..self.pace.progress(self.clock, self.plan.end, self.solver.particle_count())
+            ..self.pace.progress(self.clock, self.plan.end, counts)
         }
     }
 
@@ -395,6 +407,8 @@ impl Simulation {
             elapsed: self.pace.elapsed(),
             steps: self.steps,
             particle_steps: self.particle_steps,
+            substeps: self.substeps,
+            element_steps: self.element_steps,
             stages: self.solver.stage_times(),
             closure: ledger.closure(self.stored_at_start),
             energy_scale: ledger.scale(self.stored_at_start),

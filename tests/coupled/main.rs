@@ -2,10 +2,12 @@
 
 #[path = "../mpm/bits.rs"]
 mod bits;
+mod enclose;
 mod gas;
 mod impact;
 mod leave;
 mod lids;
+mod meet;
 mod model;
 mod repeat;
 mod rests;

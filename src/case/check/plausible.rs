@@ -3,7 +3,7 @@
 use crate::case::{Case, Units};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::mpm::{BodySetup, GridSetup, Setup, WallKind};
+use crate::mpm::{BodySetup, GridSetup, Setup, SheetContact, WallKind};
 use crate::pfem2;
 use crate::pfem2::boundary::Condition;
 
@@ -25,8 +25,11 @@ const THIN: f64 = 1e-7;
 /// Sheets that are thicker, over the extent of the grid, are no sheets. (Their own may be that of a channel one cell wide.)
 const THICK: f64 = 0.3;
 
-/// Elements of membranes that are longer, in cells, miss what the grid resolves.
-const LONG: f64 = 8.0;
+/// Elements of membranes that are shorter or longer, in cells: contact at nodes of the grid, for which half a cell to one cell is right.
+const AT_NODES: [f64; 2] = [0.25, 2.0];
+
+/// The same where membranes meet bodies at their particles.
+const AT_PARTICLES: [f64; 2] = [0.125, 8.0];
 
 /// A grid that is longer, over the extent of what is in it, is hardly meant.
 const VAST: f64 = 500.0;
@@ -58,7 +61,7 @@ pub(super) fn of_points<const D: usize>(case: &Case, setup: &Setup<D>, findings:
     }
     faster_than_sound(setup, findings);
     thickness(case, setup, findings);
-    long_elements(setup, findings);
+    elements_and_cells(setup, findings);
     beside_slip(case, setup, findings);
 }
 
@@ -149,18 +152,34 @@ fn thickness<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<D
     }
 }
 
-fn long_elements<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
+/// Where bodies meet membranes, elements have about the size of cells.
+fn elements_and_cells<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     if setup.bodies.is_empty() {
         return;
     }
+    let (least, most, leaks) = match setup.sheet_contact {
+        SheetContact::Nodes => (AT_NODES[0], AT_NODES[1], "what meets it at nodes of the grid leaks between them"),
+        SheetContact::Particles => (AT_PARTICLES[0], AT_PARTICLES[1], "what meets it sees flat pieces of that size"),
+    };
     for (i, membrane) in setup.membranes.iter().enumerate() {
-        let cells = super::longest_side(membrane) / setup.grid.cell;
-        if (LONG..super::LONGEST_ELEMENT).contains(&cells) {
-            let message = format!("the elements of `{}` are {cells:.1} cells long", membrane.name);
-            let help = "what meets it sees flat pieces of that size, and steps are as short as the small cells ask: take \
-                        smaller elements, or larger cells";
-            findings.push(Diagnostic::warning(format!("membrane[{i}].geometry"), message).help(help));
-        }
+        let [mean, longest] = super::sides(membrane).map(|side| side / setup.grid.cell);
+        let (cells, help) = if (most..super::LONGEST_ELEMENT).contains(&longest) {
+            (
+                longest,
+                format!(
+                    "{leaks}, and steps are as short as the small cells ask: take smaller elements, or larger cells"
+                ),
+            )
+        } else if mean < least {
+            let help = "the grid doesn't see what they resolve, and their sub-steps cost: take larger elements, or smaller cells";
+            (mean, help.to_owned())
+        } else {
+            continue;
+        };
+        let digits = if cells < 1.0 { 3 } else { 1 };
+        let message = format!("the elements of `{}` are {cells:.digits$} cells long", membrane.name);
+        let right = "; between half a cell and one cell is right";
+        findings.push(Diagnostic::warning(format!("membrane[{i}].geometry"), message).help(help + right));
     }
 }
 

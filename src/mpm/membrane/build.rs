@@ -2,6 +2,7 @@
 
 use super::connectivity::Elements;
 use super::element::{self, Block, Parameters, Reference};
+use super::enclosed::Enclosure;
 use super::hourglass::Hourglass;
 use super::lanes::{LANES, LaneVector, Lanes};
 use super::ledger::Books;
@@ -46,6 +47,9 @@ impl<const D: usize> Membrane<D> {
             corner_force: vec![Vector::ZERO; elements.corner_nodes().len()],
             element_force: vec![Vector::ZERO; nodes],
             contact_force: vec![Vector::ZERO; nodes],
+            touch: Vec::new(),
+            touch_time: 0.0,
+            enclosure: Enclosure::new(&elements, &setup.position),
             momentum_dt: 0.0,
             books: vec![Books::zeroed()],
             position: setup.position,

@@ -17,6 +17,7 @@
 mod build;
 mod connectivity;
 mod element;
+mod enclosed;
 mod hourglass;
 mod lanes;
 mod ledger;
@@ -27,6 +28,7 @@ mod step;
 mod task;
 #[cfg(test)]
 mod tests;
+mod touch;
 
 pub use connectivity::Elements;
 pub use ledger::Balance;
@@ -34,6 +36,7 @@ pub use ledger::Balance;
 use crate::material::Sheet;
 use crate::math::{Signal, Vector};
 use element::{Block, Parameters, Reference};
+use enclosed::Enclosure;
 use ledger::Books;
 use load::{Pressure, Supports};
 
@@ -76,6 +79,11 @@ pub struct Membrane<const D: usize> {
     element_force: Vec<Vector<D>>,
     /// Contact force on each node in this step [N].
     contact_force: Vec<Vector<D>>,
+    /// Impulse of contact on each node since the step began [N s], and the time of momentum in it [s].
+    touch: Vec<Vector<D>>,
+    touch_time: f64,
+    /// Of a membrane without free edges.
+    enclosure: Option<Enclosure<D>>,
     /// The Δt of the momentum update under way [s].
     momentum_dt: f64,
     books: Vec<Books<D>>,

@@ -33,15 +33,26 @@ impl<const D: usize> Membrane<D> {
                     flat(self.position.iter().zip(&self.reference).map(|(&x, &reference)| x - reference))
                 }),
             ],
-            element_fields: vec![
-                self.element_field("thickness", "m", |e| self.thickness(e)),
-                self.element_field("stress 1", "Pa", |e| self.principal_stress(e)[0]),
-                self.element_field("stress 2", "Pa", |e| self.principal_stress(e)[1]),
-                self.element_field("resultant", "N/m", |e| self.principal_stress(e)[0] * self.thickness(e)),
-                self.element_field("wrinkling", "", |e| self.wrinkle_state(e)),
-                self.element_field("hourglass energy", "J", |e| self.hourglass_work(e)),
-            ],
+            element_fields: self.element_fields(),
         }
+    }
+
+    fn element_fields(&self) -> Vec<Field<'_>> {
+        let mut fields = vec![
+            self.element_field("thickness", "m", |e| self.thickness(e)),
+            self.element_field("stress 1", "Pa", |e| self.principal_stress(e)[0]),
+            self.element_field("stress 2", "Pa", |e| self.principal_stress(e)[1]),
+            self.element_field("resultant", "N/m", |e| self.principal_stress(e)[0] * self.thickness(e)),
+            self.element_field("wrinkling", "", |e| self.wrinkle_state(e)),
+            self.element_field("hourglass energy", "J", |e| self.hourglass_work(e)),
+            self.element_field("area", "m^2", |e| self.area_vector(e).norm()),
+            Field::computed("contact pressure", "Pa", 1, || self.contact_pressures()),
+            Field::computed("contact area", "m^2", 1, || self.contact_areas()),
+        ];
+        if self.is_closed() {
+            fields.push(Field::computed("volume", "m^3", 1, || self.volumes()));
+        }
+        fields
     }
 
     /// Principal values of the true stress that an element carries [Pa], the greater first: means over its quadrature

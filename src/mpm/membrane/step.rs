@@ -54,6 +54,7 @@ impl<const D: usize> Membrane<D> {
     /// Trial velocities (46): v̄ = v^{n−½} + Δt f / m, prescribed components as at `t + ½ dt`.
     pub fn advance_velocity(&mut self, t: f64, dt: f64) {
         self.momentum_dt = dt;
+        self.touch_time += dt;
         std::mem::swap(&mut self.before, &mut self.velocity);
         let (mut velocity, drag) = (std::mem::take(&mut self.velocity), self.drag());
         velocity.par_chunks_mut(NODES).enumerate().for_each(|(chunk, velocity)| {
@@ -71,14 +72,15 @@ impl<const D: usize> Membrane<D> {
     /// Corrects the velocities by contact forces on the nodes [N] (59), prescribed components again.
     /// Several calls in a step add up.
     pub fn apply_contact(&mut self, force: &[Vector<D>], t: f64, dt: f64) {
-        let Self { velocity, contact_force, mass, .. } = self;
+        let Self { velocity, contact_force, touch, mass, .. } = self;
         contact_force.resize(velocity.len(), Vector::ZERO);
-        velocity.par_iter_mut().zip(contact_force).zip(force).zip(&*mass).with_min_len(NODES).for_each(
-            |(((v, sum), &f), &m)| {
-                *v += f * (dt / m);
-                *sum += f;
-            },
-        );
+        touch.resize(velocity.len(), Vector::ZERO);
+        let nodes = velocity.par_iter_mut().zip(contact_force).zip(touch).zip(force).zip(&*mass);
+        nodes.with_min_len(NODES).for_each(|((((v, sum), touch), &f), &m)| {
+            *v += f * (dt / m);
+            *sum += f;
+            *touch += f * dt;
+        });
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 

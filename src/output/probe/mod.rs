@@ -57,9 +57,10 @@ impl Probe {
         let start = if spec.quantity == "displacement" { set.start() } else { Start::new() };
         let quantity = set.quantity(&spec.quantity, &start).ok_or_else(|| {
             let message = format!("`{}` has no quantity `{}`", spec.of, spec.quantity);
-            let help = expected(&spec.quantity, &set.quantity_names());
+            let help = set.lacks(&spec.quantity).unwrap_or_else(|| expected(&spec.quantity, &set.quantity_names()));
             Diagnostic::error(format!("{key}.quantity"), message).help(help)
         })?;
+        check_whole(&spec, key, set)?;
         check_component(&spec, key, &quantity, initial.dimension)?;
         check_weight(&spec, key, set, &quantity)?;
 
@@ -206,6 +207,17 @@ fn value_columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize
             names.map(|component| (name(&component), quantity.unit)).collect()
         }
     }
+}
+
+/// An element's part of the volume that a membrane encloses has no meaning of its own.
+fn check_whole(spec: &ProbeSpec, key: &str, set: Set<'_>) -> Result<(), Diagnostic> {
+    let whole = spec.reduction() == Some(Reduction::Sum) && spec.within.is_none() && spec.weight.is_none();
+    if whole || spec.quantity != "volume" || !matches!(set, Set::Surface(_)) {
+        return Ok(());
+    }
+    let message = format!("the volume that `{}` encloses is the sum over all of its elements", spec.of);
+    Err(Diagnostic::error(format!("{key}.quantity"), message)
+        .help("write `reduce = \"sum\"`, without `within` and `weight`"))
 }
 
 fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>, dimension: usize) -> Result<(), Diagnostic> {
