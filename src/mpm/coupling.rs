@@ -12,6 +12,7 @@
 use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
 use super::membrane::Membrane;
 use super::particles::Body;
+use super::proximity::Proximity;
 use super::wall::Walls;
 use super::{Grid, MembraneSetup, SheetContact, Step};
 use crate::error::{Diagnostic, StepError};
@@ -105,7 +106,7 @@ impl<const D: usize> Coupling<D> {
         (grid, walls): (&mut Grid<D>, &Walls<D>),
         bodies: &[Body<D>],
         step: &Step,
-        timer: &mut Timer,
+        (proximity, timer): (&mut Proximity<D>, &mut Timer),
     ) -> Result<(), StepError> {
         let count = self.substeps(step.longer());
         let Self { membranes, contact, passes, .. } = self;
@@ -115,6 +116,9 @@ impl<const D: usize> Coupling<D> {
 
         membranes.iter_mut().for_each(Membrane::begin_step);
         let dt = step.dt / count as f64;
+        let particles: usize = bodies.iter().map(|body| body.particles.len()).sum();
+        let elements: usize = membranes.iter().map(|membrane| membrane.elements.len()).sum();
+        let work = (elements + particles / count) as u64;
         // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
         // change, above all in the first, half a step of momentum.
         let momentum_dt = step.momentum_dt / count as f64;
@@ -136,6 +140,7 @@ impl<const D: usize> Coupling<D> {
                 timed!(timer, "membrane", membrane.move_nodes(t, dt)); // x_K                      (47)
                 timed!(timer, "contact", contact.part(index, &mut membrane.position, &at));
             }
+            timed!(timer, "apart", proximity.watch(membranes, work, t + dt));
         }
         timed!(timer, "contact", contact.finish_step(grid));
         Ok(())

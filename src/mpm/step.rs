@@ -119,15 +119,11 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         let step = Step::new(t, dt, self.dt_before);
-        let work = self.substeps(dt) * self.element_count() as u64 + self.particle_count() as u64;
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         self.dt_before = dt;
         self.steps += 1;
         self.bound = self.step_bound().min(GROWTH * self.bound);
         self.watch(t + dt);
-        if !self.coupling.membranes.is_empty() {
-            timed!(self.timer, "apart", self.proximity.watch(&self.coupling.membranes, work, t + dt));
-        }
         Ok(())
     }
 
@@ -188,8 +184,8 @@ impl<const D: usize> Mpm<D> {
             timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
         }
-        let Self { grid, walls, bodies, coupling, timer, .. } = self;
-        coupling.advance((grid, walls), bodies, step, timer)?; // membranes, J_I             (39–59)
+        let Self { grid, walls, bodies, coupling, proximity, timer, .. } = self;
+        coupling.advance((grid, walls), bodies, step, (proximity, timer))?; // membranes, J_I             (39–59)
         self.book_walls_of_sheets(step);
         timed!(self.timer, "stress", self.lead_volumes());
         timed!(self.timer, "grid", self.constrain_walls(step)); // contact may have pushed into them

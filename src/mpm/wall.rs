@@ -227,7 +227,7 @@ impl<const D: usize> Walls<D> {
         self.places = gap::Places::new(grid, &self.conditions, has_gap);
     }
 
-    /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave.
+    /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave. Solids meet walls at once (`gap`).
     fn has_gap(&self, condition: &Condition<D>) -> bool {
         !self.boundaries[condition.boundary as usize].kind.binds()
     }

@@ -1,10 +1,10 @@
-//! Membranes meet bodies only: one that comes to the end of the grid, or to an obstacle, stops the run by name.
+//! A membrane that leaves the grid through an open end, or gets into an obstacle that it doesn't meet, stops the run by name.
 
 use crate::model::*;
 use lateen::error::{Place, StepError};
 use lateen::geometry::Region;
 use lateen::math::{Signal, Vector};
-use lateen::mpm::{Obstacle, Setup, WallKind};
+use lateen::mpm::{Friction, Obstacle, Setup, WallKind};
 use lateen::simulation::Solver;
 
 /// A chain 0.5 above the lower end of the grid that falls with a speed of 1.
@@ -13,7 +13,6 @@ fn falling() -> Setup<2> {
     let mut chain = membrane(position, (0..4).map(|k| vec![k, k + 1]).collect(), [1.0, 100.0, 0.0, 0.1], Vec::new());
     chain.velocity.fill(Vector([0.0, -1.0]));
     let mut setup = setup(open([0.0, 0.0], 0.25, [12, 12]), Vec::new(), vec![chain]);
-    setup.grid.walls[1][0].kind = WallKind::Separate;
     // Nothing but the membrane bounds the step.
     setup.max_substeps = 1;
     setup
@@ -47,6 +46,7 @@ fn a_node_in_an_obstacle_is_named() {
     let region = Region::HalfSpace { point: [0.0, 0.3, 0.0], normal: [0.0, 1.0, 0.0] };
     let velocity = std::array::from_fn(|_| Signal::ZERO);
     setup.obstacles.push(Obstacle { name: "floor".into(), region, kind: WallKind::Separate, velocity });
+    setup.friction = vec![("sheet".into(), "floor".into(), Friction::None)];
     let error = error(setup);
     assert!(error.what.contains("went into the obstacle `floor`"), "{error}");
     // Half a cell below its surface.

@@ -40,9 +40,14 @@ fn said<const D: usize>(mpm: &mut Mpm<D>, end: f64) -> Vec<(f64, String)> {
         let dt = mpm.stable_dt().min(end - t);
         mpm.step(t, dt).unwrap_or_else(|error| panic!("{error}"));
         t += dt;
-        all.extend(mpm.notices().into_iter().filter(|text| text.contains("other")).map(|text| (t, text)));
+        all.extend(mpm.notices().into_iter().filter(|text| text.contains("other")).map(|text| (time(&text), text)));
     }
     all
+}
+
+/// The time that a notice tells [s].
+fn time(text: &str) -> f64 {
+    text.split("at t = ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap()
 }
 
 /// Two flat sheets face to face, 0.1 m apart and 4 mm thick, approach each other at 2 m/s: at 48 ms they are a thickness
@@ -101,7 +106,7 @@ fn neighbours_and_sewn_sheets_do_not_meet() {
         sheet.position.iter_mut().for_each(|x| x[2] += sign * height(x));
         sheet.name = format!("side {sign}");
         sheet.pressure = lateen::math::Signal::Constant(sign);
-        let edge = |x: &Vector<3>| x[..2].iter().any(|c| *c == 0.0 || *c == 1.0);
+        let edge = |x: &Vector<3>| x.0[..2].iter().any(|c| *c == 0.0 || *c == 1.0);
         let held = (0_u32..).zip(&sheet.position).filter(|(_, x)| edge(x)).map(|(k, _)| k).collect();
         sheet.supports = vec![support(held, [true; 3])];
         sheet

@@ -39,6 +39,11 @@ fn force(mpm: &Mpm<2>, name: &str) -> [f64; 3] {
     forces.into_iter().find(|(own, _)| own == name).unwrap_or_else(|| panic!("no force `{name}`")).1
 }
 
+/// Steps of `dt` until `end`.
+fn run_in_steps(mpm: &mut Mpm<2>, end: f64, dt: f64) {
+    (0..(end / dt).round() as u32).for_each(|n| mpm.step(f64::from(n) * dt, dt).unwrap());
+}
+
 /// Mean velocity of the sheet, half a step before `t`.
 fn mean_velocity(mpm: &Mpm<2>) -> Vector<2> {
     Vector([term(mpm, "momentum x"), term(mpm, "momentum y")]) / term(mpm, "mass")
@@ -87,8 +92,9 @@ fn a_strip_that_falls_on_a_floor_comes_to_rest() {
 /// A floor that rises carries a strip at its own speed, does the work for it, and a belt that starts drags it along by friction.
 #[test]
 fn what_moves_does_work_on_a_strip() {
+    // In short steps: momentum begins half of one later than positions, and the weight of that is not lifted.
     let mut mpm = on_plane(0.0, WallKind::Separate, [0.0, 0.5]);
-    run(&mut mpm, 0.1, |_, _| {});
+    run_in_steps(&mut mpm, 0.1, 1e-4);
     let (mass, lift) = (term(&mpm, "mass"), 0.05);
     assert!((mean_velocity(&mpm) - Vector([0.0, 0.5])).norm() < 1e-9);
     let (work, lost) = (term(&mpm, "work of walls"), term(&mpm, "wall dissipation"));

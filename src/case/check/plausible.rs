@@ -170,7 +170,7 @@ fn elements_and_cells<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagn
                     "{leaks}, and steps are as short as the small cells ask: take smaller elements, or larger cells"
                 ),
             )
-        } else if mean < least {
+        } else if mean < least * (1.0 - 1e-9) {
             let help = "the grid doesn't see what they resolve, and their sub-steps cost: take larger elements, or smaller cells";
             (mean, help.to_owned())
         } else {

@@ -148,6 +148,21 @@ pub struct Updated<const N: usize> {
     pub sums: Sums,
 }
 
+/// The metric of a crumpled element is at least this [m⁴], so that its inverse is a number.
+const LEAST_SPREAD: f64 = 1e-60;
+
+/// The fourth power of the area over that of the reference, at most one: what is left of the viscosity of the hourglass mode in an
+/// element of a sheet that wrinkles. The duals of one that crumples to a line grow as the inverse of its squared area,
+/// and the viscosity with their squares: in full it would throw its nodes away.
+#[inline(always)]
+fn spread(area: Lanes, reference: Option<&Reference>, volume: Lanes) -> Lanes {
+    let Some(reference) = reference else { return Lanes::splat(1.0) };
+    let ratio = area * Lanes(reference.thickness) / volume;
+    let square = ratio * ratio;
+    let fourth = square * square;
+    -((-fourth).max(-1.0))
+}
+
 /// Updates `count` elements with nodes at `x` moving with `v`; they have a block and a reference for each quadrature
 /// point (rate laws: no reference).
 #[inline(always)]
@@ -171,13 +186,15 @@ pub fn update<S: Shape<N>, const N: usize>(
         let (metric, block) = (Metric::new(now.g1, now.g2), &mut blocks[0]);
         let area = metric.det.sqrt() * S::AREA;
         let [t11, t22, _] = stressed.tension;
+        let spread = if S::POINTS > 1 { spread(area, references.first(), stressed.volume) } else { Lanes::splat(1.0) };
+        let least = if S::POINTS > 1 { LEAST_SPREAD } else { 0.0 };
         let surroundings = Surroundings {
             now: &now,
             rate: &rate,
             metric: &metric,
-            inverse: Lanes::splat(1.0) / metric.det,
+            inverse: Lanes::splat(1.0) / metric.det.max(least * S::AREA * S::AREA),
             area,
-            volume: stressed.volume,
+            volume: stressed.volume * spread,
             // Several points see the mode and resist it themselves.
             tension: if S::POINTS > 1 { Lanes::splat(0.0) } else { t11 + t22 },
         };

@@ -67,7 +67,7 @@ impl<const D: usize> Proximity<D> {
         (self.room, self.work) = (0.0, FREE);
     }
 
-    /// Looks if it is time to, after `work` elements and particles were moved; `t` is the end of the step [s].
+    /// Looks if it is time to, after `work` elements and particles were moved; `t` is the end of the sub-step [s].
     pub fn watch(&mut self, membranes: &[Membrane<D>], work: u64, t: f64) {
         self.work += work as f64;
         let (sheets, count) = (membranes.len(), self.layout.count() as f64);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle
-//! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0
+//! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0                  at once where a solid meets a wall of the domain
 //! ```
 //!
 //! with the distance d from the obstacle and the reach r of the body around a particle. A node knows that a body is near as
@@ -58,8 +58,11 @@ impl<const D: usize> Walls<D> {
         bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
     ) {
         let mut gaps = std::mem::take(&mut self.reactions[field].gap);
+        let bodies: Vec<_> = bodies.collect();
+        let solid = bodies.iter().any(|(body, _)| body.law.keeps_shape());
+        let at_once = |condition: &Condition<D>| solid && (condition.boundary as usize) < 2 * D;
         gaps.clear();
-        gaps.resize(self.conditions.len(), f64::INFINITY);
+        gaps.extend(self.conditions.iter().map(|c| if at_once(c) { f64::NEG_INFINITY } else { f64::INFINITY }));
         if !self.places.first.is_empty() {
             for (body, bins) in bodies {
                 for (condition, gap) in self.gaps(grid, body, bins) {
