@@ -129,7 +129,7 @@ fn obstacles_in_the_wrong_place() {
     let warnings = good(&GOOD.replace("\n[[contact]]", &floor("-50 mm", "")), &[]).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("outside the grid"), "{warnings:#?}");
     assert_eq!(good(&GOOD.replace("\n[[contact]]", &slab("1 mm")), &[]).warnings, []);
-    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("0.4 mm", "")), &[]).warnings, []);
+    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("-1 mm", "")), &[]).warnings, []);
 }
 
 #[test]

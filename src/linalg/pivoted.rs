@@ -39,7 +39,6 @@ impl PivotedFactor {
 }
 
 /// S A S by columns: where each begins, the rows of its numbers, and the numbers. `None` if 31 bits can't count them.
-#[expect(clippy::type_complexity, reason = "the three vectors of the format, taken apart at once")]
 fn compressed_columns<const B: usize>(a: &BlockMatrix<B>, s: &[[f64; B]]) -> Option<(Vec<u32>, Vec<u32>, Vec<f64>)> {
     let pattern = &a.pattern;
     let count = pattern.entries() * B * B;

@@ -34,7 +34,7 @@ const TASK: usize = 1024;
 impl<const D: usize> Mpm<D> {
     /// Leads the volumes of ideal gases to the grid's, every few steps, in fields that such a gas has to itself.
     pub(super) fn lead_volumes(&mut self) {
-        if self.steps % EVERY != 0 {
+        if !self.steps.is_multiple_of(EVERY) {
             return;
         }
         for field in 0..self.grid.fields.len() {
