@@ -122,7 +122,7 @@ fn bending_gives_back_what_it_took() {
 }
 
 #[test]
-fn steps_at_the_stable_bound_make_no_energy() {
+fn steps_of_the_usual_safety_make_no_energy() {
     let corners = [[0.0, 0.0], [1.3, 0.1], [0.8, 0.9], [-0.2, 0.7]];
     for seed in 1..9u64 {
         let law = sheet::Elastic { density: 1000.0, young: YOUNG, poisson: POISSON, wrinkling: true };

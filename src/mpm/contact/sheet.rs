@@ -262,7 +262,8 @@ impl<const D: usize> Sheet<D> {
             }
             self.push(partners, times);
         }
-        if !self.rigid.is_empty() && (pass > 0 || self.points.is_empty()) {
+        // Where particles touch, walls had the last word in their sweeps, and the work is booked.
+        if !self.rigid.is_empty() && self.points.is_empty() {
             self.rest(surface, at);
         }
         &self.forces

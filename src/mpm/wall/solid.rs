@@ -83,7 +83,11 @@ impl<'a, const D: usize> Solid<'a, D> {
 
     /// Whether anything within `reach` [m] of it may lie between these corners [m].
     pub fn is_near(self, lower: Vector<D>, upper: Vector<D>, reach: f64) -> bool {
-        let Some(region) = self.region() else { return true };
+        let Some(region) = self.region() else {
+            let (axis, end) = (self.boundary / 2, self.boundary % 2);
+            let bound = self.walls.bounds[end][axis];
+            return if end == 0 { lower[axis] <= bound + reach } else { upper[axis] >= bound - reach };
+        };
         let moved = self.walls.displacement[self.boundary - 2 * D];
         let bounds = region.bounds();
         (0..D).all(|a| upper[a] - moved[a] >= bounds.lower[a] - reach && lower[a] - moved[a] <= bounds.upper[a] + reach)
