@@ -33,6 +33,7 @@ mod particles;
 pub mod plain;
 pub mod proximity;
 mod setup;
+mod shifting;
 mod sides;
 mod snapshot;
 mod stability;

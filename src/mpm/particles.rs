@@ -47,6 +47,8 @@ pub struct Work<const D: usize> {
     pub rate: Vec<Vector<D>>,
     /// What the noise filter has not explained yet [m/s], u_j; empty but in the filter of bodies that keep its heat.
     pub noise: Vec<Vector<D>>,
+    /// Where particle shifting moves the particles at the end of the step [m]; empty in most steps.
+    pub shift: Vec<Vector<D>>,
     /// Σ N ½(v⁻ + v⁺) [m/s], what external forces work on; empty where there are none.
     pub mean: Vec<Vector<D>>,
 }

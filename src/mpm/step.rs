@@ -188,6 +188,7 @@ impl<const D: usize> Mpm<D> {
         coupling.advance((grid, walls), bodies, step, (proximity, timer))?; // membranes, J_I             (39–59)
         self.book_walls_of_sheets(step);
         timed!(self.timer, "stress", self.lead_volumes());
+        timed!(self.timer, "stress", self.find_shifts(step));
         timed!(self.timer, "grid", self.constrain_walls(step)); // contact may have pushed into them
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {

@@ -254,8 +254,15 @@ impl<const D: usize> Points<D> {
         for contact in &mut self.contacts {
             let near = &self.reached[start as usize..contact.end as usize];
             start = contact.end;
-            let soft = contact.sheet_softness(rigid, softness);
-            let delta = contact.push(contact.opening(near, &self.velocity, sheet), soft, dt);
+            let opening = contact.opening(near, &self.velocity, sheet);
+            let before = contact.impulse;
+            let held = contact.sheet_softness(softness, |k, soft, n| rigid.compliance(k, soft, n));
+            let mut delta = contact.push(opening, held, dt);
+            if contact.loosens(rigid, delta) {
+                contact.impulse = before;
+                let free = |_, soft: Vector<D>, n: Vector<D>| (0..D).map(|a| n[a] * n[a] * soft[a]).sum();
+                delta = contact.push(opening, contact.sheet_softness(softness, free), dt);
+            }
             change = change.max(delta.norm());
             largest = largest.max(contact.impulse.normal.norm());
             if delta == Vector::ZERO {
@@ -325,14 +332,25 @@ impl<const D: usize> Spot<D> {
 
     /// What the sheet adds to M⁻¹, along the normal and, at most, across it [1/kg].
     #[inline]
-    fn sheet_softness(&self, rigid: &Rigid<D>, softness: &impl Fn(usize) -> Vector<D>) -> [f64; 2] {
+    fn sheet_softness(
+        &self,
+        softness: &impl Fn(usize) -> Vector<D>,
+        compliance: impl Fn(usize, Vector<D>, Vector<D>) -> f64,
+    ) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
             let soft = softness(k as usize);
-            sums[0] += weight * weight * rigid.compliance(k as usize, soft, self.normal);
+            sums[0] += weight * weight * compliance(k as usize, soft, self.normal);
             sums[1] += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
         }
         sums
+    }
+
+    /// True if a wall or an obstacle that holds a node of the sheet would let go under the change `delta` of the impulse
+    /// [N s]: the sheet is softer then than it is while held.
+    fn loosens(&self, rigid: &Rigid<D>, delta: Vector<D>) -> bool {
+        let mut nodes = self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0);
+        delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.loosens(k as usize, delta * -weight))
     }
 
     /// Improves the impulse for the relative velocity `w` [m/s] and what the sheet adds to M⁻¹ along the normal and across it;

@@ -243,6 +243,19 @@ impl<const D: usize> Rigid<D> {
         (0..D).map(|a| n[a] * soft[a] * free[a]).sum::<f64>().max(0.0)
     }
 
+    /// True if a rest that holds a node would let go of it under the impulse `j` [N s], or slip.
+    pub fn loosens(&self, node: usize, j: Vector<D>) -> bool {
+        let mut left = j;
+        for rest in self.holding(node) {
+            let mut after = rest.clone();
+            left = after.take(left);
+            if after.impulse == rest.impulse && left != Vector::ZERO || rest.sticks() && left != Vector::ZERO {
+                return true;
+            }
+        }
+        false
+    }
+
     /// Gives the impulse `j` [N s] to a node; what it presses against a wall, the wall takes. Returns the change of the node's
     /// velocity [m/s].
     pub fn give(&mut self, node: usize, j: Vector<D>, soft: Vector<D>) -> Vector<D> {

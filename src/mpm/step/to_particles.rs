@@ -212,7 +212,7 @@ impl<const D: usize> Mpm<D> {
             self.bins[index].disorder.note(summary.visits);
             self.fastest[index] = summary.fastest;
         }
-        let put_back = self.coupling.contact.restore(&mut self.bodies);
+        let put_back = self.shift_particles() + self.coupling.contact.restore(&mut self.bodies);
         self.bins.iter_mut().for_each(|bins| bins.disorder.drift += put_back / self.grid.cell);
         self.walls.note_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);

@@ -52,6 +52,7 @@ view! {
     rate: Vector<D>,
     mean: Vector<D>,
     noise: Vector<D>,
+    shift: Vector<D>,
 }
 
 impl<const D: usize> Body<D> {
@@ -71,7 +72,7 @@ impl<const D: usize> Body<D> {
             signal,
             ..
         } = &mut self.particles;
-        let Work { stretch, excess, rate, mean, noise, external, .. } = &mut self.work;
+        let Work { stretch, excess, rate, mean, noise, shift, external, .. } = &mut self.work;
         let stride = self.law.storage().history.len();
         let view = View {
             position,
@@ -88,6 +89,7 @@ impl<const D: usize> Body<D> {
             rate,
             mean,
             noise,
+            shift,
             history,
             mass,
             external,
