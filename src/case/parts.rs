@@ -49,7 +49,8 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa"))]
     pub stress: Option<[SignalSpec; 6]>,
-    /// Bodies with the same group share a velocity field and so stick together; by default each has its own.
+    /// Bodies with the same group share a velocity field and so stick together; by default each has its own. Closed membranes part
+    /// the inside from the outside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The law.

@@ -32,6 +32,7 @@ mod notices;
 mod particles;
 pub mod plain;
 pub mod proximity;
+mod regions;
 mod setup;
 mod sides;
 mod snapshot;
@@ -50,7 +51,7 @@ pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
 pub use heat::Dissipation;
 pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};
-pub use particles::{Body, Particles, Work};
+pub use particles::{Body, Part, Particles, Work};
 pub use setup::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
     SupportSetup, Transfer, Wall, WallKind,

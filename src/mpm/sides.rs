@@ -1,17 +1,19 @@
 //! Whether bodies lie on one side of membranes at the start.
 //!
 //! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ) for
-//! facets of half the angle φ. Contact takes each particle's side from where it starts, so that these particles would be
-//! outside for good.
+//! facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for good. A fluid that
+//! reaches farther to both sides of a closed membrane is meant to: it gets a velocity field on each ([`super::regions`]).
 
 use super::contact::locate::{Locator, Place};
 use super::contact::sample::Facet;
+use super::regions::Enclosure;
 use super::{BodySetup, MembraneSetup, Setup};
 use crate::error::Diagnostic;
 use crate::math::Vector;
+use rayon::prelude::*;
 
-/// A warning for each body that begins on both sides of a closed membrane, and for each that keeps its shape and that a
-/// membrane with free edges cuts through.
+/// A warning for each body that a closed membrane cuts off a film next to it from, and for each that keeps its shape and that a
+/// membrane cuts through.
 pub fn astray<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for membrane in &setup.membranes {
@@ -21,7 +23,8 @@ pub fn astray<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
         let sheet = Sheet { membrane, facets, locator, cell: setup.grid.cell };
         let bodies = setup.bodies.iter().enumerate();
         if sheet.locator.is_closed() {
-            findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_both_sides(index, body)));
+            let enclosures = Enclosure::of(0, membrane.elements.iter().map(Vec::as_slice), &membrane.position);
+            findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_both_sides(index, body, &enclosures)));
         } else {
             findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_cut(index, body)));
         }
@@ -37,35 +40,40 @@ struct Sheet<'a, const D: usize> {
     cell: f64,
 }
 
-/// The particles beside a sheet on one of its sides.
-#[derive(Clone, Copy)]
-struct Beside {
-    count: usize,
-    /// Distance of the nearest from the sheet [m].
-    nearest: f64,
-}
-
 impl<const D: usize> Sheet<'_, D> {
-    /// Those of `particles` that lie beside the sheet: behind and in front.
-    fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>) -> [Beside; 2] {
-        let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
+    /// How near the nearest of `particles` that lie beside the sheet are to it, behind it and in front [m].
+    fn nearest<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>) -> [f64; 2] {
+        let mut sides = [f64::INFINITY; 2];
         for &x in particles {
             if let Place::Beside(d) = self.locator.place(&self.facets, &self.membrane.position, self.cell, x) {
                 let side = &mut sides[usize::from(d >= 0.0)];
-                *side = Beside { count: side.count + 1, nearest: side.nearest.min(d.abs()) };
+                *side = side.min(d.abs());
             }
         }
         sides
     }
 
-    /// The warning about a body on both sides of a closed membrane.
-    fn warn_of_both_sides(&self, index: usize, body: &BodySetup<D>) -> Option<Diagnostic> {
-        let [inside, outside] = self.sides(body.position.iter()).map(|side| side.count);
+    /// The warning about a body on both sides of a closed membrane: a solid, or a fluid of which no more than a film next to the
+    /// membrane is on one of them.
+    fn warn_of_both_sides(&self, index: usize, body: &BodySetup<D>, all: &[Enclosure<D>]) -> Option<Diagnostic> {
+        let within = |x: &Vector<D>| all.iter().any(|enclosure| enclosure.holds(*x));
+        let held: Vec<bool> = body.position.par_iter().map(within).collect();
+        let inside = held.iter().filter(|&&held| held).count();
+        let outside = held.len() - inside;
         let (fewer, side) = if inside < outside { (inside, "inside") } else { (outside, "outside") };
+        let spacing = body.volume.first()?.powf(1.0 / D as f64);
+        let next_to = |x: &Vector<D>| match self.locator.place(&self.facets, &self.membrane.position, self.cell, *x) {
+            Place::Beside(d) => d.abs() <= spacing,
+            Place::Beyond | Place::Away => false,
+        };
+        let mut few = body.position.iter().zip(&held).filter(|(_, held)| **held == (side == "inside"));
+        if fewer == 0 || !(body.law.keeps_shape() || few.all(|(x, _)| next_to(x))) {
+            return None;
+        }
         let sheet = &self.membrane.name;
         let message = format!("{fewer} particles of `{}` begin {side} the closed membrane `{sheet}`", body.name);
         let help = "the facets of a curved membrane cut across the curve: take a smaller region, or finer elements";
-        (fewer > 0).then(|| Diagnostic::warning(format!("body[{index}].region"), message).help(help))
+        Some(Diagnostic::warning(format!("body[{index}].region"), message).help(help))
     }
 
     /// The warning about a body that keeps its shape with neighbours on both sides of an open membrane.
@@ -80,7 +88,7 @@ impl<const D: usize> Sheet<'_, D> {
         if !body.law.keeps_shape() {
             return None;
         }
-        let [behind, front] = self.sides(body.position.iter().filter(near)).map(|side| side.nearest);
+        let [behind, front] = self.nearest(body.position.iter().filter(near));
         let sheet = &self.membrane.name;
         let message = format!("the membrane `{sheet}` cuts through `{}`: it has particles on both sides", body.name);
         let help = "they stay on their sides: move one of the two apart, they may touch";

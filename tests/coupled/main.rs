@@ -9,6 +9,7 @@ mod leave;
 mod lids;
 mod meet;
 mod model;
+mod regions;
 mod repeat;
 mod rests;
 mod slack;

@@ -5,7 +5,7 @@ use crate::math::{SymTensor, Tensor};
 use crate::mpm::ghost::Ghosts;
 use crate::mpm::grid::Node;
 use crate::mpm::kernel::with_shape;
-use crate::mpm::particles::{Body, Particles, Work};
+use crate::mpm::particles::{Body, Part, Particles, Work};
 use crate::mpm::{KernelKind, plain};
 
 const KINDS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
@@ -39,7 +39,8 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
     let kernel = Kernel::new(kind, 0.3);
     Body {
         name: "body".into(),
-        law: Box::new(law),
+        part: Part::default(),
+        law: std::sync::Arc::new(law),
         field: 0,
         kernel,
         particles,
