@@ -107,6 +107,12 @@ struct NamedForce<const D: usize> {
     value: Vector<D>,
 }
 
+impl<const D: usize> NamedForce<D> {
+    fn between(a: &[String], b: &[String]) -> Self {
+        Self { name: format!("contact:{}-{}", a.join("+"), b.join("+")), value: Vector::ZERO }
+    }
+}
+
 /// All contacts of a simulation.
 #[derive(Debug)]
 pub struct Contact<const D: usize> {
@@ -154,12 +160,12 @@ impl<const D: usize> Contact<D> {
             bodies.iter().filter(|body| body.field == field).map(|body| body.name.clone()).collect()
         };
         let names: Vec<Vec<String>> = (0..fields).map(members).collect();
-        let (mut forces, mut force_of): (Vec<NamedForce<D>>, Vec<usize>) = (Vec::new(), Vec::new());
-        let mut name = |a: &[String], b: &str| {
-            let name = format!("contact:{}-{b}", a.join("+"));
-            force_of.push(forces.iter().position(|force| force.name == name).unwrap_or(forces.len()));
-            if force_of.last() == Some(&forces.len()) {
-                forces.push(NamedForce { name, value: Vector::ZERO });
+        let (mut named, mut force_of): (Vec<[Vec<String>; 2]>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut name = |a: &[String], b: &[String]| {
+            let pair = [a.to_vec(), b.to_vec()];
+            force_of.push(named.iter().position(|other| *other == pair).unwrap_or(named.len()));
+            if force_of.last() == Some(&named.len()) {
+                named.push(pair);
             }
         };
         let built = |sheet: &SheetSource<'_, D>| {
@@ -168,7 +174,7 @@ impl<const D: usize> Contact<D> {
             Sheet::new(sheet, with_bodies, friction.listed_with(sheet.name))
         };
         for sheet in sheets {
-            names.iter().for_each(|body| name(body, sheet.name));
+            names.iter().for_each(|body| name(body, &[sheet.name.to_owned()]));
         }
         let mut pairs = Vec::new();
         for (b, second) in names.iter().enumerate() {
@@ -178,7 +184,7 @@ impl<const D: usize> Contact<D> {
                 let parts = first.iter().any(|name| second.contains(name));
                 if law != Friction::None && !parts {
                     pairs.push(([a, b], law));
-                    name(first, &second.join("+"));
+                    name(first, second);
                 }
             }
         }
@@ -199,7 +205,7 @@ impl<const D: usize> Contact<D> {
             counts: vec![0; 2 + sheets.len()],
             said: vec![false; sheets.len()],
             losses: vec![0.0; 2 * force_of.len() + sheets.len() + 3],
-            forces,
+            forces: named.iter().map(|[a, b]| NamedForce::between(a, b)).collect(),
             force_of,
         }
     }
