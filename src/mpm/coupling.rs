@@ -14,7 +14,7 @@ use super::membrane::Membrane;
 use super::particles::Body;
 use super::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, MembraneSetup, SheetContact, Step};
+use super::{Grid, MembraneSetup, SheetContact, Step, health};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -100,7 +100,7 @@ impl<const D: usize> Coupling<D> {
     /// obstacles.
     ///
     /// # Errors
-    /// When an element collapses or a node is not finite.
+    /// When an element collapses, a node is not finite, or walls, obstacles and supports leave one no way out.
     pub fn advance(
         &mut self,
         (grid, walls): (&mut Grid<D>, &Walls<D>),
@@ -141,6 +141,11 @@ impl<const D: usize> Coupling<D> {
                 timed!(timer, "contact", contact.part(index, &mut membrane.position, &at));
             }
             timed!(timer, "apart", proximity.watch(membranes, work, t + dt));
+        }
+        for (index, membrane) in membranes.iter().enumerate() {
+            let positions = [&*membrane.position, &*membrane.reference];
+            let squeeze = timed!(timer, "contact", contact.squeezed(index, positions, (walls, step.dt)));
+            squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))?;
         }
         timed!(timer, "contact", contact.finish_step(grid));
         Ok(())
