@@ -9,12 +9,14 @@
 //! * [`Mesh`]: simplices with their shape functions, neighbours and point location.
 
 pub mod check;
+mod closed;
 pub mod domain;
 mod facets;
 pub mod generate;
 pub mod gmsh;
 mod simplex;
 
+pub use closed::ClosedPart;
 pub use domain::DomainMesh;
 pub use facets::{Facets, Numbers};
 pub use generate::MembraneShape;
