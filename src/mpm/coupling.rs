@@ -142,13 +142,16 @@ impl<const D: usize> Coupling<D> {
             }
             timed!(timer, "apart", proximity.watch(membranes, work, t + dt));
         }
-        for (index, membrane) in membranes.iter().enumerate() {
-            let positions = [&*membrane.position, &*membrane.reference];
-            let squeeze = timed!(timer, "contact", contact.squeezed(index, positions, (walls, step.dt)));
-            squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))?;
-        }
         timed!(timer, "contact", contact.finish_step(grid));
-        Ok(())
+        timed!(timer, "contact", self.leave_a_way_out(walls, step))
+    }
+
+    /// Sees that walls, obstacles and supports leave every node a way out.
+    fn leave_a_way_out(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
+        self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
+            let squeeze = self.contact.squeezed(index, [&membrane.position, &membrane.reference], (walls, step.dt));
+            squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))
+        })
     }
 
     /// Sub-steps of a step of `dt` [s].

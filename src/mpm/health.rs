@@ -80,28 +80,28 @@ pub fn check_membrane<const D: usize>(
     let Some(k) = (0..membrane.position.len()).into_par_iter().with_min_len(1024).position_first(bad) else {
         return Ok(());
     };
-    let pressing = walls.obstacle_around(membrane.position[k], -TOUCHES * grid.cell);
-    let (what, advice) = match (obstacle(k), pressing) {
-        (_, Some(name)) if beyond(k).is_some() => (
-            format!("the obstacle `{name}` pressed a node of a membrane out of the grid"),
-            "keep it away from the wall by the thickness of the membrane at least (its `velocity`), or end the run before they meet \
-             (`time.end`)",
-        ),
-        (Some(name), _) if beyond(k).is_none() => (
-            format!("a node of a membrane went into the obstacle `{name}`"),
-            "it moves by more than the obstacle is thick in a sub-step, or another obstacle or a support presses it in: lower \
-             `mpm.membrane-safety`, or leave it a way out",
-        ),
-        _ => (
-            "a node of a membrane left the grid".to_owned(),
-            "enlarge the grid, give that wall a kind that holds the membrane (`separate`, `friction`, …), or hold it with \
-             `supports` (on a plane of symmetry the nodes on it, across it)",
-        ),
+    let x = membrane.position[k];
+    let wall = beyond(k).map(|axis| (axis, usize::from(x[axis] > upper[axis])));
+    let pressing = wall.filter(|&(axis, end)| walls.is_closed(axis, end));
+    let pressing = pressing.and_then(|_| walls.obstacle_around(x, -TOUCHES * grid.cell));
+    let (what, advice) = match (wall, obstacle(k), pressing) {
+        (None, Some(name), _) => (format!("a node of a membrane went into the obstacle `{name}`"), LEAVE_A_WAY_OUT),
+        (.., Some(name)) => (format!("the obstacle `{name}` pressed a node of a membrane out of the grid"), KEEP_AWAY),
+        _ => ("a node of a membrane left the grid".to_owned(), HOLD_IT),
     };
-    let axis = beyond(k).unwrap_or(D - 1);
-    let place = Place::Node { body: membrane.name.clone(), index: k, position: membrane.position[k].to3() };
-    Err(at(place, &what, (["x", "y", "z"][axis], membrane.position[k][axis]), advice))
+    let axis = wall.map_or(D - 1, |(axis, _)| axis);
+    let place = Place::Node { body: membrane.name.clone(), index: k, position: x.to3() };
+    Err(at(place, &what, (["x", "y", "z"][axis], x[axis]), advice))
 }
+
+const LEAVE_A_WAY_OUT: &str = "it moves by more than the obstacle is thick in a sub-step, or another obstacle or a support presses it \
+                               in: lower `mpm.membrane-safety`, or leave it a way out";
+
+const KEEP_AWAY: &str = "keep it away from the wall by the thickness of the membrane at least (its `velocity`), or end the run before \
+                         they meet (`time.end`)";
+
+const HOLD_IT: &str = "enlarge the grid, give that wall a kind that holds the membrane (`separate`, `friction`, …), or hold it with \
+                       `supports` (on a plane of symmetry the nodes on it, across it)";
 
 /// The error of a membrane that has no way out between walls, obstacles and supports.
 pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) -> StepError {
@@ -118,8 +118,7 @@ pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) ->
             place,
             &format!("supports hold a node of a membrane, and `{solid}` went over it"),
             ("depth", *distance),
-            "neither gives way: stop one of the two before they meet, free that axis in `supports`, or let the two not meet, by \
-             `friction = \"none\"` in a `[[contact]]`",
+            "neither gives way: stop one of the two before they meet, or free that axis in `supports`",
         ),
     }
 }

@@ -132,6 +132,20 @@ fn a_plate_that_presses_a_sheet_through_a_wall_is_named() {
     assert!((error.time - 0.5).abs() < 0.05, "{error}");
 }
 
+/// A chain that lies on an obstacle and runs out of an open end of the grid: that is no fault of the obstacle.
+#[test]
+fn a_node_that_leaves_along_an_obstacle_is_not_pressed_out() {
+    let mut setup = resting(0.5);
+    setup.membranes[0].contact_thickness = false;
+    setup.membranes[0].velocity.fill(Vector([-2.0, 0.0]));
+    let region = Region::HalfSpace { point: [0.0, 0.5, 0.0], normal: [0.0, 1.0, 0.0] };
+    let velocity = std::array::from_fn(|_| Signal::ZERO);
+    setup.obstacles.push(Obstacle { name: "floor".into(), region, kind: WallKind::Separate, velocity });
+    let error = error(setup);
+    assert_eq!((error.what.as_str(), error.quantity), ("a node of a membrane left the grid", "x"));
+    assert!((error.time - 0.5).abs() < 0.05, "{error}");
+}
+
 /// Nobody gives way where a plate at the height 0.3 + t meets a node that is held at 0.5. One that is held in an obstacle from the start
 /// stays in it.
 #[test]

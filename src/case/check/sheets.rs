@@ -84,7 +84,8 @@ pub(super) fn obstacles<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Dia
                 let free: f64 = (0..D).filter(|&axis| !held[axis][k]).map(|axis| normal[axis] * normal[axis]).sum();
                 let depth = -distance;
                 if depth > 0.5 * membrane.thickness + INSIDE * setup.grid.cell {
-                    if free < HELD { &mut stuck } else { &mut loose }.add(depth, *x);
+                    let nodes = if free < HELD { &mut stuck } else { &mut loose };
+                    nodes.add(depth, *x);
                 }
             }
             let (name, other) = (&membrane.name, &obstacle.name);

@@ -38,6 +38,11 @@ impl<const D: usize> Walls<D> {
         (0..self.boundaries.len()).filter(closed).map(|boundary| Solid { walls: self, boundary })
     }
 
+    /// True if the wall at an end (0 or 1) of an axis holds sheets.
+    pub fn is_closed(&self, axis: usize, end: usize) -> bool {
+        self.boundaries[2 * axis + end].kind != WallKind::Open
+    }
+
     /// What histories call a wall or an obstacle: `wall:left`, `obstacle:floor`.
     pub fn boundary_name(&self, boundary: usize) -> &str {
         &self.boundaries[boundary].name
