@@ -7,13 +7,16 @@
 use super::contact::locate::{Locator, Place};
 use super::contact::sample::Facet;
 use super::regions::Enclosure;
-use super::{BodySetup, MembraneSetup, Setup};
+use super::{BodySetup, Friction, MembraneSetup, Setup};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use rayon::prelude::*;
 
-/// A warning for each body that a closed membrane cuts off a film next to it from, and for each that keeps its shape and that a
-/// membrane cuts through.
+/// How far from an open membrane what flows counts as beside it [cells]: nodes between its two halves share what both bring.
+const BESIDE: f64 = 1.0;
+
+/// A warning for each body that a closed membrane cuts off a film next to it from, for each that keeps its shape and that a membrane
+/// cuts through, and for each that flows and touches both sides of a membrane with free edges; as far as the two have contact.
 pub fn astray<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for membrane in &setup.membranes {
@@ -21,15 +24,23 @@ pub fn astray<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
         let mut locator = Locator::new(&facets);
         locator.refresh(&facets, &membrane.position, setup.grid.cell);
         let sheet = Sheet { membrane, facets, locator, cell: setup.grid.cell };
-        let bodies = setup.bodies.iter().enumerate();
+        let bodies = setup.bodies.iter().enumerate().filter(|(_, body)| meet(setup, body, &membrane.name));
         if sheet.locator.is_closed() {
             let enclosures = Enclosure::of(0, membrane.elements.iter().map(Vec::as_slice), &membrane.position);
             findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_both_sides(index, body, &enclosures)));
         } else {
-            findings.extend(bodies.filter_map(|(index, body)| sheet.warn_of_cut(index, body)));
+            let warn = |(index, body)| sheet.warn_of_cut(index, body).or_else(|| sheet.warn_of_halves(index, body));
+            findings.extend(bodies.filter_map(warn));
         }
     }
     findings
+}
+
+/// True if a body and a membrane have contact: what a case says of one body of a group holds for all.
+fn meet<const D: usize>(setup: &Setup<D>, body: &BodySetup<D>, membrane: &str) -> bool {
+    let own = |name: &str| setup.bodies.iter().any(|other| other.group == body.group && other.name == name);
+    let pair = |(a, b, _): &&(String, String, Friction)| (own(a) && b == membrane) || (a == membrane && own(b));
+    setup.friction.iter().find(pair).map_or(setup.default_friction, |(.., friction)| *friction) != Friction::None
 }
 
 /// A membrane at the start.
@@ -41,13 +52,16 @@ struct Sheet<'a, const D: usize> {
 }
 
 impl<const D: usize> Sheet<'_, D> {
-    /// How near the nearest of `particles` that lie beside the sheet are to it, behind it and in front [m].
-    fn nearest<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>) -> [f64; 2] {
-        let mut sides = [f64::INFINITY; 2];
+    /// Those of `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
+    fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>, reach: f64) -> [Beside; 2] {
+        let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
         for &x in particles {
-            if let Place::Beside(d) = self.locator.place(&self.facets, &self.membrane.position, self.cell, x) {
-                let side = &mut sides[usize::from(d >= 0.0)];
-                *side = side.min(d.abs());
+            match self.locator.place(&self.facets, &self.membrane.position, self.cell, x) {
+                Place::Beside(d) if d.abs() <= reach => {
+                    let side = &mut sides[usize::from(d >= 0.0)];
+                    *side = Beside { count: side.count + 1, nearest: side.nearest.min(d.abs()) };
+                }
+                _ => {}
             }
         }
         sides
@@ -79,21 +93,42 @@ impl<const D: usize> Sheet<'_, D> {
     /// The warning about a body that keeps its shape with neighbours on both sides of an open membrane.
     fn warn_of_cut(&self, index: usize, body: &BodySetup<D>) -> Option<Diagnostic> {
         let spacing = body.volume.first()?.powf(1.0 / D as f64);
-        let bound = |a: usize, pick: fn(f64, f64) -> f64, start: f64| {
-            self.membrane.position.iter().map(|x| x[a]).fold(start, pick)
-        };
-        let lower: [f64; D] = std::array::from_fn(|a| bound(a, f64::min, f64::INFINITY) - spacing);
-        let upper: [f64; D] = std::array::from_fn(|a| bound(a, f64::max, f64::NEG_INFINITY) + spacing);
-        let near = |x: &&Vector<D>| (0..D).all(|a| (lower[a]..=upper[a]).contains(&x[a]));
         if !body.law.keeps_shape() {
             return None;
         }
-        let [behind, front] = self.nearest(body.position.iter().filter(near));
+        let [behind, front] = self.sides(self.near(body, spacing), f64::INFINITY).map(|side| side.nearest);
         let sheet = &self.membrane.name;
         let message = format!("the membrane `{sheet}` cuts through `{}`: it has particles on both sides", body.name);
         let help = "they stay on their sides: move one of the two apart, they may touch";
         let cut = behind + front <= spacing * (1.0 + 1e-6);
         cut.then(|| Diagnostic::warning(format!("body[{index}].region"), message).help(help))
+    }
+
+    /// The warning about a body that flows and lies on both sides of an open membrane.
+    fn warn_of_halves(&self, index: usize, body: &BodySetup<D>) -> Option<Diagnostic> {
+        if body.law.keeps_shape() {
+            return None;
+        }
+        let reach = BESIDE * self.cell;
+        let [behind, front] = self.sides(self.near(body, reach), reach).map(|side| side.count);
+        let message = format!(
+            "`{}` lies on both sides of the membrane `{}`, which has free edges: within a cell of it are {behind} of its particles \
+             behind and {front} in front",
+            body.name, self.membrane.name
+        );
+        let help = "particles keep their sides, but a body has one velocity at each node, which both sides share next to the membrane and \
+                    around its edges: make one body of each side where they don't meet";
+        (behind > 0 && front > 0).then(|| Diagnostic::warning(format!("body[{index}].region"), message).help(help))
+    }
+
+    /// Particles in the box around the membrane, widened by `margin` [m].
+    fn near<'b>(&self, body: &'b BodySetup<D>, margin: f64) -> impl Iterator<Item = &'b Vector<D>> {
+        let bound = |a: usize, pick: fn(f64, f64) -> f64, start: f64| {
+            self.membrane.position.iter().map(|x| x[a]).fold(start, pick)
+        };
+        let lower: [f64; D] = std::array::from_fn(|a| bound(a, f64::min, f64::INFINITY) - margin);
+        let upper: [f64; D] = std::array::from_fn(|a| bound(a, f64::max, f64::NEG_INFINITY) + margin);
+        body.position.iter().filter(move |x| (0..D).all(|a| (lower[a]..=upper[a]).contains(&x[a])))
     }
 }
 

@@ -44,6 +44,7 @@ pub mod sample;
 mod sheet;
 mod watch;
 
+pub use rigid::Squeeze;
 pub use sheet::{SheetSource, Surface};
 
 use crate::math::Vector;
@@ -299,6 +300,17 @@ impl<const D: usize> Contact<D> {
     /// Parts a sheet from walls and obstacles, after its nodes have moved to `position` [m].
     pub fn part(&self, sheet: usize, position: &mut [Vector<D>], at: &SubStep<'_>) {
         self.sheets[sheet].part(position, at);
+    }
+
+    /// A point of a sheet that has no way out `elapsed` [s] after the start of the step, when its nodes have these positions, now and
+    /// at the start of the run [m].
+    pub fn squeezed(
+        &self,
+        sheet: usize,
+        positions: [&[Vector<D>]; 2],
+        (walls, elapsed): (&Walls<D>, f64),
+    ) -> Option<Squeeze<D>> {
+        self.sheets[sheet].squeezed(positions, (walls, elapsed))
     }
 
     /// What walls and obstacles gave all sheets during the step, by boundary.
