@@ -67,7 +67,18 @@ pub fn block<const D: usize>(
     };
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
     let (traction, work, skin, depth) = (Vec::new(), Work::default(), Vec::new(), Vec::new());
-    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, skin, depth, traction, work }
+    Body {
+        name: name.to_owned(),
+        law: Box::new(Dust),
+        field,
+        kernel,
+        particles,
+        skin,
+        depth,
+        traction,
+        ambient: 0.0,
+        work,
+    }
 }
 
 /// A membrane reduced to its nodes.
