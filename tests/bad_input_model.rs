@@ -958,3 +958,41 @@ fn contacts_of_sheets_with_walls_and_obstacles_work_and_with_sheets_come_later()
     let pair = format!("{POINTS}{SHEET}{other}{}", between(["other", "sheet"]));
     expect(&pair, "[\"other\"", "are membranes, which don't meet each other", "among membranes comes later");
 }
+
+/// Gas in the place of the block, in air.
+fn gas(ambient: &str) -> String {
+    let eos = "law = \"fluid\", density = 1.2, eos = { kind = \"ideal-gas\", gamma = 1.4 }";
+    let elastic = "law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3";
+    let air = format!("[[body]]\npressure = \"1 bar\"\nambient = {ambient}");
+    POINTS.replace(elastic, eos).replace("[[body]]", &air)
+}
+
+#[test]
+fn an_atmosphere_has_a_pressure_and_is_around_gases() {
+    model(&gas("\"1 bar\"")).expect("gas in air");
+    expect(&gas("-1.0"), "-1.0", "must be at least 0 Pa, found -1 Pa", "");
+    expect(&gas("inf"), "inf", "inf is not a usable number here", "");
+    expect(&gas("nan"), "nan", "NaN is not a usable number here", "");
+    expect(&gas("\"1 m\""), "\"1 m\"", "expected a pressure", "write for example");
+    let solid = POINTS.replace("[[body]]", "[[body]]\nambient = 2.5e4");
+    expect(&solid, "2.5e4", "`block` is no ideal gas", "take it out");
+    expect(
+        &FLOW.replacen("[[body]]", "[[body]]\nambient = 1e5", 1),
+        "1e5",
+        "does not belong to `method = \"pfem2\"`",
+        "take it out",
+    );
+}
+
+#[test]
+fn gases_in_different_atmospheres_are_warned_of() {
+    let air = gas("\"1 bar\"");
+    let body = &air[air.find("[[body]]").unwrap()..air.find("[[obstacle]]").unwrap()];
+    let beside =
+        body.replace("block", "other").replace("0.4, 0.4], upper = [0.6, 0.6]", "0.7, 0.7], upper = [0.9, 0.9]");
+    let both = |ambient: &str| format!("{air}{}", beside.replace("ambient = \"1 bar\"", ambient));
+    warned(&both("ambient = \"2 bar\""), "from 100000 Pa and `other` from 200000 Pa");
+    warned(&both(""), "and `other` from 0 Pa");
+    let one = model(&both("ambient = \"1 bar\"")).unwrap_or_else(|findings| panic!("{findings:#?}"));
+    assert!(one.warnings.iter().all(|warning| !warning.message.contains("what is zero")), "{:#?}", one.warnings);
+}

@@ -10,7 +10,9 @@ use super::particles::{Body, Part, Particles, Work};
 use super::proximity::Proximity;
 use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
-use super::{Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, regions, stability};
+use super::{
+    Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, ambient, regions, stability,
+};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -78,6 +80,7 @@ impl<const D: usize> Mpm<D> {
             books,
             accounts,
             energy: [0.0; 2],
+            displaced: 0.0,
             tally: super::Tally::default(),
             notices: Notices::default(),
             dt_before: 0.0,
@@ -104,6 +107,7 @@ impl<const D: usize> Mpm<D> {
         self.fastest = self.bodies.iter().map(stability::fastest).collect();
         self.bound = self.step_bound();
         self.energy = self.body_energies();
+        self.displaced = self.displaced_atmosphere();
         self.notices = Notices::new(self.energy[1]);
         let membranes = self.coupling.membranes.iter().map(Membrane::balance);
         let stored = membranes.map(|balance| balance.kinetic_start + balance.strain_start).sum::<f64>();
@@ -163,6 +167,7 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
             "positions, volumes, velocities (and their gradients) and states differ in number".into(),
         );
     }
+    findings.extend(ambient::check(&setup.bodies));
     findings
 }
 
@@ -229,6 +234,7 @@ fn build_body<const D: usize>(
         skin: setup.skin,
         depth,
         traction: setup.traction,
+        ambient: setup.ambient,
         work,
     })
 }

@@ -91,10 +91,10 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
         membrane.columns(&prefix, visit);
     }
     mpm.coupling.contact.columns("contact.", visit);
-    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1]];
+    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1], mpm.displaced];
     visit("mpm.clock", Column::new(&mut clock));
-    if let [dt_before, bound, kinetic, internal] = clock[..] {
-        (mpm.dt_before, mpm.bound) = (dt_before, bound);
+    if let [dt_before, bound, kinetic, internal, displaced] = clock[..] {
+        (mpm.dt_before, mpm.bound, mpm.displaced) = (dt_before, bound, displaced);
         mpm.energy = [kinetic, internal];
     }
     let mut steps = vec![mpm.steps];

@@ -13,6 +13,7 @@
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
 //! ```
 
+mod ambient;
 mod average;
 mod build;
 mod columns;

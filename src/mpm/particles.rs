@@ -31,6 +31,8 @@ pub struct Body<const D: usize> {
     pub depth: Vec<f64>,
     /// Loads on the surface.
     pub traction: Vec<Traction>,
+    /// Pressure of the atmosphere around a gas [Pa], from which its forces count (`ambient`).
+    pub ambient: f64,
     /// What lives during a step only.
     pub work: Work<D>,
 }

@@ -227,7 +227,8 @@ fn cut<const D: usize>(body: &Body<D>, own: &[u32], part: Part, field: usize) ->
     let rate = vec![Vector::ZERO; if body.work.rate.is_empty() { 0 } else { count }];
     let work = Work { stretch: vec![1.0; count], rate, ..Work::default() };
     let (name, law, kernel, skin) = (body.name.clone(), Arc::clone(&body.law), body.kernel, Vec::new());
-    Ok(Body { name, part, law, field, kernel, particles, skin, depth, traction, work })
+    let ambient = body.ambient;
+    Ok(Body { name, part, law, field, kernel, particles, skin, depth, traction, ambient, work })
 }
 
 /// A load with new identities; `None` if a neighbour that its area is spanned by is in another part.

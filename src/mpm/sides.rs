@@ -51,6 +51,14 @@ struct Sheet<'a, const D: usize> {
     cell: f64,
 }
 
+/// The particles beside a sheet on one of its sides.
+#[derive(Clone, Copy)]
+struct Beside {
+    count: usize,
+    /// Distance of the nearest from the sheet [m].
+    nearest: f64,
+}
+
 impl<const D: usize> Sheet<'_, D> {
     /// Those of `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
     fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>, reach: f64) -> [Beside; 2] {

@@ -69,7 +69,7 @@ pub fn block<const D: usize>(
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
     let (traction, work, skin, depth) = (Vec::new(), Work::default(), Vec::new(), Vec::new());
     let (name, part) = (name.to_owned(), Part::default());
-    Body { name, part, law: Arc::new(Dust), field, kernel, particles, skin, depth, traction, work }
+    Body { name, part, law: Arc::new(Dust), field, kernel, particles, skin, depth, traction, ambient: 0.0, work }
 }
 
 /// A membrane reduced to its nodes.

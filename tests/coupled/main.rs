@@ -1,5 +1,6 @@
 //! Bodies and membranes together.
 
+mod ambient;
 #[path = "../mpm/bits.rs"]
 mod bits;
 mod enclose;
