@@ -208,6 +208,7 @@ fn setup(n: usize, choice: Choice, speed: f64) -> Setup<3> {
             velocity_gradient: Vec::new(),
             state: vec![StartState::default(); position.len()],
             traction: Vec::new(),
+            ambient: 0.0,
             position,
         }],
         membranes: Vec::new(),

@@ -310,6 +310,27 @@ fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
     assert!(model(&own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3]]")).unwrap().warnings.is_empty());
 }
 
+/// A gas that reaches far to both sides of a closed membrane is meant to. A film of one column of particles outside is not, and a solid
+/// can't be.
+#[test]
+fn what_begins_on_both_sides_of_a_closed_membrane_is_warned_of_unless_it_can_be_meant() {
+    let around = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]], closed = true";
+    let closed = SHEET.replace("[[0.2, 0.2], [0.8, 0.2]]", around).replace("[12]", "[6]");
+    let placed = |lower: &str, upper: &str| {
+        let region = format!("lower = {lower}, upper = {upper}");
+        POINTS.replace("lower = [0.4, 0.4], upper = [0.6, 0.6]", &region) + &closed
+    };
+    let solid = "{ law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3 }";
+    let fluid =
+        "{ law = \"fluid\", density = 1, viscosity = 0, eos = { kind = \"ideal-gas\", gamma = 1.4 } }\npressure = 1e5";
+    let gas = |lower: &str, upper: &str| placed(lower, upper).replace(solid, fluid);
+    warned(&gas("[0.25, 0.3]", "[0.7, 0.7]"), "8 particles of `block` begin outside the closed membrane `sheet`");
+    warned(&placed("[0.1, 0.4]", "[0.5, 0.6]"), "16 particles of `block` begin outside the closed membrane `sheet`");
+    let model = model(&gas("[0.15, 0.15]", "[0.95, 0.95]")).unwrap_or_else(|findings| panic!("{findings:#?}"));
+    let both = model.warnings.iter().filter(|warning| warning.message.contains("closed membrane"));
+    assert_eq!(both.count(), 0, "{:#?}", model.warnings);
+}
+
 #[test]
 fn the_volume_of_a_sheet_with_free_edges_is_refused_with_its_reason() {
     let volume = |keys: &str| format!("[[probe]]\nname = \"inside\"\nof = \"sheet\"\nquantity = \"volume\"\n{keys}\n");
@@ -788,4 +809,190 @@ fn a_hundred_thousand_corners() {
     let model = model(&POINTS.replace(body, &polygon).replace("spacing = 0.05", "spacing = 0.002"));
     let volume = model.unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies[0].volume;
     assert!((volume / area - 1.0).abs() < 5e-3, "{volume} instead of {area}");
+}
+
+/// The chain at y = 0.2, with nodes every 0.05 from 0.2 on, and a bar.
+fn with_bar(keys: &str, lower: [f64; 2], upper: [f64; 2]) -> String {
+    let region = format!("region = {{ shape = \"box\", lower = {lower:?}, upper = {upper:?} }}");
+    format!("{POINTS}{SHEET}{keys}[[obstacle]]\nname = \"bar\"\n{region}\n")
+}
+
+#[test]
+fn sheets_that_start_in_obstacles_are_told_where() {
+    let chain = "{ shape = \"chain\"";
+    let told =
+        "4 free nodes of `sheet` lie in the obstacle `bar`, the deepest at (0.5, 0.2), 2.000e-2 m below its surface";
+    expect(&with_bar("", [0.44, 0.15], [0.61, 0.22]), chain, told, "they may touch");
+    // Half its thickness is 0.005.
+    let model = model(&with_bar("", [0.44, 0.1], [0.61, 0.204])).unwrap();
+    assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
+    let told = "`sheet` goes through the obstacle `bar`, between its nodes at (0.5, 0.2) and (0.55, 0.2)";
+    expect(&with_bar("", [0.52, 0.1], [0.53, 0.3]), chain, told, "move one of the two apart");
+}
+
+/// The first node lies in the bar, nearest to its right side.
+#[test]
+fn supports_in_obstacles_are_told_that_they_stay_there() {
+    let held =
+        |velocity: &str| with_bar(&format!("supports = [{{ on = \"left\"{velocity} }}]\n"), [0.15, 0.15], [0.22, 0.25]);
+    let told = "supports hold 1 nodes of `sheet` in the obstacle `bar`, the deepest at (0.2, 0.2), 2.000e-2 m below";
+    let clamped = warned(&held(""), told);
+    assert!(clamped.warnings[0].help.as_ref().unwrap().contains("pressed for ever"), "{:#?}", clamped.warnings);
+    warned(&held(", velocity = [0, \"free\"]"), told);
+    let told = "1 free nodes of `sheet` lie in the obstacle `bar`";
+    expect(&held(", velocity = [\"free\", 0]"), "{ shape = \"chain\"", told, "they may touch");
+}
+
+#[test]
+fn sheets_that_start_beyond_a_wall_are_told_how_far() {
+    let across = SHEET.replace("[0.8, 0.2]", "[0.8, -0.1]");
+    let told = "4 of 13 nodes of `sheet` lie outside the grid, the first at (0.65, -0.025), and up to 1.000e-1 m beyond its end `bottom`";
+    expect(&format!("{POINTS}{across}"), "{ shape = \"chain\"", told, "cut the part off");
+}
+
+/// A loop around the block, in one sense or the other.
+fn around(points: &str, keys: &str) -> String {
+    let loop_of = format!("{points}, closed = true");
+    let sheet = SHEET.replace("[[0.2, 0.2], [0.8, 0.2]]", &loop_of).replace("[12]", "[6]");
+    format!("{POINTS}{sheet}{keys}\n")
+}
+
+#[test]
+fn closed_sheets_that_are_turned_inside_out() {
+    let clockwise = "[[0.3, 0.3], [0.3, 0.7], [0.7, 0.7], [0.7, 0.3]]";
+    let counter = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]]";
+    let load = |value: &str| format!("pressure = {{ value = {value} }}");
+    let told = "`sheet` is turned inside out: its normals point inwards, and so does this pressure";
+    for value in ["100", "\"100 Pa * sin(t / 10 ms)\""] {
+        warned(&around(clockwise, &load(value)), told);
+    }
+    let probe = |quantity: &str, keys: &str| {
+        format!("[[probe]]\nname = \"p\"\nof = \"sheet\"\nquantity = \"{quantity}\"\n{keys}")
+    };
+    let contact = probe("contact pressure", "reduce = \"mean\"\nweight = \"area\"");
+    warned(&around(clockwise, &contact), "its normals point inwards, where this pressure counts as positive");
+    // Without a load that pushes along normals, and for the volume, the sense doesn't matter.
+    let volume = probe("volume", "reduce = \"sum\"");
+    let calm = [(clockwise, load("-100")), (counter, load("100")), (clockwise, volume), (counter, contact)];
+    for (points, keys) in calm {
+        let model = model(&around(points, &keys)).unwrap_or_else(|found| panic!("{found:#?}"));
+        assert!(model.warnings.is_empty(), "{points} {keys}: {:#?}", model.warnings);
+    }
+}
+
+/// Squares of sides 0.1 and 0.2 in one file of Gmsh; the second runs clockwise, and one of its sides the other way in the last.
+#[test]
+fn files_with_closed_parts_of_both_senses() {
+    let nodes = [[0.1, 0.2], [0.2, 0.2], [0.2, 0.3], [0.1, 0.3], [0.7, 0.2], [0.7, 0.4], [0.9, 0.4], [0.9, 0.2]];
+    let file = |last: [usize; 2]| {
+        let side = |k: usize| [k + 1, if k % 4 == 3 { k - 2 } else { k + 2 }];
+        let sides: Vec<[usize; 2]> = (0..7).map(side).chain([last]).collect();
+        let node = |(k, [x, y]): (usize, &[f64; 2])| format!("{} {x} {y} 0\n", k + 1);
+        let element = |(k, [a, b]): (usize, &[usize; 2])| format!("{} 1 2 0 1 {a} {b}\n", k + 1);
+        let nodes: String = nodes.iter().enumerate().map(node).collect();
+        let elements: String = sides.iter().enumerate().map(element).collect();
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}$EndNodes\n$Elements\n8\n{elements}$EndElements\n"
+        )
+    };
+    let home = tempfile::tempdir().unwrap();
+    let build = |last: [usize; 2], keys: &str| {
+        std::fs::write(home.path().join("two.msh"), file(last)).unwrap();
+        let chain = "{ shape = \"chain\", points = [[0.2, 0.2], [0.8, 0.2]], divisions = [12] }";
+        let sheet = SHEET.replace(chain, "{ shape = \"file\", path = \"two.msh\" }");
+        model_at(&format!("{POINTS}{sheet}{keys}\n"), home.path())
+    };
+    build([8, 5], "").expect("nothing depends on the sense");
+    let volume = "[[probe]]\nname = \"p\"\nof = \"sheet\"\nquantity = \"volume\"\nreduce = \"sum\"";
+    let told = one(build([8, 5], volume));
+    assert!(
+        told.contains("1 of the 2 closed parts of `sheet` are turned inside out, the first from [0.7, 0.2]"),
+        "{told}"
+    );
+    assert!(told.ends_with("their volumes are taken from those of the others"), "{told}");
+    let pushed = build([8, 5], "pressure = { value = 100 }").unwrap();
+    assert!(pushed.warnings.iter().any(|warning| warning.message.contains("and so does this pressure")));
+    let mixed = one(build([5, 8], ""));
+    assert!(mixed.contains("is inverted: its normal is opposite to that of element"), "{mixed}");
+}
+
+/// Water on both sides of the chain, which has two rows of particles within a cell above it, and two below.
+#[test]
+fn fluids_on_both_sides_of_an_open_sheet_are_said() {
+    let liquid = "law = \"fluid\", density = 1000, eos = { kind = \"tait\", sound-speed = 20 }";
+    let water = POINTS.replace("law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3", liquid);
+    let filled = |low: f64, high: f64| {
+        let region = format!("lower = [0.3, {low:?}], upper = [0.7, {high:?}]");
+        format!("{}{SHEET}", water.replace("lower = [0.4, 0.4], upper = [0.6, 0.6]", &region))
+    };
+    let told = "`block` lies on both sides of the membrane `sheet`, which has free edges: within a cell of it are 16 of its particles";
+    let both = warned(&filled(0.1, 0.3), told);
+    assert!(both.warnings[0].help.as_ref().unwrap().contains("one body of each side"), "{:#?}", both.warnings);
+    let parted = format!("{}[[contact]]\nbetween = [\"block\", \"sheet\"]\nfriction = \"none\"\n", filled(0.1, 0.3));
+    for text in [filled(0.2, 0.4), filled(0.1, 0.2), filled(0.35, 0.5), parted] {
+        let model = model(&text).unwrap_or_else(|found| panic!("{found:#?}"));
+        assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
+    }
+}
+
+#[test]
+fn contacts_of_sheets_with_walls_and_obstacles_work_and_with_sheets_come_later() {
+    let between = |names: [&str; 2]| format!("[[contact]]\nbetween = {names:?}\nfriction = 0.3\n");
+    let with = |names: [&str; 2]| format!("{POINTS}{SHEET}{}", between(names));
+    for solid in ["step", "obstacle:step", "bottom", "wall:bottom"] {
+        for names in [["sheet", solid], [solid, "sheet"]] {
+            model(&with(names)).unwrap_or_else(|found| panic!("{names:?}: {found:#?}"));
+        }
+    }
+    let twice = format!("{}{}", with(["sheet", "bottom"]), between(["wall:bottom", "sheet"]));
+    expect(&twice, "[\"wall:bottom\"", "already has a contact, contact[0]", "one friction");
+    expect(&with(["sheet", "left"]), "\"left\"", "the wall `left` is open: nothing meets it", "left = \"separate\"");
+    expect(
+        &with(["wall:front", "sheet"]),
+        "\"wall:front\"",
+        "the wall `front` exists in 3D only",
+        "`bottom` and `top`",
+    );
+    expect(&with(["sheet", "sheet"]), "[\"sheet\"", "contact of a part with itself", "with itself comes later");
+    let other = SHEET.replace("\"sheet\"", "\"other\"").replace("0.2], [0.8, 0.2]", "0.3], [0.8, 0.3]");
+    let pair = format!("{POINTS}{SHEET}{other}{}", between(["other", "sheet"]));
+    expect(&pair, "[\"other\"", "are membranes, which don't meet each other", "among membranes comes later");
+}
+
+/// Gas in the place of the block, in air.
+fn gas(ambient: &str) -> String {
+    let eos = "law = \"fluid\", density = 1.2, eos = { kind = \"ideal-gas\", gamma = 1.4 }";
+    let elastic = "law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3";
+    let air = format!("[[body]]\npressure = \"1 bar\"\nambient = {ambient}");
+    POINTS.replace(elastic, eos).replace("[[body]]", &air)
+}
+
+#[test]
+fn an_atmosphere_has_a_pressure_and_is_around_gases() {
+    model(&gas("\"1 bar\"")).expect("gas in air");
+    expect(&gas("-1.0"), "-1.0", "must be at least 0 Pa, found -1 Pa", "");
+    expect(&gas("inf"), "inf", "inf is not a usable number here", "");
+    expect(&gas("nan"), "nan", "NaN is not a usable number here", "");
+    expect(&gas("\"1 m\""), "\"1 m\"", "expected a pressure", "write for example");
+    let solid = POINTS.replace("[[body]]", "[[body]]\nambient = 2.5e4");
+    expect(&solid, "2.5e4", "`block` is no ideal gas", "take it out");
+    expect(
+        &FLOW.replacen("[[body]]", "[[body]]\nambient = 1e5", 1),
+        "1e5",
+        "does not belong to `method = \"pfem2\"`",
+        "take it out",
+    );
+}
+
+#[test]
+fn gases_in_different_atmospheres_are_warned_of() {
+    let air = gas("\"1 bar\"");
+    let body = &air[air.find("[[body]]").unwrap()..air.find("[[obstacle]]").unwrap()];
+    let beside =
+        body.replace("block", "other").replace("0.4, 0.4], upper = [0.6, 0.6]", "0.7, 0.7], upper = [0.9, 0.9]");
+    let both = |ambient: &str| format!("{air}{}", beside.replace("ambient = \"1 bar\"", ambient));
+    warned(&both("ambient = \"2 bar\""), "from 100000 Pa and `other` from 200000 Pa");
+    warned(&both(""), "and `other` from 0 Pa");
+    let one = model(&both("ambient = \"1 bar\"")).unwrap_or_else(|findings| panic!("{findings:#?}"));
+    assert!(one.warnings.iter().all(|warning| !warning.message.contains("what is zero")), "{:#?}", one.warnings);
 }

@@ -23,6 +23,7 @@ const FAR: f64 = 20.0;
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     names::parts(&case.file, findings);
     meet::contacts(&case.file, findings);
+    meet::walls_of_sheets(&case.file, setup, findings);
     meet::obstacles(case, setup, findings);
     inside(setup, findings);
     meet::overlaps(case, setup, findings);
@@ -48,9 +49,10 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
         let count = places.iter().filter(|x| outside(x)).count();
         let Some(first) = places.iter().find(|x| outside(x)) else { return };
         let message = format!(
-            "{count} of {} {what} of `{name}` lie outside the grid, the first at ({})",
+            "{count} of {} {what} of `{name}` lie outside the grid, the first at ({}), {}",
             places.len(),
-            coordinates(first)
+            coordinates(first),
+            farthest_beyond(places, &grid.lower, &upper)
         );
         let mut help = format!(
             "enlarge the grid, which reaches from ({}) to ({}), or cut the part off at its ends",
@@ -72,9 +74,20 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Coordinates [m] without the noise of their last digits.
+/// How far places lie beyond the end of the grid that they exceed most, in words.
+fn farthest_beyond<const D: usize>(places: &[Vector<D>], lower: &Vector<D>, upper: &Vector<D>) -> String {
+    let beyond = |axis: usize, end: usize| {
+        let distance = |x: &Vector<D>| if end == 0 { lower[axis] - x[axis] } else { x[axis] - upper[axis] };
+        places.iter().map(distance).fold(0.0, f64::max)
+    };
+    let ends = (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]).map(|(axis, end)| (beyond(axis, end), axis, end));
+    let (most, axis, end) = ends.fold((0.0, 0, 0), |best, other| if other.0 > best.0 { other } else { best });
+    format!("and up to {most:.3e} m beyond its end `{}`", meet::wall_name(D, axis, end))
+}
+
+/// Coordinates [m] without the noise of their last digits, and without a zero below zero.
 fn coordinates<const D: usize>(x: &Vector<D>) -> String {
-    x.0.map(|c| format!("{}", (1e9 * c).round() / 1e9)).join(", ")
+    x.0.map(|c| format!("{}", (1e9 * c).round() / 1e9 + 0.0)).join(", ")
 }
 
 fn coarse<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {

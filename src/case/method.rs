@@ -8,8 +8,18 @@ const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
 const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
 /// Keys of a body that only particles with a volume of their own have.
-const MPM_BODY: &[&str] =
-    &["spacing", "particles-per-cell", "exact-volume", "lattice", "pressure", "energy", "stress", "group", "traction"];
+const MPM_BODY: &[&str] = &[
+    "spacing",
+    "particles-per-cell",
+    "exact-volume",
+    "lattice",
+    "pressure",
+    "energy",
+    "stress",
+    "ambient",
+    "group",
+    "traction",
+];
 
 /// The method that a case names.
 fn name(tree: &Node) -> &str {

@@ -49,7 +49,13 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa"))]
     pub stress: Option<[SignalSpec; 6]>,
-    /// Bodies with the same group share a velocity field and so stick together; by default each has its own.
+    /// Pressure of the atmosphere outside, of an ideal gas only: it acts wherever the gas ends, so that sheets and walls feel the
+    /// pressure above it. Everything that meets the gas counts pressures from it.
+    #[serde(default)]
+    #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]
+    pub ambient: f64,
+    /// Bodies with the same group share a velocity field and so stick together; by default each has its own. Closed membranes part
+    /// the inside from the outside.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// The law.

@@ -25,6 +25,7 @@ mod shape;
 mod skin;
 mod surface;
 mod triangles;
+mod winding;
 
 pub use direction::{Axis, Direction};
 pub use graph::{BelowShape, Height};
@@ -39,3 +40,4 @@ pub use shape::{
 pub use skin::{SkinPoint, skin};
 pub use surface::Surface;
 pub use triangles::{Faces, Triangles};
+pub use winding::{Simplex, Winding};

@@ -9,13 +9,17 @@
 //! * [`Mesh`]: simplices with their shape functions, neighbours and point location.
 
 pub mod check;
+mod closed;
 pub mod domain;
 mod facets;
 pub mod generate;
 pub mod gmsh;
 mod simplex;
+mod turned;
 
+pub use closed::{ClosedSurface, closed_surfaces};
 pub use domain::DomainMesh;
 pub use facets::{Facets, Numbers};
 pub use generate::MembraneShape;
 pub use simplex::{Cut, Facet, Location, Locator, Mesh, Simplex, side_names};
+pub use turned::ClosedPart;

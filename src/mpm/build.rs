@@ -6,11 +6,13 @@ use super::ghost::Ghosts;
 use super::kernel::Kernel;
 use super::light::Cutoff;
 use super::notices::Notices;
-use super::particles::{Body, Particles, Work};
+use super::particles::{Body, Part, Particles, Work};
 use super::proximity::Proximity;
 use super::sweep::{Bins, CHUNK, View};
 use super::wall::Walls;
-use super::{Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, stability};
+use super::{
+    Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, ambient, regions, stability,
+};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -23,7 +25,6 @@ impl<const D: usize> Mpm<D> {
     pub fn new(setup: Setup<D>) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = check(&setup);
         let fields = field_numbers(&setup.bodies);
-        let field_count = fields.iter().max().map_or(0, |last| last + 1);
         let cell = setup.grid.cell;
         let mut bodies = Vec::new();
         for (index, (body, field)) in setup.bodies.into_iter().zip(fields).enumerate() {
@@ -39,13 +40,16 @@ impl<const D: usize> Mpm<D> {
         if findings.iter().any(|finding| finding.severity == crate::error::Severity::Error) {
             return Err(findings);
         }
+        let friction = FrictionTable { listed: setup.friction, default: setup.default_friction };
+        let bodies = regions::divide(bodies, &membranes, &friction)?;
+        let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
         let cutoff = cutoffs(&bodies, field_count, setup.kernel);
         let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
         let coupling = Coupling::new(
             membranes,
             &bodies,
             Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching),
-            &FrictionTable { listed: setup.friction, default: setup.default_friction },
+            &friction,
             (setup.sheet_contact, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
         );
@@ -76,6 +80,7 @@ impl<const D: usize> Mpm<D> {
             books,
             accounts,
             energy: [0.0; 2],
+            displaced: 0.0,
             tally: super::Tally::default(),
             notices: Notices::default(),
             dt_before: 0.0,
@@ -102,6 +107,7 @@ impl<const D: usize> Mpm<D> {
         self.fastest = self.bodies.iter().map(stability::fastest).collect();
         self.bound = self.step_bound();
         self.energy = self.body_energies();
+        self.displaced = self.displaced_atmosphere();
         self.notices = Notices::new(self.energy[1]);
         let membranes = self.coupling.membranes.iter().map(Membrane::balance);
         let stored = membranes.map(|balance| balance.kinetic_start + balance.strain_start).sum::<f64>();
@@ -161,6 +167,7 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
             "positions, volumes, velocities (and their gradients) and states differ in number".into(),
         );
     }
+    findings.extend(ambient::check(&setup.bodies));
     findings
 }
 
@@ -219,13 +226,15 @@ fn build_body<const D: usize>(
     let work = Work { stretch: vec![1.0; n], rate, ..Work::default() };
     Ok(Body {
         name: setup.name,
-        law: setup.law,
+        part: Part::default(),
+        law: setup.law.into(),
         field,
         kernel: Kernel::new(kernel, 0.5 * width / cell),
         particles,
         skin: setup.skin,
         depth,
         traction: setup.traction,
+        ambient: setup.ambient,
         work,
     })
 }

@@ -12,12 +12,21 @@ fn show<T: Pod>(visit: &mut dyn FnMut(&str, Column<'_>), body: &str, name: &str,
 where
     Vec<T>: ColumnData,
 {
-    visit(&format!("body.{body}.{name}"), Column::new(data));
+    visit(&format!("{body}.{name}"), Column::new(data));
+}
+
+/// What the names of a body's columns begin with. Those of its further parts have a beginning of their own: whatever bodies are
+/// called, no two columns have one name.
+fn prefix<const D: usize>(body: &Body<D>) -> String {
+    match body.part.number {
+        0 => format!("body.{}", body.name),
+        part => format!("part-{part}.{}", body.name),
+    }
 }
 
 /// The columns of a body's particles.
 fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    let (name, particles) = (body.name.as_str(), &mut body.particles);
+    let (name, particles) = (&*prefix(body), &mut body.particles);
     show(visit, name, "id", &mut particles.id);
     show(visit, name, "position", &mut particles.position);
     show(visit, name, "velocity", &mut particles.velocity);
@@ -37,8 +46,8 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
 /// The blocks by which a body is sorted: a resumed run must sum in the same order.
 fn bin_columns<const D: usize>(body: &str, bins: &mut Bins<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     let (mut blocks, mut starts, mut drift) = bins.to_numbers();
-    visit(&format!("body.{body}.bins"), Column::growing(&mut blocks));
-    visit(&format!("body.{body}.bin-starts"), Column::growing(&mut starts));
+    visit(&format!("{body}.bins"), Column::growing(&mut blocks));
+    visit(&format!("{body}.bin-starts"), Column::growing(&mut starts));
     show(visit, body, "drift", &mut drift);
     *bins = Bins::from_numbers(&blocks, &starts, &drift);
 }
@@ -72,7 +81,7 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
 pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     for (body, bins) in mpm.bodies.iter_mut().zip(&mut mpm.bins) {
         body_columns(body, visit);
-        bin_columns(&body.name, bins, visit);
+        bin_columns(&prefix(body), bins, visit);
     }
     let mut fastest = mpm.fastest.clone();
     visit("mpm.fastest", Column::new(&mut fastest));
@@ -82,10 +91,10 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
         membrane.columns(&prefix, visit);
     }
     mpm.coupling.contact.columns("contact.", visit);
-    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1]];
+    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1], mpm.displaced];
     visit("mpm.clock", Column::new(&mut clock));
-    if let [dt_before, bound, kinetic, internal] = clock[..] {
-        (mpm.dt_before, mpm.bound) = (dt_before, bound);
+    if let [dt_before, bound, kinetic, internal, displaced] = clock[..] {
+        (mpm.dt_before, mpm.bound, mpm.displaced) = (dt_before, bound, displaced);
         mpm.energy = [kinetic, internal];
     }
     let mut steps = vec![mpm.steps];

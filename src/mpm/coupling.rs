@@ -14,7 +14,7 @@ use super::membrane::Membrane;
 use super::particles::Body;
 use super::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, MembraneSetup, SheetContact, Step};
+use super::{Grid, MembraneSetup, SheetContact, Step, health};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -100,7 +100,7 @@ impl<const D: usize> Coupling<D> {
     /// obstacles.
     ///
     /// # Errors
-    /// When an element collapses or a node is not finite.
+    /// When an element collapses, a node is not finite, or walls, obstacles and supports leave one no way out.
     pub fn advance(
         &mut self,
         (grid, walls): (&mut Grid<D>, &Walls<D>),
@@ -143,7 +143,15 @@ impl<const D: usize> Coupling<D> {
             timed!(timer, "apart", proximity.watch(membranes, work, t + dt));
         }
         timed!(timer, "contact", contact.finish_step(grid));
-        Ok(())
+        timed!(timer, "contact", self.leave_a_way_out(walls, step))
+    }
+
+    /// Sees that walls, obstacles and supports leave every node a way out.
+    fn leave_a_way_out(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
+        self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
+            let squeeze = self.contact.squeezed(index, [&membrane.position, &membrane.reference], (walls, step.dt));
+            squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))
+        })
     }
 
     /// Sub-steps of a step of `dt` [s].

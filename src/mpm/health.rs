@@ -1,5 +1,6 @@
 //! What must hold after each stage; the first violation stops the run with its place and advice.
 
+use super::contact::Squeeze;
 use super::grid::Grid;
 use super::membrane::Membrane;
 use super::particles::Body;
@@ -13,6 +14,9 @@ const ON_THE_END: f64 = 1e-6;
 
 /// A free node of a membrane this deep in an obstacle [cells] went through its surface.
 const THROUGH: f64 = 0.5;
+
+/// A node this near to an obstacle [cells] touches it.
+const TOUCHES: f64 = 1e-2;
 
 /// The error of a body with a particle that was turned inside out.
 pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
@@ -76,21 +80,47 @@ pub fn check_membrane<const D: usize>(
     let Some(k) = (0..membrane.position.len()).into_par_iter().with_min_len(1024).position_first(bad) else {
         return Ok(());
     };
-    let (what, advice) = match obstacle(k).filter(|_| beyond(k).is_none()) {
-        Some(name) => (
-            format!("a node of a membrane went into the obstacle `{name}`"),
-            "it moves by more than the obstacle is thick in a sub-step, or another obstacle or a support presses it in: lower \
-             `mpm.membrane-safety`, or leave it a way out",
-        ),
-        None => (
-            "a node of a membrane left the grid".to_owned(),
-            "enlarge the grid, give that wall a kind that holds the membrane (`separate`, `friction`, …), or hold it with \
-             `supports` (on a plane of symmetry the nodes on it, across it)",
-        ),
+    let x = membrane.position[k];
+    let wall = beyond(k).map(|axis| (axis, usize::from(x[axis] > upper[axis])));
+    let pressing = wall.filter(|&(axis, end)| walls.is_closed(axis, end));
+    let pressing = pressing.and_then(|_| walls.obstacle_around(x, -TOUCHES * grid.cell));
+    let (what, advice) = match (wall, obstacle(k), pressing) {
+        (None, Some(name), _) => (format!("a node of a membrane went into the obstacle `{name}`"), LEAVE_A_WAY_OUT),
+        (.., Some(name)) => (format!("the obstacle `{name}` pressed a node of a membrane out of the grid"), KEEP_AWAY),
+        _ => ("a node of a membrane left the grid".to_owned(), HOLD_IT),
     };
-    let axis = beyond(k).unwrap_or(D - 1);
-    let place = Place::Node { body: membrane.name.clone(), index: k, position: membrane.position[k].to3() };
-    Err(at(place, &what, (["x", "y", "z"][axis], membrane.position[k][axis]), advice))
+    let axis = wall.map_or(D - 1, |(axis, _)| axis);
+    let place = Place::Node { body: membrane.name.clone(), index: k, position: x.to3() };
+    Err(at(place, &what, (["x", "y", "z"][axis], x[axis]), advice))
+}
+
+const LEAVE_A_WAY_OUT: &str = "it moves by more than the obstacle is thick in a sub-step, or another obstacle or a support presses it \
+                               in: lower `mpm.membrane-safety`, or leave it a way out";
+
+const KEEP_AWAY: &str = "keep it away from the wall by the thickness of the membrane at least (its `velocity`), or end the run before \
+                         they meet (`time.end`)";
+
+const HOLD_IT: &str = "enlarge the grid, give that wall a kind that holds the membrane (`separate`, `friction`, …), or hold it with \
+                       `supports` (on a plane of symmetry the nodes on it, across it)";
+
+/// The error of a membrane that has no way out between walls, obstacles and supports.
+pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) -> StepError {
+    let Squeeze { node, place, solid, other, distance } = squeeze;
+    let place = Place::Node { body: membrane.name.clone(), index: *node, position: place.to3() };
+    match other {
+        Some(other) => at(
+            place,
+            &format!("`{solid}` and `{other}` close on a membrane and leave it no way out"),
+            ("their distance", *distance),
+            "keep them apart by its thickness at least (`velocity` of the obstacles), or end the run before they meet (`time.end`)",
+        ),
+        None => at(
+            place,
+            &format!("supports hold a node of a membrane, and `{solid}` went over it"),
+            ("depth", *distance),
+            "neither gives way: stop one of the two before they meet, or free that axis in `supports`",
+        ),
+    }
 }
 
 /// The external force on every particle is a number.

@@ -7,7 +7,8 @@
 //!                                                            velocities mapped back, less what nobody gets (`step::books`)
 //! transfer loss  D    = Σ ΔK_I − ΔK_p                        FLIP, PIC, APIC, filter and bound p⁻
 //! its heat       Q    = Σ q_p                                what of D the particles keep (`heat`)
-//! stress error   ε_s  = ΔU_p − Q + Δt Σ f_I^int · v̂_I        first: gains; modified last: loses
+//! atmosphere     W_a  = −Δ Σ p_a V_p                         work on gases whose forces count from p_a (`ambient`)
+//! stress error   ε_s  = ΔU_p − Q + Δt Σ f_I^int · v̂_I − W_a  first: gains; modified last: loses
 //! external       W    = Δt Σ F_p · Σ N_Ip v̂_I                equals Δt Σ f_I^ext · v̂_I
 //! walls          W_w − D_w = Δt Σ f_I^wall · v̂_I
 //! balance        Δ(K + U) = Σ gains − Σ losses + closure

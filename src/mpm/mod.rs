@@ -13,6 +13,7 @@
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
 //! ```
 
+mod ambient;
 mod average;
 mod build;
 mod columns;
@@ -32,6 +33,7 @@ mod notices;
 mod particles;
 pub mod plain;
 pub mod proximity;
+mod regions;
 mod setup;
 mod shifting;
 mod sides;
@@ -51,7 +53,7 @@ pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
 pub use heat::Dissipation;
 pub use kernel::Kernel;
 pub use membrane::{Balance, Elements, Membrane};
-pub use particles::{Body, Particles, Work};
+pub use particles::{Body, Part, Particles, Work};
 pub use setup::{
     BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
     SupportSetup, Transfer, Wall, WallKind,

@@ -114,8 +114,8 @@ impl<const D: usize> Mpm<D> {
         let (books, accounts) = (&self.books, &self.accounts);
         let [mut kinetic, internal] = self.energy;
         let taken = internal - self.notices.scales[0];
-        let mut works: f64 =
-            [accounts.gravity, accounts.traction, accounts.wall].iter().map(|&id| books.value(id).abs()).sum();
+        let from_outside = [accounts.gravity, accounts.traction, accounts.wall, accounts.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| books.value(id).abs()).sum();
         let losses = self.coupling.contact.losses();
         let mut positive = vec![
             ("contact dissipation".to_owned(), losses.normal),

@@ -6,14 +6,17 @@ use crate::geometry::SkinPoint;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
 use rayon::prelude::*;
+use std::sync::Arc;
 
-/// The material points of one continuum with one law.
+/// The material points of one continuum with one law, or those of its parts that lie in one region of closed membranes.
 #[derive(Debug)]
 pub struct Body<const D: usize> {
-    /// Name, as the case gives it.
+    /// Name, as the case gives it; parts of one body share it.
     pub name: String,
+    /// Which part of the body this is.
+    pub part: Part,
     /// Its law.
-    pub law: Box<dyn PointLaw>,
+    pub law: Arc<dyn PointLaw>,
     /// The grid velocity field that it moves in; bodies in different fields meet by contact.
     pub field: usize,
     /// Its shape functions (the size of GIMP particles differs from body to body).
@@ -28,8 +31,22 @@ pub struct Body<const D: usize> {
     pub depth: Vec<f64>,
     /// Loads on the surface.
     pub traction: Vec<Traction>,
+    /// Pressure of the atmosphere around a gas [Pa], from which its forces count (`ambient`).
+    pub ambient: f64,
     /// What lives during a step only.
     pub work: Work<D>,
+}
+
+/// A part of a body that lies on both sides of closed membranes; of other bodies, all of it (theory 2.2.1).
+#[derive(Debug, Clone, Default)]
+pub struct Part {
+    /// Its number among the parts of the body, which follow one another, from 0.
+    pub number: usize,
+    /// How many particles the parts before it have: in outputs, identities go on from there.
+    pub before: u32,
+    /// The side of each membrane on which all of it stays: +1 where normals point, −1 behind; 0, or none for a membrane, where only
+    /// the place of a particle tells.
+    pub sides: Vec<f64>,
 }
 
 /// Columns that live during a step only.
@@ -196,7 +213,7 @@ impl<const D: usize> Particles<D> {
         self.history.resize(storage.history.len() * n, 0.0);
     }
 
-    /// Reorders every column: particle `p` becomes what was `order[p]`.
+    /// Reorders every column: particle `p` becomes what was `order[p]`. Particles that `order` leaves out are gone.
     pub(crate) fn permute(&mut self, order: &[u32]) {
         fn permuted<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32]) {
             use rayon::prelude::*;
@@ -204,6 +221,7 @@ impl<const D: usize> Particles<D> {
                 *column = order.par_iter().map(|&p| column[p as usize]).collect();
             }
         }
+        let stride = self.history.len().checked_div(self.len()).unwrap_or(0);
         permuted(&mut self.id, order);
         permuted(&mut self.position, order);
         permuted(&mut self.velocity, order);
@@ -215,7 +233,6 @@ impl<const D: usize> Particles<D> {
         permuted(&mut self.deformation, order);
         permuted(&mut self.affine, order);
         permuted(&mut self.signal, order);
-        let stride = self.history.len().checked_div(order.len()).unwrap_or(0);
         if stride > 0 {
             self.history =
                 order.iter().flat_map(|&p| &self.history[p as usize * stride..][..stride]).copied().collect();

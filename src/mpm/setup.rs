@@ -202,6 +202,8 @@ pub struct BodySetup<const D: usize> {
     pub state: Vec<StartState>,
     /// Loads on the surface; identities are indices of `position`.
     pub traction: Vec<Traction>,
+    /// Pressure of the atmosphere around it, which isn't modelled [Pa]; above zero for ideal gases alone.
+    pub ambient: f64,
 }
 
 /// A membrane at the start.

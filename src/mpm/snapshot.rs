@@ -27,8 +27,38 @@ fn vector_field<'a, const D: usize>(name: &'static str, unit: &'static str, vect
     Field::computed(name, unit, 3, move || bytemuck::cast_slice(&padded(vectors)).to_vec())
 }
 
-/// The particles of a body.
-fn points<const D: usize>(body: &Body<D>) -> PointSet<'_> {
+/// The bodies, each with all of its parts.
+fn wholes<const D: usize>(bodies: &[Body<D>]) -> impl Iterator<Item = &[Body<D>]> {
+    bodies.chunk_by(|_, next| next.part.number > 0)
+}
+
+/// The particles of a body, of all its parts.
+fn points<const D: usize>(parts: &[Body<D>]) -> PointSet<'_> {
+    match parts {
+        [body] => points_of_part(body),
+        _ => joined(parts.iter().map(points_of_part).collect()),
+    }
+}
+
+/// One set of many with the same name and the same fields, part by part.
+fn joined<'a>(parts: Vec<PointSet<'a>>) -> PointSet<'a> {
+    let name = parts[0].name;
+    let position = parts.iter().flat_map(|part| part.position.iter().copied()).collect();
+    let id = parts.iter().flat_map(|part| part.id.iter().copied()).collect();
+    let mut columns: Vec<Vec<Field<'a>>> = parts[0].fields.iter().map(|_| Vec::new()).collect();
+    for part in parts {
+        columns.iter_mut().zip(part.fields).for_each(|(column, field)| column.push(field));
+    }
+    let field = |own: Vec<Field<'a>>| -> Field<'a> {
+        let Field { name, unit, components, .. } = own[0];
+        Field::computed(name, unit, components, move || own.iter().flat_map(|f| f.values().into_owned()).collect())
+    };
+    let fields = columns.into_iter().map(field).collect();
+    PointSet { name, position: Cow::Owned(position), id: Cow::Owned(id), fields, filled: None }
+}
+
+/// The particles of a body, or of a part of it.
+fn points_of_part<const D: usize>(body: &Body<D>) -> PointSet<'_> {
     let particles = &body.particles;
     // What averaging adds makes forces, too: next to walls the law's own pressure alternates about the one that acts.
     let acting = || particles.pressure.iter().zip(&body.work.excess).map(|(p, more)| p + more).collect();
@@ -57,7 +87,10 @@ fn points<const D: usize>(body: &Body<D>) -> PointSet<'_> {
     PointSet {
         name: &body.name,
         position: padded(&particles.position),
-        id: Cow::Borrowed(&particles.id),
+        id: match body.part.before {
+            0 => Cow::Borrowed(&particles.id),
+            before => Cow::Owned(particles.id.iter().map(|id| before + id).collect()),
+        },
         fields,
         filled: None,
     }
@@ -70,7 +103,7 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
         step: mpm.steps,
         dt: mpm.dt_before,
         dimension: D,
-        points: mpm.bodies.iter().map(points).collect(),
+        points: wholes(&mpm.bodies).map(points).collect(),
         surfaces: membranes.iter().map(Membrane::surface_set).collect(),
         ledger: ledger(mpm),
         forces: named_forces(mpm),
@@ -104,12 +137,14 @@ fn named_forces<const D: usize>(mpm: &Mpm<D>) -> Vec<(String, [f64; 3])> {
 /// All terms of the ledger.
 fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     let mut terms = Vec::new();
-    for body in &mpm.bodies {
-        let Body { name, particles, .. } = body;
-        terms.push(energy(Stored, format!("kinetic energy: {name}"), particles.kinetic_energy()));
-        terms.push(energy(Stored, format!("internal energy: {name}"), particles.internal_energy()));
-        if !particles.affine.is_empty() {
-            terms.push(other(format!("affine kinetic energy: {name}"), "J", affine_energy(body, mpm.grid.cell)));
+    for parts in wholes(&mpm.bodies) {
+        let name = &parts[0].name;
+        let sum = |of: &dyn Fn(&Body<D>) -> f64| parts.iter().map(of).sum::<f64>();
+        terms.push(energy(Stored, format!("kinetic energy: {name}"), sum(&|b| b.particles.kinetic_energy())));
+        terms.push(energy(Stored, format!("internal energy: {name}"), sum(&|b| b.particles.internal_energy())));
+        if !parts[0].particles.affine.is_empty() {
+            let affine = sum(&|body| affine_energy(body, mpm.grid.cell));
+            terms.push(other(format!("affine kinetic energy: {name}"), "J", affine));
         }
     }
     let mut impulse = Vector(mpm.books.impulse());

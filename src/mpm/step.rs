@@ -94,6 +94,8 @@ pub struct Mpm<const D: usize> {
     pub(super) accounts: Accounts,
     /// Kinetic and internal energy of the bodies [J].
     pub(super) energy: [f64; 2],
+    /// What the volumes of gases hold off of their atmosphere, Σ p_a V_p [J].
+    pub(super) displaced: f64,
     pub(super) tally: Tally,
     pub(super) summaries: Vec<Summary>,
     /// What the books show.

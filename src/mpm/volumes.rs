@@ -10,11 +10,20 @@
 //! else shows that. Of an ideal gas V p = (γ − 1) e, so that forces, work and the speed of sound γ (γ − 1) e/m are the same for every
 //! share of V between particles; but pressures and densities are read from it, and how near a particle comes to a surface.
 //! The energy per volume of the grid is known, and volumes are led to it, slowly, so that waves stay as sharp as they are.
+//!
+//! Where an atmosphere p_a is around the gas (`ambient`), volume pushes and has a price. What drives particles apart that the grid holds
+//! together is p − p_a: volumes are led as fast as it lets them drift, and at p_a, where p_I has nothing but the noise of its
+//! sum, not at all. And p_a dV has gone to the atmosphere for what was no volume of the gas: it comes back, e + p_a V stays.
+//!
+//! ```text
+//! r = (p_p/p)^(β min(|1 − p_a/p|, 1)/(1 + w)) ≤ 1 + ½/w,      p = Σ_I N_Ip p_I,   w = p_a V_p/e_p
+//! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
+//! ```
 
 use super::contact::nodes::Lattice;
 use super::wall::Walls;
-use super::{Body, Field, Grid, Mpm};
-use crate::math::Vector;
+use super::{Body, Field, Grid, Mpm, Particles};
+use crate::math::{SymTensor, Vector};
 use crate::mpm::sweep::{Content, Sweep};
 use rayon::prelude::*;
 
@@ -106,7 +115,7 @@ fn grid_pressure<const D: usize>(
 
 /// Leads the volumes of a body's particles to the pressures at the nodes.
 fn lead<const D: usize>(grid: &Grid<D>, lattice: &Lattice<D>, pressure: &[f64], body: &mut Body<D>) {
-    let particles = &mut body.particles;
+    let (particles, ambient) = (&mut body.particles, body.ambient);
     let there = |x: Vector<D>| {
         let (mut sum, mut weights) = (0.0, 0.0);
         lattice.for_each(grid, x, |node, weight, _| {
@@ -119,14 +128,73 @@ fn lead<const D: usize>(grid: &Grid<D>, lattice: &Lattice<D>, pressure: &[f64], 
     };
     let wanted: Vec<f64> = particles.position.par_iter().with_min_len(TASK).map(|&x| there(x)).collect();
     for (p, wanted) in wanted.into_iter().enumerate() {
-        let own = particles.pressure[p];
-        if wanted > 0.0 && own > 0.0 {
-            let ratio = (own / wanted).powf(SHARE);
-            particles.volume[p] *= ratio;
-            particles.pressure[p] = own / ratio;
-            if let Some(stress) = particles.stress.get_mut(p) {
-                *stress += crate::math::SymTensor::isotropic(own - own / ratio);
-            }
+        if wanted > 0.0 && particles.pressure[p] > 0.0 {
+            lead_particle(particles, p, wanted, ambient);
         }
+    }
+}
+
+/// Leads the volume of particle `p` to where its pressure is `wanted` [Pa], within the atmosphere `ambient` [Pa].
+fn lead_particle<const D: usize>(particles: &mut Particles<D>, p: usize, wanted: f64, ambient: f64) {
+    let (own, volume, energy) = (particles.pressure[p], particles.volume[p], particles.energy[p]);
+    // What the atmosphere's part of the volume is worth, over the energy.
+    let worth = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
+    let share = SHARE * (1.0 - ambient / wanted).abs().min(1.0);
+    // The energy changes the pressure, too; no more than half of it pays for room.
+    let ratio = (own / wanted).powf(share / (1.0 + worth)).min(1.0 + 0.5 / worth);
+    let left = 1.0 - (ratio - 1.0) * worth;
+    let pressure = own * left / ratio;
+    particles.volume[p] = volume * ratio;
+    particles.energy[p] = energy * left;
+    particles.pressure[p] = pressure;
+    if let Some(stress) = particles.stress.get_mut(p) {
+        *stress += SymTensor::isotropic(own - pressure);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SHARE, lead_particle};
+    use crate::mpm::Particles;
+
+    /// A particle of an ideal gas (γ = 1.4) of volume 2 at this pressure.
+    fn particle(pressure: f64) -> Particles<2> {
+        let (volume, pressure) = (vec![2.0], vec![pressure]);
+        Particles { energy: vec![pressure[0] * 2.0 / 0.4], volume, pressure, ..Particles::default() }
+    }
+
+    /// Without an atmosphere the energy stays, and the pressure comes nearer by a power of β.
+    #[test]
+    fn volumes_are_led_and_energies_stay() {
+        let mut gas = particle(1.5);
+        let energy = gas.energy[0];
+        lead_particle(&mut gas, 0, 1.0, 0.0);
+        assert!(gas.energy[0] == energy && (gas.volume[0] - 2.0 * 1.5f64.powf(SHARE)).abs() < 1e-14);
+        assert!((gas.pressure[0] - 1.5f64.powf(1.0 - SHARE)).abs() < 1e-14);
+    }
+
+    /// Within an atmosphere of 0.5 under a pressure of 1 it comes nearer by half of β; e + p_a V stays, and so does γ.
+    #[test]
+    fn the_atmosphere_pays_for_the_volume_that_it_gets_back() {
+        for pressure in [0.98, 1.02] {
+            let mut gas = particle(pressure);
+            let before = gas.energy[0] + 0.5 * gas.volume[0];
+            lead_particle(&mut gas, 0, 1.0, 0.5);
+            assert!((gas.energy[0] + 0.5 * gas.volume[0] - before).abs() < 1e-14);
+            assert!((gas.pressure[0] * gas.volume[0] / gas.energy[0] - 0.4).abs() < 1e-14);
+            let closer = 1.0 - gas.pressure[0].ln() / pressure.ln();
+            assert!((closer - 0.5 * SHARE).abs() < 0.01 * SHARE, "{closer}");
+        }
+    }
+
+    /// At the pressure of the atmosphere nothing is led; a particle that hardly has energy keeps half of it.
+    #[test]
+    fn the_ends_of_the_range() {
+        let mut gas = particle(1.1);
+        lead_particle(&mut gas, 0, 1.0, 1.0);
+        assert!(gas.volume[0] == 2.0 && gas.pressure[0] == 1.1);
+        let mut thin = particle(1e-3);
+        lead_particle(&mut thin, 0, 1e-60, 1.0);
+        assert!((thin.energy[0] / 5e-3 - 0.5).abs() < 1e-12 && thin.pressure[0] > 0.0, "{thin:?}");
     }
 }

@@ -7,8 +7,9 @@ use lateen::mpm::contact::nodes::Lattice;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
 use lateen::mpm::wall::Walls;
-use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, GridSetup, Kernel, KernelKind, Particles};
+use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, GridSetup, Kernel, KernelKind, Part, Particles};
 use lateen::mpm::{SheetContact, Step, SubStep, Wall, Work};
+use std::sync::Arc;
 
 /// A law without stress.
 #[derive(Debug)]
@@ -67,7 +68,8 @@ pub fn block<const D: usize>(
     };
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
     let (traction, work, skin, depth) = (Vec::new(), Work::default(), Vec::new(), Vec::new());
-    Body { name: name.to_owned(), law: Box::new(Dust), field, kernel, particles, skin, depth, traction, work }
+    let (name, part) = (name.to_owned(), Part::default());
+    Body { name, part, law: Arc::new(Dust), field, kernel, particles, skin, depth, traction, ambient: 0.0, work }
 }
 
 /// A membrane reduced to its nodes.

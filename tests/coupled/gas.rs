@@ -7,7 +7,7 @@ use lateen::mpm::{Dissipation, MembraneSetup, Mpm, Setup, WallKind};
 use lateen::simulation::Solver;
 
 /// A chain through `corners` with `divisions` segments between them; closed if the last corner is the first.
-fn chain(corners: &[[f64; 2]], divisions: &[u32]) -> (Vec<Vector<2>>, Vec<Vec<u32>>) {
+pub fn chain(corners: &[[f64; 2]], divisions: &[u32]) -> (Vec<Vector<2>>, Vec<Vec<u32>>) {
     let mut points = Vec::new();
     for (ends, &n) in corners.windows(2).zip(divisions) {
         let [a, b] = [Vector(ends[0]), Vector(ends[1])];

@@ -1,5 +1,6 @@
 //! Bodies and membranes together.
 
+mod ambient;
 #[path = "../mpm/bits.rs"]
 mod bits;
 mod enclose;
@@ -9,6 +10,7 @@ mod leave;
 mod lids;
 mod meet;
 mod model;
+mod regions;
 mod repeat;
 mod rests;
 mod slack;

@@ -83,6 +83,7 @@ pub fn body<const D: usize>(
         state: vec![start; position.len()],
         position,
         traction: Vec::new(),
+        ambient: 0.0,
     }
 }
 

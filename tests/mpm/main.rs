@@ -1,5 +1,6 @@
 //! The material point core against exact solutions, conservation laws and itself (threads, resumed runs).
 
+mod atmosphere;
 mod beams;
 mod bits;
 mod bodies;

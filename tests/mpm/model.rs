@@ -89,6 +89,7 @@ pub fn body<const D: usize>(
         state: vec![StartState::default(); position.len()],
         position,
         traction: Vec::new(),
+        ambient: 0.0,
     }
 }
 

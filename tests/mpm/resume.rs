@@ -29,6 +29,17 @@ fn gas_cube() -> Mpm<3> {
     start(setup)
 }
 
+/// The same gas in an atmosphere, which has done work and led volumes by the time that it is saved.
+fn gas_cube_in_air() -> Mpm<3> {
+    let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Slip));
+    let velocity = |x: Vector<3>| Vector([0.1 * x[1], (3.0 * x[2]).sin(), 0.3 * x[0]]);
+    let mut gas = body(ideal_gas(1.0, 1.4), ([0.5; 3], [12, 12, 12], 0.25), |_| true, velocity);
+    gas.state.iter_mut().for_each(|state| state.pressure = Some(1.0));
+    gas.ambient = 0.7;
+    setup.bodies = vec![gas];
+    start(setup)
+}
+
 /// Rubber on a floor that it may leave.
 fn landed_cube() -> Mpm<3> {
     let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Open));
@@ -38,7 +49,7 @@ fn landed_cube() -> Mpm<3> {
     start(setup)
 }
 
-const MODELS: [fn() -> Mpm<3>; 3] = [rubber_cube, gas_cube, landed_cube];
+const MODELS: [fn() -> Mpm<3>; 4] = [rubber_cube, gas_cube, gas_cube_in_air, landed_cube];
 
 #[test]
 fn threads_do_not_change_a_bit() {
@@ -87,7 +98,7 @@ fn water_cube() -> Mpm<3> {
 /// A run that stops shows the state that it restored: all of it, without a step.
 #[test]
 fn a_restored_state_is_shown_as_it_was() {
-    for model in [rubber_cube, gas_cube, water_cube] {
+    for model in [rubber_cube, gas_cube, gas_cube_in_air, water_cube] {
         let mut first = model();
         (0..15).fold(0.0, |t, _| step(&mut first, t));
         let saved = state(&mut first);
@@ -159,6 +170,20 @@ fn an_energy_that_is_not_a_number_stops_the_run() {
     });
     let error = error.expect("the run stops");
     assert_eq!((error.what.as_str(), error.quantity), ("the energy is not a number", "energy"));
+}
+
+/// What the atmosphere has done since the start goes on after a resumed run, from what it was.
+#[test]
+fn the_work_of_the_atmosphere_is_resumed() {
+    let mut first = gas_cube_in_air();
+    let t = (0..15).fold(0.0, |t, _| step(&mut first, t));
+    let mut second = gas_cube_in_air();
+    restore(&mut second, &state(&mut first));
+    step(&mut second, t);
+    let volume = |mpm: &Mpm<3>| field(mpm, "volume").iter().sum::<f64>();
+    let work = 0.7 * (volume(&gas_cube_in_air()) - volume(&second));
+    assert!(work.abs() > 1e-3, "the gas has changed its volume: {work}");
+    assert!((term(&second, "work of the atmosphere") - work).abs() < 1e-12, "{work}");
 }
 
 #[test]

@@ -40,6 +40,7 @@ impl Assembly<'_> {
             velocity_gradient,
             state,
             traction,
+            ambient: spec.ambient,
         })
     }
 

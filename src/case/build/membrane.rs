@@ -22,6 +22,8 @@ impl Assembly<'_> {
         let over = Samples::over(&position, self.case.file.time.end);
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
         let pressure = spec.pressure.as_ref();
+        let load = pressure.map_or(Signal::ZERO, |p| self.signal(&format!("{key}.pressure.value"), &p.value, &over));
+        self.turned(index, &facets, over.has_positive(&load));
         let warp = spec.warp.map_or_else(Vec::new, |w| vec![Vector::from3(w); facets.elements.len()]);
         let supports = spec.supports.iter().enumerate();
         let supports =
@@ -37,7 +39,7 @@ impl Assembly<'_> {
             hourglass: [spec.hourglass.stiffness, spec.hourglass.viscosity, spec.hourglass.warping],
             damping: [spec.damping.stiffness, spec.damping.mass],
             supports,
-            pressure: pressure.map_or(Signal::ZERO, |p| self.signal(&format!("{key}.pressure.value"), &p.value, &over)),
+            pressure: load,
             follower: pressure.is_none_or(|p| p.follower),
             contact_thickness: spec.contact_thickness,
             elements: facets.elements,
@@ -61,6 +63,42 @@ impl Assembly<'_> {
             self.findings.push(Diagnostic { severity, ..Diagnostic::error(key, finding.to_string()) });
         }
         (!broken).then_some(facets)
+    }
+
+    /// Notes closed parts whose normals point into them where something goes by normals: a pressure that is `pushing`, volumes,
+    /// contact pressures.
+    fn turned(&mut self, index: usize, facets: &Facets, pushing: bool) {
+        let (file, dimension) = (&self.case.file, self.case.file.dimension);
+        let [closed, turned] = [facets.closed_parts(dimension), facets.turned_parts(dimension)];
+        let Some(first) = turned.first() else { return };
+        let name = &file.membrane[index].name;
+        let which = if closed.len() == 1 {
+            format!("`{name}` is turned inside out: its normals point inwards")
+        } else {
+            let [lower, upper] = first.bounds.map(|x| format!("{:?}", &x[..dimension]));
+            let counts = format!("{} of the {} closed parts of `{name}`", turned.len(), closed.len());
+            format!("{counts} are turned inside out, the first from {lower} to {upper} m: their normals point inwards")
+        };
+        let reverse = "list the nodes of its elements in the other order (of a `chain` its points)";
+        if pushing {
+            let message = format!("{which}, and so does this pressure");
+            let finding = Diagnostic::warning(format!("membrane[{index}].pressure.value"), message);
+            self.findings.push(finding.help(format!("{reverse}, or change the sign of `value`")));
+        }
+        for (i, probe) in file.probe.iter().enumerate().filter(|(_, probe)| probe.of == *name) {
+            let key = format!("probe[{i}].quantity");
+            match probe.quantity.as_str() {
+                "contact pressure" => {
+                    let message = format!("{which}, where this pressure counts as positive");
+                    self.findings.push(Diagnostic::warning(key, message).help(reverse));
+                }
+                "volume" if turned.len() < closed.len() => {
+                    let message = format!("{which}: their volumes are taken from those of the others");
+                    self.findings.push(Diagnostic::error(key, message).help(reverse));
+                }
+                _ => {}
+            }
+        }
     }
 
     fn support(&mut self, spec: &SupportSpec, key: &str, facets: &Facets, over: &Samples) -> Option<SupportSetup> {

@@ -59,6 +59,11 @@ impl Samples {
         self.places.iter().step_by(stride).copied()
     }
 
+    /// True if `signal` is positive somewhere, some time.
+    pub(super) fn has_positive(&self, signal: &Signal) -> bool {
+        self.times.iter().any(|&t| self.some(MOST).any(|x| signal.value(x, t) > 0.0))
+    }
+
     /// The first place and time where `signal` is not finite, or where a pole is.
     fn undefined(&self, signal: &Signal) -> Option<([f64; 3], f64)> {
         if self.places.is_empty() {

@@ -5,7 +5,7 @@ use crate::case::{Case, CaseFile, ObstacleKind};
 use crate::error::Diagnostic;
 use crate::geometry::{Bounds, Region};
 use crate::math::Vector;
-use crate::mpm::{BodySetup, Setup};
+use crate::mpm::{BodySetup, Setup, WallKind};
 use std::collections::{HashMap, HashSet};
 
 /// Every pair has names that are there, and is named once.
@@ -31,15 +31,22 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
         let mut wrong = |message: String, help: &str| {
             findings.push(Diagnostic::error(format!("contact[{i}].between"), message).help(help));
         };
-        let (pair, both) = (in_order([first, second]), in_order([together(first), together(second)]));
+        // A wall or an obstacle has two names.
+        let own = |name| if there.contains(name) { name } else { without_kind(name) };
+        let (pair, both) = (in_order([own(first), own(second)]), in_order([together(first), together(second)]));
         let twin = pairs.get(&pair).copied();
         let other = sides.get(&both).copied().filter(|&other| file.contact[other].friction != contact.friction);
         if first == second {
             let sheet = membranes.contains(first);
-            let help = if sheet { "contact of a membrane with itself comes later" } else { "name two different parts" };
-            wrong("contact of a part with itself".to_owned(), help);
+            let help = if sheet {
+                "contact of a membrane with itself comes later: until then it passes through itself, and the run says where"
+            } else {
+                "name two different parts"
+            };
+            wrong(format!("`{first}` is named twice: this is the contact of a part with itself"), help);
         } else if membranes.contains(first) && membranes.contains(second) {
-            let help = "contact among membranes comes later: name a body and a membrane, or two bodies";
+            let help = "contact among membranes comes later: name a body and a membrane, or two bodies; until then membranes pass \
+                        through each other, and the run says where";
             wrong(format!("`{first}` and `{second}` are membranes, which don't meet each other"), help);
         } else if let Some(twin) = twin {
             let message = format!("this pair already has a contact, contact[{twin}]");
@@ -59,6 +66,11 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// The name of a wall or an obstacle without what it is.
+fn without_kind(name: &str) -> &str {
+    name.strip_prefix("wall:").or_else(|| name.strip_prefix("obstacle:")).unwrap_or(name)
+}
+
 fn in_order<T: Ord>(mut pair: [T; 2]) -> [T; 2] {
     pair.sort();
     pair
@@ -66,6 +78,43 @@ fn in_order<T: Ord>(mut pair: [T; 2]) -> [T; 2] {
 
 /// The walls of a grid.
 const WALLS: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
+
+/// The name of the wall at an end (0 or 1) of an axis.
+pub(super) fn wall_name(dimension: usize, axis: usize, end: usize) -> &'static str {
+    let axis = if axis + 1 == dimension { 2 } else { axis };
+    WALLS[2 * axis + end]
+}
+
+/// A wall that a membrane's contact names is there, and holds something.
+pub(super) fn walls_of_sheets<const D: usize>(file: &CaseFile, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
+    let ends: Vec<(usize, usize)> = (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]).collect();
+    let sheet = |name: &str| file.membrane.iter().any(|membrane| membrane.name == name);
+    let named = |name: &str| {
+        let known = file.body.iter().any(|body| body.name == name) || sheet(name);
+        known || file.obstacle.iter().any(|obstacle| obstacle.name == name)
+    };
+    for (i, contact) in file.contact.iter().enumerate() {
+        for j in 0..2 {
+            let (name, key) = (contact.between[j].as_str(), format!("contact[{i}].between[{j}]"));
+            let wall = name.strip_prefix("wall:").unwrap_or(name);
+            if named(name) || !sheet(&contact.between[1 - j]) || !WALLS.contains(&wall) {
+                continue;
+            }
+            let finding = match ends.iter().find(|(axis, end)| wall_name(D, *axis, *end) == wall) {
+                None => Diagnostic::error(key, format!("the wall `{wall}` exists in 3D only"))
+                    .help("in 2D the ends of y are `bottom` and `top`"),
+                Some(&(axis, end)) if setup.grid.walls[axis][end].kind == WallKind::Open => {
+                    let message = format!("the wall `{wall}` is open: nothing meets it");
+                    let help =
+                        format!("write `walls = {{ {wall} = \"separate\" }}` in `[grid]`, or take the contact out");
+                    Diagnostic::error(key, message).help(help)
+                }
+                Some(_) => continue,
+            };
+            findings.push(finding);
+        }
+    }
+}
 
 /// True if a wall or an obstacle has this name.
 fn is_solid(file: &CaseFile, name: &str) -> bool {

@@ -60,6 +60,7 @@ pub(super) fn of_points<const D: usize>(case: &Case, setup: &Setup<D>, findings:
         }
     }
     faster_than_sound(setup, findings);
+    atmospheres(setup, findings);
     thickness(case, setup, findings);
     elements_and_cells(setup, findings);
     beside_slip(case, setup, findings);
@@ -123,6 +124,20 @@ fn density(key: &str, name: &str, density: f64, [least, most]: [f64; 2]) -> Opti
 /// Gases have no speed of sound of their own: it depends on their state.
 fn is_gas<const D: usize>(body: &BodySetup<D>) -> bool {
     !body.law.keeps_shape() && body.law.reference_sound_speed() == 0.0
+}
+
+/// Gases that meet, through a sheet too, count their pressures from the same atmosphere.
+fn atmospheres<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
+    let mut gases = setup.bodies.iter().enumerate().filter(|(_, body)| body.law.is_ideal_gas());
+    let Some((_, first)) = gases.next() else { return };
+    for (i, body) in gases.filter(|(_, body)| body.ambient != first.ambient) {
+        let message = format!(
+            "`{}` counts its pressure from {} Pa and `{}` from {} Pa: where they meet, they don't agree on what is zero",
+            first.name, first.ambient, body.name, body.ambient
+        );
+        let help = "give all gases the same `ambient`, unless nothing is ever between two of them";
+        findings.push(Diagnostic::warning(format!("body[{i}].ambient"), message).help(help));
+    }
 }
 
 fn faster_than_sound<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {

@@ -2,7 +2,8 @@
 
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
-use crate::mpm::{MembraneSetup, Setup, WallKind};
+use crate::mpm::{MembraneSetup, Obstacle, Setup, WallKind};
+use std::fmt;
 
 /// Nodes this far from a plane [cells] lie on it.
 const ON_PLANE: f64 = 1e-6;
@@ -68,30 +69,103 @@ fn held<const D: usize>(membrane: &MembraneSetup<D>, axis: usize) -> Vec<bool> {
 /// A node this deep in an obstacle, beyond half the thickness [cells], lies in it.
 const INSIDE: f64 = 1e-3;
 
-/// No node of a membrane starts in an obstacle: free ones would be parted from it, slowly, held ones never.
+/// A node is held along a normal if the axes that are free take up less than this of it.
+const HELD: f64 = 1e-6;
+
+/// No node of a membrane starts in an obstacle: free ones would be parted from it, slowly, held ones never. And no element has an obstacle
+/// between its nodes.
 pub(super) fn obstacles<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     for (i, membrane) in setup.membranes.iter().enumerate() {
-        let mut free = vec![true; membrane.position.len()];
-        let held = membrane.supports.iter().filter(|support| support.velocity.iter().take(D).any(Option::is_some));
-        held.flat_map(|support| &support.nodes).for_each(|&node| free[node as usize] = false);
-        let depth = 0.5 * membrane.thickness + INSIDE * setup.grid.cell;
+        let held: [Vec<bool>; D] = std::array::from_fn(|axis| held(membrane, axis));
         for obstacle in &setup.obstacles {
-            let inside = |x: &Vector<D>| obstacle.region.signed_distance(x.to3()) < -depth;
-            let count = |which: bool| {
-                membrane.position.iter().zip(&free).filter(|(x, free)| **free == which && inside(x)).count()
-            };
-            let (loose, held) = (count(true), count(false));
+            let [mut loose, mut stuck] = [Inside::default(); 2];
+            for (k, x) in membrane.position.iter().enumerate() {
+                let (distance, normal) = obstacle.region.distance_and_normal(x.to3());
+                let free: f64 = (0..D).filter(|&axis| !held[axis][k]).map(|axis| normal[axis] * normal[axis]).sum();
+                let depth = -distance;
+                if depth > 0.5 * membrane.thickness + INSIDE * setup.grid.cell {
+                    let nodes = if free < HELD { &mut stuck } else { &mut loose };
+                    nodes.add(depth, *x);
+                }
+            }
             let (name, other) = (&membrane.name, &obstacle.name);
-            if loose > 0 {
-                let message = format!("{loose} free nodes of `{name}` lie in the obstacle `{other}`");
+            if loose.count > 0 {
+                let message = format!("{} free nodes of `{name}` lie in the obstacle `{other}`, {loose}", loose.count);
+                let finding = Diagnostic::error(format!("membrane[{i}].geometry"), message);
+                findings.push(finding.help("move one of the two apart: they may touch"));
+            } else if let Some((x, y)) = pierced(membrane, obstacle, INSIDE * setup.grid.cell) {
+                let [x, y] = [x, y].map(|x| super::coordinates(&x));
+                let message =
+                    format!("`{name}` goes through the obstacle `{other}`, between its nodes at ({x}) and ({y})");
                 let finding = Diagnostic::error(format!("membrane[{i}].geometry"), message);
                 findings.push(finding.help("move one of the two apart: they may touch"));
             }
-            if held > 0 {
-                let message = format!("supports hold {held} nodes of `{name}` in the obstacle `{other}`");
+            if stuck.count > 0 {
+                let message =
+                    format!("supports hold {} nodes of `{name}` in the obstacle `{other}`, {stuck}", stuck.count);
                 let finding = Diagnostic::warning(format!("membrane[{i}].supports"), message);
-                findings.push(finding.help("the obstacle can't push these nodes out: the sheet stays in it there"));
+                findings.push(finding.help(
+                    "the obstacle can't push these nodes out: the sheet stays in it there, pressed for ever; right where the obstacle \
+                     clamps it, else hold it outside",
+                ));
             }
         }
     }
+}
+
+/// Nodes in an obstacle.
+#[derive(Debug, Clone, Copy, Default)]
+struct Inside<const D: usize> {
+    count: usize,
+    /// The greatest depth [m], and where it is [m].
+    depth: f64,
+    place: Vector<D>,
+}
+
+impl<const D: usize> Inside<D> {
+    fn add(&mut self, depth: f64, place: Vector<D>) {
+        self.count += 1;
+        if depth > self.depth {
+            (self.depth, self.place) = (depth, place);
+        }
+    }
+}
+
+impl<const D: usize> fmt::Display for Inside<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the deepest at ({}), {:.3e} m below its surface", super::coordinates(&self.place), self.depth)
+    }
+}
+
+/// Two neighbours on opposite sides of an obstacle that the side between them goes through: deeper than `depth` [m]. (A chord of what
+/// a sheet hugs dips into it, too, but the normals at its ends agree.)
+fn pierced<const D: usize>(
+    membrane: &MembraneSetup<D>,
+    obstacle: &Obstacle,
+    depth: f64,
+) -> Option<(Vector<D>, Vector<D>)> {
+    let at = |x: Vector<D>| obstacle.region.distance_and_normal(x.to3());
+    let through = |[a, b]: [Vector<D>; 2]| {
+        let [start, end] = [a, b].map(at);
+        let length = (b - a).norm();
+        let opposite = (0..D).map(|axis| start.1[axis] * end.1[axis]).sum::<f64>() < 0.0;
+        // Two balls without an obstacle, around the ends, that leave nothing between them.
+        opposite && start.0.min(end.0) > -depth && start.0 + end.0 < length && deepest([a, b], at, depth) > depth
+    };
+    let sides = membrane.elements.iter().flat_map(|nodes| {
+        let count = if nodes.len() == 2 { 1 } else { nodes.len() };
+        (0..count).map(|k| [nodes[k], nodes[(k + 1) % nodes.len()]].map(|node| membrane.position[node as usize]))
+    });
+    sides.into_iter().find(|&side| through(side)).map(|[a, b]| (a, b))
+}
+
+/// How deep a side goes into an obstacle, as far as that is more than `least` [m]: what a point is away from it, its neighbourhood is clear.
+fn deepest<const D: usize>([a, b]: [Vector<D>; 2], at: impl Fn(Vector<D>) -> (f64, [f64; 3]), least: f64) -> f64 {
+    let (length, mut s, mut deepest) = ((b - a).norm(), 0.0, 0.0_f64);
+    while s < length {
+        let distance = at(a + (b - a) * (s / length)).0;
+        deepest = deepest.max(-distance);
+        s += distance.abs().max(least);
+    }
+    deepest
 }

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! δ_p = Σ_I N_Ip (x_p − x̄_I)·n_I / Σ_I N_Ip             signed distance to the sheet as the grid sees it
-//! c_p = sign δ_p when the particle comes near, then kept while it stays near             (theory 7.2)
+//! c_p = the side of the particle's region of a closed sheet; of others sign δ_p when the
+//!       particle comes near, then kept while it stays near                               (theory 7.2)
 //! g_I = min {c_p δ_p − r_p : p in the support of I} − t/2                                 (theory 6.2)
 //! ```
 //!
@@ -99,6 +100,8 @@ pub(super) fn radius<const D: usize>(particles: &Particles<D>, p: usize, normal:
 pub(super) struct Labels {
     /// Step · 8 + (1: +, 2: −, 0: beyond an edge) + (4: counted as crossed).
     pub stamps: Vec<u32>,
+    /// The side of all of them for good, as their region has it.
+    pub known: Option<f64>,
 }
 
 /// A particle that is to be put back.
@@ -135,7 +138,14 @@ pub(super) struct Label {
 }
 
 impl Labels {
+    /// What is known of a particle after `step`: its side from its region, else what was kept then.
     pub fn recall(&self, id: u32, step: u64) -> Option<Label> {
+        let kept = self.kept(id, step);
+        let known = |side| Label { side, crossed: kept.is_some_and(|label| label.crossed) };
+        self.known.map(known).or(kept)
+    }
+
+    fn kept(&self, id: u32, step: u64) -> Option<Label> {
         let stamp = *self.stamps.get(id as usize)?;
         let side = [0.0, 1.0, -1.0, 0.0][(stamp & 3) as usize];
         (stamp >> 3 == Self::clock(step) && stamp != 0).then_some(Label { side, crossed: stamp & 4 != 0 })
@@ -310,5 +320,15 @@ mod tests {
         labels.keep(3, 7, Label { side: -1.0, crossed: true });
         assert_eq!(labels.recall(3, 7), Some(Label { side: -1.0, crossed: true }));
         assert_eq!(labels.recall(3, 8), None);
+    }
+
+    /// The side that a region has is known of particles that were never near; that one has crossed is forgotten after a step away.
+    #[test]
+    fn the_side_of_a_region_is_known_for_good() {
+        let mut labels = Labels { known: Some(-1.0), ..Labels::default() };
+        assert_eq!(labels.recall(3, 0), Some(Label { side: -1.0, crossed: false }));
+        labels.keep(3, 7, Label { side: -1.0, crossed: true });
+        assert_eq!(labels.recall(3, 7), Some(Label { side: -1.0, crossed: true }));
+        assert_eq!(labels.recall(3, 8), Some(Label { side: -1.0, crossed: false }));
     }
 }

@@ -44,6 +44,7 @@ pub mod sample;
 mod sheet;
 mod watch;
 
+pub use rigid::Squeeze;
 pub use sheet::{SheetSource, Surface};
 
 use crate::math::Vector;
@@ -79,7 +80,8 @@ impl FrictionTable {
         self.listed.iter().filter_map(other).collect()
     }
 
-    fn between(&self, a: &[String], b: &[String]) -> Friction {
+    /// What parts with these names do: the first that is listed, or the default.
+    pub(super) fn between(&self, a: &[String], b: &[String]) -> Friction {
         let names = |x: &String, y: &String| (a.contains(x) && b.contains(y)) || (a.contains(y) && b.contains(x));
         self.listed.iter().find(|(x, y, _)| names(x, y)).map_or(self.default, |(_, _, friction)| *friction)
     }
@@ -106,6 +108,12 @@ struct NamedForce<const D: usize> {
     value: Vector<D>,
 }
 
+impl<const D: usize> NamedForce<D> {
+    fn between(a: &[String], b: &[String]) -> Self {
+        Self { name: format!("contact:{}-{}", a.join("+"), b.join("+")), value: Vector::ZERO }
+    }
+}
+
 /// All contacts of a simulation.
 #[derive(Debug)]
 pub struct Contact<const D: usize> {
@@ -121,18 +129,21 @@ pub struct Contact<const D: usize> {
     locators: Vec<Locator<D>>,
     /// Labels of each sheet and body, bodies running fastest.
     labels: Vec<Labels>,
-    body_names: Vec<String>,
+    /// Name of each body, and which part of it.
+    bodies: Vec<(String, usize)>,
     partners: Partners<D>,
     pairwise: Pairwise<D>,
     marks: Marks,
     /// Particles of each body that came too close to a sheet.
     shifts: Vec<Vec<Shift<D>>>,
     forces: Vec<NamedForce<D>>,
+    /// Which of the forces each pair of a field and a sheet, and each of two fields, adds to: parts of one body share them.
+    force_of: Vec<usize>,
     /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
     counts: Vec<u64>,
     /// Sheets of which it was said that particles have crossed them.
     said: Vec<bool>,
-    /// Losses of each force's pair (normal, friction), then the mapping loss of each sheet, then the spin.
+    /// Losses of each pair (normal, friction), then the mapping loss of each sheet, then the spin.
     losses: Vec<f64>,
 }
 
@@ -150,9 +161,13 @@ impl<const D: usize> Contact<D> {
             bodies.iter().filter(|body| body.field == field).map(|body| body.name.clone()).collect()
         };
         let names: Vec<Vec<String>> = (0..fields).map(members).collect();
-        let mut forces = Vec::new();
-        let mut name = |a: &[String], b: &str| {
-            forces.push(NamedForce { name: format!("contact:{}-{b}", a.join("+")), value: Vector::ZERO });
+        let (mut named, mut force_of): (Vec<[Vec<String>; 2]>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut name = |a: &[String], b: &[String]| {
+            let pair = [a.to_vec(), b.to_vec()];
+            force_of.push(named.iter().position(|other| *other == pair).unwrap_or(named.len()));
+            if force_of.last() == Some(&named.len()) {
+                named.push(pair);
+            }
         };
         let built = |sheet: &SheetSource<'_, D>| {
             let own = [sheet.name.to_owned()];
@@ -160,15 +175,17 @@ impl<const D: usize> Contact<D> {
             Sheet::new(sheet, with_bodies, friction.listed_with(sheet.name))
         };
         for sheet in sheets {
-            names.iter().for_each(|body| name(body, sheet.name));
+            names.iter().for_each(|body| name(body, &[sheet.name.to_owned()]));
         }
         let mut pairs = Vec::new();
         for (b, second) in names.iter().enumerate() {
             for (a, first) in names[..b].iter().enumerate() {
                 let law = friction.between(first, second);
-                if law != Friction::None {
+                // Between the parts of one body there is always a sheet.
+                let parts = first.iter().any(|name| second.contains(name));
+                if law != Friction::None && !parts {
                     pairs.push(([a, b], law));
-                    name(first, &second.join("+"));
+                    name(first, second);
                 }
             }
         }
@@ -178,8 +195,8 @@ impl<const D: usize> Contact<D> {
             tolerance,
             dt: 0.0,
             cell: 0.0,
-            labels: sheets.iter().flat_map(|_| bodies.iter().map(|_| Labels::default())).collect(),
-            body_names: bodies.iter().map(|body| body.name.clone()).collect(),
+            labels: (0..sheets.len()).flat_map(|s| bodies.iter().map(move |body| labels(body, s))).collect(),
+            bodies: bodies.iter().map(|body| (body.name.clone(), body.part.number)).collect(),
             locators: sheets.iter().map(|sheet| Locator::new(&sheet.facets)).collect(),
             sheets: sheets.iter().map(built).collect(),
             partners: Partners::default(),
@@ -188,8 +205,9 @@ impl<const D: usize> Contact<D> {
             shifts: vec![Vec::new(); bodies.len()],
             counts: vec![0; 2 + sheets.len()],
             said: vec![false; sheets.len()],
-            losses: vec![0.0; 2 * forces.len() + sheets.len() + 3],
-            forces,
+            losses: vec![0.0; 2 * force_of.len() + sheets.len() + 3],
+            forces: named.iter().map(|[a, b]| NamedForce::between(a, b)).collect(),
+            force_of,
         }
     }
 
@@ -276,12 +294,23 @@ impl<const D: usize> Contact<D> {
     /// have now.
     pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, at: &SubStep<'_>) {
         let lost = self.sheets[sheet].conclude(surface, &self.partners, [at.momentum_end, at.momentum_dt]);
-        self.losses[2 * self.forces.len() + sheet] += lost;
+        self.losses[2 * self.force_of.len() + sheet] += lost;
     }
 
     /// Parts a sheet from walls and obstacles, after its nodes have moved to `position` [m].
     pub fn part(&self, sheet: usize, position: &mut [Vector<D>], at: &SubStep<'_>) {
         self.sheets[sheet].part(position, at);
+    }
+
+    /// A point of a sheet that has no way out `elapsed` [s] after the start of the step, when its nodes have these positions, now and
+    /// at the start of the run [m].
+    pub fn squeezed(
+        &self,
+        sheet: usize,
+        positions: [&[Vector<D>]; 2],
+        (walls, elapsed): (&Walls<D>, f64),
+    ) -> Option<Squeeze<D>> {
+        self.sheets[sheet].squeezed(positions, (walls, elapsed))
     }
 
     /// What walls and obstacles gave all sheets during the step, by boundary.
@@ -309,9 +338,10 @@ impl<const D: usize> Contact<D> {
         let pairs = self.pairwise.settle(grid, self.dt).into_iter();
         let pairs = pairs.map(|(impulse, lost)| Settled { impulse, lost, spin: Vector::ZERO });
         let settled: Vec<_> = sheets.chain(pairs).collect();
-        let spin = 2 * self.forces.len() + self.sheets.len();
+        let spin = 2 * self.force_of.len() + self.sheets.len();
+        self.forces.iter_mut().for_each(|force| force.value = Vector::ZERO);
         for (index, settled) in settled.into_iter().enumerate() {
-            self.forces[index].value = settled.impulse / self.dt;
+            self.forces[self.force_of[index]].value += settled.impulse / self.dt;
             self.losses[2 * index] += settled.lost[0];
             self.losses[2 * index + 1] += settled.lost[1];
             (0..3).for_each(|axis| self.losses[spin + axis] += settled.spin[axis]);
@@ -374,7 +404,7 @@ impl<const D: usize> Contact<D> {
 
     /// What contact has dissipated since the start.
     pub fn losses(&self) -> Losses {
-        let (pairs, rest) = self.losses.split_at(2 * self.forces.len());
+        let (pairs, rest) = self.losses.split_at(2 * self.force_of.len());
         let (mapping, spin) = rest.split_at(self.sheets.len());
         Losses {
             normal: pairs.iter().step_by(2).sum(),
@@ -391,10 +421,11 @@ impl<const D: usize> Contact<D> {
 
     /// What a checkpoint must keep: the particles' sides, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        let bodies = self.body_names.len();
         for (index, labels) in self.labels.iter_mut().enumerate() {
-            let (sheet, body) = (&self.sheets[index / bodies].name, &self.body_names[index % bodies]);
-            visit(&format!("{prefix}side:{sheet}:{body}"), Column::growing(&mut labels.stamps));
+            let (sheet, (body, part)) = (index / self.bodies.len(), &self.bodies[index % self.bodies.len()]);
+            let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
+            let sheet = &self.sheets[sheet].name;
+            visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
         }
         for sheet in &mut self.sheets {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));
@@ -402,4 +433,10 @@ impl<const D: usize> Contact<D> {
         visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
         visit(&format!("{prefix}losses"), Column::new(&mut self.losses));
     }
+}
+
+/// What is known at the start of the particles of a body and the sheet with this number.
+fn labels<const D: usize>(body: &Body<D>, sheet: usize) -> Labels {
+    let known = body.part.sides.get(sheet).copied().filter(|&side| side != 0.0);
+    Labels { known, ..Labels::default() }
 }

@@ -14,6 +14,10 @@
 //! to it at once ([`Rigid::give`]), since a light node between a heavy body and a wall would take as many sweeps to do so as
 //! it is lighter.
 
+mod squeeze;
+
+pub use squeeze::Squeeze;
+
 use super::impulse::Impulse;
 use super::sample::Facet;
 use super::sheet::Surface;
@@ -294,8 +298,7 @@ impl<const D: usize> Rigid<D> {
     /// Undoes a part of what overlaps after the nodes have moved until `elapsed` [s] after the start of the step, except along the axes on which they are held.
     pub fn part(&self, position: &mut [Vector<D>], soft: &impl Fn(usize) -> Vector<D>, elapsed: f64) {
         for rest in &self.rests {
-            let ahead = rest.wall * elapsed;
-            let gap = rest.measured + (rest.place(position) - ahead - rest.anchor).dot(rest.normal);
+            let gap = rest.gap_after(position, elapsed);
             if gap < 0.0 {
                 let by = rest.normal * (-RECOVERY * gap).min(MOST * rest.thickness);
                 for (&k, &weight) in rest.nodes.iter().zip(&rest.weights).filter(|(_, weight)| **weight > 0.0) {
@@ -339,6 +342,11 @@ impl<const D: usize> Rest<D> {
             (self.measured, self.normal, self.anchor) = (distance - self.offset, normal, there);
         }
         self.gap = self.measured + (there - self.anchor).dot(self.normal);
+    }
+
+    /// g [m] at these positions [m], `elapsed` [s] after the start of the step.
+    fn gap_after(&self, position: &[Vector<D>], elapsed: f64) -> f64 {
+        self.measured + (self.place(position) - self.wall * elapsed - self.anchor).dot(self.normal)
     }
 
     /// Improves the impulse; returns its change [N s].

@@ -16,7 +16,7 @@ use super::impulse::{self, Impulse, Settled, Touch};
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::points::Points;
-use super::rigid::Rigid;
+use super::rigid::{Rigid, Squeeze};
 use super::row::{NONE, Pair, Row, close};
 use super::sample::{Facet, Samples, Visit, corner_mass};
 use crate::math::Vector;
@@ -307,6 +307,12 @@ impl<const D: usize> Sheet<D> {
     /// Parts the sheet from walls and obstacles that it overlaps with, after its nodes have moved to `position` [m].
     pub fn part(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
         self.rigid.part(position, &|k| softness(&self.mass, &self.held, k), at.elapsed + at.dt);
+    }
+
+    /// A point that has no way out between walls, obstacles and supports `elapsed` [s] after the start of the step; positions of the
+    /// nodes now and at the start of the run [m].
+    pub fn squeezed(&self, positions: [&[Vector<D>]; 2], (walls, elapsed): (&Walls<D>, f64)) -> Option<Squeeze<D>> {
+        self.rigid.squeezed((walls, elapsed), positions, &self.held)
     }
 
     /// Contact with the particles that touch the surface, and with walls and obstacles.

@@ -125,7 +125,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 }
 
-/// The side of what had the label `old` a step before: kept while it stays near.
+/// The side of what had the label `old` a step before, or has for good: kept while it stays near.
 pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Seen<D>) -> Label {
     let (distance, beyond) = (seen.distance, seen.beyond);
     match old.filter(|label| label.side != 0.0) {

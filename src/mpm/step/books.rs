@@ -14,6 +14,7 @@ pub(in crate::mpm) struct Accounts {
     pub gravity: AccountId,
     pub traction: AccountId,
     pub wall: AccountId,
+    pub atmosphere: AccountId,
     pub wall_loss: AccountId,
     pub transfer: AccountId,
     pub heat: AccountId,
@@ -28,6 +29,7 @@ impl Accounts {
             gravity: books.open("work of gravity", TermKind::Gain),
             traction: books.open("work of tractions", TermKind::Gain),
             wall: books.open("work of walls", TermKind::Gain),
+            atmosphere: books.open("work of the atmosphere", TermKind::Gain),
             stress: books.open("stress update error", TermKind::Gain),
             heat: books.open("heat of transfer dissipation", TermKind::Gain),
             wall_loss: books.open("wall dissipation", TermKind::Loss),
@@ -106,7 +108,9 @@ impl<const D: usize> Mpm<D> {
         self.books.push(done.impulse.to3());
     }
 
-    /// Books what the transfers lost and what the stress update made up (theory 10).
+    /// Books what the transfers lost, what the atmosphere did and what the stress update made up (theory 10).
+    ///
+    /// Of p dV, which gases give, nodes get (p − p_a) dV and the atmosphere the rest (`ambient`).
     pub(super) fn close_books(&mut self) {
         let all = self.summaries.iter().fold(Summary::default(), |sum, &summary| sum.and(summary));
         let Summary { kinetic, internal, heat, .. } = all;
@@ -115,7 +119,11 @@ impl<const D: usize> Mpm<D> {
         self.books.add(self.accounts.transfer, self.tally.nodes - (kinetic - kinetic_before));
         let internal_work = self.tally.applied - self.tally.external;
         self.books.add(self.accounts.heat, heat);
-        self.books.add(self.accounts.stress, internal - internal_before - heat + internal_work);
+        let displaced = self.displaced_atmosphere();
+        let expansion = displaced - self.displaced;
+        self.books.add(self.accounts.atmosphere, -expansion);
+        self.books.add(self.accounts.stress, internal - internal_before - heat + internal_work + expansion);
         self.energy = [kinetic, internal];
+        self.displaced = displaced;
     }
 }

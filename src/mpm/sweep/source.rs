@@ -35,6 +35,8 @@ pub(crate) struct Source<'a, const D: usize> {
     stretch: &'a [f64],
     excess: &'a [f64],
     external: &'a [Vector<D>],
+    /// Pressure of the atmosphere, which forces count from [Pa].
+    ambient: f64,
     pub content: Content,
 }
 
@@ -56,6 +58,7 @@ impl<'a, const D: usize> Source<'a, D> {
             stretch: &work.stretch,
             excess: &work.excess,
             external: &work.external,
+            ambient: body.ambient,
             content,
         }
     }
@@ -73,6 +76,7 @@ impl<'a, const D: usize> Source<'a, D> {
             stretch: view.stretch,
             excess: view.excess,
             external: view.external,
+            ambient: view.ambient,
             content,
         }
     }
@@ -93,6 +97,7 @@ impl<'a, const D: usize> Source<'a, D> {
             stretch: part(self.stretch, &range),
             excess: part(self.excess, &range),
             external: part(self.external, &range),
+            ambient: self.ambient,
             content: self.content,
         }
     }
@@ -115,10 +120,10 @@ impl<'a, const D: usize> Source<'a, D> {
         flat && free
     }
 
-    /// Pressures that make forces [Pa]: with what averaging adds.
+    /// Pressures that make forces [Pa]: with what averaging adds, above that of the atmosphere.
     #[inline(always)]
     fn acting_pressure<L: Lanes>(&self, group: Group) -> L {
-        let p = group.scalars::<L>(self.pressure);
+        let p = group.scalars::<L>(self.pressure).sub(L::splat(self.ambient));
         if self.excess.is_empty() { p } else { p.add(group.scalars(self.excess)) }
     }
 
@@ -220,7 +225,10 @@ impl<'a, const D: usize> Source<'a, D> {
         let sigma: [L; 6] = group.numbers(bytemuck::cast_slice(self.stress));
         for axis in 0..D {
             for a in 0..D {
-                slopes[axis][1 + a] = minus_area.mul(sigma[VOIGT[a][axis]]);
+                let sigma = sigma[VOIGT[a][axis]];
+                // First the sum: a gas at the pressure of the atmosphere has no force at all.
+                let above = if a == axis { sigma.add(L::splat(self.ambient)) } else { sigma };
+                slopes[axis][1 + a] = minus_area.mul(above);
             }
             if !self.excess.is_empty() {
                 let slope = &mut slopes[axis][1 + axis];

@@ -5,7 +5,7 @@ use crate::math::{SymTensor, Tensor};
 use crate::mpm::ghost::Ghosts;
 use crate::mpm::grid::Node;
 use crate::mpm::kernel::with_shape;
-use crate::mpm::particles::{Body, Particles, Work};
+use crate::mpm::particles::{Body, Part, Particles, Work};
 use crate::mpm::{KernelKind, plain};
 
 const KINDS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
@@ -39,13 +39,15 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
     let kernel = Kernel::new(kind, 0.3);
     Body {
         name: "body".into(),
-        law: Box::new(law),
+        part: Part::default(),
+        law: std::sync::Arc::new(law),
         field: 0,
         kernel,
         particles,
         skin: Vec::new(),
         depth: Vec::new(),
         traction: Vec::new(),
+        ambient: 0.0,
         work,
     }
 }
@@ -67,12 +69,20 @@ fn close<const D: usize>(a: Vector<D>, b: Vector<D>) -> bool {
     (a - b).norm() < 1e-12 * (1.0 + b.norm())
 }
 
+/// The same particles with the stresses that make forces: above the pressure of the atmosphere.
+fn above_ambient<const D: usize>(body: &Body<D>) -> Particles<D> {
+    let mut particles = body.particles.clone();
+    particles.pressure.iter_mut().for_each(|p| *p -= body.ambient);
+    particles.stress.iter_mut().for_each(|s| *s += SymTensor::isotropic(body.ambient));
+    particles
+}
+
 fn scatters_agree<const D: usize>(kind: KernelKind, stress: bool, affine: bool) {
-    let mut body = body::<D>(kind, stress, affine);
+    let mut body = Body { ambient: 3.0, ..body::<D>(kind, stress, affine) };
     let (grid, bins) = prepare(&mut body);
     let mut expected = vec![Node::default(); grid.node_count()];
     with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body.particles, &mut expected));
-    with_shape!(body.kernel, shape => plain::scatter_force(shape, &grid, &body.particles, &[], &mut expected));
+    with_shape!(body.kernel, shape => plain::scatter_force(shape, &grid, &above_ambient(&body), &[], &mut expected));
     let sweep = Sweep::new(&grid, body.kernel, &bins);
     let (mut once, mut twice) = (vec![Node::default(); grid.node_count()], vec![Node::default(); grid.node_count()]);
     sweep.scatter(&mut once, &body, Content::MomentumAndForce);

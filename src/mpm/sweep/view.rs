@@ -17,6 +17,8 @@ macro_rules! view {
             pub mass: &'a [f64],
             /// External force [N].
             pub external: &'a [Vector<D>],
+            /// Pressure of the atmosphere [Pa].
+            pub ambient: f64,
             stride: usize,
         }
 
@@ -27,10 +29,16 @@ macro_rules! view {
                 let history = self.history.split_at_mut(n * self.stride);
                 let mass = self.mass.split_at(n);
                 let external = self.external.split_at(if self.external.is_empty() { 0 } else { n });
-                let stride = self.stride;
+                let (ambient, stride) = (self.ambient, self.stride);
                 (
-                    Self { $($column: $column.0,)+ history: history.0, mass: mass.0, external: external.0, stride },
-                    Self { $($column: $column.1,)+ history: history.1, mass: mass.1, external: external.1, stride },
+                    Self {
+                        $($column: $column.0,)+
+                        history: history.0, mass: mass.0, external: external.0, ambient, stride,
+                    },
+                    Self {
+                        $($column: $column.1,)+
+                        history: history.1, mass: mass.1, external: external.1, ambient, stride,
+                    },
                 )
             }
         }
@@ -93,6 +101,7 @@ impl<const D: usize> Body<D> {
             history,
             mass,
             external,
+            ambient: self.ambient,
             stride,
         };
         (&*self.law, view)

@@ -38,6 +38,22 @@ impl<const D: usize> Walls<D> {
         (0..self.boundaries.len()).filter(closed).map(|boundary| Solid { walls: self, boundary })
     }
 
+    /// True if the wall at an end (0 or 1) of an axis holds sheets.
+    pub fn is_closed(&self, axis: usize, end: usize) -> bool {
+        self.boundaries[2 * axis + end].kind != WallKind::Open
+    }
+
+    /// What histories call a wall or an obstacle: `wall:left`, `obstacle:floor`.
+    pub fn boundary_name(&self, boundary: usize) -> &str {
+        &self.boundaries[boundary].name
+    }
+
+    /// Distance of `x` [m] from a wall, or from an obstacle where it was at the start of the run, negative beyond its surface.
+    pub fn distance_at_the_start(&self, boundary: usize, x: Vector<D>) -> f64 {
+        let obstacle = boundary.checked_sub(2 * D);
+        obstacle.map_or_else(|| self.distance(boundary, x), |obstacle| self.regions[obstacle].signed_distance(x.to3()))
+    }
+
     /// Adds what sheets got, boundary by boundary, during a step of the momentum `dt` [s] to the reactions.
     pub fn book_sheets(&mut self, pushes: &[SheetPush<D>], dt: f64) -> WallWork<D> {
         let mut sum = WallWork::default();
