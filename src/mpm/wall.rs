@@ -269,6 +269,14 @@ impl<const D: usize> Walls<D> {
         Some(slope.normalized().unwrap_or(Vector::unit(D - 1)))
     }
 
+    /// True if the displacement `by` [m] leads from `x` [m] to less than `margin` [m] from a wall or an obstacle, and nearer to it.
+    pub fn obstruct(&self, x: Vector<D>, by: Vector<D>, margin: f64) -> bool {
+        (0..self.boundaries.len()).any(|boundary| {
+            let distance = self.distance(boundary, x + by);
+            distance < margin && distance < self.distance(boundary, x)
+        })
+    }
+
     /// The name of an obstacle that `x` lies in, deeper than `depth` [m].
     pub fn obstacle_around(&self, x: Vector<D>, depth: f64) -> Option<&str> {
         let around = (0..self.regions.len()).find(|&obstacle| self.obstacle_distance(obstacle, x) < -depth)?;

@@ -10,11 +10,8 @@
 //! On a sheet of curvature κ the planes of δ lie κh²/8 beside the surface in the mean, and the centroids
 //! x̄_I as much on the other side: with quadratic shape functions δ is exact to third order. Particles found
 //! at δ_p c_p < 0 are checked with the true distance and counted as crossed.
-//!
-//! Contact stops velocities, not positions, so that particles under pressure may creep towards the sheet.
-//! Those closer than half their half size are put back to that distance after the step; neither momentum
-//! nor energy changes (theory 7.3, "position fix").
 
+use super::guard::Near;
 use super::locate::{Locator, Place};
 use super::nodes::{Lattice, flip};
 use super::sheet::{Sheet, Surface};
@@ -104,9 +101,9 @@ pub(super) struct Labels {
     pub known: Option<f64>,
 }
 
-/// A particle that is to be put back.
+/// A particle that is to be displaced.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shift<const D: usize> {
+pub struct Shift<const D: usize> {
     /// Index of the particle.
     pub particle: u32,
     /// By how much [m].
@@ -120,12 +117,6 @@ struct Reading<const D: usize> {
     radius: f64,
     normal: Vector<D>,
 }
-
-/// Least distance from the sheet over the particle's half size.
-const CLOSEST: f64 = 0.5;
-
-/// Particles deeper than this on the wrong side [cells] are not put back.
-const DEEPEST: f64 = 0.5;
 
 /// Particles per parallel task.
 const TASK: usize = 1024;
@@ -171,6 +162,9 @@ pub(super) struct Band<'a, const D: usize> {
     pub surface: &'a Surface<'a, D>,
     /// Number of this step, from 1.
     pub step: u64,
+    /// Its length [s], and the largest speed of the sheet [m/s].
+    pub dt: f64,
+    pub fastest: f64,
 }
 
 impl<const D: usize> Band<'_, D> {
@@ -198,15 +192,15 @@ impl<const D: usize> Band<'_, D> {
     }
 
     /// Labels the particles `near` the sheet and lowers the gaps at its rows; returns how many have crossed,
-    /// and adds those that are too close to `shifts`.
+    /// and adds those that may come too close to `guarded`. The sheet and the body have these numbers.
     pub fn measure(
         &self,
-        sheet: &mut Sheet<D>,
-        body: &Body<D>,
+        (sheet, number): (&mut Sheet<D>, usize),
+        (body, index): (&Body<D>, usize),
         near: &[u32],
         labels: &mut Labels,
         locator: &mut Locator<D>,
-        shifts: &mut Vec<Shift<D>>,
+        guarded: &mut Vec<Near<D>>,
     ) -> u64 {
         let particles = &body.particles;
         let readings: Vec<_> =
@@ -222,9 +216,9 @@ impl<const D: usize> Band<'_, D> {
             if label.side != 0.0 {
                 let height = label.side * distance;
                 self.lower_gaps(sheet, body, p, label.side, height - radius);
-                if height < CLOSEST * radius && height > -DEEPEST * self.grid.cell {
-                    shifts.push(Shift { particle: p as u32, by: normal * (label.side * (CLOSEST * radius - height)) });
-                }
+                let travel = 2.0 * (particles.velocity[p].norm() + self.fastest) * self.dt;
+                let moves = (particles.position[p], travel, self.grid.cell);
+                guarded.extend(Near::new([p, index, number], (label.side, normal), (height, radius), moves));
             }
         }
         crossed

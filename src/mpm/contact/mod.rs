@@ -22,13 +22,14 @@
 //! conclude       gaps and losses of the sub-step
 //! finish_step    hand the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
 //! account        (after the walls) forces of the step, and what contact dissipated (theory 10)
-//! restore        (after the particles moved) put back particles that had crept too close to a membrane
+//! restore        (after particles and membranes moved) part what overlaps, keep particles on their sides (`guard`)
 //! ```
 //!
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
 //! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory 6.6).
 
 mod band;
+mod guard;
 pub mod impulse;
 pub mod locate;
 mod margin;
@@ -51,7 +52,9 @@ use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
-use band::{Band, Labels, Marks, Shift};
+pub use band::Shift;
+use band::{Band, Labels, Marks};
+use guard::{Moved, Near};
 use impulse::Settled;
 use locate::Locator;
 use nodes::Lattice;
@@ -134,8 +137,10 @@ pub struct Contact<const D: usize> {
     partners: Partners<D>,
     pairwise: Pairwise<D>,
     marks: Marks,
-    /// Particles of each body that came too close to a sheet.
+    /// How far particles of each body are displaced at the end of the step.
     shifts: Vec<Vec<Shift<D>>>,
+    /// Particles that may come too close to a sheet during the step.
+    guarded: Vec<Near<D>>,
     forces: Vec<NamedForce<D>>,
     /// Which of the forces each pair of a field and a sheet, and each of two fields, adds to: parts of one body share them.
     force_of: Vec<usize>,
@@ -203,6 +208,7 @@ impl<const D: usize> Contact<D> {
             pairwise: Pairwise::new(pairs),
             marks: Marks::default(),
             shifts: vec![Vec::new(); bodies.len()],
+            guarded: Vec::new(),
             counts: vec![0; 2 + sheets.len()],
             said: vec![false; sheets.len()],
             losses: vec![0.0; 2 * force_of.len() + sheets.len() + 3],
@@ -226,6 +232,11 @@ impl<const D: usize> Contact<D> {
         self.sheets.iter_mut().for_each(|sheet| sheet.rigid.begin_step(walls));
         self.partners.begin(dt);
         self.shifts.iter_mut().for_each(Vec::clear);
+        self.guarded.clear();
+        for (sheet, surface) in self.sheets.iter_mut().zip(surfaces) {
+            sheet.before.clear();
+            sheet.before.extend_from_slice(surface.position);
+        }
         match self.place {
             SheetContact::Nodes => self.measure(grid, bodies, surfaces),
             SheetContact::Particles => self.look(grid, bodies, surfaces),
@@ -239,14 +250,14 @@ impl<const D: usize> Contact<D> {
 
     /// Labels the particles around the sheets, and finds those that may touch them.
     fn look(&mut self, grid: &Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>]) {
-        let Self { sheets, labels, counts, lattice, tolerance, dt, .. } = self;
+        let Self { sheets, labels, counts, lattice, tolerance, dt, guarded, .. } = self;
         for (s, (sheet, surface)) in sheets.iter_mut().zip(surfaces).enumerate() {
             let Sheet { points, facets, friction, .. } = sheet;
             let scene = Scene { grid, lattice, surface, facets, tolerance: *tolerance, dt: *dt, step: counts[0] };
             points.begin(&scene);
             for (b, body) in bodies.iter().enumerate() {
                 let labels = &mut labels[s * bodies.len() + b];
-                counts[1 + s] += points.find(&scene, (b, body), friction[body.field], labels);
+                counts[1 + s] += points.find((&scene, s), (b, body), friction[body.field], (labels, guarded));
             }
         }
     }
@@ -263,7 +274,8 @@ impl<const D: usize> Contact<D> {
         let near = |body: &Body<D>| self.marks.near(grid, &self.lattice, &body.particles.position);
         let near: Vec<Vec<u32>> = bodies.iter().map(near).collect();
         for (s, surface) in surfaces.iter().enumerate() {
-            let band = Band { grid, lattice: &self.lattice, surface, step: self.counts[0] };
+            let (step, dt) = (self.counts[0], self.dt);
+            let band = Band { grid, lattice: &self.lattice, surface, step, dt, fastest: fastest(surface) };
             let (sheet, locator) = (&mut self.sheets[s], &mut self.locators[s]);
             let labels = &mut self.labels[s * bodies.len()..][..bodies.len()];
             if sheet.rows.iter().any(|row| row.folded) {
@@ -271,7 +283,8 @@ impl<const D: usize> Contact<D> {
                 sheet.unfold();
             }
             for (b, body) in bodies.iter().enumerate() {
-                self.counts[1 + s] += band.measure(sheet, body, &near[b], &mut labels[b], locator, &mut self.shifts[b]);
+                let guarded = &mut self.guarded;
+                self.counts[1 + s] += band.measure((sheet, s), (body, b), &near[b], &mut labels[b], locator, guarded);
             }
         }
     }
@@ -348,20 +361,35 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Puts the particles back that were too close to a sheet at the start of the step, and parts those that overlap with it. Comes after the
-    /// particles have moved, and before they are sorted. Returns the largest displacement [m].
-    pub fn restore(&mut self, bodies: &mut [Body<D>]) -> f64 {
-        let mut largest = 0.0f64;
-        for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
-            for shift in shifts {
-                body.particles.position[shift.particle as usize] += shift.by;
-                largest = largest.max(shift.by.norm());
-            }
-            if self.place == SheetContact::Nodes {
-                self.counts[1 + self.sheets.len()] += shifts.len() as u64;
-            }
+    /// What is left of the displacements `by` [m] of a body's particles: none goes towards a sheet next to it.
+    pub fn keep_off(&self, body: usize, by: &mut [Vector<D>]) {
+        for near in self.guarded.iter().filter(|near| near.body as usize == body) {
+            let by = &mut by[near.particle as usize];
+            *by -= near.away * by.dot(near.away).min(0.0);
         }
-        largest
+    }
+
+    /// Parts the particles that overlap with a sheet, and keeps all on their sides of the sheets, whose nodes have moved to `positions` [m].
+    /// Comes after the particles have moved, and before they are sorted. Returns the displacements of each body.
+    pub fn restore(&mut self, bodies: &mut [Body<D>], positions: &[&[Vector<D>]]) -> &[Vec<Shift<D>>] {
+        for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
+            shifts.iter().for_each(|shift| body.particles.position[shift.particle as usize] += shift.by);
+        }
+        if self.guarded.is_empty() {
+            return &self.shifts;
+        }
+        for (sheet, position) in self.sheets.iter_mut().zip(positions) {
+            sheet.points.refresh(&sheet.facets, position, self.cell);
+        }
+        let moved = |(sheet, position)| moved(sheet, position);
+        let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions.iter().copied()).map(moved).collect();
+        let displaced = guard::keep_sides(&self.guarded, &sheets, bodies, self.cell);
+        self.counts[1 + self.sheets.len()] += displaced.len() as u64;
+        for (body, shift) in displaced {
+            bodies[body as usize].particles.position[shift.particle as usize] += shift.by;
+            self.shifts[body as usize].push(shift);
+        }
+        &self.shifts
     }
 
     /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.
@@ -433,6 +461,16 @@ impl<const D: usize> Contact<D> {
         visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
         visit(&format!("{prefix}losses"), Column::new(&mut self.losses));
     }
+}
+
+/// The largest speed of a sheet's nodes [m/s].
+fn fastest<const D: usize>(surface: &Surface<'_, D>) -> f64 {
+    surface.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt()
+}
+
+/// A sheet whose nodes have moved to `position` [m].
+fn moved<'a, const D: usize>(sheet: &'a Sheet<D>, position: &'a [Vector<D>]) -> Moved<'a, D> {
+    Moved { nearest: sheet.points.nearest(), facets: &sheet.facets, before: &sheet.before, position }
 }
 
 /// What is known at the start of the particles of a body and the sheet with this number.

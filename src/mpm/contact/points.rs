@@ -24,7 +24,8 @@
 //! Because Σ N = Σ W = 1 momentum is conserved to round-off, and because n lies along the line from foot to
 //! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
 
-use super::band::{Labels, Shift};
+use super::band::{Labels, Shift, radius};
+use super::guard::Near;
 use super::impulse::{Impulse, Settled, limit};
 use super::nearest::Nearest;
 use super::nodes::{Flips, Lattice, flip};
@@ -120,18 +121,27 @@ impl<const D: usize> Points<D> {
         self.members.clear();
         self.reached.clear();
         self.sides.clear();
-        let cell = scene.grid.cell;
-        self.nearest.refresh(scene.facets, scene.surface.position, WATCHED * cell, cell);
+        self.refresh(scene.facets, scene.surface.position, scene.grid.cell);
     }
 
-    /// Labels what a body touches with around the sheet, and takes note of what may touch it during the step.
-    /// Returns how much has crossed it since the last step.
+    /// Follows the sheet to `position` [m].
+    pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], cell: f64) {
+        self.nearest.refresh(facets, position, WATCHED * cell, cell);
+    }
+
+    /// What finds the feet of particles within a cell.
+    pub fn nearest(&self) -> &Nearest<D> {
+        &self.nearest
+    }
+
+    /// Labels what a body touches with around the sheet of this number, and takes note of what may touch it during the step, and of
+    /// what may come too close. Returns how much has crossed it since the last step.
     pub fn find(
         &mut self,
-        scene: &Scene<'_, D>,
+        (scene, sheet): (&Scene<'_, D>, usize),
         (index, body): (usize, &Body<D>),
         friction: Friction,
-        labels: &mut Labels,
+        (labels, guarded): (&mut Labels, &mut Vec<Near<D>>),
     ) -> u64 {
         let particles = &body.particles;
         let Self { nearest, contacts, members, sides, .. } = self;
@@ -148,6 +158,16 @@ impl<const D: usize> Points<D> {
             let gap = label.side * (seen.foot.distance - seen.foot.bulge) - seen.radius - offset - scene.tolerance;
             let speed = particles.velocity[seen.particle].norm() + fastest;
             let near = gap < 2.0 * speed * scene.dt + CLOSE * scene.grid.cell;
+            let height = label.side * seen.foot.distance;
+            let guard = |member: Member<D>| {
+                let (p, side) = (member.particle as usize, (label.side, seen.foot.normal));
+                let radius = radius(particles, p, seen.foot.normal, scene.grid.cell);
+                let moves = (particles.position[p], 2.0 * speed * scene.dt, scene.grid.cell);
+                Near::new([p, index, sheet], side, (height, radius), moves)
+            };
+            if label.side != 0.0 && height < seen.radius + scene.grid.cell {
+                guarded.extend(watch.members(&seen).into_iter().filter_map(guard));
+            }
             if label.side != 0.0 && friction != Friction::None && near {
                 members.extend(watch.members(&seen));
                 contacts.push(Spot {

@@ -70,6 +70,8 @@ pub(super) struct Sheet<const D: usize> {
     pub points: Points<D>,
     /// Walls and obstacles that it touches.
     pub rigid: Rigid<D>,
+    /// Where its nodes were at the start of the step [m].
+    pub before: Vec<Vector<D>>,
     /// Friction with each field.
     pub friction: Vec<Friction>,
     held: Vec<[bool; D]>,
@@ -95,6 +97,7 @@ impl<const D: usize> Sheet<D> {
             facets: source.facets.clone(),
             points: Points::new(&source.facets, source.mass.len()),
             rigid: Rigid::new(source.mass.len(), listed),
+            before: Vec::new(),
             forces: vec![Vector::ZERO; source.mass.len()],
             received: vec![Vector::ZERO; source.mass.len()],
             mass: source.mass.to_vec(),

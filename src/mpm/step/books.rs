@@ -19,6 +19,8 @@ pub(in crate::mpm) struct Accounts {
     pub transfer: AccountId,
     pub heat: AccountId,
     pub stress: AccountId,
+    /// What forces would have done over displacements of particles, which change places alone; no part of the closure.
+    pub displacement: AccountId,
 }
 
 impl Accounts {
@@ -34,6 +36,7 @@ impl Accounts {
             heat: books.open("heat of transfer dissipation", TermKind::Gain),
             wall_loss: books.open("wall dissipation", TermKind::Loss),
             transfer: books.open("transfer dissipation", TermKind::Loss),
+            displacement: books.open("work over displacements", TermKind::Other),
         };
         (books, accounts)
     }

@@ -196,7 +196,7 @@ impl<const D: usize> Mpm<D> {
         heat
     }
 
-    /// Lands the particles that have not yet, moves the obstacles, and sees that everything is sound.
+    /// Lands the particles that have not yet, and sees that they are sound.
     pub(super) fn move_particles(&mut self, step: &Step) -> Result<(), StepError> {
         let landing = self.landing(step);
         let landed = self.stress_update != StressUpdate::First;
@@ -212,8 +212,11 @@ impl<const D: usize> Mpm<D> {
             self.bins[index].disorder.note(summary.visits);
             self.fastest[index] = summary.fastest;
         }
-        let put_back = self.shift_particles() + self.coupling.contact.restore(&mut self.bodies);
-        self.bins.iter_mut().for_each(|bins| bins.disorder.drift += put_back / self.grid.cell);
+        Ok(())
+    }
+
+    /// Moves the obstacles, and sees that the membranes are sound.
+    pub(super) fn finish_step(&mut self, step: &Step) -> Result<(), StepError> {
         self.walls.note_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);
         let mut membranes = self.coupling.membranes.iter();
