@@ -186,11 +186,11 @@ impl<const D: usize> Mpm<D> {
             timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
         }
-        timed!(self.timer, "shift", self.find_shifts(step));
         let Self { grid, walls, bodies, coupling, proximity, timer, .. } = self;
         coupling.advance((grid, walls), bodies, step, (proximity, timer))?; // membranes, J_I             (39–59)
         self.book_walls_of_sheets(step);
         timed!(self.timer, "stress", self.lead_volumes());
+        timed!(self.timer, "shift", self.even_out(step));
         timed!(self.timer, "grid", self.constrain_walls(step)); // contact may have pushed into them
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {

@@ -277,6 +277,11 @@ impl<const D: usize> Walls<D> {
         })
     }
 
+    /// Distance of `x` [m] from the nearest obstacle, negative inside; infinite without any.
+    pub fn clearance_of_obstacles(&self, x: Vector<D>) -> f64 {
+        (0..self.regions.len()).map(|obstacle| self.obstacle_distance(obstacle, x)).fold(f64::INFINITY, f64::min)
+    }
+
     /// The name of an obstacle that `x` lies in, deeper than `depth` [m].
     pub fn obstacle_around(&self, x: Vector<D>, depth: f64) -> Option<&str> {
         let around = (0..self.regions.len()).find(|&obstacle| self.obstacle_distance(obstacle, x) < -depth)?;

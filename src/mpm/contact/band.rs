@@ -218,7 +218,7 @@ impl<const D: usize> Band<'_, D> {
                 self.lower_gaps(sheet, body, p, label.side, height - radius);
                 let travel = 2.0 * (particles.velocity[p].norm() + self.fastest) * self.dt;
                 let moves = (particles.position[p], travel, self.grid.cell);
-                guarded.extend(Near::new([p, index, number], (label.side, normal), (height, radius), moves));
+                guarded.push(Near::new([p, index, number], (label.side, normal), (height, radius), moves));
             }
         }
         crossed

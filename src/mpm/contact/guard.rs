@@ -21,7 +21,7 @@ use rayon::prelude::*;
 /// The least distance from a sheet over the particle's half size.
 const CLOSEST: f64 = 0.5;
 
-/// A particle is watched that may come this near to its least distance, besides how far it and the sheet move [cells].
+/// A particle may come too close that comes this near to its least distance, besides how far it and the sheet move [cells].
 const MARGIN: f64 = 0.25;
 
 /// How often the least distance is halved where layers leave no room, and how often places are corrected for each.
@@ -43,8 +43,9 @@ pub(super) struct Near<const D: usize> {
     pub sheet: u32,
     /// +1 where the normals of the sheet point.
     pub side: f64,
-    /// r_min [m].
+    /// r_min [m], and whether it may come closer in this step.
     pub least: f64,
+    pub close: bool,
     /// Unit vector from the sheet to the particle.
     pub away: Vector<D>,
     /// Where the particle was at the start of the step [m].
@@ -52,17 +53,17 @@ pub(super) struct Near<const D: usize> {
 }
 
 impl<const D: usize> Near<D> {
-    /// A particle of this half size `height` [m] from the sheet on its side, if it may come too near while both move by `travel` [m].
+    /// A particle of this half size at `height` [m] from the sheet on its side, while both move by `travel` [m].
     pub fn new(
         [particle, body, sheet]: [usize; 3],
         (side, normal): (f64, Vector<D>),
         (height, radius): (f64, f64),
         (from, travel, cell): (Vector<D>, f64, f64),
-    ) -> Option<Self> {
+    ) -> Self {
         let least = CLOSEST * radius;
+        let close = height < least + travel + MARGIN * cell;
         let [particle, body, sheet] = [particle, body, sheet].map(|index| index as u32);
-        let near = Self { particle, body, sheet, side, least, away: normal * side, from };
-        (side != 0.0 && height < least + travel + MARGIN * cell).then_some(near)
+        Self { particle, body, sheet, side, least, close, away: normal * side, from }
     }
 }
 
@@ -84,7 +85,7 @@ pub(super) fn keep_sides<const D: usize>(
     cell: f64,
 ) -> Vec<(u32, Shift<D>)> {
     let place = |near: &Near<D>| bodies[near.body as usize].particles.position[near.particle as usize];
-    let fails = |near: &&Near<D>| lack(near, sheets, place(near), near.least, cell).is_some();
+    let fails = |near: &&Near<D>| near.close && lack(near, sheets, place(near), near.least, cell).is_some();
     let wrong: Vec<&Near<D>> = near.par_iter().with_min_len(TASK).filter(fails).collect();
     if wrong.is_empty() {
         return Vec::new();
@@ -159,7 +160,7 @@ mod tests {
         nearest.refresh(&facets, &position, 0.5, 0.5);
         let sheet = Moved { nearest: &nearest, facets: &facets, before: &position, position: &position };
         let (from, away) = (Vector(x), Vector::ZERO);
-        let near = Near { particle: 0, body: 0, sheet: 0, side, least: 0.1, away, from };
+        let near = Near { particle: 0, body: 0, sheet: 0, side, least: 0.1, close: true, away, from };
         admissible(&[&near], &[sheet], from, 0.5)
     }
 

@@ -61,6 +61,7 @@ use nodes::Lattice;
 use pairwise::Pairwise;
 use partner::Partners;
 use sheet::Sheet;
+use std::collections::BTreeMap;
 use watch::Scene;
 
 /// Friction by name: pairs that the case lists, and the default for the others.
@@ -139,7 +140,7 @@ pub struct Contact<const D: usize> {
     marks: Marks,
     /// How far particles of each body are displaced at the end of the step.
     shifts: Vec<Vec<Shift<D>>>,
-    /// Particles that may come too close to a sheet during the step.
+    /// Particles next to sheets during the step.
     guarded: Vec<Near<D>>,
     forces: Vec<NamedForce<D>>,
     /// Which of the forces each pair of a field and a sheet, and each of two fields, adds to: parts of one body share them.
@@ -358,6 +359,27 @@ impl<const D: usize> Contact<D> {
             self.losses[2 * index] += settled.lost[0];
             self.losses[2 * index + 1] += settled.lost[1];
             (0..3).for_each(|axis| self.losses[spin + axis] += settled.spin[axis]);
+        }
+    }
+
+    /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets on the side of most
+    /// of these particles [m].
+    pub fn limit_rooms(&mut self, grid: &Grid<D>, bodies: &[Body<D>], field: usize, mut visit: impl FnMut(usize, f64)) {
+        for (number, sheet) in self.sheets.iter_mut().enumerate() {
+            let own = |near: &&Near<D>| near.sheet as usize == number && bodies[near.body as usize].field == field;
+            let mut votes: BTreeMap<usize, f64> = BTreeMap::new();
+            for near in self.guarded.iter().filter(own) {
+                self.lattice.for_each(grid, near.from, |node, weight, _| {
+                    *votes.entry(node).or_insert(0.0) += near.side * weight;
+                });
+            }
+            let Sheet { points, facets, before, .. } = sheet;
+            points.refresh(facets, before, grid.cell);
+            for (node, vote) in votes {
+                if let Some(foot) = points.nearest().foot(facets, before, grid.position(node), grid.cell) {
+                    visit(node, vote.signum() * foot.distance);
+                }
+            }
         }
     }
 

@@ -159,14 +159,14 @@ impl<const D: usize> Points<D> {
             let speed = particles.velocity[seen.particle].norm() + fastest;
             let near = gap < 2.0 * speed * scene.dt + CLOSE * scene.grid.cell;
             let height = label.side * seen.foot.distance;
-            let guard = |member: Member<D>| {
-                let (p, side) = (member.particle as usize, (label.side, seen.foot.normal));
-                let radius = radius(particles, p, seen.foot.normal, scene.grid.cell);
-                let moves = (particles.position[p], 2.0 * speed * scene.dt, scene.grid.cell);
-                Near::new([p, index, sheet], side, (height, radius), moves)
-            };
-            if label.side != 0.0 && height < seen.radius + scene.grid.cell {
-                guarded.extend(watch.members(&seen).into_iter().filter_map(guard));
+            if label.side != 0.0 {
+                let guard = |member: Member<D>| {
+                    let (p, side) = (member.particle as usize, (label.side, seen.foot.normal));
+                    let radius = radius(particles, p, seen.foot.normal, scene.grid.cell);
+                    let moves = (particles.position[p], 2.0 * speed * scene.dt, scene.grid.cell);
+                    Near::new([p, index, sheet], side, (height, radius), moves)
+                };
+                guarded.extend(watch.members(&seen).into_iter().map(guard));
             }
             if label.side != 0.0 && friction != Friction::None && near {
                 members.extend(watch.members(&seen));

@@ -21,6 +21,7 @@ pub(in crate::mpm) struct Accounts {
     pub stress: AccountId,
     /// What forces would have done over displacements of particles, which change places alone; no part of the closure.
     pub displacement: AccountId,
+    pub volume: AccountId,
 }
 
 impl Accounts {
@@ -33,6 +34,7 @@ impl Accounts {
             wall: books.open("work of walls", TermKind::Gain),
             atmosphere: books.open("work of the atmosphere", TermKind::Gain),
             stress: books.open("stress update error", TermKind::Gain),
+            volume: books.open("work of volume corrections", TermKind::Gain),
             heat: books.open("heat of transfer dissipation", TermKind::Gain),
             wall_loss: books.open("wall dissipation", TermKind::Loss),
             transfer: books.open("transfer dissipation", TermKind::Loss),
