@@ -303,3 +303,42 @@ fn integrate<const S: usize>(shape: impl Shape<S>, fold: Fold) -> [f64; ROWS] {
     }
     rooms
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mpm::kernel::Quadratic;
+
+    /// Of the integral of a quadratic spline on a wall a half lies inside; what its neighbour beyond the wall has inside, a
+    /// forty-eighth, is folded: onto the first row inside by a mirror, linearly onto the first two rows else.
+    #[test]
+    fn rooms_at_walls() {
+        let near = |rooms: [f64; ROWS], exact: [f64; ROWS]| {
+            rooms.iter().zip(exact).for_each(|(room, exact)| assert!((room - exact).abs() < 1e-4, "{rooms:?}"));
+        };
+        let (half, ghost) = (0.5, 1.0 / 48.0);
+        near(integrate(Quadratic, Fold::Mirror), [half, 1.0, 1.0]);
+        near(integrate(Quadratic, Fold::Extrapolate), [half + 2.0 * ghost, 1.0 - 2.0 * ghost, 1.0]);
+    }
+
+    /// The integral of the spline up to a plane, summed point by point.
+    #[test]
+    fn rooms_beside_planes() {
+        for distance in [-2.0, -1.2, -0.5, 0.0, 0.3, 0.5, 1.1, 2.0] {
+            let points = (0..40_000).map(|k| -2.0 + (f64::from(k) + 0.5) * 1e-4).filter(|x| *x < distance);
+            let spline = |x: f64| match x.abs() {
+                x if x < 0.5 => 0.75 - x * x,
+                x if x < 1.5 => 0.5 * (1.5 - x).powi(2),
+                _ => 0.0,
+            };
+            let exact: f64 = points.map(|x| spline(x) * 1e-4).sum();
+            assert!((share_beside(distance) - exact).abs() < 1e-4, "{distance}");
+        }
+    }
+
+    #[test]
+    fn rigid_rotation_is_no_strain() {
+        assert_eq!(rate_of_strain(&Tensor::<2>([[0.0, 3.0], [-3.0, 0.0]])), 0.0);
+        assert!((rate_of_strain(&Tensor::<2>([[0.0, 3.0], [3.0, 4.0]])) - 34.0_f64.sqrt()).abs() < 1e-12);
+    }
+}

@@ -8,6 +8,7 @@ mod gas;
 mod impact;
 mod leave;
 mod lids;
+mod liquid;
 mod meet;
 mod model;
 mod regions;

@@ -506,3 +506,36 @@ impl<const D: usize> Nodes<D> {
 
 /// Where the vector area is less than this share of the area, the sheet is folded.
 const FOLDED: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A node that is pressed on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and against
+    /// pulls up to 2 N s and slides up to half of what is left.
+    #[test]
+    fn a_floor_lets_go_of_what_is_pulled_or_slides() {
+        let impulse = Impulse { normal: Vector([0.0, 2.0]), tangent: Vector::ZERO };
+        let rest = Rest {
+            solid: 0,
+            nodes: [0; 4],
+            weights: [1.0, 0.0, 0.0, 0.0],
+            offset: 0.0,
+            thickness: 0.0,
+            normal: Vector([0.0, 1.0]),
+            measured: 0.0,
+            anchor: Vector::ZERO,
+            gap: 0.0,
+            wall: Vector::ZERO,
+            friction: 0.5,
+            impulse,
+            given: Vector::ZERO,
+        };
+        let rigid = Rigid { rests: vec![rest], first: vec![0], ..Rigid::default() };
+        for (j, loosens) in
+            [([0.0, -5.0], false), ([0.0, 1.5], false), ([0.0, 2.5], true), ([0.9, 0.0], false), ([1.1, 0.0], true)]
+        {
+            assert_eq!(rigid.loosens(0, Vector(j)), loosens, "{j:?}");
+        }
+    }
+}
