@@ -20,6 +20,11 @@ use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
 use crate::timed;
 
+/// A membrane lies between a particle and something rigid if the way to it leads towards that, by this cosine, and is no longer, but for
+/// this many cells: it may overlap a little with what it lies on.
+const FACING: f64 = 0.7;
+const AMONG: f64 = 0.1;
+
 /// A sub-step of the membranes within a step.
 #[derive(Debug, Clone, Copy)]
 pub struct SubStep<'a> {
@@ -151,6 +156,22 @@ impl<const D: usize> Coupling<D> {
         self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
             let squeeze = self.contact.squeezed(index, [&membrane.position, &membrane.reference], (walls, step.dt));
             squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))
+        })
+    }
+
+    /// Follows the membranes to where they are, for [`Self::lies_between`].
+    pub fn find_membranes(&mut self, cell: f64) {
+        let positions: Vec<&[Vector<D>]> = self.membranes.iter().map(|membrane| &membrane.position[..]).collect();
+        self.contact.find_membranes(&positions, cell);
+    }
+
+    /// True if a membrane that meets the bodies of this field lies between `x` [m] and something rigid with the normal `normal` at the
+    /// distance `distance` [m].
+    pub fn lies_between(&self, (cell, field): (f64, usize), x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
+        let mut membranes = self.membranes.iter().enumerate();
+        membranes.any(|(index, membrane)| {
+            let to = self.contact.way_to((index, field), &membrane.position, x, cell);
+            to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + AMONG * cell)
         })
     }
 

@@ -383,6 +383,26 @@ impl<const D: usize> Contact<D> {
         }
     }
 
+    /// Follows the sheets to `positions` [m], for [`Self::way_to`].
+    pub fn find_membranes(&mut self, positions: &[&[Vector<D>]], cell: f64) {
+        for (sheet, position) in self.sheets.iter_mut().zip(positions) {
+            sheet.points.refresh(&sheet.facets, position, cell);
+        }
+    }
+
+    /// The way from `x` [m] to a sheet within a cell that has contact with a field.
+    pub fn way_to(
+        &self,
+        (sheet, field): (usize, usize),
+        position: &[Vector<D>],
+        x: Vector<D>,
+        cell: f64,
+    ) -> Option<Vector<D>> {
+        let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
+        let foot = sheet.points.nearest().foot(&sheet.facets, position, x, cell)?;
+        Some(foot.normal * -foot.distance)
+    }
+
     /// What is left of the displacements `by` [m] of a body's particles: none goes towards a sheet next to it.
     pub fn keep_off(&self, body: usize, by: &mut [Vector<D>]) {
         for near in self.guarded.iter().filter(|near| near.body as usize == body) {
@@ -400,9 +420,7 @@ impl<const D: usize> Contact<D> {
         if self.guarded.is_empty() {
             return &self.shifts;
         }
-        for (sheet, position) in self.sheets.iter_mut().zip(positions) {
-            sheet.points.refresh(&sheet.facets, position, self.cell);
-        }
+        self.find_membranes(positions, self.cell);
         let moved = |(sheet, position)| moved(sheet, position);
         let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions.iter().copied()).map(moved).collect();
         let displaced = guard::keep_sides(&self.guarded, &sheets, bodies, self.cell);

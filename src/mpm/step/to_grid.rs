@@ -1,6 +1,6 @@
 //! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum (60–64).
 
-use super::{Step, in_field};
+use super::{Step, in_field, of_field};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
 use crate::mpm::average::Average;
@@ -106,12 +106,14 @@ impl<const D: usize> Mpm<D> {
     /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls (64).
     pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
         let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
-        let Self { grid, walls, bodies, bins, cutoff, .. } = self;
+        let Self { grid, walls, bodies, bins, cutoff, coupling, .. } = self;
+        coupling.find_membranes(grid.cell);
         grid.with_field(field, |grid, own| {
             let Field { nodes, applied, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
             light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
-            walls.measure(grid, field, bodies.iter().zip(&*bins).filter(|(body, _)| body.field == field));
+            let between = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+            walls.measure(grid, field, of_field(bodies, bins, field), &between);
             walls.constrain_trial(grid, field, nodes, step);
         });
     }

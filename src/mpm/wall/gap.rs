@@ -5,6 +5,8 @@
 //! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0                  at once where a solid meets a wall of the domain
 //! ```
 //!
+//! Particles with a membrane between them and the obstacle don't count: the membrane meets the obstacle, and they meet the membrane.
+//!
 //! with the distance d from the obstacle and the reach r of the body around a particle. A node knows that a body is near as
 //! soon as it lies in a particle's support, one and a half cells ahead; without the gap the body would float there, and a
 //! disc that rolls would be held far from where it touches.
@@ -50,12 +52,14 @@ impl Places {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
+    /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m]; `shielded(x, n, d)` is true if a
+    /// membrane lies between `x` and an obstacle with the normal `n` at the distance `d` [m].
     pub(in crate::mpm) fn measure<'a>(
         &mut self,
         grid: &Grid<D>,
         field: usize,
         bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
+        shielded: &(impl Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) {
         let mut gaps = std::mem::take(&mut self.reactions[field].gap);
         let bodies: Vec<_> = bodies.collect();
@@ -65,7 +69,7 @@ impl<const D: usize> Walls<D> {
         gaps.extend(self.conditions.iter().map(|c| if at_once(c) { f64::NEG_INFINITY } else { f64::INFINITY }));
         if !self.places.first.is_empty() {
             for (body, bins) in bodies {
-                for (condition, gap) in self.gaps(grid, body, bins) {
+                for (condition, gap) in self.gaps(grid, (body, bins), shielded) {
                     let least = &mut gaps[condition as usize];
                     *least = least.min(gap);
                 }
@@ -75,24 +79,35 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Conditions near the particles of a body, and how far the particles are from their walls [m].
-    fn gaps(&self, grid: &Grid<D>, body: &Body<D>, bins: &Bins<D>) -> Vec<(u32, f64)> {
+    fn gaps(
+        &self,
+        grid: &Grid<D>,
+        (body, bins): (&Body<D>, &Bins<D>),
+        shielded: &(impl Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
+    ) -> Vec<(u32, f64)> {
         let near = |(_, slots): &(_, &Vec<u32>)| slots.iter().any(|&slot| self.places.blocks[slot as usize]);
         let bins = bins.bins.par_iter().zip(&bins.slots).filter(near);
         bins.flat_map_iter(|(bin, slots)| {
             bin.range.clone().filter(|&p| body.shows_surface(p)).flat_map(move |p| {
                 let node = |ijk: [i32; D]| place(bin.block, slots, ijk);
-                self.gaps_of(grid, body, p, node)
+                self.gaps_of(grid, (body, p), shielded, node)
             })
         })
         .collect()
     }
 
     /// The gaps that particle `p` shows to the nodes of its support.
-    fn gaps_of(&self, grid: &Grid<D>, body: &Body<D>, p: usize, node: impl Fn([i32; D]) -> usize) -> Vec<(u32, f64)> {
+    fn gaps_of(
+        &self,
+        grid: &Grid<D>,
+        (body, p): (&Body<D>, usize),
+        shielded: &impl Fn(Vector<D>, Vector<D>, f64) -> bool,
+        node: impl Fn([i32; D]) -> usize,
+    ) -> Vec<(u32, f64)> {
         let x = body.particles.position[p];
         let (first, support) = (first(grid, body.kernel, x), body.kernel.support());
         let (mut gaps, patch) = (Vec::new(), body.patch(p) * (1.0 + 1e-9));
-        let mut measured = (u32::MAX, 0.0);
+        let mut measured = (u32::MAX, 0.0, false);
         for n in 0..support.pow(D as u32) {
             let node = node(std::array::from_fn(|a| first[a] + n / support.pow(a as u32) % support));
             let from = self.places.first[node];
@@ -114,9 +129,13 @@ impl<const D: usize> Walls<D> {
                     continue;
                 }
                 if measured.0 != condition.boundary {
-                    measured = (condition.boundary, self.distance(condition.boundary as usize, x));
+                    let distance = self.distance(condition.boundary as usize, x);
+                    measured = (condition.boundary, distance, shielded(x, normal, distance));
                 }
-                gaps.push((k as u32, measured.1 - body.reach(p, normal, grid.cell)));
+                let (_, distance, shielded) = measured;
+                if !shielded {
+                    gaps.push((k as u32, distance - body.reach(p, normal, grid.cell)));
+                }
             }
         }
         gaps
