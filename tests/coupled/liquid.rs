@@ -39,7 +39,7 @@ fn enclosed(nodes: &[[f64; 3]]) -> f64 {
 }
 
 /// A balloon full of water that falls on a floor and sloshes there encloses no less than the water's own volume, which pressure changes by
-/// less than a per mille; contact takes energy only, the floor gives back 1 % of what gravity does at most; no particle crosses. Without the room that volumes follow the loop
+/// less than a per mille; contact gives back no more than 0.1 % of what gravity does, the floor 1 %; no particle crosses. Without the room that volumes follow the loop
 /// encloses 6 % less after 1.5 s.
 #[test]
 fn a_balloon_full_of_water_keeps_its_volume() {
@@ -47,7 +47,7 @@ fn a_balloon_full_of_water_keeps_its_volume() {
     let volume = mpm.particle_count() as f64 * (0.5 * CELL).powi(2);
     let mut taken = [0.0_f64; 2];
     run(&mut mpm, 1.5, |t, mpm| {
-        for ((taken, name), back) in taken.iter_mut().zip(["contact dissipation", "wall dissipation"]).zip([1e-6, 0.5])
+        for ((taken, name), back) in taken.iter_mut().zip(["contact dissipation", "wall dissipation"]).zip([0.05, 0.5])
         {
             let now = term(mpm, name);
             assert!(now > *taken - back, "t = {t}: `{name}` is {now} J after {taken} J");

@@ -142,10 +142,12 @@ fn admissible<const D: usize>(near: &[&Near<D>], sheets: &[Moved<'_, D>], x: Vec
 fn beside_the_same_facet<const D: usize>(near: &Near<D>, sheets: &[Moved<'_, D>], cell: f64) -> Option<Vector<D>> {
     let Moved { nearest, facets, before, position } = sheets[near.sheet as usize];
     let foot = nearest.foot(facets, before, near.from, cell)?;
-    let facet = &facets[foot.facet as usize];
-    let point: Vector<D> = facet.nodes.iter().zip(foot.weights).map(|(&k, weight)| position[k as usize] * weight).sum();
-    let height = (near.side * foot.distance).clamp(CLOSE * near.least, near.least);
-    Some(point + facet.area(position).normalized()? * (near.side * height))
+    let nodes = facets[foot.facet as usize].nodes.iter().zip(foot.weights);
+    let point: Vector<D> = nodes.map(|(&k, weight)| position[k as usize] * weight).sum();
+    // On the sheet itself the direction is that of its mean normal, into a wedge along its middle.
+    let normal = nearest.foot(facets, position, point, cell)?.normal;
+    let height = (near.side * foot.distance).clamp(CLOSEST * near.least, near.least);
+    Some(point + normal * (near.side * height))
 }
 
 #[cfg(test)]
