@@ -3,7 +3,7 @@
 //! ```text
 //! φ_I = Σ_p V_p N_Ip / ∫N_I dx,     c_I = max(φ_I − 1, 0)          what particles fill of a node's share of space, and the excess
 //! x_p ← x_p − α h² ‖ε̇_p‖ Δt ∇c(x_p)                                 particle shifting (Lind, Xu, Stansby & Rogers 2012)
-//! V_p ← V_p (1 − (α ‖ε̇_p‖ Δt + β) c̄(x_p))                       c̄: of the mean of φ over the nodes around
+//! V_p ← V_p (1 − (α ‖ε̇_p‖ Δt + β) c(x_p))
 //! ```
 //!
 //! Flow draws particles into strings along some lines and out of others. The volume that each carries follows the divergence of the
@@ -38,10 +38,10 @@ const EVERY: u64 = 10;
 const PACE: f64 = 1.0;
 const MOST: f64 = 0.1;
 
-/// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within some hundred steps
+/// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within some thousand steps
 /// an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where it is large for a moment, gets no blow of
 /// its own: 10⁻³ is the pressure of a flow at a thirtieth of the speed of sound.
-const SHARE: f64 = 1e-2;
+const SHARE: f64 = 2e-3;
 const MOST_TAKEN: f64 = 1e-3;
 
 /// No nearer to a wall or an obstacle than this is a particle shifted [particle sizes].
@@ -72,8 +72,8 @@ impl<const D: usize> Mpm<D> {
         }
     }
 
-    /// c_I of a field, and c of the mean filling around each node; ghosts filled.
-    fn excess(&mut self, field: usize, kernel: Kernel) -> Vec<[f64; 2]> {
+    /// c_I of a field, ghosts filled.
+    fn excess(&mut self, field: usize, kernel: Kernel) -> Vec<[f64; 1]> {
         let Self { grid, bodies, bins, ghosts, walls, coupling, .. } = self;
         let mut sums = vec![[0.0; 2]; grid.node_count()];
         for (body, bins) in of_field(bodies, bins, field) {
@@ -101,26 +101,24 @@ impl<const D: usize> Mpm<D> {
         let known = |node: usize| reached(node) && rooms[node] > LEAST_ROOM;
         let filling = |node: usize| if known(node) { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
         let own: Vec<f64> = (0..rooms.len()).into_par_iter().with_min_len(CHUNK).map(filling).collect();
-        let mean = |node: usize| {
-            let around = grid.neighbours(node).chain([node]).filter(|&other| known(other)).map(|other| own[other]);
+        // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
+        let around = |node: usize| {
+            let around = grid.neighbours(node).filter(|&other| known(other)).map(|other| (own[other] - 1.0).max(0.0));
             let (sum, count) = around.fold((0.0, 0.0), |(sum, count), other| (sum + other, count + 1.0));
             if count > 0.0 { sum / count } else { 0.0 }
         };
-        // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
-        let both = |node: usize| {
-            if !reached(node) {
-                return [0.0; 2];
-            }
-            let mean = mean(node);
-            [if known(node) { own[node] } else { mean }, mean].map(|filling| (filling - 1.0).max(0.0))
+        let excess = |node: usize| match reached(node) {
+            true if known(node) => [(own[node] - 1.0).max(0.0)],
+            true => [around(node)],
+            false => [0.0],
         };
-        let mut excess: Vec<[f64; 2]> = (0..rooms.len()).into_par_iter().with_min_len(CHUNK).map(both).collect();
+        let mut excess: Vec<[f64; 1]> = (0..rooms.len()).into_par_iter().with_min_len(CHUNK).map(excess).collect();
         ghosts.fill(&mut excess);
         excess
     }
 
     /// Sets the shifts of the liquids in a field [m], and takes from their volumes.
-    fn follow(&mut self, field: usize, excess: &[[f64; 2]], dt: f64) {
+    fn follow(&mut self, field: usize, excess: &[[f64; 1]], dt: f64) {
         let Self { grid, bodies, bins, ghosts, .. } = self;
         let mut velocity = velocities(&grid.fields[field]);
         ghosts.fill(&mut velocity);
@@ -136,7 +134,7 @@ impl<const D: usize> Mpm<D> {
                 }
             });
             let node = |n: usize, record: &mut Record| {
-                put_scalar(record, excess[n][1]);
+                put_scalar(record, excess[n][0]);
                 put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
             };
             work += sweep.gather(node, body.view().1, Wanted::Gradient, |chunk| {
