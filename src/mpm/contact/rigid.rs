@@ -253,7 +253,7 @@ impl<const D: usize> Rigid<D> {
         for rest in self.holding(node) {
             let mut after = rest.clone();
             left = after.take(left);
-            if after.impulse == rest.impulse && left != Vector::ZERO || rest.sticks() && left != Vector::ZERO {
+            if left != Vector::ZERO && (after.impulse == rest.impulse || rest.sticks()) {
                 return true;
             }
         }
