@@ -45,17 +45,18 @@ impl<const D: usize> Mpm<D> {
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
         let cutoff = cutoffs(&bodies, field_count, setup.kernel);
         let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
+        let lattice = Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(
             membranes,
             &bodies,
-            Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching),
+            lattice,
             &friction,
             (setup.sheet_contact, setup.gap_tolerance * cell),
             (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
         );
         let proximity = Proximity::new(&coupling.membranes);
         let filter_time = filter_time(setup.transfer, &bodies, cell);
-        let walls = Walls::new(&setup.grid, setup.obstacles, field_count);
+        let walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
         let (books, accounts) = Accounts::open();
         let bins = bodies.iter().map(|_| Bins::default()).collect();
         let mut grid = Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count);

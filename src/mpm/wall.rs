@@ -20,7 +20,9 @@ mod gap;
 mod hold;
 mod pushes;
 mod solid;
+mod surface;
 
+use super::contact::nodes::Lattice;
 use super::ghost::{Fold, Ghosts};
 use super::grid::{Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
@@ -34,14 +36,8 @@ pub use solid::{SheetPush, Solid};
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
 
-/// Nodes up to this far outside an obstacle [cells] lie on its surface: a row of nodes on the surface of a box must not
-/// be left out because of how −0.3 + 6 · 0.05 is rounded.
-const ON_SURFACE: f64 = 1e-6;
-
-/// Nodes up to this far outside an obstacle that bodies may leave [cells] stop them too, where the gap closes: of the nodes
-/// on both sides of its surface the nearer ones. What lies on a surface just below a row of nodes has an eighth of its weight, or less, at
-/// the nodes in the obstacle, which can't hold it: it sank, was thrown out, and came back with more.
-const NEAR: f64 = 0.5;
+/// The rounding of distances from a surface [cells].
+const ROUNDING: f64 = 1e-6;
 
 /// Something rigid that grid nodes meet.
 #[derive(Debug)]
@@ -52,12 +48,15 @@ struct Boundary {
     velocity: [Signal; 3],
 }
 
-/// One node under one condition.
+/// A condition at a node; at the surface of an obstacle, at the foot of a node there.
 #[derive(Debug, Clone, Copy)]
 struct Condition<const D: usize> {
     node: u32,
     boundary: u32,
     normal: Vector<D>,
+    /// Where it acts [m].
+    place: Vector<D>,
+    on_surface: bool,
 }
 
 /// What the walls did to one velocity field during a step.
@@ -77,6 +76,10 @@ struct Reaction<const D: usize> {
     mirrored: Vec<Vector<D>>,
     mirrored_start: Vec<Vector<D>>,
     ghosts: Vec<(u32, u32, f64)>,
+    /// Places on surfaces that rest there in this step.
+    bound: Vec<bool>,
+    /// Where the field meets the surfaces of obstacles.
+    rows: surface::Rows<D>,
 }
 
 /// Work of a step [J], and the impulse on the particles [N s].
@@ -98,6 +101,21 @@ struct Sums<const D: usize> {
 }
 
 impl<const D: usize> Sums<D> {
+    /// Adds what a condition did with a force [N] on a place that moved with `velocity` [m/s] on average.
+    fn add(
+        &mut self,
+        walls: &Walls<D>,
+        condition: &Condition<D>,
+        (force, velocity): (Vector<D>, Vector<D>),
+        step: &Step,
+    ) {
+        let (boundary, dt) = (condition.boundary as usize, step.momentum_dt);
+        let wall = |t: f64| walls.velocity(boundary, condition.place, t);
+        self.impulse[boundary] += force * dt;
+        self.total += force.dot(velocity) * dt;
+        self.work += force.dot(wall(step.before()) + wall(step.after())) * (0.5 * dt);
+    }
+
     fn and(mut self, other: Self) -> Self {
         self.impulse.iter_mut().zip(other.impulse).for_each(|(sum, impulse)| *sum += impulse);
         Self { work: self.work + other.work, total: self.total + other.total, ..self }
@@ -118,6 +136,8 @@ pub struct Walls<const D: usize> {
     /// Parts of the conditions with nodes of their own.
     parts: Vec<Part>,
     places: gap::Places,
+    /// Shape functions at the surfaces of obstacles.
+    lattice: Lattice<D>,
     reactions: Vec<Reaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,
@@ -172,8 +192,8 @@ impl WallKind {
 }
 
 impl<const D: usize> Walls<D> {
-    /// The walls of `grid` and the obstacles.
-    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize) -> Self {
+    /// The walls of `grid` and the obstacles; `lattice`: the shape functions of the bodies.
+    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, lattice: Lattice<D>) -> Self {
         let side = |axis: usize, end: usize, wall: &Wall| Boundary {
             name: format!("wall:{}", side_name(D, axis, end)),
             kind: wall.kind,
@@ -198,6 +218,7 @@ impl<const D: usize> Walls<D> {
             conditions: Vec::new(),
             parts: Vec::new(),
             places: gap::Places::default(),
+            lattice,
             reactions,
             force,
         }
@@ -242,31 +263,35 @@ impl<const D: usize> Walls<D> {
             let (axis, end) = (side / 2, side % 2);
             if boundary.kind != WallKind::Open && ijk[axis] == if end == 0 { 0 } else { grid.cells[axis] } {
                 let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
-                conditions.push(Condition { node: node as u32, boundary: side as u32, normal });
+                let (boundary, place) = (side as u32, grid.position(node));
+                conditions.push(Condition { node: node as u32, boundary, normal, place, on_surface: false });
             }
         }
-        for obstacle in 0..self.regions.len() {
-            if let Some(normal) = self.obstacle_normal(obstacle, grid.position(node), grid.cell) {
-                conditions.push(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal });
-            }
-        }
+        conditions.extend((0..self.regions.len()).filter_map(|obstacle| self.condition_of(obstacle, grid, node)));
         conditions.sort_by_key(|c| self.boundaries[c.boundary as usize].kind.strictness());
         conditions
     }
 
-    /// The outward normal of an obstacle at `x`, if `x` is inside or, up to round-off, on its surface; or near it, if bodies
-    /// may leave it.
-    fn obstacle_normal(&self, obstacle: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
-        let near = if self.boundaries[2 * D + obstacle].kind.binds() { 0.0 } else { NEAR };
-        if self.obstacle_distance(obstacle, x) > (near + ON_SURFACE) * cell {
-            return None;
-        }
+    /// The condition of an obstacle whose surface is next to a node, or so far above it that no body outside reaches the node.
+    fn condition_of(&self, obstacle: usize, grid: &Grid<D>, node: usize) -> Option<Condition<D>> {
+        let (x, cell) = (grid.position(node), grid.cell);
+        let distance = self.obstacle_distance(obstacle, x) / cell;
+        let on_surface = (ROUNDING - surface::BAND..=ROUNDING + surface::BAND).contains(&distance);
+        let deep = distance < -0.5 * f64::from(self.lattice.support());
+        let normal = if on_surface || deep { self.obstacle_normal(obstacle, x, cell) } else { return None };
+        let foot = |x: Vector<D>| x - normal * self.obstacle_distance(obstacle, x);
+        let place = if on_surface { foot(foot(x)) } else { x };
+        Some(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal, place, on_surface })
+    }
+
+    /// The outward normal of an obstacle at `x`.
+    fn obstacle_normal(&self, obstacle: usize, x: Vector<D>, cell: f64) -> Vector<D> {
         let step = NORMAL_STEP * cell;
         let slope = Vector::from_fn(|a| {
             let d = Vector::unit(a) * step;
             self.obstacle_distance(obstacle, x + d) - self.obstacle_distance(obstacle, x - d)
         });
-        Some(slope.normalized().unwrap_or(Vector::unit(D - 1)))
+        slope.normalized().unwrap_or(Vector::unit(D - 1))
     }
 
     /// True if the displacement `by` [m] leads from `x` [m] to less than `margin` [m] from a wall or an obstacle, and nearer to it.
@@ -315,6 +340,8 @@ impl<const D: usize> Walls<D> {
             zero(&mut reaction.force, self.conditions.len());
             reaction.closed.clear();
             reaction.closed.resize(self.conditions.len(), false);
+            reaction.bound.clear();
+            reaction.bound.resize(self.conditions.len(), false);
             zero(&mut reaction.start, self.boundaries.len());
             zero(&mut reaction.mirrored, 2 * D);
             zero(&mut reaction.mirrored_start, 2 * D);
@@ -342,10 +369,10 @@ impl<const D: usize> Walls<D> {
 
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
     /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
-    pub fn settle(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
+    pub fn settle(&mut self, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.reactions[field];
-        let Sums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
+        let Sums { mut impulse, work, total } = self.sum_reactions(field, nodes, step);
         for (boundary, &start) in reaction.start.iter().enumerate() {
             impulse[boundary] += start * share;
         }
@@ -365,23 +392,24 @@ impl<const D: usize> Walls<D> {
     }
 
     /// What the conditions of a field did, summed over their nodes.
-    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
+    fn sum_reactions(&self, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
         let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
-        let (dt, force) = (step.momentum_dt, &self.reactions[field].force);
+        let force = &self.reactions[field].force;
+        let mean = |node: usize| nodes[node].momentum - nodes[node].force * (0.5 * step.momentum_dt);
         let sum = |range: std::ops::Range<usize>| {
             let mut sums = none();
             for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {
-                let Node { momentum: v, force: a, .. } = nodes[condition.node as usize];
-                let boundary = condition.boundary as usize;
-                sums.impulse[boundary] += force * dt;
-                sums.total += force.dot(v - a * (0.5 * dt)) * dt;
-                let x = grid.position(condition.node as usize);
-                let wall = self.velocity(boundary, x, step.before()) + self.velocity(boundary, x, step.after());
-                sums.work += force.dot(wall) * (0.5 * dt);
+                if !condition.on_surface {
+                    sums.add(self, condition, (force, mean(condition.node as usize)), step);
+                }
             }
             sums
         };
-        parallel::reduce(self.conditions.len(), sum, Sums::and).unwrap_or_else(none)
+        let mut sums = parallel::reduce(self.conditions.len(), sum, Sums::and).unwrap_or_else(none);
+        for (k, velocity) in self.surface_velocities(field, mean) {
+            sums.add(self, &self.conditions[k], (force[k], velocity), step);
+        }
+        sums
     }
 
     /// Moves the obstacles to the end of a step.
@@ -417,7 +445,8 @@ mod tests {
         };
         let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
         grid.set_blocks(vec![[0, 0], [0, 1], [0, 2]]);
-        let mut walls = Walls::new(&setup, vec![floor], 1);
+        let lattice = Lattice::new(crate::mpm::Kernel::new(crate::mpm::KernelKind::Quadratic, 0.25), &setup.walls);
+        let mut walls = Walls::new(&setup, vec![floor], 1, lattice);
         walls.find_nodes(&grid);
         let row = |j: i32| {
             let on = |c: &&Condition<2>| grid.coordinates(c.node as usize)[1] == j;

@@ -78,7 +78,7 @@ impl<const D: usize> Mpm<D> {
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
-                walls.hold_velocity(grid, field, velocity, step.before());
+                walls.hold_velocity(field, velocity, step.before());
                 ghosts.fill(velocity);
             }
             let mut average = Average { ghosts, locking: *locking, sums, means };
@@ -114,7 +114,7 @@ impl<const D: usize> Mpm<D> {
             light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
             let between = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
             walls.measure(grid, field, of_field(bodies, bins, field), &between);
-            walls.constrain_trial(grid, field, nodes, step);
+            walls.constrain_trial(field, nodes, step);
         });
     }
 
@@ -122,8 +122,8 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn constrain_walls(&mut self, step: &Step) {
         let Self { grid, walls, .. } = self;
         for field in 0..grid.fields.len() {
-            grid.with_field(field, |grid, own| {
-                walls.constrain_trial(grid, field, &mut own.nodes, step);
+            grid.with_field(field, |_, own| {
+                walls.constrain_trial(field, &mut own.nodes, step);
             });
         }
     }

@@ -114,12 +114,11 @@ impl<const D: usize> Walls<D> {
             if from == NONE {
                 continue;
             }
-            let offset = x - grid.position(node);
             for (k, condition) in self.conditions.iter().enumerate().skip(from as usize) {
                 if condition.node as usize != node {
                     break;
                 }
-                let normal = condition.normal;
+                let (normal, offset) = (condition.normal, x - condition.place);
                 if !self.has_gap(condition) {
                     continue;
                 }

@@ -57,10 +57,12 @@ impl<const D: usize> Walls<D> {
 
     /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the start of a step that
     /// strain the particles.
-    pub fn hold_velocity(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
+    pub fn hold_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
+        self.hold_surface(field, velocity, t);
         let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);
-        for (&Condition { node, boundary, normal }, _) in held {
-            let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
+        for (&Condition { node, boundary, normal, place, .. }, _) in held.filter(|(condition, _)| !condition.on_surface)
+        {
+            let wall = self.velocity(boundary as usize, place, t);
             let v = &mut velocity[node as usize];
             *v -= normal * (*v - wall).dot(normal);
         }

@@ -29,9 +29,8 @@ impl<const D: usize> Pushes<D> {
         Self { work: self.work + other.work, ..self }
     }
 
-    /// Counts the change of velocity of a node of some mass [kg, m/s] by a condition whose boundary moves with `wall`.
-    pub(super) fn push(&mut self, condition: &Condition<D>, mass: f64, change: Vector<D>, wall: Vector<D>) {
-        let impulse = change * mass;
+    /// Counts the impulse [N s] of a condition whose boundary moves with `wall` [m/s].
+    pub(super) fn push(&mut self, condition: &Condition<D>, impulse: Vector<D>, wall: Vector<D>) {
         self.impulse[condition.boundary as usize] += impulse;
         self.work += impulse.dot(wall);
     }
