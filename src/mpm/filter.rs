@@ -49,7 +49,7 @@ impl<const D: usize> Filter<'_, D> {
         let &Self { grid, ghosts, walls, field, t, order, .. } = self;
         let (nodes, mut pushes) = (&grid.fields[field].nodes, walls.pushes());
         let mut w = self.on_grid(bodies, Vec::new(), (&mut pushes, 1.0));
-        pushes = pushes.and(walls.constrain_velocity(field, nodes, &mut w, t));
+        pushes = pushes.and(walls.constrain_velocity((grid, field), nodes, &mut w, t));
         ghosts.fill(&mut w);
         let (mut v, mut smooth) = (w.clone(), Vec::new());
         for (body, _) in bodies.iter_mut().filter(|(body, _)| self.dissipation.warms(body)) {
@@ -59,7 +59,7 @@ impl<const D: usize> Filter<'_, D> {
         for j in 2..=order {
             smooth = self.on_grid(bodies, smooth, (&mut pushes, -1.0));
             w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= *s);
-            pushes = pushes.and(walls.constrain_correction(field, nodes, &mut w, t));
+            pushes = pushes.and(walls.constrain_correction((grid, field), nodes, &mut w, t));
             ghosts.fill(&mut w);
             v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
             heat += gather(grid, ghosts, &w, bodies, (j, order));

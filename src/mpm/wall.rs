@@ -18,17 +18,19 @@
 mod constrain;
 mod gap;
 mod hold;
+mod meet;
 mod pushes;
 mod solid;
 mod surface;
 
 use super::contact::nodes::Lattice;
 use super::ghost::{Fold, Ghosts};
-use super::grid::{Grid, Node};
+use super::grid::{EDGE, Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use crate::parallel::{self, CHUNK};
 use constrain::Part;
+pub(in crate::mpm) use gap::Bodies;
 pub use pushes::Pushes;
 use rayon::prelude::*;
 pub use solid::{SheetPush, Solid};
@@ -36,8 +38,14 @@ pub use solid::{SheetPush, Solid};
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
 
-/// The rounding of distances from a surface [cells].
+/// Nodes up to this far from the surface of an obstacle have their foot among the points where it binds [cells].
+const BAND: f64 = 0.5;
+
+/// The rounding of distances from it [cells]: a row of nodes on the surface of a box must not be left out because of how −0.3 + 6 · 0.05 is rounded.
 const ROUNDING: f64 = 1e-6;
+
+/// Blocks of the grid up to this far from an obstacle may hold particles that touch it during a step [cells].
+const NEAR: f64 = 2.0;
 
 /// Something rigid that grid nodes meet.
 #[derive(Debug)]
@@ -48,15 +56,12 @@ struct Boundary {
     velocity: [Signal; 3],
 }
 
-/// A condition at a node; at the surface of an obstacle, at the foot of a node there.
+/// One node under one condition.
 #[derive(Debug, Clone, Copy)]
 struct Condition<const D: usize> {
     node: u32,
     boundary: u32,
     normal: Vector<D>,
-    /// Where it acts [m].
-    place: Vector<D>,
-    on_surface: bool,
 }
 
 /// What the walls did to one velocity field during a step.
@@ -76,10 +81,9 @@ struct Reaction<const D: usize> {
     mirrored: Vec<Vector<D>>,
     mirrored_start: Vec<Vector<D>>,
     ghosts: Vec<(u32, u32, f64)>,
-    /// Places on surfaces that rest there in this step.
-    bound: Vec<bool>,
-    /// Where the field meets the surfaces of obstacles.
-    rows: surface::Rows<D>,
+    /// Where the field meets the surfaces of obstacles, and what was in contact there at the end of the last step.
+    surface: surface::Surface<D>,
+    resting: Vec<hold::Resting>,
 }
 
 /// Work of a step [J], and the impulse on the particles [N s].
@@ -101,16 +105,16 @@ struct Sums<const D: usize> {
 }
 
 impl<const D: usize> Sums<D> {
-    /// Adds what a condition did with a force [N] on a place that moved with `velocity` [m/s] on average.
+    /// Adds what a boundary did at `x` [m] with a force [N] on what moved with `velocity` [m/s] on average.
     fn add(
         &mut self,
         walls: &Walls<D>,
-        condition: &Condition<D>,
+        (boundary, x): (u32, Vector<D>),
         (force, velocity): (Vector<D>, Vector<D>),
         step: &Step,
     ) {
-        let (boundary, dt) = (condition.boundary as usize, step.momentum_dt);
-        let wall = |t: f64| walls.velocity(boundary, condition.place, t);
+        let (boundary, dt) = (boundary as usize, step.momentum_dt);
+        let wall = |t: f64| walls.velocity(boundary, x, t);
         self.impulse[boundary] += force * dt;
         self.total += force.dot(velocity) * dt;
         self.work += force.dot(wall(step.before()) + wall(step.after())) * (0.5 * dt);
@@ -136,7 +140,11 @@ pub struct Walls<const D: usize> {
     /// Parts of the conditions with nodes of their own.
     parts: Vec<Part>,
     places: gap::Places,
-    /// Shape functions at the surfaces of obstacles.
+    /// Where obstacles bind.
+    feet: Vec<surface::Point<D>>,
+    /// Grid blocks near obstacles.
+    near: Vec<bool>,
+    /// Shape functions of the bodies.
     lattice: Lattice<D>,
     reactions: Vec<Reaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
@@ -218,6 +226,8 @@ impl<const D: usize> Walls<D> {
             conditions: Vec::new(),
             parts: Vec::new(),
             places: gap::Places::default(),
+            feet: Vec::new(),
+            near: Vec::new(),
             lattice,
             reactions,
             force,
@@ -246,6 +256,28 @@ impl<const D: usize> Walls<D> {
         self.parts = constrain::parts(&self.conditions);
         let has_gap = |condition: &Condition<D>| self.has_gap(condition);
         self.places = gap::Places::new(grid, &self.conditions, has_gap);
+        let nodes = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK);
+        self.feet = nodes.flat_map_iter(|node| self.feet_of(grid, node)).collect();
+        let reach = (0.5 * EDGE as f64 * (D as f64).sqrt() + NEAR) * grid.cell;
+        let middle =
+            |block: &[i32; D]| grid.origin + Vector::from_fn(|a| f64::from(block[a]) + 0.5) * (EDGE as f64 * grid.cell);
+        self.near = grid.blocks().iter().map(|block| self.clearance_of_obstacles(middle(block)) < reach).collect();
+    }
+
+    /// Where obstacles bind next to a node.
+    fn feet_of(&self, grid: &Grid<D>, node: usize) -> Vec<surface::Point<D>> {
+        let (x, cell) = (grid.position(node), grid.cell);
+        let binding = (0..self.regions.len()).filter(|obstacle| self.boundaries[2 * D + obstacle].kind.binds());
+        let foot = |obstacle: usize| {
+            let beside = self.obstacle_distance(obstacle, x) / cell;
+            if !(grid.contains(grid.coordinates(node)) && (ROUNDING - BAND..=ROUNDING + BAND).contains(&beside)) {
+                return None;
+            }
+            let normal = self.obstacle_normal(obstacle, x, cell);
+            let onto = |x: Vector<D>| x - normal * self.obstacle_distance(obstacle, x);
+            Some(surface::Point::new(((2 * D + obstacle) as u32, None), [onto(onto(x)), normal], f64::NEG_INFINITY))
+        };
+        binding.filter_map(foot).collect()
     }
 
     /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave. Solids meet walls at once (`gap`).
@@ -263,25 +295,18 @@ impl<const D: usize> Walls<D> {
             let (axis, end) = (side / 2, side % 2);
             if boundary.kind != WallKind::Open && ijk[axis] == if end == 0 { 0 } else { grid.cells[axis] } {
                 let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
-                let (boundary, place) = (side as u32, grid.position(node));
-                conditions.push(Condition { node: node as u32, boundary, normal, place, on_surface: false });
+                conditions.push(Condition { node: node as u32, boundary: side as u32, normal });
             }
         }
-        conditions.extend((0..self.regions.len()).filter_map(|obstacle| self.condition_of(obstacle, grid, node)));
+        // Nodes that no body outside reaches: they hold what has entered.
+        let deep = -0.5 * f64::from(self.lattice.support()) * grid.cell;
+        let x = grid.position(node);
+        for obstacle in (0..self.regions.len()).filter(|&obstacle| self.obstacle_distance(obstacle, x) < deep) {
+            let normal = self.obstacle_normal(obstacle, x, grid.cell);
+            conditions.push(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal });
+        }
         conditions.sort_by_key(|c| self.boundaries[c.boundary as usize].kind.strictness());
         conditions
-    }
-
-    /// The condition of an obstacle whose surface is next to a node, or so far above it that no body outside reaches the node.
-    fn condition_of(&self, obstacle: usize, grid: &Grid<D>, node: usize) -> Option<Condition<D>> {
-        let (x, cell) = (grid.position(node), grid.cell);
-        let distance = self.obstacle_distance(obstacle, x) / cell;
-        let on_surface = (ROUNDING - surface::BAND..=ROUNDING + surface::BAND).contains(&distance);
-        let deep = distance < -0.5 * f64::from(self.lattice.support());
-        let normal = if on_surface || deep { self.obstacle_normal(obstacle, x, cell) } else { return None };
-        let foot = |x: Vector<D>| x - normal * self.obstacle_distance(obstacle, x);
-        let place = if on_surface { foot(foot(x)) } else { x };
-        Some(Condition { node: node as u32, boundary: (2 * D + obstacle) as u32, normal, place, on_surface })
     }
 
     /// The outward normal of an obstacle at `x`.
@@ -340,8 +365,6 @@ impl<const D: usize> Walls<D> {
             zero(&mut reaction.force, self.conditions.len());
             reaction.closed.clear();
             reaction.closed.resize(self.conditions.len(), false);
-            reaction.bound.clear();
-            reaction.bound.resize(self.conditions.len(), false);
             zero(&mut reaction.start, self.boundaries.len());
             zero(&mut reaction.mirrored, 2 * D);
             zero(&mut reaction.mirrored_start, 2 * D);
@@ -369,10 +392,10 @@ impl<const D: usize> Walls<D> {
 
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
     /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
-    pub fn settle(&mut self, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
+    pub fn settle(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.reactions[field];
-        let Sums { mut impulse, work, total } = self.sum_reactions(field, nodes, step);
+        let Sums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
         for (boundary, &start) in reaction.start.iter().enumerate() {
             impulse[boundary] += start * share;
         }
@@ -392,22 +415,21 @@ impl<const D: usize> Walls<D> {
     }
 
     /// What the conditions of a field did, summed over their nodes.
-    fn sum_reactions(&self, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
+    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
         let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
         let force = &self.reactions[field].force;
         let mean = |node: usize| nodes[node].momentum - nodes[node].force * (0.5 * step.momentum_dt);
         let sum = |range: std::ops::Range<usize>| {
             let mut sums = none();
             for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {
-                if !condition.on_surface {
-                    sums.add(self, condition, (force, mean(condition.node as usize)), step);
-                }
+                let node = condition.node as usize;
+                sums.add(self, (condition.boundary, grid.position(node)), (force, mean(node)), step);
             }
             sums
         };
         let mut sums = parallel::reduce(self.conditions.len(), sum, Sums::and).unwrap_or_else(none);
-        for (k, velocity) in self.surface_velocities(field, mean) {
-            sums.add(self, &self.conditions[k], (force[k], velocity), step);
+        for (point, velocity) in self.reactions[field].surface.velocities(mean) {
+            sums.add(self, (point.boundary, point.place), (point.force, velocity), step);
         }
         sums
     }

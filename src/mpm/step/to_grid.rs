@@ -1,13 +1,15 @@
 //! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum (60–64).
 
-use super::{Step, in_field, of_field};
+use super::{Step, in_field};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
 use crate::mpm::average::Average;
 use crate::mpm::ghost::Ghosts;
 use crate::mpm::light;
+use crate::mpm::particles::Body;
 use crate::mpm::stress::{Strain, update_stress_and_push};
 use crate::mpm::sweep::{Bins, Content, Sweep};
+use crate::mpm::wall::Bodies;
 use crate::mpm::{Field, Locking, Mpm, StressUpdate, health};
 use crate::parallel;
 
@@ -35,6 +37,7 @@ impl<const D: usize> Mpm<D> {
             self.walls.find_nodes(&self.grid);
         }
         self.walls.start_step(&self.grid);
+        self.coupling.find_membranes(self.grid.cell);
     }
 
     /// True if the forces are known when mass and momentum are scattered.
@@ -46,7 +49,7 @@ impl<const D: usize> Mpm<D> {
     /// m_I and p_I⁻ with the binding walls (60, 61).
     pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
-        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, .. } = self;
+        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, coupling, .. } = self;
         grid.with_field(field, |grid, own| {
             for (body, bins) in in_field(bodies, bins, field) {
                 body.find_external_forces(gravity, step.t);
@@ -55,7 +58,9 @@ impl<const D: usize> Mpm<D> {
             }
             walls.fold(ghosts, field, &mut own.nodes);
             own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
-            walls.constrain_start(grid, field, &mut own.nodes, step.before());
+            let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+            let bodies = met(bodies, bins, field, &shielded);
+            walls.constrain_start((grid, field), &mut own.nodes, &bodies, step);
             Ok(())
         })
     }
@@ -78,7 +83,7 @@ impl<const D: usize> Mpm<D> {
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
-                walls.hold_velocity(field, velocity, step.before());
+                walls.hold_velocity(grid, field, velocity, step.before());
                 ghosts.fill(velocity);
             }
             let mut average = Average { ghosts, locking: *locking, sums, means };
@@ -107,14 +112,13 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
         let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, bodies, bins, cutoff, coupling, .. } = self;
-        coupling.find_membranes(grid.cell);
         grid.with_field(field, |grid, own| {
             let Field { nodes, applied, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
             light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
-            let between = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-            walls.measure(grid, field, of_field(bodies, bins, field), &between);
-            walls.constrain_trial(field, nodes, step);
+            let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+            walls.measure(grid, field, &met(bodies, bins, field, &shielded));
+            walls.constrain_trial(grid, field, nodes, step);
         });
     }
 
@@ -122,9 +126,20 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn constrain_walls(&mut self, step: &Step) {
         let Self { grid, walls, .. } = self;
         for field in 0..grid.fields.len() {
-            grid.with_field(field, |_, own| {
-                walls.constrain_trial(field, &mut own.nodes, step);
+            grid.with_field(field, |grid, own| {
+                walls.constrain_trial(grid, field, &mut own.nodes, step);
             });
         }
     }
+}
+
+/// The bodies of a field as walls and obstacles meet them.
+fn met<'a, const D: usize>(
+    bodies: &'a [Body<D>],
+    bins: &'a [Bins<D>],
+    field: usize,
+    shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
+) -> Bodies<'a, D> {
+    let numbered = bodies.iter().zip(bins).enumerate().map(|(number, (body, bins))| (number, body, bins));
+    Bodies { all: numbered.filter(|(_, body, _)| body.field == field).collect(), shielded }
 }

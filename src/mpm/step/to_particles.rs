@@ -19,7 +19,7 @@ impl<const D: usize> Mpm<D> {
         let share = self.pic_share(step.momentum_dt);
         let gravity = self.uniform_gravity(step.t);
         let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
-        grid.with_field(field, |_, own| {
+        grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
             let Field { nodes, applied, .. } = own;
             let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
@@ -39,7 +39,7 @@ impl<const D: usize> Mpm<D> {
             books.add(accounts.gravity, sum.weight);
             books.push((gravity * (sum.mass * dt)).to3());
             ghosts.fill(&mut own.nodes);
-            let done = walls.settle(field, &own.nodes, step, share);
+            let done = walls.settle(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
             books.add(accounts.wall_loss, done.dissipation);
             books.push(done.impulse.to3());
@@ -186,7 +186,7 @@ impl<const D: usize> Mpm<D> {
                 velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
             }
             own.velocity = velocity;
-            walls.constrain_velocity(field, &own.nodes, &mut own.velocity, step.after());
+            walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
             if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
                 heat = heat::of_contact(ghosts, own, step.momentum_dt);
             }

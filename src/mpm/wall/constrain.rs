@@ -1,6 +1,7 @@
 //! The conditions on momentum, velocity and corrections, in parallel: conditions are in the order of their nodes, so that
 //! parts of them have nodes of their own.
 
+use super::gap::Bodies;
 use super::{Condition, Pushes, Reaction, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, Node, Step};
@@ -21,10 +22,11 @@ pub(super) struct Part {
 /// Times that walls and the surfaces of obstacles take turns where they share nodes.
 const TURNS: usize = 5;
 
-/// A condition with the gap there [m]; `held` if it was in contact in the step before.
+/// A condition at its node's place [m], with the gap there [m]; `held` if it was in contact in the step before.
 #[derive(Debug, Clone, Copy)]
 struct Meeting<'a, const D: usize> {
     condition: &'a Condition<D>,
+    x: Vector<D>,
     gap: f64,
     held: bool,
 }
@@ -52,22 +54,24 @@ impl<const D: usize> Walls<D> {
         self.parts.par_iter().zip(values).map(|(part, values)| run(part, part.nodes.start, values)).collect()
     }
 
-    /// The conditions of a part that act at nodes.
-    fn at_nodes(&self, part: &Part) -> impl Iterator<Item = &Condition<D>> {
-        self.conditions[part.conditions.clone()].iter().filter(|condition| !condition.on_surface)
-    }
-
-    /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
-    pub fn constrain_start(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], t: f64) {
-        self.find_surface(grid, field, nodes);
+    /// Finds where the bodies of a field may meet the surfaces of obstacles; binding conditions on p⁻ (theory 9, 2b).
+    pub(in crate::mpm) fn constrain_start(
+        &mut self,
+        (grid, field): (&Grid<D>, usize),
+        nodes: &mut [Node<D>],
+        bodies: &Bodies<'_, D>,
+        step: &Step,
+    ) {
+        let t = step.before();
+        self.find_surface((grid, field), nodes, bodies, step);
         self.surface_start(field, nodes, t);
         let changes = self.for_each_part(nodes, |part, first, nodes| {
             let mut start = vec![Vector::ZERO; self.boundaries.len()];
-            for &Condition { node, boundary, normal, place, .. } in self.at_nodes(part) {
+            for &Condition { node, boundary, normal } in &self.conditions[part.conditions.clone()] {
                 let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
                 let Node { mass, momentum, .. } = &mut nodes[node as usize - first];
                 if kind.binds() && *mass > 0.0 {
-                    let wall = self.velocity(boundary, place, t);
+                    let wall = self.velocity(boundary, grid.position(node as usize), t);
                     let constrained = kind.constrain(*momentum / *mass, wall, normal) * *mass;
                     start[boundary] += constrained - *momentum;
                     *momentum = constrained;
@@ -81,18 +85,18 @@ impl<const D: usize> Walls<D> {
     }
 
     /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory 9, 2e and after contact).
-    pub fn constrain_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
         for _ in 0..TURNS {
-            self.constrain_nodes(field, nodes, step);
+            self.constrain_nodes(grid, field, nodes, step);
             if !self.surface_trial(field, nodes, step) {
                 return;
             }
         }
-        self.constrain_nodes(field, nodes, step);
+        self.constrain_nodes(grid, field, nodes, step);
     }
 
-    /// The conditions at nodes on p̄ whose gaps close, on p⁻ too where they held in the step before.
-    fn constrain_nodes(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    /// The conditions at nodes among them.
+    fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
         let mut reaction = std::mem::take(&mut self.reactions[field]);
         let conditions = || self.parts.iter().map(|part| part.conditions.clone());
         let (force, closed) =
@@ -104,11 +108,9 @@ impl<const D: usize> Walls<D> {
             let mut start = vec![Vector::ZERO; self.boundaries.len()];
             for (k, (sum, closed)) in part.conditions.clone().zip(forces.iter_mut().zip(closed)) {
                 let condition = &self.conditions[k];
-                if condition.on_surface {
-                    continue;
-                }
                 let node = &mut nodes[condition.node as usize - part.nodes.start];
-                let meeting = Meeting { condition, gap: gap[k], held: held[k] };
+                let meeting =
+                    Meeting { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
                 let [bound, force] = self.push(&meeting, node, closed, step);
                 node.momentum += bound + force * step.momentum_dt;
                 node.force += force;
@@ -126,12 +128,11 @@ impl<const D: usize> Walls<D> {
 
     /// What a condition does to a node with (m, p̄), if its gap closes: change of p⁻ [N s], and force [N].
     fn push(&self, meeting: &Meeting<'_, D>, node: &Node<D>, closed: &mut bool, step: &Step) -> [Vector<D>; 2] {
-        let &Meeting { condition, gap, held } = meeting;
+        let &Meeting { condition, x, gap, held } = meeting;
         if node.mass <= 0.0 {
             return [Vector::ZERO; 2];
         }
-        let (boundary, dt) = (condition.boundary as usize, step.momentum_dt);
-        let (normal, x) = (condition.normal, condition.place);
+        let (boundary, normal, dt) = (condition.boundary as usize, condition.normal, step.momentum_dt);
         let (kind, wall) = (self.boundaries[boundary].kind, self.velocity(boundary, x, step.after()));
         let approach = (node.momentum / node.mass - wall).dot(normal);
         *closed |= !self.has_gap(condition) || gap + dt * approach <= 0.0;
@@ -154,52 +155,58 @@ impl<const D: usize> Walls<D> {
     /// Where a contact pushed in this step, the velocity along its normal is that of the wall, whatever its sign: to
     /// take away only what goes into the wall would leave of noise about zero what goes out of it, and a body at rest
     /// would be strained without end.
-    pub fn constrain_velocity(&self, field: usize, nodes: &[Node<D>], velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
-        let on_surface = self.surface_velocity(field, velocity, t);
+    pub fn constrain_velocity(
+        &self,
+        (grid, field): (&Grid<D>, usize),
+        nodes: &[Node<D>],
+        velocity: &mut [Vector<D>],
+        t: f64,
+    ) -> Pushes<D> {
+        let at_surface = self.surface_velocity(field, velocity, t);
         let Reaction { closed, force, .. } = &self.reactions[field];
         let parts = self.for_each_part(velocity, |part, first, velocity| {
             let mut pushes = self.pushes();
-            let own = part.conditions.clone().filter(|&k| closed[k] && !self.conditions[k].on_surface);
+            let own = part.conditions.clone().filter(|&k| closed[k]);
             for (condition, force) in own.map(|k| (&self.conditions[k], force[k])) {
                 let (node, boundary) = (condition.node as usize, condition.boundary as usize);
-                let (v, wall) = (&mut velocity[node - first], self.velocity(boundary, condition.place, t));
+                let (v, wall) = (&mut velocity[node - first], self.velocity(boundary, grid.position(node), t));
                 let (kind, normal) = (self.boundaries[boundary].kind, condition.normal);
                 let mut constrained = kind.constrain(*v, wall, normal);
                 if !kind.binds() && force != Vector::ZERO {
                     constrained -= normal * (constrained - wall).dot(normal);
                 }
-                pushes.push(condition, (constrained - *v) * nodes[node].mass, wall);
+                pushes.push(condition.boundary, (constrained - *v) * nodes[node].mass, wall);
                 *v = constrained;
             }
             pushes
         });
-        parts.into_iter().fold(on_surface, Pushes::and)
+        parts.into_iter().fold(at_surface, Pushes::and)
     }
 
     /// Removes from velocity corrections at time `t` [s] what binding conditions don't allow; returns what that pushes.
     pub fn constrain_correction(
         &self,
-        field: usize,
+        (grid, field): (&Grid<D>, usize),
         nodes: &[Node<D>],
         correction: &mut [Vector<D>],
         t: f64,
     ) -> Pushes<D> {
-        let on_surface = self.surface_correction(field, correction, t);
+        let at_surface = self.surface_correction(field, correction, t);
         let parts = self.for_each_part(correction, |part, first, correction| {
             let mut pushes = self.pushes();
-            for condition in self.at_nodes(part) {
+            for condition in &self.conditions[part.conditions.clone()] {
                 let (node, boundary) = (condition.node as usize, condition.boundary as usize);
                 let kind = self.boundaries[boundary].kind;
                 if kind.binds() {
                     let c = &mut correction[node - first];
                     let constrained = kind.constrain(*c, Vector::ZERO, condition.normal);
-                    let wall = self.velocity(boundary, condition.place, t);
-                    pushes.push(condition, (constrained - *c) * nodes[node].mass, wall);
+                    let wall = self.velocity(boundary, grid.position(node), t);
+                    pushes.push(condition.boundary, (constrained - *c) * nodes[node].mass, wall);
                     *c = constrained;
                 }
             }
             pushes
         });
-        parts.into_iter().fold(on_surface, Pushes::and)
+        parts.into_iter().fold(at_surface, Pushes::and)
     }
 }

@@ -51,25 +51,46 @@ impl Places {
     }
 }
 
+/// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at the distance `d` [m].
+pub(in crate::mpm) struct Bodies<'a, const D: usize> {
+    /// With their numbers.
+    pub all: Vec<(usize, &'a Body<D>, &'a Bins<D>)>,
+    /// `shielded(x, n, d)`.
+    pub shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
+}
+
+impl<const D: usize> Bodies<'_, D> {
+    /// What `visit` finds of the particles that show the surface of their body (number and body, particle), where `near` is true
+    /// for the grid block of their bin; in order.
+    pub fn collect<T: Send>(
+        &self,
+        near: impl Fn(usize) -> bool + Sync,
+        visit: impl Fn((usize, &Body<D>), usize) -> Vec<T> + Sync,
+    ) -> Vec<T> {
+        let mut all = Vec::new();
+        for &(number, body, bins) in &self.all {
+            let visit = &visit;
+            let bins = bins.bins.par_iter().zip(&bins.slots).filter(|(_, slots)| near(slots[slots.len() / 2] as usize));
+            all.par_extend(bins.flat_map_iter(|(bin, _)| {
+                let surface = bin.range.clone().filter(|&p| body.shows_surface(p));
+                surface.flat_map(move |p| visit((number, body), p))
+            }));
+        }
+        all
+    }
+}
+
 impl<const D: usize> Walls<D> {
-    /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m]; `shielded(x, n, d)` is true if a
-    /// membrane lies between `x` and an obstacle with the normal `n` at the distance `d` [m].
-    pub(in crate::mpm) fn measure<'a>(
-        &mut self,
-        grid: &Grid<D>,
-        field: usize,
-        bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
-        shielded: &(impl Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
-    ) {
+    /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
+    pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &Bodies<'_, D>) {
         let mut gaps = std::mem::take(&mut self.reactions[field].gap);
-        let bodies: Vec<_> = bodies.collect();
-        let solid = bodies.iter().any(|(body, _)| body.law.keeps_shape());
+        let solid = bodies.all.iter().any(|(_, body, _)| body.law.keeps_shape());
         let at_once = |condition: &Condition<D>| solid && (condition.boundary as usize) < 2 * D;
         gaps.clear();
         gaps.extend(self.conditions.iter().map(|c| if at_once(c) { f64::NEG_INFINITY } else { f64::INFINITY }));
         if !self.places.first.is_empty() {
-            for (body, bins) in bodies {
-                for (condition, gap) in self.gaps(grid, (body, bins), shielded) {
+            for &(_, body, bins) in &bodies.all {
+                for (condition, gap) in self.gaps(grid, (body, bins), bodies.shielded) {
                     let least = &mut gaps[condition as usize];
                     *least = least.min(gap);
                 }
@@ -83,7 +104,7 @@ impl<const D: usize> Walls<D> {
         &self,
         grid: &Grid<D>,
         (body, bins): (&Body<D>, &Bins<D>),
-        shielded: &(impl Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
+        shielded: &(dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Vec<(u32, f64)> {
         let near = |(_, slots): &(_, &Vec<u32>)| slots.iter().any(|&slot| self.places.blocks[slot as usize]);
         let bins = bins.bins.par_iter().zip(&bins.slots).filter(near);
@@ -101,7 +122,7 @@ impl<const D: usize> Walls<D> {
         &self,
         grid: &Grid<D>,
         (body, p): (&Body<D>, usize),
-        shielded: &impl Fn(Vector<D>, Vector<D>, f64) -> bool,
+        shielded: &dyn Fn(Vector<D>, Vector<D>, f64) -> bool,
         node: impl Fn([i32; D]) -> usize,
     ) -> Vec<(u32, f64)> {
         let x = body.particles.position[p];
@@ -114,11 +135,12 @@ impl<const D: usize> Walls<D> {
             if from == NONE {
                 continue;
             }
+            let offset = x - grid.position(node);
             for (k, condition) in self.conditions.iter().enumerate().skip(from as usize) {
                 if condition.node as usize != node {
                     break;
                 }
-                let (normal, offset) = (condition.normal, x - condition.place);
+                let normal = condition.normal;
                 if !self.has_gap(condition) {
                     continue;
                 }

@@ -19,9 +19,13 @@ use crate::simulation::Column;
 /// A contact that held: boundary and place of the node, i, j, k.
 pub(super) type Holding = [u32; 4];
 
+/// A particle whose foot on an obstacle was in contact: boundary, number of the body, and of the particle.
+pub(super) type Resting = [u32; 3];
+
 impl<const D: usize> Walls<D> {
     /// Notes which contacts hold at the end of a step.
     pub fn note_contacts(&mut self, grid: &Grid<D>) {
+        self.note_resting();
         for reaction in &mut self.reactions {
             reaction.holding.clear();
             let acts = |k: &usize| reaction.closed[*k] && reaction.force[*k] != Vector::ZERO;
@@ -57,12 +61,11 @@ impl<const D: usize> Walls<D> {
 
     /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the start of a step that
     /// strain the particles.
-    pub fn hold_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
+    pub fn hold_velocity(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
         self.hold_surface(field, velocity, t);
         let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);
-        for (&Condition { node, boundary, normal, place, .. }, _) in held.filter(|(condition, _)| !condition.on_surface)
-        {
-            let wall = self.velocity(boundary as usize, place, t);
+        for (&Condition { node, boundary, normal }, _) in held {
+            let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
             let v = &mut velocity[node as usize];
             *v -= normal * (*v - wall).dot(normal);
         }
@@ -72,6 +75,7 @@ impl<const D: usize> Walls<D> {
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for (field, reaction) in self.reactions.iter_mut().enumerate() {
             visit(&format!("mpm.contacts.{field}"), Column::growing(&mut reaction.holding));
+            visit(&format!("mpm.resting.{field}"), Column::growing(&mut reaction.resting));
         }
     }
 }

@@ -10,7 +10,7 @@
 //! since w_{j+1} takes from w_j what the particles would bring back of it: of the sum of all w_j remains what conditions
 //! and mirrors did.
 
-use super::{Condition, WallWork, Walls};
+use super::{WallWork, Walls};
 use crate::math::Vector;
 use crate::mpm::ghost::Ghosts;
 
@@ -30,8 +30,8 @@ impl<const D: usize> Pushes<D> {
     }
 
     /// Counts the impulse [N s] of a condition whose boundary moves with `wall` [m/s].
-    pub(super) fn push(&mut self, condition: &Condition<D>, impulse: Vector<D>, wall: Vector<D>) {
-        self.impulse[condition.boundary as usize] += impulse;
+    pub(super) fn push(&mut self, boundary: u32, impulse: Vector<D>, wall: Vector<D>) {
+        self.impulse[boundary as usize] += impulse;
         self.work += impulse.dot(wall);
     }
 

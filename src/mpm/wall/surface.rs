@@ -1,29 +1,32 @@
 //! Conditions at the surface of obstacles, which lies anywhere between the nodes.
 //!
-//! Each node whose distance from the surface is at most half a cell has a foot x_c there: on average one place per cell of the surface,
-//! however that is turned. With the shape functions of the body that meets it,
+//! A body meets an obstacle at points x_c of its surface. There, with the shape functions of the bodies,
 //!
 //! ```text
 //! u = Σ_I N_I(x_c) v_I,   M⁻¹ = Σ_I N_I(x_c)²/m_I,   p_I ← p_I + N_I(x_c) J          J: what makes u meet the condition
+//! ```
+//!
+//! Of an obstacle that binds, x_c are the feet of the nodes within half a cell: on average one per cell of the surface, however it is
+//! turned. Of one that bodies may leave they are the feet of the particles that show the body's surface, each with its gap g = d(x_p) − r_p(n)
+//! (theory 6.2), which closes, at the earliest, at the end of the step (theory 1.4):
+//!
+//! ```text
+//! binding   (u − v_w)·ν = 0, or u = v_w
+//! contact   J_n ≥ 0,  (u − v_w)·ν + max(g, 0)/Δt ≥ 0,  one of them zero;   ‖J_t‖ ≤ μ J_n
 //! ```
 //!
 //! A body with the pressure p that ends at the surface has the forces p ∫ ∇N_I dV = p N_I(x_c) ν on its nodes: the impulses give back just that.
 //! Conditions at the nodes themselves would leave p N_I on those in front, and the body would come to rest where its particles balance that,
 //! up to half a cell off.
 //!
-//! All places together are solved by projected Gauss–Seidel in the order of their nodes. Each visit is a projection in the metric of the masses, so
-//! that obstacles at rest take energy and never give any, converged or not (theory 1.5). Nodes deeper in an obstacle than its surface reaches are bound
-//! one by one, as those of walls are: they belong to what has entered it.
+//! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric of the masses, so that
+//! obstacles at rest take energy and never give any, converged or not (theory 1.5).
 
-use super::{Condition, Pushes, Walls};
 use crate::math::Vector;
 use crate::mpm::contact::nodes::{Lattice, flip};
-use crate::mpm::{Grid, Node, Step, WallKind};
+use crate::mpm::{Grid, Node, WallKind};
 
-/// Nodes up to this distance from the surface have their foot among the places where it acts [cells].
-pub(super) const BAND: f64 = 0.5;
-
-/// Least share of the support of a place that must have mass: else the body is not there yet.
+/// Least share of the support of a binding point that must have mass: else no body is there yet.
 const LEAST: f64 = 0.5;
 
 /// Most sweeps, and the change of an impulse, relative to the largest one, that ends them.
@@ -33,21 +36,36 @@ const SETTLED: f64 = 1e-6;
 /// The number of what is absent.
 const NONE: u32 = u32::MAX;
 
-/// A place on a surface with the nodes of a field around it.
+/// A point of a surface where a body meets it.
 #[derive(Debug, Clone, Copy)]
-struct Row<const D: usize> {
-    /// Its condition.
-    condition: u32,
-    /// Its nodes end here in the list of all.
-    end: u32,
+pub(super) struct Point<const D: usize> {
+    pub boundary: u32,
+    /// Body and particle whose foot it is; nothing where the obstacle binds.
+    pub foot_of: Option<[u32; 2]>,
+    /// x_c [m].
+    pub place: Vector<D>,
+    /// ν, out of the obstacle.
+    pub normal: Vector<D>,
+    /// g [m]; minus infinity where the obstacle binds.
+    pub gap: f64,
+    /// True if it was in contact in the step before.
+    pub held: bool,
+    /// True if what was in contact there stays so in this step: p⁻ is bound, too.
+    pub rests: bool,
+    /// True if it is in contact in this step.
+    pub touches: bool,
+    /// Force in this step [N].
+    pub force: Vector<D>,
     /// M⁻¹ along each axis [1/kg].
     softness: Vector<D>,
+    /// Its nodes end here in the list of all.
+    end: u32,
 }
 
-/// The places where a field meets the surfaces of obstacles during a step.
+/// The points where a field meets the surfaces of obstacles during a step.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Rows<const D: usize> {
-    rows: Vec<Row<D>>,
+pub(super) struct Surface<const D: usize> {
+    pub points: Vec<Point<D>>,
     /// Node, by its number among `nodes`, and N_I along each axis: mirrors reverse one.
     reached: Vec<(u32, Vector<D>)>,
     /// Grid nodes, and their 1/m [1/kg].
@@ -56,145 +74,163 @@ pub(super) struct Rows<const D: usize> {
     number: Vec<u32>,
 }
 
-/// What a solution changes: the impulses at places, by the numbers of their conditions, and at grid nodes [N s].
-struct Solved<const D: usize> {
-    places: Vec<(usize, Vector<D>)>,
-    nodes: Vec<(usize, Vector<D>)>,
+/// What a solution changes [N s]: the impulses at all points, and those of grid nodes.
+pub(super) struct Solved<const D: usize> {
+    pub points: Vec<Vector<D>>,
+    pub nodes: Vec<(usize, Vector<D>)>,
 }
 
-/// What a place asks for: the impulse that it should have [N s], u and J so far given.
-type Law<'a, const D: usize> = &'a dyn Fn(&Place<D>) -> Vector<D>;
-
-/// A place while its impulse is sought.
-struct Place<const D: usize> {
-    /// Number of its condition.
-    condition: usize,
-    /// u [m/s].
-    velocity: Vector<D>,
-    /// J so far [N s].
-    impulse: Vector<D>,
-    /// M⁻¹ along each axis [1/kg].
-    softness: Vector<D>,
+/// A point while its impulse is sought: its velocity u [m/s], and J so far [N s].
+pub(super) struct State<'a, const D: usize> {
+    pub point: &'a Point<D>,
+    pub velocity: Vector<D>,
+    pub impulse: Vector<D>,
 }
 
-impl<const D: usize> Rows<D> {
-    /// Finds the nodes of a field, which hold (m, p), around the places of these conditions.
-    pub fn find<'a>(
+/// The impulse [N s] that a point in such a state should have.
+pub(super) type Law<'a, const D: usize> = &'a dyn Fn(&State<'_, D>) -> Vector<D>;
+
+impl<const D: usize> Point<D> {
+    /// Where nothing has happened yet.
+    pub fn new((boundary, foot_of): (u32, Option<[u32; 2]>), [place, normal]: [Vector<D>; 2], gap: f64) -> Self {
+        let (held, rests, touches) = (false, false, false);
+        let (force, softness) = (Vector::ZERO, Vector::ZERO);
+        Self { boundary, foot_of, place, normal, gap, held, rests, touches, force, softness, end: 0 }
+    }
+
+    /// True if the obstacle binds.
+    pub fn binds(&self) -> bool {
+        self.foot_of.is_none()
+    }
+
+    /// 1/M along the normal [1/kg].
+    fn compliance(&self) -> f64 {
+        (0..D).map(|a| self.normal[a] * self.normal[a] * self.softness[a]).sum()
+    }
+}
+
+impl<const D: usize> Surface<D> {
+    /// Takes these points instead of those of the step before, and finds the nodes around them, which hold (m, p). Points of obstacles that bind are left out
+    /// where no body is.
+    pub fn find(
         &mut self,
         (grid, lattice): (&Grid<D>, &Lattice<D>),
         nodes: &[Node<D>],
-        conditions: impl Iterator<Item = (usize, &'a Condition<D>)>,
+        points: impl Iterator<Item = Point<D>>,
     ) {
-        self.nodes.iter().for_each(|&(node, _)| self.number[node as usize] = NONE);
+        let known = self.number.len();
+        self.nodes.iter().filter(|(n, _)| (*n as usize) < known).for_each(|&(n, _)| self.number[n as usize] = NONE);
         self.number.resize(nodes.len(), NONE);
         self.nodes.clear();
-        self.rows.clear();
+        self.points.clear();
         self.reached.clear();
-        for (k, condition) in conditions {
-            let start = self.reached.len();
-            let mut cover = 0.0;
-            lattice.for_each(grid, condition.place, |node, weight, flips| {
-                let mass = nodes[node].mass;
-                if mass <= lattice.cutoff {
-                    return;
-                }
-                cover += weight;
-                let number = self.number_of(node, mass);
-                let weight = flip(Vector::from_fn(|_| weight), flips);
-                match self.reached[start..].iter_mut().find(|reached| reached.0 == number) {
-                    Some((_, sum)) => *sum += weight,
-                    None => self.reached.push((number, weight)),
-                }
-            });
-            if cover < LEAST {
+        for mut point in points {
+            let (start, cover) = self.reach((grid, lattice), nodes, point.place);
+            if cover <= 0.0 || point.binds() && cover < LEAST {
                 self.reached.truncate(start);
                 continue;
             }
-            let mut softness = Vector::ZERO;
             for (number, weight) in &mut self.reached[start..] {
                 *weight = *weight / cover;
                 let soft = self.nodes[*number as usize].1;
-                softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
+                point.softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
             }
-            self.rows.push(Row { condition: k as u32, end: self.reached.len() as u32, softness });
+            point.end = self.reached.len() as u32;
+            self.points.push(point);
         }
     }
 
-    /// The number of a grid node of some mass [kg] among those of all places.
-    fn number_of(&mut self, node: usize, mass: f64) -> u32 {
-        let number = &mut self.number[node];
-        if *number == NONE {
-            *number = self.nodes.len() as u32;
-            self.nodes.push((node as u32, 1.0 / mass));
-        }
-        *number
+    /// Lists the nodes around `x` [m] that have mass: where they begin, and Σ N_I.
+    fn reach(&mut self, (grid, lattice): (&Grid<D>, &Lattice<D>), nodes: &[Node<D>], x: Vector<D>) -> (usize, f64) {
+        let (start, mut cover) = (self.reached.len(), 0.0);
+        lattice.for_each(grid, x, |node, weight, flips| {
+            let mass = nodes[node].mass;
+            if mass <= lattice.cutoff {
+                return;
+            }
+            cover += weight;
+            let number = &mut self.number[node];
+            if *number == NONE {
+                *number = self.nodes.len() as u32;
+                self.nodes.push((node as u32, 1.0 / mass));
+            }
+            let (number, weight) = (*number, flip(Vector::from_fn(|_| weight), flips));
+            match self.reached[start..].iter_mut().find(|reached| reached.0 == number) {
+                Some((_, sum)) => *sum += weight,
+                None => self.reached.push((number, weight)),
+            }
+        });
+        (start, cover)
     }
 
-    /// True if the field meets no surface.
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
-    }
-
-    /// Velocities at all places [m/s], from those of the nodes.
-    fn velocities<'a>(
+    /// All points with the velocities there [m/s], from those of the nodes.
+    pub fn velocities<'a>(
         &'a self,
         nodal: impl Fn(usize) -> Vector<D> + 'a,
-    ) -> impl Iterator<Item = (usize, Vector<D>)> + 'a {
+    ) -> impl Iterator<Item = (&'a Point<D>, Vector<D>)> + 'a {
         let mut start = 0;
-        self.rows.iter().map(move |row| {
-            let near = &self.reached[start..row.end as usize];
-            start = row.end as usize;
+        self.points.iter().map(move |point| {
+            let near = &self.reached[start..point.end as usize];
+            start = point.end as usize;
             let at = |&(n, weight): &(u32, Vector<D>)| along(nodal(self.nodes[n as usize].0 as usize), weight);
-            (row.condition as usize, near.iter().map(at).sum())
+            (point, near.iter().map(at).sum())
         })
     }
 
-    /// The impulses [N s] that make the velocities at all places what `law` asks for: `nodal` gives the velocity of a node [m/s], `given` what a
-    /// place has had already [N s].
-    fn solve(
+    /// The impulses that make the velocities at all points what `law` asks for: `nodal` gives the velocity of a node [m/s], `given` what a
+    /// point has had already [N s].
+    pub fn solve(
         &self,
         nodal: impl Fn(usize) -> Vector<D>,
-        given: impl Fn(usize) -> Vector<D>,
+        given: impl Fn(&Point<D>) -> Vector<D>,
         law: Law<'_, D>,
     ) -> Solved<D> {
         let mut velocity: Vec<_> = self.nodes.iter().map(|&(node, _)| nodal(node as usize)).collect();
         let mut sums = vec![Vector::ZERO; velocity.len()];
-        let first: Vec<_> = self.rows.iter().map(|row| given(row.condition as usize)).collect();
-        let mut impulse = first.clone();
+        let first: Vec<_> = self.points.iter().map(given).collect();
+        let mut impulses = first.clone();
         for _ in 0..SWEEPS {
-            let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
-            for (row, impulse) in self.rows.iter().zip(&mut impulse) {
-                let near = &self.reached[start..row.end as usize];
-                start = row.end as usize;
-                let u = near.iter().map(|&(n, weight)| along(velocity[n as usize], weight)).sum();
-                let Row { condition, softness, .. } = *row;
-                let wanted = law(&Place { condition: condition as usize, velocity: u, impulse: *impulse, softness });
-                let delta = wanted - *impulse;
-                *impulse = wanted;
-                largest = largest.max(wanted.norm());
-                if delta == Vector::ZERO {
-                    continue;
-                }
-                change = change.max(delta.norm());
-                for &(n, weight) in near {
-                    let part = along(delta, weight);
-                    sums[n as usize] += part;
-                    velocity[n as usize] += part * self.nodes[n as usize].1;
-                }
-            }
+            let (change, largest) = self.sweep(&mut impulses, (&mut velocity, &mut sums), law);
             if change <= SETTLED * largest {
                 break;
             }
         }
-        let pushed = |(_, sum): &(usize, Vector<D>)| *sum != Vector::ZERO;
         let nodes = self.nodes.iter().zip(sums).map(|(&(node, _), sum)| (node as usize, sum));
-        let changes = impulse.into_iter().zip(first).map(|(after, before)| after - before);
-        let places = self.rows.iter().map(|row| row.condition as usize).zip(changes);
-        Solved { places: places.filter(pushed).collect(), nodes: nodes.filter(pushed).collect() }
+        let points = impulses.into_iter().zip(first).map(|(after, before)| after - before).collect();
+        Solved { points, nodes: nodes.filter(|(_, sum)| *sum != Vector::ZERO).collect() }
     }
 
-    /// 1/m of a grid node at a place [1/kg].
-    fn softness_of(&self, node: usize) -> f64 {
+    /// One sweep over all points: the largest change of an impulse, and the largest impulse [N s].
+    fn sweep(
+        &self,
+        impulses: &mut [Vector<D>],
+        (velocity, sums): (&mut [Vector<D>], &mut [Vector<D>]),
+        law: Law<'_, D>,
+    ) -> (f64, f64) {
+        let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
+        for (point, impulse) in self.points.iter().zip(impulses) {
+            let near = &self.reached[start..point.end as usize];
+            start = point.end as usize;
+            let u = near.iter().map(|&(n, weight)| along(velocity[n as usize], weight)).sum();
+            let wanted = law(&State { point, velocity: u, impulse: *impulse });
+            let delta = wanted - *impulse;
+            *impulse = wanted;
+            largest = largest.max(wanted.norm());
+            if delta == Vector::ZERO {
+                continue;
+            }
+            change = change.max(delta.norm());
+            for &(n, weight) in near {
+                let part = along(delta, weight);
+                sums[n as usize] += part;
+                velocity[n as usize] += part * self.nodes[n as usize].1;
+            }
+        }
+        (change, largest)
+    }
+
+    /// 1/m of a grid node around a point [1/kg].
+    pub fn softness_of(&self, node: usize) -> f64 {
         self.nodes[self.number[node] as usize].1
     }
 }
@@ -205,204 +241,32 @@ fn along<const D: usize>(v: Vector<D>, weight: Vector<D>) -> Vector<D> {
     Vector::from_fn(|a| v[a] * weight[a])
 }
 
-/// v of a node that holds (m, p) [m/s].
-fn velocity<const D: usize>(node: &Node<D>) -> Vector<D> {
-    node.momentum / node.mass
-}
-
-impl<const D: usize> Place<D> {
-    /// 1/M along `n` [1/kg].
-    fn compliance(&self, n: Vector<D>) -> f64 {
-        (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum()
+impl<const D: usize> State<'_, D> {
+    /// The impulse after which the velocity along the normal is that of the wall.
+    pub fn stopped(&self, wall: Vector<D>) -> Vector<D> {
+        let normal = self.point.normal;
+        self.impulse - normal * ((self.velocity - wall).dot(normal) / self.point.compliance())
     }
 
-    /// The impulse after which the velocity along `n` is that of the wall.
-    fn stopped(&self, n: Vector<D>, wall: Vector<D>) -> Vector<D> {
-        self.impulse - n * ((self.velocity - wall).dot(n) / self.compliance(n))
-    }
-
-    /// The impulse of a condition of this kind that moves with `wall` [m/s]; one that may be left lets it approach by `allowed` [m/s].
-    fn constrained(&self, kind: WallKind, n: Vector<D>, wall: Vector<D>, allowed: f64) -> Vector<D> {
-        let relative = self.velocity - wall;
+    /// The impulse of a condition of this kind that moves with `wall` [m/s]; one that may be left lets the body approach by `allowed` [m/s].
+    pub fn constrained(&self, kind: WallKind, wall: Vector<D>, allowed: f64) -> Vector<D> {
+        let (relative, softness, n) = (self.velocity - wall, self.point.softness, self.point.normal);
         let coefficient = match kind {
             WallKind::Open => return self.impulse,
-            WallKind::Slip => return self.stopped(n, wall),
-            WallKind::Fixed => {
-                return Vector::from_fn(|a| self.impulse[a] - relative[a] / self.softness[a]);
-            }
+            WallKind::Slip => return self.stopped(wall),
+            WallKind::Fixed => return Vector::from_fn(|a| self.impulse[a] - relative[a] / softness[a]),
             WallKind::Separate => 0.0,
             WallKind::Friction { coefficient } => coefficient,
         };
         let before = self.impulse.dot(n);
-        let pressed = (before - (relative.dot(n) + allowed) / self.compliance(n)).max(0.0);
+        let pressed = (before - (relative.dot(n) + allowed) / self.point.compliance()).max(0.0);
         let most = coefficient * pressed;
         if most == 0.0 {
             return n * pressed;
         }
-        let soft = (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
+        let soft = (0..D).map(|a| softness[a]).fold(0.0, f64::max);
         let wanted = self.impulse - n * before - (relative - n * relative.dot(n)) / soft;
         let size = wanted.norm();
         n * pressed + if size > most { wanted * (most / size) } else { wanted }
-    }
-}
-
-impl<const D: usize> Walls<D> {
-    /// Finds where a field, whose nodes hold (m, p⁻), meets the surfaces of obstacles in this step.
-    pub(super) fn find_surface(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>]) {
-        let own = self.conditions.iter().enumerate().filter(|(_, condition)| condition.on_surface);
-        let mut rows = std::mem::take(&mut self.reactions[field].rows);
-        rows.find((grid, &self.lattice), nodes, own);
-        self.reactions[field].rows = rows;
-    }
-
-    /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
-    pub(super) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
-        let law = |place: &Place<D>| {
-            let (condition, kind, wall) = self.at_place(place.condition, t);
-            if kind.binds() { place.constrained(kind, condition.normal, wall, 0.0) } else { place.impulse }
-        };
-        let solved = self.reactions[field].rows.solve(|node| velocity(&nodes[node]), |_| Vector::ZERO, &law);
-        self.change_start(field, nodes, &solved);
-    }
-
-    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns true if they pushed.
-    pub(super) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> bool {
-        if self.reactions[field].rows.is_empty() {
-            return false;
-        }
-        self.hold_places(field, nodes, step);
-        let (dt, reaction) = (step.momentum_dt, &self.reactions[field]);
-        let rests = |k: usize| self.binds(k) || reaction.bound[k];
-        let allowed = |k: usize| if rests(k) { 0.0 } else { reaction.gap[k].max(0.0) / dt };
-        let law = |place: &Place<D>| {
-            let k = place.condition;
-            let (condition, kind, wall) = self.at_place(k, step.after());
-            let allowed = allowed(k);
-            if allowed.is_finite() { place.constrained(kind, condition.normal, wall, allowed) } else { place.impulse }
-        };
-        let given = |k: usize| reaction.force[k] * dt;
-        let solved = reaction.rows.solve(|node| velocity(&nodes[node]), given, &law);
-        for &(node, sum) in &solved.nodes {
-            nodes[node].momentum += sum;
-            nodes[node].force += sum / dt;
-        }
-        let touching: Vec<_> = reaction
-            .rows
-            .velocities(|node| velocity(&nodes[node]))
-            .map(|(k, u)| {
-                let (condition, _, wall) = self.at_place(k, step.after());
-                (k, self.binds(k) || reaction.gap[k] + dt * (u - wall).dot(condition.normal) <= 0.0)
-            })
-            .collect();
-        let reaction = &mut self.reactions[field];
-        for &(k, change) in &solved.places {
-            reaction.force[k] += change / dt;
-        }
-        for (k, touches) in touching {
-            reaction.closed[k] = touches || reaction.force[k] != Vector::ZERO;
-        }
-        !solved.places.is_empty()
-    }
-
-    /// Binds p⁻ at the places that held in the step before and would close: they are at rest on the wall, whatever their gap is by rounding. To
-    /// let them approach by that gap all the same, p̄ but not p⁻, would give the particles that are stopped here more than they lost.
-    fn hold_places(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
-        let mut bound = std::mem::take(&mut self.reactions[field].bound);
-        let (dt, reaction) = (step.momentum_dt, &self.reactions[field]);
-        if reaction.held.contains(&true) {
-            for (k, u) in reaction.rows.velocities(|node| velocity(&nodes[node])) {
-                let (condition, _, wall) = self.at_place(k, step.after());
-                let approach = (u - wall).dot(condition.normal);
-                bound[k] |= reaction.held[k] && approach < 0.0 && reaction.gap[k] + dt * approach <= 0.0;
-            }
-            let law = |place: &Place<D>| {
-                let (condition, _, wall) = self.at_place(place.condition, step.before());
-                if bound[place.condition] { place.stopped(condition.normal, wall) } else { place.impulse }
-            };
-            let before = |node: usize| (nodes[node].momentum - nodes[node].force * dt) / nodes[node].mass;
-            let solved = reaction.rows.solve(before, |_| Vector::ZERO, &law);
-            self.change_start(field, nodes, &solved);
-        }
-        self.reactions[field].bound = bound;
-    }
-
-    /// Changes p⁻, and p̄ with it.
-    fn change_start(&mut self, field: usize, nodes: &mut [Node<D>], solved: &Solved<D>) {
-        solved.nodes.iter().for_each(|&(node, sum)| nodes[node].momentum += sum);
-        for &(k, change) in &solved.places {
-            self.reactions[field].start[self.conditions[k].boundary as usize] += change;
-        }
-    }
-
-    /// As [`Self::constrain_velocity`], at the surface.
-    pub(super) fn surface_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
-        let reaction = &self.reactions[field];
-        let law = |place: &Place<D>| {
-            let (condition, kind, wall) = self.at_place(place.condition, t);
-            if !reaction.closed[place.condition] {
-                return place.impulse;
-            }
-            let constrained = place.constrained(kind, condition.normal, wall, 0.0);
-            if kind.binds() || reaction.force[place.condition] == Vector::ZERO {
-                return constrained;
-            }
-            let (n, stopped) = (condition.normal, place.stopped(condition.normal, wall));
-            constrained + n * (stopped - constrained).dot(n)
-        };
-        self.push_velocity((field, t), velocity, &law)
-    }
-
-    /// As [`Self::constrain_correction`], at the surface.
-    pub(super) fn surface_correction(&self, field: usize, correction: &mut [Vector<D>], t: f64) -> Pushes<D> {
-        let law = |place: &Place<D>| {
-            let (condition, kind, _) = self.at_place(place.condition, t);
-            if kind.binds() { place.constrained(kind, condition.normal, Vector::ZERO, 0.0) } else { place.impulse }
-        };
-        self.push_velocity((field, t), correction, &law)
-    }
-
-    /// As [`Self::hold_velocity`], at the surface.
-    pub(super) fn hold_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
-        let held = &self.reactions[field].held;
-        let law = |place: &Place<D>| {
-            let (condition, _, wall) = self.at_place(place.condition, t);
-            if held[place.condition] { place.stopped(condition.normal, wall) } else { place.impulse }
-        };
-        self.push_velocity((field, t), velocity, &law);
-    }
-
-    /// Applies a law to velocities; returns what that pushes.
-    fn push_velocity(&self, (field, t): (usize, f64), velocity: &mut [Vector<D>], law: Law<'_, D>) -> Pushes<D> {
-        let (mut pushes, rows) = (self.pushes(), &self.reactions[field].rows);
-        let solved = rows.solve(|node| velocity[node], |_| Vector::ZERO, law);
-        for (node, sum) in solved.nodes {
-            velocity[node] += sum * rows.softness_of(node);
-        }
-        for (k, change) in solved.places {
-            let (condition, _, wall) = self.at_place(k, t);
-            pushes.push(condition, change, wall);
-        }
-        pushes
-    }
-
-    /// Velocities at the places of a field [m/s], with the numbers of their conditions.
-    pub(super) fn surface_velocities<'a>(
-        &'a self,
-        field: usize,
-        nodal: impl Fn(usize) -> Vector<D> + 'a,
-    ) -> impl Iterator<Item = (usize, Vector<D>)> + 'a {
-        self.reactions[field].rows.velocities(nodal)
-    }
-
-    /// A condition, its kind and the velocity of its boundary there at time `t`.
-    fn at_place(&self, k: usize, t: f64) -> (&Condition<D>, WallKind, Vector<D>) {
-        let condition = &self.conditions[k];
-        let boundary = condition.boundary as usize;
-        (condition, self.boundaries[boundary].kind, self.velocity(boundary, condition.place, t))
-    }
-
-    /// True if the condition binds always.
-    fn binds(&self, k: usize) -> bool {
-        self.boundaries[self.conditions[k].boundary as usize].kind.binds()
     }
 }
