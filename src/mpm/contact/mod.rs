@@ -460,6 +460,11 @@ impl<const D: usize> Contact<D> {
         .collect()
     }
 
+    /// After a restore: what has been counted by then was said before.
+    pub fn restored(&mut self) {
+        self.said.iter_mut().zip(&self.counts[1..]).for_each(|(said, &count)| *said = count > 0);
+    }
+
     /// The shape functions of the bodies, folded at walls.
     pub fn lattice(&self) -> &Lattice<D> {
         &self.lattice
