@@ -287,6 +287,22 @@ fn implausible_sheets_are_warned_of() {
     warned(&with("divisions = [12]", "divisions = [60]"), "the elements of `sheet` are 0.100 cells long");
 }
 
+/// What a resolved case says of it is the default: that it has no effect doesn't stop a run.
+#[test]
+fn an_hourglass_stiffness_of_a_sheet_that_wrinkles_is_told() {
+    let with = |wrinkling: bool, stiffness: &str| {
+        let sheet = SHEET.replace("poisson = 0.3 }", &format!("poisson = 0.3, wrinkling = {wrinkling} }}"));
+        format!("{POINTS}{sheet}hourglass = {{ viscosity = 0.02, {stiffness} }}\n")
+    };
+    let told = "has no effect: quadrilaterals of a sheet that wrinkles";
+    expect(&with(true, "stiffness = 0.1"), "stiffness = 0.1", told, "`wrinkling`");
+    warned(&with(true, "stiffness = 0.05"), told);
+    for silent in [with(true, "stiffness = 0"), with(true, "warping = 0.02"), with(false, "stiffness = 0.1")] {
+        let model = model(&silent).unwrap_or_else(|findings| panic!("{findings:#?}"));
+        assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
+    }
+}
+
 #[test]
 fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
     let line = |name: &str, points: &str| {

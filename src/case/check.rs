@@ -29,6 +29,7 @@ pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mu
     meet::overlaps(case, setup, findings);
     coarse(setup, findings);
     sheets::supports(setup, findings);
+    sheets::idle_stiffness(case, findings);
     sheets::obstacles(setup, findings);
     sheets::planes_of_symmetry(setup, findings);
     unstable(setup, findings);
