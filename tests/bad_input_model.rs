@@ -846,6 +846,50 @@ fn sheets_that_start_in_obstacles_are_told_where() {
     expect(&with_bar("", [0.52, 0.1], [0.53, 0.3]), chain, told, "move one of the two apart");
 }
 
+/// The chain at y = 0.2, half its thickness of 0.01 over and under it, and a press above it.
+fn under_a_press(velocity: &str, keys: &str) -> String {
+    let press =
+        "[[obstacle]]\nname = \"press\"\nregion = { shape = \"box\", lower = [0.3, 0.25], upper = [0.7, 0.3] }\n";
+    format!("{POINTS}{SHEET}contact-thickness = true\n{press}velocity = {velocity}\n{keys}")
+}
+
+/// The press falls at 3 m/s: from 0.25 on, it is less than nine tenths of a thickness over the floor after 80.3 ms. At 2.4 m/s it ends a
+/// thickness over the floor at 0.1 s.
+#[test]
+fn obstacles_that_close_on_a_sheet_are_foreseen() {
+    let text = |velocity: &str| under_a_press(velocity, "");
+    let closing = warned(&text("[0, -3]"), "`wall:bottom` and `obstacle:press` close on `sheet`: at t = 8.");
+    let warning = closing.warnings.iter().find(|warning| warning.message.contains("close on")).unwrap();
+    let (apart, time) = (number_before(&warning.message, " m apart"), number_before(&warning.message, " s they are"));
+    assert!((0.25 - 3.0 * time - apart).abs() < 2e-3 && (0.0..0.009).contains(&apart), "{}", warning.message);
+    assert!(warning.help.as_deref().unwrap().contains("`time.end`"));
+    // 0.1 m there, and back.
+    warned(&text("[0, \"-0.25*pi/0.1*sin(pi*t/0.05)\"]"), "close on `sheet`: at t = ");
+    for silent in ["[0, -2.4]", "[0, \"-0.23*pi/0.1*sin(pi*t/0.05)\"]", "[1, 0]"] {
+        let model = model(&text(silent)).unwrap_or_else(|findings| panic!("{findings:#?}"));
+        assert!(model.warnings.is_empty(), "{silent}: {:#?}", model.warnings);
+    }
+    let table = "[[obstacle]]\nname = \"table\"\nregion = { shape = \"box\", lower = [0.3, 0.1], upper = [0.7, 0.15] }\nvelocity = [0, 1]\n";
+    warned(&under_a_press("[0, -1]", table), "`obstacle:press` and `obstacle:table` close on `sheet`: at t = 4.");
+}
+
+/// A ram that comes from the side pushes the sheet ahead of it, though it leaves less than a thickness over the floor; and what the sheet
+/// doesn't meet doesn't close on it.
+#[test]
+fn obstacles_that_push_a_sheet_away_do_not_close_on_it() {
+    let ram = "[[obstacle]]\nname = \"ram\"\nregion = { shape = \"box\", lower = [0.82, 0.005], upper = [0.9, 0.35] }\nvelocity = [-4, 0]\n";
+    let apart = "[[contact]]\nbetween = [\"sheet\", \"press\"]\nfriction = \"none\"\n";
+    for text in [under_a_press("[0, 0]", ram), under_a_press("[0, -3]", apart)] {
+        let model = model(&text).unwrap_or_else(|findings| panic!("{findings:#?}"));
+        assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
+    }
+}
+
+/// The number that stands before a word of a message.
+fn number_before(message: &str, word: &str) -> f64 {
+    message.split(word).next().and_then(|text| text.rsplit(' ').next()).unwrap().parse().unwrap()
+}
+
 /// The first node lies in the bar, nearest to its right side.
 #[test]
 fn supports_in_obstacles_are_told_that_they_stay_there() {

@@ -1,5 +1,6 @@
 //! Checks of the parts of a case against each other.
 
+mod closing;
 mod meet;
 pub(super) mod plausible;
 mod sheets;
@@ -31,6 +32,7 @@ pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mu
     sheets::supports(setup, findings);
     sheets::idle_stiffness(case, findings);
     sheets::obstacles(setup, findings);
+    closing::solids(case, setup, findings);
     sheets::planes_of_symmetry(setup, findings);
     unstable(setup, findings);
     plausible::of_points(case, setup, findings);
