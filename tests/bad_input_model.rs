@@ -789,26 +789,43 @@ fn contacts_with_what_is_no_body_are_told_what_it_is() {
     expect(&contact("block", "x"), "\"x\"", "no body or membrane named `x`", "there are block, upper");
 }
 
-/// Work that grows with the square of the number of bodies would take minutes here.
-#[test]
-fn three_thousand_bodies() {
+/// Blocks side by side, 55 in a row, each with these keys.
+fn blocks(count: usize, keys: &str) -> String {
     const SIDE: usize = 55;
     let head = &POINTS[..POINTS.find("[[body]]").unwrap()];
     let body = |i: usize| {
         let [x, y] = [i % SIDE, i / SIDE].map(|k| k as f64 + 0.4);
         format!(
-            "[[body]]\nname = \"b{i}\"\nspacing = 0.05\ngroup = \"all\"\nregion = {{ shape = \"box\", lower = [{x}, {y}], \
+            "[[body]]\nname = \"b{i}\"\nspacing = 0.05\n{keys}region = {{ shape = \"box\", lower = [{x}, {y}], \
              upper = [{}, {}] }}\nmaterial = {{ law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3 }}\n",
             x + 0.1,
             y + 0.1
         )
     };
     let head = head.replace("upper = [1, 1]", &format!("upper = [{SIDE}, {SIDE}]"));
-    let text = (0..3000).fold(head, |text, i| text + &body(i));
+    (0..count).fold(head, |text, i| text + &body(i))
+}
+
+/// Work that grows with the square of the number of bodies would take minutes here.
+#[test]
+fn three_thousand_bodies() {
+    let text = blocks(3000, "group = \"all\"\n");
     let bodies = model(&text).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
     assert_eq!(bodies, 3000);
     let twice = text.replace("\"b2999\"", "\"b17\"");
     expect(&twice, "\"b17\"", "already something named `b17`", "");
+}
+
+/// Each with a velocity of its own, 400 have 79,800 pairs, whose names took the square of that to compare.
+#[test]
+fn bodies_with_too_many_pairs_that_may_meet() {
+    let bodies = model(&blocks(400, "")).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
+    assert_eq!(bodies, 400);
+    let Err(found) = model(&blocks(3000, "")) else { panic!("too many pairs") };
+    let errors: Vec<&Diagnostic> = found.iter().filter(|finding| finding.severity == Severity::Error).collect();
+    let [finding] = errors[..] else { panic!("{found:#?}") };
+    assert!(finding.message.contains("3000 bodies and groups") && finding.message.contains("4498500 pairs"));
+    assert!(finding.help.as_deref().unwrap().contains("share a `group`") && finding.span.is_some(), "{finding:?}");
 }
 
 /// A circle of 100,000 corners, all sides of which were held against all others.

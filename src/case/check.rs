@@ -24,6 +24,7 @@ const FAR: f64 = 20.0;
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     names::parts(&case.file, findings);
     meet::contacts(&case.file, findings);
+    meet::pairs(setup, findings);
     meet::walls_of_sheets(&case.file, setup, findings);
     meet::obstacles(case, setup, findings);
     inside(setup, findings);

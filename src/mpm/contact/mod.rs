@@ -168,12 +168,14 @@ impl<const D: usize> Contact<D> {
         };
         let names: Vec<Vec<String>> = (0..fields).map(members).collect();
         let (mut named, mut force_of): (Vec<[Vec<String>; 2]>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut numbers: BTreeMap<[Vec<String>; 2], usize> = BTreeMap::new();
         let mut name = |a: &[String], b: &[String]| {
             let pair = [a.to_vec(), b.to_vec()];
-            force_of.push(named.iter().position(|other| *other == pair).unwrap_or(named.len()));
-            if force_of.last() == Some(&named.len()) {
+            let number = *numbers.entry(pair.clone()).or_insert(named.len());
+            if number == named.len() {
                 named.push(pair);
             }
+            force_of.push(number);
         };
         let built = |sheet: &SheetSource<'_, D>| {
             let own = [sheet.name.to_owned()];
