@@ -136,6 +136,9 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Outputs that cut steps to less than this part of the stable one make a run more than twice as long.
+const DEARER: f64 = 0.5;
+
 /// So many steps, or outputs of a kind, are never meant: years of computing.
 const MOST: f64 = 1e10;
 
@@ -195,7 +198,7 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
         match file.time.step {
             Some(_) => findings.push(Diagnostic::error(key, message).help("increase it, or let the step adapt")),
             // Membranes are sub-cycled in any case: short steps of the whole cost particles, and those only.
-            None if case.says(&key) && !file.body.is_empty() => {
+            None if interval < DEARER * step && case.says(&key) && !file.body.is_empty() => {
                 findings.push(Diagnostic::warning(key, message).help("steps will be cut to land on every output"));
             }
             None => {}
