@@ -287,6 +287,22 @@ fn implausible_sheets_are_warned_of() {
     warned(&with("divisions = [12]", "divisions = [60]"), "the elements of `sheet` are 0.100 cells long");
 }
 
+/// What a resolved case says of it is the default: that it has no effect doesn't stop a run.
+#[test]
+fn an_hourglass_stiffness_of_a_sheet_that_wrinkles_is_told() {
+    let with = |wrinkling: bool, stiffness: &str| {
+        let sheet = SHEET.replace("poisson = 0.3 }", &format!("poisson = 0.3, wrinkling = {wrinkling} }}"));
+        format!("{POINTS}{sheet}hourglass = {{ viscosity = 0.02, {stiffness} }}\n")
+    };
+    let told = "has no effect: quadrilaterals of a sheet that wrinkles";
+    expect(&with(true, "stiffness = 0.1"), "stiffness = 0.1", told, "`wrinkling`");
+    warned(&with(true, "stiffness = 0.05"), told);
+    for silent in [with(true, "stiffness = 0"), with(true, "warping = 0.02"), with(false, "stiffness = 0.1")] {
+        let model = model(&silent).unwrap_or_else(|findings| panic!("{findings:#?}"));
+        assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
+    }
+}
+
 #[test]
 fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
     let line = |name: &str, points: &str| {
@@ -773,26 +789,43 @@ fn contacts_with_what_is_no_body_are_told_what_it_is() {
     expect(&contact("block", "x"), "\"x\"", "no body or membrane named `x`", "there are block, upper");
 }
 
-/// Work that grows with the square of the number of bodies would take minutes here.
-#[test]
-fn three_thousand_bodies() {
+/// Blocks side by side, 55 in a row, each with these keys.
+fn blocks(count: usize, keys: &str) -> String {
     const SIDE: usize = 55;
     let head = &POINTS[..POINTS.find("[[body]]").unwrap()];
     let body = |i: usize| {
         let [x, y] = [i % SIDE, i / SIDE].map(|k| k as f64 + 0.4);
         format!(
-            "[[body]]\nname = \"b{i}\"\nspacing = 0.05\ngroup = \"all\"\nregion = {{ shape = \"box\", lower = [{x}, {y}], \
+            "[[body]]\nname = \"b{i}\"\nspacing = 0.05\n{keys}region = {{ shape = \"box\", lower = [{x}, {y}], \
              upper = [{}, {}] }}\nmaterial = {{ law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3 }}\n",
             x + 0.1,
             y + 0.1
         )
     };
     let head = head.replace("upper = [1, 1]", &format!("upper = [{SIDE}, {SIDE}]"));
-    let text = (0..3000).fold(head, |text, i| text + &body(i));
+    (0..count).fold(head, |text, i| text + &body(i))
+}
+
+/// Work that grows with the square of the number of bodies would take minutes here.
+#[test]
+fn three_thousand_bodies() {
+    let text = blocks(3000, "group = \"all\"\n");
     let bodies = model(&text).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
     assert_eq!(bodies, 3000);
     let twice = text.replace("\"b2999\"", "\"b17\"");
     expect(&twice, "\"b17\"", "already something named `b17`", "");
+}
+
+/// Each with a velocity of its own, 400 have 79,800 pairs, whose names took the square of that to compare.
+#[test]
+fn bodies_with_too_many_pairs_that_may_meet() {
+    let bodies = model(&blocks(400, "")).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
+    assert_eq!(bodies, 400);
+    let Err(found) = model(&blocks(3000, "")) else { panic!("too many pairs") };
+    let errors: Vec<&Diagnostic> = found.iter().filter(|finding| finding.severity == Severity::Error).collect();
+    let [finding] = errors[..] else { panic!("{found:#?}") };
+    assert!(finding.message.contains("3000 bodies and groups") && finding.message.contains("4498500 pairs"));
+    assert!(finding.help.as_deref().unwrap().contains("share a `group`") && finding.span.is_some(), "{finding:?}");
 }
 
 /// A circle of 100,000 corners, all sides of which were held against all others.
@@ -828,6 +861,50 @@ fn sheets_that_start_in_obstacles_are_told_where() {
     assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
     let told = "`sheet` goes through the obstacle `bar`, between its nodes at (0.5, 0.2) and (0.55, 0.2)";
     expect(&with_bar("", [0.52, 0.1], [0.53, 0.3]), chain, told, "move one of the two apart");
+}
+
+/// The chain at y = 0.2, half its thickness of 0.01 over and under it, and a press above it.
+fn under_a_press(velocity: &str, keys: &str) -> String {
+    let press =
+        "[[obstacle]]\nname = \"press\"\nregion = { shape = \"box\", lower = [0.3, 0.25], upper = [0.7, 0.3] }\n";
+    format!("{POINTS}{SHEET}contact-thickness = true\n{press}velocity = {velocity}\n{keys}")
+}
+
+/// The press falls at 3 m/s: from 0.25 on, it is less than nine tenths of a thickness over the floor after 80.3 ms. At 2.4 m/s it ends a
+/// thickness over the floor at 0.1 s.
+#[test]
+fn obstacles_that_close_on_a_sheet_are_foreseen() {
+    let text = |velocity: &str| under_a_press(velocity, "");
+    let closing = warned(&text("[0, -3]"), "`wall:bottom` and `obstacle:press` close on `sheet`: at t = 8.");
+    let warning = closing.warnings.iter().find(|warning| warning.message.contains("close on")).unwrap();
+    let (apart, time) = (number_before(&warning.message, " m apart"), number_before(&warning.message, " s they are"));
+    assert!((0.25 - 3.0 * time - apart).abs() < 2e-3 && (0.0..0.009).contains(&apart), "{}", warning.message);
+    assert!(warning.help.as_deref().unwrap().contains("`time.end`"));
+    // 0.1 m there, and back.
+    warned(&text("[0, \"-0.25*pi/0.1*sin(pi*t/0.05)\"]"), "close on `sheet`: at t = ");
+    for silent in ["[0, -2.4]", "[0, \"-0.23*pi/0.1*sin(pi*t/0.05)\"]", "[1, 0]"] {
+        let model = model(&text(silent)).unwrap_or_else(|findings| panic!("{findings:#?}"));
+        assert!(model.warnings.is_empty(), "{silent}: {:#?}", model.warnings);
+    }
+    let table = "[[obstacle]]\nname = \"table\"\nregion = { shape = \"box\", lower = [0.3, 0.1], upper = [0.7, 0.15] }\nvelocity = [0, 1]\n";
+    warned(&under_a_press("[0, -1]", table), "`obstacle:press` and `obstacle:table` close on `sheet`: at t = 4.");
+}
+
+/// A ram that comes from the side pushes the sheet ahead of it, though it leaves less than a thickness over the floor; and what the sheet
+/// doesn't meet doesn't close on it.
+#[test]
+fn obstacles_that_push_a_sheet_away_do_not_close_on_it() {
+    let ram = "[[obstacle]]\nname = \"ram\"\nregion = { shape = \"box\", lower = [0.82, 0.005], upper = [0.9, 0.35] }\nvelocity = [-4, 0]\n";
+    let apart = "[[contact]]\nbetween = [\"sheet\", \"press\"]\nfriction = \"none\"\n";
+    for text in [under_a_press("[0, 0]", ram), under_a_press("[0, -3]", apart)] {
+        let model = model(&text).unwrap_or_else(|findings| panic!("{findings:#?}"));
+        assert!(model.warnings.is_empty(), "{:#?}", model.warnings);
+    }
+}
+
+/// The number that stands before a word of a message.
+fn number_before(message: &str, word: &str) -> f64 {
+    message.split(word).next().and_then(|text| text.rsplit(' ').next()).unwrap().parse().unwrap()
 }
 
 /// The first node lies in the bar, nearest to its right side.

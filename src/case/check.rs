@@ -1,5 +1,6 @@
 //! Checks of the parts of a case against each other.
 
+mod closing;
 mod meet;
 pub(super) mod plausible;
 mod sheets;
@@ -23,13 +24,16 @@ const FAR: f64 = 20.0;
 pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     names::parts(&case.file, findings);
     meet::contacts(&case.file, findings);
+    meet::pairs(setup, findings);
     meet::walls_of_sheets(&case.file, setup, findings);
     meet::obstacles(case, setup, findings);
     inside(setup, findings);
     meet::overlaps(case, setup, findings);
     coarse(setup, findings);
     sheets::supports(setup, findings);
+    sheets::idle_stiffness(case, findings);
     sheets::obstacles(setup, findings);
+    closing::solids(case, setup, findings);
     sheets::planes_of_symmetry(setup, findings);
     unstable(setup, findings);
     plausible::of_points(case, setup, findings);
@@ -132,6 +136,9 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Outputs that cut steps to less than this part of the stable one make a run more than twice as long.
+const DEARER: f64 = 0.5;
+
 /// So many steps, or outputs of a kind, are never meant: years of computing.
 const MOST: f64 = 1e10;
 
@@ -191,7 +198,7 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
         match file.time.step {
             Some(_) => findings.push(Diagnostic::error(key, message).help("increase it, or let the step adapt")),
             // Membranes are sub-cycled in any case: short steps of the whole cost particles, and those only.
-            None if case.says(&key) && !file.body.is_empty() => {
+            None if interval < DEARER * step && case.says(&key) && !file.body.is_empty() => {
                 findings.push(Diagnostic::warning(key, message).help("steps will be cut to land on every output"));
             }
             None => {}

@@ -34,7 +34,10 @@ pub struct Arguments {
 
 /// Runs a case.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    super::use_threads(arguments.threads)?;
+    super::with_threads(arguments.threads, || run_case(arguments))
+}
+
+fn run_case(arguments: Arguments) -> Result<(), Failure> {
     let folder = Folder::open(&arguments.case)?;
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;

@@ -39,16 +39,44 @@ pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
 #[inline(always)]
 pub fn deformation(gradient: &Tensor<3>, dt: f64, stretch: f64) -> Tensor<3> {
     let f = Tensor::identity() + *gradient * dt;
-    f * (stretch / f.determinant()).cbrt()
+    f * cube_root(stretch / f.determinant())
+}
+
+/// Ratios this near to one are that of an increment.
+const NEAR: f64 = 0.05;
+
+/// ∛r, for a ratio that is nearly always close to one: the third-order series, whose error of (10/243) (r − 1)⁴ Halley's step cubes, to far below
+/// rounding. A general cube root takes a tenth of the step of an elastic solid.
+#[inline(always)]
+fn cube_root(r: f64) -> f64 {
+    let e = r - 1.0;
+    if e.abs() < NEAR {
+        let y = 1.0 + e * (1.0 / 3.0 - e * (1.0 / 9.0 - e * (5.0 / 81.0)));
+        let cube = y * y * y;
+        y * (cube + 2.0 * r) / (2.0 * cube + r)
+    } else {
+        r.cbrt()
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{deformation, midpoint, rotation};
+    use super::{NEAR, cube_root, deformation, midpoint, rotation};
     use crate::math::{SymTensor, Tensor};
 
     fn spin(angle: f64) -> Tensor<3> {
         Tensor([[0.0, -angle, 0.0], [angle, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    }
+
+    #[test]
+    fn cube_roots_near_one_are_those_of_the_library() {
+        assert_eq!(cube_root(1.0), 1.0);
+        for k in -2000..=2000 {
+            let r = 1.0 + 1.5 * NEAR * f64::from(k) / 2000.0;
+            let (found, exact) = (cube_root(r), r.cbrt());
+            assert!((found - exact).abs() <= 4.0 * f64::EPSILON, "{r}: {found} instead of {exact}");
+        }
+        assert!(cube_root(f64::NAN).is_nan() && cube_root(-1.0) == -1.0);
     }
 
     #[test]

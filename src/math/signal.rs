@@ -44,7 +44,10 @@ impl Signal {
 
     /// True if the value is the same at all places.
     pub fn is_uniform(&self) -> bool {
-        !matches!(self, Self::Formula(_))
+        match self {
+            Self::Constant(_) | Self::Table(_) => true,
+            Self::Formula(formula) => !(0..3).any(|axis| formula.uses(axis)),
+        }
     }
 
     /// True if the value is the same at all times.
@@ -94,5 +97,15 @@ mod tests {
         assert_eq!(Signal::formula("2*pi"), Ok(Signal::Constant(std::f64::consts::TAU)));
         assert_eq!(Signal::formula("1 kPa"), Ok(Signal::Constant(1000.0)));
         assert!(!Signal::formula("1/t").unwrap().value([0.0; 3], 0.0).is_finite());
+    }
+
+    #[test]
+    fn a_formula_of_the_time_is_the_same_everywhere() {
+        for (text, uniform, steady) in
+            [("sin(t)", true, false), ("x", false, true), ("2*y*t", false, false), ("z/3", false, true)]
+        {
+            let signal = Signal::formula(text).unwrap();
+            assert_eq!((signal.is_uniform(), signal.is_steady()), (uniform, steady), "{text}");
+        }
     }
 }

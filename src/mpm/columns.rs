@@ -57,6 +57,9 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
     if mpm.steps > MOST_COUNTED || mpm.coupling.contact.counted() > MOST_COUNTED {
         return Some("it counts more than any run does".to_owned());
     }
+    if let Some(misfit) = mpm.notices.misfit().or_else(|| mpm.proximity.misfit()) {
+        return Some(misfit);
+    }
     mpm.bodies.iter().zip(&mpm.bins).find_map(|(body, bins)| {
         let (name, count) = (&body.name, body.particles.id.len());
         if body.particles.id.iter().any(|&id| id as usize >= count) {
@@ -104,6 +107,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     visit("mpm.ledger", Column::new(&mut books));
     mpm.books.set_numbers(&books);
     mpm.notices.columns(visit);
+    mpm.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));
     mpm.walls.columns(visit);
     visit("mpm.reactions", Column::new::<Vector<D>>(&mut mpm.walls.force));

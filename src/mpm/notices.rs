@@ -5,8 +5,7 @@
 //! energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
 
 use super::Mpm;
-use crate::simulation::Column;
-use std::collections::BTreeSet;
+use crate::simulation::{Column, SaidOnce};
 
 /// Steps between two looks at the books.
 const EVERY: u64 = 16;
@@ -40,8 +39,7 @@ struct Reading {
 pub(super) struct Notices {
     /// Internal energy of the bodies at the start, the largest W, and the largest term so far [J].
     scales: [f64; 3],
-    said: BTreeSet<String>,
-    pending: Vec<String>,
+    said: SaidOnce,
 }
 
 impl Notices {
@@ -52,16 +50,22 @@ impl Notices {
 
     /// What is new since the last call.
     pub fn take(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.pending)
+        self.said.take()
     }
 
-    /// What a checkpoint must keep: the scales that the next look compares with.
+    /// What a checkpoint must keep: the scales that the next look compares with, and what was said.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut scales = self.scales.to_vec();
         visit("mpm.scales", Column::new(&mut scales));
         if let [internal, work, largest] = scales[..] {
             self.scales = [internal, work, largest];
         }
+        self.said.column("mpm.said", visit);
+    }
+
+    /// What doesn't fit together in columns that were just restored.
+    pub fn misfit(&self) -> Option<String> {
+        self.said.misfit()
     }
 
     /// Looks at the ledger at time `t` [s].
@@ -95,9 +99,7 @@ impl Notices {
     }
 
     fn say(&mut self, name: &str, text: String) {
-        if self.said.insert(name.to_owned()) {
-            self.pending.push(format!("{text} (`history/balance.csv`)"));
-        }
+        self.said.say(name, || format!("{text} (`history/balance.csv`)"));
     }
 }
 
@@ -165,6 +167,23 @@ mod tests {
         }
         notices.look(&reading(-0.2, 0.5, 0.5), 1.0);
         assert!(notices.take().is_empty());
+    }
+
+    /// A run that goes on from a checkpoint knows what was said, and by what it was measured.
+    #[test]
+    fn what_was_said_before_a_checkpoint_is_not_said_again() {
+        let mut first = Notices::new(3.0);
+        first.look(&reading(0.0, 0.5, 0.0), 0.5);
+        assert_eq!(first.take().len(), 1);
+        let mut saved = Vec::new();
+        first.columns(&mut |_, column| saved.push(column.data.bytes().to_vec()));
+        let mut second = Notices::new(3.0);
+        let mut next = saved.iter();
+        second.columns(&mut |_, column| assert!(column.data.replace(next.next().unwrap())));
+        assert_eq!((second.misfit(), second.scales), (None, first.scales));
+        second.look(&reading(0.0, 0.6, 0.6), 0.75);
+        let said = second.take();
+        assert!(said.len() == 1 && said[0].starts_with("`transfer dissipation`"), "{said:?}");
     }
 
     /// What was done stays done, where the work comes back; and gas at rest, which does none, has nothing to say.

@@ -147,6 +147,7 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn restored(&mut self) {
         self.proximity.forget();
+        self.coupling.contact.restored();
     }
 
     fn notices(&mut self) -> Vec<String> {

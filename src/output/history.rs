@@ -2,21 +2,23 @@
 //!
 //! A row is written with one call and never left half: after a failed write the file is cut back, and
 //! a run that was killed in the middle of a row drops that row when it is resumed. Numbers are written
-//! with the fewest digits that read back to the same bits.
+//! with the fewest digits that read back to the same bits. The file is open for no longer than a row takes: a run may have more
+//! histories than a process may have files.
 
 use super::atomic::create_directory;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::separator;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A CSV table that grows by one row per sample.
 #[derive(Debug)]
 pub struct History {
     path: PathBuf,
-    file: Option<File>,
+    /// True once the file has its first row.
+    begun: bool,
     /// The first row of a table that goes on.
     resumed: Option<Vec<u8>>,
     last_time: f64,
@@ -25,7 +27,7 @@ pub struct History {
 impl History {
     /// A history at `path`; the file is made with the first row.
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), file: None, resumed: None, last_time: f64::NEG_INFINITY }
+        Self { path: path.into(), begun: false, resumed: None, last_time: f64::NEG_INFINITY }
     }
 
     /// Where the table is.
@@ -33,7 +35,7 @@ impl History {
         &self.path
     }
 
-    /// Appends a row, whose first number is the time; a time that is there already is skipped.
+    /// Appends a row, whose first number is the time; a time that is there already is skipped. A file that was taken away begins anew.
     ///
     /// # Errors
     /// Input/output errors; a table that goes on with other columns.
@@ -46,14 +48,16 @@ impl History {
         if let Some(first) = self.resumed.take() {
             self.same_columns(&first, &csv_line(heads))?;
         }
-        if self.file.is_none() {
-            self.file = Some(self.create(heads)?);
+        self.begin(heads)?;
+        let line = csv_line(row.iter().map(|number| format!("{number:?}")));
+        if let Err(error) = append_whole(&self.path, &line) {
+            if error.kind() != io::ErrorKind::NotFound {
+                return Err(Error::io(&self.path, error));
+            }
+            self.create(heads)?;
+            append_whole(&self.path, &line).map_err(|error| Error::io(&self.path, error))?;
         }
-        if let Some(file) = &mut self.file {
-            let line = csv_line(row.iter().map(|number| format!("{number:?}")));
-            append_whole(file, &line).map_err(|error| Error::io(&self.path, error))?;
-            self.last_time = time;
-        }
+        self.last_time = time;
         Ok(())
     }
 
@@ -62,8 +66,9 @@ impl History {
     /// # Errors
     /// Input/output errors.
     pub fn begin(&mut self, heads: &[String]) -> Result<()> {
-        if self.file.is_none() {
-            self.file = Some(self.create(heads)?);
+        if !self.begun {
+            self.create(heads)?;
+            self.begun = true;
         }
         Ok(())
     }
@@ -82,13 +87,9 @@ impl History {
         if keep == 0 {
             return Ok(());
         }
-        let open = || {
-            let mut file = OpenOptions::new().write(true).open(&self.path)?;
-            file.set_len(keep)?;
-            file.seek(SeekFrom::End(0))?;
-            Ok(file)
-        };
-        self.file = Some(open().map_err(|error| Error::io(&self.path, error))?);
+        let cut = OpenOptions::new().write(true).open(&self.path).and_then(|file| file.set_len(keep));
+        cut.map_err(|error| Error::io(&self.path, error))?;
+        self.begun = true;
         self.resumed = text.split_inclusive(|&byte| byte == b'\n').next().map(<[u8]>::to_vec);
         self.last_time = last_time;
         Ok(())
@@ -109,13 +110,12 @@ impl History {
         Err(Error::io(&self.path, io::Error::new(io::ErrorKind::InvalidData, message)))
     }
 
-    fn create(&self, heads: &[String]) -> Result<File> {
+    fn create(&self, heads: &[String]) -> Result<()> {
         if let Some(directory) = self.path.parent() {
             create_directory(directory)?;
         }
-        let mut file = File::create(&self.path).map_err(|error| Error::io(&self.path, error))?;
-        append_whole(&mut file, &csv_line(heads)).map_err(|error| Error::io(&self.path, error))?;
-        Ok(file)
+        let created = File::create(&self.path).and_then(|_| append_whole(&self.path, &csv_line(heads)));
+        created.map_err(|error| Error::io(&self.path, error))
     }
 }
 
@@ -183,13 +183,13 @@ fn csv_line<S: AsRef<[u8]>>(cells: impl IntoIterator<Item = S>) -> Vec<u8> {
     writer.into_inner().expect("writing to memory does not fail")
 }
 
-/// Writes a line at the end, or nothing of it.
-fn append_whole(file: &mut File, line: &[u8]) -> io::Result<()> {
-    let end = file.stream_position()?;
+/// Writes a line at the end of a file, or nothing of it.
+fn append_whole(path: &Path, line: &[u8]) -> io::Result<()> {
+    let mut file = OpenOptions::new().append(true).open(path)?;
+    let end = file.metadata()?.len();
     file.write_all(line).inspect_err(|_| {
         // If cutting fails as well, a resumed run still drops the half row.
         let _ = file.set_len(end);
-        let _ = file.seek(SeekFrom::Start(end));
     })
 }
 
@@ -256,6 +256,34 @@ mod tests {
             }
             assert_eq!(fs::read_to_string(&path).unwrap(), whole, "cut at byte {cut}");
         }
+    }
+
+    #[test]
+    fn a_table_that_was_taken_away_begins_anew() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("history/probe.csv");
+        let mut history = History::new(&path);
+        history.append(&heads(), &[0.0, 1.0]).unwrap();
+        fs::remove_dir_all(path.parent().unwrap()).unwrap();
+        history.append(&heads(), &[0.5, 2.0]).unwrap();
+        history.append(&heads(), &[1.0, 3.0]).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "time [s],uz [m]\n0.5,2.0\n1.0,3.0\n");
+    }
+
+    /// A process may have a thousand files open, a run of 50 bodies has more histories of contact forces.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn histories_hold_no_files_open() {
+        let dir = tempfile::tempdir().unwrap();
+        let home = fs::canonicalize(dir.path()).unwrap();
+        let mut histories: Vec<History> = (0..20).map(|i| History::new(home.join(format!("{i}.csv")))).collect();
+        histories.iter_mut().for_each(|history| history.append(&heads(), &[0.0, 1.0]).unwrap());
+        let mut resumed = History::new(home.join("0.csv"));
+        resumed.resume(0.0).unwrap();
+        // Other tests open and close files meanwhile.
+        let open = fs::read_dir("/proc/self/fd").unwrap().filter_map(|file| fs::read_link(file.ok()?.path()).ok());
+        assert_eq!(open.filter(|path| path.starts_with(&home)).count(), 0);
+        assert_eq!(fs::read_dir(&home).unwrap().count(), 20);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use super::boundary::{BoundaryKind, BoundarySetup};
 use super::implicit::Implicit;
 use super::particles::Particles;
 use super::setup::FluidSetup;
+use crate::simulation::{Column, SaidOnce};
 use std::collections::BTreeSet;
 
 /// Part of its volume below which a fluid in a closed box is going.
@@ -28,11 +29,7 @@ pub(super) struct Notices {
     been: BTreeSet<usize>,
     /// Steps for which errors have taken, or given, much of the energy.
     lasting: u32,
-    /// True once it is said that they have taken it, and that they have given it.
-    taken: bool,
-    given: bool,
-    said: BTreeSet<String>,
-    pending: Vec<String>,
+    said: SaidOnce,
 }
 
 impl Notices {
@@ -64,7 +61,7 @@ impl Notices {
             if left {
                 self.been.insert(index);
             } else if self.been.contains(&index) {
-                self.say(format!("no particle of `{}` is left", fluid.name));
+                self.said.say(&format!("gone: {}", fluid.name), || format!("no particle of `{}` is left", fluid.name));
             }
         }
         for (inlet, fluid) in at_inlets(implicit, fraction) {
@@ -72,30 +69,36 @@ impl Notices {
                 continue;
             }
             let name = &implicit.boundary.sets()[inlet].name;
-            self.say(format!(
-                "an interface came to the inlet `{name}`: what flows in stays the fluid that each place had at the start; \
-                 `fluid` of the boundary names another"
-            ));
+            self.said.say(&format!("inlet: {name}"), || {
+                format!(
+                    "an interface came to the inlet `{name}`: what flows in stays the fluid that each place had at the start; \
+                     `fluid` of the boundary names another"
+                )
+            });
         }
     }
 
     /// The volume of a fluid could not be kept.
     pub fn volume(&mut self, fluid: &str) {
-        self.say(format!(
-            "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
-             step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
-        ));
+        self.said.say(&format!("volume: {fluid}"), || {
+            format!(
+                "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
+                 step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
+            )
+        });
     }
 
     /// The volumes of several fluids [m³] could not be kept.
     pub fn weights(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
         let changed = |(start, now): (&f64, &f64)| (now - start).abs() > CHANGED * start;
         for (fluid, _) in fluids.iter().zip(start.iter().zip(now)).filter(|(_, pair)| changed(*pair)) {
-            self.say(format!(
-                "the volume of `{}` could not be kept within a thousandth in a step: where an element begins to hold a third fluid, \
-                 volumes jump; smaller elements make that less (`history/balance.csv` shows the volume)",
-                fluid.name
-            ));
+            self.said.say(&format!("weights: {}", fluid.name), || {
+                format!(
+                    "the volume of `{}` could not be kept within a thousandth in a step: where an element begins to hold a third \
+                     fluid, volumes jump; smaller elements make that less (`history/balance.csv` shows the volume)",
+                    fluid.name
+                )
+            });
         }
     }
 
@@ -104,60 +107,66 @@ impl Notices {
         let what = "errors have given the flow more than half of the kinetic energy that it ever had, or let gravity do more work than \
                     its fluids could give (`numerical dissipation` and `work of gravity` in `history/balance.csv`); take shorter \
                     steps (`time.step`, `pfem2.courant`) or smaller elements";
-        self.say(what.to_owned());
+        self.said.say("energy", || what.to_owned());
     }
 
     /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; said where it is much for
     /// some steps.
     pub fn errors(&mut self, part: f64, much: bool) {
-        self.lasting = if much { self.lasting + 1 } else { 0 };
+        self.lasting = if much { LASTING.min(self.lasting + 1) } else { 0 };
         if self.lasting < LASTING {
             return;
         }
-        let told = if part < 0.0 { &mut self.given } else { &mut self.taken };
-        if std::mem::replace(told, true) {
-            return;
-        }
-        let what = match part < 0.0 {
-            true => "errors have given the flow",
-            false => "errors have taken",
-        };
-        self.say(format!(
-            "{what} {:.0} % of the largest other energy so far (`numerical dissipation` in `history/balance.csv`; the progress line \
-             goes on showing it): smaller elements or shorter steps (`time.step`, `pfem2.courant`) make it less",
-            100.0 * part.abs()
-        ));
+        let what = if part < 0.0 { "errors have given the flow" } else { "errors have taken" };
+        self.said.say(what, || {
+            format!(
+                "{what} {:.0} % of the largest other energy so far (`numerical dissipation` in `history/balance.csv`; the progress \
+                 line goes on showing it): smaller elements or shorter steps (`time.step`, `pfem2.courant`) make it less",
+                100.0 * part.abs()
+            )
+        });
     }
 
     /// Viscosity has given energy.
     pub fn friction(&mut self) {
         let what = "`viscous dissipation` is below zero in `history/balance.csv`: the step is too long for this viscosity; take \
                     shorter steps (`time.step`)";
-        self.say(what.to_owned());
+        self.said.say("viscous dissipation", || what.to_owned());
     }
 
     /// Fluids that have lost a tenth of their volume where nothing can leave; `start` and `now` by fluid [m³].
     pub fn losses(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
         for ((fluid, start), now) in fluids.iter().zip(start).zip(now) {
             if *now < LEFT * start {
-                self.say(format!(
-                    "`{}` has lost more than a tenth of its volume, though nothing can leave: it is thinner than elements \
-                     somewhere; take smaller elements (`history/balance.csv` shows the volumes)",
-                    fluid.name
-                ));
+                self.said.say(&format!("lost: {}", fluid.name), || {
+                    format!(
+                        "`{}` has lost more than a tenth of its volume, though nothing can leave: it is thinner than elements \
+                         somewhere; take smaller elements (`history/balance.csv` shows the volumes)",
+                        fluid.name
+                    )
+                });
             }
         }
     }
 
     /// What is new since the last call.
     pub fn take(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.pending)
+        self.said.take()
     }
 
-    fn say(&mut self, text: String) {
-        if self.said.insert(text.clone()) {
-            self.pending.push(text);
-        }
+    /// What a checkpoint must keep: how long errors have lasted, and what was said. (Fluids that have been there, and inlets that they
+    /// have met, are found again by the next look.)
+    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let mut lasting = vec![self.lasting];
+        visit("notices/lasting", Column::new(&mut lasting));
+        // No more of it counts than what is said; a state that was not left by a run may hold any number.
+        self.lasting = lasting.first().map_or(0, |&steps| steps.min(LASTING));
+        self.said.column("notices/said", visit);
+    }
+
+    /// What doesn't fit together in columns that were just restored.
+    pub fn misfit(&self) -> Option<String> {
+        self.said.misfit()
     }
 }
 

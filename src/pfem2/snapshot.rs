@@ -194,6 +194,9 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if !finite(pfem) {
         return Some("it holds numbers that are not finite".to_owned());
     }
+    if let Some(misfit) = pfem.notices.misfit() {
+        return Some(misfit);
+    }
     (!pfem.implicit.fits(&pfem.memory)).then(|| "the kept matrix is that of another mesh".to_owned())
 }
 
@@ -261,6 +264,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
         (pfem.dt_before, pfem.dt_earlier, control.proposal) = (before, earlier, proposal);
         control.errors = Errors { time, mesh, interface };
     }
+    pfem.notices.columns(visit);
     let counts = &mut pfem.counts;
     let Counts { left, stuck, added, inflow, merged, joined, empty } = *counts;
     let iterations = pfem.implicit.outcome.iterations as u64;

@@ -9,6 +9,7 @@ mod column;
 mod guard;
 mod progress;
 mod run;
+mod said_once;
 mod snapshot;
 mod timer;
 
@@ -18,6 +19,7 @@ pub use column::{Column, ColumnData, OF_OUTPUT, Size};
 pub use guard::{Guarded, Watched};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
+pub use said_once::SaidOnce;
 pub use snapshot::{
     BalanceTerm, Elements, Field, FieldValues, Filled, Ledger, PointSet, Snapshot, SurfaceSet, TermKind,
 };
@@ -78,7 +80,8 @@ pub trait Solver: Send {
     /// Rebuilds what is derived from the columns after a restore.
     fn restored(&mut self) {}
 
-    /// What the user should know about the steps since the last call, in sentences; each is said once.
+    /// What the user should know about the steps since the last call, in sentences; each is said once in a run, also if it is
+    /// resumed.
     fn notices(&mut self) -> Vec<String> {
         Vec::new()
     }

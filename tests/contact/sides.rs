@@ -78,3 +78,27 @@ fn a_folded_sheet_stops_what_falls_on_it() {
         }
     }
 }
+
+/// What was counted before a checkpoint was said then: the run that goes on from it is silent, one that finds it is not.
+#[test]
+fn crossings_from_before_a_checkpoint_are_not_said_again() {
+    let said = |resumed: bool| {
+        let body = block("block", 0, [6.0, 9.0], [4, 4], 0.5, 1.0, Vector::ZERO);
+        let sheet = wall(&[[1.0, 8.0], [23.0, 8.0]], 22);
+        let mut world = World::new([24, 16], KernelKind::Quadratic, vec![body], vec![sheet], Friction::Slip(0.0), 1);
+        world.contact.columns("", &mut |name, column| {
+            let crossed: &[u64] = &[7, 3, 0];
+            if name == "counts" {
+                assert!(
+                    column.data.replace(&crossed.iter().flat_map(|count| count.to_le_bytes()).collect::<Vec<u8>>())
+                );
+            }
+        });
+        if resumed {
+            world.contact.restored();
+        }
+        world.contact.notices()
+    };
+    assert!(said(false)[0].starts_with("particles have crossed the membrane `sheet`"));
+    assert_eq!(said(true), Vec::<String>::new());
+}

@@ -1,5 +1,6 @@
 //! Membranes that meet membranes, or themselves: nothing stops them, and it is said.
 
+use crate::bits::{restore, state};
 use crate::model::*;
 use lateen::math::Vector;
 use lateen::mpm::proximity::distance::approach;
@@ -65,6 +66,36 @@ fn sheets_that_pass_each_other_face_to_face_are_seen_within_a_thickness() {
     assert!(text.starts_with("the membranes `lower` and `upper` come within"), "{text}");
     let height: f64 = text.split(['(', ')']).nth(1).unwrap().split(", ").nth(2).unwrap().parse().unwrap();
     assert!((height - 0.45).abs() < 4e-3, "{text}");
+}
+
+/// The sheets that approach each other face to face, saved as soon as they are known to meet: they do so for a millisecond more, in
+/// the run that goes on from there, too, and it is not said a second time.
+#[test]
+fn a_resumed_run_does_not_say_again_who_has_met() {
+    let pair = || {
+        let down = named("upper", Vector([0.0, 0.0, -1.0]), square(6, 0.5));
+        let sheets = vec![named("lower", Vector([0.0, 0.0, 1.0]), square(6, 0.4)), down];
+        start(setup(open([-0.5; 3], 0.25, [8, 8, 8]), Vec::new(), sheets))
+    };
+    let mut first = pair();
+    let (mut t, mut told) = (0.0, Vec::new());
+    while told.is_empty() && t < 0.06 {
+        let dt = first.stable_dt().min(5e-4);
+        first.step(t, dt).unwrap();
+        t += dt;
+        told = first.notices();
+    }
+    assert!(told.len() == 1 && t < 0.051, "{t}: {told:?}");
+    let mut second = pair();
+    restore(&mut second, &state(&mut first));
+    assert!(second.misfit().is_none());
+    for _ in 0..2 {
+        let dt = second.stable_dt().min(5e-4);
+        second.step(t, dt).unwrap();
+        t += dt;
+    }
+    assert_eq!(second.notices(), Vec::<String>::new());
+    assert!(t < 0.052, "they are still within a thickness: {t}");
 }
 
 /// A line of 1 m that falls with its end first onto another at 1 m/s from a height of 0.105 m: after 101 ms it is a thickness away.

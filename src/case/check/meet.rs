@@ -5,7 +5,7 @@ use crate::case::{Case, CaseFile, ObstacleKind};
 use crate::error::Diagnostic;
 use crate::geometry::{Bounds, Region};
 use crate::math::Vector;
-use crate::mpm::{BodySetup, Setup, WallKind};
+use crate::mpm::{BodySetup, Friction, Setup, WallKind};
 use std::collections::{HashMap, HashSet};
 
 /// Every pair has names that are there, and is named once.
@@ -63,6 +63,23 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
         }
         pairs.entry(pair).or_insert(i);
         sides.entry(both).or_insert(i);
+    }
+}
+
+/// More pairs of velocity fields than a run has contacts and histories for.
+const MOST_PAIRS: usize = 100_000;
+
+/// Each two bodies and groups have a contact, unless the case says who meets whom.
+pub(super) fn pairs<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
+    let fields = setup.bodies.iter().map(|body| body.group).collect::<HashSet<usize>>().len();
+    let pairs = fields * fields.saturating_sub(1) / 2;
+    if pairs > MOST_PAIRS && setup.default_friction != Friction::None {
+        let message = format!(
+            "{fields} bodies and groups, each with a velocity of its own, are {pairs} pairs that may meet, each with a history of its force"
+        );
+        let help = "let those that never meet share a `group`, or write `friction = \"none\"` in `[mpm]` and the pairs that meet as \
+                    `[[contact]]`";
+        findings.push(Diagnostic::error("body[1].group", message).help(help));
     }
 }
 

@@ -1,5 +1,7 @@
 //! Membranes with their supports, and at planes of symmetry.
 
+use crate::case::Case;
+use crate::case::parts::HourglassSpec;
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mpm::{MembraneSetup, Obstacle, Setup, WallKind};
@@ -7,6 +9,23 @@ use std::fmt;
 
 /// Nodes this far from a plane [cells] lie on it.
 const ON_PLANE: f64 = 1e-6;
+
+/// Sheets that wrinkle have 2 × 2 points in a quadrilateral instead of an hourglass stiffness. (A resolved case that is run again gives the
+/// default.)
+pub(super) fn idle_stiffness(case: &Case, findings: &mut Vec<Diagnostic>) {
+    for (i, spec) in case.file.membrane.iter().enumerate().filter(|(_, spec)| spec.material.as_dyn().wrinkles()) {
+        let (key, stiffness) = (format!("membrane[{i}].hourglass.stiffness"), spec.hourglass.stiffness);
+        if stiffness == 0.0 || !case.says(&key) {
+            continue;
+        }
+        let message = "has no effect: quadrilaterals of a sheet that wrinkles have 2 × 2 points instead";
+        let finding = match stiffness == HourglassSpec::default().stiffness {
+            true => Diagnostic::warning(key, message),
+            false => Diagnostic::error(key, message),
+        };
+        findings.push(finding.help("take it out, or the material's `wrinkling`"));
+    }
+}
 
 /// Where supports share a node, they agree about its motion.
 pub(super) fn supports<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {

@@ -168,12 +168,14 @@ impl<const D: usize> Contact<D> {
         };
         let names: Vec<Vec<String>> = (0..fields).map(members).collect();
         let (mut named, mut force_of): (Vec<[Vec<String>; 2]>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut numbers: BTreeMap<[Vec<String>; 2], usize> = BTreeMap::new();
         let mut name = |a: &[String], b: &[String]| {
             let pair = [a.to_vec(), b.to_vec()];
-            force_of.push(named.iter().position(|other| *other == pair).unwrap_or(named.len()));
-            if force_of.last() == Some(&named.len()) {
+            let number = *numbers.entry(pair.clone()).or_insert(named.len());
+            if number == named.len() {
                 named.push(pair);
             }
+            force_of.push(number);
         };
         let built = |sheet: &SheetSource<'_, D>| {
             let own = [sheet.name.to_owned()];
@@ -458,6 +460,11 @@ impl<const D: usize> Contact<D> {
             )
         })
         .collect()
+    }
+
+    /// After a restore: what has been counted by then was said before.
+    pub fn restored(&mut self) {
+        self.said.iter_mut().zip(&self.counts[1..]).for_each(|(said, &count)| *said = count > 0);
     }
 
     /// The shape functions of the bodies, folded at walls.

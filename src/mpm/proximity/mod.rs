@@ -17,6 +17,7 @@ use super::contact::sample::Facet;
 use super::{Membrane, Setup};
 use crate::error::Diagnostic;
 use crate::math::Vector;
+use crate::simulation::Column;
 use layout::Layout;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -45,6 +46,7 @@ pub(super) struct Proximity<const D: usize> {
     room: f64,
     /// Work of the run that looks haven't taken their share of [sub-steps of an element].
     work: f64,
+    /// Sheets of which it was said that they meet.
     said: BTreeSet<[u32; 2]>,
     pending: Vec<String>,
 }
@@ -60,6 +62,20 @@ impl<const D: usize> Proximity<D> {
     /// What is new since the last call.
     pub fn take(&mut self) -> Vec<String> {
         std::mem::take(&mut self.pending)
+    }
+
+    /// What a checkpoint must keep: of whom it was said that they meet.
+    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let mut said: Vec<[u32; 2]> = self.said.iter().copied().collect();
+        visit("mpm.meetings", Column::growing(&mut said));
+        self.said = said.into_iter().collect();
+    }
+
+    /// What doesn't fit together in columns that were just restored.
+    pub fn misfit(&self) -> Option<String> {
+        let sheets = self.layout.layers.len();
+        let none = self.said.iter().flatten().find(|&&sheet| sheet as usize >= sheets)?;
+        Some(format!("it says that membrane {none} has met another, of the {sheets} there are"))
     }
 
     /// Forgets the last look: nodes may be anywhere.
