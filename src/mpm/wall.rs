@@ -44,8 +44,8 @@ const BAND: f64 = 0.5;
 /// The rounding of distances from it [cells]: a row of nodes on the surface of a box must not be left out because of how −0.3 + 6 · 0.05 is rounded.
 const ROUNDING: f64 = 1e-6;
 
-/// Blocks of the grid up to this far from an obstacle may hold particles that touch it during a step [cells].
-const NEAR: f64 = 2.0;
+/// Blocks of the grid up to this far from an obstacle may hold particles whose nodes meet it [cells].
+const NEAR: f64 = 4.0;
 
 /// Something rigid that grid nodes meet.
 #[derive(Debug)]

@@ -30,7 +30,31 @@ impl<const D: usize> Walls<D> {
         }
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
         surface.find((grid, &self.lattice), nodes, self.feet.iter().copied().chain(points));
+        if surface.points.iter().any(|point| self.resists_sliding(point)) {
+            let bodies = bodies.all.iter().filter(|(_, body, _)| body.particles.affine.is_empty());
+            let near = bodies.flat_map(|&(_, body, bins)| {
+                let bins = bins.bins.iter().zip(&bins.slots).filter(|(_, s)| self.near[s[s.len() / 2] as usize]);
+                bins.flat_map(|(bin, _)| bin.range.clone())
+                    .map(|p| (body.particles.mass[p], body.particles.position[p]))
+            });
+            let means = surface.mean_places(|add| {
+                for (m, x) in near.clone() {
+                    let give = |node, weight, flips| add(node, m * weight, self.lattice.mirror(grid, x, flips));
+                    self.lattice.for_each(grid, x, give);
+                }
+            });
+            surface.tilt(&means);
+        }
         self.reactions[field].surface = surface;
+    }
+
+    /// True where what slides along an obstacle meets a resistance.
+    fn resists_sliding(&self, point: &Point<D>) -> bool {
+        match self.boundaries[point.boundary as usize].kind {
+            WallKind::Fixed => true,
+            WallKind::Friction { coefficient } => coefficient > 0.0,
+            WallKind::Open | WallKind::Slip | WallKind::Separate => false,
+        }
     }
 
     /// The feet of the particles that may touch an obstacle that bodies may leave during the step.

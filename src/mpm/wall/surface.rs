@@ -19,6 +19,16 @@
 //! Conditions at the nodes themselves would leave p N_I on those in front, and the body would come to rest where its particles balance that,
 //! up to half a cell off.
 //!
+//! The velocity that FLIP gives a node is that of the mean place of its particles, x̄_I = Σ m_p N_Ip x_p/m_I, which at the edge of a body lies inside of
+//! it: N_I(x_c) sees the body up to a quarter of a cell below its surface. What slides does so at the surface itself, with tilted weights
+//!
+//! ```text
+//! W_I = N_I (1 + γ (x̄_I − x̃)·ν),   x̃ = Σ N_I x̄_I,   γ so that Σ W_I x̄_I·ν = x_c·ν
+//! ```
+//!
+//! for the tangential parts of u and J: a rigid motion is exact, and so is the angular momentum that friction gives. A wheel would roll on a radius
+//! that is too short.
+//!
 //! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric of the masses, so that
 //! obstacles at rest take energy and never give any, converged or not (theory 1.5).
 
@@ -32,6 +42,9 @@ const LEAST: f64 = 0.5;
 /// Most sweeps, and the change of an impulse, relative to the largest one, that ends them.
 const SWEEPS: usize = 40;
 const SETTLED: f64 = 1e-6;
+
+/// The most that tilting changes a weight, relative to it.
+const TILT: f64 = 0.9;
 
 /// The number of what is absent.
 const NONE: u32 = u32::MAX;
@@ -56,8 +69,9 @@ pub(super) struct Point<const D: usize> {
     pub touches: bool,
     /// Force in this step [N].
     pub force: Vector<D>,
-    /// M⁻¹ along each axis [1/kg].
+    /// M⁻¹ along each axis [1/kg], and the largest one for what slides.
     softness: Vector<D>,
+    sliding_softness: f64,
     /// Its nodes end here in the list of all.
     end: u32,
 }
@@ -66,12 +80,38 @@ pub(super) struct Point<const D: usize> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Surface<const D: usize> {
     pub points: Vec<Point<D>>,
-    /// Node, by its number among `nodes`, and N_I along each axis: mirrors reverse one.
-    reached: Vec<(u32, Vector<D>)>,
+    reached: Vec<Reached<D>>,
     /// Grid nodes, and their 1/m [1/kg].
     nodes: Vec<(u32, f64)>,
     /// Number of each grid node among `nodes`.
     number: Vec<u32>,
+}
+
+/// A node around a point.
+#[derive(Debug, Clone, Copy)]
+struct Reached<const D: usize> {
+    /// Its number among the nodes of all points.
+    number: u32,
+    /// N_I along each axis: mirrors reverse one.
+    weight: Vector<D>,
+    /// W_I/N_I.
+    tilt: f64,
+}
+
+impl<const D: usize> Reached<D> {
+    /// What the velocity `v` of the node adds to that of the point, whose normal is `n`.
+    #[inline]
+    fn read(&self, v: Vector<D>, n: Vector<D>) -> Vector<D> {
+        let part = Vector::from_fn(|a| v[a] * self.weight[a]);
+        part * self.tilt + n * (part.dot(n) * (1.0 - self.tilt))
+    }
+
+    /// What the node gets of an impulse `j` at the point.
+    #[inline]
+    fn give(&self, j: Vector<D>, n: Vector<D>) -> Vector<D> {
+        let part = j * self.tilt + n * (j.dot(n) * (1.0 - self.tilt));
+        Vector::from_fn(|a| part[a] * self.weight[a])
+    }
 }
 
 /// What a solution changes [N s]: the impulses at all points, and those of grid nodes.
@@ -94,8 +134,8 @@ impl<const D: usize> Point<D> {
     /// Where nothing has happened yet.
     pub fn new((boundary, foot_of): (u32, Option<[u32; 2]>), [place, normal]: [Vector<D>; 2], gap: f64) -> Self {
         let (held, rests, touches) = (false, false, false);
-        let (force, softness) = (Vector::ZERO, Vector::ZERO);
-        Self { boundary, foot_of, place, normal, gap, held, rests, touches, force, softness, end: 0 }
+        let (force, softness, sliding_softness) = (Vector::ZERO, Vector::ZERO, 0.0);
+        Self { boundary, foot_of, place, normal, gap, held, rests, touches, force, softness, sliding_softness, end: 0 }
     }
 
     /// True if the obstacle binds.
@@ -130,14 +170,49 @@ impl<const D: usize> Surface<D> {
                 self.reached.truncate(start);
                 continue;
             }
-            for (number, weight) in &mut self.reached[start..] {
+            for Reached { number, weight, .. } in &mut self.reached[start..] {
                 *weight = *weight / cover;
                 let soft = self.nodes[*number as usize].1;
                 point.softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
             }
+            point.sliding_softness = (0..D).map(|a| point.softness[a]).fold(0.0, f64::max);
             point.end = self.reached.len() as u32;
             self.points.push(point);
         }
+    }
+
+    /// Tilts the weights for what slides, where the nodes stand for these mean places of their particles [m].
+    pub fn tilt(&mut self, means: &[Vector<D>]) {
+        let mut start = 0;
+        for point in &mut self.points {
+            let near = &mut self.reached[start..point.end as usize];
+            start = point.end as usize;
+            let height = |at: &Reached<D>| (means[at.number as usize] - point.place).dot(point.normal);
+            let share = |at: &Reached<D>| (0..D).map(|a| at.weight[a].abs()).fold(0.0, f64::max);
+            let mean: f64 = near.iter().map(|at| share(at) * height(at)).sum();
+            let spread: f64 = near.iter().map(|at| share(at) * (height(at) - mean).powi(2)).sum();
+            let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
+            let slope = if spread > 0.0 { (-mean / spread).clamp(-TILT / most, TILT / most) } else { 0.0 };
+            let mut softness = Vector::<D>::ZERO;
+            for at in near {
+                at.tilt = 1.0 + slope * (height(at) - mean);
+                let soft = self.nodes[at.number as usize].1 * at.tilt * at.tilt;
+                softness += Vector::from_fn(|a| at.weight[a] * at.weight[a] * soft);
+            }
+            point.sliding_softness = (0..D).map(|a| softness[a]).fold(0.0, f64::max);
+        }
+    }
+
+    /// The mean places of the particles [m], node by node: Σ m_p N_Ip x_p/m_I over what `each` hands on, mass, place and its nodes.
+    pub fn mean_places(&self, each: impl Fn(&mut dyn FnMut(usize, f64, Vector<D>))) -> Vec<Vector<D>> {
+        let mut sums = vec![Vector::ZERO; self.nodes.len()];
+        each(&mut |node, mass, x| {
+            let number = self.number[node];
+            if number != NONE {
+                sums[number as usize] += x * (mass * self.nodes[number as usize].1);
+            }
+        });
+        sums
     }
 
     /// Lists the nodes around `x` [m] that have mass: where they begin, and Σ N_I.
@@ -155,9 +230,9 @@ impl<const D: usize> Surface<D> {
                 self.nodes.push((node as u32, 1.0 / mass));
             }
             let (number, weight) = (*number, flip(Vector::from_fn(|_| weight), flips));
-            match self.reached[start..].iter_mut().find(|reached| reached.0 == number) {
-                Some((_, sum)) => *sum += weight,
-                None => self.reached.push((number, weight)),
+            match self.reached[start..].iter_mut().find(|reached| reached.number == number) {
+                Some(reached) => reached.weight += weight,
+                None => self.reached.push(Reached { number, weight, tilt: 1.0 }),
             }
         });
         (start, cover)
@@ -172,8 +247,8 @@ impl<const D: usize> Surface<D> {
         self.points.iter().map(move |point| {
             let near = &self.reached[start..point.end as usize];
             start = point.end as usize;
-            let at = |&(n, weight): &(u32, Vector<D>)| along(nodal(self.nodes[n as usize].0 as usize), weight);
-            (point, near.iter().map(at).sum())
+            let read = |at: &Reached<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
+            (point, near.iter().map(read).sum())
         })
     }
 
@@ -211,7 +286,7 @@ impl<const D: usize> Surface<D> {
         for (point, impulse) in self.points.iter().zip(impulses) {
             let near = &self.reached[start..point.end as usize];
             start = point.end as usize;
-            let u = near.iter().map(|&(n, weight)| along(velocity[n as usize], weight)).sum();
+            let u = near.iter().map(|at| at.read(velocity[at.number as usize], point.normal)).sum();
             let wanted = law(&State { point, velocity: u, impulse: *impulse });
             let delta = wanted - *impulse;
             *impulse = wanted;
@@ -220,10 +295,10 @@ impl<const D: usize> Surface<D> {
                 continue;
             }
             change = change.max(delta.norm());
-            for &(n, weight) in near {
-                let part = along(delta, weight);
-                sums[n as usize] += part;
-                velocity[n as usize] += part * self.nodes[n as usize].1;
+            for at in near {
+                let (part, node) = (at.give(delta, point.normal), at.number as usize);
+                sums[node] += part;
+                velocity[node] += part * self.nodes[node].1;
             }
         }
         (change, largest)
@@ -235,12 +310,6 @@ impl<const D: usize> Surface<D> {
     }
 }
 
-/// `v` with each component times that of `weight`.
-#[inline]
-fn along<const D: usize>(v: Vector<D>, weight: Vector<D>) -> Vector<D> {
-    Vector::from_fn(|a| v[a] * weight[a])
-}
-
 impl<const D: usize> State<'_, D> {
     /// The impulse after which the velocity along the normal is that of the wall.
     pub fn stopped(&self, wall: Vector<D>) -> Vector<D> {
@@ -250,11 +319,12 @@ impl<const D: usize> State<'_, D> {
 
     /// The impulse of a condition of this kind that moves with `wall` [m/s]; one that may be left lets the body approach by `allowed` [m/s].
     pub fn constrained(&self, kind: WallKind, wall: Vector<D>, allowed: f64) -> Vector<D> {
-        let (relative, softness, n) = (self.velocity - wall, self.point.softness, self.point.normal);
+        let (relative, n) = (self.velocity - wall, self.point.normal);
+        let sliding = (relative - n * relative.dot(n)) / self.point.sliding_softness;
         let coefficient = match kind {
             WallKind::Open => return self.impulse,
             WallKind::Slip => return self.stopped(wall),
-            WallKind::Fixed => return Vector::from_fn(|a| self.impulse[a] - relative[a] / softness[a]),
+            WallKind::Fixed => return self.stopped(wall) - sliding,
             WallKind::Separate => 0.0,
             WallKind::Friction { coefficient } => coefficient,
         };
@@ -264,8 +334,7 @@ impl<const D: usize> State<'_, D> {
         if most == 0.0 {
             return n * pressed;
         }
-        let soft = (0..D).map(|a| softness[a]).fold(0.0, f64::max);
-        let wanted = self.impulse - n * before - (relative - n * relative.dot(n)) / soft;
+        let wanted = self.impulse - n * before - sliding;
         let size = wanted.norm();
         n * pressed + if size > most { wanted * (most / size) } else { wanted }
     }
