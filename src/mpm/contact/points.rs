@@ -49,6 +49,9 @@ const SETTLED: f64 = 1e-4;
 /// Allowance for forces when particles that may touch are chosen [cells].
 const CLOSE: f64 = 0.02;
 
+/// Part of its half size that is guarded of a particle on the skin itself.
+const LEAST_REACH: f64 = 0.1;
+
 /// A grid node in the support of a touching particle.
 #[derive(Debug, Clone, Copy)]
 struct Reached {
@@ -162,7 +165,7 @@ impl<const D: usize> Points<D> {
             if label.side != 0.0 {
                 let guard = |member: Member<D>| {
                     let (p, side) = (member.particle as usize, (label.side, seen.foot.normal));
-                    let radius = radius(particles, p, seen.foot.normal, scene.grid.cell);
+                    let radius = guarded_size(body, p, seen.foot.normal, scene.grid.cell);
                     let moves = (particles.position[p], 2.0 * speed * scene.dt, scene.grid.cell);
                     Near::new([p, index, sheet], side, (height, radius), moves)
                 };
@@ -397,6 +400,13 @@ impl<const D: usize> Spot<D> {
         }
         self.impulse.total() - before.total()
     }
+}
+
+/// Half the size of a particle that the guard of positions knows [m]: no more than what the body reaches from its centre, or the guard would
+/// move particles, and with them the skin, that touch the sheet as they should.
+fn guarded_size<const D: usize>(body: &Body<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
+    let whole = radius(&body.particles, p, normal, cell);
+    if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).clamp(LEAST_REACH * whole, whole) }
 }
 
 /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
