@@ -376,7 +376,7 @@ impl<const D: usize> Contact<D> {
             let Sheet { points, facets, before, .. } = sheet;
             points.refresh(facets, before, grid.cell);
             for (node, vote) in votes {
-                if let Some(foot) = points.nearest().foot(facets, before, grid.position(node), grid.cell) {
+                if let Some(foot) = points.nearest().foot(facets, grid.position(node), grid.cell) {
                     visit(node, vote.signum() * foot.distance);
                 }
             }
@@ -390,16 +390,10 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// The way from `x` [m] to a sheet within a cell that has contact with a field.
-    pub fn way_to(
-        &self,
-        (sheet, field): (usize, usize),
-        position: &[Vector<D>],
-        x: Vector<D>,
-        cell: f64,
-    ) -> Option<Vector<D>> {
+    /// The way from `x` [m] to a sheet within a cell, where it was found last, that has contact with a field.
+    pub fn way_to(&self, (sheet, field): (usize, usize), x: Vector<D>, cell: f64) -> Option<Vector<D>> {
         let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
-        let foot = sheet.points.nearest().foot(&sheet.facets, position, x, cell)?;
+        let foot = sheet.points.nearest().foot(&sheet.facets, x, cell)?;
         Some(foot.normal * -foot.distance)
     }
 

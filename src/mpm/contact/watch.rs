@@ -121,7 +121,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 
     fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
-        self.nearest.foot(self.scene.facets, self.scene.surface.position, x, WATCHED * self.scene.grid.cell)
+        self.nearest.foot(self.scene.facets, x, WATCHED * self.scene.grid.cell)
     }
 }
 
