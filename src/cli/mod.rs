@@ -82,9 +82,10 @@ pub fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Computes with this many threads (all cores where not said).
+/// Computes with this many threads (all cores where not said), of which this one is the first: each of the many short loops of a step
+/// would else be handed to a sleeping thread, and wait for it.
 pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0));
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0)).use_current_thread();
     pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)).into())
 }
 
