@@ -43,6 +43,7 @@ mod rigid;
 mod row;
 pub mod sample;
 mod sheet;
+mod solver;
 mod watch;
 
 pub use rigid::Squeeze;
@@ -339,10 +340,12 @@ impl<const D: usize> Contact<D> {
 
     /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
-        self.sheets.iter_mut().for_each(|sheet| {
+        let bodies = self.bodies.len();
+        for (s, sheet) in self.sheets.iter_mut().enumerate() {
             sheet.points.part(&mut self.shifts);
+            sheet.points.remember(&mut self.labels[s * bodies..][..bodies]);
             sheet.rigid.note();
-        });
+        }
         self.partners.commit(grid);
     }
 
@@ -481,13 +484,14 @@ impl<const D: usize> Contact<D> {
         self.counts.iter().copied().max().unwrap_or(0)
     }
 
-    /// What a checkpoint must keep: the particles' sides, counts and losses.
+    /// What a checkpoint must keep: the particles' sides, how hard they were pressed, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for (index, labels) in self.labels.iter_mut().enumerate() {
             let (sheet, (body, part)) = (index / self.bodies.len(), &self.bodies[index % self.bodies.len()]);
             let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
             let sheet = &self.sheets[sheet].name;
             visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
+            visit(&format!("{prefix}{kind}-force:{sheet}:{body}"), Column::growing(&mut labels.force));
         }
         for sheet in &mut self.sheets {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));
