@@ -136,7 +136,7 @@ fn times(state: &str, summary: &Summary, unit: &str) -> String {
     }
     text.push('\n');
     let inside: f64 = summary.stages.iter().map(|stage| stage.1).sum();
-    let outside = ("outputs and the rest", (seconds - inside).max(0.0));
+    let outside = ("the rest", (seconds - inside).max(0.0));
     for (stage, spent) in summary.stages.iter().chain([&outside]) {
         text += &format!("  {:5.1}%  {spent:8.2} s  {stage}\n", 100.0 * spent / seconds);
     }
