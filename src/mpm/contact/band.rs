@@ -156,7 +156,7 @@ impl Labels {
     pub fn take_force(&mut self, id: u32, step: u64) -> f64 {
         let near = self.kept(id, step).is_some();
         let force = self.force.get_mut(id as usize).map_or(0.0, std::mem::take);
-        if near { f64::from(force) } else { 0.0 }
+        if near && force.is_finite() { f64::from(force).max(0.0) } else { 0.0 }
     }
 
     /// Remembers how hard a particle was pressed [N].

@@ -491,7 +491,7 @@ impl<const D: usize> Contact<D> {
             let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
             let sheet = &self.sheets[sheet].name;
             visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
-            visit(&format!("{prefix}{kind}-force:{sheet}:{body}"), Column::growing(&mut labels.force));
+            visit(&format!("{prefix}force-{kind}:{sheet}:{body}"), Column::growing(&mut labels.force));
         }
         for sheet in &mut self.sheets {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));

@@ -21,8 +21,10 @@ use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, widest};
 use crate::mpm::Friction;
 
-/// Most sweeps of the iteration, and the change of an impulse, relative to the largest one, that ends it.
+/// Most sweeps of the iteration, from zero and from the last sub-step, which it goes on from; and the change of an impulse, relative to the
+/// largest one, that ends it.
 const SWEEPS: usize = 30;
+const SWEEPS_ON: usize = 8;
 const SETTLED: f64 = 1e-4;
 
 /// A vector at a node of the grid.
@@ -113,11 +115,11 @@ impl<const D: usize> Solver<D> {
         for spot in &mut self.spots {
             spot.allowed = spot.gap.max(0.0) / dt;
         }
-        self.start(sheet, rigid);
+        let sweeps = if self.start(sheet, rigid) { SWEEPS_ON } else { SWEEPS };
         let softness = sheet.softness;
         let soft = |k: usize| softness[k];
         rigid.sweep(sheet.velocity, &soft, rigid_dt);
-        for _ in 0..SWEEPS {
+        for _ in 0..sweeps {
             let (spots, reached, softness) = (&mut self.spots[..], &self.reached[..], &self.softness[..]);
             let sheet_now = Moving { velocity: &mut *sheet.velocity, softness: sheet.softness };
             let body = &mut self.velocity[..];
@@ -139,9 +141,9 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Starts from the normal impulses of the last sub-step as far as they take energy; from zero where walls and obstacles, which
-    /// start from zero, are near.
-    fn start(&mut self, sheet: &mut Moving<'_, D>, rigid: &Rigid<D>) {
+    /// Starts from the normal impulses of the last sub-step as far as they take energy; from zero, and returns false, where there were
+    /// none or where walls and obstacles, which start from zero, are near.
+    fn start(&mut self, sheet: &mut Moving<'_, D>, rigid: &Rigid<D>) -> bool {
         if self.push.is_empty() || self.spots.iter().any(|spot| spot.tangent != Vector::ZERO) {
             self.spots.iter_mut().for_each(|spot| spot.tangent = Vector::ZERO);
             self.spread(sheet.velocity.len());
@@ -160,6 +162,7 @@ impl<const D: usize> Solver<D> {
                 *v += Vector::from_fn(|a| scale * pull[a] * soft[a]);
             }
         }
+        scale > 0.0
     }
 
     /// s, for which f is least along the impulses of the last sub-step.
