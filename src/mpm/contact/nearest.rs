@@ -18,7 +18,7 @@
 //!
 //! Facets are binned once for many steps: each into all bins that it can reach while the sheet moves by the
 //! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at the same positions, and
-//! the facet whose mean point is nearest bounds the distance, so that few others are measured.
+//! the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
 use super::locate::{borders, closest, for_each_bin};
 use super::sample::Facet;
@@ -32,7 +32,7 @@ const SLACK: f64 = 0.5;
 /// Nodes and facets per parallel task.
 const TASK: usize = 1024;
 
-/// What rounding may add to a squared distance, relative to that.
+/// What rounding may add to the distance from the mean point of a facet, relative to that.
 const ROUNDING: f64 = 1e-9;
 
 /// Closer than this [cells] the direction to the foot is lost in rounding, and the sheet's normal stands in.
@@ -174,20 +174,14 @@ impl<const D: usize> Nearest<D> {
         reach: f64,
     ) -> Option<Best<D>> {
         let candidates = self.bins.get(&self.bin(x))?;
-        let to_middle = |e: u32| (x - bounds(e).middle).norm_squared();
-        let nearer = |a: (u32, f64), b: (u32, f64)| if b.1 < a.1 { b } else { a };
-        let (first, middle) = candidates.iter().map(|&e| (e, to_middle(e))).reduce(nearer)?;
-        let compare = |best: &mut Best<D>, e: u32| {
-            let facet = &facets[e as usize];
-            best.compare(e, facet.count, facet.corners(position), x);
-        };
-        let mut bound = Best::within(middle.min(reach * reach));
-        compare(&mut bound, first);
-        let bound = bound.square * (1.0 + ROUNDING) + (TOUCHING * self.size).powi(2);
-        let mut best = Best::within(bound.min(reach * reach));
+        let middle = candidates.iter().map(|&e| (x - bounds(e).middle).norm_squared()).fold(f64::INFINITY, f64::min);
+        let bound = middle * (1.0 + ROUNDING) + (TOUCHING * self.size).powi(2);
+        let mut best =
+            Best { square: bound.min(reach * reach), facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
         for &e in candidates {
             if bounds(e).square_to(x) <= best.square {
-                compare(&mut best, e);
+                let facet = &facets[e as usize];
+                best.compare(e, facet.count, facet.corners(position), x);
             }
         }
         (best.facet != u32::MAX).then_some(best)
@@ -274,11 +268,6 @@ struct Best<const D: usize> {
 }
 
 impl<const D: usize> Best<D> {
-    /// Nothing yet that is as near as this [m²].
-    fn within(square: f64) -> Self {
-        Self { square, facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO }
-    }
-
     fn compare(&mut self, e: u32, count: usize, corners: [Vector<D>; 4], x: Vector<D>) {
         match count {
             2 => self.offer(e, [0, 1, 1], [corners[0], corners[1], corners[1]], x),
@@ -375,7 +364,7 @@ mod tests {
             for (position, found) in
                 [(&now, nearest.foot(&facets, x, 0.2)), (&then, nearest.foot_at(&facets, &then, x, 0.2))]
             {
-                let mut best = Best::within(0.2 * 0.2);
+                let mut best = Best { square: 0.04, facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
                 (0..).zip(&facets).for_each(|(e, facet)| best.compare(e, facet.count, facet.corners(position), x));
                 let expected = (best.facet != u32::MAX).then_some((best.facet, best.weights));
                 assert_eq!(found.map(|foot| (foot.facet, foot.weights)), expected, "{x:?}");
