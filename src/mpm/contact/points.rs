@@ -406,7 +406,7 @@ impl<const D: usize> Spot<D> {
 /// move particles, and with them the skin, that touch the sheet as they should.
 fn guarded_size<const D: usize>(body: &Body<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
     let whole = radius(&body.particles, p, normal, cell);
-    if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).clamp(LEAST_REACH * whole, whole) }
+    if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).max(LEAST_REACH * whole).min(whole) }
 }
 
 /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
