@@ -480,7 +480,7 @@ mod tests {
         let setup = GridSetup::<2> { lower: Vector([0.0, -0.3]), cell: 0.05, cells: [8, 24], walls };
         let floor = Obstacle {
             name: "floor".into(),
-            region: Region::Box { lower: [-1.0, -0.3, -1.0], upper: [9.0, top, 1.0] },
+            region: Region::Box { lower: [-1.0, -9.0, -1.0], upper: [9.0, top, 1.0] },
             kind: WallKind::Slip,
             velocity: std::array::from_fn(|_| Signal::ZERO),
         };

@@ -338,7 +338,7 @@ mod tests {
             assert!(energy(&nodes) < before, "{kind:?}: {before} becomes {}", energy(&nodes));
             let booked: Vector<2> = walls.reactions[0].surface.points.iter().map(|point| point.force * 0.1).sum();
             assert!((sum(&nodes) - momentum - booked).norm() < 1e-12, "{kind:?}");
-            assert!(booked[1] > 0.0);
+            assert!(kind.binds() || booked[1] > 0.0);
         }
     }
 }

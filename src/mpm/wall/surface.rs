@@ -216,7 +216,7 @@ impl<const D: usize> Surface<D> {
             let mean: f64 = near.iter().map(|at| share(at) * height(at)).sum();
             let spread: f64 = near.iter().map(|at| share(at) * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
-            let slope = if spread > 0.0 { (-mean / spread).clamp(-TILT / most, TILT / most) } else { 0.0 };
+            let slope = if spread > 0.0 { (-mean / spread).max(-TILT / most).min(TILT / most) } else { 0.0 };
             let mut softness = Vector::<D>::ZERO;
             for at in near {
                 at.tilt = 1.0 + slope * (height(at) - mean);
