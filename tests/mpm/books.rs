@@ -199,26 +199,3 @@ fn affine_motion_has_its_energy() {
     let exact = term(&mpm, "mass") * (0.5 * cell * spin).powi(2);
     assert!((energy / exact - 1.0).abs() < 1e-9, "{energy} {exact}");
 }
-
-#[test]
-fn dbg_books() {
-    for kind in WALLS {
-        let mut mpm = thrown(KernelKind::Linear, Transfer::Apic, StressUpdate::Average, kind);
-        let before = ["momentum x", "momentum y"].map(|name| term(&mpm, name));
-        let mut last = [0.0; 2];
-        let mut k = 0;
-        run(&mut mpm, 0.25, 0.9, |t, _, mpm| {
-            for a in 0..2 {
-                let d = term(mpm, ["momentum x", "momentum y"][a])
-                    - before[a]
-                    - term(mpm, ["external impulse x", "external impulse y"][a]);
-                if (d - last[a]).abs() > 1e-9 && k < 12 {
-                    k += 1;
-                    println!("{kind:?} {t} axis {a}: {}", d - last[a]);
-                }
-                last[a] = d;
-            }
-        })
-        .unwrap();
-    }
-}

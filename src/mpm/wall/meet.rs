@@ -36,9 +36,10 @@ impl<const D: usize> Walls<D> {
         }
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
         surface.find((grid, &self.lattice), nodes, self.feet.iter().copied().chain(points));
-        if surface.points.iter().any(|point| self.resists_sliding(point)) {
-            let bodies = bodies.all.iter().filter(|(_, body, _)| body.particles.affine.is_empty());
-            let near = bodies.flat_map(|&(_, body, bins)| {
+        // With APIC a node has the velocity of its own place.
+        let flip = bodies.all.iter().all(|(_, body, _)| body.particles.affine.is_empty());
+        if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
+            let near = bodies.all.iter().flat_map(|&(_, body, bins)| {
                 let bins = bins.bins.iter().zip(&bins.slots).filter(|(_, s)| self.near[s[s.len() / 2] as usize]);
                 bins.flat_map(|(bin, _)| bin.range.clone())
                     .map(|p| (body.particles.mass[p], body.particles.position[p]))
