@@ -43,7 +43,7 @@ impl<const D: usize> Mpm<D> {
         let friction = FrictionTable { listed: setup.friction, default: setup.default_friction };
         let bodies = regions::divide(bodies, &membranes, &friction)?;
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
-        let cutoff = cutoffs(&bodies, field_count, setup.kernel);
+        let cutoff = cutoffs(&bodies, field_count, (setup.kernel, &setup.transfer));
         let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
         let lattice = Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(
@@ -242,12 +242,16 @@ fn build_body<const D: usize>(
 }
 
 /// Which nodes of each field are light: by the lightest particle among its bodies.
-fn cutoffs<const D: usize>(bodies: &[Body<D>], fields: usize, kernel: super::KernelKind) -> Vec<Cutoff> {
+fn cutoffs<const D: usize>(
+    bodies: &[Body<D>],
+    fields: usize,
+    (kernel, transfer): (super::KernelKind, &Transfer),
+) -> Vec<Cutoff> {
     let masses = |field: usize| {
         let own = bodies.iter().filter(move |body| body.field == field);
         own.flat_map(|body| body.particles.mass.iter().copied())
     };
-    (0..fields).map(|field| Cutoff::new(kernel, masses(field).fold(f64::INFINITY, f64::min))).collect()
+    (0..fields).map(|field| Cutoff::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the

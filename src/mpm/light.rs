@@ -14,13 +14,17 @@
 //! m_I and p_I. Such a *faint* node moves as its neighbours do on average, v_I = Σ m_J v_J / Σ m_J.
 
 use super::ghost::Ghosted;
-use super::{Grid, KernelKind, Node};
+use super::{Grid, KernelKind, Node, Transfer};
 use crate::math::Vector;
 use crate::parallel::{self, CHUNK};
 use rayon::prelude::*;
 
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.
 const LIGHTEST_PUSHED: f64 = 1e-6;
+
+/// The same with APIC, whose particles take the slope of the motion of a node that they barely reach in full: a node of mass N m_p alone is stable up to
+/// a Courant number of √N, here ¼.
+const LIGHTEST_PUSHED_AFFINE: f64 = 1.0 / 16.0;
 
 /// The same for smooth ones, whose f²/m vanishes with m: just above the rounding of a node's mass. Below, nodes are faint
 /// and out of contact.
@@ -39,11 +43,12 @@ pub struct Cutoff {
 
 impl Cutoff {
     /// For the lightest particle of a field [kg].
-    pub fn new(kernel: KernelKind, particle: f64) -> Self {
+    pub fn new(kernel: KernelKind, transfer: &Transfer, particle: f64) -> Self {
         let rounding = ROUNDING * particle;
+        let pushed = if *transfer == Transfer::Apic { LIGHTEST_PUSHED_AFFINE } else { LIGHTEST_PUSHED };
         match kernel {
             // Its weights are positive wherever their slopes are not zero; only a particle on a wall has folded ones.
-            KernelKind::Linear => Self { pushed: LIGHTEST_PUSHED * particle, faint: 0.0, touching: rounding },
+            KernelKind::Linear => Self { pushed: pushed * particle, faint: 0.0, touching: rounding },
             KernelKind::Gimp | KernelKind::Quadratic | KernelKind::Cubic => {
                 Self { pushed: rounding, faint: rounding, touching: rounding }
             }

@@ -10,10 +10,12 @@
 //! friction   as separate, and the relative tangential velocity shrinks by min(1, μ|Δv_n|/|v_t|)
 //! ```
 //!
-//! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, those of obstacles where
-//! the gap to the body closes (`gap`), and on p⁻ where they held in the step before (`hold`). Every change
-//! of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
+//! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, and on p⁻ where they held in the
+//! step before (`hold`). Every change of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
 //! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
+//!
+//! Walls of the domain lie on nodes and act there. Obstacles lie anywhere, and act at points of their surface (`surface`, `meet`); nodes deeper in
+//! them than half a support have conditions too. At the end of a step no particle is within an obstacle (`keep_out`).
 
 mod constrain;
 mod gap;

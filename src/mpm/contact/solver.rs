@@ -411,9 +411,11 @@ mod tests {
     }
 
     fn problem(last: f64, friction: Friction) -> Problem {
-        let mut solver = Solver::<2>::default();
-        solver.velocity = (0..12).map(|n| [part(n) - 0.5, -part(n + 100), 0.0, 0.0]).collect();
-        solver.softness = vec![[1.0, 1.0, 0.0, 0.0]; 12];
+        let mut solver = Solver::<2> {
+            velocity: (0..12).map(|n| [part(n) - 0.5, -part(n + 100), 0.0, 0.0]).collect(),
+            softness: vec![[1.0, 1.0, 0.0, 0.0]; 12],
+            ..Default::default()
+        };
         let softness = vec![Vector([100.0, 100.0]); 7];
         for s in 0..20_u32 {
             let reached = |k: u32| Reached { partner: (s + 5 * k) % 12, flips: 0, weight: [0.5, 0.3, 0.2][k as usize] };

@@ -21,6 +21,13 @@
 //! Conditions at the nodes themselves would leave p N_I on those in front, and the body would come to rest where its particles balance that,
 //! up to half a cell off.
 //!
+//! A node that particles barely reach has next to no mass, but not next to no N_I(x_c): the impulses would be spent on it, and the body pass. No particle that
+//! lies at the point has more of a node than m_I/m_p; nor has the point:
+//!
+//! ```text
+//! N_I(x_c) ← min(N_I(x_c), m_I/m̄),   m̄ = 2⁻ᴰ Σ N_I(x_c) m_I: what a particle has, two per cell and direction; then Σ N_I = 1 again
+//! ```
+//!
 //! The velocity that FLIP gives a node is that of the mean place of its particles, x̄_I = Σ m_p N_Ip x_p/m_I, which at the edge of a body lies inside of
 //! it: N_I(x_c) sees the body up to a quarter of a cell below its surface. What slides does so at the surface itself, with tilted weights
 //!
@@ -105,6 +112,12 @@ struct Reached<const D: usize> {
 }
 
 impl<const D: usize> Reached<D> {
+    /// N_I: mirrors leave it along one axis at least.
+    #[inline]
+    fn share(&self) -> f64 {
+        (0..D).map(|a| self.weight[a]).fold(0.0, |most, n: f64| if n.abs() > most.abs() { n } else { most })
+    }
+
     /// What the velocity `v` of the node adds to that of the point, whose normal is `n`.
     #[inline]
     fn read(&self, v: Vector<D>, n: Vector<D>) -> Vector<D> {
@@ -191,7 +204,8 @@ impl<const D: usize> Surface<D> {
         self.points.clear();
         self.reached.clear();
         for mut point in points {
-            let (start, cover) = self.reach((grid, lattice), nodes, point.place);
+            let start = self.reach((grid, lattice), nodes, point.place);
+            let cover = self.limit(start);
             if cover <= 0.0 || point.binds() && cover < LEAST {
                 self.reached.truncate(start);
                 continue;
@@ -212,9 +226,8 @@ impl<const D: usize> Surface<D> {
         for point in &mut self.points {
             let near = &mut self.reached[point.start as usize..point.end as usize];
             let height = |at: &Reached<D>| (means[at.number as usize] - point.place).dot(point.normal);
-            let share = |at: &Reached<D>| (0..D).map(|a| at.weight[a].abs()).fold(0.0, f64::max);
-            let mean: f64 = near.iter().map(|at| share(at) * height(at)).sum();
-            let spread: f64 = near.iter().map(|at| share(at) * (height(at) - mean).powi(2)).sum();
+            let mean: f64 = near.iter().map(|at| at.share() * height(at)).sum();
+            let spread: f64 = near.iter().map(|at| at.share() * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
             let slope = if spread > 0.0 { (-mean / spread).max(-TILT / most).min(TILT / most) } else { 0.0 };
             let mut softness = Vector::<D>::ZERO;
@@ -239,15 +252,14 @@ impl<const D: usize> Surface<D> {
         sums
     }
 
-    /// Lists the nodes around `x` [m] that have mass: where they begin, and Σ N_I.
-    fn reach(&mut self, (grid, lattice): (&Grid<D>, &Lattice<D>), nodes: &[Node<D>], x: Vector<D>) -> (usize, f64) {
-        let (start, mut cover) = (self.reached.len(), 0.0);
+    /// Lists the nodes around `x` [m] that have mass; returns where they begin.
+    fn reach(&mut self, (grid, lattice): (&Grid<D>, &Lattice<D>), nodes: &[Node<D>], x: Vector<D>) -> usize {
+        let start = self.reached.len();
         lattice.for_each(grid, x, |node, weight, flips| {
             let mass = nodes[node].mass;
             if mass <= lattice.cutoff {
                 return;
             }
-            cover += weight;
             let number = &mut self.number[node];
             if *number == NONE {
                 *number = self.nodes.len() as u32;
@@ -259,7 +271,20 @@ impl<const D: usize> Surface<D> {
                 None => self.reached.push(Reached { number, weight, tilt: 1.0 }),
             }
         });
-        (start, cover)
+        start
+    }
+
+    /// Limits the weights of the nodes listed from `start` on by their masses; returns Σ N_I.
+    fn limit(&mut self, start: usize) -> f64 {
+        let Self { reached, nodes, .. } = self;
+        let mass = |at: &Reached<D>| 1.0 / nodes[at.number as usize].1;
+        let near = &mut reached[start..];
+        let [cover, sum] = near.iter().fold([0.0; 2], |[n, nm], at| [n + at.share(), nm + at.share() * mass(at)]);
+        let particle = sum / cover / f64::from(1 << D);
+        for at in near.iter_mut() {
+            at.weight *= (mass(at) / (particle * at.share().abs())).min(1.0);
+        }
+        near.iter().map(Reached::share).sum()
     }
 
     /// All points with the velocities there [m/s], from those of the nodes.
