@@ -5,7 +5,7 @@ use super::{Step, of_field};
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::average::Average;
-use crate::mpm::filter::{Filter, divide_by_mass, velocity_on_grid};
+use crate::mpm::filter::{Filter, divide_by_mass, fold_momentum, velocity_on_grid};
 use crate::mpm::heat;
 use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
 use crate::mpm::stress::{Strain, strain_and_land, update_stress};
@@ -18,10 +18,10 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
         let share = self.pic_share(step.momentum_dt);
         let gravity = self.uniform_gravity(step.t);
-        let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
+        let Self { grid, walls, bodies, ghosts, tally, books, accounts, .. } = self;
         grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
-            let Field { nodes, applied, .. } = own;
+            let Field { nodes, applied, limits, .. } = own;
             let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
                 if node.mass <= 0.0 {
                     return NodeWork::default();
@@ -38,7 +38,10 @@ impl<const D: usize> Mpm<D> {
             tally.external += sum.weight;
             books.add(accounts.gravity, sum.weight);
             books.push((gravity * (sum.mass * dt)).to3());
-            ghosts.fill(&mut own.nodes);
+            ghosts.fill(limits, nodes);
+            for body in bodies.iter_mut().filter(|body| body.field == field) {
+                body.work.held_off = own.limits.hold_off(ghosts, grid, (&own.nodes, step.dt), body);
+            }
             let done = walls.settle(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
             books.add(accounts.wall_loss, done.dissipation);
@@ -154,11 +157,11 @@ impl<const D: usize> Mpm<D> {
         let (landing, dissipation) = (self.landing(step), self.dissipation);
         let Self { grid, bodies, bins, ghosts, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, velocity, sums, means, .. } = own;
+            let Field { nodes, velocity, sums, means, limits, .. } = own;
             if !remapped {
                 parallel::map_into(nodes, velocity, |node| node.momentum);
             }
-            let mut average = Average { ghosts, locking: *locking, sums, means };
+            let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
@@ -180,7 +183,7 @@ impl<const D: usize> Mpm<D> {
         grid.with_field(field, |grid, own| {
             let mut velocity = std::mem::take(&mut own.velocity);
             if at_once {
-                ghosts.fold(&mut velocity, |_, _, _| {});
+                fold_momentum(grid, ghosts, own, of_field(bodies, bins, field), &mut velocity);
                 divide_by_mass(own, &mut velocity);
             } else {
                 velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
@@ -190,7 +193,7 @@ impl<const D: usize> Mpm<D> {
             if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
                 heat = heat::of_contact(ghosts, own, step.momentum_dt);
             }
-            ghosts.fill(&mut own.velocity);
+            ghosts.fill(&own.limits, &mut own.velocity);
         });
         self.leave_unspent(field, step);
         heat
@@ -204,11 +207,16 @@ impl<const D: usize> Mpm<D> {
             if !landed {
                 self.summaries[index] = body.view().1.visit(&|chunk: &mut View<'_, D>| landing.land(chunk));
             }
+            let mut farthest = 0.0_f64;
+            for (p, by) in std::mem::take(&mut body.work.held_off) {
+                body.particles.position[p] += by;
+                farthest = farthest.max(by.norm());
+            }
             let summary = &self.summaries[index];
             if summary.lost {
                 health::check_particles(&self.grid, body)?;
             }
-            self.bins[index].disorder.drift += summary.shift / self.grid.cell;
+            self.bins[index].disorder.drift += (summary.shift + farthest) / self.grid.cell;
             self.bins[index].disorder.note(summary.visits);
             self.fastest[index] = summary.fastest;
         }
