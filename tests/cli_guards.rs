@@ -168,7 +168,13 @@ fn a_run_that_failed_says_where_its_time_went() {
     let output = home.lateen(&["run", "case.toml"]).output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", messages(&output));
     let text = printed(&output);
-    assert!(text.starts_with("stopped: t = ") && text.contains("%") && text.contains("outputs and the rest"), "{text}");
+    assert!(
+        text.starts_with("stopped: t = ")
+            && text.contains("%")
+            && text.contains("  outputs\n")
+            && text.contains("  the rest\n"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -78,6 +78,19 @@ fn a_changed_case_is_told_by_its_keys() {
     go(&BALL.replace("20 ms", "24 ms"), home.path(), Existing::Resume).expect("the end may be another");
 }
 
+/// Liquids show a pressure that isn't there before the first step.
+#[test]
+fn a_liquid_on_a_sheet_goes_on() {
+    let home = tempfile::tempdir().unwrap();
+    let solid = "material = { law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3 }";
+    let eos = "eos = { kind = \"tait\", sound-speed = 20 }";
+    let liquid = format!("material = {{ law = \"fluid\", density = 1000, viscosity = 0.01, {eos} }}");
+    let drop = BALL.replace(solid, &liquid).replace("transfer = { kind = \"apic\" }\n", "");
+    assert!(drop.contains(&liquid));
+    go(&drop, home.path(), Existing::Refuse).unwrap();
+    go(&drop.replace("20 ms", "24 ms"), home.path(), Existing::Resume).unwrap();
+}
+
 #[test]
 fn histories_that_are_gone_are_missed() {
     let home = tempfile::tempdir().unwrap();

@@ -82,18 +82,11 @@ pub fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Stack of a thread that may do all that a command does, as large as that of the main one [bytes].
-const STACK: usize = 8 << 20;
-
-/// Does `work` with this many threads (all cores where not said), as one of them: a thread from outside hands every loop over to
-/// them and sleeps meanwhile. A step has a hundred loops, so that two switches of threads each are a part of its time, and on a busy machine most.
-pub fn with_threads<R: Send>(
-    count: Option<usize>,
-    work: impl FnOnce() -> Result<R, Failure> + Send,
-) -> Result<R, Failure> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0)).stack_size(STACK);
-    pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)))?;
-    rayon::scope(|_| work())
+/// Computes with this many threads (all cores where not said), of which this one is the first: each of the many short loops of a step
+/// would else be handed to a sleeping thread, and wait for it.
+pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0)).use_current_thread();
+    pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)).into())
 }
 
 /// Prints a line to the standard error. Nobody may read it, the disk behind it may be full, the terminal gone: a message that

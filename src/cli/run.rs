@@ -34,10 +34,7 @@ pub struct Arguments {
 
 /// Runs a case.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    super::with_threads(arguments.threads, || run_case(arguments))
-}
-
-fn run_case(arguments: Arguments) -> Result<(), Failure> {
+    super::use_threads(arguments.threads)?;
     let folder = Folder::open(&arguments.case)?;
     let case = folder.read(&arguments.set).map_err(|error| located(error, &folder))?;
     let model = case.model().map_err(|error| located(error, &folder))?;
@@ -139,7 +136,7 @@ fn times(state: &str, summary: &Summary, unit: &str) -> String {
     }
     text.push('\n');
     let inside: f64 = summary.stages.iter().map(|stage| stage.1).sum();
-    let outside = ("outputs and the rest", (seconds - inside).max(0.0));
+    let outside = ("the rest", (seconds - inside).max(0.0));
     for (stage, spent) in summary.stages.iter().chain([&outside]) {
         text += &format!("  {:5.1}%  {spent:8.2} s  {stage}\n", 100.0 * spent / seconds);
     }

@@ -1,6 +1,6 @@
 //! `lateen verify`: the validation cases against their references.
 
-use super::{Failure, located, say, show, signals, with_threads};
+use super::{Failure, located, say, show, signals, use_threads};
 use lateen::catalog;
 use lateen::error::{Diagnostic, Error};
 use lateen::run::Folder;
@@ -25,10 +25,7 @@ pub struct Arguments {
 
 /// Runs the cases and prints their tables.
 pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
-    with_threads(arguments.threads, || verify_cases(arguments))
-}
-
-fn verify_cases(arguments: &Arguments) -> Result<(), Failure> {
+    use_threads(arguments.threads)?;
     let level = if arguments.full { Level::Full } else { Level::Quick };
     let stop = signals::stop_flag()?;
     let (mut compared, mut failed) = (0, 0);

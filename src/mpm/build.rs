@@ -56,7 +56,8 @@ impl<const D: usize> Mpm<D> {
         );
         let proximity = Proximity::new(&coupling.membranes);
         let filter_time = filter_time(setup.transfer, &bodies, cell);
-        let walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
+        let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
+        walls.note_overlaps(&bodies);
         let (books, accounts) = Accounts::open();
         let bins = bodies.iter().map(|_| Bins::default()).collect();
         let mut grid = Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count);

@@ -39,8 +39,8 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
     show(visit, name, "affine", &mut particles.affine);
     show(visit, name, "history", &mut particles.history);
     show(visit, name, "signal", &mut particles.signal);
-    // No step depends on it, but the pressure is shown with it.
-    show(visit, name, "excess", &mut body.work.excess);
+    // No step depends on it, but the pressure is shown with it. A model that hasn't taken a step has none.
+    visit(&format!("{name}.excess"), Column::growing(&mut body.work.excess));
 }
 
 /// The blocks by which a body is sorted: a resumed run must sum in the same order.

@@ -168,9 +168,8 @@ impl<const D: usize> Coupling<D> {
     /// True if a membrane that meets the bodies of this field lies between `x` [m] and something rigid with the normal `normal` at the
     /// distance `distance` [m].
     pub fn lies_between(&self, (cell, field): (f64, usize), x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
-        let mut membranes = self.membranes.iter().enumerate();
-        membranes.any(|(index, membrane)| {
-            let to = self.contact.way_to((index, field), &membrane.position, x, cell);
+        (0..self.membranes.len()).any(|index| {
+            let to = self.contact.way_to((index, field), x, cell);
             to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + AMONG * cell)
         })
     }

@@ -22,10 +22,12 @@
 //! space, as it should, and its volumes follow its energy (`volumes`).
 
 use super::contact::nodes::{Lattice, flip};
+use super::coupling::Coupling;
 use super::ghost::{Fold, Limits};
 use super::kernel::{Kernel, Shape, with_shape};
 use super::step::of_field;
-use super::sweep::{Content, Record, Sweep, Wanted, put_scalar, put_velocity};
+use super::sweep::{Bins, Content, Record, Sweep, Wanted, put_scalar, put_velocity};
+use super::wall::{Bodies, Walls};
 use super::{Body, Field, Grid, Mpm, Node, Step};
 use crate::math::{Tensor, Vector};
 use crate::parallel::{self, CHUNK};
@@ -160,7 +162,7 @@ impl<const D: usize> Mpm<D> {
 
     /// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on their sides of
     /// the sheets; books what the forces on nodes would have done on the way. Comes after particles and sheets have moved.
-    pub(super) fn displace_particles(&mut self) {
+    pub(super) fn displace_particles(&mut self, step: &Step) {
         let Self { grid, bodies, bins, walls, coupling, .. } = self;
         let mut work = 0.0;
         let shifted =
@@ -180,6 +182,8 @@ impl<const D: usize> Mpm<D> {
             bins.disorder.drift += largest(shifts.iter()) / grid.cell;
             body.work.shift = shifts;
         }
+        coupling.find_membranes(grid.cell);
+        work += keep_out((grid, walls), bodies, bins, coupling, step);
         let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
         let shifts = coupling.contact.restore(bodies, &positions).to_vec();
         for ((body, bins), shifts) in bodies.iter().zip(bins).zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
@@ -189,6 +193,29 @@ impl<const D: usize> Mpm<D> {
         }
         self.books.add(self.accounts.displacement, work);
     }
+}
+
+/// Moves particles out of obstacles; returns what the forces on nodes would have done on the way [J].
+fn keep_out<const D: usize>(
+    (grid, walls): (&Grid<D>, &Walls<D>),
+    bodies: &mut [Body<D>],
+    bins: &mut [Bins<D>],
+    coupling: &Coupling<D>,
+    step: &Step,
+) -> f64 {
+    let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
+    for field in 0..grid.fields.len() {
+        let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+        let shifts = walls.keep_out(grid.cell, &Bodies::of_field(bodies, bins, field, &shielded), step);
+        for (number, particle, by) in shifts {
+            let body = &mut bodies[number];
+            work += work_over(grid, body, coupling.contact.lattice(), particle as usize, by);
+            body.particles.position[particle as usize] += by;
+            farthest[number] = farthest[number].max(by.norm() / grid.cell);
+        }
+    }
+    bins.iter_mut().zip(farthest).for_each(|(bins, by)| bins.disorder.drift += by);
+    work
 }
 
 /// Closes the voids of particles that have parted and are back among others.

@@ -192,7 +192,7 @@ impl<const D: usize> Mpm<D> {
         self.book_walls_of_sheets(step);
         timed!(self.timer, "stress", self.lead_volumes());
         timed!(self.timer, "shift", self.even_out(step));
-        timed!(self.timer, "grid", self.constrain_walls(step)); // contact may have pushed into them
+        timed!(self.timer, "grid", self.constrain_walls(step)); // once more
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
@@ -200,7 +200,7 @@ impl<const D: usize> Mpm<D> {
             timed!(self.timer, "stress", self.stress_last(field, step)?);
         }
         timed!(self.timer, "g2p", self.move_particles(step)?);
-        timed!(self.timer, "shift", self.displace_particles());
+        timed!(self.timer, "shift", self.displace_particles(step));
         self.finish_step(step)?;
         self.close_books();
         health::check_energy(self.energy.iter().sum::<f64>() + self.books.sum())

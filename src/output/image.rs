@@ -26,19 +26,20 @@ impl Image {
     pub fn averaged_down(&self, factor: usize) -> Self {
         let mut small = Self::new(self.width / factor, self.height / factor);
         let (row, count) = (3 * self.width, (factor * factor) as u32);
-        let mut sums = vec![[0_u32; 3]; small.width];
+        // Down the columns first, which registers do many at a time.
+        let mut sums = vec![0_u32; row];
         let blocks = self.pixels.chunks_exact(factor * row);
-        for (means, block) in small.pixels.chunks_exact_mut(3 * sums.len()).zip(blocks) {
-            sums.fill([0; 3]);
+        for (means, block) in small.pixels.chunks_exact_mut((3 * small.width).max(1)).zip(blocks) {
+            sums.fill(0);
             for line in block.chunks_exact(row) {
-                for (sum, pixels) in sums.iter_mut().zip(line.chunks_exact(3 * factor)) {
-                    for pixel in pixels.chunks_exact(3) {
-                        (0..3).for_each(|channel| sum[channel] += u32::from(pixel[channel]));
-                    }
-                }
+                sums.iter_mut().zip(line).for_each(|(sum, &value)| *sum += u32::from(value));
             }
-            for (mean, sum) in means.chunks_exact_mut(3).zip(&sums) {
-                (0..3).for_each(|channel| mean[channel] = ((sum[channel] + count / 2) / count) as u8);
+            for (mean, sums) in means.chunks_exact_mut(3).zip(sums.chunks_exact(3 * factor)) {
+                let mut sum = [count / 2; 3];
+                for pixel in sums.chunks_exact(3) {
+                    (0..3).for_each(|channel| sum[channel] += pixel[channel]);
+                }
+                (0..3).for_each(|channel| mean[channel] = (sum[channel] / count) as u8);
             }
         }
         small
@@ -61,6 +62,7 @@ impl Image {
             let mut encoder = png::Encoder::new(out, self.width as u32, self.height as u32);
             encoder.set_color(png::ColorType::Rgb);
             encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_compression(png::Compression::Fast);
             let mut writer = encoder.write_header().map_err(io::Error::other)?;
             writer.write_image_data(&self.pixels).map_err(io::Error::other)?;
             writer.finish().map_err(io::Error::other)

@@ -203,13 +203,15 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
 /// True if all numbers that the next step starts from are finite, and lengths and times positive.
 fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
     let vectors = [&pfem.particles.position, &pfem.particles.velocity, &pfem.implicit.velocity, &pfem.before];
-    let numbers = [&pfem.particles.depth, &pfem.implicit.pressure, &pfem.level];
+    // A fluid that has the mesh to itself is infinitely far from any interface.
+    let distances = [&pfem.particles.depth, &pfem.level];
     let level = pfem.sharp.as_ref().is_none_or(|sharp| {
         sharp.band > 0.0 && sharp.band.is_finite() && sharp.level.iter().all(|phi| phi.is_finite())
     });
     let times = [pfem.dt_before, pfem.dt_earlier, pfem.step_control.proposal];
     vectors.iter().all(|column| column.iter().all(|v| v.is_finite()))
-        && numbers.iter().all(|column| column.iter().all(|number| number.is_finite()))
+        && pfem.implicit.pressure.iter().all(|pressure| pressure.is_finite())
+        && distances.iter().all(|column| column.iter().all(|distance| !distance.is_nan()))
         && level
         && times.iter().all(|&time| time >= 0.0)
         && [pfem.shift, pfem.weight, pfem.unresolved_energy].iter().all(|number| number.is_finite())

@@ -14,8 +14,11 @@ mod recover;
 use self::impulse::Impulses;
 use super::clock::next_target;
 use super::progress::Pace;
-use super::{CheckpointStore, Clock, Column, Event, MOST_COUNTED, Monitor, Observer, Progress, Schedule, Solver};
+use super::{
+    CheckpointStore, Clock, Column, Event, MOST_COUNTED, Monitor, Observer, Progress, Schedule, Solver, Timer,
+};
 use crate::error::{Diagnostic, Error, Place, Result, StepError};
+use crate::timed;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,7 +50,7 @@ pub struct Summary {
     pub substeps: u64,
     /// Elements of membranes advanced, summed over these sub-steps.
     pub element_steps: u64,
-    /// Seconds per stage.
+    /// Seconds per stage: those of the solver, outputs and checkpoints.
     pub stages: Vec<(&'static str, f64)>,
     /// Energy that the ledger can't explain [J].
     pub closure: f64,
@@ -70,6 +73,8 @@ pub struct Simulation {
     monitors: Vec<(Schedule, Box<dyn Monitor>)>,
     observers: Vec<Box<dyn Observer>>,
     store: Option<Box<dyn CheckpointStore>>,
+    /// Time that monitors and checkpoints took.
+    timer: Timer,
     newest: Option<PathBuf>,
     stop: Arc<AtomicBool>,
     /// True after a step that failed: the solver stands somewhere within it.
@@ -97,6 +102,7 @@ impl Simulation {
             monitors: Vec::new(),
             observers: Vec::new(),
             store: None,
+            timer: Timer::default(),
             newest: None,
             stop: Arc::default(),
             broken: false,
@@ -192,7 +198,7 @@ impl Simulation {
     pub fn run(&mut self) -> Result<Summary> {
         let outcome = self.begin().and_then(|()| self.march());
         let outcome = match outcome {
-            Ok(()) => self.save(),
+            Ok(()) => timed!(self.timer, "checkpoints", self.save()),
             Err(error @ Error::Io { .. }) => {
                 // The state is good: worth a try, though the disk that failed may be the same one.
                 let _ = self.save();
@@ -228,9 +234,9 @@ impl Simulation {
         self.advance()?;
         self.steps += 1;
         self.particle_steps += self.solver.particle_count() as u64;
-        self.sample()?;
+        timed!(self.timer, "outputs", self.sample())?;
         if self.saved.elapsed() >= self.plan.checkpoint_every {
-            self.save()?;
+            timed!(self.timer, "checkpoints", self.save())?;
         }
         Ok(())
     }
@@ -285,8 +291,8 @@ impl Simulation {
         if let Ok([dt, _]) = self.next_step() {
             self.solver.begin(self.clock.time, dt);
         }
-        self.sample()?;
-        self.save()
+        timed!(self.timer, "outputs", self.sample())?;
+        timed!(self.timer, "checkpoints", self.save())
     }
 
     fn march(&mut self) -> Result<()> {
@@ -409,7 +415,7 @@ impl Simulation {
             particle_steps: self.particle_steps,
             substeps: self.substeps,
             element_steps: self.element_steps,
-            stages: self.solver.stage_times(),
+            stages: self.solver.stage_times().into_iter().chain(self.timer.seconds()).collect(),
             closure: ledger.closure(self.stored_at_start),
             energy_scale: ledger.scale(self.stored_at_start),
             energy_remainder: ledger.remainder(self.stored_at_start),

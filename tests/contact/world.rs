@@ -295,7 +295,8 @@ impl<const D: usize> World<D> {
     fn open_walls(&self) -> Walls<D> {
         let walls = std::array::from_fn(|_| [Wall::default(), Wall::default()]);
         let setup = GridSetup { lower: self.grid.origin, cell: self.grid.cell, cells: self.grid.cells, walls };
-        Walls::new(&setup, Vec::new(), self.grid.fields.len())
+        let lattice = Lattice::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        Walls::new(&setup, Vec::new(), self.grid.fields.len(), lattice)
     }
 
     /// One step of length `dt` [s].

@@ -99,6 +99,8 @@ pub(super) struct Labels {
     pub stamps: Vec<u32>,
     /// The side of all of them for good, as their region has it.
     pub known: Option<f64>,
+    /// How hard each was pressed against the sheet when it was near last [N]; fewer where the others weren't.
+    pub force: Vec<f32>,
 }
 
 /// A particle that is to be displaced.
@@ -148,6 +150,21 @@ impl Labels {
         }
         let side = if label.side > 0.0 { 1 } else { u32::from(label.side < 0.0) * 2 };
         self.stamps[id as usize] = Self::clock(step) << 3 | u32::from(label.crossed) << 2 | side;
+    }
+
+    /// How hard a particle was pressed in `step` [N], which is then forgotten.
+    pub fn take_force(&mut self, id: u32, step: u64) -> f64 {
+        let near = self.kept(id, step).is_some();
+        let force = self.force.get_mut(id as usize).map_or(0.0, std::mem::take);
+        if near && force.is_finite() { f64::from(force).max(0.0) } else { 0.0 }
+    }
+
+    /// Remembers how hard a particle was pressed [N].
+    pub fn put_force(&mut self, id: u32, force: f64) {
+        if self.force.len() <= id as usize {
+            self.force.resize(id as usize + 1, 0.0);
+        }
+        self.force[id as usize] = force as f32;
     }
 
     fn clock(step: u64) -> u32 {

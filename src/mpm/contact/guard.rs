@@ -112,8 +112,8 @@ fn lack<const D: usize>(
     least: f64,
     cell: f64,
 ) -> Option<Vector<D>> {
-    let Moved { nearest, facets, position, .. } = sheets[near.sheet as usize];
-    let foot = nearest.foot(facets, position, x, cell).filter(|foot| !foot.beyond)?;
+    let Moved { nearest, facets, .. } = sheets[near.sheet as usize];
+    let foot = nearest.foot(facets, x, cell).filter(|foot| !foot.beyond)?;
     let missing = least - near.side * foot.distance;
     (missing > CLOSE * least).then(|| foot.normal * (near.side * missing))
 }
@@ -141,11 +141,11 @@ fn admissible<const D: usize>(near: &[&Near<D>], sheets: &[Moved<'_, D>], x: Vec
 /// The place next to the facet that the particle was next to at the start of the step, as far from it as then.
 fn beside_the_same_facet<const D: usize>(near: &Near<D>, sheets: &[Moved<'_, D>], cell: f64) -> Option<Vector<D>> {
     let Moved { nearest, facets, before, position } = sheets[near.sheet as usize];
-    let foot = nearest.foot(facets, before, near.from, cell)?;
+    let foot = nearest.foot_at(facets, before, near.from, cell)?;
     let nodes = facets[foot.facet as usize].nodes.iter().zip(foot.weights);
     let point: Vector<D> = nodes.map(|(&k, weight)| position[k as usize] * weight).sum();
     // On the sheet itself the direction is that of its mean normal, into a wedge along its middle.
-    let normal = nearest.foot(facets, position, point, cell)?.normal;
+    let normal = nearest.foot(facets, point, cell)?.normal;
     let height = (near.side * foot.distance).clamp(CLOSEST * near.least, near.least);
     Some(point + normal * (near.side * height))
 }

@@ -43,6 +43,7 @@ mod rigid;
 mod row;
 pub mod sample;
 mod sheet;
+mod solver;
 mod watch;
 
 pub use rigid::Squeeze;
@@ -341,10 +342,12 @@ impl<const D: usize> Contact<D> {
 
     /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
-        self.sheets.iter_mut().for_each(|sheet| {
+        let bodies = self.bodies.len();
+        for (s, sheet) in self.sheets.iter_mut().enumerate() {
             sheet.points.part(&mut self.shifts);
+            sheet.points.remember(&mut self.labels[s * bodies..][..bodies]);
             sheet.rigid.note();
-        });
+        }
         self.partners.commit(grid);
     }
 
@@ -378,7 +381,7 @@ impl<const D: usize> Contact<D> {
             let Sheet { points, facets, before, .. } = sheet;
             points.refresh(facets, before, grid.cell);
             for (node, vote) in votes {
-                if let Some(foot) = points.nearest().foot(facets, before, grid.position(node), grid.cell) {
+                if let Some(foot) = points.nearest().foot(facets, grid.position(node), grid.cell) {
                     visit(node, vote.signum() * foot.distance);
                 }
             }
@@ -392,16 +395,10 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// The way from `x` [m] to a sheet within a cell that has contact with a field.
-    pub fn way_to(
-        &self,
-        (sheet, field): (usize, usize),
-        position: &[Vector<D>],
-        x: Vector<D>,
-        cell: f64,
-    ) -> Option<Vector<D>> {
+    /// The way from `x` [m] to a sheet within a cell, where it was found last, that has contact with a field.
+    pub fn way_to(&self, (sheet, field): (usize, usize), x: Vector<D>, cell: f64) -> Option<Vector<D>> {
         let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
-        let foot = sheet.points.nearest().foot(&sheet.facets, position, x, cell)?;
+        let foot = sheet.points.nearest().foot(&sheet.facets, x, cell)?;
         Some(foot.normal * -foot.distance)
     }
 
@@ -494,13 +491,14 @@ impl<const D: usize> Contact<D> {
         self.counts.iter().copied().max().unwrap_or(0)
     }
 
-    /// What a checkpoint must keep: the particles' sides, counts and losses.
+    /// What a checkpoint must keep: the particles' sides, how hard they were pressed, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for (index, labels) in self.labels.iter_mut().enumerate() {
             let (sheet, (body, part)) = (index / self.bodies.len(), &self.bodies[index % self.bodies.len()]);
             let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
             let sheet = &self.sheets[sheet].name;
             visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
+            visit(&format!("{prefix}force-{kind}:{sheet}:{body}"), Column::growing(&mut labels.force));
         }
         for sheet in &mut self.sheets {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));

@@ -17,15 +17,23 @@
 //! around x_c (Bærentzen & Aanæs 2005).
 //!
 //! Facets are binned once for many steps: each into all bins that it can reach while the sheet moves by the
-//! slack, so that a query reads one bin.
+//! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at the same positions, and
+//! the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
 use super::locate::{borders, closest, for_each_bin};
 use super::sample::Facet;
 use crate::math::Vector;
 use hashbrown::{HashMap, HashSet};
+use rayon::prelude::*;
 
 /// How far, in cells, the sheet may move before its facets are binned anew.
 const SLACK: f64 = 0.5;
+
+/// Nodes and facets per parallel task.
+const TASK: usize = 1024;
+
+/// What rounding may add to the distance from the mean point of a facet, relative to that.
+const ROUNDING: f64 = 1e-9;
 
 /// Closer than this [cells] the direction to the foot is lost in rounding, and the sheet's normal stands in.
 const TOUCHING: f64 = 1e-7;
@@ -59,6 +67,30 @@ pub(super) struct Nearest<const D: usize> {
     borders: HashSet<[u32; 2]>,
     /// Facets around each node: starts, and the facets.
     around: (Vec<u32>, Vec<u32>),
+    placed: Placed<D>,
+}
+
+/// A sheet at the positions of the last refresh.
+#[derive(Debug, Default)]
+struct Placed<const D: usize> {
+    position: Vec<Vector<D>>,
+    bounds: Vec<Bounds<D>>,
+    normals: Vec<NodeNormal<D>>,
+}
+
+/// The box around a facet, and the mean of its corners [m].
+#[derive(Debug, Clone, Copy)]
+struct Bounds<const D: usize> {
+    lower: Vector<D>,
+    upper: Vector<D>,
+    middle: Vector<D>,
+}
+
+/// The area vectors around a node, added up [m²], and the unit vector along them, zero where they cancel.
+#[derive(Debug, Clone, Copy)]
+struct NodeNormal<const D: usize> {
+    area: Vector<D>,
+    unit: Vector<D>,
 }
 
 impl<const D: usize> Nearest<D> {
@@ -82,8 +114,19 @@ impl<const D: usize> Nearest<D> {
         Self { borders: borders(facets), around: (starts, around), ..Self::default() }
     }
 
-    /// Bins the facets again if the sheet has moved too far. Feet are found within `reach` [m].
+    /// Follows the sheet to `position` [m]. Feet are found within `reach` [m].
     pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
+        self.bin_facets(facets, position, reach, cell);
+        if self.placed.position != position {
+            let bounds = facets.par_iter().with_min_len(TASK).map(|facet| Bounds::of(facet, position));
+            let normals = (0..position.len()).into_par_iter().with_min_len(TASK);
+            let normals = normals.map(|node| self.node_normal(facets, position, node as u32));
+            self.placed = Placed { position: position.to_vec(), bounds: bounds.collect(), normals: normals.collect() };
+        }
+    }
+
+    /// Bins the facets again if the sheet has moved too far.
+    fn bin_facets(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
         let slack = SLACK * cell;
         let moved = |(a, b): (&Vector<D>, &Vector<D>)| (*a - *b).norm_squared() > slack * slack;
         if self.binned.len() == position.len() && !position.iter().zip(&self.binned).any(moved) {
@@ -106,24 +149,55 @@ impl<const D: usize> Nearest<D> {
         std::array::from_fn(|a| (x[a] / self.size).floor() as i32)
     }
 
-    /// The foot of `x` [m] if it is within `reach` [m], which must not exceed that of [`Self::refresh`].
-    pub fn foot(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
-        let candidates = self.bins.get(&self.bin(x))?;
-        let mut best = Best { square: reach * reach, facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
-        for &e in candidates {
-            let facet = &facets[e as usize];
-            let corners = facet.corners(position);
-            if square_to_bounds(&corners, x) <= best.square {
-                best.compare(e, facet.count, corners, x);
-            }
-        }
-        (best.facet != u32::MAX).then(|| self.close(facets, position, x, &best))
+    /// The foot of `x` [m] on the sheet where it was refreshed last, if it is within `reach` [m], which must not exceed that of
+    /// [`Self::refresh`].
+    pub fn foot(&self, facets: &[Facet], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
+        let Placed { position, bounds, normals } = &self.placed;
+        let best = self.closest(facets, position, |e| bounds[e as usize], x, reach)?;
+        Some(self.close(facets, position, |node| normals[node as usize], x, &best))
     }
 
-    fn close(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, best: &Best<D>) -> Foot<D> {
+    /// The same on the sheet at other positions [m], within the slack of those.
+    pub fn foot_at(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
+        let best = self.closest(facets, position, |e| Bounds::of(&facets[e as usize], position), x, reach)?;
+        Some(self.close(facets, position, |node| self.node_normal(facets, position, node), x, &best))
+    }
+
+    /// The first of the closest points in the order of the facets.
+    #[inline]
+    fn closest(
+        &self,
+        facets: &[Facet],
+        position: &[Vector<D>],
+        bounds: impl Fn(u32) -> Bounds<D>,
+        x: Vector<D>,
+        reach: f64,
+    ) -> Option<Best<D>> {
+        let candidates = self.bins.get(&self.bin(x))?;
+        let middle = candidates.iter().map(|&e| (x - bounds(e).middle).norm_squared()).fold(f64::INFINITY, f64::min);
+        let bound = middle * (1.0 + ROUNDING) + (TOUCHING * self.size).powi(2);
+        let mut best =
+            Best { square: bound.min(reach * reach), facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
+        for &e in candidates {
+            if bounds(e).square_to(x) <= best.square {
+                let facet = &facets[e as usize];
+                best.compare(e, facet.count, facet.corners(position), x);
+            }
+        }
+        (best.facet != u32::MAX).then_some(best)
+    }
+
+    fn close(
+        &self,
+        facets: &[Facet],
+        position: &[Vector<D>],
+        node_normal: impl Fn(u32) -> NodeNormal<D>,
+        x: Vector<D>,
+        best: &Best<D>,
+    ) -> Foot<D> {
         let facet = &facets[best.facet as usize];
-        let normals: [Vector<D>; 4] = std::array::from_fn(|k| self.node_normal(facets, position, facet.nodes[k]));
-        let mean: Vector<D> = normals.iter().zip(best.weights).map(|(&n, w)| n * w).sum();
+        let normals = facet.nodes.map(node_normal);
+        let mean: Vector<D> = normals.iter().zip(best.weights).map(|(n, w)| n.area * w).sum();
         let flat = || facet.area(position).normalized().unwrap_or_else(|| Vector::unit(0));
         let mean = mean.normalized().unwrap_or_else(flat);
         let (arm, distance) = (x - best.point, best.square.sqrt());
@@ -142,11 +216,26 @@ impl<const D: usize> Nearest<D> {
         }
     }
 
-    /// The area vectors around a node, added up [m²].
-    fn node_normal(&self, facets: &[Facet], position: &[Vector<D>], node: u32) -> Vector<D> {
+    fn node_normal(&self, facets: &[Facet], position: &[Vector<D>], node: u32) -> NodeNormal<D> {
         let (starts, around) = &self.around;
         let near = &around[starts[node as usize] as usize..starts[node as usize + 1] as usize];
-        near.iter().map(|&e| facets[e as usize].area(position)).sum()
+        let area: Vector<D> = near.iter().map(|&e| facets[e as usize].area(position)).sum();
+        NodeNormal { area, unit: area.normalized().unwrap_or_default() }
+    }
+}
+
+impl<const D: usize> Bounds<D> {
+    fn of(facet: &Facet, position: &[Vector<D>]) -> Self {
+        let x = facet.corners(position);
+        let of = |pick: fn(f64, f64) -> f64| Vector::from_fn(|a| pick(pick(x[0][a], x[1][a]), pick(x[2][a], x[3][a])));
+        let middle = x[..facet.count].iter().copied().sum::<Vector<D>>() / facet.count as f64;
+        Self { lower: of(f64::min), upper: of(f64::max), middle }
+    }
+
+    /// Squared distance [m²], a lower bound of that to the facet.
+    fn square_to(&self, x: Vector<D>) -> f64 {
+        let outside = |a: usize| (self.lower[a] - x[a]).max(x[a] - self.upper[a]).max(0.0);
+        (0..D).map(|a| outside(a) * outside(a)).sum()
     }
 }
 
@@ -155,12 +244,12 @@ fn bulge<const D: usize>(
     corners: &[Vector<D>; 4],
     weights: &[f64; 4],
     point: Vector<D>,
-    normals: &[Vector<D>; 4],
+    normals: &[NodeNormal<D>; 4],
     normal: Vector<D>,
 ) -> f64 {
     let mut sum = 0.0;
     for ((corner, weight), n) in corners.iter().zip(weights).zip(normals).filter(|((_, weight), _)| **weight > 0.0) {
-        let n = n.normalized().unwrap_or_default();
+        let n = n.unit;
         let along = n.dot(normal);
         if along < SMOOTH {
             return 0.0;
@@ -227,18 +316,6 @@ fn on_border(facet: &Facet, weights: &[f64; 4], borders: &HashSet<[u32; 2]>) -> 
     })
 }
 
-/// Squared distance to the box around the corners [m²], a lower bound of that to the facet.
-fn square_to_bounds<const D: usize>(corners: &[Vector<D>; 4], x: Vector<D>) -> f64 {
-    (0..D)
-        .map(|a| {
-            let lower = corners.iter().map(|c| c[a]).fold(f64::INFINITY, f64::min);
-            let upper = corners.iter().map(|c| c[a]).fold(f64::NEG_INFINITY, f64::max);
-            let outside = (lower - x[a]).max(x[a] - upper).max(0.0);
-            outside * outside
-        })
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -246,7 +323,7 @@ mod tests {
     fn foot<const D: usize>(facets: &[Facet], position: &[Vector<D>], x: Vector<D>) -> Option<Foot<D>> {
         let mut nearest = Nearest::new(facets, position.len());
         nearest.refresh(facets, position, 0.6, 0.3);
-        nearest.foot(facets, position, x, 0.6)
+        nearest.foot(facets, x, 0.6)
     }
 
     /// A loop that runs counter-clockwise: outside is positive, also across its corners.
@@ -261,6 +338,38 @@ mod tests {
             assert!((found.distance - expected).abs() < 1e-12, "{x:?}: {found:?}");
         }
         assert!(foot(&facets, &position, Vector([9.0, 9.0])).is_none());
+    }
+
+    /// On a crumpled sheet the foot is that of a search through all facets, at the positions of the refresh and at others.
+    #[test]
+    fn bounds_leave_out_no_closest_point() {
+        let wave = |t: f64| {
+            move |k: u32| {
+                let (x, y) = (0.1 * f64::from(k % 12), 0.1 * f64::from(k / 12));
+                Vector([x, y, 0.1 * (17.0 * x + t).sin() * (23.0 * y - t).cos()])
+            }
+        };
+        let [now, then] = [0.0, 0.3].map(|t| (0..144).map(wave(t)).collect::<Vec<_>>());
+        let corner = |k: &u32| k % 12 < 11;
+        let facets: Vec<_> = (0..132)
+            .filter(corner)
+            .map(|k| Facet::new(&[k, k + 1, k + 13, k + 12]))
+            .chain([Facet::new(&[0, 1, 12])])
+            .collect();
+        let mut nearest = Nearest::new(&facets, now.len());
+        nearest.refresh(&facets, &now, 0.2, 0.2);
+        for n in 0..500 {
+            let part = |m: u32| f64::from(n * m % 499) / 499.0;
+            let x = Vector([1.3 * part(7) - 0.1, 1.3 * part(31) - 0.1, 0.5 * part(101) - 0.25]);
+            for (position, found) in
+                [(&now, nearest.foot(&facets, x, 0.2)), (&then, nearest.foot_at(&facets, &then, x, 0.2))]
+            {
+                let mut best = Best { square: 0.04, facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
+                (0..).zip(&facets).for_each(|(e, facet)| best.compare(e, facet.count, facet.corners(position), x));
+                let expected = (best.facet != u32::MAX).then_some((best.facet, best.weights));
+                assert_eq!(found.map(|foot| (foot.facet, foot.weights)), expected, "{x:?}");
+            }
+        }
     }
 
     /// On a tilted plane the foot is the orthogonal projection, whatever the elements.

@@ -8,9 +8,9 @@
 //! grid once, p ← p + ΣJ and f ← f + ΣJ/Δt, so that p⁻ = p − Δt f stays true.
 
 use super::nodes::Lattice;
+use super::row::NONE;
 use crate::math::Vector;
 use crate::mpm::Grid;
-use hashbrown::HashMap;
 
 #[derive(Debug, Clone)]
 struct Partner<const D: usize> {
@@ -32,22 +32,31 @@ struct Partner<const D: usize> {
 pub(super) struct Partners<const D: usize> {
     dt: f64,
     list: Vec<Partner<D>>,
-    index: HashMap<(u32, u32), u32>,
+    /// Number of each node of each field, `NONE` where there is none.
+    index: Vec<Vec<u32>>,
 }
 
 impl<const D: usize> Partners<D> {
     /// Forgets the last step.
     pub fn begin(&mut self, dt: f64) {
         self.dt = dt;
-        self.list.clear();
-        self.index.clear();
+        for partner in self.list.drain(..) {
+            self.index[partner.field as usize][partner.node as usize] = NONE;
+        }
     }
 
     /// The number of a node of a field; a new one if it is met for the first time.
     pub fn add(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, field: usize, node: usize) -> u32 {
-        let next = self.list.len() as u32;
-        let known = *self.index.entry((field as u32, node as u32)).or_insert(next);
-        if known == next {
+        if self.index.len() <= field {
+            self.index.resize(field + 1, Vec::new());
+        }
+        let index = &mut self.index[field];
+        if index.len() <= node {
+            index.resize(grid.node_count().max(node + 1), NONE);
+        }
+        let known = &mut index[node];
+        if *known == NONE {
+            *known = self.list.len() as u32;
             let value = &grid.fields[field].nodes[node];
             let free = lattice.free(grid, node);
             self.list.push(Partner {
@@ -60,7 +69,7 @@ impl<const D: usize> Partners<D> {
                 impulse: Vector::ZERO,
             });
         }
-        known
+        *known
     }
 
     /// Mass [kg] and trial velocity [m/s] at the time `t` [s] after the start of the step.

@@ -11,7 +11,7 @@
 //! p_I ← p_I + N_Is J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
 //! ```
 //!
-//! All points together are one complementarity problem, solved by projected Gauss–Seidel in a fixed order. Where g < 0
+//! All points together are one complementarity problem (`solver`). Where g < 0
 //! nothing is asked of the velocities but that the overlap does not grow, so that contact takes energy and never adds any. Velocities
 //! that undo overlaps do add some, even where none exceeds that at which the two came together: of a light node between heavy particles
 //! each contact throws back what the other has thrown. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
@@ -26,12 +26,13 @@
 
 use super::band::{Labels, Shift, radius};
 use super::guard::Near;
-use super::impulse::{Impulse, Settled, limit};
+use super::impulse::{Impulse, Settled};
 use super::nearest::Nearest;
 use super::nodes::{Flips, Lattice, flip};
 use super::partner::Partners;
 use super::rigid::Rigid;
 use super::sample::Facet;
+use super::solver::{Moving, Reached, Solver, Spot, Stiffness};
 use super::watch::{Member, Scene, Seen, WATCHED, Watch, label, stencil};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
@@ -42,9 +43,8 @@ use rayon::prelude::*;
 const RECOVERY: f64 = 0.2;
 const MOST: f64 = 0.05;
 
-/// Most sweeps of the iteration, and the change of an impulse, relative to the largest one, that ends it.
-const SWEEPS: usize = 30;
-const SETTLED: f64 = 1e-4;
+/// Stencils per parallel task.
+const STENCILS: usize = 64;
 
 /// Allowance for forces when particles that may touch are chosen [cells].
 const CLOSE: f64 = 0.02;
@@ -52,59 +52,17 @@ const CLOSE: f64 = 0.02;
 /// Part of its half size that is guarded of a particle on the skin itself.
 const LEAST_REACH: f64 = 0.1;
 
-/// A grid node in the support of a touching particle.
-#[derive(Debug, Clone, Copy)]
-struct Reached {
-    partner: u32,
-    flips: Flips,
-    weight: f64,
-}
-
-/// A particle close to the sheet, and what it does there during the step.
-#[derive(Debug, Clone)]
-struct Spot<const D: usize> {
-    field: u32,
-    /// Index of its body.
-    body: u32,
-    /// Its particles end here in the list of all.
-    members: u32,
-    /// How far the body reaches from there [m].
-    radius: f64,
-    /// K, repeated where the facet has fewer than four nodes, and W_K.
-    nodes: [u32; 4],
-    weights: [f64; 4],
-    /// n, from the sheet to the particle.
-    normal: Vector<D>,
-    /// Distance along n from the sheet to where the body is pushed [m].
-    arm: f64,
-    /// g at the start of the sub-step [m].
-    gap: f64,
-    /// Its nodes end here in the list of all.
-    end: u32,
-    /// What the body adds to M⁻¹ along each axis [1/kg].
-    softness: Vector<D>,
-    friction: Friction,
-    /// J of this sub-step, on the particle [N s].
-    impulse: Impulse<D>,
-    /// Σ J over the sub-steps [N s], and Σ J·v̂ of the sheet [J]: normal part and friction.
-    total: Impulse<D>,
-    work: [f64; 2],
-}
-
 /// Particles of all bodies that touch one sheet.
 #[derive(Debug, Default)]
 pub(super) struct Points<const D: usize> {
     nearest: Nearest<D>,
-    contacts: Vec<Spot<D>>,
+    solver: Solver<D>,
     /// The particles of all contacts.
     members: Vec<Member<D>>,
-    reached: Vec<Reached>,
     /// Σ ± m_p N_Ip of the watched particles, by node and field.
     sides: HashMap<(u32, u32), f64>,
-    /// Trial velocities of the partners with the impulses so far [m/s].
-    velocity: Vec<Vector<D>>,
-    /// 1/m of the partners [1/kg].
-    softness: Vec<Vector<D>>,
+    /// The momentum's time of the last sub-step [s].
+    dt: f64,
 }
 
 impl<const D: usize> Points<D> {
@@ -115,14 +73,13 @@ impl<const D: usize> Points<D> {
 
     /// True if no particle may touch the sheet during this step.
     pub fn is_empty(&self) -> bool {
-        self.contacts.is_empty()
+        self.solver.spots.is_empty()
     }
 
     /// Forgets the last step and looks where the sheet is now.
     pub fn begin(&mut self, scene: &Scene<'_, D>) {
-        self.contacts.clear();
+        self.solver.begin();
         self.members.clear();
-        self.reached.clear();
         self.sides.clear();
         self.refresh(scene.facets, scene.surface.position, scene.grid.cell);
     }
@@ -147,13 +104,13 @@ impl<const D: usize> Points<D> {
         (labels, guarded): (&mut Labels, &mut Vec<Near<D>>),
     ) -> u64 {
         let particles = &body.particles;
-        let Self { nearest, contacts, members, sides, .. } = self;
+        let Self { nearest, solver, members, sides, .. } = self;
         let watch = Watch::new(scene, nearest, body);
         let fastest = scene.surface.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt();
         let mut crossed = 0;
         for seen in watch.seen() {
             let old = labels.recall(seen.key, scene.step - 1);
-            let label = label(old, &seen);
+            let (label, force) = (label(old, &seen), labels.take_force(seen.key, scene.step - 1));
             crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
             labels.keep(seen.key, scene.step, label);
             vote(sides, scene, body, &seen, label.side);
@@ -173,9 +130,10 @@ impl<const D: usize> Points<D> {
             }
             if label.side != 0.0 && friction != Friction::None && near {
                 members.extend(watch.members(&seen));
-                contacts.push(Spot {
+                solver.spots.push(Spot {
                     field: body.field as u32,
                     body: index as u32,
+                    key: seen.key,
                     members: members.len() as u32,
                     radius: seen.radius,
                     nodes: scene.facets[seen.foot.facet as usize].nodes,
@@ -183,10 +141,14 @@ impl<const D: usize> Points<D> {
                     normal: seen.foot.normal * label.side,
                     arm: label.side * seen.foot.distance,
                     gap,
+                    allowed: 0.0,
                     end: 0,
                     softness: Vector::ZERO,
+                    free: Stiffness::default(),
                     friction,
-                    impulse: Impulse::default(),
+                    // The impulse of a second: only the ratios of what a sub-step starts from count.
+                    pressed: force,
+                    tangent: Vector::ZERO,
                     total: Impulse::default(),
                     work: [0.0; 2],
                 });
@@ -201,24 +163,27 @@ impl<const D: usize> Points<D> {
         a * b < 0.0
     }
 
-    /// Finds the grid nodes of the particles among the partners, and how far an impulse moves them.
-    pub fn choose(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, partners: &mut Partners<D>) {
-        let Self { contacts, members, reached, .. } = self;
-        let stencils: Vec<Vec<(u32, Flips, f64)>> = (0..contacts.len())
+    /// Finds the grid nodes of the particles among the partners, and how far an impulse moves them and the sheet, whose nodes have 1/m
+    /// `softness` [1/kg].
+    pub fn choose(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, partners: &mut Partners<D>, softness: &[Vector<D>]) {
+        let Self { solver: Solver { spots, reached, .. }, members, .. } = self;
+        let stencils: Vec<Vec<(u32, Flips, f64)>> = (0..spots.len())
             .into_par_iter()
+            .with_min_len(STENCILS)
             .map(|c| {
-                let start = if c == 0 { 0 } else { contacts[c - 1].members };
-                let members = &members[start as usize..contacts[c].members as usize];
-                stencil(grid, lattice, contacts[c].field as usize, members)
+                let start = if c == 0 { 0 } else { spots[c - 1].members };
+                let members = &members[start as usize..spots[c].members as usize];
+                stencil(grid, lattice, spots[c].field as usize, members)
             })
             .collect();
-        for (contact, stencil) in contacts.iter_mut().zip(stencils) {
+        for (spot, stencil) in spots.iter_mut().zip(stencils) {
             for (node, flips, weight) in stencil {
-                let partner = partners.add(grid, lattice, contact.field as usize, node as usize);
-                contact.softness += partners.softness(partner) * (weight * weight);
+                let partner = partners.add(grid, lattice, spot.field as usize, node as usize);
+                spot.softness += partners.softness(partner) * (weight * weight);
                 reached.push(Reached { partner, flips, weight });
             }
-            contact.end = reached.len() as u32;
+            spot.end = reached.len() as u32;
+            spot.stiffen(softness);
         }
     }
 
@@ -227,97 +192,42 @@ impl<const D: usize> Points<D> {
     pub fn resolve(
         &mut self,
         (partners, rigid): (&mut Partners<D>, &mut Rigid<D>),
-        velocity: &mut [Vector<D>],
-        softness: impl Fn(usize) -> Vector<D>,
+        (velocity, softness): (&mut [Vector<D>], &[Vector<D>]),
         forces: &mut [Vector<D>],
         at: &SubStep<'_>,
     ) {
         let (t, dt) = (at.momentum_end, at.momentum_dt);
-        if self.contacts.is_empty() {
+        if self.is_empty() {
             return;
         }
-        self.velocity.clear();
-        self.velocity.extend((0..partners.len()).map(|partner| partners.trial(partner as u32, t).1));
-        self.softness.clear();
-        self.softness.extend((0..partners.len()).map(|partner| partners.softness(partner as u32)));
-        self.contacts.iter_mut().for_each(|contact| contact.impulse = Impulse::default());
-        rigid.sweep(velocity, &softness, at.dt);
-        for _ in 0..SWEEPS {
-            let (change, largest) = self.sweep(velocity, rigid, &softness, dt);
-            let (last, most) = rigid.sweep(velocity, &softness, at.dt);
-            if change <= SETTLED * largest && last <= SETTLED * most {
-                break;
-            }
-        }
+        self.dt = dt;
+        self.solver.load(partners, t);
+        self.solver.solve(&mut Moving { velocity: &mut *velocity, softness }, rigid, [dt, at.dt]);
         rigid.hand_over(forces, dt);
-        let mut start = 0;
-        for contact in &mut self.contacts {
-            let near = &self.reached[start as usize..contact.end as usize];
-            start = contact.end;
-            let j = contact.impulse.total();
-            near.iter().for_each(|at| partners.push(at.partner, flip(j, at.flips) * at.weight));
-            for (&k, weight) in contact.nodes.iter().zip(contact.weights) {
-                forces[k as usize] -= j * (weight / dt);
-            }
-            contact.total.normal += contact.impulse.normal;
-            contact.total.tangent += contact.impulse.tangent;
-            contact.gap += contact.opening(near, &self.velocity, velocity).dot(contact.normal) * dt;
-        }
+        self.solver.hand_over(partners, velocity, forces, dt);
     }
 
-    /// One sweep over all particles: the largest change of an impulse, and the largest impulse [N s].
-    fn sweep(
-        &mut self,
-        sheet: &mut [Vector<D>],
-        rigid: &mut Rigid<D>,
-        softness: &impl Fn(usize) -> Vector<D>,
-        dt: f64,
-    ) -> (f64, f64) {
-        let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
-        for contact in &mut self.contacts {
-            let near = &self.reached[start as usize..contact.end as usize];
-            start = contact.end;
-            let opening = contact.opening(near, &self.velocity, sheet);
-            let before = contact.impulse;
-            let held = contact.sheet_softness(softness, |k, soft, n| rigid.compliance(k, soft, n));
-            let mut delta = contact.push(opening, held, dt);
-            if contact.loosens(rigid, delta) {
-                contact.impulse = before;
-                let free = |_, soft: Vector<D>, n: Vector<D>| (0..D).map(|a| n[a] * n[a] * soft[a]).sum();
-                delta = contact.push(opening, contact.sheet_softness(softness, free), dt);
-            }
-            change = change.max(delta.norm());
-            largest = largest.max(contact.impulse.normal.norm());
-            if delta == Vector::ZERO {
-                continue;
-            }
-            for at in near {
-                let soft = self.softness[at.partner as usize];
-                let part = flip(delta, at.flips) * at.weight;
-                self.velocity[at.partner as usize] += Vector::from_fn(|a| part[a] * soft[a]);
-            }
-            for (&k, weight) in contact.nodes.iter().zip(contact.weights).filter(|(_, weight)| *weight > 0.0) {
-                let k = k as usize;
-                sheet[k] += rigid.give(k, delta * -weight, softness(k));
-            }
+    /// Remembers with the labels of each body how hard it was pressed in the last sub-step, which the next step starts from.
+    pub fn remember(&self, labels: &mut [Labels]) {
+        for spot in self.solver.spots.iter().filter(|spot| spot.pressed > 0.0) {
+            labels[spot.body as usize].put_force(spot.key, spot.pressed / self.dt);
         }
-        (change, largest)
     }
 
     /// Books the work on the sheet, whose nodes had the mean velocities `mean` [m/s] during the sub-step.
     pub fn book(&mut self, mean: impl Fn(usize) -> Vector<D>) {
-        for contact in self.contacts.iter_mut().filter(|contact| contact.impulse != Impulse::default()) {
+        for contact in self.solver.spots.iter_mut().filter(|spot| spot.impulse() != Impulse::default()) {
             let nodes = contact.nodes.iter().zip(contact.weights);
             let v: Vector<D> = nodes.map(|(&k, weight)| mean(k as usize) * weight).sum();
-            contact.work[0] += contact.impulse.normal.dot(v);
-            contact.work[1] += contact.impulse.tangent.dot(v);
+            contact.work[0] += contact.impulse().normal.dot(v);
+            contact.work[1] += contact.tangent.dot(v);
         }
     }
 
     /// Undoes a part of what overlaps: how far the particles of each body are to move.
     pub fn part(&self, shifts: &mut [Vec<Shift<D>>]) {
         let mut first = 0;
-        for contact in &self.contacts {
+        for contact in &self.solver.spots {
             let own = &self.members[first..contact.members as usize];
             first = contact.members as usize;
             if contact.gap < 0.0 {
@@ -331,8 +241,8 @@ impl<const D: usize> Points<D> {
     /// Adds the impulses of the step, field by field, and what was lost: J·(v̂_r − v̂_s).
     pub fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [Settled<D>]) {
         let mut start = 0;
-        for contact in &self.contacts {
-            let near = &self.reached[start as usize..contact.end as usize];
+        for contact in &self.solver.spots {
+            let near = &self.solver.reached[start as usize..contact.end as usize];
             start = contact.end;
             if contact.total == Impulse::default() {
                 continue;
@@ -344,69 +254,11 @@ impl<const D: usize> Points<D> {
     }
 }
 
-impl<const D: usize> Spot<D> {
-    /// v_p − v_c [m/s].
-    #[inline]
-    fn opening(&self, near: &[Reached], body: &[Vector<D>], sheet: &[Vector<D>]) -> Vector<D> {
-        let of_body: Vector<D> = near.iter().map(|at| flip(body[at.partner as usize], at.flips) * at.weight).sum();
-        let nodes = self.nodes.iter().zip(self.weights);
-        of_body - nodes.map(|(&k, weight)| sheet[k as usize] * weight).sum::<Vector<D>>()
-    }
-
-    /// What the sheet adds to M⁻¹, along the normal and, at most, across it [1/kg].
-    #[inline]
-    fn sheet_softness(
-        &self,
-        softness: &impl Fn(usize) -> Vector<D>,
-        compliance: impl Fn(usize, Vector<D>, Vector<D>) -> f64,
-    ) -> [f64; 2] {
-        let mut sums = [0.0; 2];
-        for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
-            let soft = softness(k as usize);
-            sums[0] += weight * weight * compliance(k as usize, soft, self.normal);
-            sums[1] += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
-        }
-        sums
-    }
-
-    /// True if a wall or an obstacle that holds a node of the sheet would let go under the change `delta` of the impulse
-    /// [N s]: the sheet is softer then than it is while held.
-    fn loosens(&self, rigid: &Rigid<D>, delta: Vector<D>) -> bool {
-        let mut nodes = self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0);
-        delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.loosens(k as usize, delta * -weight))
-    }
-
-    /// Improves the impulse for the relative velocity `w` [m/s] and what the sheet adds to M⁻¹ along the normal and across it;
-    /// returns its change [N s].
-    #[inline]
-    fn push(&mut self, w: Vector<D>, [along, across]: [f64; 2], dt: f64) -> Vector<D> {
-        let n = self.normal;
-        let allowed = self.gap.max(0.0) / dt;
-        let soft = along + (0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>();
-        if soft == 0.0 {
-            return Vector::ZERO;
-        }
-        let before = self.impulse;
-        let pressed = (before.normal.dot(n) - (w.dot(n) + allowed) / soft).max(0.0);
-        self.impulse.normal = n * pressed;
-        let most = limit(self.friction, pressed);
-        if most > 0.0 {
-            let soft = across + (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
-            let wanted = before.tangent - (w - n * w.dot(n)) / soft;
-            let size = wanted.norm();
-            self.impulse.tangent = if size > most { wanted * (most / size) } else { wanted };
-        } else {
-            self.impulse.tangent = Vector::ZERO;
-        }
-        self.impulse.total() - before.total()
-    }
-}
-
 /// Half the size of a particle that the guard of positions knows [m]: no more than what the body reaches from its centre, or the guard would
 /// move particles, and with them the skin, that touch the sheet as they should.
 fn guarded_size<const D: usize>(body: &Body<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
     let whole = radius(&body.particles, p, normal, cell);
-    if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).clamp(LEAST_REACH * whole, whole) }
+    if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).max(LEAST_REACH * whole).min(whole) }
 }
 
 /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.

@@ -228,6 +228,12 @@ impl<const D: usize> Rigid<D> {
         }
     }
 
+    /// True if one of these nodes is next to a wall or an obstacle.
+    #[inline(always)]
+    pub fn touches_any(&self, nodes: &[u32; 4]) -> bool {
+        !self.rests.is_empty() && nodes.iter().any(|&k| self.first.get(k as usize).is_some_and(|&first| first != NONE))
+    }
+
     /// The rests of a node that hold it.
     fn holding(&self, node: usize) -> impl Iterator<Item = &Rest<D>> {
         let first = self.first.get(node).copied().unwrap_or(NONE) as usize;

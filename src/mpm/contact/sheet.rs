@@ -75,8 +75,9 @@ pub(super) struct Sheet<const D: usize> {
     /// Friction with each field.
     pub friction: Vec<Friction>,
     held: Vec<[bool; D]>,
+    /// 1/m_K along the axes that are free, 0 along the others [1/kg].
+    softness: Vec<Vector<D>>,
     corner_mass: Vec<[f64; 4]>,
-    mass: Vec<f64>,
     samples: Samples,
     lookup: Vec<u32>,
     entries: Vec<Entry>,
@@ -100,7 +101,7 @@ impl<const D: usize> Sheet<D> {
             before: Vec::new(),
             forces: vec![Vector::ZERO; source.mass.len()],
             received: vec![Vector::ZERO; source.mass.len()],
-            mass: source.mass.to_vec(),
+            softness: (0..source.mass.len()).map(|k| softness(source.mass, &source.held, k)).collect(),
             held: source.held.clone(),
             friction,
             rows: Vec::new(),
@@ -217,7 +218,7 @@ impl<const D: usize> Sheet<D> {
     /// Finds, for the bodies that are close enough to touch during this step, their nodes among the partners;
     /// drops everything else from the map.
     pub fn choose(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, partners: &mut Partners<D>, reach: f64) {
-        self.points.choose(grid, lattice, partners);
+        self.points.choose(grid, lattice, partners, &self.softness);
         let fields = self.friction.len();
         for (r, row) in self.rows.iter().enumerate() {
             for (field, pair) in self.pairs[r * fields..][..fields].iter_mut().enumerate() {
@@ -274,10 +275,10 @@ impl<const D: usize> Sheet<D> {
 
     /// Contact with walls and obstacles alone, after the forces of this pass.
     fn rest(&mut self, surface: &Surface<'_, D>, at: &SubStep<'_>) {
-        let Self { rigid, mass, held, forces, after, .. } = self;
-        let soft = |k: usize| softness(mass, held, k);
+        let Self { rigid, softness, forces, after, .. } = self;
+        let soft = |k: usize| softness[k];
         after.clear();
-        after.extend((0..mass.len()).map(|k| {
+        after.extend((0..softness.len()).map(|k| {
             let (v, soft) = (surface.velocity[k], soft(k));
             Vector::from_fn(|a| v[a] + soft[a] * forces[k][a] * at.momentum_dt)
         }));
@@ -309,7 +310,7 @@ impl<const D: usize> Sheet<D> {
 
     /// Parts the sheet from walls and obstacles that it overlaps with, after its nodes have moved to `position` [m].
     pub fn part(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
-        self.rigid.part(position, &|k| softness(&self.mass, &self.held, k), at.elapsed + at.dt);
+        self.rigid.part(position, &|k: usize| self.softness[k], at.elapsed + at.dt);
     }
 
     /// A point that has no way out between walls, obstacles and supports `elapsed` [s] after the start of the step; positions of the
@@ -320,10 +321,10 @@ impl<const D: usize> Sheet<D> {
 
     /// Contact with the particles that touch the surface, and with walls and obstacles.
     fn touch(&mut self, surface: &Surface<'_, D>, partners: &mut Partners<D>, at: &SubStep<'_>) {
-        let Self { points, rigid, mass, held, forces, after, .. } = self;
+        let Self { points, rigid, softness, forces, after, .. } = self;
         after.clear();
         after.extend_from_slice(surface.velocity);
-        points.resolve((partners, rigid), after, |k| softness(mass, held, k), forces, at);
+        points.resolve((partners, rigid), (after, softness), forces, at);
         points.book(|k| (surface.previous[k] + after[k]) * 0.5);
     }
 

@@ -121,7 +121,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 
     fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
-        self.nearest.foot(self.scene.facets, self.scene.surface.position, x, WATCHED * self.scene.grid.cell)
+        self.nearest.foot(self.scene.facets, x, WATCHED * self.scene.grid.cell)
     }
 }
 
@@ -151,14 +151,17 @@ pub(super) fn stencil<const D: usize>(
             }
         });
     }
-    all.sort_by_key(|&(node, flips, _)| (node, flips));
-    all.dedup_by(|next, kept| {
-        let same = (next.0, next.1) == (kept.0, kept.1);
-        if same {
-            kept.2 += next.2;
-        }
-        same
-    });
+    // A single particle comes to no node twice.
+    if members.len() > 1 {
+        all.sort_by_key(|&(node, flips, _)| (node, flips));
+        all.dedup_by(|next, kept| {
+            let same = (next.0, next.1) == (kept.0, kept.1);
+            if same {
+                kept.2 += next.2;
+            }
+            same
+        });
+    }
     let total: f64 = all.iter().map(|(.., weight)| weight).sum();
     all.iter_mut().for_each(|(.., weight)| *weight /= total);
     all

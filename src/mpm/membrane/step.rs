@@ -56,12 +56,12 @@ impl<const D: usize> Membrane<D> {
         self.momentum_dt = dt;
         self.touch_time += dt;
         std::mem::swap(&mut self.before, &mut self.velocity);
-        let (mut velocity, drag) = (std::mem::take(&mut self.velocity), self.drag());
+        let (mut velocity, drag, gravity) = (std::mem::take(&mut self.velocity), self.drag(), self.gravity_at(t));
         velocity.par_chunks_mut(NODES).enumerate().for_each(|(chunk, velocity)| {
             for (i, v) in velocity.iter_mut().enumerate() {
                 let k = chunk * NODES + i;
                 let force = self.element_force[k] + self.pressure.at(k);
-                *v = self.before[k] + (force * (1.0 / self.mass[k]) + self.body_acceleration(k, t, drag)) * dt;
+                *v = self.before[k] + (force * (1.0 / self.mass[k]) + (gravity.at(k) - self.before[k] * drag)) * dt;
             }
         });
         self.velocity = velocity;
@@ -102,9 +102,9 @@ impl<const D: usize> Membrane<D> {
         if self.gravity.iter().all(Signal::is_uniform) {
             return Ok(());
         }
-        let nodes = (0..self.mass.len()).into_par_iter().with_min_len(NODES);
-        nodes.position_first(|k| !self.gravity_at(k, t).is_finite()).map_or(Ok(()), |index| {
-            let (position, value) = (self.position[index].to3(), self.gravity_at(index, t).norm() * self.mass[index]);
+        let (nodes, gravity) = ((0..self.mass.len()).into_par_iter().with_min_len(NODES), self.gravity_at(t));
+        nodes.position_first(|k| !gravity.at(k).is_finite()).map_or(Ok(()), |index| {
+            let (position, value) = (self.position[index].to3(), gravity.at(index).norm() * self.mass[index]);
             Err(StepError { time, ..no_load(Place::Node { body, index, position }, value) })
         })
     }
@@ -113,12 +113,6 @@ impl<const D: usize> Membrane<D> {
     fn centre(&self, element: usize) -> Vector<D> {
         let nodes = self.elements.nodes(element);
         nodes.iter().map(|&k| self.position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64)
-    }
-
-    /// Gravity and mass-proportional damping of node `k` [m/s²].
-    #[inline(always)]
-    fn body_acceleration(&self, k: usize, t: f64, drag: f64) -> Vector<D> {
-        self.gravity_at(k, t) - self.before[k] * drag
     }
 
     /// What mass-proportional damping c takes of a velocity, (1 − e^(−cΔt))/Δt [1/s]: exact for a sheet that nothing else
@@ -134,11 +128,12 @@ impl<const D: usize> Membrane<D> {
         self.contact_force.get(k).copied().unwrap_or(Vector::ZERO)
     }
 
-    /// Body force per unit mass at node `k` [m/s²].
-    #[inline(always)]
-    fn gravity_at(&self, k: usize, t: f64) -> Vector<D> {
-        let x = self.position[k].to3();
-        Vector::from_fn(|axis| self.gravity[axis].value(x, t))
+    /// Gravity at time `t` [s].
+    fn gravity_at(&self, t: f64) -> Gravity<'_, D> {
+        let Self { gravity: signals, position, .. } = self;
+        let uniform = signals.iter().all(Signal::is_uniform);
+        let everywhere = uniform.then(|| Vector::from_fn(|axis| signals[axis].value([0.0; 3], t)));
+        Gravity { signals, position, t, everywhere }
     }
 
     /// Kinetic energy now [J].
@@ -166,10 +161,10 @@ impl<const D: usize> Membrane<D> {
     /// Adds the work and impulse of every force of this step, with the mean velocity.
     fn book(&mut self, t: f64) {
         let (dt, nodes) = (self.momentum_dt, self.mass.len());
-        let drag = self.drag();
+        let (drag, gravity) = (self.drag(), self.gravity_at(t));
         let work = parallel::reduce(
             nodes,
-            |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, t, drag))),
+            |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, gravity.at(k), drag))),
             Work::and,
         )
         .unwrap_or_default();
@@ -189,13 +184,13 @@ impl<const D: usize> Membrane<D> {
         }
     }
 
-    /// Power of the forces on node `k`.
+    /// Power of the forces on node `k` under `gravity` [m/s²].
     #[inline(always)]
-    fn work(&self, k: usize, t: f64, drag: f64) -> Work<D> {
+    fn work(&self, k: usize, gravity: Vector<D>, drag: f64) -> Work<D> {
         let (old, new, m) = (self.before[k], self.velocity[k], self.mass[k]);
         let mean = (old + new) * 0.5;
         let (element, contact, pressure) = (self.element_force[k], self.contact_at(k), self.pressure.at(k));
-        let (weight, drag) = (self.gravity_at(k, t) * m, old * (drag * m));
+        let (weight, drag) = (gravity * m, old * (drag * m));
         Work {
             elements: element.dot(mean),
             elements_new: element.dot(new),
@@ -213,10 +208,11 @@ impl<const D: usize> Membrane<D> {
         let (mut work, mut impulse, dt) = (0.0, Vector::ZERO, self.momentum_dt);
         let mut reaction = std::mem::take(&mut self.supports.reaction);
         reaction.fill([0.0; 3]);
+        let (gravity, drag) = (self.gravity_at(t), self.drag());
         for p in self.supports.prescribed() {
             let (k, axis) = (p.node as usize, p.axis as usize);
             let (old, new, m) = (self.before[k][axis], self.velocity[k][axis], self.mass[k]);
-            let body = m * self.body_acceleration(k, t, self.drag())[axis];
+            let body = m * (gravity.at(k) - self.before[k] * drag)[axis];
             let applied = self.element_force[k][axis] + self.pressure.at(k)[axis] + self.contact_at(k)[axis] + body;
             let from_support = m * (new - old) - applied * dt;
             work += from_support * 0.5 * (old + new);
@@ -286,6 +282,22 @@ impl<const D: usize> Membrane<D> {
         let worst = (0..self.elements.len()).min_by(|&a, &b| area(a).total_cmp(&area(b))).unwrap_or(0);
         let place = Place::Element { body: self.name.clone(), index: worst, position: self.centre(worst).to3() };
         error("a membrane element collapsed", place, "area", area(worst))
+    }
+}
+
+/// Body force per unit mass at the nodes [m/s²]. Where it is the same everywhere, its formulas are evaluated once.
+struct Gravity<'a, const D: usize> {
+    signals: &'a [Signal; D],
+    position: &'a [Vector<D>],
+    t: f64,
+    everywhere: Option<Vector<D>>,
+}
+
+impl<const D: usize> Gravity<'_, D> {
+    #[inline(always)]
+    fn at(&self, k: usize) -> Vector<D> {
+        let here = || Vector::from_fn(|axis| self.signals[axis].value(self.position[k].to3(), self.t));
+        self.everywhere.unwrap_or_else(here)
     }
 }
 

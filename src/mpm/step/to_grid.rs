@@ -6,7 +6,6 @@ use crate::math::{Signal, Vector};
 use crate::mpm::average::Average;
 use crate::mpm::ghost::Ghosts;
 use crate::mpm::light;
-use crate::mpm::particles::Body;
 use crate::mpm::stress::{Strain, update_stress_and_push};
 use crate::mpm::sweep::{Bins, Content, Sweep};
 use crate::mpm::wall::Bodies;
@@ -62,7 +61,7 @@ impl<const D: usize> Mpm<D> {
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-            let bodies = met(bodies, bins, field, &shielded);
+            let bodies = Bodies::of_field(bodies, bins, field, &shielded);
             walls.constrain_start((grid, field), &mut own.nodes, &bodies, step);
             Ok(())
         })
@@ -120,29 +119,21 @@ impl<const D: usize> Mpm<D> {
             applied.resize(nodes.len(), Vector::ZERO);
             light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-            walls.measure(grid, field, &met(bodies, bins, field, &shielded));
+            walls.measure(grid, field, &Bodies::of_field(bodies, bins, field, &shielded));
             walls.constrain_trial(grid, field, nodes, step);
         });
     }
 
-    /// The walls once more, after contact.
+    /// The walls once more, after contact, which may have pushed into them.
     pub(super) fn constrain_walls(&mut self, step: &Step) {
-        let Self { grid, walls, .. } = self;
+        let Self { grid, walls, coupling, .. } = self;
+        if coupling.membranes.is_empty() && grid.fields.len() < 2 {
+            return;
+        }
         for field in 0..grid.fields.len() {
             grid.with_field(field, |grid, own| {
                 walls.constrain_trial(grid, field, &mut own.nodes, step);
             });
         }
     }
-}
-
-/// The bodies of a field as walls and obstacles meet them.
-fn met<'a, const D: usize>(
-    bodies: &'a [Body<D>],
-    bins: &'a [Bins<D>],
-    field: usize,
-    shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
-) -> Bodies<'a, D> {
-    let numbered = bodies.iter().zip(bins).enumerate().map(|(number, (body, bins))| (number, body, bins));
-    Bodies { all: numbered.filter(|(_, body, _)| body.field == field).collect(), shielded }
 }

@@ -86,9 +86,14 @@ impl<const D: usize> Walls<D> {
 
     /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory 9, 2e and after contact).
     pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
-        for _ in 0..TURNS {
-            self.constrain_nodes(grid, field, nodes, step);
-            if !self.surface_trial(field, nodes, step) {
+        self.constrain_nodes(grid, field, nodes, step);
+        self.hold_points(field, nodes, step);
+        for turn in 0..TURNS {
+            if turn > 0 {
+                self.constrain_nodes(grid, field, nodes, step);
+            }
+            let pushed = self.surface_trial(field, nodes, step);
+            if self.conditions.is_empty() || !pushed {
                 return;
             }
         }

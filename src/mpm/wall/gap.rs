@@ -59,7 +59,18 @@ pub(in crate::mpm) struct Bodies<'a, const D: usize> {
     pub shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
 }
 
-impl<const D: usize> Bodies<'_, D> {
+impl<'a, const D: usize> Bodies<'a, D> {
+    /// Those of a field among all.
+    pub fn of_field(
+        bodies: &'a [Body<D>],
+        bins: &'a [Bins<D>],
+        field: usize,
+        shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
+    ) -> Self {
+        let numbered = bodies.iter().zip(bins).enumerate().map(|(number, (body, bins))| (number, body, bins));
+        Self { all: numbered.filter(|(_, body, _)| body.field == field).collect(), shielded }
+    }
+
     /// What `visit` finds of the particles that show the surface of their body (number and body, particle), where `near` is true
     /// for the grid block of their bin; in order.
     pub fn collect<T: Send>(

@@ -1,14 +1,20 @@
 //! What a step does at the points where bodies meet obstacles (`surface`), in its order.
 
 use super::gap::Bodies;
+use super::keep_out::CLOSEST;
+use super::solid::Solid;
 use super::surface::{Law, Point, Solved, State};
 use super::{Pushes, Walls};
 use crate::math::Vector;
+use crate::mpm::particles::Body;
 use crate::mpm::{Grid, Node, Step, WallKind};
 use std::iter::zip;
 
 /// Bodies may come nearer during a step than their particles' velocities tell by so much [cells].
 const CLOSE: f64 = 0.02;
+
+/// Walls and surfaces agree where a turn changes impulses by less than this share of the largest one.
+const AGREED: f64 = 1e-4;
 
 impl<const D: usize> Walls<D> {
     /// Finds where a field, whose nodes hold (m, p⁻), may meet the surfaces of obstacles in this step.
@@ -30,9 +36,10 @@ impl<const D: usize> Walls<D> {
         }
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
         surface.find((grid, &self.lattice), nodes, self.feet.iter().copied().chain(points));
-        if surface.points.iter().any(|point| self.resists_sliding(point)) {
-            let bodies = bodies.all.iter().filter(|(_, body, _)| body.particles.affine.is_empty());
-            let near = bodies.flat_map(|&(_, body, bins)| {
+        // With APIC a node has the velocity of its own place.
+        let flip = bodies.all.iter().all(|(_, body, _)| body.particles.affine.is_empty());
+        if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
+            let near = bodies.all.iter().flat_map(|&(_, body, bins)| {
                 let bins = bins.bins.iter().zip(&bins.slots).filter(|(_, s)| self.near[s[s.len() / 2] as usize]);
                 bins.flat_map(|(bin, _)| bin.range.clone())
                     .map(|p| (body.particles.mass[p], body.particles.position[p]))
@@ -57,94 +64,96 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The feet of the particles that may touch an obstacle that bodies may leave during the step.
+    /// The feet of the particles that may touch an obstacle during the step; one that binds holds the body between them, and only stops
+    /// particles that creep towards it.
     fn feet_of_particles(&self, grid: &Grid<D>, bodies: &Bodies<'_, D>, step: &Step) -> Vec<Point<D>> {
-        let contacts: Vec<_> = self.solids().filter(|solid| self.may_leave(solid.number())).collect();
+        let obstacles: Vec<_> = self.solids().filter(|solid| solid.number() >= 2 * D).collect();
+        let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &Solid<'_, D>| {
+            let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
+            let (distance, normal) = obstacle.distance(x, Vector::ZERO);
+            let share = if self.boundaries[obstacle.number()].kind.binds() { CLOSEST } else { 1.0 };
+            let gap = distance - share * body.reach(p, normal, grid.cell);
+            let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + CLOSE * grid.cell;
+            let foot_of = [number as u32, id];
+            let meets = gap < travel
+                && !self.starts_within(number, obstacle.number())
+                && !(bodies.shielded)(x, normal, distance);
+            meets.then(|| Point::new((obstacle.number() as u32, Some(foot_of)), [x - normal * distance, normal], gap))
+        };
         bodies.collect(
             |block| self.near[block],
-            |(index, body), p| {
-                let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
-                contacts
-                    .iter()
-                    .filter_map(move |solid| {
-                        let (distance, normal) = solid.distance(x, Vector::ZERO);
-                        let gap = distance - body.reach(p, normal, grid.cell);
-                        let reach = 2.0 * step.longer() * (v - solid.velocity(x, step)).norm() + CLOSE * grid.cell;
-                        let meets = gap < reach && !(bodies.shielded)(x, normal, distance);
-                        let point = || {
-                            Point::new(
-                                (solid.number() as u32, Some([index as u32, id])),
-                                [x - normal * distance, normal],
-                                gap,
-                            )
-                        };
-                        meets.then(point)
-                    })
-                    .collect()
-            },
+            |body, p| obstacles.iter().filter_map(|obstacle| point(body, p, obstacle)).collect(),
         )
-    }
-
-    /// True for obstacles that bodies may leave.
-    fn may_leave(&self, boundary: usize) -> bool {
-        boundary >= 2 * D && !self.boundaries[boundary].kind.binds()
     }
 
     /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
     pub(super) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
         let law = |state: &State<'_, D>| {
-            let (kind, wall) = self.at_point(state.point, t);
-            if state.point.binds() { state.constrained(kind, wall, 0.0) } else { state.impulse }
+            if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
-        let solved = self.reactions[field].surface.solve(|node| velocity(&nodes[node]), |_| Vector::ZERO, &law);
+        let solved = self.reactions[field].surface.solve(
+            |node| velocity(&nodes[node]),
+            |point| self.wall_at(point, t),
+            |_| Vector::ZERO,
+            &law,
+        );
         self.change_start(field, nodes, &solved);
     }
 
-    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns true if they pushed.
+    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns true if they pushed by more than they settle to.
     pub(super) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> bool {
         if self.reactions[field].surface.points.is_empty() {
             return false;
         }
-        self.hold_points(field, nodes, step);
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         let law = |state: &State<'_, D>| {
-            let (kind, wall) = self.at_point(state.point, step.after());
             let allowed = if state.point.rests { 0.0 } else { state.point.gap.max(0.0) / dt };
-            state.constrained(kind, wall, allowed)
+            state.constrained(state.point.law(self.kind(state.point)), allowed)
         };
-        let solved = surface.solve(|node| velocity(&nodes[node]), |point| point.force * dt, &law);
+        let solved = surface.solve(
+            |node| velocity(&nodes[node]),
+            |point| self.wall_at(point, step.after()),
+            |point| point.force * dt,
+            &law,
+        );
         for &(node, sum) in &solved.nodes {
             nodes[node].momentum += sum;
             nodes[node].force += sum / dt;
         }
         let surface = &mut self.reactions[field].surface;
+        let (mut most, mut largest) = (0.0_f64, 0.0_f64);
         for (point, &change) in zip(&mut surface.points, &solved.points) {
             point.force += change / dt;
             point.touches = point.binds() || point.force != Vector::ZERO;
+            (most, largest) = (most.max(change.norm()), largest.max(point.force.norm() * dt));
         }
-        !solved.nodes.is_empty()
+        most > AGREED * largest
     }
 
     /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. To
     /// let it approach by that gap all the same, p̄ but not p⁻, would give the particles that are stopped here more than they lost.
-    fn hold_points(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    pub(super) fn hold_points(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         if !surface.points.iter().any(|point| point.held) {
             return;
         }
         let rests = |(point, u): (&Point<D>, Vector<D>)| {
-            let approach = (u - self.at_point(point, step.after()).1).dot(point.normal);
+            let approach = (u - self.wall_at(point, step.after())).dot(point.normal);
             point.rests || point.held && approach < 0.0 && point.gap + dt * approach <= 0.0
         };
         let rests: Vec<bool> = surface.velocities(|node| velocity(&nodes[node])).map(rests).collect();
         let surface = &mut self.reactions[field].surface;
         zip(&mut surface.points, rests).for_each(|(point, rests)| point.rests = rests);
         let law = |state: &State<'_, D>| {
-            let (_, wall) = self.at_point(state.point, step.before());
-            if state.point.rests { state.stopped(wall) } else { state.impulse }
+            if state.point.rests { state.stopped() } else { state.impulse }
         };
         let before = |node: usize| (nodes[node].momentum - nodes[node].force * dt) / nodes[node].mass;
-        let solved = self.reactions[field].surface.solve(before, |_| Vector::ZERO, &law);
+        let solved = self.reactions[field].surface.solve(
+            before,
+            |point| self.wall_at(point, step.before()),
+            |_| Vector::ZERO,
+            &law,
+        );
         self.change_start(field, nodes, &solved);
     }
 
@@ -160,42 +169,55 @@ impl<const D: usize> Walls<D> {
     /// As [`Self::constrain_velocity`], at the surface.
     pub(super) fn surface_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
         let law = |state: &State<'_, D>| {
-            let (kind, wall) = self.at_point(state.point, t);
             if !state.point.touches {
                 return state.impulse;
             }
-            let (constrained, n) = (state.constrained(kind, wall, 0.0), state.point.normal);
-            if state.point.binds() { constrained } else { constrained + n * (state.stopped(wall) - constrained).dot(n) }
+            let kind = state.point.law(self.kind(state.point));
+            let (constrained, n) = (state.constrained(kind, 0.0), state.point.normal);
+            if state.point.binds() { constrained } else { constrained + n * (state.stopped() - constrained).dot(n) }
         };
-        self.push_velocity((field, t), velocity, &law)
+        let solved = self.solve_velocity(field, velocity, &|point| self.wall_at(point, t), &law);
+        self.pushes_of(field, &solved, t)
     }
 
     /// As [`Self::constrain_correction`], at the surface.
     pub(super) fn surface_correction(&self, field: usize, correction: &mut [Vector<D>], t: f64) -> Pushes<D> {
         let law = |state: &State<'_, D>| {
-            let (kind, _) = self.at_point(state.point, t);
-            if state.point.binds() { state.constrained(kind, Vector::ZERO, 0.0) } else { state.impulse }
+            if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
-        self.push_velocity((field, t), correction, &law)
+        let solved = self.solve_velocity(field, correction, &|_| Vector::ZERO, &law);
+        self.pushes_of(field, &solved, t)
     }
 
     /// As [`Self::hold_velocity`], at the surface.
     pub(super) fn hold_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
         let law = |state: &State<'_, D>| {
-            if state.point.held { state.stopped(self.at_point(state.point, t).1) } else { state.impulse }
+            if state.point.held { state.stopped() } else { state.impulse }
         };
-        self.push_velocity((field, t), velocity, &law);
+        self.solve_velocity(field, velocity, &|point| self.wall_at(point, t), &law);
     }
 
-    /// Applies a law to velocities; returns what that pushes.
-    fn push_velocity(&self, (field, t): (usize, f64), velocity: &mut [Vector<D>], law: Law<'_, D>) -> Pushes<D> {
-        let (mut pushes, surface) = (self.pushes(), &self.reactions[field].surface);
-        let solved = surface.solve(|node| velocity[node], |_| Vector::ZERO, law);
-        for (node, sum) in solved.nodes {
+    /// Applies a law to velocities of nodes.
+    fn solve_velocity(
+        &self,
+        field: usize,
+        velocity: &mut [Vector<D>],
+        walls: &dyn Fn(&Point<D>) -> Vector<D>,
+        law: Law<'_, D>,
+    ) -> Solved<D> {
+        let surface = &self.reactions[field].surface;
+        let solved = surface.solve(|node| velocity[node], walls, |_| Vector::ZERO, law);
+        for &(node, sum) in &solved.nodes {
             velocity[node] += sum * surface.softness_of(node);
         }
-        for (point, impulse) in zip(&surface.points, solved.points) {
-            pushes.push(point.boundary, impulse, self.at_point(point, t).1);
+        solved
+    }
+
+    /// What impulses at points push at time `t`.
+    fn pushes_of(&self, field: usize, solved: &Solved<D>, t: f64) -> Pushes<D> {
+        let mut pushes = self.pushes();
+        for (point, &impulse) in zip(&self.reactions[field].surface.points, &solved.points) {
+            pushes.push(point.boundary, impulse, self.wall_at(point, t));
         }
         pushes
     }
@@ -210,14 +232,114 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The kind of the boundary at a point, and its velocity there at time `t`.
-    fn at_point(&self, point: &Point<D>, t: f64) -> (WallKind, Vector<D>) {
-        let boundary = point.boundary as usize;
-        (self.boundaries[boundary].kind, self.velocity(boundary, point.place, t))
+    /// The kind of the obstacle at a point.
+    fn kind(&self, point: &Point<D>) -> WallKind {
+        self.boundaries[point.boundary as usize].kind
+    }
+
+    /// Its velocity there at time `t` [m/s].
+    fn wall_at(&self, point: &Point<D>, t: f64) -> Vector<D> {
+        self.velocity(point.boundary as usize, point.place, t)
     }
 }
 
 /// v of a node that holds (m, p) [m/s].
 fn velocity<const D: usize>(node: &Node<D>) -> Vector<D> {
     node.momentum / node.mass
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Region;
+    use crate::math::Signal;
+    use crate::mpm::contact::nodes::Lattice;
+    use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
+
+    const CELL: f64 = 0.5;
+
+    /// A floor of this kind whose surface lies `height` cells above a row of nodes, in a grid all of whose nodes have mass.
+    fn floor(kind: WallKind, height: f64) -> (Grid<2>, Walls<2>, Vec<Node<2>>) {
+        let walls = std::array::from_fn(|_| [Wall::default(), Wall::default()]);
+        let setup = GridSetup { lower: Vector::ZERO, cell: CELL, cells: [12, 8], walls };
+        let top = (2.0 + height) * CELL;
+        let region = Region::Box { lower: [-9.0, -9.0, -9.0], upper: [99.0, top, 9.0] };
+        let velocity = std::array::from_fn(|_| Signal::ZERO);
+        let floor = Obstacle { name: "floor".into(), region, kind, velocity };
+        let lattice = Lattice::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
+        grid.set_blocks((0..4).flat_map(|i| (0..3).map(move |j| [i, j])).collect());
+        let mut walls = Walls::new(&setup, vec![floor], 1, lattice);
+        walls.find_nodes(&grid);
+        walls.start_step(&grid);
+        let inside = |node: usize| grid.contains(grid.coordinates(node));
+        let mass = |node: usize| if inside(node) { 0.3 + random(node as u64) } else { 0.0 };
+        let node = |n| Node { mass: mass(n), momentum: Vector::ZERO, force: Vector::ZERO };
+        let nodes = (0..grid.node_count()).map(node).collect();
+        (grid, walls, nodes)
+    }
+
+    /// Somewhere in 0..1.
+    fn random(seed: u64) -> f64 {
+        let mixed = (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        ((mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn step() -> Step {
+        Step { t: 0.0, dt: 0.1, dt_before: 0.1, momentum_dt: 0.1 }
+    }
+
+    /// A body with a constant pressure that ends at the surface pushes its nodes by p N_I(x_c) per point: the surface gives all of it back, wherever it lies
+    /// and whatever the masses.
+    #[test]
+    fn a_constant_pressure_is_given_back_at_every_node() {
+        for height in [0.0, 0.2, 0.5, 0.9] {
+            let (grid, mut walls, mut nodes) = floor(WallKind::Slip, height);
+            let none = Bodies { all: Vec::new(), shielded: &|_, _, _| false };
+            walls.find_surface((&grid, 0), &nodes, &none, &step());
+            let points = walls.reactions[0].surface.points.clone();
+            assert_eq!(points.len(), 13, "one point per node along the floor");
+            for point in &points {
+                walls.lattice.for_each(&grid, point.place, |node, weight, _| {
+                    nodes[node].momentum -= Vector([0.0, 7.0 * weight]);
+                });
+            }
+            walls.surface_start(0, &mut nodes, 0.0);
+            let left = nodes.iter().map(|node| node.momentum.norm()).fold(0.0, f64::max);
+            assert!(left < 7e-3, "{left} at {height}");
+            assert!((walls.reactions[0].start[4][1] - 7.0 * 13.0).abs() < 0.02 * 7.0);
+        }
+    }
+
+    /// An obstacle at rest takes kinetic energy and never gives any, of whatever kind, and the impulses that are booked are what the nodes got.
+    #[test]
+    fn obstacles_at_rest_give_no_energy() {
+        let rough = WallKind::Friction { coefficient: 0.4 };
+        for (kind, seed) in [WallKind::Slip, WallKind::Fixed, WallKind::Separate, rough].into_iter().zip(1..) {
+            let (grid, mut walls, mut nodes) = floor(kind, 0.3);
+            for (n, node) in nodes.iter_mut().enumerate() {
+                let v = |a: u64| random(seed * 1000 + 2 * n as u64 + a) - 0.5;
+                node.momentum = Vector([v(0), v(1)]) * node.mass;
+            }
+            let point = |k: u64| {
+                let (x, gap) = (0.4 + 5.2 * random(77 * k), 0.02 * (random(k) - 0.5));
+                let foot_of = (!kind.binds()).then_some([0, k as u32]);
+                Point::new((4, foot_of), [Vector([x, 2.3 * CELL]), Vector([0.0, 1.0])], gap)
+            };
+            let mut surface = std::mem::take(&mut walls.reactions[0].surface);
+            surface.find((&grid, &walls.lattice), &nodes, (0..40).map(point));
+            walls.reactions[0].surface = surface;
+            let energy = |nodes: &[Node<2>]| -> f64 {
+                let moving = nodes.iter().filter(|node| node.mass > 0.0);
+                moving.map(|node| 0.5 * node.momentum.norm_squared() / node.mass).sum()
+            };
+            let sum = |nodes: &[Node<2>]| nodes.iter().map(|node| node.momentum).sum::<Vector<2>>();
+            let (before, momentum) = (energy(&nodes), sum(&nodes));
+            walls.surface_trial(0, &mut nodes, &step());
+            assert!(energy(&nodes) < before, "{kind:?}: {before} becomes {}", energy(&nodes));
+            let booked: Vector<2> = walls.reactions[0].surface.points.iter().map(|point| point.force * 0.1).sum();
+            assert!((sum(&nodes) - momentum - booked).norm() < 1e-12, "{kind:?}");
+            assert!(kind.binds() || booked[1] > 0.0);
+        }
+    }
 }

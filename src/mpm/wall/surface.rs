@@ -15,6 +15,8 @@
 //! contact   J_n ≥ 0,  (u − v_w)·ν + max(g, 0)/Δt ≥ 0,  one of them zero;   ‖J_t‖ ≤ μ J_n
 //! ```
 //!
+//! Particles that creep towards an obstacle that binds, between its points, are stopped at half their reach, as by contact without friction.
+//!
 //! A body with the pressure p that ends at the surface has the forces p ∫ ∇N_I dV = p N_I(x_c) ν on its nodes: the impulses give back just that.
 //! Conditions at the nodes themselves would leave p N_I on those in front, and the body would come to rest where its particles balance that,
 //! up to half a cell off.
@@ -41,7 +43,10 @@ const LEAST: f64 = 0.5;
 
 /// Most sweeps, and the change of an impulse, relative to the largest one, that ends them.
 const SWEEPS: usize = 40;
-const SETTLED: f64 = 1e-6;
+const SETTLED: f64 = 1e-4;
+
+/// Sweeps over the points that push, between two over all.
+const ROUNDS: usize = 4;
 
 /// The most that tilting changes a weight, relative to it.
 const TILT: f64 = 0.9;
@@ -72,7 +77,8 @@ pub(super) struct Point<const D: usize> {
     /// M⁻¹ along each axis [1/kg], and the largest one for what slides.
     softness: Vector<D>,
     sliding_softness: f64,
-    /// Its nodes end here in the list of all.
+    /// Its nodes in the list of all: from and to.
+    start: u32,
     end: u32,
 }
 
@@ -120,9 +126,10 @@ pub(super) struct Solved<const D: usize> {
     pub nodes: Vec<(usize, Vector<D>)>,
 }
 
-/// A point while its impulse is sought: its velocity u [m/s], and J so far [N s].
+/// A point while its impulse is sought: its velocity u and that of the wall there [m/s], and J so far [N s].
 pub(super) struct State<'a, const D: usize> {
     pub point: &'a Point<D>,
+    pub wall: Vector<D>,
     pub velocity: Vector<D>,
     pub impulse: Vector<D>,
 }
@@ -135,12 +142,31 @@ impl<const D: usize> Point<D> {
     pub fn new((boundary, foot_of): (u32, Option<[u32; 2]>), [place, normal]: [Vector<D>; 2], gap: f64) -> Self {
         let (held, rests, touches) = (false, false, false);
         let (force, softness, sliding_softness) = (Vector::ZERO, Vector::ZERO, 0.0);
-        Self { boundary, foot_of, place, normal, gap, held, rests, touches, force, softness, sliding_softness, end: 0 }
+        Self {
+            boundary,
+            foot_of,
+            place,
+            normal,
+            gap,
+            held,
+            rests,
+            touches,
+            force,
+            softness,
+            sliding_softness,
+            start: 0,
+            end: 0,
+        }
     }
 
     /// True if the obstacle binds.
     pub fn binds(&self) -> bool {
         self.foot_of.is_none()
+    }
+
+    /// The condition there of an obstacle of this kind: what creeps towards one that binds is only stopped.
+    pub fn law(&self, kind: WallKind) -> WallKind {
+        if self.binds() || !kind.binds() { kind } else { WallKind::Separate }
     }
 
     /// 1/M along the normal [1/kg].
@@ -176,23 +202,21 @@ impl<const D: usize> Surface<D> {
                 point.softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
             }
             point.sliding_softness = (0..D).map(|a| point.softness[a]).fold(0.0, f64::max);
-            point.end = self.reached.len() as u32;
+            (point.start, point.end) = (start as u32, self.reached.len() as u32);
             self.points.push(point);
         }
     }
 
     /// Tilts the weights for what slides, where the nodes stand for these mean places of their particles [m].
     pub fn tilt(&mut self, means: &[Vector<D>]) {
-        let mut start = 0;
         for point in &mut self.points {
-            let near = &mut self.reached[start..point.end as usize];
-            start = point.end as usize;
+            let near = &mut self.reached[point.start as usize..point.end as usize];
             let height = |at: &Reached<D>| (means[at.number as usize] - point.place).dot(point.normal);
             let share = |at: &Reached<D>| (0..D).map(|a| at.weight[a].abs()).fold(0.0, f64::max);
             let mean: f64 = near.iter().map(|at| share(at) * height(at)).sum();
             let spread: f64 = near.iter().map(|at| share(at) * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
-            let slope = if spread > 0.0 { (-mean / spread).clamp(-TILT / most, TILT / most) } else { 0.0 };
+            let slope = if spread > 0.0 { (-mean / spread).max(-TILT / most).min(TILT / most) } else { 0.0 };
             let mut softness = Vector::<D>::ZERO;
             for at in near {
                 at.tilt = 1.0 + slope * (height(at) - mean);
@@ -243,31 +267,39 @@ impl<const D: usize> Surface<D> {
         &'a self,
         nodal: impl Fn(usize) -> Vector<D> + 'a,
     ) -> impl Iterator<Item = (&'a Point<D>, Vector<D>)> + 'a {
-        let mut start = 0;
         self.points.iter().map(move |point| {
-            let near = &self.reached[start..point.end as usize];
-            start = point.end as usize;
+            let near = &self.reached[point.start as usize..point.end as usize];
             let read = |at: &Reached<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
             (point, near.iter().map(read).sum())
         })
     }
 
-    /// The impulses that make the velocities at all points what `law` asks for: `nodal` gives the velocity of a node [m/s], `given` what a
-    /// point has had already [N s].
+    /// The impulses that make the velocities at all points what `law` asks for: `nodal` gives the velocity of a node [m/s], `walls` that of
+    /// the wall at a point, `given` what it has had already [N s].
     pub fn solve(
         &self,
         nodal: impl Fn(usize) -> Vector<D>,
+        walls: impl Fn(&Point<D>) -> Vector<D>,
         given: impl Fn(&Point<D>) -> Vector<D>,
         law: Law<'_, D>,
     ) -> Solved<D> {
+        let walls: Vec<_> = self.points.iter().map(walls).collect();
         let mut velocity: Vec<_> = self.nodes.iter().map(|&(node, _)| nodal(node as usize)).collect();
         let mut sums = vec![Vector::ZERO; velocity.len()];
         let first: Vec<_> = self.points.iter().map(given).collect();
         let mut impulses = first.clone();
-        for _ in 0..SWEEPS {
-            let (change, largest) = self.sweep(&mut impulses, (&mut velocity, &mut sums), law);
+        let all: Vec<u32> = (0..self.points.len() as u32).collect();
+        for _ in 0..SWEEPS / (1 + ROUNDS) {
+            let (change, largest) = self.sweep((&all, &walls), &mut impulses, (&mut velocity, &mut sums), law);
             if change <= SETTLED * largest {
                 break;
+            }
+            let pushing: Vec<u32> = all.iter().copied().filter(|&k| impulses[k as usize] != Vector::ZERO).collect();
+            for _ in 0..ROUNDS {
+                let (change, largest) = self.sweep((&pushing, &walls), &mut impulses, (&mut velocity, &mut sums), law);
+                if change <= SETTLED * largest {
+                    break;
+                }
             }
         }
         let nodes = self.nodes.iter().zip(sums).map(|(&(node, _), sum)| (node as usize, sum));
@@ -275,19 +307,20 @@ impl<const D: usize> Surface<D> {
         Solved { points, nodes: nodes.filter(|(_, sum)| *sum != Vector::ZERO).collect() }
     }
 
-    /// One sweep over all points: the largest change of an impulse, and the largest impulse [N s].
+    /// One sweep over some points: the largest change of an impulse, and the largest impulse [N s].
     fn sweep(
         &self,
+        (points, walls): (&[u32], &[Vector<D>]),
         impulses: &mut [Vector<D>],
         (velocity, sums): (&mut [Vector<D>], &mut [Vector<D>]),
         law: Law<'_, D>,
     ) -> (f64, f64) {
-        let (mut start, mut change, mut largest) = (0, 0.0_f64, 0.0_f64);
-        for (point, impulse) in self.points.iter().zip(impulses) {
-            let near = &self.reached[start..point.end as usize];
-            start = point.end as usize;
+        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        for &k in points {
+            let (point, impulse) = (&self.points[k as usize], &mut impulses[k as usize]);
+            let near = &self.reached[point.start as usize..point.end as usize];
             let u = near.iter().map(|at| at.read(velocity[at.number as usize], point.normal)).sum();
-            let wanted = law(&State { point, velocity: u, impulse: *impulse });
+            let wanted = law(&State { point, wall: walls[k as usize], velocity: u, impulse: *impulse });
             let delta = wanted - *impulse;
             *impulse = wanted;
             largest = largest.max(wanted.norm());
@@ -312,19 +345,19 @@ impl<const D: usize> Surface<D> {
 
 impl<const D: usize> State<'_, D> {
     /// The impulse after which the velocity along the normal is that of the wall.
-    pub fn stopped(&self, wall: Vector<D>) -> Vector<D> {
+    pub fn stopped(&self) -> Vector<D> {
         let normal = self.point.normal;
-        self.impulse - normal * ((self.velocity - wall).dot(normal) / self.point.compliance())
+        self.impulse - normal * ((self.velocity - self.wall).dot(normal) / self.point.compliance())
     }
 
-    /// The impulse of a condition of this kind that moves with `wall` [m/s]; one that may be left lets the body approach by `allowed` [m/s].
-    pub fn constrained(&self, kind: WallKind, wall: Vector<D>, allowed: f64) -> Vector<D> {
-        let (relative, n) = (self.velocity - wall, self.point.normal);
+    /// The impulse of a condition of this kind; one that may be left lets the body approach by `allowed` [m/s].
+    pub fn constrained(&self, kind: WallKind, allowed: f64) -> Vector<D> {
+        let (relative, n) = (self.velocity - self.wall, self.point.normal);
         let sliding = (relative - n * relative.dot(n)) / self.point.sliding_softness;
         let coefficient = match kind {
             WallKind::Open => return self.impulse,
-            WallKind::Slip => return self.stopped(wall),
-            WallKind::Fixed => return self.stopped(wall) - sliding,
+            WallKind::Slip => return self.stopped(),
+            WallKind::Fixed => return self.stopped() - sliding,
             WallKind::Separate => 0.0,
             WallKind::Friction { coefficient } => coefficient,
         };

@@ -52,13 +52,14 @@ pub(super) struct Lamps {
     main: Vector<3>,
     side: Vector<3>,
     half: Vector<3>,
+    tones: Tones,
 }
 
 impl Lamps {
     pub fn new() -> Self {
         let unit = |v: [f64; 3]| Vector(v).normalized().unwrap_or(Vector::unit(2));
         let main = unit([-0.45, 0.65, 0.75]);
-        Self { main, side: unit([0.8, -0.1, 0.45]), half: unit((main + Vector::unit(2)).0) }
+        Self { main, side: unit([0.8, -0.1, 0.45]), half: unit((main + Vector::unit(2)).0), tones: Tones::new() }
     }
 
     /// The colour that is seen at a pixel.
@@ -72,7 +73,7 @@ impl Lamps {
         let open = 1.0 - occlusion();
         let diffuse = (AMBIENT + MAIN * facing(&self.main) + SIDE * facing(&self.side)) * (0.25 + 0.75 * open);
         let gloss = GLOSS * facing(&self.half).powi(SHININESS) * open;
-        pixel.colour.map(|c| from_linear(to_linear(c) * diffuse * open + gloss))
+        pixel.colour.map(|c| self.tones.from_linear(self.tones.linear[usize::from(c)] * diffuse * open + gloss))
     }
 }
 
@@ -120,6 +121,47 @@ impl Shade {
     }
 }
 
+/// [`to_linear`] and [`from_linear`] in tables: powers of every channel of every pixel would take most of the time of a picture.
+struct Tones {
+    /// Of each tone, its light.
+    linear: [f32; 256],
+    /// The least light that has at least each tone; [`from_linear`] grows with it.
+    least: [f32; 256],
+    /// The tone of the start of each step of light.
+    coarse: [u8; Self::STEPS + 1],
+}
+
+impl Tones {
+    const STEPS: usize = 1024;
+
+    fn new() -> Self {
+        let linear = std::array::from_fn(|tone| to_linear(tone as u8));
+        let least = std::array::from_fn(|tone| least_light(tone as u8));
+        let coarse = std::array::from_fn(|step| from_linear(step as f32 / Self::STEPS as f32));
+        Self { linear, least, coarse }
+    }
+
+    /// [`from_linear`].
+    fn from_linear(&self, c: f32) -> u8 {
+        let c = c.clamp(0.0, 1.0);
+        let mut tone = self.coarse[(c * Self::STEPS as f32) as usize];
+        while tone < 255 && self.least[usize::from(tone) + 1] <= c {
+            tone += 1;
+        }
+        tone
+    }
+}
+
+/// The least light whose tone is at least this one: positive floats are ordered like their bits.
+fn least_light(tone: u8) -> f32 {
+    let (mut low, mut high) = (0, 1.0_f32.to_bits());
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if from_linear(f32::from_bits(middle)) >= tone { high = middle } else { low = middle + 1 }
+    }
+    f32::from_bits(low)
+}
+
 /// From sRGB.
 fn to_linear(c: u8) -> f32 {
     (f32::from(c) / 255.0).powf(2.2)
@@ -128,4 +170,20 @@ fn to_linear(c: u8) -> f32 {
 /// To sRGB.
 fn from_linear(c: f32) -> u8 {
     (c.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tables say what the powers say, next to where tones change, too.
+    #[test]
+    fn tones_are_those_of_the_powers() {
+        let tones = Tones::new();
+        let close = tones.least.iter().flat_map(|x| [f32::from_bits(x.to_bits().saturating_sub(1)), *x, x + 1e-6]);
+        for c in (0..=5000).map(|n| n as f32 / 4900.0 - 0.01).chain(close) {
+            assert_eq!(tones.from_linear(c), from_linear(c), "{c}");
+        }
+        assert!((0..=255).all(|tone| tones.linear[usize::from(tone)] == to_linear(tone)));
+    }
 }

@@ -27,10 +27,11 @@ use crate::simulation::{Monitor, Snapshot};
 use annotate::{Notes, annotate};
 use camera::{Camera, Seen};
 use light::Lamps;
-use raster::{Buffer, Finish, Shape, Solid};
+use raster::{Buffer, Finish, Outlook, Shape, Solid};
 use scene::Scene;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Pixels that are averaged to one, per direction.
 const SUPERSAMPLING: usize = 2;
@@ -54,13 +55,19 @@ pub trait Obstacle: Send + Sync {
     fn displacement(&self, t: f64) -> [f64; 3];
 }
 
+/// An obstacle, and what was seen of it last, with how far it had moved then [m]: most obstacles rest, and lines of sight take long.
+struct Standing {
+    solid: Box<dyn Obstacle>,
+    seen: Mutex<Option<([f64; 3], Outlook)>>,
+}
+
 /// Renders the pictures of one [`PictureSpec`].
 pub struct Picture {
     spec: PictureSpec,
     camera: Camera,
     frame: Corners,
     starts: BTreeMap<String, Start>,
-    obstacles: Vec<Box<dyn Obstacle>>,
+    obstacles: Vec<Standing>,
     directory: PathBuf,
     index: History,
     count: usize,
@@ -117,7 +124,7 @@ impl Picture {
     /// Adds something that is not in the snapshots.
     #[must_use]
     pub fn with_obstacle(mut self, obstacle: Box<dyn Obstacle>) -> Self {
-        self.obstacles.push(obstacle);
+        self.obstacles.push(Standing { solid: obstacle, seen: Mutex::default() });
         self
     }
 
@@ -149,13 +156,18 @@ impl Picture {
     fn draw(&self, mut buffer: Buffer, scene: &Scene<'_>, snapshot: &Snapshot<'_>) -> Buffer {
         let table = scene.colouring.as_ref().map_or(&[][..], |colouring| &colouring.table);
         buffer.draw(&self.outline(snapshot.dimension, scene.pixel), table);
+        let finish = if snapshot.dimension == 2 { Finish::Flat } else { Finish::Lit };
         for obstacle in &self.obstacles {
-            let moved = obstacle.displacement(snapshot.time);
-            let distance = |x: [f64; 3]| obstacle.distance(std::array::from_fn(|i| x[i] - moved[i]));
-            let finish = if snapshot.dimension == 2 { Finish::Flat } else { Finish::Lit };
-            let (frame, depth) = (self.frame, self.depth());
-            let solid = Solid { distance: &distance, frame, depth, colour: OBSTACLE, finish };
-            buffer.draw_obstacle(&solid, &self.camera);
+            let mut seen = obstacle.seen.lock().unwrap_or_else(PoisonError::into_inner);
+            let (moved, size) = (obstacle.solid.displacement(snapshot.time), [buffer.width, buffer.height]);
+            if !seen.as_ref().is_some_and(|(place, outlook)| *place == moved && outlook.width == buffer.width) {
+                let distance = |x: [f64; 3]| obstacle.solid.distance(std::array::from_fn(|i| x[i] - moved[i]));
+                let solid = Solid { distance: &distance, frame: self.frame, depth: self.depth() };
+                *seen = Some((moved, Outlook::new(size, &solid, &self.camera)));
+            }
+            if let Some((_, outlook)) = &*seen {
+                buffer.draw_obstacle(outlook, OBSTACLE, finish);
+            }
         }
         scene.for_particles(|shapes| buffer.draw(shapes, table));
         if self.spec.opacity < 1.0 {

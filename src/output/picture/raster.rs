@@ -124,20 +124,46 @@ impl Buffer {
         bins
     }
 
-    /// Draws the zero surface of an obstacle, found by stepping along each line of sight.
-    pub fn draw_obstacle(&mut self, obstacle: &Solid<'_>, camera: &Camera) {
-        let width = self.width;
-        self.pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
-            for (column, pixel) in pixels.iter_mut().enumerate() {
-                let (x, y, near) = (column as f64 + 0.5, row as f64 + 0.5, obstacle.depth[1]);
-                let hit = obstacle.first_hit(camera, Seen { x, y, near }).filter(|&near| near as f32 > pixel.near);
-                if let Some(near) = hit {
-                    let normal = obstacle.normal(camera, Seen { x, y, near });
-                    let (colour, finish) = (obstacle.colour, obstacle.finish);
-                    *pixel = Pixel { near: near as f32, normal, colour, finish };
+    /// Draws what is seen of an obstacle.
+    pub fn draw_obstacle(&mut self, outlook: &Outlook, colour: Rgb, finish: Finish) {
+        let rows = self.pixels.par_chunks_mut(self.width).zip(&outlook.rows);
+        rows.for_each(|(pixels, hits)| {
+            for &Hit { column, near, normal } in hits {
+                let pixel = &mut pixels[column as usize];
+                if near > pixel.near {
+                    *pixel = Pixel { near, normal, colour, finish };
                 }
             }
         });
+    }
+}
+
+/// What is seen of an obstacle, row by row, as if it stood alone.
+pub(super) struct Outlook {
+    /// Pixels per row.
+    pub width: usize,
+    rows: Vec<Vec<Hit>>,
+}
+
+/// A place of an obstacle that is seen: its pixel, how near it is to the eye, and its normal.
+#[derive(Debug, Clone, Copy)]
+struct Hit {
+    column: u32,
+    near: f32,
+    normal: [f32; 2],
+}
+
+impl Outlook {
+    /// The zero surface of an obstacle, found by stepping along each line of sight.
+    pub fn new([width, height]: [usize; 2], obstacle: &Solid<'_>, camera: &Camera) -> Self {
+        let hit = |row: usize, column: usize| {
+            let (x, y, near) = (column as f64 + 0.5, row as f64 + 0.5, obstacle.depth[1]);
+            let near = obstacle.first_hit(camera, Seen { x, y, near })?;
+            let normal = obstacle.normal(camera, Seen { x, y, near });
+            Some(Hit { column: column as u32, near: near as f32, normal })
+        };
+        let row = |row: usize| (0..width).filter_map(|column| hit(row, column)).collect();
+        Self { width, rows: (0..height).into_par_iter().map(row).collect() }
     }
 }
 
@@ -148,8 +174,6 @@ pub(super) struct Solid<'d> {
     pub frame: [[f64; 3]; 2],
     /// Farthest and nearest place of the box, in pixels towards the eye.
     pub depth: [f64; 2],
-    pub colour: Rgb,
-    pub finish: Finish,
 }
 
 impl Solid<'_> {
