@@ -110,23 +110,10 @@ pub fn velocity_on_grid<'a, const D: usize>(
     bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
     velocity: Vec<Vector<D>>,
 ) -> Vec<Vector<D>> {
-    let bodies: Vec<_> = bodies.collect();
-    let mut velocity = momentum_on_grid(grid, field, bodies.iter().copied(), velocity);
-    fold_momentum(grid, ghosts, field, bodies.into_iter(), &mut velocity);
+    let mut velocity = momentum_on_grid(grid, field, bodies, velocity);
+    ghosts.fold(&field.limits, &mut velocity, |_, _, _| {});
     divide_by_mass(field, &mut velocity);
     velocity
-}
-
-/// Folds momentum [N s] of the bodies of a field that was scattered.
-pub fn fold_momentum<'a, const D: usize>(
-    grid: &Grid<D>,
-    ghosts: &Ghosts<D>,
-    field: &Field<D>,
-    bodies: impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)>,
-    momentum: &mut [Vector<D>],
-) {
-    field.limits.place(ghosts, grid, bodies.map(|(body, _)| body), |node, change| momentum[node] += change);
-    ghosts.fold(&field.limits, momentum, |_, _, _| {});
 }
 
 /// Makes velocities of momentum that was scattered and folded.

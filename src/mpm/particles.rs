@@ -62,8 +62,6 @@ pub struct Work<const D: usize> {
     pub traction: Vec<(usize, Vector<D>)>,
     /// Rate of the position ẋ_p = Σ N v⁺ [m/s]; empty where that is the velocity (APIC).
     pub rate: Vec<Vector<D>>,
-    /// Particles that walls hold off, and by how far [m] (`ghost`); empty but between the nodes' motion and the particles'.
-    pub held_off: Vec<(usize, Vector<D>)>,
     /// What the noise filter has not explained yet [m/s], u_j; empty but in the filter of bodies that keep its heat.
     pub noise: Vec<Vector<D>>,
     /// Where particle shifting moves the particles at the end of the step [m]; empty in most steps.

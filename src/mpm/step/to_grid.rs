@@ -1,6 +1,6 @@
 //! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum (60–64).
 
-use super::{Step, in_field, of_field};
+use super::{Step, in_field};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
 use crate::mpm::average::Average;
@@ -56,8 +56,6 @@ impl<const D: usize> Mpm<D> {
                 bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
             own.limits.measure(ghosts, &own.nodes);
-            let affine = of_field(bodies, bins, field).map(|(body, _)| body);
-            own.limits.place(ghosts, grid, affine, |node, change| own.nodes[node].momentum += change);
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);

@@ -5,7 +5,7 @@ use super::{Step, of_field};
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mpm::average::Average;
-use crate::mpm::filter::{Filter, divide_by_mass, fold_momentum, velocity_on_grid};
+use crate::mpm::filter::{Filter, divide_by_mass, velocity_on_grid};
 use crate::mpm::heat;
 use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
 use crate::mpm::stress::{Strain, strain_and_land, update_stress};
@@ -18,7 +18,7 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
         let share = self.pic_share(step.momentum_dt);
         let gravity = self.uniform_gravity(step.t);
-        let Self { grid, walls, bodies, ghosts, tally, books, accounts, .. } = self;
+        let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
         grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
             let Field { nodes, applied, limits, .. } = own;
@@ -39,9 +39,6 @@ impl<const D: usize> Mpm<D> {
             books.add(accounts.gravity, sum.weight);
             books.push((gravity * (sum.mass * dt)).to3());
             ghosts.fill(limits, nodes);
-            for body in bodies.iter_mut().filter(|body| body.field == field) {
-                body.work.held_off = own.limits.hold_off(ghosts, grid, (&own.nodes, step.dt), body);
-            }
             let done = walls.settle(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
             books.add(accounts.wall_loss, done.dissipation);
@@ -87,7 +84,7 @@ impl<const D: usize> Mpm<D> {
 
     /// Where the particles are at the end of the step.
     pub(super) fn landing(&self, step: &Step) -> Landing<D> {
-        Landing { dt: step.dt, domain: [self.grid.origin, self.grid.upper()] }
+        Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
     /// v_p and ẋ_p (65, 19), and the work of external forces; all that remains of the step where that can be done
@@ -183,7 +180,7 @@ impl<const D: usize> Mpm<D> {
         grid.with_field(field, |grid, own| {
             let mut velocity = std::mem::take(&mut own.velocity);
             if at_once {
-                fold_momentum(grid, ghosts, own, of_field(bodies, bins, field), &mut velocity);
+                ghosts.fold(&own.limits, &mut velocity, |_, _, _| {});
                 divide_by_mass(own, &mut velocity);
             } else {
                 velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
@@ -207,16 +204,11 @@ impl<const D: usize> Mpm<D> {
             if !landed {
                 self.summaries[index] = body.view().1.visit(&|chunk: &mut View<'_, D>| landing.land(chunk));
             }
-            let mut farthest = 0.0_f64;
-            for (p, by) in std::mem::take(&mut body.work.held_off) {
-                body.particles.position[p] += by;
-                farthest = farthest.max(by.norm());
-            }
             let summary = &self.summaries[index];
             if summary.lost {
                 health::check_particles(&self.grid, body)?;
             }
-            self.bins[index].disorder.drift += (summary.shift + farthest) / self.grid.cell;
+            self.bins[index].disorder.drift += summary.shift / self.grid.cell;
             self.bins[index].disorder.note(summary.visits);
             self.fastest[index] = summary.fastest;
         }
