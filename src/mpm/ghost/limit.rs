@@ -52,11 +52,15 @@ impl Limits {
 
 /// θ of a ghost among nodes of these masses [kg].
 fn share(ghost: &Ghost, mass: impl Fn(u32) -> f64) -> f64 {
-    let (own, [_, (inside, factor)]) = (mass(ghost.node), ghost.images);
-    if own == 0.0 || ghost.mirror || factor == 0.0 {
+    let [_, (inside, factor)] = ghost.images;
+    if ghost.mirror || factor == 0.0 {
         return 1.0;
     }
-    let (taken, row) = (-factor * own, mass(inside));
+    let taken = -factor * mass(ghost.node);
+    if taken == 0.0 {
+        return 1.0;
+    }
+    let row = mass(inside);
     let most = MOST * ghost.next.map_or(row, |next| row.min(mass(next)));
     if taken <= most { 1.0 } else { most / taken }
 }
