@@ -15,7 +15,7 @@
 //! and a column of liquid under its own pressure gains energy from them without end.
 
 use super::Locking;
-use super::ghost::Ghosts;
+use super::ghost::{Ghosts, Limits};
 use super::grid::Node;
 use super::particles::Body;
 use super::sweep::{Content, Record, Sweep, Wanted, put_scalar};
@@ -23,8 +23,8 @@ use crate::parallel;
 
 /// What averages take, and room for them.
 pub(super) struct Average<'a, const D: usize> {
-    /// The ghosts of the grid.
-    pub ghosts: &'a Ghosts<D>,
+    /// The ghosts of the grid, and what the field's masses let them take.
+    pub ghosts: (&'a Ghosts<D>, &'a Limits),
     /// The cure that is wanted.
     pub locking: Locking,
     /// Σ V N and Σ V q N by node.
@@ -50,9 +50,10 @@ impl<const D: usize> Average<'_, D> {
 
     /// Divides the sums.
     pub fn divide(&mut self) {
-        self.ghosts.fold(self.sums, |_, _, _| {});
+        let (ghosts, limits) = self.ghosts;
+        ghosts.fold(limits, self.sums, |_, _, _| {});
         parallel::map_into(self.sums, self.means, |[v, vq]| [if *v > 0.0 { vq / v } else { 0.0 }]);
-        self.ghosts.fill(self.means);
+        ghosts.fill(limits, self.means);
     }
 
     /// Scatters the forces of a body's stresses with its pressures averaged (17, 18).

@@ -13,7 +13,7 @@
 //! Order 1 is PIC; higher orders keep more of what the grid can see. Corrections don't act along axes
 //! that a wall binds.
 
-use super::ghost::Ghosts;
+use super::ghost::{Ghosts, Limits};
 use super::grid::{Field, Grid};
 use super::heat::{Dissipation, nodal, warm_by_filter};
 use super::motion::keep_velocity;
@@ -47,22 +47,22 @@ impl<const D: usize> Filter<'_, D> {
     /// it, and what walls gave.
     pub fn apply(&self, bodies: &mut [(&mut Body<D>, &Bins<D>)]) -> (f64, Pushes<D>) {
         let &Self { grid, ghosts, walls, field, t, order, .. } = self;
-        let (nodes, mut pushes) = (&grid.fields[field].nodes, walls.pushes());
+        let (nodes, limits, mut pushes) = (&grid.fields[field].nodes, &grid.fields[field].limits, walls.pushes());
         let mut w = self.on_grid(bodies, Vec::new(), (&mut pushes, 1.0));
         pushes = pushes.and(walls.constrain_velocity((grid, field), nodes, &mut w, t));
-        ghosts.fill(&mut w);
+        ghosts.fill(limits, &mut w);
         let (mut v, mut smooth) = (w.clone(), Vec::new());
         for (body, _) in bodies.iter_mut().filter(|(body, _)| self.dissipation.warms(body)) {
             body.work.noise.clone_from(&body.particles.velocity);
         }
-        let mut heat = gather(grid, ghosts, &w, bodies, (1, order));
+        let mut heat = gather(grid, (ghosts, limits), &w, bodies, (1, order));
         for j in 2..=order {
             smooth = self.on_grid(bodies, smooth, (&mut pushes, -1.0));
             w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= *s);
             pushes = pushes.and(walls.constrain_correction((grid, field), nodes, &mut w, t));
-            ghosts.fill(&mut w);
+            ghosts.fill(limits, &mut w);
             v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
-            heat += gather(grid, ghosts, &w, bodies, (j, order));
+            heat += gather(grid, (ghosts, limits), &w, bodies, (j, order));
         }
         for (body, bins) in bodies {
             body.work.noise.clear();
@@ -81,7 +81,7 @@ impl<const D: usize> Filter<'_, D> {
         let bodies = bodies.iter().map(|(body, bins)| (&**body, *bins));
         let field = &self.grid.fields[self.field];
         let mut velocity = momentum_on_grid(self.grid, field, bodies, velocity);
-        pushes.fold(self.ghosts, &mut velocity, times);
+        pushes.fold((self.ghosts, &field.limits), &mut velocity, times);
         divide_by_mass(field, &mut velocity);
         velocity
     }
@@ -111,7 +111,7 @@ pub fn velocity_on_grid<'a, const D: usize>(
     velocity: Vec<Vector<D>>,
 ) -> Vec<Vector<D>> {
     let mut velocity = momentum_on_grid(grid, field, bodies, velocity);
-    ghosts.fold(&mut velocity, |_, _, _| {});
+    ghosts.fold(&field.limits, &mut velocity, |_, _, _| {});
     divide_by_mass(field, &mut velocity);
     velocity
 }
@@ -127,13 +127,13 @@ pub fn divide_by_mass<const D: usize>(field: &Field<D>, momentum: &mut [Vector<D
 /// v_p = Σ N w_j; of bodies that keep the heat, what that becomes [J].
 fn gather<const D: usize>(
     grid: &Grid<D>,
-    ghosts: &Ghosts<D>,
+    (ghosts, limits): (&Ghosts<D>, &Limits),
     w: &[Vector<D>],
     bodies: &mut [(&mut Body<D>, &Bins<D>)],
     (j, order): (u32, u32),
 ) -> f64 {
     let warmed = bodies.iter().any(|(body, _)| !body.work.noise.is_empty());
-    let squares = if warmed { nodal(ghosts, w.len(), |n| w[n].norm_squared()) } else { Vec::new() };
+    let squares = if warmed { nodal((ghosts, limits), w.len(), |n| w[n].norm_squared()) } else { Vec::new() };
     let mut heat = 0.0;
     for (body, bins) in bodies {
         let sweep = Sweep::new(grid, body.kernel, bins);

@@ -9,14 +9,20 @@
 //! extrapolate  u_{−k} = (1 + k) u_0 − k u_1             (all others: the open-knot splines; linear fields exact)
 //! ```
 //!
+//! Extrapolation takes from row 1 what particles at the wall bring there: little where material fills the rows, all of it where a film or a
+//! single particle is, on which their forces still act; `limit` says how much a ghost may take.
+//!
 //! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
 //! hands to a node further inside belongs to the place of that node (`sweep::shape`).
 //!
 //! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right.
 
+mod limit;
+
 use super::grid::{EDGE, Grid, Node};
 use crate::math::Vector;
 use crate::parallel::{self, CHUNK};
+pub use limit::Limits;
 use rayon::prelude::*;
 
 /// How the ghosts beyond one end of an axis follow the domain.
@@ -42,6 +48,22 @@ struct Ghost {
     side: usize,
     mirror: bool,
     images: [(u32, f64); 2],
+    /// The node after the images, if the domain has one there and it is active.
+    next: Option<u32>,
+}
+
+impl Ghost {
+    /// The images with their factors where the ghost extrapolates by the share θ: u_{−k} = (1 + k θ) u_0 − k θ u_1.
+    #[inline]
+    fn images(&self, share: f64) -> impl Iterator<Item = (usize, f64)> {
+        let [(first, f), (second, s)] = self.images;
+        let images = if self.mirror {
+            [(first, f), (second, s)]
+        } else {
+            [(first, 1.0 + (f - 1.0) * share), (second, s * share)]
+        };
+        images.into_iter().filter(|(_, factor)| *factor != 0.0).map(|(node, factor)| (node as usize, factor))
+    }
 }
 
 /// A quantity that ghosts carry.
@@ -143,43 +165,44 @@ impl<const D: usize> Ghosts<D> {
                 Fold::Extrapolate => [pick(0, 1.0 + depth), pick(inward.signum(), -depth)],
             };
             let mirror = folds[axis][end] == Fold::Mirror;
-            axes[axis].push(Ghost { node: node as u32, side: 2 * axis + end, mirror, images });
+            let next = image(2 * inward.signum());
+            axes[axis].push(Ghost { node: node as u32, side: 2 * axis + end, mirror, images, next });
         }
         Self { axes }
     }
 
-    /// Folds what lies on the ghosts into the domain and zeroes the ghosts; `before` sees every mirrored
+    /// Folds what lies on the ghosts into the domain within `limits` and zeroes the ghosts; `before` sees every mirrored
     /// ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
-    pub fn fold<T: Ghosted>(&self, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
+    pub fn fold<T: Ghosted>(&self, limits: &Limits, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
             // Looking is what takes time, so that is done in parallel; few ghosts carry anything.
-            let laden = |ghost: &&Ghost| !values[ghost.node as usize].is_nothing();
-            let laden: Vec<&Ghost> = ghosts.par_iter().with_min_len(CHUNK).filter(laden).collect();
-            for ghost in laden {
+            let laden = |(_, ghost): &(usize, &Ghost)| !values[ghost.node as usize].is_nothing();
+            let laden: Vec<_> = ghosts.par_iter().with_min_len(CHUNK).enumerate().filter(laden).collect();
+            for (number, ghost) in laden {
                 let mut value = std::mem::take(&mut values[ghost.node as usize]);
                 if ghost.mirror {
                     before(ghost.side, ghost.node as usize, &value);
                     value = value.mirrored(axis);
                 }
-                for (image, factor) in ghost.images.into_iter().filter(|(_, factor)| *factor != 0.0) {
-                    values[image as usize] = values[image as usize].plus(value, factor);
+                for (image, factor) in ghost.images(limits.share(axis, number)) {
+                    values[image] = values[image].plus(value, factor);
                 }
             }
         }
     }
 
-    /// Fills the ghosts from the domain.
-    pub fn fill<T: Ghosted>(&self, values: &mut [T]) {
+    /// Fills the ghosts from the domain within `limits`.
+    pub fn fill<T: Ghosted>(&self, limits: &Limits, values: &mut [T]) {
         for (axis, ghosts) in self.axes.iter().enumerate().rev() {
             // A ghost's images are no ghosts of the same axis.
-            let image = |ghost: &Ghost| {
+            let image = |(number, ghost): (usize, &Ghost)| {
                 let mut value = T::default();
-                for (image, factor) in ghost.images.into_iter().filter(|(_, factor)| *factor != 0.0) {
-                    value = value.plus(values[image as usize], factor);
+                for (image, factor) in ghost.images(limits.share(axis, number)) {
+                    value = value.plus(values[image], factor);
                 }
                 if ghost.mirror { value.mirrored(axis) } else { value }
             };
-            let images: Vec<T> = ghosts.par_iter().with_min_len(CHUNK).map(image).collect();
+            let images: Vec<T> = ghosts.par_iter().with_min_len(CHUNK).enumerate().map(image).collect();
             // Ghosts are in the order of their nodes, so that every chunk has nodes of its own.
             let nodes = ghosts.chunks(CHUNK).map(|part| part[0].node as usize..part[part.len() - 1].node as usize + 1);
             let parts: Vec<_> = parallel::parts_mut(values, nodes).into_iter().zip(ghosts.chunks(CHUNK)).collect();
@@ -228,7 +251,7 @@ mod tests {
                 let ghosts = Ghosts::new(&grid);
                 let mut weights = vec![[0.0; 3]; grid.node_count()];
                 kernel.for_each(&grid, x, |node, n, dn| weights[node] = [n, dn[0], dn[1]]);
-                ghosts.fold(&mut weights, |_, _, _| {});
+                ghosts.fold(&Limits::default(), &mut weights, |_, _, _| {});
                 let (mut sum, mut centre, mut slope) = ([0.0; 3], Vector::ZERO, Vector::ZERO);
                 for (node, w) in weights.iter().enumerate() {
                     sum = sum.plus(*w, 1.0);
@@ -262,7 +285,7 @@ mod tests {
                 kernel.for_each(&grid, x, |node, n, _| half[node] += v * n);
                 let mut whole = half.clone();
                 kernel.for_each(&grid, twin, |node, n, _| whole[node] += v.mirrored(0) * n);
-                ghosts.fold(&mut half, |_, _, _| {});
+                ghosts.fold(&Limits::default(), &mut half, |_, _, _| {});
                 for node in 0..grid.node_count() {
                     let ijk = grid.coordinates(node);
                     if grid.contains(ijk) && ijk[0] > 0 && (2..5).contains(&ijk[1]) {
@@ -286,9 +309,9 @@ mod tests {
             let mut values: Vec<Vector<2>> =
                 (0..grid.node_count()).map(|node| Vector([(node as f64).sin(), (node as f64).cos()])).collect();
             let scattered = weights.clone();
-            ghosts.fold(&mut weights, |_, _, _| {});
+            ghosts.fold(&Limits::default(), &mut weights, |_, _, _| {});
             let inside: f64 = weights.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
-            ghosts.fill(&mut values);
+            ghosts.fill(&Limits::default(), &mut values);
             let everywhere: f64 = scattered.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
             assert!((inside - everywhere).abs() < 1e-14);
         }

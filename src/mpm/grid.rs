@@ -8,7 +8,7 @@
 //! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always — and at last
 //! (m, v⁺, a) for the gather.
 
-use super::ghost::Fold;
+use super::ghost::{Fold, Limits};
 use super::kernel::Kernel;
 use super::light::Faint;
 use crate::math::Vector;
@@ -44,6 +44,8 @@ pub struct Field<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
     pub applied: Vec<Vector<D>>,
+    /// How much of what they bring the ghosts may extrapolate, in this step.
+    pub limits: Limits,
     /// Nodes of which only rounding is left, in this step.
     pub faint: Vec<Faint>,
     /// Room for averages over the nodes, Σ V N and Σ V q N.

@@ -27,7 +27,7 @@
 //!
 //! Heat enters the energy before the law is called, as viscous heating does, so that the pressure knows it.
 
-use super::ghost::Ghosts;
+use super::ghost::{Ghosts, Limits};
 use super::grid::Field;
 use super::particles::Body;
 use super::sweep::Chunk;
@@ -52,20 +52,20 @@ impl Dissipation {
 
 /// A number on each of `count` nodes, ghosts filled, for the scalar slot of a gather.
 pub(super) fn nodal<const D: usize>(
-    ghosts: &Ghosts<D>,
+    (ghosts, limits): (&Ghosts<D>, &Limits),
     count: usize,
     number: impl Fn(usize) -> f64 + Sync + Send,
 ) -> Vec<[f64; 1]> {
     let mut numbers: Vec<[f64; 1]> =
         (0..count).into_par_iter().with_min_len(CHUNK).map(|node| [number(node)]).collect();
-    ghosts.fill(&mut numbers);
+    ghosts.fill(limits, &mut numbers);
     numbers
 }
 
 /// h_I/m_I [J/kg] of a field whose nodes hold (m, v⁺, a), and ṽ as velocities; `dt` is the step of the momentum [s].
 pub(super) fn of_contact<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, dt: f64) -> Vec<[f64; 1]> {
-    let Field { nodes, applied, velocity, .. } = field;
-    nodal(ghosts, nodes.len(), |n| {
+    let Field { nodes, applied, velocity, limits, .. } = field;
+    nodal((ghosts, limits), nodes.len(), |n| {
         let node = &nodes[n];
         if node.mass <= 0.0 {
             return 0.0;

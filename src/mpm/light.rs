@@ -10,8 +10,8 @@
 //!
 //! Among the neighbours is always a node that the same particles reach well.
 //!
-//! Next to walls shape functions are folded and m_I is a difference (`ghost`): where it vanishes, only rounding is left of
-//! m_I and p_I. Such a *faint* node moves as its neighbours do on average, v_I = Σ m_J v_J / Σ m_J.
+//! Where a particle is at the end of a smooth shape function only rounding is left of m_I and p_I; what ghosts take of the rows next to walls
+//! leaves them their mass (`ghost/limit.rs`). Such a *faint* node moves as its neighbours do on average, v_I = Σ m_J v_J / Σ m_J.
 
 use super::ghost::Ghosted;
 use super::{Grid, KernelKind, Node, Transfer};

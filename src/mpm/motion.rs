@@ -22,8 +22,11 @@
 //! FLIP loses no angular momentum by it, Σ m_p (Σ N_Ip ṽ_I) × v_p = Σ m_I ṽ_I × ṽ_I = 0; APIC, which keeps it if particles move with
 //! their own velocity v⁺, would, and moves so. It damps such waves; bodies that are strained by more than a tenth and rest for long
 //! want FLIP. Liquids and gases move with v⁺, in which contact and walls have acted in full: they must not leak.
+//!
+//! **Walls of the domain hold positions.** Where a film or a single particle is next to a wall, velocities there keep up to a sixth of that of
+//! the row of nodes inside (`ghost::limit`). What it would carry beyond the wall stays on it.
 
-use super::grid::Node;
+use super::grid::{Grid, Node};
 use super::kernel::Kernel;
 use super::particles::Body;
 use super::sweep::{
@@ -80,13 +83,26 @@ impl Answer for Summary {
     }
 }
 
+/// How far beyond a wall a particle is set back onto it [cells]; what moves farther in a step is lost.
+const HELD: f64 = 0.25;
+
 /// Where particles go at the end of a step: x += Δt ẋ, then the books.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Landing<const D: usize> {
     /// Δt [s].
-    pub dt: f64,
+    dt: f64,
     /// Lower and upper corner of the domain [m].
-    pub domain: [Vector<D>; 2],
+    domain: [Vector<D>; 2],
+    /// How far beyond them walls hold what comes there [m]; no distance where there is none.
+    held: [Vector<D>; 2],
+}
+
+impl<const D: usize> Landing<D> {
+    /// For a step of `dt` [s] in a grid between walls, of which some hold positions, by axis and end.
+    pub fn new(grid: &Grid<D>, walls: impl Fn(usize, usize) -> bool, dt: f64) -> Self {
+        let held = |end| Vector::from_fn(|a| if walls(a, end) { HELD * grid.cell } else { 0.0 });
+        Self { dt, domain: [grid.origin, grid.upper()], held: [held(0), held(1)] }
+    }
 }
 
 impl<const D: usize> Landing<D> {
@@ -103,8 +119,7 @@ impl<const D: usize> Landing<D> {
 
     /// Moves the particles by rates [m/s] and sums up.
     pub fn land_by(&self, particles: &mut View<'_, D>, rates: impl Rates<D>) -> Summary {
-        let Self { dt, domain } = *self;
-        widest(Land { particles, rates, dt, domain })
+        widest(Land { particles, rates, landing: *self })
     }
 }
 
@@ -142,8 +157,7 @@ impl<const D: usize> Rates<D> for Carried {
 struct Land<'a, 'b, R, const D: usize> {
     particles: &'a mut View<'b, D>,
     rates: R,
-    dt: f64,
-    domain: [Vector<D>; 2],
+    landing: Landing<D>,
 }
 
 impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
@@ -151,7 +165,8 @@ impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> Summary {
-        let [lower, upper] = self.domain;
+        let Landing { dt, domain: [lower, upper], held: [below, above] } = self.landing;
+        let (lowest, highest) = (lower - below, upper + above);
         // Slices of one length: the loops are free of bounds checks, and without sums they become vectors.
         let n = self.particles.len().min(CHUNK);
         let (position, velocity) = (&mut self.particles.position[..n], &self.particles.velocity[..n]);
@@ -161,8 +176,10 @@ impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
         for p in 0..n {
             let (mut outside, mut square) = (0.0, 0.0);
             for a in 0..D {
-                let step = self.rates.rate(p, &velocity[p], a) * self.dt;
+                let step = self.rates.rate(p, &velocity[p], a) * dt;
                 let x = position[p][a] + step;
+                let x = if (x < lower[a]) & (x > lowest[a]) { lower[a] } else { x };
+                let x = if (x > upper[a]) & (x < highest[a]) { upper[a] } else { x };
                 position[p][a] = x;
                 // Written so that a NaN is outside.
                 outside = if (x >= lower[a]) & (x <= upper[a]) { outside } else { 1.0 };

@@ -23,7 +23,7 @@
 
 use super::contact::nodes::{Lattice, flip};
 use super::coupling::Coupling;
-use super::ghost::Fold;
+use super::ghost::{Fold, Limits};
 use super::kernel::{Kernel, Shape, with_shape};
 use super::step::of_field;
 use super::sweep::{Bins, Content, Record, Sweep, Wanted, put_scalar, put_velocity};
@@ -81,7 +81,7 @@ impl<const D: usize> Mpm<D> {
         for (body, bins) in of_field(bodies, bins, field) {
             Sweep::new(grid, body.kernel, bins).scatter(&mut sums, body, Content::Pressures);
         }
-        ghosts.fold(&mut sums, |_, _, _| {});
+        ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
         let (rows, reached) = (rooms(grid, kernel), |node: usize| sums[node][0] > 0.0);
         let free = |node| {
             if !reached(node) {
@@ -115,7 +115,7 @@ impl<const D: usize> Mpm<D> {
             false => [0.0],
         };
         let mut excess: Vec<[f64; 1]> = (0..rooms.len()).into_par_iter().with_min_len(CHUNK).map(excess).collect();
-        ghosts.fill(&mut excess);
+        ghosts.fill(&Limits::default(), &mut excess);
         excess
     }
 
@@ -123,7 +123,7 @@ impl<const D: usize> Mpm<D> {
     fn follow(&mut self, field: usize, excess: &[[f64; 1]], dt: f64) {
         let Self { grid, bodies, bins, ghosts, .. } = self;
         let mut velocity = velocities(&grid.fields[field]);
-        ghosts.fill(&mut velocity);
+        ghosts.fill(&grid.fields[field].limits, &mut velocity);
         let (square, mut work) = (grid.cell * grid.cell, 0.0);
         for (body, bins) in bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field && is_liquid(body)) {
             body.work.shift.resize(body.particles.len(), Vector::ZERO);

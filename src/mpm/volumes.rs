@@ -21,6 +21,7 @@
 //! ```
 
 use super::contact::nodes::Lattice;
+use super::ghost::Limits;
 use super::wall::Walls;
 use super::{Body, Field, Grid, Mpm, Particles};
 use crate::math::{SymTensor, Vector};
@@ -56,7 +57,7 @@ impl<const D: usize> Mpm<D> {
             let contact = &coupling.contact;
             let mut sums = vec![[0.0; 2]; grid.node_count()];
             Sweep::new(grid, body.kernel, bins).scatter(&mut sums, body, Content::Pressures);
-            ghosts.fold(&mut sums, |_, _, _| {});
+            ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
             let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
             let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
             lead(grid, contact.lattice(), &pressure, body);

@@ -27,7 +27,7 @@ mod solid;
 mod surface;
 
 use super::contact::nodes::Lattice;
-use super::ghost::{Fold, Ghosts};
+use super::ghost::{Fold, Ghosts, Limits};
 use super::grid::{EDGE, Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
@@ -382,9 +382,9 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Folds the ghosts of a field's nodes into the domain and books what mirrors reflect.
-    pub fn fold(&mut self, ghosts: &Ghosts<D>, field: usize, nodes: &mut [Node<D>]) {
+    pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), field: usize, nodes: &mut [Node<D>]) {
         let reaction = &mut self.reactions[field];
-        ghosts.fold(nodes, |side, node, ghost| {
+        ghosts.fold(limits, nodes, |side, node, ghost| {
             let axis = Vector::unit(side / 2);
             reaction.mirrored[side] -= axis * (2.0 * ghost.force[side / 2]);
             reaction.mirrored_start[side] -= axis * (2.0 * ghost.momentum[side / 2]);

@@ -55,7 +55,8 @@ impl<const D: usize> Mpm<D> {
                 health::check_external(body)?;
                 bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
             }
-            walls.fold(ghosts, field, &mut own.nodes);
+            own.limits.measure(ghosts, &own.nodes);
+            walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
             let bodies = Bodies::of_field(bodies, bins, field, &shielded);
@@ -77,15 +78,15 @@ impl<const D: usize> Mpm<D> {
         };
         let Self { grid, bodies, bins, ghosts, walls, locking, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, velocity, sums, means, .. } = own;
+            let Field { nodes, velocity, sums, means, limits, .. } = own;
             if dt.is_some() {
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
                 walls.hold_velocity(grid, field, velocity, step.before());
-                ghosts.fill(velocity);
+                ghosts.fill(limits, velocity);
             }
-            let mut average = Average { ghosts, locking: *locking, sums, means };
+            let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };
             for (body, bins) in in_field(bodies, bins, field) {
                 let sweep = Sweep::new(grid, body.kernel, bins);
                 match dt {
@@ -96,7 +97,7 @@ impl<const D: usize> Mpm<D> {
                     None => average.push(&sweep, body, nodes),
                 }
             }
-            walls.fold(ghosts, field, nodes);
+            walls.fold((ghosts, limits), field, nodes);
             Ok(())
         })
     }

@@ -21,7 +21,7 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
         grid.with_field(field, |grid, own| {
             let dt = step.momentum_dt;
-            let Field { nodes, applied, .. } = own;
+            let Field { nodes, applied, limits, .. } = own;
             let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
                 if node.mass <= 0.0 {
                     return NodeWork::default();
@@ -38,7 +38,7 @@ impl<const D: usize> Mpm<D> {
             tally.external += sum.weight;
             books.add(accounts.gravity, sum.weight);
             books.push((gravity * (sum.mass * dt)).to3());
-            ghosts.fill(&mut own.nodes);
+            ghosts.fill(limits, nodes);
             let done = walls.settle(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
             books.add(accounts.wall_loss, done.dissipation);
@@ -84,7 +84,7 @@ impl<const D: usize> Mpm<D> {
 
     /// Where the particles are at the end of the step.
     pub(super) fn landing(&self, step: &Step) -> Landing<D> {
-        Landing { dt: step.dt, domain: [self.grid.origin, self.grid.upper()] }
+        Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
     /// v_p and ẋ_p (65, 19), and the work of external forces; all that remains of the step where that can be done
@@ -154,11 +154,11 @@ impl<const D: usize> Mpm<D> {
         let (landing, dissipation) = (self.landing(step), self.dissipation);
         let Self { grid, bodies, bins, ghosts, locking, summaries, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, velocity, sums, means, .. } = own;
+            let Field { nodes, velocity, sums, means, limits, .. } = own;
             if !remapped {
                 parallel::map_into(nodes, velocity, |node| node.momentum);
             }
-            let mut average = Average { ghosts, locking: *locking, sums, means };
+            let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
@@ -180,7 +180,7 @@ impl<const D: usize> Mpm<D> {
         grid.with_field(field, |grid, own| {
             let mut velocity = std::mem::take(&mut own.velocity);
             if at_once {
-                ghosts.fold(&mut velocity, |_, _, _| {});
+                ghosts.fold(&own.limits, &mut velocity, |_, _, _| {});
                 divide_by_mass(own, &mut velocity);
             } else {
                 velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
@@ -190,7 +190,7 @@ impl<const D: usize> Mpm<D> {
             if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
                 heat = heat::of_contact(ghosts, own, step.momentum_dt);
             }
-            ghosts.fill(&mut own.velocity);
+            ghosts.fill(&own.limits, &mut own.velocity);
         });
         self.leave_unspent(field, step);
         heat

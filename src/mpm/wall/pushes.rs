@@ -12,7 +12,7 @@
 
 use super::{WallWork, Walls};
 use crate::math::Vector;
-use crate::mpm::ghost::Ghosts;
+use crate::mpm::ghost::{Ghosts, Limits};
 
 /// Impulses on the material by boundary [N s], and the work of moving boundaries [J].
 #[derive(Debug, Clone)]
@@ -36,8 +36,8 @@ impl<const D: usize> Pushes<D> {
     }
 
     /// Folds momentum [N s], and counts `times` what mirrors make of it.
-    pub fn fold(&mut self, ghosts: &Ghosts<D>, momentum: &mut [Vector<D>], times: f64) {
-        ghosts.fold(momentum, |side, _, ghost| {
+    pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), momentum: &mut [Vector<D>], times: f64) {
+        ghosts.fold(limits, momentum, |side, _, ghost| {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
         });
     }

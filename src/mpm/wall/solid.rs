@@ -43,6 +43,11 @@ impl<const D: usize> Walls<D> {
         self.boundaries[2 * axis + end].kind != WallKind::Open
     }
 
+    /// True if there is a wall at an end (0 or 1) of an axis that doesn't move along it.
+    pub fn stands(&self, axis: usize, end: usize) -> bool {
+        self.is_closed(axis, end) && self.boundaries[2 * axis + end].velocity[axis].is_zero()
+    }
+
     /// What histories call a wall or an obstacle: `wall:left`, `obstacle:floor`.
     pub fn boundary_name(&self, boundary: usize) -> &str {
         &self.boundaries[boundary].name
