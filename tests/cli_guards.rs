@@ -135,7 +135,7 @@ fn a_run_that_was_told_to_outlive_its_terminal_does() {
 #[test]
 fn a_second_signal_does_not_wait_for_the_step() {
     // Steps that take long: the first signal waits for the end of one, the second doesn't.
-    let case = BLOCK.replace("\"5 mm\"", "\"0.2 mm\"").replace("[output]", "[output]\ncheckpoint = \"1 h\"");
+    let case = BLOCK.replace("\"5 mm\"", "\"0.1 mm\"").replace("[output]", "[output]\ncheckpoint = \"1 h\"");
     let home = Home::new(&case);
     for (first, second) in [("-TERM", "-TERM"), ("-HUP", "-QUIT")] {
         let (run, start) = (&second[1..], Instant::now());
