@@ -342,35 +342,20 @@ fn conclude(mut solver: Box<dyn Solver>, watch: &Watch) {
 
 #[test]
 fn gas_in_a_sheet_contact_at_nodes() {
-    (1..=3).for_each(|seed| hold(gas, Takes::Something, seed));
-}
-
-/// Contact at nodes gives no energy by experience, not by proof: in one of these it gives 0.0002 of 0.1 before it takes any.
-#[test]
-#[ignore = "contact at nodes may give energy when gas and sheet first meet"]
-fn gas_in_a_sheet_more_cases() {
-    (4..=8).for_each(|seed| hold(gas, Takes::Something, seed));
+    (1..=8).for_each(|seed| hold(gas, Takes::Something, seed));
 }
 
 #[test]
 fn liquid_in_a_sheet_contact_at_particles() {
-    (1..=3).for_each(|seed| hold(liquid, Takes::More, seed));
+    (1..=8).for_each(|seed| hold(liquid, Takes::More, seed));
 }
 
 #[test]
 fn solid_in_a_sheet_contact_at_its_skin() {
-    (1..=3).for_each(|seed| hold(solid, Takes::More, seed));
-}
-
-/// Particles of bodies that don't lie along the lattice are nearer to the skin than the guard of positions allows: moved inwards step by step, they
-/// take the skin along, and the sheet passes through the body.
-#[test]
-#[ignore = "the guard of positions moves the skin of solids"]
-fn solid_in_a_sheet_more_cases() {
-    (4..=8).for_each(|seed| hold(solid, Takes::More, seed));
+    (1..=8).for_each(|seed| hold(solid, Takes::More, seed));
 }
 
 #[test]
 fn sheets_on_obstacles_and_walls() {
-    (1..=3).for_each(|seed| hold(wall, Takes::More, seed));
+    (1..=8).for_each(|seed| hold(wall, Takes::More, seed));
 }
