@@ -30,6 +30,12 @@ fn step_in_the_corner() -> Obstacle {
     }
 }
 
+/// A wedge whose face runs into the bottom at an angle, next to which a mirror reflects what it gives.
+fn wedge(kind: WallKind) -> Obstacle {
+    let region = Region::HalfSpace { point: [1.0, 0.0, 0.0], normal: [-0.6, 0.8, 0.0] };
+    Obstacle { name: "wedge".into(), region, kind, velocity: [const { Signal::ZERO }; 3] }
+}
+
 /// Closure within 1e-12 of the energies that moved; momentum within 1e-12 of the impulses.
 fn check(mut mpm: Mpm<2>, momentum_too: bool, what: &str) {
     let names = ["momentum x", "momentum y"];
@@ -57,6 +63,23 @@ fn ledger_closes_for_every_kernel_and_transfer() {
                 let mpm = thrown(kernel, transfer, StressUpdate::Average, kind);
                 check(mpm, true, &format!("{kernel:?} {transfer:?} {kind:?}"));
             }
+        }
+    }
+}
+
+/// Where the face of an obstacle meets a mirror at an angle, the mirror takes a part of what the obstacle gives.
+#[test]
+fn momentum_closes_where_an_obstacle_meets_a_mirror() {
+    let rough = WallKind::Friction { coefficient: 0.3 };
+    for transfer in [FLIP, Transfer::Apic] {
+        for kind in [rough, WallKind::Fixed, WallKind::Slip] {
+            let mut setup = setup(grid([0.0, 0.0], 0.25, [8, 8], WallKind::Slip));
+            setup.transfer = transfer;
+            setup.gravity = [Signal::ZERO, Signal::Constant(-10.0)];
+            let thrown = |_: Vector<2>| Vector([1.0, -2.0]);
+            setup.bodies = vec![body(rubber(10.0, 1e4, 0.3), ([0.0, 0.05], [8, 8], 0.125), |x| x[0] < 0.9, thrown)];
+            setup.obstacles = vec![wedge(kind)];
+            check(start(setup), true, &format!("{transfer:?} {kind:?}"));
         }
     }
 }

@@ -127,6 +127,9 @@ impl<const D: usize> Walls<D> {
             point.touches = point.binds() || point.force != Vector::ZERO;
             (most, largest) = (most.max(change.norm()), largest.max(point.force.norm() * dt));
         }
+        for (side, kept) in solved.mirrored {
+            self.reactions[field].mirrored[side] -= kept / dt;
+        }
         most > AGREED * largest
     }
 
@@ -164,6 +167,7 @@ impl<const D: usize> Walls<D> {
         for (point, &change) in zip(&reaction.surface.points, &solved.points) {
             reaction.start[point.boundary as usize] += change;
         }
+        solved.mirrored.iter().for_each(|&(side, kept)| reaction.mirrored_start[side] -= kept);
     }
 
     /// As [`Self::constrain_velocity`], at the surface.
@@ -219,6 +223,7 @@ impl<const D: usize> Walls<D> {
         for (point, &impulse) in zip(&self.reactions[field].surface.points, &solved.points) {
             pushes.push(point.boundary, impulse, self.wall_at(point, t));
         }
+        solved.mirrored.iter().for_each(|&(side, kept)| pushes.push(side as u32, -kept, Vector::ZERO));
         pushes
     }
 

@@ -84,6 +84,8 @@ pub(super) struct Point<const D: usize> {
     /// M⁻¹ along each axis [1/kg], and the largest one for what slides.
     softness: Vector<D>,
     sliding_softness: f64,
+    /// The nearer side of the grid by axis, numbered 2 axis + end, where a mirror is close.
+    mirrors: Option<[usize; D]>,
     /// Its nodes in the list of all: from and to.
     start: u32,
     end: u32,
@@ -137,6 +139,8 @@ impl<const D: usize> Reached<D> {
 pub(super) struct Solved<const D: usize> {
     pub points: Vec<Vector<D>>,
     pub nodes: Vec<(usize, Vector<D>)>,
+    /// What mirrors keep of the impulses at points next to them: by side, numbered 2 axis + end.
+    pub mirrored: Vec<(usize, Vector<D>)>,
 }
 
 /// A point while its impulse is sought: its velocity u and that of the wall there [m/s], and J so far [N s].
@@ -167,6 +171,7 @@ impl<const D: usize> Point<D> {
             force,
             softness,
             sliding_softness,
+            mirrors: None,
             start: 0,
             end: 0,
         }
@@ -216,6 +221,8 @@ impl<const D: usize> Surface<D> {
                 point.softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
             }
             point.sliding_softness = (0..D).map(|a| point.softness[a]).fold(0.0, f64::max);
+            let mirrored = self.reached[start..].iter().any(|at| (1..D).any(|a| at.weight[a] != at.weight[0]));
+            point.mirrors = mirrored.then(|| nearer_sides(grid, point.place));
             (point.start, point.end) = (start as u32, self.reached.len() as u32);
             self.points.push(point);
         }
@@ -328,8 +335,21 @@ impl<const D: usize> Surface<D> {
             }
         }
         let nodes = self.nodes.iter().zip(sums).map(|(&(node, _), sum)| (node as usize, sum));
-        let points = impulses.into_iter().zip(first).map(|(after, before)| after - before).collect();
-        Solved { points, nodes: nodes.filter(|(_, sum)| *sum != Vector::ZERO).collect() }
+        let points: Vec<_> = impulses.into_iter().zip(first).map(|(after, before)| after - before).collect();
+        let nodes = nodes.filter(|(_, sum)| *sum != Vector::ZERO).collect();
+        Solved { mirrored: self.mirrored(&points), points, nodes }
+    }
+
+    /// What the nodes don't get of these impulses at the points [N s], by side: the parts along a mirror's normal that go to the images of nodes.
+    fn mirrored(&self, impulses: &[Vector<D>]) -> Vec<(usize, Vector<D>)> {
+        let mut kept = Vec::new();
+        for (point, &j) in self.points.iter().zip(impulses).filter(|(_, j)| **j != Vector::ZERO) {
+            let Some(sides) = point.mirrors else { continue };
+            let near = &self.reached[point.start as usize..point.end as usize];
+            let rest = j - near.iter().map(|at| at.give(j, point.normal)).sum::<Vector<D>>();
+            kept.extend((0..D).map(|a| (sides[a], Vector::unit(a) * rest[a])));
+        }
+        kept
     }
 
     /// One sweep over some points: the largest change of an impulse, and the largest impulse [N s].
@@ -366,6 +386,12 @@ impl<const D: usize> Surface<D> {
     pub fn softness_of(&self, node: usize) -> f64 {
         self.nodes[self.number[node] as usize].1
     }
+}
+
+/// The side of the grid, numbered 2 axis + end, to which `x` [m] is nearer along each axis.
+fn nearer_sides<const D: usize>(grid: &Grid<D>, x: Vector<D>) -> [usize; D] {
+    let upper = grid.upper();
+    std::array::from_fn(|a| 2 * a + usize::from(upper[a] - x[a] < x[a] - grid.origin[a]))
 }
 
 impl<const D: usize> State<'_, D> {
