@@ -22,8 +22,8 @@ use rayon::prelude::*;
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.
 const LIGHTEST_PUSHED: f64 = 1e-6;
 
-/// The same with APIC, whose particles take the slope of the motion of a node that they barely reach in full: a node of mass N m_p alone is stable up to
-/// a Courant number of √N, here ¼.
+/// The same with APIC, whose particles take the slope of the motion of a node that they barely reach in full: a node of mass N m_p
+/// alone, with ω² = c²/(h² N) along one axis, is stable up to a Courant number of 2 √N, here ½.
 const LIGHTEST_PUSHED_AFFINE: f64 = 1.0 / 16.0;
 
 /// The same for smooth ones, whose f²/m vanishes with m: just above the rounding of a node's mass. Below, nodes are faint

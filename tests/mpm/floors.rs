@@ -11,7 +11,7 @@ const SMOOTH: [KernelKind; 2] = [KernelKind::Quadratic, KernelKind::Cubic];
 
 const RADIUS: f64 = 0.04;
 const SPEED: f64 = 2.0;
-/// The lowest row of particles, which stops at once, has 1 % of the disc's energy.
+/// The lowest row of particles, which stops at once, has 1 % of the disc's energy. With cells of twice the size it has 3 %, and obstacles take 2.4 to 3.6 %.
 const CELL: f64 = 0.005;
 /// The heights of floors over a row of nodes [cells].
 const OFFSETS: [f64; 7] = [0.0, 0.1, 0.25, 0.4, 0.5, 0.7, 0.9];

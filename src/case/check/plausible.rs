@@ -243,7 +243,7 @@ fn on_rough_walls<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnosti
         let WallKind::Friction { coefficient } = setup.grid.walls[axis][end].kind else { continue };
         if coefficient > 0.0 {
             let message = format!(
-                "what rolls on a wall of kind `friction` does so too slowly, by a third, and `{}` is solid",
+                "what rolls on a wall of kind `friction` does so too slowly (a disc of twelve cells by a third), and `{}` is solid",
                 solid.name
             );
             let help = "take an `[[obstacle]]` of this kind, a box with its surface inside the grid: bodies meet it at its surface";
