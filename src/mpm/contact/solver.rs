@@ -8,10 +8,13 @@
 //!
 //! The law says that f is least under J_n ≥ 0, and each update lowers it as far as its impulse can. The sweeps start from the normal
 //! impulses of the last sub-step, scaled to half of where f is least, with three quarters of that f, which is no more than f(0) = 0: without
-//! friction contact never adds energy in a sub-step, converged or not. Loads change little from one sub-step to the next, so that sixteen sweeps do better
-//! than thirty from zero. Over whole steps no such proof is known: where two bodies squeeze a light sheet, impulses that are solved to the end give back 0.4 %
-//! of the energy, from zero, too, since they stop anew in each step what particles show of their own motion. Half of the scale and sixteen sweeps, which leave
-//! a little undone, were chosen by that case (`tests/coupled/slack.rs`); six variations of it lose energy only, too. The scale needs one sum over nodes: Jᵀ w⁰ = Σ (GᵀJ)·v and Jᵀ W J = Σ (GᵀJ)²/m. Friction starts from zero.
+//! friction contact never adds energy in a sub-step, converged or not. Loads change little from one sub-step to the next, so that sixteen
+//! sweeps do better than thirty from zero. The scale needs one sum over nodes: Jᵀ w⁰ = Σ (GᵀJ)·v and Jᵀ W J = Σ (GᵀJ)²/m. Friction starts
+//! from zero.
+//!
+//! Over whole steps no such proof is known: where two bodies squeeze a light sheet, impulses that are solved to the end give back 0.4 % of the
+//! energy, from zero, too, since they stop anew in each step what particles show of their own motion. Half of the scale and sixteen sweeps,
+//! which leave a little undone, were chosen by that case (`tests/coupled/slack.rs`); six variations of it only lose energy, too.
 //!
 //! Vectors at nodes are padded to four numbers, which registers take at once.
 
