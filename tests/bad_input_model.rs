@@ -237,12 +237,6 @@ fn implausible_values_are_warned_of() {
         POINTS.replace(from, to)
     };
     silent(POINTS);
-    let rough = |coefficient: &str| format!("{{ kind = \"friction\", coefficient = {coefficient} }}");
-    silent(&points("bottom = \"slip\"", &format!("bottom = {}", rough("0"))));
-    warned(
-        &points("bottom = \"slip\"", &format!("bottom = {}", rough("0.3"))),
-        "what rolls on a wall of kind `friction`",
-    );
     let dense = |density: &str| points("density = 1000", &format!("density = {density}"));
     for (density, shown) in [("7.8", "7.8"), ("7.8e6", "7800000")] {
         warned(&dense(density), &format!("`block` has a density of {shown}"));

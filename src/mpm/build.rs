@@ -58,10 +58,12 @@ impl<const D: usize> Mpm<D> {
         let filter_time = filter_time(setup.transfer, &bodies, cell);
         let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
         walls.note_overlaps(&bodies);
+        walls.note_solids(&bodies);
         let (books, accounts) = Accounts::open();
         let bins = bodies.iter().map(|_| Bins::default()).collect();
         let mut grid = Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count);
         grid.folds = walls.folds();
+        grid.own_folds = (0..field_count).map(|field| walls.folds_in(field)).collect();
         let mut mpm = Self {
             grid,
             ghosts: Ghosts::default(),

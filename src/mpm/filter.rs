@@ -66,7 +66,7 @@ impl<const D: usize> Filter<'_, D> {
         }
         for (body, bins) in bodies {
             body.work.noise.clear();
-            gather_velocity(&Sweep::new(grid, body.kernel, bins), &v, body);
+            gather_velocity(&Sweep::new(grid, body, bins), &v, body);
         }
         (heat, pushes.and(walls.reflect(field, &w)))
     }
@@ -97,7 +97,7 @@ fn momentum_on_grid<'a, const D: usize>(
     momentum.clear();
     momentum.resize(field.nodes.len(), Vector::ZERO);
     for (body, bins) in bodies {
-        Sweep::new(grid, body.kernel, bins).scatter(&mut momentum, body, Content::Momentum);
+        Sweep::new(grid, body, bins).scatter(&mut momentum, body, Content::Momentum);
     }
     momentum
 }
@@ -136,7 +136,7 @@ fn gather<const D: usize>(
     let squares = if warmed { nodal((ghosts, limits), w.len(), |n| w[n].norm_squared()) } else { Vec::new() };
     let mut heat = 0.0;
     for (body, bins) in bodies {
-        let sweep = Sweep::new(grid, body.kernel, bins);
+        let sweep = Sweep::new(grid, body, bins);
         if !body.work.noise.is_empty() {
             let node = |n: usize, record: &mut Record| {
                 put_scalar(record, squares[n][0]);

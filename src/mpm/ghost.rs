@@ -15,7 +15,11 @@
 //! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
 //! hands to a node further inside belongs to the place of that node (`sweep::shape`).
 //!
-//! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right.
+//! Where solids meet a wall at its surface, they have nodes beyond it as on both sides of an obstacle (`wall::domain`): ghosts there are no ghosts of
+//! their field.
+//!
+//! Axes are folded one after the other and filled in the opposite order, which makes edges and corners right: a node beyond two walls is a ghost of
+//! both axes, of which the second finds nothing where the first has folded it, and the first overwrites what the second has filled.
 
 mod limit;
 
@@ -32,6 +36,8 @@ pub enum Fold {
     Mirror,
     /// Linear extrapolation.
     Extrapolate,
+    /// Not at all: the grid goes on beyond the wall.
+    Continue,
 }
 
 /// The active ghost nodes of a grid; rebuilt when its blocks change.
@@ -139,7 +145,6 @@ where
 impl<const D: usize> Ghosts<D> {
     /// The ghosts among the active nodes of `grid`, under its rules for both ends of each axis.
     pub fn new(grid: &Grid<D>) -> Self {
-        let folds = grid.folds;
         let mut axes = vec![Vec::new(); D];
         let inside =
             |block: &[i32; D]| (0..D).all(|a| block[a] >= 0 && (block[a] + 1) * EDGE as i32 <= grid.cells[a] + 1);
@@ -147,26 +152,10 @@ impl<const D: usize> Ghosts<D> {
         for node in border.flat_map(|(slot, _)| slot * Grid::<D>::BLOCK..(slot + 1) * Grid::<D>::BLOCK) {
             let ijk = grid.coordinates(node);
             let outside = |a: usize| !(0..=grid.cells[a]).contains(&ijk[a]);
-            let Some(axis) = (0..D).find(|&a| outside(a)) else { continue };
-            let end = usize::from(ijk[axis] > 0);
-            let plane = if end == 0 { 0 } else { grid.cells[axis] };
-            let inward = plane - ijk[axis];
-            let image = |beyond: i32| {
-                let mut image = ijk;
-                image[axis] = plane + beyond;
-                let exists = (0..=grid.cells[axis]).contains(&image[axis]);
-                grid.find(image).filter(|_| exists).map(|n| n as u32)
-            };
-            let depth = f64::from(inward.abs());
-            let none = (node as u32, 0.0);
-            let pick = |beyond, factor| image(beyond).map_or(none, |n| (n, factor));
-            let images = match folds[axis][end] {
-                Fold::Mirror => [pick(inward, 1.0), none],
-                Fold::Extrapolate => [pick(0, 1.0 + depth), pick(inward.signum(), -depth)],
-            };
-            let mirror = folds[axis][end] == Fold::Mirror;
-            let next = image(2 * inward.signum());
-            axes[axis].push(Ghost { node: node as u32, side: 2 * axis + end, mirror, images, next });
+            for axis in (0..D).filter(|&a| outside(a)) {
+                let end = usize::from(ijk[axis] > 0);
+                axes[axis].push(ghost(grid, (node, ijk), 2 * axis + end, grid.folds[axis][end] == Fold::Mirror));
+            }
         }
         Self { axes }
     }
@@ -179,12 +168,13 @@ impl<const D: usize> Ghosts<D> {
             let laden = |(_, ghost): &(usize, &Ghost)| !values[ghost.node as usize].is_nothing();
             let laden: Vec<_> = ghosts.par_iter().with_min_len(CHUNK).enumerate().filter(laden).collect();
             for (number, ghost) in laden {
+                let Some(share) = limits.share(axis, number) else { continue };
                 let mut value = std::mem::take(&mut values[ghost.node as usize]);
                 if ghost.mirror {
                     before(ghost.side, ghost.node as usize, &value);
                     value = value.mirrored(axis);
                 }
-                for (image, factor) in ghost.images(limits.share(axis, number)) {
+                for (image, factor) in ghost.images(share) {
                     values[image] = values[image].plus(value, factor);
                 }
             }
@@ -196,8 +186,9 @@ impl<const D: usize> Ghosts<D> {
         for (axis, ghosts) in self.axes.iter().enumerate().rev() {
             // A ghost's images are no ghosts of the same axis.
             let image = |(number, ghost): (usize, &Ghost)| {
+                let Some(share) = limits.share(axis, number) else { return values[ghost.node as usize] };
                 let mut value = T::default();
-                for (image, factor) in ghost.images(limits.share(axis, number)) {
+                for (image, factor) in ghost.images(share) {
                     value = value.plus(values[image], factor);
                 }
                 if ghost.mirror { value.mirrored(axis) } else { value }
@@ -212,11 +203,23 @@ impl<const D: usize> Ghosts<D> {
             });
         }
     }
+}
 
-    /// Numbers of all ghost nodes.
-    pub fn nodes(&self) -> impl Iterator<Item = usize> {
-        self.axes.iter().flatten().map(|ghost| ghost.node as usize)
-    }
+/// A node beyond a side of the domain, numbered 2·axis + (0 lower | 1 upper), that is a mirror or not.
+fn ghost<const D: usize>(grid: &Grid<D>, (node, ijk): (usize, [i32; D]), side: usize, mirror: bool) -> Ghost {
+    let axis = side / 2;
+    let plane = if side.is_multiple_of(2) { 0 } else { grid.cells[axis] };
+    let inward = plane - ijk[axis];
+    let image = |beyond: i32| {
+        let mut image = ijk;
+        image[axis] = plane + beyond;
+        let exists = (0..=grid.cells[axis]).contains(&image[axis]);
+        grid.find(image).filter(|_| exists).map(|n| n as u32)
+    };
+    let (depth, none) = (f64::from(inward.abs()), (node as u32, 0.0));
+    let pick = |beyond, factor| image(beyond).map_or(none, |n| (n, factor));
+    let images = if mirror { [pick(inward, 1.0), none] } else { [pick(0, 1.0 + depth), pick(inward.signum(), -depth)] };
+    Ghost { node: node as u32, side, mirror, images, next: image(2 * inward.signum()) }
 }
 
 #[cfg(test)]

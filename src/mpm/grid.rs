@@ -28,6 +28,8 @@ pub struct Grid<const D: usize> {
     pub cells: [i32; D],
     /// How the ghosts beyond both ends of each axis follow the domain; mirrors until told otherwise.
     pub folds: [[Fold; 2]; D],
+    /// Those of a field's own, by field, where they differ (`wall::domain`).
+    pub own_folds: Vec<[[Fold; 2]; D]>,
     /// Velocity fields.
     pub fields: Vec<Field<D>>,
     slots: HashMap<[i32; D], u32>,
@@ -80,11 +82,17 @@ impl<const D: usize> Grid<D> {
             cell,
             cells,
             folds: [[Fold::Mirror; 2]; D],
+            own_folds: Vec::new(),
             fields: vec![Field::default(); fields],
             slots: HashMap::new(),
             blocks: Vec::new(),
             corners: Vec::new(),
         }
+    }
+
+    /// How the ghosts of a field follow the domain.
+    pub fn folds_in(&self, field: usize) -> &[[Fold; 2]; D] {
+        self.own_folds.get(field).unwrap_or(&self.folds)
     }
 
     /// Coordinates of the active blocks, in slot order.

@@ -79,7 +79,7 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, bodies, bins, ghosts, walls, coupling, .. } = self;
         let mut sums = vec![[0.0; 2]; grid.node_count()];
         for (body, bins) in of_field(bodies, bins, field) {
-            Sweep::new(grid, body.kernel, bins).scatter(&mut sums, body, Content::Pressures);
+            Sweep::new(grid, body, bins).scatter(&mut sums, body, Content::Pressures);
         }
         ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
         let (rows, reached) = (rooms(grid, kernel), |node: usize| sums[node][0] > 0.0);
@@ -127,7 +127,7 @@ impl<const D: usize> Mpm<D> {
         let (square, mut work) = (grid.cell * grid.cell, 0.0);
         for (body, bins) in bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field && is_liquid(body)) {
             body.work.shift.resize(body.particles.len(), Vector::ZERO);
-            let (sweep, sound) = (Sweep::new(grid, body.kernel, bins), body.law.reference_sound_speed());
+            let (sweep, sound) = (Sweep::new(grid, body, bins), body.law.reference_sound_speed());
             let node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
             sweep.gather(node, body.view().1, Wanted::Gradient, |chunk| {
                 for p in 0..chunk.particles.len() {
@@ -206,7 +206,7 @@ fn keep_out<const D: usize>(
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {
         let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-        let shifts = walls.keep_out(grid.cell, &Bodies::of_field(bodies, bins, field, &shielded), step);
+        let shifts = walls.keep_out((grid.cell, field), &Bodies::of_field(bodies, bins, field, &shielded), step);
         for (number, particle, by) in shifts {
             let body = &mut bodies[number];
             work += work_over(grid, body, coupling.contact.lattice(), particle as usize, by);
@@ -274,7 +274,7 @@ fn work_over<const D: usize>(grid: &Grid<D>, body: &Body<D>, lattice: &Lattice<D
         return 0.0;
     }
     let (field, mut sum, particles) = (&grid.fields[body.field], 0.0, &body.particles);
-    lattice.for_each(grid, particles.position[p], |node, weight, flips| {
+    lattice.of_field(grid, body.field).for_each(grid, particles.position[p], |node, weight, flips| {
         let mass = field.nodes[node].mass;
         if mass > 0.0 && node < field.applied.len() {
             sum += flip(field.applied[node], flips).dot(by) * (weight / mass);

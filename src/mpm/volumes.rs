@@ -56,7 +56,7 @@ impl<const D: usize> Mpm<D> {
             }
             let contact = &coupling.contact;
             let mut sums = vec![[0.0; 2]; grid.node_count()];
-            Sweep::new(grid, body.kernel, bins).scatter(&mut sums, body, Content::Pressures);
+            Sweep::new(grid, body, bins).scatter(&mut sums, body, Content::Pressures);
             ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
             let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
             let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);

@@ -14,10 +14,12 @@
 //! step before (`hold`). Every change of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
 //! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
 //!
-//! Walls of the domain lie on nodes and act there. Obstacles lie anywhere, and act at points of their surface (`surface`, `meet`); nodes deeper in
-//! them than half a support have conditions too. At the end of a step no particle is within an obstacle (`keep_out`).
+//! Walls of the domain lie on nodes and act there, but for solids that may leave them (`domain`). Obstacles lie anywhere, and act at points of their
+//! surface (`surface`, `meet`); nodes deeper in them than half a support have conditions too. At the end of a step no particle is within an obstacle
+//! (`keep_out`).
 
 mod constrain;
+mod domain;
 mod gap;
 mod hold;
 mod keep_out;
@@ -27,7 +29,7 @@ mod solid;
 mod surface;
 
 use super::contact::nodes::Lattice;
-use super::ghost::{Fold, Ghosts, Limits};
+use super::ghost::{Ghosts, Limits};
 use super::grid::{EDGE, Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
@@ -147,8 +149,10 @@ pub struct Walls<const D: usize> {
     feet: Vec<surface::Point<D>>,
     /// Bodies that start within an obstacle: number of the body, and of the boundary.
     overlaps: Vec<[u32; 2]>,
-    /// Grid blocks near obstacles.
+    /// Grid blocks near obstacles, and near walls that some field meets at their surface.
     near: Vec<bool>,
+    /// Fields all of whose bodies keep their shape.
+    solid_fields: Vec<bool>,
     /// Shape functions of the bodies.
     lattice: Lattice<D>,
     reactions: Vec<Reaction<D>>,
@@ -166,12 +170,6 @@ impl WallKind {
     /// True if the condition binds always, in both directions.
     fn binds(self) -> bool {
         matches!(self, Self::Fixed | Self::Slip)
-    }
-
-    /// How the ghosts beyond a wall of this kind follow that moves with `speed` along its normal: slip walls that
-    /// stand still are exact mirrors.
-    pub(super) fn fold(self, speed: &Signal) -> Fold {
-        if self == Self::Slip && speed.is_zero() { Fold::Mirror } else { Fold::Extrapolate }
     }
 
     /// The order in which several conditions of one node are applied: the strictest last.
@@ -234,20 +232,11 @@ impl<const D: usize> Walls<D> {
             feet: Vec::new(),
             overlaps: Vec::new(),
             near: Vec::new(),
+            solid_fields: Vec::new(),
             lattice,
             reactions,
             force,
         }
-    }
-
-    /// How the ghosts beyond each side follow.
-    pub fn folds(&self) -> [[Fold; 2]; D] {
-        std::array::from_fn(|axis| {
-            std::array::from_fn(|end| {
-                let Boundary { kind, velocity, .. } = &self.boundaries[2 * axis + end];
-                kind.fold(&velocity[axis])
-            })
-        })
     }
 
     /// True if an obstacle moves, so that its nodes change.
@@ -267,7 +256,7 @@ impl<const D: usize> Walls<D> {
         let reach = (0.5 * EDGE as f64 * (D as f64).sqrt() + NEAR) * grid.cell;
         let middle =
             |block: &[i32; D]| grid.origin + Vector::from_fn(|a| f64::from(block[a]) + 0.5) * (EDGE as f64 * grid.cell);
-        self.near = grid.blocks().iter().map(|block| self.clearance_of_obstacles(middle(block)) < reach).collect();
+        self.near = grid.blocks().iter().map(|block| self.clearance_of_surfaces(middle(block)) < reach).collect();
     }
 
     /// Where obstacles bind next to a node.
@@ -286,7 +275,7 @@ impl<const D: usize> Walls<D> {
         binding.filter_map(foot).collect()
     }
 
-    /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave. Solids meet walls at once (`gap`).
+    /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave.
     fn has_gap(&self, condition: &Condition<D>) -> bool {
         !self.boundaries[condition.boundary as usize].kind.binds()
     }
@@ -294,7 +283,7 @@ impl<const D: usize> Walls<D> {
     /// The conditions of a node, the strictest last.
     fn conditions_of(&self, grid: &Grid<D>, node: usize) -> Vec<Condition<D>> {
         let (mut conditions, ijk) = (Vec::new(), grid.coordinates(node));
-        if !grid.contains(ijk) {
+        if !self.may_hold_mass(grid, ijk) {
             return conditions;
         }
         for (side, boundary) in self.boundaries[..2 * D].iter().enumerate() {

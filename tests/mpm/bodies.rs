@@ -170,22 +170,103 @@ fn discs_meet_when_they_touch() {
     assert!((begin - expected).abs() < step + 0.005, "{begin}, expected {expected}, step {step}");
 }
 
-/// A disc meets an obstacle when it touches it, wherever the surface lies between the nodes.
+/// A floor with its top at `height` [m].
+fn floor(height: f64, kind: WallKind) -> Obstacle {
+    let region = Region::Box { lower: [-1.0, -1.0, -1.0], upper: [9.0, height, 1.0] };
+    Obstacle { name: "floor".into(), region, kind, velocity: std::array::from_fn(|_| Signal::ZERO) }
+}
+
+/// A disc meets an obstacle when it touches it, wherever the surface lies between the nodes, and a wall of the domain likewise.
 #[test]
-fn a_disc_meets_an_obstacle_when_it_touches_it() {
-    for surface in [0.1, 0.115, 0.14] {
+fn a_disc_meets_an_obstacle_or_a_wall_when_it_touches_it() {
+    for surface in [0.0, 0.1, 0.115, 0.14] {
+        let rough = WallKind::Friction { coefficient: 0.3 };
         let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));
-        setup.obstacles = vec![Obstacle {
-            name: "floor".into(),
-            region: Region::Box { lower: [-1.0, -1.0, -1.0], upper: [2.0, surface, 1.0] },
-            kind: WallKind::Friction { coefficient: 0.3 },
-            velocity: std::array::from_fn(|_| Signal::ZERO),
-        }];
-        setup.bodies = vec![disc([0.51, 0.42], 0.05 / 3.0, [0.0, -0.2])];
-        let expected = (0.22 - surface) / 0.2;
+        let name = if surface > 0.0 {
+            setup.obstacles = vec![floor(surface, rough)];
+            "obstacle:floor"
+        } else {
+            setup.grid.walls[1][0] = wall(rough);
+            "wall:bottom"
+        };
+        setup.bodies = vec![disc([0.51, surface + 0.32], 0.05 / 3.0, [0.0, -0.2])];
+        let expected = 0.12 / 0.2;
         let mut mpm = start(setup);
-        let begin = first_force(&mut mpm, "obstacle:floor", 0.8);
+        let begin = first_force(&mut mpm, name, 0.8);
         let step = mpm.stable_dt();
         assert!((begin - expected).abs() < step + 0.005, "{surface}: {begin}, expected {expected}, step {step}");
     }
+}
+
+/// A grid whose bottom is a wall of this kind, under gravity turned by `angle`.
+fn on_wall(kind: WallKind, angle: f64, (cell, cells): (f64, [i32; 2]), body: BodySetup<2>) -> Mpm<2> {
+    let mut grid = grid([0.0, 0.0], cell, cells, WallKind::Open);
+    grid.walls[1][0] = wall(kind);
+    let mut setup = setup(grid);
+    setup.gravity = [Signal::Constant(GRAVITY * angle.sin()), Signal::Constant(-GRAVITY * angle.cos())];
+    setup.bodies = vec![body];
+    start(setup)
+}
+
+/// On a wall of the domain a disc rolls with ⅔ g sin θ where μ is above tan θ/3; below, it slides with g (sin θ − μ cos θ).
+#[test]
+fn a_disc_rolls_and_slides_on_a_wall() {
+    let angle = std::f64::consts::FRAC_PI_6;
+    for (coefficient, share) in [(0.5, 2.0 / 3.0), (0.1, 1.0 - 0.1 / angle.tan())] {
+        let kind = WallKind::Friction { coefficient };
+        let away = |x: Vector<2>| (x - Vector([0.5, 0.3])).norm();
+        let lattice = ([0.2, 0.0], [36, 36], 0.05 / 3.0);
+        let disc = body(rubber(1000.0, 1e7, 0.3), lattice, |x| away(x) < 0.3, |_| Vector::ZERO);
+        let disc = BodySetup { depth: disc.position.iter().map(|&x| 0.3 - away(x)).collect(), ..disc };
+        let a = acceleration(&mut on_wall(kind, angle, (0.05, [40, 16]), disc), 0.5);
+        let expected = share * GRAVITY * angle.sin();
+        assert!((a / expected - 1.0).abs() < 0.03, "μ = {coefficient}: {a}, expected {expected}");
+    }
+}
+
+/// What comes to rest on a wall of the domain lies on it: the mean height of a block is half its own less ρ g H²/3E′, of plane strain. A wall that is felt
+/// as soon as a node of it is in reach holds it nine tenths of a cell above.
+#[test]
+fn a_block_rests_on_a_wall_and_not_above_it() {
+    let (height, cell) = (0.4, 0.05);
+    for kind in [WallKind::Separate, WallKind::Friction { coefficient: 0.5 }] {
+        let block = body(rubber(1000.0, 1e6, 0.3), ([0.3, 0.02], [24, 16], 0.5 * cell), |_| true, |_| Vector::ZERO);
+        let mut mpm = on_wall(kind, 0.0, (cell, [24, 16]), block);
+        let (mut sum, mut time) = (0.0, 0.0);
+        run(&mut mpm, 1.2, 1.0, |t, dt, mpm| {
+            if t > 0.6 {
+                let places = positions(mpm);
+                sum += places.iter().map(|x| x[1]).sum::<f64>() / places.len() as f64 * dt;
+                time += dt;
+            }
+        })
+        .unwrap();
+        let expected = 0.5 * height - 1000.0 * GRAVITY * height * height / 3.0 / (1e6 / 0.91);
+        let off = (sum / time - expected) / cell;
+        assert!(off.abs() < 0.1, "{kind:?}: {off} cells too high");
+    }
+}
+
+/// A wall of the domain that a solid may leave is the face of a half-space in a grid that goes on.
+#[test]
+fn a_wall_and_a_half_space_are_the_same_to_a_solid() {
+    let fall = |wall_itself: bool| {
+        let kind = WallKind::Friction { coefficient: 0.3 };
+        let beyond = if wall_itself { 0 } else { 4 };
+        let lower = [0.0, -f64::from(beyond) * 0.05];
+        let mut setup = setup(grid(lower, 0.05, [20, 20 + beyond], WallKind::Open));
+        if wall_itself {
+            setup.grid.walls[1][0] = wall(kind);
+        } else {
+            setup.obstacles = vec![floor(0.0, kind)];
+        }
+        setup.bodies = vec![disc([0.45, 0.22], 0.05 / 3.0, [0.3, -0.4])];
+        let mut mpm = start(setup);
+        run(&mut mpm, 0.6, 1.0, |_, _, _| {}).unwrap();
+        positions(&mpm)
+    };
+    let (wall, floor) = (fall(true), fall(false));
+    assert!(wall[0][1] > 0.0 && wall.len() == floor.len());
+    let apart = wall.iter().zip(&floor).map(|(a, b)| (Vector(*a) - Vector(*b)).norm()).fold(0.0, f64::max);
+    assert!(apart < 1e-6 * 0.05, "{apart}");
 }

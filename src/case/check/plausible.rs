@@ -1,6 +1,5 @@
 //! What can be run but is hardly meant: mostly a slip of unit.
 
-use super::meet::wall_name;
 use crate::case::{Case, Units};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
@@ -65,7 +64,6 @@ pub(super) fn of_points<const D: usize>(case: &Case, setup: &Setup<D>, findings:
     thickness(case, setup, findings);
     elements_and_cells(setup, findings);
     beside_slip(case, setup, findings);
-    on_rough_walls(setup, findings);
 }
 
 /// Looks at a case of fluids on a mesh.
@@ -234,22 +232,6 @@ fn vast<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagno
         help += &format!("; else, is the unit right? {NO_UNIT}");
     }
     findings.push(Diagnostic::warning(format!("grid.upper[{axis}]"), message).help(help));
-}
-
-/// Walls lie on nodes, which carry the velocity of what is about half a cell inside of a solid: one that rolls there is held back by its own spin.
-fn on_rough_walls<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
-    let Some(solid) = setup.bodies.iter().find(|body| body.law.keeps_shape()) else { return };
-    for (axis, end) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-        let WallKind::Friction { coefficient } = setup.grid.walls[axis][end].kind else { continue };
-        if coefficient > 0.0 {
-            let message = format!(
-                "what rolls on a wall of kind `friction` does so too slowly (a disc of twelve cells by a third), and `{}` is solid",
-                solid.name
-            );
-            let help = "take an `[[obstacle]]` of this kind, a box with its surface inside the grid: bodies meet it at its surface";
-            findings.push(Diagnostic::warning(format!("grid.walls.{}", wall_name(D, axis, end)), message).help(help));
-        }
-    }
 }
 
 /// A wall of kind `slip` is a plane of symmetry: what lies within a cell of it moves with its mirror image.

@@ -190,7 +190,7 @@ impl<const D: usize> Band<'_, D> {
         for &p in near {
             let (x, id) = (body.particles.position[p as usize], body.particles.id[p as usize]);
             let mut side = None;
-            self.lattice.for_each(self.grid, x, |node, weight, flips| {
+            self.lattice.of_field(self.grid, body.field).for_each(self.grid, x, |node, weight, flips| {
                 let Some(row) = sheet.row(node).filter(|&row| sheet.rows[row].folded) else { return };
                 let side = *side.get_or_insert_with(|| match labels.recall(id, self.step - 1) {
                     Some(label) if label.side != 0.0 => label.side,
@@ -295,7 +295,7 @@ impl<const D: usize> Band<'_, D> {
     fn lower_gaps(&self, sheet: &mut Sheet<D>, body: &Body<D>, p: usize, side: f64, gap: f64) {
         let fields = self.grid.fields.len();
         let (mass, x) = (body.particles.mass[p], body.particles.position[p]);
-        self.lattice.for_each(self.grid, x, |node, weight, flips| {
+        self.lattice.of_field(self.grid, body.field).for_each(self.grid, x, |node, weight, flips| {
             let Some(row) = sheet.row(node) else { return };
             let pair = &mut sheet.pairs[row * fields + body.field];
             let lowest = &mut pair.gap[usize::from(side > 0.0)];

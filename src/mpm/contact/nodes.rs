@@ -2,7 +2,7 @@
 //!
 //! A symmetry plane is exact: what a point gives to a ghost node −i goes to node i with the component
 //! normal to the plane reversed, and is read back the same way (theory 2.2 a). Ghosts beyond all other walls
-//! extrapolate the two nodes next to the wall, as the bodies' ghosts do.
+//! extrapolate the two nodes next to the wall, as the bodies' ghosts do, or are none where a field has nodes there.
 
 use crate::math::Vector;
 use crate::mpm::ghost::Fold;
@@ -59,6 +59,12 @@ impl<const D: usize> Lattice<D> {
     #[must_use]
     pub fn without_nodes_below(self, cutoff: f64) -> Self {
         Self { cutoff, ..self }
+    }
+
+    /// The same for the nodes of a field.
+    #[must_use]
+    pub fn of_field(self, grid: &Grid<D>, field: usize) -> Self {
+        Self { folds: *grid.folds_in(field), ..self }
     }
 
     /// First node of the support of `x` [m], unfolded.
@@ -123,8 +129,10 @@ impl<const D: usize> Lattice<D> {
             node => (node, false),
         });
         let mut weight = weight;
-        for end in [0, cells] {
-            extrapolate(&folded.map(|(node, _)| if end == 0 { node } else { cells - node }), &mut weight);
+        for (end, fold) in [0, cells].into_iter().zip(self.folds[axis]) {
+            if fold == Fold::Extrapolate {
+                extrapolate(&folded.map(|(node, _)| if end == 0 { node } else { cells - node }), &mut weight);
+            }
         }
         let block = folded.iter().map(|(node, _)| node.div_euclid(EDGE as i32)).min().unwrap_or(0);
         AxisNodes {

@@ -137,7 +137,7 @@ impl<const D: usize> Pairwise<D> {
         let shape = if body.shows_surface(p) { body.ball(p, h) * (1.0 / h) } else { Tensor::ZERO };
         let width = body.patch(p) / h;
         let mut list = Vec::new();
-        lattice.for_each(grid, x, |node, _, flips| {
+        lattice.of_field(grid, body.field).for_each(grid, x, |node, _, flips| {
             let row = self.lookup[node];
             if row != NONE {
                 let position = (lattice.mirror(grid, x, flips) - grid.position(node)) / h;

@@ -273,7 +273,7 @@ fn vote<const D: usize>(
         return;
     }
     let mass = body.particles.mass[seen.particle];
-    scene.lattice.for_each(scene.grid, seen.inside, |node, weight, _| {
+    scene.lattice.of_field(scene.grid, body.field).for_each(scene.grid, seen.inside, |node, weight, _| {
         *sides.entry((node as u32, body.field as u32)).or_insert(0.0) += side * mass * weight;
     });
 }

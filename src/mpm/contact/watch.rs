@@ -143,7 +143,7 @@ pub(super) fn stencil<const D: usize>(
     field: usize,
     members: &[Member<D>],
 ) -> Vec<(u32, Flips, f64)> {
-    let mut all = Vec::new();
+    let (mut all, lattice) = (Vec::new(), lattice.of_field(grid, field));
     for member in members {
         lattice.for_each(grid, member.place, |node, weight, flips| {
             if grid.fields[field].nodes[node].mass > lattice.cutoff {

@@ -17,7 +17,7 @@
 //! At the wall itself nodes then have the part (1 − θ) N_{−1} ≤ 1/6 of the motion of row 1: the wall holds the positions (`motion`). The affine
 //! momentum of APIC is placed as for θ = 1 (`sweep::shape`): what that moves from row 1 to the wall has no sum, and a film loses shear by it.
 
-use super::{Ghost, Ghosts};
+use super::{Fold, Ghost, Ghosts};
 use crate::mpm::Node;
 use crate::parallel::CHUNK;
 use rayon::prelude::*;
@@ -29,22 +29,23 @@ const MOST: f64 = 0.2;
 /// The shares θ of the ghosts of one velocity field; the default: all of them one.
 #[derive(Debug, Clone, Default)]
 pub struct Limits {
-    /// By axis, in the order of its ghosts.
-    shares: Vec<Vec<f64>>,
+    /// By axis, in the order of its ghosts; nothing where the grid goes on.
+    shares: Vec<Vec<Option<f64>>>,
 }
 
 impl Limits {
-    /// The share of a ghost, by its number among those of the axis.
+    /// The share of a ghost, by its number among those of the axis; nothing if it is none in this field.
     #[inline]
-    pub(super) fn share(&self, axis: usize, number: usize) -> f64 {
-        self.shares.get(axis).map_or(1.0, |shares| shares[number])
+    pub(super) fn share(&self, axis: usize, number: usize) -> Option<f64> {
+        self.shares.get(axis).map_or(Some(1.0), |shares| shares[number])
     }
 
-    /// Finds the shares for the masses of `nodes`, before they are folded.
-    pub fn measure<const D: usize>(&mut self, ghosts: &Ghosts<D>, nodes: &[Node<D>]) {
+    /// Finds the shares for the masses of `nodes`, before they are folded as the field's `folds` say.
+    pub fn measure<const D: usize>(&mut self, ghosts: &Ghosts<D>, folds: &[[Fold; 2]; D], nodes: &[Node<D>]) {
         self.shares.resize(D, Vec::new());
         for (shares, ghosts) in self.shares.iter_mut().zip(&ghosts.axes) {
-            let share = |ghost: &Ghost| share(ghost, |node| nodes[node as usize].mass);
+            let folded = |ghost: &&Ghost| folds[ghost.side / 2][ghost.side % 2] != Fold::Continue;
+            let share = |ghost: &Ghost| Some(ghost).filter(folded).map(|g| share(g, |node| nodes[node as usize].mass));
             ghosts.par_iter().with_min_len(CHUNK).map(share).collect_into_vec(shares);
         }
     }
@@ -69,7 +70,6 @@ fn share(ghost: &Ghost, mass: impl Fn(u32) -> f64) -> f64 {
 mod tests {
     use super::*;
     use crate::math::Vector;
-    use crate::mpm::ghost::Fold;
     use crate::mpm::{ActiveBlocks, Grid, Kernel, KernelKind};
 
     const SMOOTH: [KernelKind; 3] = [KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
@@ -92,12 +92,12 @@ mod tests {
 
     /// The least and the largest share of the ghosts that have mass.
     fn shares(kernel: Kernel, heights: &[f64]) -> [f64; 2] {
-        let (_, ghosts, nodes) = masses(kernel, heights);
+        let (grid, ghosts, nodes) = masses(kernel, heights);
         let mut limits = Limits::default();
-        limits.measure(&ghosts, &nodes);
+        limits.measure(&ghosts, &grid.folds, &nodes);
         let own = ghosts.axes.iter().enumerate().flat_map(|(a, own)| own.iter().enumerate().map(move |g| (a, g)));
         let laden = own.filter(|(_, (_, ghost))| nodes[ghost.node as usize].mass > 0.0);
-        let all = laden.map(|(axis, (number, _))| limits.share(axis, number));
+        let all = laden.filter_map(|(axis, (number, _))| limits.share(axis, number));
         all.fold([f64::INFINITY, 0.0], |[least, most], share| [least.min(share), most.max(share)])
     }
 
@@ -129,7 +129,7 @@ mod tests {
             for height in [0.0, 1e-9, 1e-3, 0.1, 0.3, 0.499, 0.7, 0.95] {
                 let (grid, ghosts, nodes) = masses(kernel, &[height]);
                 let mut limits = Limits::default();
-                limits.measure(&ghosts, &nodes);
+                limits.measure(&ghosts, &grid.folds, &nodes);
                 let (mut folded, mut filled): (Vec<_>, Vec<_>) =
                     (0..nodes.len()).map(|n| ([nodes[n].mass], [(n as f64).sin()])).unzip();
                 let inside = filled.clone();

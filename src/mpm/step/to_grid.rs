@@ -53,9 +53,9 @@ impl<const D: usize> Mpm<D> {
             for (body, bins) in in_field(bodies, bins, field) {
                 body.find_external_forces(gravity, step.t);
                 health::check_external(body)?;
-                bins.extents = Sweep::new(grid, body.kernel, bins).scatter(&mut own.nodes, body, content);
+                bins.extents = Sweep::new(grid, body, bins).scatter(&mut own.nodes, body, content);
             }
-            own.limits.measure(ghosts, &own.nodes);
+            own.limits.measure(ghosts, grid.folds_in(field), &own.nodes);
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
@@ -88,7 +88,7 @@ impl<const D: usize> Mpm<D> {
             }
             let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };
             for (body, bins) in in_field(bodies, bins, field) {
-                let sweep = Sweep::new(grid, body.kernel, bins);
+                let sweep = Sweep::new(grid, body, bins);
                 match dt {
                     Some(dt) => {
                         let strain = Strain { velocity, dt, backwards: true, moves: false, heat: &[] };

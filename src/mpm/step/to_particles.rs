@@ -103,7 +103,7 @@ impl<const D: usize> Mpm<D> {
         for (index, (body, bins)) in
             bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
         {
-            let sweep = Sweep::new(grid, body.kernel, bins);
+            let sweep = Sweep::new(grid, body, bins);
             let transport = Transport::new(dt, share, body.kernel, grid.cell);
             gather_mean(&sweep, &own.nodes, dt, body);
             if at_once {
@@ -162,7 +162,7 @@ impl<const D: usize> Mpm<D> {
             for (index, (body, bins)) in
                 bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
             {
-                let sweep = Sweep::new(grid, body.kernel, bins);
+                let sweep = Sweep::new(grid, body, bins);
                 let heat = if dissipation.warms(body) { &*heat } else { &[] };
                 let moves = remapped && body.particles.affine.is_empty() && body.law.keeps_shape();
                 let strain = Strain { velocity, dt, backwards: false, moves, heat };

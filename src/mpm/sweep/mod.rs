@@ -31,6 +31,7 @@ pub(crate) use tile::{Record, put_acceleration, put_scalar, put_velocity};
 pub(crate) use view::View;
 
 use super::ghost::Fold;
+use super::particles::Body;
 use super::{Grid, Kernel};
 use crate::math::Vector;
 
@@ -52,9 +53,10 @@ pub(crate) struct Sweep<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Sweep<'a, D> {
-    /// A sweep of the particles in `bins`.
-    pub fn new(grid: &Grid<D>, kernel: Kernel, bins: &'a Bins<D>) -> Self {
-        Self { bins, kernel, origin: grid.origin, cell: grid.cell, cells: grid.cells, folds: grid.folds }
+    /// A sweep of the particles of a body, in their `bins`.
+    pub fn new(grid: &Grid<D>, body: &Body<D>, bins: &'a Bins<D>) -> Self {
+        let folds = *grid.folds_in(body.field);
+        Self { bins, kernel: body.kernel, origin: grid.origin, cell: grid.cell, cells: grid.cells, folds }
     }
 }
 

@@ -83,7 +83,7 @@ fn scatters_agree<const D: usize>(kind: KernelKind, stress: bool, affine: bool) 
     let mut expected = vec![Node::default(); grid.node_count()];
     with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body.particles, &mut expected));
     with_shape!(body.kernel, shape => plain::scatter_force(shape, &grid, &above_ambient(&body), &[], &mut expected));
-    let sweep = Sweep::new(&grid, body.kernel, &bins);
+    let sweep = Sweep::new(&grid, &body, &bins);
     let (mut once, mut twice) = (vec![Node::default(); grid.node_count()], vec![Node::default(); grid.node_count()]);
     sweep.scatter(&mut once, &body, Content::MomentumAndForce);
     sweep.scatter(&mut twice, &body, Content::Momentum);
@@ -101,7 +101,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     let mut body = body::<D>(kind, false, true);
     let (grid, mut bins) = prepare(&mut body);
     let mut nodes = vec![Node::default(); grid.node_count()];
-    bins.extents = Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
+    bins.extents = Sweep::new(&grid, &body, &bins).scatter(&mut nodes, &body, Content::Momentum);
     for (i, node) in nodes.iter_mut().enumerate() {
         node.momentum = Vector::from_fn(|a| noise(i * 3 + a));
         node.force = Vector::from_fn(|a| noise(i * 5 + a));
@@ -125,7 +125,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     let kernel = body.kernel;
     use Wanted::*;
     for wanted in [Scalar, Motion, Gradient, MotionAndGradient, Moment, GradientAndMoment] {
-        Sweep::new(&grid, kernel, &bins).gather(node, body.view().1, wanted, |chunk| {
+        Sweep::new(&grid, &body, &bins).gather(node, body.view().1, wanted, |chunk| {
             for (i, x) in chunk.particles.position.iter().enumerate() {
                 let (p, rows) = (index[&x.0.map(f64::to_bits)], &chunk.rows);
                 assert!(wanted == Scalar || close(rows.velocity(i), rate[p]), "{kind:?} {wanted:?}");
@@ -151,8 +151,8 @@ fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
     let mut body = body::<D>(kind, false, affine);
     let (grid, mut bins) = prepare(&mut body);
     let mut nodes = vec![Node::default(); grid.node_count()];
-    bins.extents = Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
-    let sweep = Sweep::new(&grid, body.kernel, &bins);
+    bins.extents = Sweep::new(&grid, &body, &bins).scatter(&mut nodes, &body, Content::Momentum);
+    let sweep = Sweep::new(&grid, &body, &bins);
     let node = |i: usize, record: &mut Record| put_velocity(record, &nodes[i].momentum);
     let double = |chunk: &mut Chunk<'_, D>| {
         (0..chunk.particles.len()).for_each(|p| chunk.particles.velocity[p] = chunk.rows.velocity(p) * 2.0);
@@ -188,7 +188,7 @@ fn scalars_agree<const D: usize>(kind: KernelKind) {
             });
         }
         let mut sums = vec![[0.0; 2]; grid.node_count()];
-        Sweep::new(&grid, body.kernel, &bins).scatter(&mut sums, &body, content);
+        Sweep::new(&grid, &body, &bins).scatter(&mut sums, &body, content);
         for (sums, expected) in sums.iter().zip(&expected) {
             let error = (sums[0] - expected[0]).abs().max((sums[1] - expected[1]).abs());
             assert!(error < 1e-13, "{kind:?} {content:?}");
@@ -267,7 +267,7 @@ fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
         grid.set_blocks(Bins::blocks(std::slice::from_ref(&bins)));
         bins.locate(&grid);
         let mut nodes = vec![Node::default(); grid.node_count()];
-        Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
+        Sweep::new(&grid, &body, &bins).scatter(&mut nodes, &body, Content::Momentum);
         Ghosts::new(&grid).fold(&Limits::default(), &mut nodes, |_, _, _| {});
         let heavy: Vec<_> = nodes.iter().enumerate().filter(|(_, node)| node.mass > 1e-9).collect();
         assert_eq!(heavy.len(), 4 * 5, "{kind:?}");
@@ -296,9 +296,9 @@ fn a_particle_alone_exchanges_no_more_energy_than_there_is() {
             grid.set_blocks(Bins::blocks(std::slice::from_ref(&bins)));
             bins.locate(&grid);
             let mut nodes = vec![Node::default(); grid.node_count()];
-            Sweep::new(&grid, body.kernel, &bins).scatter(&mut nodes, &body, Content::Momentum);
+            Sweep::new(&grid, &body, &bins).scatter(&mut nodes, &body, Content::Momentum);
             let (ghosts, mut limits) = (Ghosts::new(&grid), Limits::default());
-            limits.measure(&ghosts, &nodes);
+            limits.measure(&ghosts, &grid.folds, &nodes);
             ghosts.fold(&limits, &mut nodes, |_, _, _| {});
 
             let p = body.particles.mass.iter().position(|m| *m > 0.0).unwrap();

@@ -22,6 +22,9 @@ pub(super) struct Part {
 /// Times that walls and the surfaces of obstacles take turns where they share nodes.
 const TURNS: usize = 5;
 
+/// They agree where conditions at nodes change impulses by less than this share of the largest one at a surface.
+const AGREED: f64 = 1e-4;
+
 /// A condition at its node's place [m], with the gap there [m]; `held` if it was in contact in the step before.
 #[derive(Debug, Clone, Copy)]
 struct Meeting<'a, const D: usize> {
@@ -88,20 +91,16 @@ impl<const D: usize> Walls<D> {
     pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
         self.constrain_nodes(grid, field, nodes, step);
         self.hold_points(field, nodes, step);
-        for turn in 0..TURNS {
-            if turn > 0 {
-                self.constrain_nodes(grid, field, nodes, step);
-            }
+        for _ in 0..TURNS {
             let pushed = self.surface_trial(field, nodes, step);
-            if self.conditions.is_empty() || !pushed {
+            if pushed == 0.0 || self.constrain_nodes(grid, field, nodes, step) <= AGREED * pushed {
                 return;
             }
         }
-        self.constrain_nodes(grid, field, nodes, step);
     }
 
-    /// The conditions at nodes among them.
-    fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    /// The conditions at nodes among them; returns the largest change of a node's momentum [N s].
+    fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
         let mut reaction = std::mem::take(&mut self.reactions[field]);
         let conditions = || self.parts.iter().map(|part| part.conditions.clone());
         let (force, closed) =
@@ -110,25 +109,30 @@ impl<const D: usize> Walls<D> {
         let parts = self.parts.par_iter().zip(nodes).zip(force.into_par_iter().zip(closed));
         let (gap, held) = (&reaction.gap, &reaction.held);
         let changes = parts.map(|((part, nodes), (forces, closed))| {
-            let mut start = vec![Vector::ZERO; self.boundaries.len()];
+            let (mut start, mut most) = (vec![Vector::ZERO; self.boundaries.len()], 0.0_f64);
             for (k, (sum, closed)) in part.conditions.clone().zip(forces.iter_mut().zip(closed)) {
                 let condition = &self.conditions[k];
                 let node = &mut nodes[condition.node as usize - part.nodes.start];
                 let meeting =
                     Meeting { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
                 let [bound, force] = self.push(&meeting, node, closed, step);
-                node.momentum += bound + force * step.momentum_dt;
+                let change = bound + force * step.momentum_dt;
+                most = most.max(change.norm());
+                node.momentum += change;
                 node.force += force;
                 start[condition.boundary as usize] += bound;
                 *sum += force;
             }
-            start
+            (start, most)
         });
         let changes: Vec<_> = changes.collect();
-        for change in changes {
+        let mut largest = 0.0_f64;
+        for (change, most) in changes {
             reaction.start.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
+            largest = largest.max(most);
         }
         self.reactions[field] = reaction;
+        largest
     }
 
     /// What a condition does to a node with (m, p̄), if its gap closes: change of p⁻ [N s], and force [N].

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle
-//! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0                  at once where a solid meets a wall of the domain
+//! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0
 //! ```
 //!
 //! Particles with a membrane between them and the obstacle don't count: the membrane meets the obstacle, and they meet the membrane.
@@ -95,10 +95,8 @@ impl<const D: usize> Walls<D> {
     /// Measures the gaps between the bodies of a field and the walls and obstacles that they may leave [m].
     pub(in crate::mpm) fn measure(&mut self, grid: &Grid<D>, field: usize, bodies: &Bodies<'_, D>) {
         let mut gaps = std::mem::take(&mut self.reactions[field].gap);
-        let solid = bodies.all.iter().any(|(_, body, _)| body.law.keeps_shape());
-        let at_once = |condition: &Condition<D>| solid && (condition.boundary as usize) < 2 * D;
         gaps.clear();
-        gaps.extend(self.conditions.iter().map(|c| if at_once(c) { f64::NEG_INFINITY } else { f64::INFINITY }));
+        gaps.resize(self.conditions.len(), f64::INFINITY);
         if !self.places.first.is_empty() {
             for &(_, body, bins) in &bodies.all {
                 for (condition, gap) in self.gaps(grid, (body, bins), bodies.shielded) {
@@ -152,7 +150,7 @@ impl<const D: usize> Walls<D> {
                     break;
                 }
                 let normal = condition.normal;
-                if !self.has_gap(condition) {
+                if !self.has_gap(condition) || self.continues(body.field, condition.boundary as usize) {
                     continue;
                 }
                 // Nothing may pass a wall of the domain by even a rounding: there all nodes of the support act.

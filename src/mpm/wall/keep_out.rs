@@ -1,4 +1,4 @@
-//! Bodies stay out of obstacles: what guards it at the end of a step, after both have moved.
+//! Bodies stay out of obstacles, and of walls that they meet at their surface: what guards it at the end of a step, after both have moved.
 //!
 //! ```text
 //! d(x_p) ≥ r_min:   else   x_p ← x_p + (r_min − d) ν          d, ν: exact distance and normal of the obstacle; r_min: half the reach of the body there
@@ -49,11 +49,11 @@ impl<const D: usize> Walls<D> {
     /// How far particles have to move to be out of the obstacles at the end of a step: number of the body, particle, displacement [m].
     pub(in crate::mpm) fn keep_out(
         &self,
-        cell: f64,
+        (cell, field): (f64, usize),
         bodies: &Bodies<'_, D>,
         step: &Step,
     ) -> Vec<(usize, u32, Vector<D>)> {
-        let obstacles: Vec<_> = self.solids().filter(|solid| solid.number() >= 2 * D).collect();
+        let obstacles = self.surfaces(field);
         if obstacles.is_empty() {
             return Vec::new();
         }

@@ -13,9 +13,6 @@ use std::iter::zip;
 /// Bodies may come nearer during a step than their particles' velocities tell by so much [cells].
 const CLOSE: f64 = 0.02;
 
-/// Walls and surfaces agree where a turn changes impulses by less than this share of the largest one.
-const AGREED: f64 = 1e-4;
-
 impl<const D: usize> Walls<D> {
     /// Finds where a field, whose nodes hold (m, p⁻), may meet the surfaces of obstacles in this step.
     pub(super) fn find_surface(
@@ -25,17 +22,18 @@ impl<const D: usize> Walls<D> {
         bodies: &Bodies<'_, D>,
         step: &Step,
     ) {
-        if self.regions.is_empty() {
+        if !self.has_surfaces(field) {
             return;
         }
-        let mut points = self.feet_of_particles(grid, bodies, step);
+        let lattice = self.lattice.of_field(grid, field);
+        let mut points = self.feet_of_particles((grid, field), bodies, step);
         let resting = &self.reactions[field].resting;
         for point in &mut points {
             point.held =
                 point.foot_of.is_some_and(|[body, id]| resting.binary_search(&[point.boundary, body, id]).is_ok());
         }
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
-        surface.find((grid, &self.lattice), nodes, self.feet.iter().copied().chain(points));
+        surface.find((grid, &lattice), nodes, self.feet.iter().copied().chain(points));
         // With APIC a node has the velocity of its own place.
         let flip = bodies.all.iter().all(|(_, body, _)| body.particles.affine.is_empty());
         if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
@@ -46,8 +44,8 @@ impl<const D: usize> Walls<D> {
             });
             let means = surface.mean_places(|add| {
                 for (m, x) in near.clone() {
-                    let give = |node, weight, flips| add(node, m * weight, self.lattice.mirror(grid, x, flips));
-                    self.lattice.for_each(grid, x, give);
+                    let give = |node, weight, flips| add(node, m * weight, lattice.mirror(grid, x, flips));
+                    lattice.for_each(grid, x, give);
                 }
             });
             surface.tilt(&means);
@@ -66,8 +64,13 @@ impl<const D: usize> Walls<D> {
 
     /// The feet of the particles that may touch an obstacle during the step; one that binds holds the body between them, and only stops
     /// particles that creep towards it.
-    fn feet_of_particles(&self, grid: &Grid<D>, bodies: &Bodies<'_, D>, step: &Step) -> Vec<Point<D>> {
-        let obstacles: Vec<_> = self.solids().filter(|solid| solid.number() >= 2 * D).collect();
+    fn feet_of_particles(
+        &self,
+        (grid, field): (&Grid<D>, usize),
+        bodies: &Bodies<'_, D>,
+        step: &Step,
+    ) -> Vec<Point<D>> {
+        let obstacles = self.surfaces(field);
         let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &Solid<'_, D>| {
             let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
             let (distance, normal) = obstacle.distance(x, Vector::ZERO);
@@ -100,11 +103,9 @@ impl<const D: usize> Walls<D> {
         self.change_start(field, nodes, &solved);
     }
 
-    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns true if they pushed by more than they settle to.
-    pub(super) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> bool {
-        if self.reactions[field].surface.points.is_empty() {
-            return false;
-        }
+    /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns the largest impulse at a
+    /// point so far [N s].
+    pub(super) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         let law = |state: &State<'_, D>| {
             let allowed = if state.point.rests { 0.0 } else { state.point.gap.max(0.0) / dt };
@@ -121,16 +122,16 @@ impl<const D: usize> Walls<D> {
             nodes[node].force += sum / dt;
         }
         let surface = &mut self.reactions[field].surface;
-        let (mut most, mut largest) = (0.0_f64, 0.0_f64);
+        let mut largest = 0.0_f64;
         for (point, &change) in zip(&mut surface.points, &solved.points) {
             point.force += change / dt;
             point.touches = point.binds() || point.force != Vector::ZERO;
-            (most, largest) = (most.max(change.norm()), largest.max(point.force.norm() * dt));
+            largest = largest.max(point.force.norm() * dt);
         }
         for (side, kept) in solved.mirrored {
             self.reactions[field].mirrored[side] -= kept / dt;
         }
-        most > AGREED * largest
+        largest
     }
 
     /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. To
