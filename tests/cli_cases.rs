@@ -130,6 +130,16 @@ fn verify_compares_a_case_and_fails_when_it_is_off() {
     assert_eq!(bad.status.code(), Some(1), "{}", text(&bad.stderr));
     assert!(text(&bad.stdout).contains("FAILED"), "{}", text(&bad.stdout));
 
+    // A case that is left out is said to be, with what it takes.
+    let long = format!("[measured]\ntime = '29 min'\n[quick]\nskip = true\n{expected}");
+    fs::write(home.path().join("expected.toml"), long).unwrap();
+    let short = lateen(home.path(), &["verify", "case.toml"]);
+    assert_eq!(short.status.code(), Some(2), "{}", text(&short.stdout));
+    assert!(text(&short.stdout).contains("left out    takes 29 min"), "{}", text(&short.stdout));
+    assert!(text(&short.stderr).contains("add `--full`"), "{}", text(&short.stderr));
+    let full = lateen(home.path(), &["verify", "case.toml", "--full"]);
+    assert!(text(&full.stdout).contains("1 of 1 comparisons hold"), "{}", text(&full.stdout));
+
     // What is wrong with the comparisons is shown where they stand, and nothing to compare is no success.
     fs::write(home.path().join("expected.toml"), expected.replace("kind = 'final'", "kind = 'value'")).unwrap();
     for command in [["verify", "case.toml"], ["run", "case.toml"]] {

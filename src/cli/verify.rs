@@ -28,11 +28,16 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
     use_threads(arguments.threads)?;
     let level = if arguments.full { Level::Full } else { Level::Quick };
     let stop = signals::stop_flag()?;
-    let (mut compared, mut failed) = (0, 0);
+    let (mut compared, mut failed, mut left_out) = (0, 0, 0);
     let cases = chosen(arguments.pattern.as_deref())?;
     for (n, (name, folder)) in cases.iter().enumerate() {
         say(&format!("{} of {}: {name}", n + 1, cases.len()));
         let expected = something_expected(folder)?;
+        if expected.effort(level).skip {
+            show(&format!("{name}\nleft out    takes {}; `--full` runs it\n\n", expected.measured.time))?;
+            left_out += 1;
+            continue;
+        }
         let outcomes = verify::verify(folder, &expected, level, &arguments.out.join(name), &stop);
         let outcomes = match outcomes {
             // A run that breaks down is a comparison that failed: the other cases still tell something.
@@ -47,8 +52,19 @@ pub fn verify(arguments: &Arguments) -> Result<(), Failure> {
         failed += outcomes.iter().filter(|outcome| !outcome.passed()).count();
         show(&format!("{}\n", verify::render(name, &outcomes)))?;
     }
-    show(&format!("{} of {compared} comparisons hold\n", compared - failed))?;
+    if compared == 0 {
+        return Err(nothing_compared());
+    }
+    let without = if left_out > 0 { format!("; {left_out} of {} cases left out", cases.len()) } else { String::new() };
+    show(&format!("{} of {compared} comparisons hold{without}\n", compared - failed))?;
     if failed > 0 { Err(Failure::Comparison) } else { Ok(()) }
+}
+
+/// All cases are left out at this level.
+fn nothing_compared() -> Failure {
+    let finding =
+        Diagnostic::error("", "nothing was compared: what was chosen takes long and runs with `--full` alone");
+    Error::case(finding.help("add `--full`, or choose other cases; `lateen cases` shows what each takes")).into()
 }
 
 /// What the case is compared with: there must be something.
