@@ -13,8 +13,12 @@
 
 use super::guard::Near;
 use super::locate::{Locator, Place};
+use super::map::Map;
+use super::method::Scene;
 use super::nodes::{Lattice, flip};
-use super::sheet::{Sheet, Surface};
+use super::row::Pair;
+use super::sample::Facet;
+use super::sheet::Surface;
 use crate::math::Vector;
 use crate::mpm::{Body, EDGE, Grid, Particles};
 use crate::parallel;
@@ -174,33 +178,38 @@ impl Labels {
 
 /// One sheet and the particles around it.
 pub(super) struct Band<'a, const D: usize> {
-    pub grid: &'a Grid<D>,
-    pub lattice: &'a Lattice<D>,
+    pub scene: &'a Scene<'a, D>,
     pub surface: &'a Surface<'a, D>,
-    /// Number of this step, from 1.
-    pub step: u64,
-    /// Its length [s], and the largest speed of the sheet [m/s].
-    pub dt: f64,
+    pub facets: &'a [Facet],
+    /// Number of the sheet.
+    pub number: usize,
+    /// The largest speed of its nodes [m/s].
     pub fastest: f64,
+    pub map: &'a mut Map<D>,
+    /// One pair per row and field, fields running fastest.
+    pub pairs: &'a mut [Pair<D>],
+    pub locator: &'a mut Locator<D>,
 }
 
 impl<const D: usize> Band<'_, D> {
-    /// Where the sheet is folded, adds the arms to the particles `near` it, each turned to the side that it is on.
-    pub fn lean(&self, sheet: &mut Sheet<D>, body: &Body<D>, near: &[u32], labels: &Labels, locator: &mut Locator<D>) {
+    /// Where the sheet is folded, adds the arms to the particles of a body `near` it, each turned to the side that it is on.
+    pub fn lean(&mut self, body: usize, near: &[u32], labels: &Labels) {
+        let Scene { grid, lattice, step, .. } = *self.scene;
+        let body = &self.scene.bodies[body];
         for &p in near {
             let (x, id) = (body.particles.position[p as usize], body.particles.id[p as usize]);
             let mut side = None;
-            self.lattice.of_field(self.grid, body.field).for_each(self.grid, x, |node, weight, flips| {
-                let Some(row) = sheet.row(node).filter(|&row| sheet.rows[row].folded) else { return };
-                let side = *side.get_or_insert_with(|| match labels.recall(id, self.step - 1) {
+            lattice.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
+                let Some(row) = self.map.row(node).filter(|&row| self.map.rows[row].folded) else { return };
+                let side = *side.get_or_insert_with(|| match labels.recall(id, step - 1) {
                     Some(label) if label.side != 0.0 => label.side,
-                    _ => match self.place(sheet, x, locator) {
+                    _ => match self.place(x) {
                         Place::Beside(d) => d.signum(),
                         Place::Beyond | Place::Away => 0.0,
                     },
                 });
-                let row = &mut sheet.rows[row];
-                let arm = self.lattice.mirror(self.grid, x, flips) - row.centre;
+                let row = &mut self.map.rows[row];
+                let arm = lattice.mirror(grid, x, flips) - row.centre;
                 let share = body.particles.mass[p as usize] * weight;
                 row.normal += arm * (side * share);
                 row.arms += arm.norm() * share;
@@ -208,75 +217,61 @@ impl<const D: usize> Band<'_, D> {
         }
     }
 
-    /// Labels the particles `near` the sheet and lowers the gaps at its rows; returns how many have crossed,
-    /// and adds those that may come too close to `guarded`. The sheet and the body have these numbers.
-    pub fn measure(
-        &self,
-        (sheet, number): (&mut Sheet<D>, usize),
-        (body, index): (&Body<D>, usize),
-        near: &[u32],
-        labels: &mut Labels,
-        locator: &mut Locator<D>,
-        guarded: &mut Vec<Near<D>>,
-    ) -> u64 {
+    /// Labels the particles of a body `near` the sheet and lowers the gaps at its rows; returns how many have crossed,
+    /// and adds those that may come too close to `guarded`.
+    pub fn measure(&mut self, index: usize, near: &[u32], labels: &mut Labels, guarded: &mut Vec<Near<D>>) -> u64 {
+        let (scene, body) = (self.scene, &self.scene.bodies[index]);
         let particles = &body.particles;
-        let readings: Vec<_> =
-            near.par_iter().with_min_len(TASK).map(|&p| self.read(sheet, particles, p as usize)).collect();
+        let band = &*self;
+        let readings: Vec<_> = near.par_iter().with_min_len(TASK).map(|&p| band.read(particles, p as usize)).collect();
         let mut crossed = 0;
         for (&p, reading) in near.iter().zip(readings) {
             let Some(Reading { distance, radius, normal }) = reading else { continue };
             let (p, id) = (p as usize, particles.id[p as usize]);
-            let old = labels.recall(id, self.step - 1);
-            let label = self.label(sheet, particles.position[p], old, distance, locator);
+            let old = labels.recall(id, scene.step - 1);
+            let label = self.label(particles.position[p], old, distance);
             crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
-            labels.keep(id, self.step, label);
+            labels.keep(id, scene.step, label);
             if label.side != 0.0 {
                 let height = label.side * distance;
-                self.lower_gaps(sheet, body, p, label.side, height - radius);
-                let travel = 2.0 * (particles.velocity[p].norm() + self.fastest) * self.dt;
-                let moves = (particles.position[p], travel, self.grid.cell);
-                guarded.push(Near::new([p, index, number], (label.side, normal), (height, radius), moves));
+                self.lower_gaps(body, p, label.side, height - radius);
+                let travel = 2.0 * (particles.velocity[p].norm() + self.fastest) * scene.dt;
+                let moves = (particles.position[p], travel, scene.grid.cell);
+                guarded.push(Near::new([p, index, self.number], (label.side, normal), (height, radius), moves));
             }
         }
         crossed
     }
 
     /// δ_p and r_p, if a row with a normal is in reach.
-    fn read(&self, sheet: &Sheet<D>, particles: &Particles<D>, p: usize) -> Option<Reading<D>> {
-        let x = particles.position[p];
+    fn read(&self, particles: &Particles<D>, p: usize) -> Option<Reading<D>> {
+        let Scene { grid, lattice, .. } = *self.scene;
+        let (map, x) = (&*self.map, particles.position[p]);
         let (mut height, mut share, mut normal) = (0.0, 0.0, Vector::ZERO);
-        self.lattice.for_each(self.grid, x, |node, weight, flips| {
-            let Some(row) = sheet.row(node).map(|r| &sheet.rows[r]).filter(|row| row.normal != Vector::ZERO) else {
+        lattice.for_each(grid, x, |node, weight, flips| {
+            let Some(row) = map.row(node).map(|r| &map.rows[r]).filter(|row| row.normal != Vector::ZERO) else {
                 return;
             };
-            height += (self.lattice.mirror(self.grid, x, flips) - row.centre).dot(row.normal) * weight;
+            height += (lattice.mirror(grid, x, flips) - row.centre).dot(row.normal) * weight;
             share += weight;
             normal += flip(row.normal, flips) * weight;
         });
         let normal = normal.normalized()?;
-        let radius = radius(particles, p, normal, self.grid.cell);
+        let radius = radius(particles, p, normal, grid.cell);
         (share > 0.0).then(|| Reading { distance: height / share, radius, normal })
     }
 
-    fn label(
-        &self,
-        sheet: &Sheet<D>,
-        x: Vector<D>,
-        old: Option<Label>,
-        distance: f64,
-        locator: &mut Locator<D>,
-    ) -> Label {
-        let mut place = || self.place(sheet, x, locator);
+    fn label(&mut self, x: Vector<D>, old: Option<Label>, distance: f64) -> Label {
         match old.filter(|label| label.side != 0.0) {
             Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
             Some(label) if label.crossed => label,
-            Some(Label { side, .. }) => match place() {
+            Some(Label { side, .. }) => match self.place(x) {
                 Place::Beside(d) => Label { side, crossed: d * side < 0.0 },
                 Place::Beyond => Label { side: 0.0, crossed: false },
                 Place::Away => Label { side, crossed: false },
             },
             None => {
-                let side = match place() {
+                let side = match self.place(x) {
                     Place::Beside(d) => d.signum(),
                     Place::Beyond => 0.0,
                     Place::Away => distance.signum(),
@@ -287,22 +282,23 @@ impl<const D: usize> Band<'_, D> {
     }
 
     /// Where `x` is, measured from the closest point of the sheet.
-    fn place(&self, sheet: &Sheet<D>, x: Vector<D>, locator: &mut Locator<D>) -> Place {
-        locator.refresh(&sheet.facets, self.surface.position, self.grid.cell);
-        locator.place(&sheet.facets, self.surface.position, self.grid.cell, x)
+    fn place(&mut self, x: Vector<D>) -> Place {
+        let cell = self.scene.grid.cell;
+        self.locator.refresh(self.facets, self.surface.position, cell);
+        self.locator.place(self.facets, self.surface.position, cell, x)
     }
 
-    fn lower_gaps(&self, sheet: &mut Sheet<D>, body: &Body<D>, p: usize, side: f64, gap: f64) {
-        let fields = self.grid.fields.len();
+    fn lower_gaps(&mut self, body: &Body<D>, p: usize, side: f64, gap: f64) {
+        let Scene { grid, lattice, .. } = *self.scene;
         let (mass, x) = (body.particles.mass[p], body.particles.position[p]);
-        self.lattice.of_field(self.grid, body.field).for_each(self.grid, x, |node, weight, flips| {
-            let Some(row) = sheet.row(node) else { return };
-            let pair = &mut sheet.pairs[row * fields + body.field];
+        lattice.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
+            let Some(row) = self.map.row(node) else { return };
+            let pair = &mut self.pairs[row * grid.fields.len() + body.field];
             let lowest = &mut pair.gap[usize::from(side > 0.0)];
             *lowest = lowest.min(gap);
             pair.vote += side * mass * weight;
             pair.mass += mass * weight;
-            pair.moment += self.lattice.mirror(self.grid, x, flips) * (mass * weight);
+            pair.moment += lattice.mirror(grid, x, flips) * (mass * weight);
         });
     }
 }

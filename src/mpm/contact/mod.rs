@@ -1,44 +1,46 @@
 //! Contact on the background grid: membranes with bodies, and bodies with each other.
 //!
-//! Bodies and membranes first move as if they were alone. Then they exchange impulses, in one of two places
-//! ([`SheetContact`]): on the surface of the membrane, between its elements and the points of
-//! bodies near it (`points`, `nearest`; theory 8.2), or, as in the paper, at the grid nodes (`sheet`, `row`, `band`):
-//! where both have mass at a node, approach, and have closed their gap, they exchange an impulse (Lian, Liu & Zhang
-//! 2014, section 5, with the signs of eqs. 55, 58 and 59 corrected; theory 6 and 7.2):
+//! Bodies and membranes first move as if they were alone. Then they exchange impulses. Membranes do so with bodies by one of two
+//! methods, which the case chooses ([`SheetContact`]), with one interface (`method`):
+//!
+//! * `at_particles`: on the surface of the membrane, between its elements and the points of bodies near it (theory 8.2), which are
+//!   found by `watch` and pushed by `solver`;
+//! * `at_nodes`: at the grid nodes, as in the paper (theory 6 and 7.2), to which `map` takes the membrane, and where `band` measures
+//!   the gaps to particles and `impulse` solves each node.
+//!
+//! Both know the membrane as a `sheet`, which finds the closest point of its elements (`nearest`) and touches walls and obstacles
+//! (`rigid`), and the nodes of bodies on the grid as `partner`s. Bodies meet each other at grid nodes (`pairwise`), across the plane
+//! between their particles (`normal`, `margin`). The order of a step, and of the interface within it:
 //!
 //! ```text
-//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection          (50, 52)
-//! J = −M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                          stick, on r        (54, 55)
-//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip               (56–58)
-//! p_s ← p_s − J,   v_K ← v_K + Δt/m_K Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r   both get their share (53, 59)
-//! ```
-//!
-//! The order of a step:
-//!
-//! ```text
-//! begin_step     label particles, find who may touch (nodes: map membranes, measure gaps); contact between bodies
+//! begin_step     find: label particles, find who may touch; contact between bodies; choose: their nodes on the grid
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
 //!                in passes, as the nodes take up less than the grid gives (theory 6.7)
 //! conclude       gaps and losses of the sub-step
-//! finish_step    hand the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
-//! account        (after the walls) forces of the step, and what contact dissipated (theory 10)
+//! finish_step    finish: displacements that part what overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
+//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory 10; `books`)
 //! restore        (after particles and membranes moved) part what overlaps, keep particles on their sides (`guard`)
 //! ```
 //!
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
 //! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory 6.6).
 
+mod at_nodes;
+mod at_particles;
 mod band;
+mod books;
+mod friction;
 mod guard;
 pub mod impulse;
 pub mod locate;
+mod map;
 mod margin;
+mod method;
 mod nearest;
 pub mod nodes;
 pub mod normal;
 mod pairwise;
 mod partner;
-mod points;
 mod rigid;
 mod row;
 pub mod sample;
@@ -46,6 +48,9 @@ mod sheet;
 mod solver;
 mod watch;
 
+pub use band::Shift;
+pub use books::Losses;
+pub use friction::FrictionTable;
 pub use rigid::Squeeze;
 pub use sheet::{SheetSource, Surface};
 
@@ -53,105 +58,41 @@ use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
-pub use band::Shift;
-use band::{Band, Labels, Marks};
+use books::Books;
 use guard::{Moved, Near};
 use impulse::Settled;
-use locate::Locator;
+use method::{ContactMethod, Scene};
 use nodes::Lattice;
 use pairwise::Pairwise;
 use partner::Partners;
 use sheet::Sheet;
 use std::collections::BTreeMap;
-use watch::Scene;
-
-/// Friction by name: pairs that the case lists, and the default for the others.
-#[derive(Debug, Clone)]
-pub struct FrictionTable {
-    /// Two names (bodies or membranes, in any order) and what they do.
-    pub listed: Vec<(String, String, Friction)>,
-    /// All other pairs.
-    pub default: Friction,
-}
-
-impl FrictionTable {
-    /// What is listed with a part: the other name and what the two do.
-    fn listed_with(&self, name: &str) -> Vec<(String, Friction)> {
-        let other = |(x, y, friction): &(String, String, Friction)| match () {
-            () if x == name => Some((y.clone(), *friction)),
-            () if y == name => Some((x.clone(), *friction)),
-            () => None,
-        };
-        self.listed.iter().filter_map(other).collect()
-    }
-
-    /// What parts with these names do: the first that is listed, or the default.
-    pub(super) fn between(&self, a: &[String], b: &[String]) -> Friction {
-        let names = |x: &String, y: &String| (a.contains(x) && b.contains(y)) || (a.contains(y) && b.contains(x));
-        self.listed.iter().find(|(x, y, _)| names(x, y)).map_or(self.default, |(_, _, friction)| *friction)
-    }
-}
-
-/// What contact has dissipated since the start [J] (theory 10).
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Losses {
-    /// Inelastic impact along the normals.
-    pub normal: f64,
-    /// Friction.
-    pub friction: f64,
-    /// Mapping between grid and membrane nodes.
-    pub mapping: f64,
-    /// Angular momentum that contact of sheets has added [N m s], because friction and nodes that are not opposite
-    /// each other push along lines that don't coincide (theory 6.6).
-    pub spin: [f64; 3],
-}
-
-/// A contact force: its name, and the mean over the last step [N] on the body that is named first.
-#[derive(Debug, Clone)]
-struct NamedForce<const D: usize> {
-    name: String,
-    value: Vector<D>,
-}
-
-impl<const D: usize> NamedForce<D> {
-    fn between(a: &[String], b: &[String]) -> Self {
-        Self { name: format!("contact:{}-{}", a.join("+"), b.join("+")), value: Vector::ZERO }
-    }
-}
 
 /// All contacts of a simulation.
 #[derive(Debug)]
 pub struct Contact<const D: usize> {
     lattice: Lattice<D>,
-    /// Where sheets meet bodies.
-    place: SheetContact,
     /// Gap below which contact acts [m].
     tolerance: f64,
     dt: f64,
     /// Size of a cell [m].
     cell: f64,
     sheets: Vec<Sheet<D>>,
-    locators: Vec<Locator<D>>,
-    /// Labels of each sheet and body, bodies running fastest.
-    labels: Vec<Labels>,
+    /// The method of contact of each sheet with the bodies.
+    methods: Vec<Box<dyn ContactMethod<D>>>,
     /// Name of each body, and which part of it.
     bodies: Vec<(String, usize)>,
     partners: Partners<D>,
     pairwise: Pairwise<D>,
-    marks: Marks,
     /// How far particles of each body are displaced at the end of the step.
     shifts: Vec<Vec<Shift<D>>>,
     /// Particles next to sheets during the step.
     guarded: Vec<Near<D>>,
-    forces: Vec<NamedForce<D>>,
-    /// Which of the forces each pair of a field and a sheet, and each of two fields, adds to: parts of one body share them.
-    force_of: Vec<usize>,
+    books: Books<D>,
     /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
     counts: Vec<u64>,
     /// Sheets of which it was said that particles have crossed them.
     said: Vec<bool>,
-    /// Losses of each pair (normal, friction), then the mapping loss of each sheet, then the spin.
-    losses: Vec<f64>,
 }
 
 impl<const D: usize> Contact<D> {
@@ -168,56 +109,29 @@ impl<const D: usize> Contact<D> {
             bodies.iter().filter(|body| body.field == field).map(|body| body.name.clone()).collect()
         };
         let names: Vec<Vec<String>> = (0..fields).map(members).collect();
-        let (mut named, mut force_of): (Vec<[Vec<String>; 2]>, Vec<usize>) = (Vec::new(), Vec::new());
-        let mut numbers: BTreeMap<[Vec<String>; 2], usize> = BTreeMap::new();
-        let mut name = |a: &[String], b: &[String]| {
-            let pair = [a.to_vec(), b.to_vec()];
-            let number = *numbers.entry(pair.clone()).or_insert(named.len());
-            if number == named.len() {
-                named.push(pair);
-            }
-            force_of.push(number);
+        let own = |sheet: &SheetSource<'_, D>| [sheet.name.to_owned()];
+        let built = |(number, sheet): (usize, &SheetSource<'_, D>)| {
+            let with_bodies = names.iter().map(|body| friction.between(body, &own(sheet))).collect();
+            Sheet::new(number, sheet, bodies, with_bodies, friction.listed_with(sheet.name))
         };
-        let built = |sheet: &SheetSource<'_, D>| {
-            let own = [sheet.name.to_owned()];
-            let with_bodies = names.iter().map(|body| friction.between(body, &own)).collect();
-            Sheet::new(sheet, with_bodies, friction.listed_with(sheet.name))
-        };
-        for sheet in sheets {
-            names.iter().for_each(|body| name(body, &[sheet.name.to_owned()]));
-        }
-        let mut pairs = Vec::new();
-        for (b, second) in names.iter().enumerate() {
-            for (a, first) in names[..b].iter().enumerate() {
-                let law = friction.between(first, second);
-                // Between the parts of one body there is always a sheet.
-                let parts = first.iter().any(|name| second.contains(name));
-                if law != Friction::None && !parts {
-                    pairs.push(([a, b], law));
-                    name(first, second);
-                }
-            }
-        }
+        let pairs = friction.pairs_that_meet(&names);
+        let with_sheets = sheets.iter().flat_map(|sheet| names.iter().map(|body| [body.clone(), own(sheet).to_vec()]));
+        let with_bodies = pairs.iter().map(|(fields, _)| fields.map(|field| names[field].clone()));
         Self {
             lattice,
-            place,
             tolerance,
             dt: 0.0,
             cell: 0.0,
-            labels: (0..sheets.len()).flat_map(|s| bodies.iter().map(move |body| labels(body, s))).collect(),
             bodies: bodies.iter().map(|body| (body.name.clone(), body.part.number)).collect(),
-            locators: sheets.iter().map(|sheet| Locator::new(&sheet.facets)).collect(),
-            sheets: sheets.iter().map(built).collect(),
+            sheets: sheets.iter().enumerate().map(built).collect(),
+            methods: sheets.iter().map(|sheet| method::build(place, sheet, fields, tolerance)).collect(),
             partners: Partners::default(),
+            books: Books::new(with_sheets.chain(with_bodies).collect(), sheets.len()),
             pairwise: Pairwise::new(pairs),
-            marks: Marks::default(),
             shifts: vec![Vec::new(); bodies.len()],
             guarded: Vec::new(),
             counts: vec![0; 2 + sheets.len()],
             said: vec![false; sheets.len()],
-            losses: vec![0.0; 2 * force_of.len() + sheets.len() + 3],
-            forces: named.iter().map(|[a, b]| NamedForce::between(a, b)).collect(),
-            force_of,
         }
     }
 
@@ -233,63 +147,21 @@ impl<const D: usize> Contact<D> {
     ) {
         (self.dt, self.cell) = (dt, grid.cell);
         self.counts[0] += 1;
-        self.sheets.iter_mut().for_each(|sheet| sheet.rigid.begin_step(walls));
         self.partners.begin(dt);
         self.shifts.iter_mut().for_each(Vec::clear);
         self.guarded.clear();
-        for (sheet, surface) in self.sheets.iter_mut().zip(surfaces) {
-            sheet.before.clear();
-            sheet.before.extend_from_slice(surface.position);
+        let Self { lattice, sheets, methods, partners, guarded, counts, .. } = self;
+        let step = counts[0];
+        let scene = Scene { grid: &*grid, lattice, bodies, step, dt };
+        for ((sheet, method), surface) in sheets.iter_mut().zip(&mut *methods).zip(surfaces) {
+            sheet.begin_step(surface, walls);
+            counts[1 + sheet.number] += method.find(sheet, surface, &scene, guarded);
         }
-        match self.place {
-            SheetContact::Nodes => self.measure(grid, bodies, surfaces),
-            SheetContact::Particles => self.look(grid, bodies, surfaces),
-        }
-        self.pairwise.resolve(grid, &self.lattice, bodies, &self.sheets, self.tolerance, dt);
-        let reach = self.tolerance + grid.cell;
-        for sheet in &mut self.sheets {
-            sheet.choose(grid, &self.lattice, &mut self.partners, reach);
-        }
-    }
-
-    /// Labels the particles around the sheets, and finds those that may touch them.
-    fn look(&mut self, grid: &Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>]) {
-        let Self { sheets, labels, counts, lattice, tolerance, dt, guarded, .. } = self;
-        for (s, (sheet, surface)) in sheets.iter_mut().zip(surfaces).enumerate() {
-            let Sheet { points, facets, friction, .. } = sheet;
-            let scene = Scene { grid, lattice, surface, facets, tolerance: *tolerance, dt: *dt, step: counts[0] };
-            points.begin(&scene);
-            for (b, body) in bodies.iter().enumerate() {
-                let labels = &mut labels[s * bodies.len() + b];
-                counts[1 + s] += points.find((&scene, s), (b, body), friction[body.field], (labels, guarded));
-            }
-        }
-    }
-
-    /// Maps the sheets to the grid, labels the particles around them, and measures the gaps at the nodes.
-    fn measure(&mut self, grid: &Grid<D>, bodies: &[Body<D>], surfaces: &[Surface<'_, D>]) {
-        for (sheet, surface) in self.sheets.iter_mut().zip(surfaces) {
-            sheet.map(grid, &self.lattice, surface);
-        }
-        self.marks.clear(grid);
-        for row in self.sheets.iter().flat_map(|sheet| &sheet.rows) {
-            self.marks.mark(grid, &self.lattice, row.node as usize);
-        }
-        let near = |body: &Body<D>| self.marks.near(grid, &self.lattice, &body.particles.position);
-        let near: Vec<Vec<u32>> = bodies.iter().map(near).collect();
-        for (s, surface) in surfaces.iter().enumerate() {
-            let (step, dt) = (self.counts[0], self.dt);
-            let band = Band { grid, lattice: &self.lattice, surface, step, dt, fastest: fastest(surface) };
-            let (sheet, locator) = (&mut self.sheets[s], &mut self.locators[s]);
-            let labels = &mut self.labels[s * bodies.len()..][..bodies.len()];
-            if sheet.rows.iter().any(|row| row.folded) {
-                bodies.iter().enumerate().for_each(|(b, body)| band.lean(sheet, body, &near[b], &labels[b], locator));
-                sheet.unfold();
-            }
-            for (b, body) in bodies.iter().enumerate() {
-                let guarded = &mut self.guarded;
-                self.counts[1 + s] += band.measure((sheet, s), (body, b), &near[b], &mut labels[b], locator, guarded);
-            }
+        self.pairwise.resolve(grid, lattice, bodies, methods, self.tolerance, dt);
+        // The grid has changed.
+        let scene = Scene { grid: &*grid, lattice, bodies, step, dt };
+        for (sheet, method) in sheets.iter().zip(methods) {
+            method.choose(sheet, &scene, partners);
         }
     }
 
@@ -303,15 +175,18 @@ impl<const D: usize> Contact<D> {
         walls: &Walls<D>,
         at: &SubStep<'_>,
     ) -> &[Vector<D>] {
-        let Self { sheets, partners, tolerance, cell, .. } = self;
-        sheets[sheet].resolve(pass, surface, (partners, walls), [*tolerance, *cell], at)
+        let (sheet, method) = (&mut self.sheets[sheet], &mut self.methods[sheet]);
+        sheet.begin_pass(pass, surface, walls, at, self.cell);
+        method.resolve(sheet, surface, &mut self.partners, pass, at);
+        &sheet.forces
     }
 
     /// Ends the sub-step of a sheet, after its last pass: gaps and losses follow the velocities that its nodes
     /// have now.
     pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, at: &SubStep<'_>) {
-        let lost = self.sheets[sheet].conclude(surface, &self.partners, [at.momentum_end, at.momentum_dt]);
-        self.losses[2 * self.force_of.len() + sheet] += lost;
+        self.sheets[sheet].rigid.conclude(surface);
+        let lost = self.methods[sheet].conclude(&self.sheets[sheet], surface, &self.partners, at);
+        self.books.lose_in_mapping(sheet, lost);
     }
 
     /// Parts a sheet from walls and obstacles, after its nodes have moved to `position` [m].
@@ -342,10 +217,8 @@ impl<const D: usize> Contact<D> {
 
     /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
-        let bodies = self.bodies.len();
-        for (s, sheet) in self.sheets.iter_mut().enumerate() {
-            sheet.points.part(&mut self.shifts);
-            sheet.points.remember(&mut self.labels[s * bodies..][..bodies]);
+        for (sheet, method) in self.sheets.iter_mut().zip(&self.methods) {
+            method.finish(sheet, &mut self.shifts);
             sheet.rigid.note();
         }
         self.partners.commit(grid);
@@ -353,18 +226,14 @@ impl<const D: usize> Contact<D> {
 
     /// Books forces and losses of the step, when p̄ and f on the grid are final.
     pub fn account(&mut self, grid: &Grid<D>) {
-        let sheets = self.sheets.iter().flat_map(|sheet| sheet.settle(&self.partners, grid, self.dt));
+        let sheets = self.sheets.iter().zip(&self.methods).flat_map(|(sheet, method)| {
+            let mut sums = vec![Settled::default(); sheet.friction.len()];
+            method.settle(&self.partners, grid, self.dt, &mut sums);
+            sums
+        });
         let pairs = self.pairwise.settle(grid, self.dt).into_iter();
         let pairs = pairs.map(|(impulse, lost)| Settled { impulse, lost, spin: Vector::ZERO });
-        let settled: Vec<_> = sheets.chain(pairs).collect();
-        let spin = 2 * self.force_of.len() + self.sheets.len();
-        self.forces.iter_mut().for_each(|force| force.value = Vector::ZERO);
-        for (index, settled) in settled.into_iter().enumerate() {
-            self.forces[self.force_of[index]].value += settled.impulse / self.dt;
-            self.losses[2 * index] += settled.lost[0];
-            self.losses[2 * index + 1] += settled.lost[1];
-            (0..3).for_each(|axis| self.losses[spin + axis] += settled.spin[axis]);
-        }
+        self.books.settle(sheets.chain(pairs), self.dt);
     }
 
     /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets on the side of most
@@ -378,10 +247,9 @@ impl<const D: usize> Contact<D> {
                     *votes.entry(node).or_insert(0.0) += near.side * weight;
                 });
             }
-            let Sheet { points, facets, before, .. } = sheet;
-            points.refresh(facets, before, grid.cell);
+            sheet.refresh_to_start(grid.cell);
             for (node, vote) in votes {
-                if let Some(foot) = points.nearest().foot(facets, grid.position(node), grid.cell) {
+                if let Some(foot) = sheet.foot(grid.position(node), grid.cell) {
                     visit(node, vote.signum() * foot.distance);
                 }
             }
@@ -391,14 +259,14 @@ impl<const D: usize> Contact<D> {
     /// Follows the sheets to `positions` [m], for [`Self::way_to`].
     pub fn find_membranes(&mut self, positions: &[&[Vector<D>]], cell: f64) {
         for (sheet, position) in self.sheets.iter_mut().zip(positions) {
-            sheet.points.refresh(&sheet.facets, position, cell);
+            sheet.refresh(position, cell);
         }
     }
 
     /// The way from `x` [m] to a sheet within a cell, where it was found last, that has contact with a field.
     pub fn way_to(&self, (sheet, field): (usize, usize), x: Vector<D>, cell: f64) -> Option<Vector<D>> {
         let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
-        let foot = sheet.points.nearest().foot(&sheet.facets, x, cell)?;
+        let foot = sheet.foot(x, cell)?;
         Some(foot.normal * -foot.distance)
     }
 
@@ -420,8 +288,7 @@ impl<const D: usize> Contact<D> {
             return &self.shifts;
         }
         self.find_membranes(positions, self.cell);
-        let moved = |(sheet, position)| moved(sheet, position);
-        let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions.iter().copied()).map(moved).collect();
+        let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.moved(at)).collect();
         let displaced = guard::keep_sides(&self.guarded, &sheets, bodies, self.cell);
         self.counts[1 + self.sheets.len()] += displaced.len() as u64;
         for (body, shift) in displaced {
@@ -433,7 +300,7 @@ impl<const D: usize> Contact<D> {
 
     /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.
     pub fn forces(&self) -> impl Iterator<Item = (&str, [f64; 3])> {
-        self.forces.iter().map(|force| (force.name.as_str(), force.value.to3()))
+        self.books.forces()
     }
 
     /// Since the start: particles found on the wrong side of each sheet, `crossed:<sheet>`, and how often one
@@ -471,19 +338,12 @@ impl<const D: usize> Contact<D> {
 
     /// True if a sheet that meets bodies at the nodes lies in the support of this one.
     pub fn meets(&self, node: usize) -> bool {
-        self.sheets.iter().any(|sheet| sheet.row(node).is_some())
+        self.methods.iter().any(|method| method.meets(node))
     }
 
     /// What contact has dissipated since the start.
     pub fn losses(&self) -> Losses {
-        let (pairs, rest) = self.losses.split_at(2 * self.force_of.len());
-        let (mapping, spin) = rest.split_at(self.sheets.len());
-        Losses {
-            normal: pairs.iter().step_by(2).sum(),
-            friction: pairs.iter().skip(1).step_by(2).sum(),
-            mapping: mapping.iter().sum(),
-            spin: std::array::from_fn(|axis| spin[axis]),
-        }
+        self.books.losses()
     }
 
     /// The largest of the counters that a checkpoint keeps.
@@ -493,33 +353,17 @@ impl<const D: usize> Contact<D> {
 
     /// What a checkpoint must keep: the particles' sides, how hard they were pressed, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        for (index, labels) in self.labels.iter_mut().enumerate() {
-            let (sheet, (body, part)) = (index / self.bodies.len(), &self.bodies[index % self.bodies.len()]);
-            let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
-            let sheet = &self.sheets[sheet].name;
-            visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
-            visit(&format!("{prefix}force-{kind}:{sheet}:{body}"), Column::growing(&mut labels.force));
+        for Sheet { name: sheet, labels, .. } in &mut self.sheets {
+            for (labels, (body, part)) in labels.iter_mut().zip(&self.bodies) {
+                let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
+                visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));
+                visit(&format!("{prefix}force-{kind}:{sheet}:{body}"), Column::growing(&mut labels.force));
+            }
         }
         for sheet in &mut self.sheets {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));
         }
         visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
-        visit(&format!("{prefix}losses"), Column::new(&mut self.losses));
+        visit(&format!("{prefix}losses"), Column::new(&mut self.books.losses));
     }
-}
-
-/// The largest speed of a sheet's nodes [m/s].
-fn fastest<const D: usize>(surface: &Surface<'_, D>) -> f64 {
-    surface.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt()
-}
-
-/// A sheet whose nodes have moved to `position` [m].
-fn moved<'a, const D: usize>(sheet: &'a Sheet<D>, position: &'a [Vector<D>]) -> Moved<'a, D> {
-    Moved { nearest: sheet.points.nearest(), facets: &sheet.facets, before: &sheet.before, position }
-}
-
-/// What is known at the start of the particles of a body and the sheet with this number.
-fn labels<const D: usize>(body: &Body<D>, sheet: usize) -> Labels {
-    let known = body.part.sides.get(sheet).copied().filter(|&side| side != 0.0);
-    Labels { known, ..Labels::default() }
 }

@@ -6,9 +6,9 @@
 
 use super::band::Marks;
 use super::impulse::{self, Impulse, Touch};
+use super::method::ContactMethod;
 use super::nodes::Lattice;
 use super::normal::{Interface, Point, separate};
-use super::sheet::Sheet;
 use crate::math::{Tensor, Vector};
 use crate::mpm::{Body, Friction, Grid};
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ impl<const D: usize> Pairwise<D> {
         grid: &mut Grid<D>,
         lattice: &Lattice<D>,
         bodies: &[Body<D>],
-        sheets: &[Sheet<D>],
+        sheets: &[Box<dyn ContactMethod<D>>],
         tolerance: f64,
         dt: f64,
     ) {
@@ -153,7 +153,7 @@ impl<const D: usize> Pairwise<D> {
         &self,
         grid: &Grid<D>,
         lattice: &Lattice<D>,
-        sheets: &[Sheet<D>],
+        sheets: &[Box<dyn ContactMethod<D>>],
         node: usize,
         near: &[(u32, Point<D>)],
         tolerance: f64,

@@ -4,7 +4,6 @@ use super::band::{Label, radius};
 use super::nearest::{Foot, Nearest};
 use super::nodes::{Flips, Lattice};
 use super::sample::Facet;
-use super::sheet::Surface;
 use crate::geometry::SkinPoint;
 use crate::math::Vector;
 use crate::mpm::{Body, Grid};
@@ -15,19 +14,6 @@ pub(super) const WATCHED: f64 = 1.0;
 
 /// Particles per parallel task.
 const TASK: usize = 256;
-
-/// The sheet and its surroundings at the start of a step.
-pub(super) struct Scene<'a, const D: usize> {
-    pub grid: &'a Grid<D>,
-    pub lattice: &'a Lattice<D>,
-    pub surface: &'a Surface<'a, D>,
-    pub facets: &'a [Facet],
-    /// Gap below which contact acts [m].
-    pub tolerance: f64,
-    /// Length [s] and number of the step.
-    pub dt: f64,
-    pub step: u64,
-}
 
 /// A particle, or a point on the skin of a body, within the watched distance.
 pub(super) struct Seen<const D: usize> {
@@ -58,21 +44,23 @@ pub(super) struct Member<const D: usize> {
 
 /// A body next to a sheet.
 pub(super) struct Watch<'a, const D: usize> {
-    scene: &'a Scene<'a, D>,
     nearest: &'a Nearest<D>,
+    facets: &'a [Facet],
+    /// Size of a cell [m].
+    cell: f64,
     body: &'a Body<D>,
     /// Index of the particle of each identity; empty without a skin.
     index: Vec<u32>,
 }
 
 impl<'a, const D: usize> Watch<'a, D> {
-    /// Of `body` next to the sheet of `scene`.
-    pub fn new(scene: &'a Scene<'a, D>, nearest: &'a Nearest<D>, body: &'a Body<D>) -> Self {
+    /// Of `body` next to a sheet of these facets, on a grid with cells of size `cell` [m].
+    pub fn new(nearest: &'a Nearest<D>, facets: &'a [Facet], body: &'a Body<D>, cell: f64) -> Self {
         let mut index = vec![0_u32; if body.skin.is_empty() { 0 } else { body.particles.len() }];
         if !index.is_empty() {
             body.particles.id.iter().zip(0..).for_each(|(&id, p)| index[id as usize] = p);
         }
-        Self { scene, nearest, body, index }
+        Self { nearest, facets, cell, body, index }
     }
 
     /// What of the body is within the watched distance, in a fixed order.
@@ -104,7 +92,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     fn see_particle(&self, p: usize) -> Option<Seen<D>> {
         let inside = self.body.particles.position[p];
         let foot = self.foot(inside)?;
-        let radius = radius(&self.body.particles, p, foot.normal, self.scene.grid.cell);
+        let radius = radius(&self.body.particles, p, foot.normal, self.cell);
         let (distance, beyond) = (foot.distance, foot.beyond);
         Some(Seen { key: self.body.particles.id[p], particle: p, inside, distance, beyond, foot, radius })
     }
@@ -121,7 +109,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 
     fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
-        self.nearest.foot(self.scene.facets, x, WATCHED * self.scene.grid.cell)
+        self.nearest.foot(self.facets, x, WATCHED * self.cell)
     }
 }
 
