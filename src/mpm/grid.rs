@@ -28,7 +28,7 @@ pub struct Grid<const D: usize> {
     pub cells: [i32; D],
     /// How the ghosts beyond both ends of each axis follow the domain; mirrors until told otherwise.
     pub folds: [[Fold; 2]; D],
-    /// Those of a field's own, by field, where they differ (`wall::domain`).
+    /// How they follow it in each field, if that is not the same for all (`wall::domain`).
     pub own_folds: Vec<[[Fold; 2]; D]>,
     /// Velocity fields.
     pub fields: Vec<Field<D>>,
