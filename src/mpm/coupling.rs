@@ -159,8 +159,11 @@ impl<const D: usize> Coupling<D> {
         })
     }
 
-    /// Follows the membranes to where they are, for [`Self::lies_between`].
-    pub fn find_membranes(&mut self, cell: f64) {
+    /// Follows the membranes to where they are, for [`Self::lies_between`], if there is anything that they may shield bodies from.
+    pub fn find_membranes(&mut self, walls: &Walls<D>, cell: f64) {
+        if !walls.have_gaps() {
+            return;
+        }
         let positions: Vec<&[Vector<D>]> = self.membranes.iter().map(|membrane| &membrane.position[..]).collect();
         self.contact.find_membranes(&positions, cell);
     }

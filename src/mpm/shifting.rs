@@ -182,7 +182,7 @@ impl<const D: usize> Mpm<D> {
             bins.disorder.drift += largest(shifts.iter()) / grid.cell;
             body.work.shift = shifts;
         }
-        coupling.find_membranes(grid.cell);
+        coupling.find_membranes(walls, grid.cell);
         work += keep_out((grid, walls), bodies, bins, coupling, step);
         let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
         let shifts = coupling.contact.restore(bodies, &positions).to_vec();

@@ -244,6 +244,11 @@ impl<const D: usize> Walls<D> {
         self.boundaries[2 * D..].iter().any(|b| b.velocity.iter().any(|v| !v.is_zero()))
     }
 
+    /// True if bodies may meet walls or obstacles across gaps on the active grid, so that it matters what lies between.
+    pub fn have_gaps(&self) -> bool {
+        self.places.any() || self.near.contains(&true)
+    }
+
     /// Finds the nodes under a condition, after the active blocks or an obstacle changed.
     pub fn find_nodes(&mut self, grid: &Grid<D>) {
         let nodes = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK);

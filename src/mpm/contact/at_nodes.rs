@@ -128,9 +128,9 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
         self.pairs.clear();
         self.pairs.resize(self.map.rows.len() * self.fields, Pair::default());
         let near = self.near(scene);
-        let (fastest, Sheet { facets, labels, number, .. }) = (surface.fastest(), sheet);
+        let Sheet { facets, labels, number, .. } = sheet;
         let Self { map, pairs, locator, .. } = self;
-        let mut band = Band { scene, surface, facets, number: *number, fastest, map, pairs, locator };
+        let mut band = Band { scene, surface, facets, number: *number, map, pairs, locator };
         if band.map.rows.iter().any(|row| row.folded) {
             near.iter().enumerate().for_each(|(body, near)| band.lean(body, near, &labels[body]));
             band.map.unfold();

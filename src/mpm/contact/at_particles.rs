@@ -48,6 +48,9 @@ const STENCILS: usize = 64;
 /// Allowance for forces when particles that may touch are chosen [cells].
 const CLOSE: f64 = 0.02;
 
+/// The particles of a point on the skin may be nearer to the sheet than this point by so much [cells].
+const DOUBT: f64 = 0.25;
+
 /// Part of its half size that is guarded of a particle on the skin itself.
 const LEAST_REACH: f64 = 0.1;
 
@@ -94,7 +97,7 @@ impl<const D: usize> AtParticles<D> {
                 continue;
             }
             let travel = 2.0 * (body.particles.velocity[seen.particle].norm() + fastest) * scene.dt;
-            let found = Found { members: watch.members(&seen), seen, side, travel, force };
+            let found = Found { members: watch.members(&seen), seen, side, force };
             self.vote(scene, body, &found);
             guarded.extend(found.members.iter().map(|member| found.guard([index, *number], body, member, cell)));
             let facet = found.seen.foot.facet as usize;
@@ -259,8 +262,6 @@ struct Found<const D: usize> {
     members: Vec<Member<D>>,
     /// +1 where the normals of the sheet point.
     side: f64,
-    /// How far it and the sheet may move towards each other during the step [m].
-    travel: f64,
     /// How hard it was pressed in the last step [N].
     force: f64,
 }
@@ -274,8 +275,9 @@ impl<const D: usize> Found<D> {
     /// One of its particles, of the body and the sheet with these indices, for the guard of positions.
     fn guard(&self, [index, sheet]: [usize; 2], body: &Body<D>, member: &Member<D>, cell: f64) -> Near<D> {
         let (p, normal) = (member.particle as usize, self.seen.foot.normal);
-        let heights = (self.side * self.seen.foot.distance, guarded_size(body, p, normal, cell));
-        Near::new([p, index, sheet], (self.side, normal), heights, (body.particles.position[p], self.travel, cell))
+        let doubt = if body.skin.is_empty() { 0.0 } else { DOUBT * cell };
+        let heights = (self.side * self.seen.foot.distance - doubt, guarded_size(body, p, normal, cell));
+        Near::new([p, index, sheet], (self.side, normal), heights, body.particles.position[p])
     }
 
     /// The contact of the body of this index with an element of these nodes, from the gap [m] at the start of the step.

@@ -124,6 +124,9 @@ struct Reading<const D: usize> {
     normal: Vector<D>,
 }
 
+/// Distances from folded sheets are off by so much [cells].
+const DOUBT: f64 = 0.25;
+
 /// Particles per parallel task.
 const TASK: usize = 1024;
 
@@ -183,8 +186,6 @@ pub(super) struct Band<'a, const D: usize> {
     pub facets: &'a [Facet],
     /// Number of the sheet.
     pub number: usize,
-    /// The largest speed of its nodes [m/s].
-    pub fastest: f64,
     pub map: &'a mut Map<D>,
     /// One pair per row and field, fields running fastest.
     pub pairs: &'a mut [Pair<D>],
@@ -235,9 +236,8 @@ impl<const D: usize> Band<'_, D> {
             if label.side != 0.0 {
                 let height = label.side * distance;
                 self.lower_gaps(body, p, label.side, height - radius);
-                let travel = 2.0 * (particles.velocity[p].norm() + self.fastest) * scene.dt;
-                let moves = (particles.position[p], travel, scene.grid.cell);
-                guarded.push(Near::new([p, index, self.number], (label.side, normal), (height, radius), moves));
+                let (least, from) = (height - DOUBT * scene.grid.cell, particles.position[p]);
+                guarded.push(Near::new([p, index, self.number], (label.side, normal), (least, radius), from));
             }
         }
         crossed

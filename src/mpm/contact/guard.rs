@@ -7,7 +7,8 @@
 //! Contact stops velocities, not positions, so that particles under pressure creep towards a sheet, and through it where its elements
 //! are large or folded. The least distance r_min is a quarter of the particle's size; where layers are nearer to each other than that, it is
 //! halved until all have room. What still finds no place keeps its place next to the facet that it was next to. No particle is ever on the
-//! wrong side of a sheet that it has a side of (theory 2.4).
+//! wrong side of a sheet that it has a side of (theory 2.4). A particle is looked at when it and the sheet together have moved by as much as
+//! it was farther away than r_min at the start of the step.
 //!
 //! Neither momentum nor energy changes; what the forces would have done on the way is booked (`shifting`).
 
@@ -20,9 +21,6 @@ use rayon::prelude::*;
 
 /// The least distance from a sheet over the particle's half size.
 const CLOSEST: f64 = 0.5;
-
-/// A particle may come too close that comes this near to its least distance, besides how far it and the sheet move [cells].
-const MARGIN: f64 = 0.25;
 
 /// How often the least distance is halved where layers leave no room, and how often places are corrected for each.
 const HALVINGS: usize = 4;
@@ -43,9 +41,9 @@ pub(super) struct Near<const D: usize> {
     pub sheet: u32,
     /// +1 where the normals of the sheet point.
     pub side: f64,
-    /// r_min [m], and whether it may come closer in this step.
+    /// r_min, and how much farther from the sheet it was at the start of the step, at least [m].
     pub least: f64,
-    pub close: bool,
+    pub room: f64,
     /// Unit vector from the sheet to the particle.
     pub away: Vector<D>,
     /// Where the particle was at the start of the step [m].
@@ -53,18 +51,26 @@ pub(super) struct Near<const D: usize> {
 }
 
 impl<const D: usize> Near<D> {
-    /// A particle of this half size at `height` [m] from the sheet on its side, while both move by `travel` [m].
+    /// A particle of this half size that was at `from` [m], at least `height` [m] from the sheet on its side.
     pub fn new(
         [particle, body, sheet]: [usize; 3],
         (side, normal): (f64, Vector<D>),
         (height, radius): (f64, f64),
-        (from, travel, cell): (Vector<D>, f64, f64),
+        from: Vector<D>,
     ) -> Self {
         let least = CLOSEST * radius;
-        let close = height < least + travel + MARGIN * cell;
         let [particle, body, sheet] = [particle, body, sheet].map(|index| index as u32);
-        Self { particle, body, sheet, side, least, close, away: normal * side, from }
+        Self { particle, body, sheet, side, least, room: height - least, away: normal * side, from }
     }
+
+    fn key(&self) -> (u32, u32, u32) {
+        (self.body, self.particle, self.sheet)
+    }
+}
+
+/// Where a particle is now [m].
+fn place<const D: usize>(near: &Near<D>, bodies: &[Body<D>]) -> Vector<D> {
+    bodies[near.body as usize].particles.position[near.particle as usize]
 }
 
 /// A sheet at the end of a step.
@@ -77,28 +83,39 @@ pub(super) struct Moved<'a, const D: usize> {
     pub position: &'a [Vector<D>],
 }
 
-/// The displacements that keep all particles on their sides, in the order of `near`, in which a particle's sheets may be anywhere.
+/// Those of `near` that have left their room in the step, and may be too near to their sheets now: each once for a sheet, in the order of
+/// their bodies and particles. `travel` [m]: how far the nodes of each sheet moved at most.
+pub(super) fn suspects<const D: usize>(near: &[Near<D>], travel: &[f64], bodies: &[Body<D>]) -> Vec<(u32, u32, u32)> {
+    let moved = |near: &Near<D>| (place(near, bodies) - near.from).norm() + travel[near.sheet as usize];
+    let left = near.par_iter().with_min_len(TASK).filter(|near| near.room < moved(near));
+    let mut left: Vec<_> = left.map(Near::key).collect();
+    left.sort_unstable();
+    left.dedup();
+    left
+}
+
+/// The displacements that keep the suspected particles on their sides, in the order of `near`, in which a particle's sheets may be anywhere.
 pub(super) fn keep_sides<const D: usize>(
     near: &[Near<D>],
+    suspects: &[(u32, u32, u32)],
     sheets: &[Moved<'_, D>],
     bodies: &[Body<D>],
     cell: f64,
 ) -> Vec<(u32, Shift<D>)> {
-    let place = |near: &Near<D>| bodies[near.body as usize].particles.position[near.particle as usize];
-    let fails = |near: &&Near<D>| near.close && lack(near, sheets, place(near), near.least, cell).is_some();
-    let wrong: Vec<&Near<D>> = near.par_iter().with_min_len(TASK).filter(fails).collect();
-    if wrong.is_empty() {
-        return Vec::new();
-    }
     let mut all: Vec<&Near<D>> = near.iter().collect();
-    all.sort_by_key(|near| (near.body, near.particle, near.sheet));
-    let mut wrong: Vec<(u32, u32)> = wrong.iter().map(|near| (near.body, near.particle)).collect();
-    wrong.sort_unstable();
+    all.sort_by_key(|near| near.key());
+    let fails = |suspect: &&(u32, u32, u32)| {
+        let same = &all[all.partition_point(|near| near.key() < **suspect)..];
+        let least = same.iter().take_while(|near| near.key() == **suspect).map(|near| near.least).fold(0.0, f64::max);
+        lack(same[0], sheets, place(same[0], bodies), least, cell).is_some()
+    };
+    let wrong = suspects.par_iter().with_min_len(TASK).filter(fails);
+    let mut wrong: Vec<(u32, u32)> = wrong.map(|&(body, particle, _)| (body, particle)).collect();
     wrong.dedup();
     let correct = |&(body, particle): &(u32, u32)| {
         let start = all.partition_point(|near| (near.body, near.particle) < (body, particle));
         let end = all.partition_point(|near| (near.body, near.particle) <= (body, particle));
-        let x = place(all[start]);
+        let x = place(all[start], bodies);
         (body, Shift { particle, by: admissible(&all[start..end], sheets, x, cell) - x })
     };
     wrong.par_iter().map(correct).collect()
@@ -162,7 +179,7 @@ mod tests {
         nearest.refresh(&facets, &position, 0.5, 0.5);
         let sheet = Moved { nearest: &nearest, facets: &facets, before: &position, position: &position };
         let (from, away) = (Vector(x), Vector::ZERO);
-        let near = Near { particle: 0, body: 0, sheet: 0, side, least: 0.1, close: true, away, from };
+        let near = Near { particle: 0, body: 0, sheet: 0, side, least: 0.1, room: 0.0, away, from };
         admissible(&[&near], &[sheet], from, 0.5)
     }
 

@@ -284,12 +284,14 @@ impl<const D: usize> Contact<D> {
         for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
             shifts.iter().for_each(|shift| body.particles.position[shift.particle as usize] += shift.by);
         }
-        if self.guarded.is_empty() {
+        let travel: Vec<f64> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.travel(at)).collect();
+        let suspects = guard::suspects(&self.guarded, &travel, bodies);
+        if suspects.is_empty() {
             return &self.shifts;
         }
         self.find_membranes(positions, self.cell);
         let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.moved(at)).collect();
-        let displaced = guard::keep_sides(&self.guarded, &sheets, bodies, self.cell);
+        let displaced = guard::keep_sides(&self.guarded, &suspects, &sheets, bodies, self.cell);
         self.counts[1 + self.sheets.len()] += displaced.len() as u64;
         for (body, shift) in displaced {
             bodies[body as usize].particles.position[shift.particle as usize] += shift.by;

@@ -118,10 +118,12 @@ impl<const D: usize> Nearest<D> {
     pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
         self.bin_facets(facets, position, reach, cell);
         if self.placed.position != position {
-            let bounds = facets.par_iter().with_min_len(TASK).map(|facet| Bounds::of(facet, position));
-            let normals = (0..position.len()).into_par_iter().with_min_len(TASK);
-            let normals = normals.map(|node| self.node_normal(facets, position, node as u32));
-            self.placed = Placed { position: position.to_vec(), bounds: bounds.collect(), normals: normals.collect() };
+            let facets = facets.par_iter().with_min_len(TASK);
+            let (bounds, areas): (Vec<_>, Vec<_>) =
+                facets.map(|facet| (Bounds::of(facet, position), facet.area(position))).unzip();
+            let nodes = (0..position.len()).into_par_iter().with_min_len(TASK);
+            let normals = nodes.map(|node| self.node_normal(|e| areas[e as usize], node as u32)).collect();
+            self.placed = Placed { position: position.to_vec(), bounds, normals };
         }
     }
 
@@ -160,7 +162,13 @@ impl<const D: usize> Nearest<D> {
     /// The same on the sheet at other positions [m], within the slack of those.
     pub fn foot_at(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
         let best = self.closest(facets, position, |e| Bounds::of(&facets[e as usize], position), x, reach)?;
-        Some(self.close(facets, position, |node| self.node_normal(facets, position, node), x, &best))
+        Some(self.close(
+            facets,
+            position,
+            |node| self.node_normal(|e| facets[e as usize].area(position), node),
+            x,
+            &best,
+        ))
     }
 
     /// The first of the closest points in the order of the facets.
@@ -216,10 +224,10 @@ impl<const D: usize> Nearest<D> {
         }
     }
 
-    fn node_normal(&self, facets: &[Facet], position: &[Vector<D>], node: u32) -> NodeNormal<D> {
+    fn node_normal(&self, area: impl Fn(u32) -> Vector<D>, node: u32) -> NodeNormal<D> {
         let (starts, around) = &self.around;
         let near = &around[starts[node as usize] as usize..starts[node as usize + 1] as usize];
-        let area: Vector<D> = near.iter().map(|&e| facets[e as usize].area(position)).sum();
+        let area: Vector<D> = near.iter().map(|&e| area(e)).sum();
         NodeNormal { area, unit: area.normalized().unwrap_or_default() }
     }
 }

@@ -125,6 +125,12 @@ impl<const D: usize> Sheet<D> {
         self.nearest.foot(&self.facets, x, cell)
     }
 
+    /// The farthest that any of its nodes has moved in the step, to `position` [m].
+    pub fn travel(&self, position: &[Vector<D>]) -> f64 {
+        let squares = position.iter().zip(&self.before).map(|(now, before)| (*now - *before).norm_squared());
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
     /// The sheet, refreshed where its nodes have moved to, `position` [m].
     pub fn moved<'a>(&'a self, position: &'a [Vector<D>]) -> Moved<'a, D> {
         Moved { nearest: &self.nearest, facets: &self.facets, before: &self.before, position }

@@ -36,7 +36,7 @@ impl<const D: usize> Mpm<D> {
             self.walls.find_nodes(&self.grid);
         }
         self.walls.start_step(&self.grid);
-        self.coupling.find_membranes(self.grid.cell);
+        self.coupling.find_membranes(&self.walls, self.grid.cell);
     }
 
     /// True if the forces are known when mass and momentum are scattered.

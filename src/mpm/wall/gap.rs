@@ -49,6 +49,11 @@ impl Places {
         }
         places
     }
+
+    /// True if there are any.
+    pub fn any(&self) -> bool {
+        !self.first.is_empty()
+    }
 }
 
 /// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at the distance `d` [m].
@@ -97,7 +102,7 @@ impl<const D: usize> Walls<D> {
         let mut gaps = std::mem::take(&mut self.reactions[field].gap);
         gaps.clear();
         gaps.resize(self.conditions.len(), f64::INFINITY);
-        if !self.places.first.is_empty() {
+        if self.places.any() {
             for &(_, body, bins) in &bodies.all {
                 for (condition, gap) in self.gaps(grid, (body, bins), bodies.shielded) {
                     let least = &mut gaps[condition as usize];
