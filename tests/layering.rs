@@ -36,14 +36,39 @@ fn sources(path: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The top-level modules that a source names: `crate::name`, and `crate::{a, b::c}`.
+/// The source without comments and without the items behind `#[cfg(test)]`.
+fn without_tests(text: &str) -> String {
+    let code = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let mut parts = code.split("#[cfg(test)]");
+    let mut kept = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        kept.push_str(&part[end_of_item(part)..]);
+    }
+    kept
+}
+
+/// Where the item ends that begins with `text`: at a semicolon, or at the brace that closes its first.
+fn end_of_item(text: &str) -> usize {
+    let mut depth = 0;
+    for (at, c) in text.char_indices() {
+        match c {
+            ';' if depth == 0 => return at + 1,
+            '{' => depth += 1,
+            '}' if depth == 1 => return at + 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
+/// The top-level modules that a source names: `crate::name`, and `crate::{a, b::{c, d}}`.
 fn imports(text: &str) -> BTreeSet<String> {
-    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+    let code = without_tests(text);
     let mut found = BTreeSet::new();
-    for rest in lines.split("crate::").skip(1) {
-        let names: Vec<&str> = match rest.strip_prefix('{') {
-            Some(list) => list.split('}').next().unwrap_or_default().split(',').map(str::trim).collect(),
+    for rest in code.split("crate::").skip(1) {
+        let names = match rest.strip_prefix('{') {
+            Some(list) => outermost(list),
             None => vec![rest],
         };
         for name in names {
@@ -52,6 +77,27 @@ fn imports(text: &str) -> BTreeSet<String> {
         }
     }
     found
+}
+
+/// The elements of a list in braces, which has begun, each with all that it has in braces of its own.
+fn outermost(list: &str) -> Vec<&str> {
+    let (mut names, mut depth, mut start) = (Vec::new(), 0, 0);
+    for (at, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth > 0 => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                names.push(list[start..at].trim());
+                start = at + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
 }
 
 #[test]
@@ -103,8 +149,9 @@ fn the_table_has_no_cycles() {
 
 #[test]
 fn imports_are_found_in_every_form() {
-    let text =
-        "use crate::math::Vector;\nuse crate::{error, mesh::Mesh};\n// crate::case\nlet x = crate::geometry::f();";
+    let text = "#[cfg(test)]\nmod tests;\nuse crate::math::Vector;\nuse crate::{error, linalg::{A, B}, mesh::Mesh};\n\
+        // crate::case\nlet x = crate::geometry::f();\n#[cfg(test)]\nmod more {\n    fn f() { crate::cli::run(); }\n}\n\
+        fn g() { crate::run::h() }";
     let found = imports(text);
-    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["error", "geometry", "math", "mesh"]);
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["error", "geometry", "linalg", "math", "mesh", "run"]);
 }
