@@ -1,12 +1,158 @@
 //! Deterministic parallel loops: the result never depends on the number of threads.
 //!
-//! Floating-point sums are taken over chunks of a fixed size, and the chunk sums are added in order.
+//! All loops of the program but those of the transfers and of the linear algebra go through here, as one kind or another of [`run`]: pieces of a
+//! fixed size are worked on in any order, and what they give is put together in the order of the pieces. Sums are taken over chunks of
+//! [`CHUNK`] entries, and the chunk sums are added in order.
+//!
+//! The threads know the work of a piece as a `dyn Fn`, so that each loop costs little code.
 
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Entries per chunk of a deterministic reduction.
 pub const CHUNK: usize = 4096;
+
+/// Calls `task` for every number below `count`, in parallel.
+pub fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
+    match count {
+        0 => {}
+        1 => task(0),
+        _ => (0..count).into_par_iter().for_each(task),
+    }
+}
+
+/// Slices of one length that are cut at the same places, each alone or in tuples.
+pub trait Columns: Send + Sized {
+    /// How many entries each has.
+    fn len(&self) -> usize;
+
+    /// True without any entry.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The entries before `at`, and the others.
+    fn split_at(self, at: usize) -> (Self, Self);
+}
+
+impl<T: Sync> Columns for &[T] {
+    fn len(&self) -> usize {
+        <[T]>::len(self)
+    }
+
+    fn split_at(self, at: usize) -> (Self, Self) {
+        <[T]>::split_at(self, at)
+    }
+}
+
+impl<T: Send> Columns for &mut [T] {
+    fn len(&self) -> usize {
+        <[T]>::len(self)
+    }
+
+    fn split_at(self, at: usize) -> (Self, Self) {
+        <[T]>::split_at_mut(self, at)
+    }
+}
+
+/// Tuples of columns.
+macro_rules! tuples {
+    ($($(($part:ident $number:tt))*;)*) => {$(
+        impl<$($part: Columns),*> Columns for ($($part,)*) {
+            fn len(&self) -> usize {
+                self.0.len()
+            }
+
+            fn split_at(self, at: usize) -> (Self, Self) {
+                let parts = ($(self.$number.split_at(at),)*);
+                (($(parts.$number.0,)*), ($(parts.$number.1,)*))
+            }
+        }
+    )*};
+}
+
+tuples! {
+    (A 0) (B 1);
+    (A 0) (B 1) (C 2);
+    (A 0) (B 1) (C 2) (E 3);
+    (A 0) (B 1) (C 2) (E 3) (F 4);
+}
+
+/// What `work` makes of pieces of `size` entries of the columns, given the number of its first entry, in their order.
+pub fn map_chunks<C: Columns, T: Send>(columns: C, size: usize, work: impl Fn(usize, C) -> T + Sync) -> Vec<T> {
+    let mut pieces: Vec<Mutex<(Option<C>, Option<T>)>> = Vec::with_capacity(columns.len().div_ceil(size));
+    let mut rest = columns;
+    while !rest.is_empty() {
+        let (piece, others) = {
+            let at = size.min(rest.len());
+            rest.split_at(at)
+        };
+        pieces.push(Mutex::new((Some(piece), None)));
+        rest = others;
+    }
+    run(pieces.len(), &|n| {
+        // Each piece has one task alone.
+        let mut piece = pieces[n].lock().unwrap_or_else(PoisonError::into_inner);
+        piece.1 = piece.0.take().map(|columns| work(n * size, columns));
+    });
+    pieces.into_iter().filter_map(|piece| piece.into_inner().unwrap_or_else(PoisonError::into_inner).1).collect()
+}
+
+/// Calls `work` for pieces of `size` entries of the columns, with the number of the first, in parallel.
+pub fn for_each_chunk<C: Columns>(columns: C, size: usize, work: impl Fn(usize, C) + Sync) {
+    map_chunks(columns, size, work);
+}
+
+/// What `work` makes of the pieces of `0..len` of `size` numbers, in order.
+pub fn map_ranges<T: Send>(len: usize, size: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    let pieces: Vec<Mutex<Option<T>>> = (0..len.div_ceil(size)).map(|_| Mutex::new(None)).collect();
+    run(pieces.len(), &|n| {
+        let made = work(n * size..((n + 1) * size).min(len));
+        *pieces[n].lock().unwrap_or_else(PoisonError::into_inner) = Some(made);
+    });
+    pieces.into_iter().filter_map(|piece| piece.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
+}
+
+/// `of(n)` for every n below `len`, in pieces of `size`.
+pub fn collect<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    join(map_ranges(len, size, |range| range.map(&of).collect()))
+}
+
+/// As [`collect`], of those that are something.
+pub fn collect_some<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
+    join(map_ranges(len, size, |range| range.filter_map(&of).collect()))
+}
+
+/// As [`collect`], of all that each gives.
+pub fn collect_all<I: IntoIterator>(len: usize, size: usize, of: impl Fn(usize) -> I + Sync) -> Vec<I::Item>
+where
+    I::Item: Send,
+{
+    join(map_ranges(len, size, |range| range.flat_map(&of).collect()))
+}
+
+/// One list after the other.
+fn join<T>(mut lists: Vec<Vec<T>>) -> Vec<T> {
+    if lists.len() == 1 {
+        return lists.pop().unwrap_or_default();
+    }
+    let mut all = Vec::with_capacity(lists.iter().map(Vec::len).sum());
+    lists.into_iter().for_each(|list| all.extend(list));
+    all
+}
+
+/// The first number below `len` of which `holds` is true.
+pub fn first(len: usize, holds: impl Fn(usize) -> bool + Sync) -> Option<usize> {
+    map_ranges(len, CHUNK, |mut range| range.find(|&n| holds(n))).into_iter().flatten().next()
+}
+
+/// Sets every entry to what `of` makes of its number, in pieces of `size`.
+pub fn fill<T: Send>(entries: &mut [T], size: usize, of: impl Fn(usize) -> T + Sync) {
+    for_each_chunk(entries, size, |start, entries| {
+        entries.iter_mut().enumerate().for_each(|(n, entry)| *entry = of(start + n));
+    });
+}
 
 /// Maps fixed chunks of `0..len` in parallel and folds the results in order.
 pub fn reduce<T: Send>(
@@ -14,21 +160,17 @@ pub fn reduce<T: Send>(
     map: impl Fn(Range<usize>) -> T + Sync + Send,
     fold: impl FnMut(T, T) -> T,
 ) -> Option<T> {
-    let chunks = len.div_ceil(CHUNK);
-    let parts: Vec<T> = (0..chunks).into_par_iter().map(|c| map(c * CHUNK..((c + 1) * CHUNK).min(len))).collect();
-    parts.into_iter().reduce(fold)
+    map_ranges(len, CHUNK, map).into_iter().reduce(fold)
 }
 
 /// Calls `run` for every entry, in parallel.
 pub fn for_each_mut<T: Send>(entries: &mut [T], run: impl Fn(&mut T) + Sync) {
-    entries.par_chunks_mut(CHUNK).for_each(|chunk| chunk.iter_mut().for_each(&run));
+    for_each_chunk(entries, CHUNK, |_, chunk| chunk.iter_mut().for_each(&run));
 }
 
 /// Calls `run` for every pair of entries of two columns of one length, in parallel.
 pub fn for_each_pair_mut<A: Send, B: Send>(a: &mut [A], b: &mut [B], run: impl Fn(&mut A, &mut B) + Sync) {
-    a.par_chunks_mut(CHUNK)
-        .zip(b.par_chunks_mut(CHUNK))
-        .for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| run(a, b)));
+    for_each_chunk((a, b), CHUNK, |_, (a, b)| a.iter_mut().zip(b).for_each(|(a, b)| run(a, b)));
 }
 
 /// As [`for_each_pair_mut`]; folds what `run` returns in order, chunk by chunk.
@@ -38,8 +180,9 @@ pub fn reduce_pair_mut<A: Send, B: Send, T: Send>(
     run: impl Fn(&mut A, &mut B) -> T + Sync,
     fold: impl Fn(T, T) -> T + Sync,
 ) -> Option<T> {
-    let chunk = |(a, b): (&mut [A], &mut [B])| a.iter_mut().zip(b).map(|(a, b)| run(a, b)).reduce(&fold);
-    let parts: Vec<Option<T>> = a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).map(chunk).collect();
+    let parts = map_chunks((a, b), CHUNK, |_, (a, b): (&mut [A], &mut [B])| {
+        a.iter_mut().zip(b).map(|(a, b)| run(a, b)).reduce(&fold)
+    });
     parts.into_iter().flatten().reduce(fold)
 }
 
@@ -49,11 +192,10 @@ pub fn collect_pair_mut<A: Send, B: Send, T: Send>(
     b: &mut [B],
     run: impl Fn(usize, &mut A, &mut B) -> Option<T> + Sync,
 ) -> Vec<T> {
-    let chunk = |(chunk, (a, b)): (usize, (&mut [A], &mut [B]))| {
+    join(map_chunks((a, b), CHUNK, |start, (a, b): (&mut [A], &mut [B])| {
         let pairs = a.iter_mut().zip(b).enumerate();
-        pairs.filter_map(|(n, (a, b))| run(chunk * CHUNK + n, a, b)).collect::<Vec<_>>()
-    };
-    a.par_chunks_mut(CHUNK).zip(b.par_chunks_mut(CHUNK)).enumerate().flat_map_iter(chunk).collect()
+        pairs.filter_map(|(n, (a, b))| run(start + n, a, b)).collect()
+    }))
 }
 
 /// The entries of ascending ranges that don't overlap, each to be changed by a thread of its own.
@@ -68,8 +210,11 @@ pub fn parts_mut<T>(mut entries: &mut [T], ranges: impl Iterator<Item = Range<us
 }
 
 /// Replaces a column by what `map` makes of another, in parallel.
-pub fn map_into<A: Sync, B: Send>(from: &[A], to: &mut Vec<B>, map: impl Fn(&A) -> B + Sync + Send) {
-    from.par_iter().with_min_len(CHUNK).map(map).collect_into_vec(to);
+pub fn map_into<A: Sync, B: Send + Clone + Default>(from: &[A], to: &mut Vec<B>, map: impl Fn(&A) -> B + Sync + Send) {
+    to.resize(from.len(), B::default());
+    for_each_chunk((from, &mut to[..]), CHUNK, |_, (from, to)| {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = map(from));
+    });
 }
 
 /// The sum of `term` over `0..len`.
@@ -81,4 +226,30 @@ pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
 pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     let least = |a: f64, b: f64| if a < b || a.is_nan() { a } else { b };
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces of every size give what a plain loop gives, in its order.
+    #[test]
+    fn pieces_come_in_order() {
+        let squares: Vec<usize> = (0..1000).map(|n| n * n).collect();
+        for size in [1, 7, 999, 1000, 5000] {
+            assert_eq!(collect(1000, size, |n| n * n), squares);
+            let odd: Vec<usize> = squares.iter().copied().filter(|n| n % 2 == 1).collect();
+            assert_eq!(collect_some(1000, size, |n| (n % 2 == 1).then_some(n * n)), odd);
+            let twice: Vec<usize> = (0..1000).flat_map(|n| [n, n]).collect();
+            assert_eq!(collect_all(1000, size, |n| [n, n]), twice);
+            let (mut a, b) = (vec![0; 1000], &squares[..]);
+            for_each_chunk((&mut a[..], b), size, |start, (a, b)| {
+                a.iter_mut().zip(b).enumerate().for_each(|(n, (a, b))| *a = b + start + n);
+            });
+            assert!(a.iter().enumerate().all(|(n, a)| *a == n * n + n), "{size}");
+        }
+        assert_eq!(first(100_000, |n| n >= 70_000), Some(70_000));
+        assert_eq!(first(0, |_| true), None);
+        assert_eq!(collect(0, 4, |n| n), Vec::<usize>::new());
+    }
 }
