@@ -10,6 +10,7 @@ pub mod verify;
 use lateen::case::Source;
 use lateen::catalog::EXPECTED_FILE;
 use lateen::error::{Diagnostic, Error};
+use lateen::parallel;
 use lateen::run::Folder;
 use lateen::verify::Expected;
 use std::io::{IsTerminal, Write};
@@ -82,11 +83,9 @@ pub fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Computes with this many threads (all cores where not said), of which this one is the first: each of the many short loops of a step
-/// would else be handed to a sleeping thread, and wait for it.
+/// Computes with this many threads, all cores where not said.
 pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0)).use_current_thread();
-    pool.build_global().map_err(|error| Error::io("threads", std::io::Error::other(error)).into())
+    parallel::use_threads(count).map_err(|error| Error::io("threads", error).into())
 }
 
 /// Prints a line to the standard error. Nobody may read it, the disk behind it may be full, the terminal gone: a message that

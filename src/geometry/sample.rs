@@ -10,7 +10,7 @@
 use super::{Bounds, Region};
 use crate::error::Diagnostic;
 use crate::memory;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Lattice points per block side.
 const BLOCK: i64 = 8;
@@ -83,8 +83,7 @@ pub fn sample(region: &Region, spacing: f64, dimension: usize, origin: [f64; 3])
     let bounds = finite_bounds(region, dimension)?;
     let lattice = Lattice { spacing, dimension, origin };
     let blocks = lattice.blocks(region, &bounds)?;
-    let position =
-        (0..blocks.count()).into_par_iter().flat_map_iter(|block| lattice.fill(region, &blocks, block)).collect();
+    let position = parallel::collect_all(blocks.count(), 1, |block| lattice.fill(region, &blocks, block));
     Ok(Sample { position, volume: spacing.powi(dimension as i32), spacing, origin })
 }
 
@@ -166,7 +165,7 @@ impl Lattice {
             (0.5 - region.signed_distance(std::array::from_fn(at)) / diagonal).clamp(0.0, 1.0)
         };
         let cells = n.pow(self.dimension as u32);
-        let shares: Vec<f64> = (0..cells).into_par_iter().map(filled).collect();
+        let shares: Vec<f64> = parallel::collect(cells, 256, filled);
         shares.iter().sum::<f64>() / cells as f64
     }
 

@@ -7,6 +7,7 @@
 //! The threads know the work of a piece as a `dyn Fn`, so that each loop costs little code.
 
 use rayon::prelude::*;
+use std::io;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -20,6 +21,21 @@ pub fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
         1 => task(0),
         _ => (0..count).into_par_iter().for_each(task),
     }
+}
+
+/// Computes with this many threads (all cores where not said), of which this one is the first: each of the many short loops of a step
+/// would else be handed to a sleeping thread, and wait for it.
+///
+/// # Errors
+/// The threads can't be started, or have been started before.
+pub fn use_threads(count: Option<usize>) -> io::Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unwrap_or(0)).use_current_thread();
+    pool.build_global().map_err(io::Error::other)
+}
+
+/// How many threads compute.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
 }
 
 /// Slices of one length that are cut at the same places, each alone or in tuples.

@@ -16,6 +16,7 @@ use crate::error::Result;
 use crate::output::atomic;
 use crate::output::plot::{Reference, plot_run};
 use crate::output::{Checkpoints, UnitLabels};
+use crate::parallel;
 use crate::simulation::{Observer, Plan, Simulation, Solver, Summary};
 use std::io::Write;
 use std::path::Path;
@@ -86,7 +87,7 @@ fn plan(case: &Case) -> Plan {
 
 /// The case with every default, and what ran it.
 fn resolved(case: &Case, notes: &[String]) -> String {
-    let (version, threads) = (env!("CARGO_PKG_VERSION"), rayon::current_num_threads());
+    let (version, threads) = (env!("CARGO_PKG_VERSION"), parallel::threads());
     let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
     let head = format!("# {}, as run by lateen {version} on {threads} threads\n{notes}", case.source.name);
     format!("{head}\n{}", case.resolved_toml())

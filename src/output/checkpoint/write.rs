@@ -2,8 +2,8 @@
 
 use super::header::{BlockEntry, ColumnEntry, Header, Origin};
 use super::{ALIGNMENT, BLOCK};
+use crate::parallel;
 use crate::simulation::{Column, Columns};
-use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
 
 /// zstd level: about as fast as the disk.
@@ -44,8 +44,8 @@ fn write_column(out: &mut (impl Write + Seek), bytes: &[u8], places: &mut [Block
     }
     let blocks: Vec<&[u8]> = bytes.chunks(BLOCK).collect();
     for (blocks, places) in blocks.chunks(BATCH).zip(places.chunks_mut(BATCH)) {
-        let compressed: Vec<Vec<u8>> =
-            blocks.par_iter().map(|block| zstd::bulk::compress(block, LEVEL)).collect::<io::Result<_>>()?;
+        let compressed = parallel::collect(blocks.len(), 1, |n| zstd::bulk::compress(blocks[n], LEVEL));
+        let compressed: Vec<Vec<u8>> = compressed.into_iter().collect::<io::Result<_>>()?;
         for ((raw, stored), place) in blocks.iter().zip(&compressed).zip(places) {
             out.write_all(stored)?;
             *place = BlockEntry { at, stored: stored.len(), raw: raw.len(), crc: crc32fast::hash(stored) };

@@ -8,7 +8,7 @@ use super::raster::{Buffer, Finish, Pixel};
 use crate::math::Vector;
 use crate::output::colour::Rgb;
 use crate::output::image::Image;
-use rayon::prelude::*;
+use crate::parallel;
 use std::f32::consts::TAU;
 
 /// Samples of the surroundings.
@@ -29,7 +29,8 @@ const SHININESS: i32 = 24;
 pub(super) fn light(buffer: &Buffer, lamps: &Lamps, reach: f64) -> Image {
     let mut image = Image::new(buffer.width, buffer.height);
     let shade = Shade::new(reach as f32);
-    image.pixels.par_chunks_mut(3 * buffer.width).enumerate().for_each(|(row, line)| {
+    parallel::for_each_chunk(&mut image.pixels[..], 3 * buffer.width, |start, line| {
+        let row = start / (3 * buffer.width);
         for (column, out) in line.chunks_exact_mut(3).enumerate() {
             let at = row * buffer.width + column;
             let pixel = &buffer.pixels[at];

@@ -7,7 +7,7 @@ use super::camera::{Camera, Seen};
 use super::light::Lamps;
 use crate::math::Vector;
 use crate::output::colour::Rgb;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Rows per band.
 const BAND: usize = 64;
@@ -79,14 +79,14 @@ impl Buffer {
     pub fn draw(&mut self, shapes: &[Shape], table: &[Rgb]) {
         let bins = self.bins(shapes);
         let width = self.width;
-        self.pixels.par_chunks_mut(width * BAND).zip(bins).enumerate().for_each(|(band, (pixels, bin))| {
-            let rows = Rows { first: band * BAND, width, count: pixels.len() / width };
+        parallel::for_each_chunk(&mut self.pixels[..], width * BAND, |start, pixels| {
+            let rows = Rows { first: start / width, width, count: pixels.len() / width };
             let mut keep_nearest = |at: usize, pixel: Pixel| {
                 if pixel.near > pixels[at].near {
                     pixels[at] = pixel;
                 }
             };
-            bin.into_iter().for_each(|index| rows.draw(&shapes[index], table, &mut keep_nearest));
+            bins[rows.first / BAND].iter().for_each(|&index| rows.draw(&shapes[index], table, &mut keep_nearest));
         });
     }
 
@@ -97,9 +97,8 @@ impl Buffer {
         let bins = self.bins(&shapes);
         let (width, opacity) = (self.width, opacity as f32);
         self.veil.resize(self.pixels.len(), [0.0; 4]);
-        let bands = self.pixels.par_chunks(width * BAND).zip(self.veil.par_chunks_mut(width * BAND)).zip(bins);
-        bands.enumerate().for_each(|(band, ((pixels, veil), bin))| {
-            let rows = Rows { first: band * BAND, width, count: pixels.len() / width };
+        parallel::for_each_chunk((&self.pixels[..], &mut self.veil[..]), width * BAND, |start, (pixels, veil)| {
+            let rows = Rows { first: start / width, width, count: pixels.len() / width };
             let mut cover = |at: usize, pixel: Pixel| {
                 if pixel.near > pixels[at].near {
                     let [red, green, blue] = lamps.colour(&pixel, || 0.0).map(f32::from);
@@ -107,7 +106,7 @@ impl Buffer {
                     veil[at] = std::array::from_fn(|c| over[c] + (1.0 - opacity) * veil[at][c]);
                 }
             };
-            bin.into_iter().for_each(|index| rows.draw(&shapes[index], table, &mut cover));
+            bins[rows.first / BAND].iter().for_each(|&index| rows.draw(&shapes[index], table, &mut cover));
         });
     }
 
@@ -126,9 +125,9 @@ impl Buffer {
 
     /// Draws what is seen of an obstacle.
     pub fn draw_obstacle(&mut self, outlook: &Outlook, colour: Rgb, finish: Finish) {
-        let rows = self.pixels.par_chunks_mut(self.width).zip(&outlook.rows);
-        rows.for_each(|(pixels, hits)| {
-            for &Hit { column, near, normal } in hits {
+        let width = self.width;
+        parallel::for_each_chunk(&mut self.pixels[..], width, |start, pixels| {
+            for &Hit { column, near, normal } in outlook.rows.get(start / width).into_iter().flatten() {
                 let pixel = &mut pixels[column as usize];
                 if near > pixel.near {
                     *pixel = Pixel { near, normal, colour, finish };
@@ -163,7 +162,7 @@ impl Outlook {
             Some(Hit { column: column as u32, near: near as f32, normal })
         };
         let row = |row: usize| (0..width).filter_map(|column| hit(row, column)).collect();
-        Self { width, rows: (0..height).into_par_iter().map(row).collect() }
+        Self { width, rows: parallel::collect(height, 1, row) }
     }
 }
 

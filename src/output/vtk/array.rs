@@ -1,8 +1,8 @@
 //! Data arrays: their XML headers, and their numbers in compressed blocks.
 
+use crate::parallel;
 use crate::simulation::Field;
 use flate2::{Compression, write::ZlibEncoder};
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -127,7 +127,7 @@ fn append_blocks<T: Sync>(
 ) -> io::Result<()> {
     let per_block = BLOCK / size_of_encoded(values.first(), &encode);
     let chunks: Vec<&[T]> = values.chunks(per_block).collect();
-    let compress = |chunk: &&[T]| -> io::Result<(usize, Vec<u8>)> {
+    let compress = |chunk: &[T]| -> io::Result<(usize, Vec<u8>)> {
         let mut raw = Vec::with_capacity(BLOCK);
         chunk.iter().for_each(|value| encode(value, &mut raw));
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
@@ -140,7 +140,8 @@ fn append_blocks<T: Sync>(
     table.resize(3 + chunks.len(), 0);
     write_u64s(out, &table)?;
     for (batch, chunks) in chunks.chunks(BATCH).enumerate() {
-        let blocks: Vec<_> = chunks.par_iter().map(compress).collect::<io::Result<_>>()?;
+        let blocks = parallel::collect(chunks.len(), 1, |n| compress(chunks[n]));
+        let blocks: Vec<_> = blocks.into_iter().collect::<io::Result<_>>()?;
         for (b, (raw, compressed)) in blocks.iter().enumerate() {
             out.write_all(compressed)?;
             table[1] = table[1].max(*raw as u64);

@@ -8,17 +8,20 @@ use crate::error::Diagnostic;
 use crate::geometry::Region;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::pfem2::boundary::BoundarySetup;
 use crate::pfem2::level_set::LevelSet;
 use crate::pfem2::particles::{Particles, lattice};
 use crate::pfem2::setup::FluidSetup;
-use rayon::prelude::*;
 
 /// Most fluids: particles keep the number of theirs in a byte.
 const MOST: usize = 256;
 
 /// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
 const GAP_POINTS: usize = 8;
+
+/// Nodes and elements that a thread asks for their bodies at once.
+const PIECE: usize = 256;
 
 /// A fluid as the case describes it: where it is, and how it moves at the start.
 pub(super) struct Part {
@@ -191,7 +194,8 @@ impl Assembly<'_> {
     /// Says where no body is between bodies, in elements whose centre one of them holds.
     fn gaps<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[Part]) {
         let points = lattice::<N>(GAP_POINTS);
-        let held: Vec<Option<usize>> = mesh.nodes().par_iter().map(|&x| part_at(parts, x)).collect();
+        let held: Vec<Option<usize>> =
+            parallel::collect(mesh.nodes().len(), PIECE, |n| part_at(parts, mesh.nodes()[n]));
         let bare = |e: usize| {
             let [first, others @ ..] = &mesh.elements()[e][..] else { return 0 };
             if others.iter().all(|&n| held[n as usize].is_some() && held[n as usize] == held[*first as usize]) {
@@ -201,7 +205,7 @@ impl Assembly<'_> {
             let place = |shape: &[f64; N]| (0..N).map(|k| x[k] * shape[k]).sum::<Vector<D>>();
             points.iter().filter(|shape| part_at(parts, place(shape)).is_none()).count()
         };
-        let bare: Vec<usize> = (0..mesh.elements().len()).into_par_iter().map(bare).collect();
+        let bare: Vec<usize> = parallel::collect(mesh.elements().len(), PIECE, bare);
         let Some(first) = bare.iter().position(|&count| count > 0) else { return };
         let size = |e: usize| mesh.simplex(e).volume * bare[e] as f64 / points.len() as f64;
         let volume: f64 = (0..bare.len()).map(size).sum();
