@@ -244,6 +244,18 @@ pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
 }
 
+/// Calls `change` for every entry with its number, in pieces of `size`.
+pub fn change<T: Send>(entries: &mut [T], size: usize, change: impl Fn(usize, &mut T) + Sync) {
+    for_each_chunk(entries, size, |start, entries| {
+        entries.iter_mut().enumerate().for_each(|(n, entry)| change(start + n, entry));
+    });
+}
+
+/// How many threads there are: for work that costs more the more pieces it is cut into.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,9 +275,12 @@ mod tests {
                 a.iter_mut().zip(b).enumerate().for_each(|(n, (a, b))| *a = b + start + n);
             });
             assert!(a.iter().enumerate().all(|(n, a)| *a == n * n + n), "{size}");
+            change(&mut a, size, |n, a| *a -= n);
+            assert_eq!(a, squares);
         }
         assert_eq!(first(100_000, |n| n >= 70_000), Some(70_000));
         assert_eq!(first(0, |_| true), None);
         assert_eq!(collect(0, 4, |n| n), Vec::<usize>::new());
+        assert!(threads() > 0);
     }
 }

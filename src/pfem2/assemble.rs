@@ -15,7 +15,7 @@ use super::{outflow, slip};
 use crate::linalg::{BlockMatrix, Pattern};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 use std::sync::Arc;
 
 /// Rows per task.
@@ -197,19 +197,9 @@ impl<const N: usize> Assembly<N> {
         matrix: &mut BlockMatrix<N>,
         rhs: &mut [[f64; N]],
     ) {
-        let mut tasks = Vec::with_capacity(rhs.len().div_ceil(ROWS));
-        let mut rest = &mut matrix.values[..];
-        for (chunk, rhs) in rhs.chunks_mut(ROWS).enumerate() {
-            let rows = chunk * ROWS..chunk * ROWS + rhs.len();
-            let size = self.pattern.row(rows.end - 1).end - self.pattern.row(rows.start).start;
-            let (values, after) = rest.split_at_mut(size);
-            rest = after;
-            tasks.push((rows, values, rhs));
-        }
-        tasks.into_par_iter().for_each(|(rows, mut values, rhs)| {
-            for (i, f) in rows.zip(rhs) {
-                let (row, after) = values.split_at_mut(self.pattern.row(i).len());
-                values = after;
+        let mut rows = parallel::parts_mut(&mut matrix.values, (0..rhs.len()).map(|i| self.pattern.row(i)));
+        parallel::for_each_chunk((&mut rows[..], rhs), ROWS, |start, (rows, rhs)| {
+            for (i, (row, f)) in (start..).zip(rows.iter_mut().zip(rhs)) {
                 self.gather(elements, i, row, f);
                 constrain(constraints, self.columns(i), i, row, f);
             }

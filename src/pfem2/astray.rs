@@ -10,7 +10,8 @@ use super::Pfem2;
 use super::convect::Place;
 use super::correct;
 use super::implicit::Implicit;
-use rayon::prelude::*;
+use super::particles::Particles;
+use crate::parallel;
 
 /// Edges inside the other fluid from which a particle joins it.
 const DEEP: f64 = 1.0;
@@ -24,20 +25,24 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         }
         let Implicit { mesh, velocity, .. } = &self.implicit;
         let deep = DEEP * set.edge();
-        let particles = &mut self.particles;
-        let columns = particles.fluid.par_iter_mut().zip(&mut particles.depth).zip(&mut particles.velocity);
-        let places = particles.position.par_iter().zip(&particles.element);
-        let joined = columns.zip(places).map(|(((own, own_depth), v), (&x, &e))| {
-            let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
-            let (fluid, depth) = set.at(mesh, &place, 1 - set.inside);
-            if fluid == *own || depth <= deep {
-                return 0;
+        let Particles { position, velocity: v, fluid, depth, element, .. } = &mut self.particles;
+        let columns = (&mut fluid[..], &mut depth[..], &mut v[..], &position[..], &element[..]);
+        let joined = parallel::map_chunks(columns, 256, |_, (own, own_depth, v, x, element)| {
+            let mut joined = 0_u64;
+            for p in 0..own.len() {
+                let e = element[p] as usize;
+                let place = Place { element: e, shape: mesh.shape_functions(e, x[p]) };
+                let (fluid, depth) = set.at(mesh, &place, 1 - set.inside);
+                if fluid == own[p] || depth <= deep {
+                    continue;
+                }
+                (own[p], own_depth[p]) = (fluid, depth);
+                v[p] = correct::at(&place.shape, &mesh.elements()[e], velocity);
+                joined += 1;
             }
-            (*own, *own_depth) = (fluid, depth);
-            *v = correct::at(&place.shape, &mesh.elements()[place.element], velocity);
-            1_u64
+            joined
         });
-        self.counts.joined += joined.sum::<u64>();
+        self.counts.joined += joined.into_iter().sum::<u64>();
     }
 
     /// Volume of the particles of each fluid where the level set shows the other [m³].

@@ -20,7 +20,7 @@ use super::convect::{Continued, Projectiles};
 use super::particles::{Particles, interpolate};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Particles per parallel task.
 const TASK: usize = 1024;
@@ -63,26 +63,23 @@ impl<const D: usize> Particles<D> {
             velocity: Continued::new(mesh, velocity, rule.level),
             fall,
         });
-        let columns = self.velocity.par_chunks_mut(TASK).zip(self.position.par_chunks(TASK));
-        let columns = columns.zip(self.element.par_chunks(TASK).zip(self.fluid.par_chunks(TASK)));
-        columns.for_each(|((v, x), (element, fluid))| {
-            for p in 0..v.len() {
-                let e = element[p] as usize;
-                let nodes = &mesh.elements()[e];
-                let shape = mesh.shape_functions(e, x[p]);
-                let blend = |increment: &[Vector<D>], velocity: &[Vector<D>]| {
-                    let kept = v[p] + at(&shape, nodes, increment);
-                    kept + (at(&shape, nodes, velocity) - kept) * filter
-                };
-                let own = fluid[p] as usize;
-                v[p] = match heavy.as_ref().and_then(|heavy| Some((heavy, heavy.increment[own].as_ref()?))) {
-                    Some((heavy, increment)) if increment.reaches(nodes) => {
-                        blend(&increment.values, &heavy.velocity.values)
-                    }
-                    Some((heavy, _)) => v[p] + heavy.fall,
-                    None => blend(increment[own], velocity),
-                };
-            }
+        let Self { position, velocity: v, fluid, element, .. } = self;
+        parallel::change(v, TASK, |p, v| {
+            let e = element[p] as usize;
+            let nodes = &mesh.elements()[e];
+            let shape = mesh.shape_functions(e, position[p]);
+            let blend = |increment: &[Vector<D>], velocity: &[Vector<D>]| {
+                let kept = *v + at(&shape, nodes, increment);
+                kept + (at(&shape, nodes, velocity) - kept) * filter
+            };
+            let own = fluid[p] as usize;
+            *v = match heavy.as_ref().and_then(|heavy| Some((heavy, heavy.increment[own].as_ref()?))) {
+                Some((heavy, increment)) if increment.reaches(nodes) => {
+                    blend(&increment.values, &heavy.velocity.values)
+                }
+                Some((heavy, _)) => *v + heavy.fall,
+                None => blend(increment[own], velocity),
+            };
         });
     }
 }

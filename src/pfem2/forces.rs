@@ -13,7 +13,7 @@ use super::assemble::Elements;
 use super::boundary::{Boundary, BoundaryKind};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 use std::collections::BTreeMap;
 
 /// A part of the boundary that holds the fluid.
@@ -64,13 +64,14 @@ impl<const D: usize> Part<D> {
         loads: &[Vector<D>],
         unknowns: &[[f64; N]],
     ) -> (Vector<D>, f64) {
-        let push = |&(node, share): &(u32, Vector<D>)| {
+        let push = |n: usize| {
+            let (node, share) = self.nodes[n];
             let push = elements.push(node as usize, |i| unknowns[i]) + loads[node as usize];
             let push = Vector::from_fn(|axis| push[axis] * share[axis]);
             let velocity = Vector::from_fn(|r| unknowns[node as usize][r]);
             (push, -push.dot(velocity))
         };
-        let pushes: Vec<(Vector<D>, f64)> = self.nodes.par_iter().map(push).collect();
+        let pushes: Vec<(Vector<D>, f64)> = parallel::collect(self.nodes.len(), 64, push);
         pushes.iter().fold((Vector::ZERO, 0.0), |(force, power), (f, p)| (force + *f, power + p))
     }
 }

@@ -3,7 +3,7 @@
 use super::implicit::Implicit;
 use super::particles::Particles;
 use crate::error::{Place, StepError};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Velocity and pressure are numbers at all nodes, and so are their squares, of which energies are made.
 ///
@@ -13,7 +13,7 @@ pub fn check_nodes<const D: usize, const N: usize>(implicit: &Implicit<D, N>) ->
     let finite = |i: usize| {
         implicit.velocity[i].norm_squared().is_finite() && (implicit.pressure[i] * implicit.pressure[i]).is_finite()
     };
-    let Some(bad) = (0..implicit.velocity.len()).into_par_iter().position_first(|i| !finite(i)) else { return Ok(()) };
+    let Some(bad) = parallel::first(implicit.velocity.len(), |i| !finite(i)) else { return Ok(()) };
     let advice = "look for formulas of boundaries or gravity that are no numbers there, or properties in wrong units";
     let what = "velocity or pressure is not a number";
     Err(error(what, implicit.place(bad), ("speed", implicit.velocity[bad].norm()), advice))

@@ -21,7 +21,6 @@ use crate::linalg::{BlockMatrix, Kind, LinearSolver, Memory, Options, Outcome};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
-use rayon::prelude::*;
 
 /// Time, step and implicit share of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -304,25 +303,21 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     /// Finds what fills each element: its content, and the enrichment of cut ones.
     pub(super) fn fill(&mut self, phases: &Phases, convected: &[Vector<D>]) {
         let elements = self.mesh.elements();
-        let filled: Vec<(Content<N>, bool)> = elements
-            .par_iter()
-            .enumerate()
-            .map(|(e, nodes)| {
-                let filling = phases.filling(nodes);
-                let volume = self.mesh.simplex(e).volume;
-                let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
-                let content = match filling.cut(&self.density, viscosity) {
-                    Some(cut) => cut.content(volume, |medium| self.cut_tau() * tau(medium)),
-                    None => filling.content(volume, &self.density, viscosity, tau),
-                };
-                (content, matches!(filling, Filling::Pure(_)))
-            })
-            .collect();
+        let filled: Vec<(Content<N>, bool)> = parallel::collect(elements.len(), 256, |e| {
+            let filling = phases.filling(&elements[e]);
+            let volume = self.mesh.simplex(e).volume;
+            let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
+            let content = match filling.cut(&self.density, viscosity) {
+                Some(cut) => cut.content(volume, |medium| self.cut_tau() * tau(medium)),
+                None => filling.content(volume, &self.density, viscosity, tau),
+            };
+            (content, matches!(filling, Filling::Pure(_)))
+        });
         let drives = self.elements(convected);
-        let enrich = |(e, nodes): (usize, &[u32; N])| {
-            self.enrich(e, phases.filling(nodes), &filled[e].0, &drives.drive(e, true))
-        };
-        let cuts = elements.par_iter().enumerate().filter(|(e, _)| !filled[*e].1).filter_map(enrich).collect();
+        let cuts = parallel::collect_some(elements.len(), 256, |e| {
+            let enrich = || self.enrich(e, phases.filling(&elements[e]), &filled[e].0, &drives.drive(e, true));
+            if filled[e].1 { None } else { enrich() }
+        });
         self.volumes = phases.volumes(&self.mesh, elements.len(), |e| e);
         self.cuts = cuts;
         (self.contents, self.pure) = filled.into_iter().unzip();
@@ -432,7 +427,8 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     fn recover(&mut self) {
         let nodal =
             |cut: &CutElement<D, N>| self.mesh.elements()[cut.element as usize].map(|i| self.unknowns[i as usize]);
-        self.recovered = self.cuts.par_iter().map(|cut| cut.enriched.recover(&nodal(cut))).collect();
+        let of = |cut: usize| self.cuts[cut].enriched.recover(&nodal(&self.cuts[cut]));
+        self.recovered = parallel::collect(self.cuts.len(), 256, of);
     }
 
     fn project_subscales(&mut self) {
@@ -460,7 +456,8 @@ fn body_force<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: &[Sign
     if gravity.iter().all(Signal::is_uniform) {
         return vec![Vector::from_fn(|i| gravity[i].value([0.0; 3], t)); mesh.nodes().len()];
     }
-    mesh.nodes().par_iter().map(|x| Vector::from_fn(|i| gravity[i].value(x.to3(), t))).collect()
+    let at = |node: usize| Vector::from_fn(|i| gravity[i].value(mesh.nodes()[node].to3(), t));
+    parallel::collect(mesh.nodes().len(), 256, at)
 }
 
 /// How the residual went, at the start, four times on the way and at the end.

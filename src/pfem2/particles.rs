@@ -6,7 +6,7 @@
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Columns of particles; the same index in every column is the same particle.
@@ -60,7 +60,7 @@ impl<const D: usize> Particles<D> {
             let points = lattice.iter().map(|shape| interpolate(shape, &corners));
             points.filter_map(|x| fluid_at(x).map(|fluid| (x, fluid))).collect::<Vec<_>>()
         };
-        let seeded: Vec<Vec<_>> = (0..mesh.elements().len()).into_par_iter().map(filled).collect();
+        let seeded = parallel::collect(mesh.elements().len(), 64, filled);
         let mut particles = Self { first: vec![0; mesh.elements().len() + 1], ..Self::default() };
         for (element, points) in (0u32..).zip(seeded) {
             for (x, fluid) in points {
@@ -130,16 +130,13 @@ impl<const D: usize> Particles<D> {
         (0..elements).for_each(|e| self.first[e + 1] += self.first[e]);
         let mut order = std::mem::take(&mut self.spare.order);
         order.resize(self.first[elements] as usize, 0);
-        let share = elements.div_ceil(rayon::current_num_threads()).max(1);
-        let mut parts = Vec::new();
-        let mut rest = &mut order[..];
-        for start in (0..elements).step_by(share) {
-            let range = start..(start + share).min(elements);
-            let (part, after) = rest.split_at_mut((self.first[range.end] - self.first[range.start]) as usize);
-            parts.push((range, part));
-            rest = after;
-        }
-        parts.into_par_iter().for_each(|(range, part)| {
+        let share = elements.div_ceil(parallel::threads()).max(1);
+        let range = |part: usize| part * share..((part + 1) * share).min(elements);
+        let first = |element: usize| self.first[element] as usize;
+        let places = |part: usize| first(range(part).start)..first(range(part).end);
+        let mut parts = parallel::parts_mut(&mut order, (0..elements.div_ceil(share)).map(places));
+        parallel::change(&mut parts, 1, |n, part| {
+            let range = range(n);
             let base = self.first[range.start];
             let mut next: Vec<u32> = self.first[range.clone()].iter().map(|start| start - base).collect();
             for (p, &e) in (0u32..).zip(&self.element) {
@@ -155,8 +152,7 @@ impl<const D: usize> Particles<D> {
 
 /// Brings a column into a new order, through another one that takes its place.
 fn gather<T: Copy + Send + Sync + Default>(order: &[u32], column: &mut Vec<T>, spare: &mut Vec<T>) {
-    spare.resize(order.len(), T::default());
-    spare.par_iter_mut().zip(order).with_min_len(4096).for_each(|(to, &from)| *to = column[from as usize]);
+    parallel::map_into(order, spare, |&from| column[from as usize]);
     std::mem::swap(column, spare);
 }
 

@@ -19,7 +19,6 @@ use super::Pfem2;
 use super::implicit::Implicit;
 use crate::math::{Tensor, Vector};
 use crate::parallel;
-use rayon::prelude::*;
 
 /// The first step, over the longest that bounds allow: nothing is known yet of how the flow will change.
 const START: f64 = 0.1;
@@ -129,7 +128,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(super) fn estimate(&mut self, dt: f64) {
         let Self { implicit, before, earlier, acceleration, carried, .. } = self;
         let nodes = implicit.velocity.len();
-        let mass: Vec<f64> = (0..nodes).into_par_iter().map(|node| implicit.nodal_mass(node)).collect();
+        let mass = parallel::collect(nodes, 256, |node| implicit.nodal_mass(node));
         let norm = |value: &(dyn Fn(usize) -> Vector<D> + Sync)| {
             parallel::sum(nodes, |i| mass[i] * value(i).norm_squared()).sqrt()
         };
@@ -156,7 +155,7 @@ fn mesh_error<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> f64 
         }
         sum
     };
-    let gradients: Vec<Tensor<D>> = (0..mesh.elements().len()).into_par_iter().map(gradient).collect();
+    let gradients = parallel::collect(mesh.elements().len(), 256, gradient);
     let mean = |node: usize| -> Tensor<D> {
         let (mut sum, mut volume) = (Tensor::ZERO, 0.0);
         for e in mesh.elements_around(node).iter().map(|&e| e as usize).filter(|&e| implicit.is_pure(e)) {
@@ -166,7 +165,7 @@ fn mesh_error<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> f64 
         }
         if volume > 0.0 { sum * volume.recip() } else { sum }
     };
-    let means: Vec<Tensor<D>> = (0..velocity.len()).into_par_iter().map(mean).collect();
+    let means = parallel::collect(velocity.len(), 256, mean);
     let square = |e: usize| {
         let mass: f64 = implicit.contents[e].mass.iter().sum();
         let jumps = mesh.elements()[e].iter().map(|&i| {

@@ -21,7 +21,7 @@
 use super::element::Content;
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Part of the way that γ goes towards π in a step.
 const FOLLOW: f64 = 0.3;
@@ -77,5 +77,6 @@ pub fn project<const D: usize, const N: usize>(
         }
         if volume > 0.0 { sum / volume } else { Vector::ZERO }
     };
-    (0..mesh.nodes().len()).into_par_iter().map(at).collect_into_vec(projected);
+    projected.resize(mesh.nodes().len(), Vector::ZERO);
+    parallel::fill(projected, 256, at);
 }

@@ -19,7 +19,7 @@ use super::step::Counts;
 use super::{Pfem2, volumes};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// v* at the nodes [m/s].
@@ -133,11 +133,11 @@ fn fluid_at<const D: usize, const N: usize>(
 
 /// The feet of the nodes' streamlines, `dt` [s] before.
 fn feet<const D: usize, const N: usize>(mesh: &Mesh<D, N>, lines: &Streamlines<D, N>, dt: f64) -> Vec<Walk<N>> {
-    let place = |(node, x): (usize, &Vector<D>)| {
+    let place = |node: usize| {
         let element = mesh.elements_around(node).first().map_or(0, |&e| e as usize);
-        Place::of(mesh, element, *x)
+        Place::of(mesh, element, mesh.nodes()[node])
     };
-    let places: Vec<Place<N>> = mesh.nodes().par_iter().enumerate().map(place).collect();
+    let places = parallel::collect(mesh.nodes().len(), 256, place);
     lines.trace_all(&places, dt, -1.0)
 }
 
@@ -147,8 +147,8 @@ fn at_feet<const D: usize, const N: usize>(
     feet: &[Walk<N>],
     values: &[Vector<D>],
 ) -> Vec<Vector<D>> {
-    let there = |walk: &Walk<N>| correct::at(&walk.place.shape, &mesh.elements()[walk.place.element], values);
-    feet.par_iter().map(there).collect()
+    let there = |Place { element, shape }: &Place<N>| correct::at(shape, &mesh.elements()[*element], values);
+    parallel::collect(feet.len(), parallel::CHUNK, |node| there(&feet[node].place))
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use super::correct;
 use super::implicit::Implicit;
 use super::setup::Unresolved;
 use crate::math::Vector;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Part of the largest speed that is round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -38,8 +38,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             return;
         }
         let differences = self.differences();
-        let elements = 0..self.implicit.mesh.elements().len();
-        let changes: Vec<Change<D>> = elements.into_par_iter().filter_map(|e| self.bounded(e, &differences)).collect();
+        let elements = self.implicit.mesh.elements().len();
+        let changes = parallel::collect_some(elements, 256, |e| self.bounded(e, &differences));
         for Change { element, velocity, energy } in changes {
             let own = self.particles.of(element);
             self.particles.velocity[own].copy_from_slice(&velocity);
@@ -55,7 +55,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
             around.fold(ROUND_OFF * fastest, |most: f64, k| most.max((velocity[k as usize] - velocity[node]).norm()))
         };
-        (0..velocity.len()).into_par_iter().map(of).collect()
+        parallel::collect(velocity.len(), 256, of)
     }
 
     /// The particles of an element after the bound, if it changes one.

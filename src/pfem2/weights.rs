@@ -13,7 +13,7 @@
 use super::interface::inverse;
 use super::phases::Phases;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Most Newton steps.
 const STEPS: usize = 20;
@@ -67,7 +67,7 @@ impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
             let nodes = mesh.elements()[e];
             fraction.iter().position(|own| nodes.iter().all(|&node| own[node as usize] == 1.0))
         };
-        let alone: Vec<Option<usize>> = (0..mesh.elements().len()).into_par_iter().map(alone).collect();
+        let alone = parallel::collect(mesh.elements().len(), parallel::CHUNK, alone);
         let largest = (0..wanted.len()).max_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));
         let free = (0..wanted.len()).filter(|&k| wanted[k] > 0.0 && Some(k) != largest).collect();
         let mut wanted = wanted.to_vec();
@@ -84,10 +84,10 @@ impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
     /// The shares with the weights e^`log`.
     fn weighed(&self, log: &[f64]) -> Vec<Vec<f64>> {
         let weight: Vec<f64> = log.iter().map(|log| log.exp()).collect();
-        let nodes = 0..self.mesh.nodes().len();
+        let nodes = self.mesh.nodes().len();
         let sum = |node: usize| weight.iter().zip(self.fraction).map(|(w, own)| w * own[node]).sum::<f64>();
-        let sums: Vec<f64> = nodes.into_par_iter().map(sum).collect();
-        let of = |(own, w): (&Vec<f64>, &f64)| own.par_iter().zip(&sums).map(|(f, sum)| w * f / sum).collect();
+        let sums = parallel::collect(nodes, parallel::CHUNK, sum);
+        let of = |(own, w): (&Vec<f64>, &f64)| parallel::collect(nodes, parallel::CHUNK, |i| w * own[i] / sums[i]);
         self.fraction.iter().zip(&weight).map(of).collect()
     }
 

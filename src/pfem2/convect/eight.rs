@@ -15,7 +15,7 @@ use super::streamline::{CROSSINGS, End, MISSED, Place, Rate, Walk, cross};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Shape functions this little below zero are rounding.
 const ROUNDING: f64 = 1e-14;
@@ -47,7 +47,8 @@ impl Rates {
         carries: impl Fn(usize) -> bool + Sync,
     ) -> Self {
         let mut rows = vec![Row::default(); rows(D) * mesh.elements().len()];
-        rows.par_chunks_mut(self::rows(D)).enumerate().for_each(|(e, rows)| {
+        let mut each: Vec<&mut [Row]> = rows.chunks_mut(self::rows(D)).collect();
+        parallel::change(&mut each, 256, |e, rows| {
             let Rate { columns, reach } = Rate::of(mesh, velocity, e);
             let mut put = |i: usize, value: f64| rows[i / WIDTH].0[i % WIDTH] = value;
             for k in 0..D {

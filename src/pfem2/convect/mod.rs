@@ -21,9 +21,9 @@ use super::boundary::BoundaryKind;
 use super::particles::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
+use crate::parallel;
 use eight::{Rates, Travellers, travel};
 use projectile::{HeavyField, Projectile};
-use rayon::prelude::*;
 use streamline::{Stream, walk};
 
 /// Particles per parallel task.
@@ -79,9 +79,8 @@ impl<const D: usize> Particles<D> {
     pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
-        let columns = self.position.par_chunks_mut(TASK).zip(self.element.par_chunks_mut(TASK));
-        let columns = columns.zip(self.velocity.par_chunks(TASK).zip(self.fluid.par_chunks(TASK)));
-        let moved = columns.map(|((position, element), (velocity, fluid))| {
+        let columns = (&mut self.position[..], &mut self.element[..], &self.velocity[..], &self.fluid[..]);
+        let moved = parallel::map_chunks(columns, TASK, |_, (position, element, velocity, fluid)| {
             let mut group =
                 Group { lines, heavy: None, position, element, velocity, fluid, seen: 0, fate: Convected::default() };
             if let Some((rule, field)) = &heavy {
@@ -92,7 +91,7 @@ impl<const D: usize> Particles<D> {
             travel(mesh, rates, [dt, 1.0], &mut group);
             group.fate
         });
-        moved.reduce(Convected::default, |a, b| a + b)
+        moved.into_iter().fold(Convected::default(), |a, b| a + b)
     }
 }
 
@@ -198,7 +197,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     /// Follows the streamlines from many places, as [`Streamlines::trace`] does from one.
     pub fn trace_all(&self, from: &[Place<N>], time: f64, sign: f64) -> Vec<Walk<N>> {
         let mut walks: Vec<_> = from.iter().map(|&place| Walk { place, end: End::Inside, rest: time }).collect();
-        walks.par_chunks_mut(TASK).zip(from.par_chunks(TASK)).for_each(|(walks, from)| {
+        parallel::for_each_chunk((&mut walks[..], from), TASK, |_, (walks, from)| {
             let mut traces = Traces { lines: self, sign, from, walks, seen: 0 };
             travel(self.mesh, &self.rates, [time, sign], &mut traces);
         });

@@ -14,7 +14,7 @@ use super::eight::Rates;
 use super::streamline::{Motion, Place, Stream, Taylor, Walls};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Nodal values continued from the heavy side by one layer of nodes.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ impl<const D: usize> Continued<D> {
                 .fold((Vector::ZERO, 0.0), |(sum, count), other| (sum + values[other as usize], count + 1.0));
             if heavy[node] || count == 0.0 { values[node] } else { sum / count }
         };
-        let values = (0..values.len()).into_par_iter().map(continued).collect();
+        let values = parallel::collect(values.len(), 256, continued);
         Self { values, heavy }
     }
 

@@ -16,10 +16,10 @@
 
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
+use crate::parallel;
 use crate::pfem2::interface::{facets, is_cut};
 use crate::pfem2::outline::size;
 use crate::pfem2::particles::interpolate;
-use rayon::prelude::*;
 
 /// Relative differences of lengths that are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -150,11 +150,11 @@ impl<const D: usize> Interface<D> {
         }
         let mut front: Vec<u32> = (0..).zip(&nearest).filter(|(_, n)| n.facet != NONE).map(|(node, _)| node).collect();
         while !front.is_empty() {
-            let found: Vec<(u32, Sight)> = neighbours(mesh, &front)
-                .into_par_iter()
-                .filter_map(|node| self.nearer(mesh, node, &nearest).map(|found| (node, found)))
-                .filter(|(_, found)| found.away < band)
-                .collect();
+            let beside = neighbours(mesh, &front);
+            let found = parallel::collect_some(beside.len(), 64, |n| {
+                let found = self.nearer(mesh, beside[n], &nearest).filter(|found| found.away < band)?;
+                Some((beside[n], found))
+            });
             found.iter().for_each(|&(node, found)| nearest[node as usize] = found);
             front = found.into_iter().map(|(node, _)| node).collect();
         }

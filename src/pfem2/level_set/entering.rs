@@ -17,10 +17,10 @@ use super::distance::Interface;
 use super::{AGREES, LevelSet, Opening, value};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
+use crate::parallel;
 use crate::pfem2::convect::Place;
 use crate::pfem2::interface::is_cut;
 use crate::pfem2::particles::Particles;
-use rayon::prelude::*;
 
 /// Distances from the interface at the start of a step, as open boundaries see them.
 #[derive(Debug, Clone)]
@@ -70,9 +70,10 @@ fn is_front<const D: usize, const N: usize>(
 impl LevelSet {
     /// Particles near an interface that begins at these distances of the nodes [m] are no deeper than that.
     fn meet<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, distance: &[f64], particles: &mut Particles<D>) {
-        let columns = particles.depth.par_iter_mut().zip(&particles.position).zip(&particles.element);
-        columns.for_each(|((depth, &x), &e)| {
-            let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
+        let Particles { position, element, depth, .. } = particles;
+        parallel::change(depth, 256, |p, depth| {
+            let e = element[p] as usize;
+            let place = Place { element: e, shape: mesh.shape_functions(e, position[p]) };
             let away = value(mesh, &place, distance);
             if away < self.band {
                 *depth = depth.min(away);

@@ -6,8 +6,8 @@
 //! its neighbours; the particles of the drop stay, and show themselves again where two nodes see them.
 
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::pfem2::phases::Phases;
-use rayon::prelude::*;
 
 /// What a node that changes sides takes of the mean φ of its neighbours: it isn't to change back for a little shift.
 const TAKEN: f64 = 1e-3;
@@ -21,7 +21,7 @@ pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, leve
         let mean = || others().map(|other| level[other]).sum::<f64>() / others().count() as f64;
         alone.then(|| (node, TAKEN * mean()))
     };
-    let lone: Vec<(usize, f64)> = (0..level.len()).into_par_iter().filter_map(absorbed).collect();
+    let lone: Vec<(usize, f64)> = parallel::collect_some(level.len(), 256, absorbed);
     lone.iter().for_each(|&(node, phi)| level[node] = phi);
     lone.len()
 }
@@ -34,14 +34,14 @@ pub fn absorb_lone_fluids<const D: usize, const N: usize>(
     fraction: &mut [Vec<f64>],
 ) -> usize {
     let phases = Phases { density, fraction, level: &[] };
-    let fluid: Vec<usize> = (0..mesh.nodes().len()).into_par_iter().map(|node| phases.at(node)).collect();
+    let fluid: Vec<usize> = parallel::collect(mesh.nodes().len(), parallel::CHUNK, |node| phases.at(node));
     let absorbed = |node: usize| {
         let others = || neighbours(mesh, node);
         let alone = others().all(|other| fluid[other] != fluid[node]);
         let votes = |candidate: usize| others().filter(|&other| fluid[other] == candidate).count();
         alone.then(|| (0..density.len()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
     };
-    let lone: Vec<(usize, usize)> = (0..fluid.len()).into_par_iter().filter_map(absorbed).collect();
+    let lone: Vec<(usize, usize)> = parallel::collect_some(fluid.len(), 256, absorbed);
     for &(node, winner) in &lone {
         let (own, other) = (fraction[fluid[node]][node], fraction[winner][node]);
         (fraction[fluid[node]][node], fraction[winner][node]) = (other, own);

@@ -42,7 +42,7 @@ use super::particles::Particles;
 use super::project::moments::{Moments, Table};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one only, what
 /// the farther ones lose of a curve came back through slopes, and capillary waves grew.
@@ -95,15 +95,15 @@ impl LevelSet {
         phi: impl Fn(Vector<D>) -> f64 + Sync,
         particles: &mut Particles<D>,
     ) -> Self {
-        let level: Vec<f64> = mesh.nodes().par_iter().map(|&x| phi(x)).collect();
+        let level: Vec<f64> = parallel::collect(mesh.nodes().len(), 256, |node| phi(mesh.nodes()[node]));
         let interface = Interface::new(mesh, &level);
         // Where there is none yet, a fluid may still flow in.
         let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
         let band = BAND * edge;
         let set = Self { inside, level, band, age: 0 };
-        let columns = particles.depth.par_iter_mut().zip(&particles.position).zip(&particles.fluid);
-        columns.for_each(|((depth, &x), &fluid)| *depth = (set.sign(fluid) * phi(x)).max(0.0));
+        let Particles { position, fluid, depth, .. } = particles;
+        parallel::fill(depth, 256, |p| (set.sign(fluid[p]) * phi(position[p])).max(0.0));
         set
     }
 
@@ -183,25 +183,25 @@ impl LevelSet {
             }
             if weight > 0.0 { (sum / weight).clamp(-self.band, self.band) } else { before[node] }
         };
-        (0..mesh.nodes().len()).into_par_iter().map(level).collect()
+        parallel::collect(mesh.nodes().len(), 256, level)
     }
 
     /// Elements around nodes whose particles are not all deep in one fluid.
     fn near<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, particles: &Particles<D>) -> Vec<bool> {
-        let elements = 0..mesh.elements().len();
+        let elements = mesh.elements().len();
         let shallow = |e: usize| {
             let own = particles.of(e);
             let mixed = particles.fluid[own.clone()].windows(2).any(|pair| pair[0] != pair[1]);
             mixed || particles.depth[own].iter().any(|&depth| depth < 0.99 * self.band)
         };
-        let shallow: Vec<bool> = elements.clone().into_par_iter().map(shallow).collect();
+        let shallow = parallel::collect(elements, 256, shallow);
         let node = |node: usize| {
             let around = mesh.elements_around(node);
             let fluids = || around.iter().filter_map(|&e| particles.of(e as usize).next()).map(|p| particles.fluid[p]);
             around.iter().any(|&e| shallow[e as usize]) || fluids().any(|fluid| Some(fluid) != fluids().next())
         };
-        let node: Vec<bool> = (0..mesh.nodes().len()).into_par_iter().map(node).collect();
-        elements.into_par_iter().map(|e| mesh.elements()[e].iter().any(|&n| node[n as usize])).collect()
+        let node = parallel::collect(mesh.nodes().len(), 256, node);
+        parallel::collect(elements, parallel::CHUNK, |e| mesh.elements()[e].iter().any(|&n| node[n as usize]))
     }
 
     /// Measures the depths anew.
@@ -217,10 +217,11 @@ impl LevelSet {
         distance.iter_mut().zip(&self.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
         let (straight, slope) = (self.straightened(mesh), self.slopes(mesh));
         let slack = SLACK * interface.longest_edge();
-        let columns = particles.depth.par_iter_mut().zip(&particles.position);
-        columns.zip(particles.element.par_iter().zip(&particles.fluid)).for_each(|((depth, &x), (&e, &fluid))| {
-            let place = Place { element: e as usize, shape: mesh.shape_functions(e as usize, x) };
-            let (sign, shown) = (self.sign(fluid), value(mesh, &place, &self.level));
+        let Particles { position, element, fluid, depth, .. } = particles;
+        parallel::change(depth, 256, |p, depth| {
+            let e = element[p] as usize;
+            let place = Place { element: e, shape: mesh.shape_functions(e, position[p]) };
+            let (sign, shown) = (self.sign(fluid[p]), value(mesh, &place, &self.level));
             if sign * shown < 0.0 {
                 return;
             }
@@ -243,7 +244,7 @@ impl LevelSet {
             let sum: Vector<D> = around().map(|(e, volume)| self.gradient(mesh, e) * volume).sum();
             sum.norm() / around().map(|(_, volume)| volume).sum::<f64>()
         };
-        (0..mesh.nodes().len()).into_par_iter().map(slope).collect()
+        parallel::collect(mesh.nodes().len(), 256, slope)
     }
 }
 

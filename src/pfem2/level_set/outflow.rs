@@ -15,9 +15,9 @@
 
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
+use crate::parallel;
 use crate::pfem2::convect::Place;
 use crate::pfem2::interface::{is_cut, split};
-use rayon::prelude::*;
 
 /// Parts of a step: φ is a distance up to five elements from the interface, and a step may carry it that far.
 const PARTS: usize = 8;
@@ -43,14 +43,15 @@ pub fn outflow<const D: usize, const N: usize>(
     dt: f64,
     phi: impl Fn(&Place<N>, f64) -> f64 + Sync,
 ) -> [f64; 2] {
-    let through = |opening: &Opening<D>| {
+    let through = |n: usize| {
+        let opening = &openings[n];
         let rates = rates(mesh, opening.facet, velocity);
         let all = dt * rates.iter().sum::<f64>() / D as f64;
         let level = &opening.brings;
         let comes_in = || dt * prism::<D, N>(level, level, &rates);
         [if all < 0.0 { comes_in() } else { inside(opening.facet, rates, dt, &phi) }, all]
     };
-    let each: Vec<[f64; 2]> = openings.par_iter().map(through).collect();
+    let each: Vec<[f64; 2]> = parallel::collect(openings.len(), 16, through);
     each.iter().fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
 }
 

@@ -14,7 +14,7 @@
 use super::LevelSet;
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Rows of elements beside these.
 const ROWS: usize = 4;
@@ -78,7 +78,7 @@ impl LevelSet {
 
 fn each<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    at: impl Fn(usize) -> Option<f64> + Sync + Send,
+    at: impl Fn(usize) -> Option<f64> + Sync,
 ) -> Vec<Option<f64>> {
-    (0..mesh.nodes().len()).into_par_iter().map(at).collect()
+    parallel::collect(mesh.nodes().len(), 256, at)
 }

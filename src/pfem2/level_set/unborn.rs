@@ -5,8 +5,8 @@
 
 use super::Opening;
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::pfem2::particles::Particles;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// What a node that is put back keeps of φ, with the other sign: it isn't to change again for a little shift.
@@ -30,10 +30,10 @@ pub fn put_back_unborn<const D: usize, const N: usize>(
     origins: &Origins<D>,
     level: &mut [f64],
 ) -> usize {
-    let changed = |&node: &usize| (level[node] < 0.0) != (origins.before[node] < 0.0);
-    let alone = |node: &usize| !origins.explain(mesh, *node, level[*node] < 0.0);
-    let mut unborn: BTreeSet<usize> =
-        (0..level.len()).into_par_iter().filter(|node| changed(node) && alone(node)).collect();
+    let changed = |node: usize| (level[node] < 0.0) != (origins.before[node] < 0.0);
+    let alone = |node: usize| !origins.explain(mesh, node, level[node] < 0.0);
+    let of_these = |node: usize| (changed(node) && alone(node)).then_some(node);
+    let mut unborn = BTreeSet::from_iter(parallel::collect_some(level.len(), parallel::CHUNK, of_these));
     if unborn.is_empty() {
         return 0;
     }

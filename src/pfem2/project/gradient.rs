@@ -24,7 +24,7 @@
 use super::moments::{Moments, Table};
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Particles count as spread in all directions if det Cov ≥ this times (tr Cov / D)^D.
 const FLATTEST: f64 = 1e-4;
@@ -62,7 +62,7 @@ impl<const K: usize, const N: usize> Table<K, N> {
             let patch = self.patch(mesh, node, group)?;
             if several { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
         };
-        (0..mesh.nodes().len()).into_par_iter().map(slope).collect()
+        parallel::collect(mesh.nodes().len(), 64, slope)
     }
 
     /// What lies around a node; `None` if nothing does.

@@ -19,8 +19,8 @@ mod tests;
 use super::particles::Particles;
 use crate::math::Vector;
 use crate::mesh::Mesh;
+use crate::parallel;
 use moments::{Moments, Table};
-use rayon::prelude::*;
 
 /// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
 const LEAST: f64 = 1e-5;
@@ -127,9 +127,9 @@ impl<const D: usize> Average<D> {
 
 fn gather<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    average: impl Fn(usize) -> Average<D> + Sync + Send,
+    average: impl Fn(usize) -> Average<D> + Sync,
 ) -> Vec<Average<D>> {
-    (0..mesh.nodes().len()).into_par_iter().map(average).collect()
+    parallel::collect(mesh.nodes().len(), 64, average)
 }
 
 /// The moments of all particles, each fluid by itself, weighted with the particle volume V_e/n_e.

@@ -7,7 +7,8 @@
 //! Particles are read once, element by element; nodes then gather from the elements around them, in ascending order.
 
 use crate::math::Vector;
-use rayon::prelude::*;
+use crate::parallel;
+use std::ops::Range;
 
 /// Elements per parallel task.
 const BLOCK: usize = 512;
@@ -83,8 +84,7 @@ struct Block<const K: usize, const N: usize> {
 impl<const K: usize, const N: usize> Table<K, N> {
     /// Lets `fill` add up every element.
     pub fn collect(elements: usize, fill: impl Fn(usize, &mut Entries<K, N>) + Sync) -> Self {
-        let block = |b: usize| {
-            let range = b * BLOCK..((b + 1) * BLOCK).min(elements);
+        let block = |range: Range<usize>| {
             let mut entries = Entries { all: Vec::with_capacity(range.len() + range.len() / 8), own: 0 };
             let mut start = vec![0];
             for e in range {
@@ -95,7 +95,7 @@ impl<const K: usize, const N: usize> Table<K, N> {
             }
             Block { start, entries: entries.all }
         };
-        Self { blocks: (0..elements.div_ceil(BLOCK)).into_par_iter().map(block).collect() }
+        Self { blocks: parallel::map_ranges(elements, BLOCK, block) }
     }
 
     /// The entries of an element.
@@ -107,7 +107,7 @@ impl<const K: usize, const N: usize> Table<K, N> {
 
     /// Changes every entry, given its element.
     pub fn for_each(&mut self, change: impl Fn(usize, &mut Moments<K, N>) + Sync) {
-        self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
+        parallel::change(&mut self.blocks, 1, |b, block| {
             for (e, bounds) in block.start.windows(2).enumerate() {
                 for entry in &mut block.entries[bounds[0] as usize..bounds[1] as usize] {
                     change(b * BLOCK + e, entry);

@@ -16,7 +16,7 @@ use super::super::particles::Particles;
 use super::super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Most particles in an element.
 pub(super) const fn most<const D: usize>() -> usize {
@@ -55,8 +55,8 @@ pub fn refill<const D: usize, const N: usize>(
     phases: &Phases,
 ) -> usize {
     let places = after::<N>();
-    let poor: Vec<usize> =
-        (0..mesh.elements().len()).into_par_iter().filter(|&e| particles.of(e).len() < 2 * D).collect();
+    let is_poor = |e: usize| (particles.of(e).len() < 2 * D).then_some(e);
+    let poor = parallel::collect_some(mesh.elements().len(), parallel::CHUNK, is_poor);
     for &e in &poor {
         let (nodes, corners) = (&mesh.elements()[e], mesh.corners(e));
         for (place, fluid) in places.iter().zip(fluids(&places, nodes, phases)) {

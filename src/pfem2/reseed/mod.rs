@@ -26,7 +26,7 @@ use super::correct::at;
 use super::particles::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Differences of shape functions, and relative ones of distances, that are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -117,8 +117,7 @@ impl<const D: usize> Particles<D> {
             Reseeding::SubCells => self.edits(mesh, e, &order[self.of(e)], density),
             Reseeding::Elements => edits_of_element::<D, N>(e, &order[self.of(e)]),
         };
-        let edits: Vec<Edit<N>> =
-            (0..mesh.elements().len()).into_par_iter().with_min_len(256).flat_map_iter(edits).collect();
+        let edits = parallel::collect_all(mesh.elements().len(), 256, edits);
         let empty = self.first().windows(2).filter(|bounds| bounds[0] == bounds[1]).count();
         self.keep(order);
         let places = edits.iter().filter_map(|edit| if let Edit::Add(place) = edit { Some(*place) } else { None });
@@ -213,14 +212,14 @@ impl<const D: usize, const N: usize> Origin<'_, D, N> {
     /// its start.
     fn newcomers(&self, mesh: &Mesh<D, N>, places: &[Place<N>]) -> Vec<(Newcomer<D>, bool)> {
         let feet = self.lines.trace_all(places, self.dt, -1.0);
-        let newcomer = |(place, foot): (&Place<N>, &Walk<N>)| {
-            let (mut newcomer, inflow) = self.at_foot(mesh, foot);
-            if let Some(before) = self.before(mesh, place).filter(|_| !inflow) {
+        let newcomer = |n: usize| {
+            let (mut newcomer, inflow) = self.at_foot(mesh, &feet[n]);
+            if let Some(before) = self.before(mesh, &places[n]).filter(|_| !inflow) {
                 (newcomer.fluid, newcomer.depth) = (before.fluid, before.depth);
             }
             (newcomer, inflow)
         };
-        places.par_iter().zip(&feet).map(newcomer).collect()
+        parallel::collect(places.len(), 64, newcomer)
     }
 
     /// What came in before the step and is now at a place of the same element: where steps are so short that no streamline
