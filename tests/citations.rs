@@ -96,7 +96,8 @@ fn the_theory_that_is_cited_is_there() {
 
 #[test]
 fn labels_are_found_in_every_form() {
-    let text = "as theory A.3, A.5 say, theory (B.12), theory D.4.1; linear theory within 3 %, f(A.x) and (C.7); theory 6.2";
+    let text =
+        "as theory A.3, A.5 say, theory (B.12), theory D.4.1; linear theory within 3 %, f(A.x) and (C.7); theory 6.2";
     assert_eq!(cited(text), ["A.3", "A.5", "(B.12)", "D.4.1", "6.2", "(B.12)", "(C.7)"]);
 }
 

@@ -124,6 +124,19 @@ fn modules_import_only_what_the_table_allows() {
     assert!(wrong.is_empty(), "against the table of ARCHITECTURE.md:\n{}", wrong.join("\n"));
 }
 
+/// Loops go through `parallel`, so that one place could add up over processes; the transfers and the linear algebra cut their work themselves.
+#[test]
+fn threads_are_named_in_three_rooms() {
+    let rooms = ["src/parallel", "src/mpm/sweep", "src/linalg"];
+    let mut files = Vec::new();
+    sources(&root().join("src"), &mut files);
+    let names = |path: &PathBuf| without_tests(&fs::read_to_string(path).unwrap()).contains("rayon");
+    let outside = |path: &PathBuf| !rooms.iter().any(|room| path.starts_with(root().join(room)));
+    let is_test = |path: &PathBuf| path.iter().any(|part| part == "tests" || part == "tests.rs");
+    let wrong: Vec<_> = files.iter().filter(|path| outside(path) && !is_test(path) && names(path)).collect();
+    assert!(wrong.is_empty(), "loops in parallel, not by rayon itself: {wrong:?}");
+}
+
 #[test]
 fn every_module_has_a_row() {
     let table = table();

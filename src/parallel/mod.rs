@@ -33,7 +33,7 @@ pub fn use_threads(count: Option<usize>) -> io::Result<()> {
     pool.build_global().map_err(io::Error::other)
 }
 
-/// How many threads compute.
+/// How many threads compute: for what runs say of themselves, and work that costs more the more pieces it is cut into.
 pub fn threads() -> usize {
     rayon::current_num_threads()
 }
@@ -163,11 +163,16 @@ pub fn first(len: usize, holds: impl Fn(usize) -> bool + Sync) -> Option<usize> 
     map_ranges(len, CHUNK, |mut range| range.find(|&n| holds(n))).into_iter().flatten().next()
 }
 
+/// Calls `change` for every entry with its number, in pieces of `size`.
+pub fn change<T: Send>(entries: &mut [T], size: usize, change: impl Fn(usize, &mut T) + Sync) {
+    for_each_chunk(entries, size, |start, entries| {
+        entries.iter_mut().enumerate().for_each(|(n, entry)| change(start + n, entry));
+    });
+}
+
 /// Sets every entry to what `of` makes of its number, in pieces of `size`.
 pub fn fill<T: Send>(entries: &mut [T], size: usize, of: impl Fn(usize) -> T + Sync) {
-    for_each_chunk(entries, size, |start, entries| {
-        entries.iter_mut().enumerate().for_each(|(n, entry)| *entry = of(start + n));
-    });
+    change(entries, size, |n, entry| *entry = of(n));
 }
 
 /// Maps fixed chunks of `0..len` in parallel and folds the results in order.
@@ -242,18 +247,6 @@ pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
 pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     let least = |a: f64, b: f64| if a < b || a.is_nan() { a } else { b };
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
-}
-
-/// Calls `change` for every entry with its number, in pieces of `size`.
-pub fn change<T: Send>(entries: &mut [T], size: usize, change: impl Fn(usize, &mut T) + Sync) {
-    for_each_chunk(entries, size, |start, entries| {
-        entries.iter_mut().enumerate().for_each(|(n, entry)| change(start + n, entry));
-    });
-}
-
-/// How many threads there are: for work that costs more the more pieces it is cut into.
-pub fn threads() -> usize {
-    rayon::current_num_threads()
 }
 
 #[cfg(test)]
