@@ -1,4 +1,4 @@
-//! Membranes take their steps and meet the bodies on the grid (theory 9, 3 and 4; sub-steps: 11.2).
+//! Membranes take their steps and meet the bodies on the grid (theory C.9, D.1; Lian, Liu & Zhang 2014, section 6, 3 and 4).
 //!
 //! The stable step of a stiff membrane may be hundreds of times smaller than that of the bodies. Then it takes
 //! n sub-steps of Δt/n, each against the trial state p̄(τ) = p⁻ + τ f of the bodies at its time, with their
@@ -6,7 +6,7 @@
 //!
 //! The grid stops a sheet by the lumped masses of its nodes, so the elements' nodes take up less than that. In each
 //! pass of contact the sheet is mapped anew and the impulses are corrected, as in a projected Gauss–Seidel iteration
-//! (theory 6.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
+//! (theory D.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
 //! loses energy for ever.
 
 use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
@@ -133,7 +133,7 @@ impl<const D: usize> Coupling<D> {
             let at = SubStep { step, elapsed, dt, momentum_end, momentum_dt };
             for (index, membrane) in membranes.iter_mut().enumerate() {
                 let previous = membrane.velocity.clone();
-                timed!(timer, "membrane", membrane.internal_force(t, momentum_dt)?); // f_K         (39–45)
+                timed!(timer, "membrane", membrane.internal_force(t, momentum_dt)?); // f_K         (32–45)
                 timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
                 for pass in 0..*passes {
                     let surface = surface(membrane, &previous, &offsets[index]);

@@ -1,4 +1,4 @@
-//! Regions of closed membranes: a fluid that begins on both sides of one becomes a part on each (theory 2.2.1).
+//! Regions of closed membranes: a fluid that begins on both sides of one becomes a part on each (theory D.13).
 //!
 //! ```text
 //! region of a particle   the closed surfaces with |w(x_p)| > ½ at the start, w the winding number

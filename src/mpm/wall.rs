@@ -1,4 +1,4 @@
-//! Walls of the domain and rigid obstacles: conditions on the velocity of grid nodes (theory 2.6).
+//! Walls of the domain and rigid obstacles: conditions on the velocity of grid nodes (theory E.1).
 //!
 //! A condition maps the velocity v of a node to v', relative to the velocity v_w of the wall with unit
 //! normal ν (pointing into the material):

@@ -1,4 +1,4 @@
-//! Contact conserves momentum, and says where the energy went (theory 6.6, 10, 14.37).
+//! Contact conserves momentum, and says where the energy went (theory D.15, D.16).
 
 use crate::world::{Sheet, World, block};
 use lateen::math::Vector;
@@ -69,7 +69,7 @@ fn momentum_is_conserved_and_the_ledger_closes() {
             assert!(losses.normal > 0.03 * start.kinetic, "{name}: nothing happened: {losses:?}");
             assert!(losses.mapping >= 0.0 && world.flip_loss >= 0.0);
             assert_eq!(losses.friction > 0.0, friction != Friction::Slip(0.0), "{losses:?}");
-            // Only impulses along the line between foot and particle leave angular momentum alone (theory 6.6).
+            // Only impulses along the line between foot and particle leave angular momentum alone (theory (D.28)).
             let aligned = place == SheetContact::Particles && friction == Friction::Slip(0.0);
             assert_eq!(Vector(losses.spin).norm() < 1e-12 * scale, aligned, "{name}: {losses:?}");
             assert_eq!(world.contact.counts()[0].1, 0);

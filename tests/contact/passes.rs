@@ -1,4 +1,4 @@
-//! Passes of contact at grid nodes: what the nodes of a sheet take up (theory 6.7).
+//! Passes of contact at grid nodes: what the nodes of a sheet take up (theory D.7).
 
 use crate::world::{Sheet, World, block};
 use lateen::math::Vector;
@@ -21,7 +21,7 @@ fn impulse(passes: usize) -> f64 {
 
 /// The one grid node sees the mass m = ∫N dx = 1 of the chain, but the chain's own nodes take up a velocity N(x) of which
 /// the grid gets back ∫N² dx / ∫N dx = 2/3 only: each pass leaves a third of the approach, and the impulses of n passes
-/// are m (1 + 1/3 + …) = 3/2 (1 − 3⁻ⁿ).
+/// are m (1 + 1/3 + …) = 3/2 (1 − 3⁻ⁿ), theory (D.16).
 #[test]
 fn each_pass_leaves_a_third_of_the_approach() {
     for passes in [1, 2, 3, 8] {

@@ -1,4 +1,4 @@
-//! Sheets with a body on both sides, and folded ones (theory 6.3, 7.2).
+//! Sheets with a body on both sides, and folded ones (theory D.3, D.4).
 
 use crate::world::{Sheet, World, block, mean_velocity};
 use lateen::math::Vector;

@@ -35,7 +35,7 @@ fn expansion(dissipation: Dissipation) -> Mpm<2> {
     start(Setup { dissipation, ..setup })
 }
 
-/// The first extrema of the oscillation (theory 12.4: r(0°) 0.50/1.13, 0.97/0.805, r(90°) 0.48/0.733), about
+/// The first extrema of the oscillation (theory D.18: r(0°) 0.50/1.13, 0.97/0.805, r(90°) 0.48/0.733), about
 /// 5 % of the energy lost (about 3 % of it in the impact of the gas), and everything accounted for.
 #[test]
 fn the_loop_of_gas_oscillates_and_loses_what_contact_takes() {
@@ -84,7 +84,7 @@ fn what_the_transfer_takes_in_the_loop_is_heat() {
 }
 
 /// The membrane is inextensible, so it swings about a circle of perimeter 6 with the period 0.988 of the second ring
-/// mode of a gas-filled loop (theory 12.4).
+/// mode of a gas-filled loop (theory (D.32)).
 #[test]
 fn the_loop_of_gas_swings_in_its_ring_mode() {
     let mut mpm = expansion(Dissipation::Lost);

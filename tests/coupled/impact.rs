@@ -29,7 +29,7 @@ pub fn impact(transfer: Transfer, friction: Friction, max_substeps: usize) -> Se
     setup
 }
 
-/// Momentum and energy of ball, sheet and block, with gravity off: theory 14.37.
+/// Momentum and energy of ball, sheet and block, with gravity off: theory D.15, D.16.
 #[test]
 fn coupled_ledger_closes() {
     for (transfer, friction, substeps) in

@@ -1,4 +1,4 @@
-//! Gas on both sides of closed sheets: one body, a velocity field on each side (theory 2.2.1).
+//! Gas on both sides of closed sheets: one body, a velocity field on each side (theory D.13).
 
 use crate::bits::{restore, state, step};
 use crate::model::*;

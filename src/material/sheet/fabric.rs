@@ -1,4 +1,4 @@
-//! Orthotropic woven fabric, total Lagrangian in the reference axes of warp (1) and weft (2) (theory 5.9):
+//! Orthotropic woven fabric, total Lagrangian in the reference axes of warp (1) and weft (2) (theory (C.24)):
 //!
 //! ```text
 //! E = ½ (C − 1),   ν21 = ν12 E2 / E1,   Q11 = E1/(1 − ν12 ν21),   Q22 = E2/(1 − ν12 ν21),   Q12 = ν21 Q11

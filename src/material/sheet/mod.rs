@@ -1,10 +1,10 @@
 //! Laws of thin sheets in plane stress, as the membrane elements call them.
 //!
-//! Two kinds of law (theory 5.3). *Rate laws* add a stress increment for a strain increment in a frame that
+//! Two kinds of law (theory C.6). *Rate laws* add a stress increment for a strain increment in a frame that
 //! rotates with the element: `σ̂ += C : D Δt`. *Total laws* give the stress from the right Cauchy–Green tensor
 //! of the reference configuration, `S = 2 ∂W/∂C`, and conserve energy exactly in space.
 //!
-//! Components are ordered 11, 22, 12. A sheet that wrinkles carries no compression (theory 5.8): the relaxed
+//! Components are ordered 11, 22, 12. A sheet that wrinkles carries no compression (theory C.7): the relaxed
 //! energy of a total law replaces the one of the flat sheet; a rate law has none, and doesn't wrinkle.
 
 mod elastic;

@@ -1,4 +1,4 @@
-//! Incompressible Mooney–Rivlin rubber in plane stress, total Lagrangian (theory 5.3):
+//! Incompressible Mooney–Rivlin rubber in plane stress, total Lagrangian (theory (C.23)):
 //!
 //! ```text
 //! W = c1 (I1 − 3) + c2 (I2 − 3),   I1 = tr C + λ3²,   I2 = det C + λ3² tr C,   λ3² = 1 / det C
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn balloon_stiffens() {
-        // Equibiaxial Cauchy stress: 2 (c1 + c2 λ²)(λ² − λ⁻⁴) (theory 14.22: factor 1 + 0.1 λ² for c2/c1 = 0.1).
+        // Equibiaxial Cauchy stress: 2 (c1 + c2 λ²)(λ² − λ⁻⁴) (theory C.6, (C.40): factor 1 + 0.1 λ² for c2/c1 = 0.1).
         let law = MooneyRivlin { density: 1000.0, c1: 1.0, c2: 0.1, wrinkling: false };
         for stretch in [1.2f64, 1.5, 2.5] {
             let l2 = stretch * stretch;

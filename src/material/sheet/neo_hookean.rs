@@ -1,4 +1,4 @@
-//! Neo-Hookean rubber in plane stress, total Lagrangian (theory 5.3):
+//! Neo-Hookean rubber in plane stress, total Lagrangian (theory (C.22)):
 //!
 //! ```text
 //! incompressible   W = ½ G (I1 − 3)                          S = G (1 − λ3² C⁻¹),  λ3² = 1 / det C

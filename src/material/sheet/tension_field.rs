@@ -1,4 +1,4 @@
-//! What a sheet carries when it can't be compressed: tension-field theory (theory 5.8).
+//! What a sheet carries when it can't be compressed: tension-field theory (theory C.7).
 
 use super::SheetState;
 

@@ -1,16 +1,17 @@
-//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with the signs of eqs. 55, 58 and 59 corrected; theory
-//! 6 and 7.2): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange an impulse.
+//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with eqs. 55, 58 and 59 corrected; theory
+//! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange an impulse.
 //!
 //! ```text
 //! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection          (50, 52)
-//! J = −M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                          stick, on r        (54, 55)
-//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip               (56–58)
-//! p_s ← p_s − J,   v_K ← v_K + Δt/m_K Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r   both get their share (53, 59)
+//! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                           stick, on s        (54, 55)
+//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip, on s         (56–58)
+//! p_s ← p_s + J                                                          the body           (53)
+//! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r                      the sheet          (59)
 //! ```
 //!
 //! The sheet comes to the nodes by its samples ([`super::map`]), the gaps from the particles around it ([`super::band`]), and the
 //! impulses from the masses that meet at a node ([`super::impulse`]). The nodes of the sheet take up less than the grid gives, so
-//! that contact is resolved in passes (theory 6.7). Walls and obstacles follow in each.
+//! that contact is resolved in passes (theory D.7). Walls and obstacles follow in each.
 
 use super::band::{Band, Marks, Shift};
 use super::guard::Near;
@@ -66,7 +67,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// Marks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
-    /// length `dt` [s] (52); they have exchanged nothing yet.
+    /// length `dt` [s] (50, 52; theory (D.10)); they have exchanged nothing yet.
     fn meet(&mut self, partners: &Partners<D>, [t, dt]: [f64; 2]) {
         self.received.fill(Vector::ZERO);
         let fields = self.fields;
@@ -83,7 +84,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// Solves every row for the impulses of the whole sub-step, as if its last were not there yet: they may shrink,
-    /// but never pull. The rows get the change.
+    /// but never pull (53–58; theory (D.12), (D.15)). The rows get the change.
     fn push(&mut self, partners: &mut Partners<D>, friction: &[Friction], t: f64) {
         let fields = self.fields;
         let (mut touches, mut impulses) = (Vec::new(), Vec::new());

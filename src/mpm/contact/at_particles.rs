@@ -1,4 +1,4 @@
-//! Contact of bodies with the surface of a sheet itself (theory 8.2).
+//! Contact of bodies with the surface of a sheet itself (theory D.9).
 //!
 //! ```text
 //! x_s = Σ_p w_p x_p                                      a point on the skin of a body that keeps its shape, or a
@@ -11,7 +11,7 @@
 //! p_I ← p_I + N_Is J,   v_K ← v_K − W_K J/m_K            the body through the grid, the sheet at its nodes
 //! ```
 //!
-//! All points together are one complementarity problem (`solver`). Where g < 0
+//! All points together are one complementarity problem (`solver`; theory D.10). Where g < 0
 //! nothing is asked of the velocities but that the overlap does not grow, so that contact takes energy and never adds any. Velocities
 //! that undo overlaps do add some, even where none exceeds that at which the two came together: of a light node between heavy particles
 //! each contact throws back what the other has thrown. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.

@@ -3,8 +3,8 @@
 //! ```text
 //! δ_p = Σ_I N_Ip (x_p − x̄_I)·n_I / Σ_I N_Ip             signed distance to the sheet as the grid sees it
 //! c_p = the side of the particle's region of a closed sheet; of others sign δ_p when the
-//!       particle comes near, then kept while it stays near                               (theory 7.2)
-//! g_I = min {c_p δ_p − r_p : p in the support of I} − t/2                                 (theory 6.2)
+//!       particle comes near, then kept while it stays near                               (theory D.3)
+//! g_I = min {c_p δ_p − r_p : p in the support of I} − t/2                                 (theory (D.5))
 //! ```
 //!
 //! On a sheet of curvature κ the planes of δ lie κh²/8 beside the surface in the mean, and the centroids
@@ -79,7 +79,7 @@ impl Marks {
     }
 }
 
-/// Half the size of a particle along `normal` [m] (theory 6.2).
+/// Half the size of a particle along `normal` [m] (theory (D.6)).
 ///
 /// From its deformation gradient where it has one; else half the edge of its volume, kept within 0.3 to 1
 /// half cells.

@@ -4,7 +4,7 @@ use super::impulse::Settled;
 use crate::math::Vector;
 use std::collections::BTreeMap;
 
-/// The energy that contact has dissipated since the start [J] (theory 10).
+/// The energy that contact has dissipated since the start [J] (theory D.16).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Losses {
     /// Inelastic impact along the normals.
@@ -14,7 +14,7 @@ pub struct Losses {
     /// Mapping between grid and membrane nodes.
     pub mapping: f64,
     /// Angular momentum that contact of sheets has added [N m s], because friction and nodes that are not opposite
-    /// each other push along lines that don't coincide (theory 6.6).
+    /// each other push along lines that don't coincide (theory D.15).
     pub spin: [f64; 3],
 }
 

@@ -7,7 +7,7 @@
 //! Contact stops velocities, not positions, so that particles under pressure creep towards a sheet, and through it where its elements
 //! are large or folded. The least distance r_min is a quarter of the particle's size; where layers are nearer to each other than that, it is
 //! halved until all have room. What still finds no place keeps its place next to the facet that it was next to. No particle is ever on the
-//! wrong side of a sheet that it has a side of (theory 2.4). A particle is looked at when it and the sheet together have moved by as much as
+//! wrong side of a sheet that it has a side of (theory D.12). A particle is looked at when it and the sheet together have moved by as much as
 //! it was farther away than r_min at the start of the step.
 //!
 //! Neither momentum nor energy changes; what the forces would have done on the way is booked (`shifting`).

@@ -3,13 +3,15 @@
 //! ```text
 //! u_b = v̄_b·n                                    normal trial velocity, n the normal of the middle partner
 //! V:  m_r (V − u_r) + Σ₊ m_b ⟨V − u_b⟩₊ − Σ₋ m_b ⟨u_b − V⟩₊ = 0
-//! λ_b = m_b |V − u_b|  where + bodies have u_b < V, − bodies u_b > V     (theory 7.2)
-//! T_b = m_b (V_t − v̄_b,t),  ‖T_b‖ ≤ μ_f λ_b                              (theory 6.4, eqs. 56–58 corrected)
+//! λ_b = m_b |V − u_b|  where + bodies have u_b < V, − bodies u_b > V     (theory (D.12); Lian, Liu & Zhang 2014, eqs. 54, 55)
+//! T_b = m_b (V_t − v̄_b,t),  ‖T_b‖ ≤ μ_f λ_b                              (theory D.6; eqs. 56–58, corrected)
+//! J_b = c λ_b n + T_b  on the body, c = ±1 its side;  −Σ J_b on the middle partner
 //! ```
 //!
 //! `+` bodies lie on the side that n points to. The first equation is the exact solution of the strictly
 //! convex problem with the constraints v₊·n ≥ V ≥ v₋·n: its left side grows with V, so that V is unique and
-//! no enumeration of active sets is needed. With one body it is J = −M (v̄_r − v̄_s) of eq. 55.
+//! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r m_s/(m_r + m_s): eq. 55
+//! with the right sign, which has −J on the sheet r.
 
 use crate::math::Vector;
 use crate::mpm::Friction;
@@ -51,7 +53,7 @@ pub struct Settled<const D: usize> {
     /// What was lost along the normals and by friction [J].
     pub lost: [f64; 2],
     /// Angular momentum that appeared because the two impulses of a pair act at different places: Σ (x_s − x_r) × J
-    /// [N m s] (theory 6.6).
+    /// [N m s] (theory (D.28)).
     pub spin: Vector<3>,
 }
 
@@ -87,7 +89,7 @@ pub fn solve<const D: usize>(
     }
 }
 
-/// The normal velocity V that the middle partner and all bodies pressed against it share.
+/// The normal velocity V that the middle partner and all bodies pressed against it share (54): theory (D.12).
 fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches: &[Touch<D>]) -> f64 {
     let excess = |v: f64| {
         touches
@@ -114,7 +116,7 @@ fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches
     p / m
 }
 
-/// Friction: all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick again.
+/// Friction (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick again (theory D.6).
 fn rub<const D: usize>(
     mass: f64,
     velocity: Vector<D>,
@@ -173,7 +175,7 @@ mod tests {
         Touch { mass, velocity: Vector(velocity), side, friction }
     }
 
-    /// All subsets of touching bodies: the one whose common velocity satisfies theory 7.2 (1)–(4).
+    /// All subsets of touching bodies: the one of which none would be pulled, and none left out that comes nearer (theory D.5).
     fn enumerate(mass: f64, u: f64, touches: &[Touch<2>]) -> f64 {
         let n = touches.len();
         for active in 0..1_u32 << n {

@@ -1,5 +1,5 @@
 //! Signed distance to a sheet: the closest point on its facets, with the side from their pseudo-normal
-//! (Bærentzen & Aanæs 2005; theory 7.2).
+//! (Bærentzen & Aanæs 2005; theory D.3).
 //!
 //! Exact but not cheap: contact asks only when a particle comes near a sheet for the first time, and when
 //! the smooth distance of `band` says that one has crossed.

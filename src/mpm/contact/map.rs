@@ -1,15 +1,15 @@
 //! The map of a sheet to the grid by its samples, and the way back.
 //!
 //! ```text
-//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)      (theory 6.1)
-//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r                                                      (eq. 59)
+//! m_I^r = Σ_q m_q N_I(x_q),   p̄_I^r = Σ_qK W_qK v̄_K N_I(x_q),   ν_I = Σ_q w_q a_e N_I(x_q)      (49; theory (D.3))
+//! F_K   = Σ_q W_qK Σ_I N_I(x_q) f_I/m_I^r,   f_I = −ΣJ_I/Δt                                     (59; theory (D.4))
 //! ```
 //!
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 //!
 //! Where supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers as
-//! if the sheet weighed m_I^r/(1 − s) (theory 6.5). Held and free nodes take their shares by the same weights: if the map
+//! if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if the map
 //! made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there none.
 
 use super::method::Scene;
@@ -162,7 +162,7 @@ impl<const D: usize> Map<D> {
         (self.entries, self.spans) = (kept, spans);
     }
 
-    /// p̄_I^r, and the mean with the momentum before the forces.
+    /// p̄_I^r (49), and the mean with the momentum before the forces.
     pub fn map_momentum(&mut self, facets: &[Facet], surface: &Surface<'_, D>) {
         for row in &mut self.rows {
             (row.momentum, row.average) = (Vector::ZERO, Vector::ZERO);
@@ -185,7 +185,7 @@ impl<const D: usize> Map<D> {
         }
     }
 
-    /// Adds the impulses of the rows to the forces F_K [N] by the adjoint of the map; they act for `dt` [s].
+    /// Adds the impulses of the rows to the forces F_K [N] by the adjoint of the map (59); they act for `dt` [s].
     pub fn map_back(&self, facets: &[Facet], forces: &mut [Vector<D>], dt: f64) {
         let mut start = 0;
         for &(q, end) in &self.spans {

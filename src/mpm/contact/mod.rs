@@ -3,9 +3,9 @@
 //! Bodies and membranes first move as if they were alone. Then they exchange impulses. Membranes do so with bodies by one of two
 //! methods, which the case chooses ([`SheetContact`]), with one interface (`method`):
 //!
-//! * `at_particles`: on the surface of the membrane, between its elements and the points of bodies near it (theory 8.2), which are
+//! * `at_particles`: on the surface of the membrane, between its elements and the points of bodies near it (theory D.9), which are
 //!   found by `watch` and pushed by `solver`;
-//! * `at_nodes`: at the grid nodes, as in the paper (theory 6 and 7.2), to which `map` takes the membrane, and where `band` measures
+//! * `at_nodes`: at the grid nodes, as in the paper (theory D.2 to D.8), to which `map` takes the membrane, and where `band` measures
 //!   the gaps to particles and `impulse` solves each node.
 //!
 //! Both know the membrane as a `sheet`, which finds the closest point of its elements (`nearest`) and touches walls and obstacles
@@ -15,15 +15,16 @@
 //! ```text
 //! begin_step     find: label particles, find who may touch; contact between bodies; choose: their nodes on the grid
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
-//!                in passes, as the nodes take up less than the grid gives (theory 6.7)
+//!                in passes, as the nodes take up less than the grid gives (theory D.7)
 //! conclude       gaps and losses of the sub-step
-//! finish_step    finish: displacements that part what overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt
-//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory 10; `books`)
+//! finish_step    finish: displacements that part what overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53)
+//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `books`)
 //! restore        (after particles and membranes moved) part what overlaps, keep particles on their sides (`guard`)
 //! ```
 //!
+//! J is what the body gets, and of two bodies the second; the sheet gets −J (theory D).
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
-//! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory 6.6).
+//! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory D.15).
 
 mod at_nodes;
 mod at_particles;
@@ -166,7 +167,7 @@ impl<const D: usize> Contact<D> {
     }
 
     /// Contact of one sheet at the end of a sub-step: in `pass` 0, who touches, and the forces on the sheet's nodes [N]; in
-    /// further passes, after the nodes have taken up the forces of the last, their change (theory 6.7). The supports'
+    /// further passes, after the nodes have taken up the forces of the last, their change (theory D.7). The supports'
     /// share is included; the membrane leaves it to them.
     pub fn resolve(
         &mut self,
@@ -215,7 +216,7 @@ impl<const D: usize> Contact<D> {
         sums
     }
 
-    /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt.
+    /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53).
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
         for (sheet, method) in self.sheets.iter_mut().zip(&self.methods) {
             method.finish(sheet, &mut self.shifts);

@@ -1,7 +1,7 @@
 //! The active grid nodes around a point, with mirrored walls folded back into the domain.
 //!
 //! A symmetry plane is exact: what a point gives to a ghost node −i goes to node i with the component
-//! normal to the plane reversed, and is read back the same way (theory 2.2 a). Ghosts beyond all other walls
+//! normal to the plane reversed, and is read back the same way (theory D.8). Ghosts beyond all other walls
 //! extrapolate the two nodes next to the wall, as the bodies' ghosts do, or are none where a field has nodes there.
 
 use crate::math::Vector;
@@ -158,7 +158,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// Axes along which contact may push a node: not the normal of a symmetry plane, none on a fixed wall
-    /// (theory 6.5).
+    /// (theory D.8).
     pub fn free(&self, grid: &Grid<D>, node: usize) -> [bool; D] {
         let ijk = grid.coordinates(node);
         let mut free = [true; D];

@@ -1,6 +1,6 @@
 //! The plane between two bodies near a grid node: that of widest margin between their particles (`margin`),
-//! or where the bodies embrace, so that no plane separates them, by logistic regression (Nairn et al. 2020; theory
-//! 6.3 iv):
+//! or where the bodies embrace, so that no plane separates them, by logistic regression (Nairn et al. 2020;
+//! theory (D.26)):
 //!
 //! ```text
 //! particles of a carry c = −1, those of b carry c = +1;  X = (x − x_I)/h extended by 1

@@ -1,4 +1,4 @@
-//! Contact between bodies, each in its own velocity field (theory 6.2–6.4; Bardenhagen 2001, Nairn 2020).
+//! Contact between bodies, each in its own velocity field (theory D.14; Bardenhagen 2001, Nairn 2020).
 //!
 //! At every node with the mass of two bodies, the plane between their particles is found ([`super::normal`]); if
 //! they approach and the gap along its normal closes, they exchange an impulse. With three or more bodies at

@@ -96,7 +96,7 @@ impl<const D: usize> Partners<D> {
         self.list[partner as usize].impulse += impulse;
     }
 
-    /// Hands the impulses to the grid.
+    /// Hands the impulses to the grid (Lian, Liu & Zhang 2014, eq. 53; theory (D.1)).
     pub fn commit(&self, grid: &mut Grid<D>) {
         for p in &self.list {
             let node = &mut grid.fields[p.field as usize].nodes[p.node as usize];

@@ -17,7 +17,7 @@ pub(super) struct Row<const D: usize> {
     pub inertia: f64,
     /// Unit normal; zero where the sheet has no direction or contact may not push.
     pub normal: Vector<D>,
-    /// True where the areas around the node cancel: the normal then comes from the bodies (theory 6.3).
+    /// True where the areas around the node cancel: the normal then comes from the bodies (theory (D.9)).
     pub folded: bool,
     /// Where it is folded, the sum of the lengths of the arms whose sum gives the normal [kg m].
     pub arms: f64,
@@ -137,7 +137,7 @@ impl<const D: usize> Row<D> {
         }
     }
 
-    /// m_I^r/(1 − s) with the share s of the mass that supports hold along the normal.
+    /// m_I^r/(1 − s) (theory (D.17)) with the share s of the mass that supports hold along the normal.
     pub fn find_inertia(&mut self) {
         let held: f64 = (0..D).map(|a| self.normal[a].powi(2) * self.held[a]).sum();
         self.inertia = self.mass / (1.0 - held / self.mass).max(YIELD);

@@ -1,4 +1,4 @@
-//! Sample points on a sheet: what a membrane is for the grid (theory 6.1).
+//! Sample points on a sheet: what a membrane is for the grid (theory D.2).
 //!
 //! ```text
 //! x_q = Σ_K N_K(ξ_q) x_K,    W_qK = N_K(ξ_q) m_K,e n_e/Q,    m_q = Σ_K W_qK,    Σ_q m_q v_q = Σ_K m_K v_K

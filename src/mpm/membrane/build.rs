@@ -225,7 +225,7 @@ fn check_element<const D: usize>(element: &[u32], position: &[Vector<D>]) -> Res
     Ok(())
 }
 
-/// Equal shares of each element's mass for its nodes (theory 5.4).
+/// Equal shares of each element's mass for its nodes (theory (C.27)).
 fn lumped_mass<const D: usize>(elements: &Elements, position: &[Vector<D>], areal_density: f64) -> Vec<f64> {
     let share: Vec<f64> =
         elements.iter().map(|nodes| areal_density * area_vector(nodes, position).norm() / nodes.len() as f64).collect();
@@ -264,7 +264,7 @@ fn material_axes(tangents: [Vector<3>; 2], warp: Option<Vector<3>>) -> [Vector<3
     }
 }
 
-/// The frame that bisects the normalised tangents (theory 5.1).
+/// The frame that bisects the normalised tangents (35–38; theory (C.6)).
 pub(super) fn bisector_axes([g1, g2]: [Vector<3>; 2]) -> [Vector<3>; 2] {
     let (u, v) = (g1 * (1.0 / g1.norm()), g2 * (1.0 / g2.norm()));
     let unit = |w: Vector<3>| w * (1.0 / w.norm());

@@ -1,15 +1,15 @@
 //! The element kernels: strain, stress and nodal forces of a block of elements.
 //!
 //! Everything follows from the metric of the two tangents g₁, g₂. With contravariant components Tᵅᵝ of the stress
-//! on the tangents, an element of volume V resists with (theory 5.4; Lian, Liu & Zhang 2014, eqs. 42–45)
+//! on the tangents, an element of volume V resists with (theory (C.14); Lian, Liu & Zhang 2014, eqs. 42–45)
 //!
 //! ```text
 //! f_K = Σ_α p_αK P_α,    P₁ = V (T¹¹ g₁ + T¹² g₂),    P₂ = V (T¹² g₁ + T²² g₂)
 //! ```
 //!
-//! *Rate form* (5.3): the strain increment D Δt = ½ Δ(g_α·g_β), taken at mid-step where it is exact, in the orthonormal
-//! frame that bisects the normalised tangents (paper eqs. 32–38 with normalised tangents); stress history in that frame.
-//! *Total form*: C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
+//! *Rate form* (theory C.3): the strain increment D Δt = ½ Δ(g_α·g_β), taken at mid-step where it is exact, in the orthonormal
+//! frame that bisects the normalised tangents (paper eqs. 32–41 with normalised tangents); stress history in that frame.
+//! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
 //! axes; no frame is needed.
 
 use super::hourglass::{Hourglass, Surroundings};
@@ -211,10 +211,11 @@ pub fn update<S: Shape<N>, const N: usize>(
         damping: stressed.damping.sum(count),
         frequency2: stressed.frequency2.0.into_iter().fold(0.0, greater),
     };
+    // (45): the nodes get the opposite.
     Updated { force: S::spread(-p, -r, -h), area: now.g1.cross(now.g2) * (S::AREA / N as f64), sums }
 }
 
-/// What the stress at a quadrature point resists with.
+/// What the stress at a quadrature point resists with (42–44).
 #[inline(always)]
 fn resist_at<S: Shape<N>, const N: usize>(
     (now, rate, point): (&Modes, &Modes, usize),
@@ -232,7 +233,7 @@ fn resist_at<S: Shape<N>, const N: usize>(
     Resisted { on: S::resultants(now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22, point), all }
 }
 
-/// Half the change of the metric over the step, at mid-step: the covariant strain increment.
+/// Half the change of the metric over the step, at mid-step: the covariant strain increment (40; theory (C.10)).
 #[inline(always)]
 fn strain_increment(now: &Modes, rate: &Modes, dt: f64) -> (Metric, [Lanes; 3]) {
     let (u1, u2) = (rate.g1 * dt, rate.g2 * dt);
@@ -240,7 +241,7 @@ fn strain_increment(now: &Modes, rate: &Modes, dt: f64) -> (Metric, [Lanes; 3]) 
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
 }
 
-/// The orthonormal frame that bisects the normalised tangents, by its components on the metric.
+/// The orthonormal frame that bisects the normalised tangents (34–39), by its components on the metric (theory C.2).
 ///
 /// With the angle φ between the tangents, g₁ = |g₁| (C, S) and g₂ = |g₂| (S, C), where 2 C² = 1 + sin φ,
 /// 2 S² = 1 − sin φ, 2 C S = cos φ.
@@ -262,7 +263,7 @@ impl Frame {
         Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
     }
 
-    /// Covariant components to the frame.
+    /// Covariant components to the frame (41).
     #[inline(always)]
     fn local(&self, [e11, e22, e12]: [Lanes; 3]) -> [Lanes; 3] {
         let (e11, e22, e12) = (e11 * self.scale[0], e22 * self.scale[1], e12 * self.scale[2]);
@@ -299,7 +300,7 @@ fn rate_form<S: Shape<N>, const N: usize>(
     let d = Frame::new(&middle).local(increment);
     let (old, old_thickness) = (block.stress, Lanes(block.thickness));
     let d33 = Lanes(sheet.rate_lanes(&[d[0].0, d[1].0, (d[2] * 2.0).0], &mut block.stress));
-    // (2 + D33 Δt)/(2 − D33 Δt) is exp(D33 Δt) as the mid-point rule has it.
+    // (2 + D33 Δt)/(2 − D33 Δt), theory (C.11), is exp(D33 Δt) as the mid-point rule has it.
     let thickness = old_thickness * (d33 + 2.0) / (-d33 + 2.0);
     block.thickness = thickness.0;
 
@@ -367,7 +368,7 @@ fn total_form(
     }
 }
 
-/// Bound of the element's greatest frequency (theory 5.7, sharpened): ω² = c² n μ, where
+/// Bound of the element's greatest frequency (48; theory (C.33)): ω² = c² n μ, where
 /// μ = ½ t + √(¼ t² − (1 − ν²) d) is the greatest eigenvalue of the strain modes, with the trace t and the
 /// determinant d of Σ_K ∇N_K ⊗ ∇N_K. For a square of side s it gives Δt = 2/ω = s / (c √(1 + ν)).
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Flanagan–Belytschko hourglass control of the quadrilateral (theory 5.6).
+//! Flanagan–Belytschko hourglass control of the quadrilateral (theory C.5).
 //!
 //! One quadrature point doesn't see the hourglass mode. Its shape vector γ_K = h_K − Σ_α p_αK (gᵅ·h·x) is orthogonal to
 //! rigid motion and constant strain; with q̇ = Σ γ_K v_K and the current volume V

@@ -1,4 +1,4 @@
-//! Energy and momentum books of a membrane (theory 10).
+//! Energy and momentum books of a membrane (theory C.11).
 
 use bytemuck::{Pod, Zeroable};
 

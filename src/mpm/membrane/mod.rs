@@ -1,10 +1,10 @@
-//! Membranes: thin sheets as explicit finite elements without bending (Lian, Liu & Zhang 2014, section 4; theory 5).
+//! Membranes: thin sheets as explicit finite elements without bending (Lian, Liu & Zhang 2014, section 4; theory C).
 //!
 //! Quadrilaterals with one quadrature point and hourglass control (of sheets that wrinkle: 2 × 2 points), constant-strain
 //! triangles, and in 2D two-node segments of unit width. One step, from positions xⁿ and velocities v^{n−½}:
 //!
 //! ```text
-//! σⁿ, hⁿ        from the strain of the last step                              (39–41, corrected)
+//! σⁿ, hⁿ        from the strain of the last step                              (32–41, corrected)
 //! f_K           = f_int + f_hourglass + f_ext                                 (42–45)
 //! v̄_K           = v_K + Δt f_K / m_K, prescribed components replaced          (46)   trial
 //! v_K           = v̄_K + Δt f_K^contact / m_K, prescribed components again     (59)
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Everything that does work is booked with the mean velocity v̂ = ½ (v^{n−½} + v^{n+½}), so that the kinetic energy
-//! changes by exactly the sum of the booked works (theory 10).
+//! changes by exactly the sum of the booked works (theory C.11).
 
 mod build;
 mod connectivity;
@@ -130,7 +130,7 @@ impl<const D: usize> Membrane<D> {
         crate::parallel::sum(self.mass.len(), |k| self.mass[k])
     }
 
-    /// The largest stable step of the elements as they were at the last force evaluation [s] (theory 5.7).
+    /// The largest stable step of the elements as they were at the last force evaluation [s] (48; theory (C.34)).
     /// The caller applies its safety factor.
     pub fn stable_dt(&self) -> f64 {
         let zeta = self.parameters.damping;

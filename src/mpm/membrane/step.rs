@@ -21,7 +21,7 @@ const NODES: usize = 4096;
 
 impl<const D: usize> Membrane<D> {
     /// Updates stress and thickness with the last displacement step and evaluates the forces at time `t`
-    /// (theory 9, 3a–3c).
+    /// (32–45; theory C.3 to C.5).
     ///
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.

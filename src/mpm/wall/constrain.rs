@@ -57,7 +57,8 @@ impl<const D: usize> Walls<D> {
         self.parts.par_iter().zip(values).map(|(part, values)| run(part, part.nodes.start, values)).collect()
     }
 
-    /// Finds where the bodies of a field may meet the surfaces of obstacles; binding conditions on p⁻ (theory 9, 2b).
+    /// Finds where the bodies of a field may meet the surfaces of obstacles; binding conditions on p⁻ (Lian, Liu & Zhang 2014,
+    /// section 6, 2 b; theory E.1).
     pub(in crate::mpm) fn constrain_start(
         &mut self,
         (grid, field): (&Grid<D>, usize),
@@ -87,7 +88,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory 9, 2e and after contact).
+    /// All conditions on p̄ whose gaps close, on p⁻ too where they held in the step before (theory E.1, E.4): the paper's
+    /// step 2 e, and once more after contact.
     pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
         self.constrain_nodes(grid, field, nodes, step);
         self.hold_points(field, nodes, step);

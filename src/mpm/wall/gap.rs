@@ -1,4 +1,4 @@
-//! How far bodies are from the walls and obstacles that they may leave (theory 6.2).
+//! How far bodies are from the walls and obstacles that they may leave (theory E.3).
 //!
 //! ```text
 //! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle

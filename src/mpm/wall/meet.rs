@@ -89,7 +89,7 @@ impl<const D: usize> Walls<D> {
         )
     }
 
-    /// Binding conditions on p⁻ at time `t` (theory 9, 2b).
+    /// Binding conditions on p⁻ at time `t` (theory (E.6)).
     pub(super) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
         let law = |state: &State<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }

@@ -8,7 +8,7 @@
 //!
 //! Of an obstacle that binds, x_c are the feet of the nodes within half a cell: on average one per cell of the surface, however it is
 //! turned. Of one that bodies may leave they are the feet of the particles that show the body's surface, each with its gap g = d(x_p) − r_p(n)
-//! (theory 6.2), which closes, at the earliest, at the end of the step (theory 1.4):
+//! (theory (D.7)), which closes, at the earliest, at the end of the step (theory (E.7)):
 //!
 //! ```text
 //! binding   (u − v_w)·ν = 0, or u = v_w
@@ -39,7 +39,7 @@
 //! that is too short.
 //!
 //! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric of the masses, so that
-//! obstacles at rest take energy and never give any, converged or not (theory 1.5).
+//! obstacles at rest take energy and never give any, converged or not (theory E.7).
 
 use crate::math::Vector;
 use crate::mpm::contact::nodes::{Lattice, flip};

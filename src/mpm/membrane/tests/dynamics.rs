@@ -52,7 +52,7 @@ fn plane_waves_travel_at_the_plate_speed() {
 
 #[test]
 fn a_prestressed_square_drum_has_its_frequency() {
-    // f11 = ½ √(T/m') √2 / a (theory 14.18): a = 50 mm, T = 1 N/mm, m' = 7.5e-5 g/mm²: 1.633 kHz.
+    // f11 = ½ √(T/m') √2 / a (theory (C.37)): a = 50 mm, T = 1 N/mm, m' = 7.5e-5 g/mm²: 1.633 kHz.
     let (n, a, h) = (16, 0.05, 1e-4);
     let (position, elements) = rectangle([n, n], [a, a]);
     let edge = (0..position.len()).filter(|k| [0, n].contains(&(k % (n + 1))) || [0, n].contains(&(k / (n + 1))));
@@ -84,7 +84,7 @@ fn a_prestressed_square_drum_has_its_frequency() {
 
 #[test]
 fn a_string_hit_across_stretches_as_theory_says() {
-    // V = c √(2 ε √(ε (1 + ε)) − ε²) (theory 14.27); in plane strain c = √(E / (ρ (1 − ν²))).
+    // V = c √(2 ε √(ε (1 + ε)) − ε²) (theory (C.38)); in plane strain c = √(E / (ρ (1 − ν²))).
     let (n, length) = (600, 1.0);
     let position: Vec<_> = (0..=n).map(|k| Vector([length * k as f64 / n as f64, 0.0])).collect();
     let (density, young, poisson) = (1000.0f64, 1e9f64, 0.3f64);

@@ -33,7 +33,7 @@ fn a_strip_under_pressure_becomes_a_circular_arc() {
 
 #[test]
 fn a_rubber_cylinder_follows_its_pressure_curve() {
-    // p R0 / (μ h0) = 1 − λ⁻⁴ (theory 14.23): 0.5177 at λ = 1.2, 0.8025 at 1.5.
+    // p R0 / (μ h0) = 1 − λ⁻⁴ (theory (C.39)): 0.5177 at λ = 1.2, 0.8025 at 1.5.
     let (n, radius, h, shear) = (64, 1.0, 0.01, 1e6);
     for (stretch, exact) in [(1.2f64, 0.5177), (1.5, 0.8025)] {
         let angle = |k: usize| TAU * k as f64 / n as f64;

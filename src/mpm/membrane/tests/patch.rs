@@ -137,7 +137,7 @@ fn simple_shear_follows_the_mid_rotation_rate() {
 
 #[test]
 fn hourglass_modes_are_resisted() {
-    // A square of side s: k = r_m E h / 4 and energy ½ k (γ·u)² with γ·u = 4 ε (theory 5.6).
+    // A square of side s: k = r_m E h / 4 and energy ½ k (γ·u)² with γ·u = 4 ε (theory (C.17)).
     let (position, elements) = rectangle([1, 1], [0.5, 0.5]);
     let pattern = [1.0, -1.0, -1.0, 1.0];
     for axis in 0..2 {
