@@ -1,4 +1,4 @@
-//! The linear systems of an implicit step on a fixed mesh.
+//! The linear systems of an implicit step on a fixed mesh (theory F.15).
 //!
 //! ```text
 //! [ A   G ] [v]   [f_v]      A: mass/Δt and viscosity, positive definite

@@ -87,7 +87,8 @@ impl<const B: usize> Preconditioner<B> {
     }
 }
 
-/// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost.
+/// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost
+/// (theory (F.45)).
 ///
 /// Where matrices change so much from one system to the next that a kept one fails, as with an interface between
 /// water and air that crosses elements, keeping it is tried more and more rarely.

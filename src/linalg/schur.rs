@@ -1,4 +1,4 @@
-//! The block-triangular preconditioner.
+//! The block-triangular preconditioner (theory (F.43), (F.44)).
 //!
 //! ```text
 //! S = C + Q diag(A)⁻¹ G               Q = Gᵀ, but for the consistent stabilisation

@@ -1,4 +1,4 @@
-//! Particles of one fluid where the level set shows the other.
+//! Particles of one fluid where the level set shows the other (theory G.5).
 //!
 //! A particle keeps its fluid whatever φ says, so that films thinner than an element come back when they grow: near the
 //! interface. Farther than an edge inside the other fluid it belongs to nothing that could grow. The level set has its

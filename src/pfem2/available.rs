@@ -1,5 +1,5 @@
 //! The work that gravity can do in a closed box: what the fluids lose of potential energy when the heavy ones come to rest
-//! below the light ones (Lorenz 1955).
+//! below the light ones (Lorenz 1955; theory F.14).
 //!
 //! ```text
 //! A = Σ m φ at the start − Σ m φ of the same volumes sorted by density,      φ = −b·x

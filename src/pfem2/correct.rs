@@ -1,10 +1,10 @@
-//! Stage 4: particles take over what the implicit step changed (eq. 40; theory section 9),
+//! Stage 4: particles take over what the implicit step changed (Becker (40); theory F.11),
 //!
 //! ```text
-//! v_p ← (1 − α)(v_p + Σ N_i δv_i) + α Σ N_i v_i,   δv_i = v_i − v̂_αi,   α = 1 − e^(−dt/T)
+//! v_p ← (1 − α)(v_p + Σ N_i δv_i) + α Σ N_i v_i,   δv_i = v_i − v̂_αi,   α = 1 − e^(−dt/T)        theory (F.36)
 //! ```
 //!
-//! with the mean v̂_αi of the particle's own fluid at the node (theory 4.3d). With that of all, light particles would
+//! with the mean v̂_αi of the particle's own fluid at the node (theory G.11). With that of all, light particles would
 //! keep for ever what they have against the heavy ones beside them: by mass the mean is that of the heavy fluid. No
 //! momentum comes or goes, Σ_p m_p Σ_i N_i δv_i = Σ_i m_i (v_i − v̂_i); what the fluids have against each other at a
 //! node that both reach is lost, as the mesh has one velocity for both.
@@ -13,7 +13,7 @@
 //! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
 //! step; what it takes from resolved motion is a viscosity of about h²/10T.
 //!
-//! Heavy particles that may fly (eq. 36) take the increments of their own side of the interface; those without a
+//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their own side of the interface; those without a
 //! heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
 
 use super::convect::{Continued, Projectiles};
@@ -69,6 +69,7 @@ impl<const D: usize> Particles<D> {
             let nodes = &mesh.elements()[e];
             let shape = mesh.shape_functions(e, position[p]);
             let blend = |increment: &[Vector<D>], velocity: &[Vector<D>]| {
+                // Becker (40).
                 let kept = *v + at(&shape, nodes, increment);
                 kept + (at(&shape, nodes, velocity) - kept) * filter
             };
@@ -77,6 +78,7 @@ impl<const D: usize> Particles<D> {
                 Some((heavy, increment)) if increment.reaches(nodes) => {
                     blend(&increment.values, &heavy.velocity.values)
                 }
+                // Theory (G.28).
                 Some((heavy, _)) => *v + heavy.fall,
                 None => blend(increment[own], velocity),
             };

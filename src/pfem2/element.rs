@@ -1,4 +1,4 @@
-//! The equations of one P1–P1 element, as pure functions (theory 5).
+//! The equations of one P1–P1 element, as pure functions (theory F.6, F.7).
 //!
 //! With Δ = θ Δt, the rows of the momentum and, with the sign changed, of the continuity equation:
 //!
@@ -8,13 +8,14 @@
 //!                                               D_ij = V/(d+1) g_j
 //! τ = (1/Δ + 4 μ/(ρ h²) + 2 |v|/h)⁻¹            C_ij = τ ∫dV/ρ  g_i·g_j
 //!
-//! PSPG             s = b                        (the paper; inconsistent, theory 5.4)
-//! consistent PSPG  s = b + v̂/Δ, and −τ/Δ V/(d+1) g_i on the velocities in the continuity row
-//! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory 5.5)
+//! PSPG             s = b                        (the paper; inconsistent, theory F.7.1)
+//! consistent PSPG  s = b + v̂/Δ, and −τ/Δ V/(d+1) g_i on the velocities in the continuity row   (theory (F.27))
+//! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory (F.28))
 //! ```
 //!
-//! Becker, Idelsohn & Oñate 2015, eqs. 17–20. Pressure and gradient stand in divergence form: the natural
-//! condition is the traction, and the pressure inside an element may jump.
+//! Becker, Idelsohn & Oñate 2015: (17) is the weak form, (19) its matrices, (20) the stabilised system. Pressure and
+//! gradient stand in divergence form: the natural condition is the traction (18), and the pressure inside an element may
+//! jump.
 
 use crate::math::Vector;
 use crate::mesh::Simplex;
@@ -22,7 +23,7 @@ use crate::mesh::Simplex;
 /// One block of the system: the rows (v_1 … v_d, p) of a node against the columns of another.
 pub type Block<const N: usize> = [[f64; N]; N];
 
-/// How pressure is stabilised (theory 5.3–5.5).
+/// How pressure is stabilised (theory F.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stabilisation {
     /// The paper's: without inertia in the residual.
@@ -76,7 +77,7 @@ impl<const N: usize> Content<N> {
     }
 }
 
-/// τ [s] (theory 5.3): `delta` [s], viscosity [Pa s], density [kg/m³], shortest edge [m], speed [m/s].
+/// τ [s] (theory (F.24)): `delta` [s], viscosity [Pa s], density [kg/m³], shortest edge [m], speed [m/s].
 pub fn tau(delta: f64, viscosity: f64, density: f64, h: f64, speed: f64) -> f64 {
     1.0 / (1.0 / delta + 4.0 * viscosity / (density * h * h) + 2.0 * speed / h)
 }
@@ -113,6 +114,7 @@ pub fn block<const D: usize, const N: usize>(
     let both = g[i].dot(g[j]);
     let inertia = mass(content, equations.mass, (i, j)) / equations.delta;
     let mut a = [[0.0; N]; N];
+    // Becker (17), (19): M/Δ + K, −Dᵀ and −D; theory (F.21), (F.22). No terms between elements: Becker (18).
     for r in 0..D {
         for s in 0..D {
             a[r][s] = stiffness * g[i][s] * g[j][r];
@@ -121,6 +123,7 @@ pub fn block<const D: usize, const N: usize>(
         a[r][D] = -share * g[i][r];
         a[D][r] = -share * g[j][r];
     }
+    // Becker (20): −τ times the Laplacian of the pressure; theory (F.22), (F.23).
     a[D][D] = -content.tau * content.lightness * both;
     if equations.stabilisation == Stabilisation::ConsistentPspg {
         for s in 0..D {
@@ -175,12 +178,14 @@ pub fn load<const D: usize, const N: usize>(
     source: Vector<D>,
     i: usize,
 ) -> [f64; N] {
+    // Becker (19): M v̂/Δ + F.
     let mut momentum = drive.force[i] * content.mass[i];
     for j in 0..N {
         momentum += drive.convected[j] * (mass(content, equations.mass, (i, j)) / equations.delta);
     }
     let mut f = [0.0; N];
     f[..D].copy_from_slice(&momentum.0);
+    // Becker (20), the stabilisation on the right-hand side; theory (F.23).
     f[D] = -content.tau * simplex.volume * simplex.gradient[i].dot(source);
     f
 }

@@ -1,4 +1,4 @@
-//! Forces of the fluid on named parts of the boundary, as consistent nodal reactions.
+//! Forces of the fluid on named parts of the boundary, as consistent nodal reactions (theory (F.38)).
 //!
 //! ```text
 //! F = Σ_{i on the part} (f_i + t_i − Σ_j A_ij x_j)   the rows of the momentum equations that were replaced, with the loads t

@@ -1,4 +1,4 @@
-//! What viscosity takes in a step, as the scheme takes it.
+//! What viscosity takes in a step, as the scheme takes it (theory (F.40)).
 //!
 //! A step gives the fluid the momentum Δt Σ_k w_k F_k, with the viscous forces F_k of its end, its start and the start of the step
 //! before, and the weights w = θ, β₁, β₂ (see `step`). Its kinetic energy changes by this times the mean of the velocities before and

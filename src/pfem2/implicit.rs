@@ -253,7 +253,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
 
     /// The highest frequency of waves on the interfaces that are there [1/s]; zero where there is none.
     ///
-    /// ω² = (|ρ_1 − ρ_2| g k + σ k³)/(ρ_1 + ρ_2) between deep fluids, with the shortest wave of an element, k = π/h.
+    /// ω² = (|ρ_1 − ρ_2| g k + σ k³)/(ρ_1 + ρ_2) between deep fluids, with the shortest wave of an element, k = π/h. Theory (H.9).
     pub fn fastest_wave(&self) -> f64 {
         let gravity = |e: usize| {
             let nodes = &self.mesh.elements()[e];
@@ -284,7 +284,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
         square.fold(0.0, f64::max)
     }
 
-    /// The shortest time in which the flow crosses an element, in free fall if it is at rest [s].
+    /// The shortest time in which the flow crosses an element, in free fall if it is at rest [s] (theory (H.8)).
     pub fn crossing_time(&self) -> f64 {
         parallel::min(self.size.len(), |e| {
             let (h, nodes) = (self.size[e], &self.mesh.elements()[e]);

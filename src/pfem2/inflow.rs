@@ -1,4 +1,4 @@
-//! What open boundaries bring: the fluid that they name, or that of each place at the start.
+//! What open boundaries bring: the fluid that they name, or that of each place at the start (theory F.10, G.4).
 
 use super::boundary::{BoundaryKind, Inflow};
 use super::convect::Place;

@@ -1,4 +1,4 @@
-//! Energy and momentum of the flow on the mesh.
+//! Energy and momentum of the flow on the mesh (theory F.13).
 //!
 //! ```text
 //! kinetic      ½ Σ_e Σ_i m_i |v_i|²

@@ -1,4 +1,4 @@
-//! Outlets that a developed flow leaves undisturbed.
+//! Outlets that a developed flow leaves undisturbed (theory (F.34), (F.35)).
 //!
 //! ```text
 //! σ n = −p n + μ (∂v/∂n + (∇v)ᵀ n)        (∇v)ᵀ n = Σ_j g_j (v_j·n)

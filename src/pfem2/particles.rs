@@ -1,7 +1,7 @@
 //! Particles of PFEM-2: columns sorted by element.
 //!
 //! Particles carry velocity and fluid, no mass: a particle stands for V_e/n_e, its share of the element that it is
-//! in (theory section 2). Those of element e are `first[e]..first[e + 1]`; a stable counting sort restores this
+//! in (theory F.3). Those of element e are `first[e]..first[e + 1]`; a stable counting sort restores this
 //! after every motion. Its result is unique, so that it doesn't depend on the number of threads.
 
 use crate::math::Vector;
@@ -157,7 +157,7 @@ fn gather<T: Copy + Send + Sync + Default>(order: &[u32], column: &mut Vec<T>, s
 }
 
 /// Lattice points in a simplex, as shape functions: N = (i + 1/(D+1))/(m+1) for all i_0 + … + i_D = m, with
-/// m + 1 = `per_edge` points along an edge: 15 for 5 in 2D, 20 for 4 in 3D (theory 3.6).
+/// m + 1 = `per_edge` points along an edge: 15 for 5 in 2D, 20 for 4 in 3D (theory (F.11)).
 pub fn lattice<const N: usize>(per_edge: usize) -> Vec<[f64; N]> {
     let mut points = Vec::new();
     let mut index = [0usize; N];

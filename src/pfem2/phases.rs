@@ -3,7 +3,7 @@
 //! ```text
 //! one fluid at all nodes       the element is full of it
 //! two fluids a, b              cut where φ = 0: the level set of the projection if there are only two fluids in all,
-//!                              else φ_i = (f_b − f_a)/(f_a + f_b) of the nodal fractions (eq. 37 of the pair)
+//!                              else φ_i = (f_b − f_a)/(f_a + f_b) of the nodal fractions (Becker (37) of the pair, theory (G.1))
 //! more than two                not split: mass from the nodal fractions, viscosity and ∫dV/ρ from their means
 //! ```
 //!

@@ -29,7 +29,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub gravity: [Signal; D],
     /// Particles at the start, sorted.
     pub particles: Particles<D>,
-    /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of eq. 37.
+    /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of Becker (37).
     pub level_set: Option<LevelSet>,
     /// What is done about the volume of each fluid.
     pub volume: VolumeCorrection,
@@ -47,7 +47,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub kernel: Kernel,
     /// By what particles are added and taken away.
     pub reseeding: Reseeding,
-    /// Density ratio from which heavy fluids follow their own side of the interface (eq. 36).
+    /// Density ratio from which heavy fluids follow their own side of the interface (Becker (36); theory G.13).
     pub projectile_ratio: f64,
     /// Time in which the particles forget what the mesh can't see [s]; infinity: never.
     pub relaxation: f64,
@@ -61,7 +61,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub linear: linalg::Options,
 }
 
-/// What is done about the volumes of several fluids (theory 12.4).
+/// What is done about the volumes of several fluids (theory G.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
     /// It is only reported.
@@ -82,7 +82,7 @@ pub enum Unresolved {
     Bounded,
 }
 
-/// Time integration (theory 10).
+/// Time integration (theory F.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scheme {
     /// The paper's: streamlines of vⁿ, backward Euler; first order.

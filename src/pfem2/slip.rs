@@ -1,4 +1,4 @@
-//! Slip walls whose facets turn against the directions in which their nodes glide.
+//! Slip walls whose facets turn against the directions in which their nodes glide (theory (F.32)).
 //!
 //! ```text
 //! σ n_f = −p n_f                                a slip facet has no shear

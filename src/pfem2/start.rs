@@ -1,4 +1,4 @@
-//! The start: what the first step of second order would take from the one before it, and the pressure that is shown.
+//! The start: what the first step of second order would take from the one before it, and the pressure that is shown (theory H.9).
 //!
 //! ```text
 //! rehearsal   a step of backward Euler over the first step gives v¹, p¹, a¹; the particles go back to where they were
@@ -9,7 +9,7 @@
 //! place, which leaves an error of O(Δt²) in the first step; in a steady flow they are exact. Backward Euler instead would
 //! turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure gradient π of
 //! the stabilisation counts as much: with π⁰ = 0, fluid that accelerates would be as compressible in the first step as with the
-//! paper's PSPG (theory 5.4), and the pressure half of what it is.
+//! paper's PSPG (theory F.7.1), and the pressure half of what it is.
 
 use super::Pfem2;
 use super::element::Stabilisation;

@@ -1,5 +1,5 @@
 //! The step: particles carry what moves, the fixed mesh solves the rest, all fluids in one system
-//! (Becker, Idelsohn & Oñate 2015; theory 10).
+//! (Becker, Idelsohn & Oñate 2015; theory F.2).
 //!
 //! ```text
 //! paper         x_p along vⁿ for Δt                          M (vⁿ⁺¹ − v̂)/Δt = forces(vⁿ⁺¹, pⁿ⁺¹)
@@ -11,7 +11,7 @@
 //!
 //! The second integrates forces along the paths of the particles: each acceleration is taken where the particle is at
 //! its time, and vⁿ⁺¹ is free of divergence at the time and place at which it is shown. aⁿ⁻¹ is carried to where the
-//! particles are now by tracing the nodes back. At θ = ½ these are the trapezoidal rule of theory 10.2; with it, what
+//! particles are now by tracing the nodes back. At θ = ½ these are the trapezoidal rule (theory F.2); with it, what
 //! the nodes take from the particles comes back with the opposite sign, and noise never dies. θ = 9/16 are the weights
 //! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is rehearsed (see
 //! `start`). All of it is linear: convection and geometry come from the particles.
@@ -292,22 +292,22 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The step of the method.
     fn advance(&mut self, step: Step) -> Result<(), StepError> {
-        timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)
-        timed!(self.timer, "convect", self.convect(step)); // streamlines                       (34–36)
-        timed!(self.timer, "interface", self.follow_interface()); // φ, sharp, V         (12.4)
-        let seen = timed!(self.timer, "project", self.project()); // v̂, φ                      (37–39)
+        timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)        theory (F.3)
+        timed!(self.timer, "convect", self.convect(step)); // streamlines                  Becker (34)–(36), theory (F.4)
+        timed!(self.timer, "interface", self.follow_interface()); // φ, sharp, V         theory G.2–G.6
+        let seen = timed!(self.timer, "project", self.project()); // v̂, φ                  Becker (37)–(39), theory G.11
         let mut convected = seen.mean.clone();
         self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
         std::mem::swap(&mut self.earlier, &mut self.before);
         self.before.copy_from_slice(&self.implicit.velocity);
-        timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          (20, 29–33)
-        timed!(self.timer, "correct", self.correct(step, &seen, &convected)); // v_p += N δv    (40)
+        timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          Becker (20), (29)–(33), theory F.6, G.8
+        timed!(self.timer, "correct", self.correct(step, &seen, &convected)); // v_p += N δv    Becker (40), theory F.11
         timed!(self.timer, "account", self.account(step, &convected));
         health::check_particles(&self.particles)?;
         health::check_nodes(&self.implicit)
     }
 
-    /// β₁ and β₂.
+    /// β₁ and β₂ (theory (F.8)).
     fn explicit_shares(&self, step: Step) -> [f64; 2] {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.follows(step.dt) => {

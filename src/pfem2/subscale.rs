@@ -1,4 +1,4 @@
-//! Orthogonal subscales: the pressure gradient against which the next step is stabilised (theory 5.5).
+//! Orthogonal subscales: the pressure gradient against which the next step is stabilised (theory F.7.3).
 //!
 //! ```text
 //! π_i = Σ_{e∋i} V_e (∇p/ρ_e − b̄_e) / Σ_{e∋i} V_e        over the elements with one fluid

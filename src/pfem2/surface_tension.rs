@@ -1,4 +1,4 @@
-//! Surface tension as a stress in the interface (Laplace–Beltrami form, theory 7.5).
+//! Surface tension as a stress in the interface (Laplace–Beltrami form, theory G.10).
 //!
 //! ```text
 //! −σ ∫_Γ ∇_s·w dA   gives   f_i = −σ A_Γ ∇_s N_i,   ∇_s = (I − n n)·∇

@@ -2,7 +2,7 @@
 //! along.
 //!
 //! ```text
-//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + c (vⁿ − 2vⁿ⁻¹ + vⁿ⁻²)  frozen over the step (vⁿ in the paper's), c = 5/6 − θ (equal steps)
+//! v* = vⁿ + ½Δt (vⁿ − vⁿ⁻¹)/Δtⁿ + c (vⁿ − 2vⁿ⁻¹ + vⁿ⁻²)  frozen over the step (vⁿ in the paper's), c = 5/6 − θ (equal steps); theory F.5
 //! x_p ← x_p + ∫ v*(x_p) dτ
 //! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
 //! ```
@@ -91,13 +91,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 }
 
 /// The share of the second difference in v* with which errors of forces and of streamlines cancel in a wave:
-/// both change its frequency, by parts θ − 5/12 and (1 − share) 5/12 of (ωΔt)²/2.
+/// both change its frequency, by parts θ − 5/12 and (1 − share) 5/12 of (ωΔt)²/2. Theory (F.15)–(F.18).
 fn bend(theta: f64) -> f64 {
     (2.0 - 2.4 * theta).max(0.0)
 }
 
 /// Weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² in v*, the mean over a step `dt` of the line through the first two, and of the part `bend` of what a
-/// parabola through all three adds; `last` and `earlier` are the steps between them [s].
+/// parabola through all three adds; `last` and `earlier` are the steps between them [s]. Theory (F.15).
 fn carrier_weights(dt: f64, [last, earlier]: [f64; 2], bend: f64) -> [f64; 3] {
     let slope = 0.5 * dt / last;
     // ∫ s (s + Δtⁿ) ds/Δt over the step, divided as the divided difference is

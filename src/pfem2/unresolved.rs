@@ -1,4 +1,4 @@
-//! Velocities of particles that the mesh can't resolve.
+//! Velocities of particles that the mesh can't resolve (theory (F.37)).
 //!
 //! Particles keep what they have against the mesh, as increments never damp it. Where a jet meets slow fluid, or a splash falls
 //! back, fast and slow particles come to stand in one element; the mesh sees their mean, and the difference would stay for

@@ -1,4 +1,4 @@
-//! The volume of each fluid: what it was, what has left, what level set or shares show.
+//! The volume of each fluid: what it was, what has left, what level set or shares show (theory G.6).
 
 use super::Pfem2;
 use super::level_set::{self, LevelSet, Opening, Origins};

@@ -20,18 +20,18 @@ const GIVEN: f64 = 0.02;
 const NEGATIVE: f64 = 0.01;
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// The longest step in which the shortest wave on an interface doesn't grow [s].
+    /// The longest step in which the shortest wave on an interface doesn't grow [s] (theory H.7).
     pub(super) fn wave_dt(&self) -> f64 {
         self.steepest() / self.implicit.fastest_wave()
     }
 
-    /// The longest step with which surface tension leaves the lighter fluid calm [s].
+    /// The longest step with which surface tension leaves the lighter fluid calm [s] (theory H.8).
     pub(super) fn calm_dt(&self) -> f64 {
         CALM * self.steepest() / self.implicit.fastest_ripple()
     }
 
     /// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2 (theory
-    /// 10.3). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
+    /// H.7). The second order's bears √(1/(2θ − 1)), where the shortest wave changes its sign from step to step; below that
     /// its waves grow a little in theory, and the damping of the scheme outweighs it up to [`CALM_WATER`].
     fn steepest(&self) -> f64 {
         match self.scheme {

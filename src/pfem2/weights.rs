@@ -1,4 +1,4 @@
-//! Weights of the shares of three and more fluids, which keep the volume of each.
+//! Weights of the shares of three and more fluids, which keep the volume of each (theory (G.8)).
 //!
 //! ```text
 //! f_k ← w_k f_k / Σ_j w_j f_j,      V_k(w) = V_k at the start,      ∂V_k/∂ln w_j = ∂V_j/∂ln w_k

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A node of several sets takes the first of wall, inlet, slip that is among them. Of several walls or inlets the
-//! slowest counts: a lid that slides along a box must not push fluid through the walls that it meets. Theory 5.7.
+//! slowest counts: a lid that slides along a box must not push fluid through the walls that it meets. Theory F.9.
 
 mod condition;
 mod constraints;
@@ -112,7 +112,7 @@ impl<const D: usize> Boundary<D> {
         }
     }
 
-    /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step.
+    /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step (theory (F.31)).
     pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, [t, dt, theta]: [f64; 3], convected: &mut [Vector<D>]) {
         for (node, sets) in &self.fixed {
             let x = mesh.nodes()[*node as usize];

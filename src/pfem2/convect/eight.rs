@@ -258,6 +258,7 @@ fn taylor<L: Lanes, const D: usize, const N: usize>(
         terms[0][k] = L::load(&shape[k].0);
     }
     for m in 1..TERMS {
+        // Becker (35): theory (F.13).
         let scale = L::splat(sign / m as f64);
         let mut last = L::splat(0.0);
         for k in 0..D {

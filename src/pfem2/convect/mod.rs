@@ -1,4 +1,4 @@
-//! Stage 1: particles move along the frozen streamlines of the mesh (eqs. 34–36; theory section 3),
+//! Stage 1: particles move along the frozen streamlines of the mesh (Becker (34)–(36); theory F.4, G.13),
 //!
 //! ```text
 //! x_p(t + dt) = x_p + ∫ v(x_p(τ)) dτ
@@ -40,7 +40,7 @@ pub struct Flow<'a, const D: usize> {
     pub projectiles: Option<Projectiles<'a, D>>,
 }
 
-/// The projectile rule (eq. 36).
+/// The projectile rule (Becker (36); theory G.13).
 #[derive(Debug, Clone, Copy)]
 pub struct Projectiles<'a, const D: usize> {
     /// True for the fluids that it holds for.
@@ -75,7 +75,7 @@ impl<const D: usize> Particles<D> {
         fate
     }
 
-    /// Moves all particles along the streamlines for `dt` [s]. [`Particles::sort`] has to follow.
+    /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of (34). [`Particles::sort`] has to follow.
     pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));

@@ -1,4 +1,4 @@
-//! Heavy particles in a light fluid (eq. 36; theory 3.3): they follow the velocity of their own side of the
+//! Heavy particles in a light fluid (Becker (36); theory G.13): they follow the velocity of their own side of the
 //! interface, and fly on freely beyond it.
 //!
 //! ```text
@@ -63,11 +63,13 @@ impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
         self.flying = !self.carried[place.element];
         if !self.flying {
+            // Becker (36), where φ < 0.
             return self.stream.taylor(mesh, place, walls);
         }
         let gradient = &mesh.simplex(place.element).gradient;
         let rate = |v: Vector<D>| walls.project(gradient, gradient.map(|g| g.dot(v)));
         let mut terms = [[0.0; N]; TERMS];
+        // Becker (36), where φ > 0: v_p + g (t − t_0); theory (G.27).
         terms[..3].copy_from_slice(&[place.shape, rate(self.velocity), rate(self.gravity * 0.5)]);
         Taylor { terms, reach: f64::INFINITY }
     }

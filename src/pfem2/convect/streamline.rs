@@ -1,7 +1,7 @@
 //! Streamlines of a frozen P1 velocity, integrated element by element.
 //!
 //! In an element the velocity is affine, so that the shape functions at a particle obey a linear equation with
-//! constant coefficients (after Nadukandi et al.; theory 3.2 iii),
+//! constant coefficients (after Nadukandi et al.; theory (F.12), (F.13)),
 //!
 //! ```text
 //! dN_k/dt = g_k·v = Σ_j B_kj N_j,   B_kj = g_k·v_j
@@ -198,6 +198,7 @@ impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
         let rate = Rate::of(mesh, self.velocity, place.element);
         let gradient = &mesh.simplex(place.element).gradient;
+        // Becker (35), exact within the element: theory (F.13), at walls (F.14).
         let mut terms = [place.shape; TERMS];
         for m in 1..TERMS {
             terms[m] = walls.project(gradient, rate.times(&terms[m - 1], self.sign / m as f64));

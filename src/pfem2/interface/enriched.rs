@@ -1,11 +1,11 @@
-//! The enriched pressure of a cut element: its rows, condensation and recovery (eqs. 29–33).
+//! The enriched pressure of a cut element: its rows, condensation and recovery (Becker (29)–(33), theory G.8).
 
 use super::{Cut, Enrichment};
 use crate::math::Vector;
 use crate::mesh::Simplex;
 use crate::pfem2::element::Block;
 
-/// The enriched pressure of a cut element, ready to be condensed.
+/// The enriched pressure of a cut element, ready to be condensed: the blocks of Becker (30), theory (G.14).
 #[derive(Debug, Clone)]
 pub struct Enriched<const N: usize> {
     /// K_es, a row of nodal blocks per function.
@@ -35,6 +35,7 @@ impl<const N: usize> Enriched<N> {
         let mut extra = vec![[[0.0; N]; N]; count];
         let mut matrix = vec![vec![0.0; count]; count];
         let mut load = vec![0.0; count];
+        // The additional rows and columns of Becker (29), integrated part by part: theory (G.15), (G.16).
         for part in &cut.parts {
             let volume = simplex.volume * part.share;
             let weight = tau * volume / cut.medium(part).density;
@@ -88,6 +89,7 @@ impl<const N: usize> Enriched<N> {
 
     fn condensed(&self, columns: &[[[f64; N]; N]], i: usize, j: usize) -> Block<N> {
         let mut block = [[0.0; N]; N];
+        // Becker (31), (32): K̂ − K_ss = −K_se K_ee⁻¹ K_es; theory (G.17).
         for (k, column) in columns.iter().enumerate() {
             for (l, row) in self.rows.iter().enumerate() {
                 for r in 0..N {
@@ -102,6 +104,7 @@ impl<const N: usize> Enriched<N> {
 
     fn condensed_load(&self, columns: &[[[f64; N]; N]], i: usize) -> [f64; N] {
         let mut sum = [0.0; N];
+        // Becker (33): f̂ − f_s = −K_se K_ee⁻¹ f_e; theory (G.17).
         for (k, column) in columns.iter().enumerate() {
             let amount: f64 = self.load.iter().zip(&self.inverse[k]).map(|(load, entry)| load * entry).sum();
             (0..N).for_each(|r| sum[r] += column[i][r] * amount);
@@ -115,6 +118,7 @@ impl<const N: usize> Enriched<N> {
             let sum: f64 = row.iter().zip(nodal).flat_map(|(a, x)| a.iter().zip(x)).map(|(a, x)| a * x).sum();
             sum - load
         };
+        // The second row of Becker (30): q = K_ee⁻¹ (f_e − K_es x); theory (G.17).
         let rest: Vec<f64> = self.rows.iter().zip(&self.load).map(rest).collect();
         self.inverse.iter().map(|row| row.iter().zip(&rest).map(|(a, r)| a * r).sum()).collect()
     }

@@ -1,4 +1,4 @@
-//! Elements that an interface cuts: sub-simplices, the enriched pressure, its condensation and recovery (theory 7).
+//! Elements that an interface cuts: sub-simplices, the enriched pressure, its condensation and recovery (theory G.7, G.8).
 //!
 //! The interface is where the linear interpolant of the nodal level set φ vanishes. Each side is made of simplices
 //! whose corners are nodes or edge points, kept in barycentric coordinates:
@@ -11,7 +11,7 @@
 //! ⎡K_ss  K_se⎤ ⎧x⎫   ⎧f_s⎫      K_se = (−Σ_s V_s F(c_s) g_j; −τ Σ_s V_s/ρ_s g_j·∇F_s)
 //! ⎣K_es  K_ee⎦ ⎩q⎭ = ⎩f_e⎭      K_ee = −τ Σ_s V_s/ρ_s ∇F_s·∇F_s,   f_e = −τ Σ_s V_s ∇F_s·s
 //!
-//! K̂ = K_ss − K_se K_ee⁻¹ K_es,  f̂ = f_s − K_se K_ee⁻¹ f_e,  q = K_ee⁻¹ (f_e − K_es x)       (29–33)
+//! K̂ = K_ss − K_se K_ee⁻¹ K_es,  f̂ = f_s − K_se K_ee⁻¹ f_e,  q = K_ee⁻¹ (f_e − K_es x)       Becker (29)–(33), theory (G.17)
 //! ```
 //!
 //! All functions vanish at the nodes, so the nodal unknowns keep their meaning, and each side has its own pressure
@@ -35,9 +35,9 @@ use crate::math::Vector;
 pub enum Enrichment {
     /// None: for comparison.
     None,
-    /// One kink (theory 7.5): the paper.
+    /// One kink (theory (G.13)): the paper.
     Kink,
-    /// A jump and a kink, one function per node.
+    /// A jump and a kink, one function per node (theory (G.12)).
     #[default]
     Jump,
 }

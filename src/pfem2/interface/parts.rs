@@ -1,4 +1,4 @@
-//! The sides of a cut element as sub-simplices, and the interface between them.
+//! The sides of a cut element as sub-simplices, and the interface between them (theory G.7).
 
 use crate::math::Tensor;
 

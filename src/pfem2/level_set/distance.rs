@@ -1,4 +1,4 @@
-//! Distances of nodes from the polygons where φ vanishes.
+//! Distances of nodes from the polygons where φ vanishes (theory G.3).
 //!
 //! A node of a cut element knows the polygons of the elements around it. Then the nearest polygon is handed on from
 //! node to node until the band is filled; every node measures its distance to the polygons that its neighbours found

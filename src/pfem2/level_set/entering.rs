@@ -1,4 +1,4 @@
-//! The depth of what comes in through open boundaries, and where an interface is born at one.
+//! The depth of what comes in through open boundaries, and where an interface is born at one (theory (G.6)).
 //!
 //! ```text
 //! foot x_b on a facet, the particle at x_b − w before the step

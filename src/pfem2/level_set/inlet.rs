@@ -1,4 +1,4 @@
-//! The level φ_in of what flows in: that of the state at the start, or of the fluid that a boundary names.
+//! The level φ_in of what flows in: that of the state at the start, or of the fluid that a boundary names (theory G.4).
 //!
 //! ```text
 //! cut facet     φ_in = φ₀/|∇_s φ₀|             ∇_s: along the facet

@@ -1,4 +1,4 @@
-//! Nodes that have one fluid for themselves.
+//! Nodes that have one fluid for themselves (theory G.5).
 //!
 //! A node whose neighbours all lie on the other side stands for a drop smaller than its elements. No element ties its
 //! pressure to that of another node (beyond the interface every element has a pressure of its own), so the stabilised

@@ -1,9 +1,9 @@
 //! Where one fluid ends and the other begins: the level set φ at the nodes, negative in the fluid `inside`.
 //!
 //! ```text
-//! pseudo     φ_i = Σ_p ±N_i / Σ_p N_i                                                   eq. 37
-//! sharp      φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid
-//! volume     find δ with V⁻(φ + δ) = V₀ − ∫∮_{φ<0} v*·n dA dt:  φ ← φ + δ                theory 12.4
+//! pseudo     φ_i = Σ_p ±N_i / Σ_p N_i                                                   Becker (37), theory (G.2)
+//! sharp      φ_i = linear-exact average of ±d_p, d_p = depth of the particle below the surface of its fluid        theory (G.3)
+//! volume     find δ with V⁻(φ + δ) = V₀ − ∫∮_{φ<0} v*·n dA dt:  φ ← φ + δ                theory (G.7)
 //! ```
 //!
 //! An average of signs is no distance: with n particles per element its zero line is noisy by h/√n. Depths that
@@ -53,10 +53,10 @@ const NEAR: f64 = 2.0;
 /// them may be cut off.
 const BAND: f64 = NEAR + 4.0;
 
-/// Steps between two measurements of the depths (theory 12.4).
+/// Steps between two measurements of the depths (theory G.3).
 const MEASURED_EVERY: usize = 10;
 
-/// A stretch that is taken away as a whole; of smaller ones the square of their part of it: each measurement moves the line a
+/// A stretch that is taken away as a whole (theory G.3); of smaller ones the square of their part of it: each measurement moves the line a
 /// little, and waves that stretch depths to and fro need none.
 const STRETCHED: f64 = 0.3;
 
@@ -68,8 +68,9 @@ const SLACK: f64 = 0.1;
 /// edge; where it doesn't, another line is near: one that moves away from the inlet, or comes to it.
 const AGREES: f64 = 0.5;
 
-/// The pseudo level set of eq. 37 from the fraction of the fluid inside: 1 − 2f.
+/// The pseudo level set of Becker (37) from the fraction of the fluid inside: 1 − 2f.
 pub fn pseudo(inside: &[f64]) -> Vec<f64> {
+    // Becker (37): Σ s_p N_i / Σ N_i with s_p = −1 inside, 1 outside; theory (G.2).
     inside.iter().map(|f| 1.0 - 2.0 * f).collect()
 }
 

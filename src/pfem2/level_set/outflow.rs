@@ -1,4 +1,4 @@
-//! How much of the fluid inside leaves through open boundaries in a step.
+//! How much of the fluid inside leaves through open boundaries in a step (theory G.6).
 //!
 //! ```text
 //! V(t + Δt) = V(t) − ∫₀^Δt ∮_{φ<0} v*·n dA dτ

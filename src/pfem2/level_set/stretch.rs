@@ -1,4 +1,4 @@
-//! The distance that a stretched level set stands for, without moving its zero line.
+//! The distance that a stretched level set stands for, without moving its zero line (theory (G.5)).
 //!
 //! ```text
 //! node of elements where φ vanishes   D_i = φ_i ⟨1/|∇φ_e|⟩             mean over these, by volume

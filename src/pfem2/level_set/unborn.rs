@@ -1,4 +1,4 @@
-//! Pieces of a fluid that come from nowhere.
+//! Pieces of a fluid that come from nowhere (theory G.5).
 //!
 //! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that changes
 //! sides without any of these shows only that depths were continued too far; it stays on the side on which it was.

@@ -1,4 +1,4 @@
-//! The volume where a nodal level set is negative, and the shift that gives it a wanted value.
+//! The volume where a nodal level set is negative, and the shift that gives it a wanted value (theory (G.7)).
 
 use crate::mesh::Mesh;
 use crate::parallel;

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! node i, group α, all particles p of the elements around, volume w_p:
-//!   G_i = Cov(f, x) Cov(x, x)⁻¹           sure,    if Cov(x, x) > ε P, with P = Cov(x, x) of these elements
-//!   G_i = Cov(f, x) (Cov(x, x) + ε P)⁻¹   unsure,  else: a drop, a film, the tip of a tongue
+//!   G_i = Cov(f, x) Cov(x, x)⁻¹           sure,    if Cov(x, x) > ε P, with P = Cov(x, x) of these elements   theory (G.25)
+//!   G_i = Cov(f, x) (Cov(x, x) + ε P)⁻¹   unsure,  else: a drop, a film, the tip of a tongue                  theory (G.26)
 //! element e:  G_e = mean of its nodes' sure G_i, of the unsure ones if none is sure
 //!   R_k ← Σ_p N_k [f_p + G_e (x_k − x_p)] = R_k + G_e (x_k s_k − Σ_l S_kl x_l)
 //! ```
 //!
-//! This is the affine kernel of theory 4.3a, with the gradient taken from the particles. The correction vanishes when
+//! This is the affine kernel of theory (G.24), with the gradient taken from the particles. The correction vanishes when
 //! summed over the nodes of an element, Σ_k (x_k s_k − Σ_l S_kl x_l) = 0, so that it moves no momentum: unlike
 //! moving least squares per node, the result is exact for linear fields *and* conserves Σ m f. Gradients are taken
 //! from the patch of a node rather than from one element because they then amplify no noise. A group that is a small

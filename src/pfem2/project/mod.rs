@@ -1,9 +1,9 @@
-//! Stage 2: from the particles to the nodes (eqs. 37–39; theory section 4).
+//! Stage 2: from the particles to the nodes (Becker (37)–(39); theory G.11).
 //!
 //! ```text
-//! shape      v̂_i = Σ N_i v_p / Σ N_i                                                   eq. 38
-//! Wendland   v̂_i = Σ W v_p / Σ W,   W(q) = (1 − q)⁴₊ (4q + 1),   q = |x_p − x_i|/h_i    eq. 39
-//! linear     v̂_i = Σ m_p N_i [v_p + G_e (x_i − x_p)] / Σ m_p N_i                       theory 4.3
+//! shape      v̂_i = Σ N_i v_p / Σ N_i                                                   Becker (38), theory (G.22)
+//! Wendland   v̂_i = Σ W v_p / Σ W,   W(q) = (1 − q)⁴₊ (4q + 1),   q = |x_p − x_i|/h_i    Becker (39), theory (G.23)
+//! linear     v̂_i = Σ m_p N_i [v_p + G_e (x_i − x_p)] / Σ m_p N_i                       theory (G.24)
 //! ```
 //!
 //! The first two mix all fluids with equal weights and reproduce constants only: order 1, with a bias at boundaries.
@@ -28,9 +28,9 @@ const LEAST: f64 = 1e-5;
 /// How particles are averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kernel {
-    /// Shape functions, as the paper does (eq. 38).
+    /// Shape functions, as the paper does (Becker (38)).
     Shape,
-    /// Wendland's function of the distance (eq. 39).
+    /// Wendland's function of the distance (Becker (39)).
     Wendland,
     /// Shape functions and mass, corrected to be exact for linear fields of each fluid.
     #[default]
@@ -163,6 +163,7 @@ fn shape_average<const D: usize, const N: usize>(
         let Some(k) = nodes.iter().position(|&n| n as usize == node) else { continue };
         for entry in table.of(e as usize) {
             let (sum, share) = (entry.sum(k), &mut average.fluids[entry.group as usize]);
+            // Becker (38), and its denominator, which is also that of (37); with mass and gradient theory (G.24).
             share.velocity += entry.values[k] * entry.weight;
             share.weight += sum * entry.weight;
             share.seen += sum;
@@ -183,6 +184,7 @@ fn wendland_average<const D: usize, const N: usize>(
     let mut average = Average::new(fluids);
     for p in around.iter().flat_map(|&e| particles.of(e as usize)) {
         let q = (particles.position[p] - mesh.nodes()[node]).norm() / reach;
+        // Becker (39), theory (G.23).
         let w = (1.0 - q).max(0.0).powi(4) * (4.0 * q + 1.0);
         let share = &mut average.fluids[particles.fluid[p] as usize];
         share.velocity += particles.velocity[p] * w;

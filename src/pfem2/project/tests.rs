@@ -1,4 +1,4 @@
-//! Exactness, conservation, and orders against the table of theory 4.2.
+//! Exactness, conservation, and orders against the table of theory G.11.
 
 use super::*;
 use std::f64::consts::PI;

@@ -1,4 +1,4 @@
-//! Reseeding by elements, as the source and its program do (theory 3.6).
+//! Reseeding by elements, as the source and its program do (theory G.12).
 //!
 //! ```text
 //!                            triangles                            tetrahedra

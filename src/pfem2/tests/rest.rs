@@ -9,7 +9,7 @@ use crate::simulation::Solver;
 const GRAVITY: f64 = 9.81;
 
 /// Two fluids at rest under gravity along `normal`, with the interface at the distance `offset` from the origin: the
-/// largest speed after a step, over g Δt. Theory 5.6, 13.5 (4).
+/// largest speed after a step, over g Δt. Theory G.9.
 fn stirred<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     (normal, offset): (Vector<D>, f64),
@@ -129,7 +129,7 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
     assert!(speed < 1e-10, "{speed:e}");
 }
 
-/// 0.98 g Δt, as theory 5.6 measured with a lumped mass: what the enrichment is for.
+/// 0.98 g Δt, measured with a lumped mass (theory G.9): what the enrichment is for.
 #[test]
 fn without_enrichment_they_fall() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap();
