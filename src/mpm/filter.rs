@@ -14,15 +14,14 @@
 //! that a wall binds.
 
 use super::ghost::{Ghosts, Limits};
-use super::grid::{Field, Grid};
+use super::grid::{Field, Grid, Node};
 use super::heat::{Dissipation, nodal, warm_by_filter};
 use super::motion::keep_velocity;
 use super::particles::Body;
 use super::sweep::{Bins, Content, Record, Sweep, Wanted, put_scalar, put_velocity};
 use super::wall::{Pushes, Walls};
 use crate::math::Vector;
-use crate::parallel::CHUNK;
-use rayon::prelude::*;
+use crate::parallel::{self, CHUNK};
 
 /// The filter of one velocity field.
 pub struct Filter<'a, const D: usize> {
@@ -118,8 +117,11 @@ pub fn velocity_on_grid<'a, const D: usize>(
 
 /// Makes velocities of momentum that was scattered and folded.
 pub fn divide_by_mass<const D: usize>(field: &Field<D>, momentum: &mut [Vector<D>]) {
-    momentum.par_iter_mut().zip(&field.nodes).with_min_len(CHUNK).for_each(|(v, node)| {
+    let velocity = |(v, node): (&mut Vector<D>, &Node<D>)| {
         *v = if node.mass > 0.0 { *v / node.mass } else { Vector::ZERO };
+    };
+    parallel::for_each_chunk((&mut *momentum, &field.nodes[..]), CHUNK, |_, (momentum, nodes)| {
+        momentum.iter_mut().zip(nodes).for_each(velocity);
     });
     field.faint.iter().for_each(|faint| faint.follow(momentum));
 }

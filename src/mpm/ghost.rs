@@ -27,7 +27,6 @@ use super::grid::{EDGE, Grid, Node};
 use crate::math::Vector;
 use crate::parallel::{self, CHUNK};
 pub use limit::Limits;
-use rayon::prelude::*;
 
 /// How the ghosts beyond one end of an axis follow the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,9 +164,9 @@ impl<const D: usize> Ghosts<D> {
     pub fn fold<T: Ghosted>(&self, limits: &Limits, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
             // Looking is what takes time, so that is done in parallel; few ghosts carry anything.
-            let laden = |(_, ghost): &(usize, &Ghost)| !values[ghost.node as usize].is_nothing();
-            let laden: Vec<_> = ghosts.par_iter().with_min_len(CHUNK).enumerate().filter(laden).collect();
-            for (number, ghost) in laden {
+            let laden = |number: usize| !values[ghosts[number].node as usize].is_nothing();
+            for number in parallel::collect_some(ghosts.len(), CHUNK, |number| laden(number).then_some(number)) {
+                let ghost = &ghosts[number];
                 let Some(share) = limits.share(axis, number) else { continue };
                 let mut value = std::mem::take(&mut values[ghost.node as usize]);
                 if ghost.mirror {
@@ -185,7 +184,8 @@ impl<const D: usize> Ghosts<D> {
     pub fn fill<T: Ghosted>(&self, limits: &Limits, values: &mut [T]) {
         for (axis, ghosts) in self.axes.iter().enumerate().rev() {
             // A ghost's images are no ghosts of the same axis.
-            let image = |(number, ghost): (usize, &Ghost)| {
+            let image = |number: usize| {
+                let ghost = &ghosts[number];
                 let Some(share) = limits.share(axis, number) else { return values[ghost.node as usize] };
                 let mut value = T::default();
                 for (image, factor) in ghost.images(share) {
@@ -193,11 +193,11 @@ impl<const D: usize> Ghosts<D> {
                 }
                 if ghost.mirror { value.mirrored(axis) } else { value }
             };
-            let images: Vec<T> = ghosts.par_iter().with_min_len(CHUNK).enumerate().map(image).collect();
+            let images: Vec<T> = parallel::collect(ghosts.len(), CHUNK, image);
             // Ghosts are in the order of their nodes, so that every chunk has nodes of its own.
             let nodes = ghosts.chunks(CHUNK).map(|part| part[0].node as usize..part[part.len() - 1].node as usize + 1);
-            let parts: Vec<_> = parallel::parts_mut(values, nodes).into_iter().zip(ghosts.chunks(CHUNK)).collect();
-            parts.into_par_iter().zip(images.par_chunks(CHUNK)).for_each(|((values, ghosts), images)| {
+            let parts = parallel::parts_mut(values, nodes).into_iter().zip(ghosts.chunks(CHUNK));
+            parallel::map_parts(parts.zip(images.chunks(CHUNK)), |((values, ghosts), images)| {
                 let first = ghosts[0].node as usize;
                 ghosts.iter().zip(images).for_each(|(ghost, image)| values[ghost.node as usize - first] = *image);
             });

@@ -7,7 +7,7 @@ use super::particles::Body;
 use super::wall::Walls;
 use crate::error::{Place, StepError};
 use crate::math::Vector;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// A node this far beyond the end of the grid [cells] still lies on it: sheets end on planes of symmetry.
 const ON_THE_END: f64 = 1e-6;
@@ -38,7 +38,7 @@ pub fn check_particles<const D: usize>(grid: &Grid<D>, body: &Body<D>) -> Result
         let state = particles.velocity[p].norm_squared() + particles.pressure[p] + particles.energy[p];
         particles.position[p].is_finite() && state.is_finite()
     };
-    let bad = (0..particles.len()).into_par_iter().position_first(|p| !(finite(p) && inside(p)));
+    let bad = parallel::first(particles.len(), |p| !(finite(p) && inside(p)));
     bad.map_or(Ok(()), |p| {
         if finite(p) {
             let x = particles.position[p];
@@ -77,7 +77,8 @@ pub fn check_membrane<const D: usize>(
         if held { None } else { walls.obstacle_around(membrane.position[k], THROUGH * grid.cell) }
     };
     let bad = |k: usize| beyond(k).is_some() || obstacle(k).is_some();
-    let Some(k) = (0..membrane.position.len()).into_par_iter().with_min_len(1024).position_first(bad) else {
+    let bad = parallel::collect_some(membrane.position.len(), 1024, |k| bad(k).then_some(k));
+    let Some(&k) = bad.first() else {
         return Ok(());
     };
     let x = membrane.position[k];
@@ -128,8 +129,9 @@ pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) ->
 /// # Errors
 /// Names the first particle whose force is not.
 pub fn check_external<const D: usize>(body: &Body<D>) -> Result<(), StepError> {
-    let bad = body.work.external.par_iter().with_min_len(1024).position_first(|force| !force.is_finite());
-    bad.map_or(Ok(()), |p| Err(error(body, p, NO_FORCE, ("force", body.work.external[p].norm()), LOOK_AT_LOADS)))
+    let external = &body.work.external;
+    let bad = parallel::first(external.len(), |p| !external[p].is_finite());
+    bad.map_or(Ok(()), |p| Err(error(body, p, NO_FORCE, ("force", external[p].norm()), LOOK_AT_LOADS)))
 }
 
 const NO_FORCE: &str = "an external force is not a number";

@@ -31,8 +31,7 @@ use super::ghost::{Ghosts, Limits};
 use super::grid::Field;
 use super::particles::Body;
 use super::sweep::Chunk;
-use crate::parallel::CHUNK;
-use rayon::prelude::*;
+use crate::parallel::{self, CHUNK};
 
 /// Where the kinetic energy goes that FLIP and its filter dissipate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,8 +55,7 @@ pub(super) fn nodal<const D: usize>(
     count: usize,
     number: impl Fn(usize) -> f64 + Sync + Send,
 ) -> Vec<[f64; 1]> {
-    let mut numbers: Vec<[f64; 1]> =
-        (0..count).into_par_iter().with_min_len(CHUNK).map(|node| [number(node)]).collect();
+    let mut numbers = parallel::collect(count, CHUNK, |node| [number(node)]);
     ghosts.fill(limits, &mut numbers);
     numbers
 }

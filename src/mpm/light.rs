@@ -17,7 +17,6 @@ use super::ghost::Ghosted;
 use super::{Grid, KernelKind, Node, Transfer};
 use crate::math::Vector;
 use crate::parallel::{self, CHUNK};
-use rayon::prelude::*;
 
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.
 const LIGHTEST_PUSHED: f64 = 1e-6;
@@ -83,11 +82,7 @@ fn hosts<const D: usize>(grid: &Grid<D>, nodes: &[Node<D>], node: usize, least: 
 /// too small to count.
 pub fn find_faint<const D: usize>(grid: &Grid<D>, nodes: &mut [Node<D>], cutoff: &Cutoff) -> Vec<Faint> {
     let faint = |node: &Node<D>| node.mass <= cutoff.faint && !node.is_nothing();
-    let of_chunk = |(chunk, nodes): (usize, &[Node<D>])| {
-        let found = nodes.iter().enumerate().filter(|(_, node)| faint(node));
-        found.map(|(n, _)| chunk * CHUNK + n).collect::<Vec<_>>()
-    };
-    let found: Vec<usize> = nodes.par_chunks(CHUNK).enumerate().flat_map_iter(of_chunk).collect();
+    let found: Vec<usize> = parallel::collect_some(nodes.len(), CHUNK, |n| faint(&nodes[n]).then_some(n));
     let mut all = Vec::with_capacity(found.len());
     for node in found {
         let hosts = hosts(grid, nodes, node, cutoff.pushed);

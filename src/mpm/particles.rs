@@ -5,7 +5,7 @@ use super::traction::Traction;
 use crate::geometry::SkinPoint;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
-use rayon::prelude::*;
+use crate::parallel;
 use std::sync::Arc;
 
 /// The material points of one continuum with one law, or those of its parts that lie in one region of closed membranes.
@@ -158,13 +158,10 @@ impl<const D: usize> Body<D> {
             return;
         }
         work.mean.resize(particles.len(), Vector::ZERO);
-        if uniform {
-            work.external.resize(particles.len(), Vector::ZERO);
-        } else {
-            let columns = particles.position.par_iter().zip(&particles.mass);
-            columns
-                .map(|(x, &m)| Vector::from_fn(|a| gravity[a].value(x.to3(), t)) * m)
-                .collect_into_vec(&mut work.external);
+        work.external.resize(particles.len(), Vector::ZERO);
+        if !uniform {
+            let at = |x: Vector<D>| Vector::from_fn(|a| gravity[a].value(x.to3(), t));
+            parallel::fill(&mut work.external, 256, |p| at(particles.position[p]) * particles.mass[p]);
         }
         let mut index = vec![0u32; if traction.is_empty() { 0 } else { particles.len() }];
         if !traction.is_empty() {
@@ -181,10 +178,10 @@ impl<const D: usize> Body<D> {
     /// Work of all external forces and of the tractions among them over `dt` [J], and their impulse [N s].
     pub fn external_work(&self, dt: f64) -> (f64, f64, Vector<D>) {
         let (external, mean) = (&self.work.external, &self.work.mean);
-        let all = crate::parallel::sum(external.len(), |p| external[p].dot(mean[p])) * dt;
+        let all = parallel::sum(external.len(), |p| external[p].dot(mean[p])) * dt;
         let tractions = self.work.traction.iter().map(|&(p, force)| force.dot(mean[p])).sum::<f64>() * dt;
         let sum = |range: std::ops::Range<usize>| range.map(|p| external[p]).sum::<Vector<D>>();
-        let force = crate::parallel::reduce(external.len(), sum, |a, b| a + b).unwrap_or_default();
+        let force = parallel::reduce(external.len(), sum, |a, b| a + b).unwrap_or_default();
         (all, tractions, force * dt)
     }
 }
@@ -202,7 +199,7 @@ impl<const D: usize> Particles<D> {
 
     /// Total mass [kg].
     pub fn total_mass(&self) -> f64 {
-        crate::parallel::sum(self.len(), |p| self.mass[p])
+        parallel::sum(self.len(), |p| self.mass[p])
     }
 
     /// Allocates the optional columns that a law needs, for all particles.
@@ -215,10 +212,10 @@ impl<const D: usize> Particles<D> {
 
     /// Reorders every column: particle `p` becomes what was `order[p]`. Particles that `order` leaves out are gone.
     pub(crate) fn permute(&mut self, order: &[u32]) {
-        fn permuted<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32]) {
-            use rayon::prelude::*;
+        fn permuted<T: Copy + Default + Send + Sync>(column: &mut Vec<T>, order: &[u32]) {
             if !column.is_empty() {
-                *column = order.par_iter().map(|&p| column[p as usize]).collect();
+                let from = std::mem::take(column);
+                parallel::map_into(order, column, |&p| from[p as usize]);
             }
         }
         let stride = self.history.len().checked_div(self.len()).unwrap_or(0);
@@ -253,11 +250,11 @@ impl<const D: usize> Particles<D> {
 
     /// Kinetic energy Σ ½ m v² [J].
     pub fn kinetic_energy(&self) -> f64 {
-        crate::parallel::sum(self.len(), |p| 0.5 * self.mass[p] * self.velocity[p].norm_squared())
+        parallel::sum(self.len(), |p| 0.5 * self.mass[p] * self.velocity[p].norm_squared())
     }
 
     /// Internal energy [J].
     pub fn internal_energy(&self) -> f64 {
-        crate::parallel::sum(self.len(), |p| self.energy[p])
+        parallel::sum(self.len(), |p| self.energy[p])
     }
 }

@@ -21,7 +21,7 @@ use crate::error::Diagnostic;
 use crate::geometry::{Simplex, Winding};
 use crate::math::Vector;
 use crate::mesh::{ClosedSurface, closed_surfaces};
-use rayon::prelude::*;
+use crate::parallel;
 use std::sync::Arc;
 
 /// Volumes below this share of area times size are rounding: such a surface has no outside yet.
@@ -104,8 +104,8 @@ impl<const D: usize> Regions<D> {
     /// `meets` count. One that is not to be `divided` is one share, with no side of a membrane that it reaches through.
     fn share(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<Share> {
         let met = || (0..).zip(&self.enclosures).filter(|(_, enclosure)| meets[enclosure.sheet]);
-        let region = |x: &Vector<D>| met().filter(|(_, e)| e.holds(*x)).map(|(n, _)| n).collect();
-        let regions: Vec<Vec<u32>> = position.par_iter().with_min_len(TASK).map(region).collect();
+        let region = |p: usize| met().filter(|(_, e)| e.holds(position[p])).map(|(n, _)| n).collect();
+        let regions: Vec<Vec<u32>> = parallel::collect(position.len(), TASK, region);
         let mut shares: Vec<Share> = Vec::new();
         for (p, within) in (0..).zip(regions) {
             match shares.iter_mut().find(|share| share.within == within) {

@@ -31,7 +31,6 @@ use super::wall::{Bodies, Walls};
 use super::{Body, Field, Grid, Mpm, Node, Step};
 use crate::math::{Tensor, Vector};
 use crate::parallel::{self, CHUNK};
-use rayon::prelude::*;
 
 /// Steps between two corrections.
 const EVERY: u64 = 10;
@@ -90,7 +89,7 @@ impl<const D: usize> Mpm<D> {
             let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
             room(grid, &rows, node).min(share_beside(beside))
         };
-        let mut rooms: Vec<f64> = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK).map(free).collect();
+        let mut rooms: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
         coupling.contact.limit_rooms(grid, bodies, field, |node, distance| {
             rooms[node] = rooms[node].min(share_beside(distance / grid.cell));
         });
@@ -102,7 +101,7 @@ impl<const D: usize> Mpm<D> {
         }
         let known = |node: usize| reached(node) && rooms[node] > LEAST_ROOM;
         let filling = |node: usize| if known(node) { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
-        let own: Vec<f64> = (0..rooms.len()).into_par_iter().with_min_len(CHUNK).map(filling).collect();
+        let own: Vec<f64> = parallel::collect(rooms.len(), CHUNK, filling);
         // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
         let around = |node: usize| {
             let around = grid.neighbours(node).filter(|&other| known(other)).map(|other| (own[other] - 1.0).max(0.0));
@@ -114,7 +113,7 @@ impl<const D: usize> Mpm<D> {
             true => [around(node)],
             false => [0.0],
         };
-        let mut excess: Vec<[f64; 1]> = (0..rooms.len()).into_par_iter().with_min_len(CHUNK).map(excess).collect();
+        let mut excess: Vec<[f64; 1]> = parallel::collect(rooms.len(), CHUNK, excess);
         ghosts.fill(&Limits::default(), &mut excess);
         excess
     }
@@ -176,9 +175,9 @@ impl<const D: usize> Mpm<D> {
                     *by = Vector::ZERO;
                 }
             };
-            shifts.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(keep);
+            parallel::for_each_chunk(&mut shifts[..], CHUNK, |start, part| (start..).zip(part).for_each(keep));
             work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.lattice(), p, shifts[p]));
-            body.particles.position.par_iter_mut().zip(&shifts).for_each(|(x, by)| *x += *by);
+            parallel::for_each_pair_mut(&mut body.particles.position, &mut shifts, |x, by| *x += *by);
             bins.disorder.drift += largest(shifts.iter()) / grid.cell;
             body.work.shift = shifts;
         }

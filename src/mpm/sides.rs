@@ -10,7 +10,7 @@ use super::regions::Enclosure;
 use super::{BodySetup, Friction, MembraneSetup, Setup};
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// How far from an open membrane what flows counts as beside it [cells]: nodes between its two halves share what both bring.
 const BESIDE: f64 = 1.0;
@@ -78,8 +78,8 @@ impl<const D: usize> Sheet<'_, D> {
     /// The warning about a body on both sides of a closed membrane: a solid, or a fluid of which no more than a film next to the
     /// membrane is on one of them.
     fn warn_of_both_sides(&self, index: usize, body: &BodySetup<D>, all: &[Enclosure<D>]) -> Option<Diagnostic> {
-        let within = |x: &Vector<D>| all.iter().any(|enclosure| enclosure.holds(*x));
-        let held: Vec<bool> = body.position.par_iter().map(within).collect();
+        let within = |p: usize| all.iter().any(|enclosure| enclosure.holds(body.position[p]));
+        let held: Vec<bool> = parallel::collect(body.position.len(), 256, within);
         let inside = held.iter().filter(|&&held| held).count();
         let outside = held.len() - inside;
         let (fewer, side) = if inside < outside { (inside, "inside") } else { (outside, "outside") };

@@ -26,7 +26,7 @@ use super::wall::Walls;
 use super::{Body, Field, Grid, Mpm, Particles};
 use crate::math::{SymTensor, Vector};
 use crate::mpm::sweep::{Content, Sweep};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Steps between two corrections, and the power β of each.
 const EVERY: u64 = 10;
@@ -98,8 +98,7 @@ fn grid_pressure<const D: usize>(
         let heavy = field.nodes[node].mass > 0.0;
         if heavy && filled(node) && full(node) { sums[node][1] / volume } else { 0.0 }
     };
-    let nodes = || (0..grid.node_count()).into_par_iter().with_min_len(TASK);
-    let mut pressure: Vec<f64> = nodes().map(known).collect();
+    let mut pressure: Vec<f64> = parallel::collect(grid.node_count(), TASK, known);
     for _ in 0..ROWS {
         let next = |node: usize| {
             if pressure[node] > 0.0 || field.nodes[node].mass <= 0.0 {
@@ -109,7 +108,7 @@ fn grid_pressure<const D: usize>(
             let (sum, count) = around.fold((0.0, 0), |(sum, count), p| (sum + p, count + 1));
             if count > 0 { sum / f64::from(count) } else { 0.0 }
         };
-        pressure = nodes().map(next).collect();
+        pressure = parallel::collect(grid.node_count(), TASK, next);
     }
     pressure
 }
@@ -127,7 +126,7 @@ fn lead<const D: usize>(grid: &Grid<D>, lattice: &Lattice<D>, pressure: &[f64], 
         });
         if weights > 0.5 { sum / weights } else { 0.0 }
     };
-    let wanted: Vec<f64> = particles.position.par_iter().with_min_len(TASK).map(|&x| there(x)).collect();
+    let wanted: Vec<f64> = parallel::collect(particles.len(), TASK, |p| there(particles.position[p]));
     for (p, wanted) in wanted.into_iter().enumerate() {
         if wanted > 0.0 && particles.pressure[p] > 0.0 {
             lead_particle(particles, p, wanted, ambient);

@@ -37,7 +37,6 @@ use crate::parallel::{self, CHUNK};
 use constrain::Part;
 pub(in crate::mpm) use gap::Bodies;
 pub use pushes::Pushes;
-use rayon::prelude::*;
 pub use solid::{SheetPush, Solid};
 
 /// Fraction of a cell for the central differences of an obstacle's normal.
@@ -251,13 +250,11 @@ impl<const D: usize> Walls<D> {
 
     /// Finds the nodes under a condition, after the active blocks or an obstacle changed.
     pub fn find_nodes(&mut self, grid: &Grid<D>) {
-        let nodes = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK);
-        self.conditions = nodes.flat_map_iter(|node| self.conditions_of(grid, node)).collect();
+        self.conditions = parallel::collect_all(grid.node_count(), CHUNK, |node| self.conditions_of(grid, node));
         self.parts = constrain::parts(&self.conditions);
         let has_gap = |condition: &Condition<D>| self.has_gap(condition);
         self.places = gap::Places::new(grid, &self.conditions, has_gap);
-        let nodes = (0..grid.node_count()).into_par_iter().with_min_len(CHUNK);
-        self.feet = nodes.flat_map_iter(|node| self.feet_of(grid, node)).collect();
+        self.feet = parallel::collect_all(grid.node_count(), CHUNK, |node| self.feet_of(grid, node));
         let reach = (0.5 * EDGE as f64 * (D as f64).sqrt() + NEAR) * grid.cell;
         let middle =
             |block: &[i32; D]| grid.origin + Vector::from_fn(|a| f64::from(block[a]) + 0.5) * (EDGE as f64 * grid.cell);

@@ -249,6 +249,12 @@ pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
 }
 
+/// What `work` makes of each of the parts, in their order; each is a task of its own.
+pub fn map_parts<P: Send, T: Send>(parts: impl IntoIterator<Item = P>, work: impl Fn(P) -> T + Sync) -> Vec<T> {
+    let mut parts: Vec<Option<P>> = parts.into_iter().map(Some).collect();
+    map_chunks(&mut parts[..], 1, |_, part| part[0].take().map(&work)).into_iter().flatten().collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -273,6 +279,7 @@ mod tests {
         }
         assert_eq!(first(100_000, |n| n >= 70_000), Some(70_000));
         assert_eq!(first(0, |_| true), None);
+        assert_eq!(map_parts(squares, |square| square + 1)[999], 999 * 999 + 1);
         assert_eq!(collect(0, 4, |n| n), Vec::<usize>::new());
         assert!(threads() > 0);
     }

@@ -35,8 +35,8 @@ use super::solver::{Moving, Reached, Solver, Spot, Stiffness};
 use super::watch::{Member, Seen, Watch, label, stencil};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
+use crate::parallel;
 use hashbrown::HashMap;
-use rayon::prelude::*;
 
 /// The fraction β of an overlap that is undone in one step, but no more than the share ξ of the size of what overlaps.
 const RECOVERY: f64 = 0.2;
@@ -158,15 +158,11 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
     fn choose(&mut self, sheet: &Sheet<D>, scene: &Scene<'_, D>, partners: &mut Partners<D>) {
         let (grid, lattice) = (scene.grid, scene.lattice);
         let Self { solver: Solver { spots, reached, .. }, members, .. } = self;
-        let stencils: Vec<Vec<(u32, Flips, f64)>> = (0..spots.len())
-            .into_par_iter()
-            .with_min_len(STENCILS)
-            .map(|c| {
-                let start = if c == 0 { 0 } else { spots[c - 1].members };
-                let members = &members[start as usize..spots[c].members as usize];
-                stencil(grid, lattice, spots[c].field as usize, members)
-            })
-            .collect();
+        let stencils: Vec<Vec<(u32, Flips, f64)>> = parallel::collect(spots.len(), STENCILS, |c| {
+            let start = if c == 0 { 0 } else { spots[c - 1].members };
+            let members = &members[start as usize..spots[c].members as usize];
+            stencil(grid, lattice, spots[c].field as usize, members)
+        });
         for (spot, stencil) in spots.iter_mut().zip(stencils) {
             for (node, flips, weight) in stencil {
                 let partner = partners.add(grid, lattice, spot.field as usize, node as usize);

@@ -22,7 +22,6 @@ use super::sheet::Surface;
 use crate::math::Vector;
 use crate::mpm::{Body, EDGE, Grid, Particles};
 use crate::parallel;
-use rayon::prelude::*;
 
 /// Particles whose support reaches a marked node.
 #[derive(Debug, Default)]
@@ -224,7 +223,7 @@ impl<const D: usize> Band<'_, D> {
         let (scene, body) = (self.scene, &self.scene.bodies[index]);
         let particles = &body.particles;
         let band = &*self;
-        let readings: Vec<_> = near.par_iter().with_min_len(TASK).map(|&p| band.read(particles, p as usize)).collect();
+        let readings: Vec<_> = parallel::collect(near.len(), TASK, |n| band.read(particles, near[n] as usize));
         let mut crossed = 0;
         for (&p, reading) in near.iter().zip(readings) {
             let Some(Reading { distance, radius, normal }) = reading else { continue };

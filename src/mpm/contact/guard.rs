@@ -17,7 +17,7 @@ use super::nearest::Nearest;
 use super::sample::Facet;
 use crate::math::Vector;
 use crate::mpm::Body;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// The least distance from a sheet over the particle's half size.
 const CLOSEST: f64 = 0.5;
@@ -87,8 +87,8 @@ pub(super) struct Moved<'a, const D: usize> {
 /// their bodies and particles. `travel` [m]: how far the nodes of each sheet moved at most.
 pub(super) fn suspects<const D: usize>(near: &[Near<D>], travel: &[f64], bodies: &[Body<D>]) -> Vec<(u32, u32, u32)> {
     let moved = |near: &Near<D>| (place(near, bodies) - near.from).norm() + travel[near.sheet as usize];
-    let left = near.par_iter().with_min_len(TASK).filter(|near| near.room < moved(near));
-    let mut left: Vec<_> = left.map(Near::key).collect();
+    let left = |n: usize| Some(&near[n]).filter(|near| near.room < moved(near)).map(Near::key);
+    let mut left = parallel::collect_some(near.len(), TASK, left);
     left.sort_unstable();
     left.dedup();
     left
@@ -109,16 +109,17 @@ pub(super) fn keep_sides<const D: usize>(
         let least = same.iter().take_while(|near| near.key() == **suspect).map(|near| near.least).fold(0.0, f64::max);
         lack(same[0], sheets, place(same[0], bodies), least, cell).is_some()
     };
-    let wrong = suspects.par_iter().with_min_len(TASK).filter(fails);
-    let mut wrong: Vec<(u32, u32)> = wrong.map(|&(body, particle, _)| (body, particle)).collect();
+    let wrong = |n: usize| Some(&suspects[n]).filter(fails).map(|&(body, particle, _)| (body, particle));
+    let mut wrong: Vec<(u32, u32)> = parallel::collect_some(suspects.len(), TASK, wrong);
     wrong.dedup();
-    let correct = |&(body, particle): &(u32, u32)| {
+    let correct = |n: usize| {
+        let (body, particle) = wrong[n];
         let start = all.partition_point(|near| (near.body, near.particle) < (body, particle));
         let end = all.partition_point(|near| (near.body, near.particle) <= (body, particle));
         let x = place(all[start], bodies);
         (body, Shift { particle, by: admissible(&all[start..end], sheets, x, cell) - x })
     };
-    wrong.par_iter().map(correct).collect()
+    parallel::collect(wrong.len(), 16, correct)
 }
 
 /// What has to be added to `x` [m] to be `least` [m] from the sheet on the right side; `None` if it is.

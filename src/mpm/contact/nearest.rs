@@ -23,8 +23,8 @@
 use super::locate::{borders, closest, for_each_bin};
 use super::sample::Facet;
 use crate::math::Vector;
+use crate::parallel;
 use hashbrown::{HashMap, HashSet};
-use rayon::prelude::*;
 
 /// How far, in cells, the sheet may move before its facets are binned anew.
 const SLACK: f64 = 0.5;
@@ -118,11 +118,10 @@ impl<const D: usize> Nearest<D> {
     pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
         self.bin_facets(facets, position, reach, cell);
         if self.placed.position != position {
-            let facets = facets.par_iter().with_min_len(TASK);
-            let (bounds, areas): (Vec<_>, Vec<_>) =
-                facets.map(|facet| (Bounds::of(facet, position), facet.area(position))).unzip();
-            let nodes = (0..position.len()).into_par_iter().with_min_len(TASK);
-            let normals = nodes.map(|node| self.node_normal(|e| areas[e as usize], node as u32)).collect();
+            let bounds = parallel::collect(facets.len(), TASK, |e| Bounds::of(&facets[e], position));
+            let areas = parallel::collect(facets.len(), TASK, |e| facets[e].area(position));
+            let normal = |node: usize| self.node_normal(|e| areas[e as usize], node as u32);
+            let normals = parallel::collect(position.len(), TASK, normal);
             self.placed = Placed { position: position.to_vec(), bounds, normals };
         }
     }

@@ -11,7 +11,7 @@ use super::nodes::Lattice;
 use super::normal::{Interface, Point, separate};
 use crate::math::{Tensor, Vector};
 use crate::mpm::{Body, Friction, Grid};
-use rayon::prelude::*;
+use crate::parallel::{self, CHUNK};
 
 /// Turns that the pairs at a node take when there are several.
 const SWEEPS: usize = 4;
@@ -64,13 +64,10 @@ impl<const D: usize> Pairwise<D> {
             return;
         }
         let (starts, cloud) = self.gather(grid, lattice, bodies);
-        let met: Vec<Vec<Meeting<D>>> = (0..self.rows.len())
-            .into_par_iter()
-            .map(|row| {
-                let near = &cloud[starts[row] as usize..starts[row + 1] as usize];
-                self.meet(grid, lattice, sheets, self.rows[row], near, tolerance, dt)
-            })
-            .collect();
+        let met: Vec<Vec<Meeting<D>>> = parallel::collect(self.rows.len(), 16, |row| {
+            let near = &cloud[starts[row] as usize..starts[row + 1] as usize];
+            self.meet(grid, lattice, sheets, self.rows[row], near, tolerance, dt)
+        });
         for mut meetings in met {
             let sweeps = if meetings.len() > 1 { SWEEPS } else { 1 };
             for _ in 0..sweeps {
@@ -91,7 +88,7 @@ impl<const D: usize> Pairwise<D> {
         self.rows = if self.pairs.is_empty() {
             Vec::new()
         } else {
-            (0..grid.node_count()).into_par_iter().filter(|&node| shared(node)).collect()
+            parallel::collect_some(grid.node_count(), CHUNK, |node| shared(node).then_some(node))
         };
         self.lookup.clear();
         self.lookup.resize(if self.rows.is_empty() { 0 } else { grid.node_count() }, NONE);
@@ -110,9 +107,8 @@ impl<const D: usize> Pairwise<D> {
         let mut found: Vec<Near<D>> = Vec::new();
         for body in bodies {
             let near = marks.near(grid, lattice, &body.particles.position);
-            let lists: Vec<Vec<Near<D>>> =
-                near.par_iter().map(|&p| self.around(grid, lattice, body, p as usize)).collect();
-            found.extend(lists.into_iter().flatten());
+            let around = |n: usize| self.around(grid, lattice, body, near[n] as usize);
+            found.extend(parallel::collect_all(near.len(), 256, around));
         }
         let mut starts = vec![0_u32; self.rows.len() + 1];
         for (row, ..) in &found {

@@ -24,7 +24,7 @@ use super::sheet::Surface;
 use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Solid, Walls};
 use crate::mpm::{Friction, SubStep};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// How near to a surface points are listed [cells]; the list is made anew when something may have moved that far.
 const REACH: f64 = 0.25;
@@ -181,14 +181,14 @@ impl<const D: usize> Rigid<D> {
         }
         let nodes = Nodes::of(facets, surface);
         let of_node = |k: usize| near.iter().filter_map(|&solid| nodes.rest(solid, k, surface, at, cell)).collect();
-        let all = (0..surface.position.len()).into_par_iter().with_min_len(256);
-        let lists: Vec<Vec<Rest<D>>> = all.map(of_node).collect();
+        let lists: Vec<Vec<Rest<D>>> = parallel::collect(surface.position.len(), 256, of_node);
         for (k, rests) in lists.into_iter().enumerate().filter(|(_, rests)| !rests.is_empty()) {
             self.first[k] = self.rests.len() as u32;
             self.rests.extend(rests);
         }
         let first = &self.first;
-        let of_facet = |facet: &Facet| -> Vec<Rest<D>> {
+        let of_facet = |e: usize| -> Vec<Rest<D>> {
+            let facet = &facets[e];
             let close = facet.nodes().iter().any(|&k| first[k as usize] != NONE);
             let size = facet.size(surface.position);
             near.iter()
@@ -196,8 +196,7 @@ impl<const D: usize> Rigid<D> {
                 .flat_map(|&solid| nodes.rests_within(solid, facet, surface, at, cell))
                 .collect()
         };
-        let within: Vec<_> = facets.par_iter().with_min_len(256).flat_map_iter(of_facet).collect();
-        self.rests.extend(within);
+        self.rests.extend(parallel::collect_all(facets.len(), 256, of_facet));
     }
 
     /// One sweep over all contacts: the largest change of an impulse, and the largest impulse [N s]. The nodes have the

@@ -11,7 +11,8 @@
 use super::nodes::{Flips, Lattice};
 use crate::math::Vector;
 use crate::mpm::Grid;
-use rayon::prelude::*;
+use crate::parallel;
+use std::ops::Range;
 
 /// Most samples along an element's side.
 const MOST: u32 = 64;
@@ -182,9 +183,9 @@ impl Samples {
         grid: &Grid<D>,
         lattice: &Lattice<D>,
     ) -> Vec<Vec<Visit>> {
-        let visit = |task: usize| {
+        let visit = |samples: Range<usize>| {
             let mut visits = Vec::new();
-            for sample in task * TASK..self.count().min((task + 1) * TASK) {
+            for sample in samples {
                 lattice.for_each(grid, self.place(facets, position, sample), |node, weight, flips| {
                     if grid.fields.iter().any(|field| field.nodes[node].mass > lattice.cutoff) {
                         visits.push(Visit { sample: sample as u32, node: node as u32, flips, weight });
@@ -193,7 +194,7 @@ impl Samples {
             }
             visits
         };
-        (0..self.count().div_ceil(TASK)).into_par_iter().map(visit).collect()
+        parallel::map_ranges(self.count(), TASK, visit)
     }
 
     fn fill(&mut self, element: u32, count: usize, corner_mass: [f64; 4]) {

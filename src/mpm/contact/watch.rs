@@ -7,7 +7,7 @@ use super::sample::Facet;
 use crate::geometry::SkinPoint;
 use crate::math::Vector;
 use crate::mpm::{Body, Grid};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// How far from the sheet particles are watched [cells].
 pub(super) const WATCHED: f64 = 1.0;
@@ -71,7 +71,7 @@ impl<'a, const D: usize> Watch<'a, D> {
             Some(point) => self.see_skin(key, point),
             None => self.see_particle(key),
         };
-        (0..count).into_par_iter().with_min_len(TASK).filter_map(see).collect()
+        parallel::collect_some(count, TASK, see)
     }
 
     /// The particles that take the impulse.

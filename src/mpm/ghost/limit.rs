@@ -19,8 +19,7 @@
 
 use super::{Fold, Ghost, Ghosts};
 use crate::mpm::Node;
-use crate::parallel::CHUNK;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// The largest part of the mass of the rows inside that a ghost takes, β: ten times what it takes where material fills the rows evenly, and
 /// more than the eighth that one row of particles per cell can bring there.
@@ -46,7 +45,7 @@ impl Limits {
         for (shares, ghosts) in self.shares.iter_mut().zip(&ghosts.axes) {
             let folded = |ghost: &&Ghost| folds[ghost.side / 2][ghost.side % 2] != Fold::Continue;
             let share = |ghost: &Ghost| Some(ghost).filter(folded).map(|g| share(g, |node| nodes[node as usize].mass));
-            ghosts.par_iter().with_min_len(CHUNK).map(share).collect_into_vec(shares);
+            parallel::map_into(ghosts, shares, share);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::connectivity::Elements;
 use crate::math::{Signal, Vector};
 use crate::mpm::SupportSetup;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Area vector [m²] (2D: [m]) of an element: ½ r31 × r42 of a quadrilateral, ½ r21 × r31 of a triangle,
 /// r21 × e_z of a segment (34; theory (C.5)).
@@ -68,26 +68,24 @@ impl<const D: usize> Pressure<D> {
 
     /// The first element where the load has no value, and what it has instead [Pa].
     pub fn undefined(&self) -> Option<(usize, f64)> {
-        let bad = self.local.par_iter().with_min_len(1024).position_first(|value| !value.is_finite());
+        let bad = parallel::first(self.local.len(), |e| !self.local[e].is_finite());
         bad.map(|e| (e, self.local[e]))
     }
 
     /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes (31; theory (C.28)).
     pub fn update(&mut self, t: f64, elements: &Elements, position: &[Vector<D>]) {
         let Self { value, area, local, force, .. } = self;
-        local.par_iter_mut().with_min_len(1024).enumerate().for_each(|(e, local)| {
+        parallel::fill(local, 1024, |e| {
             let nodes = elements.nodes(e);
             let centre = nodes.iter().map(|&k| position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64);
-            *local = value.value(centre.to3(), t);
+            value.value(centre.to3(), t)
         });
         let everywhere = value.value([0.0; 3], t);
         let pushed = |c: &u32| {
             let e = elements.element_of(*c);
             area[e] * local.get(e).copied().unwrap_or(everywhere)
         };
-        force.par_iter_mut().with_min_len(1024).enumerate().for_each(|(k, force)| {
-            *force = elements.corners(k).iter().map(pushed).sum();
-        });
+        parallel::fill(force, 1024, |k| elements.corners(k).iter().map(pushed).sum());
     }
 }
 

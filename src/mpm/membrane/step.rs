@@ -11,7 +11,6 @@ use crate::material::SheetKind;
 use crate::math::{Signal, Vector};
 use crate::mpm::health::no_load;
 use crate::parallel;
-use rayon::prelude::*;
 
 /// Blocks of elements per parallel task.
 const TASK: usize = 32;
@@ -42,11 +41,8 @@ impl<const D: usize> Membrane<D> {
         self.pressure.update(t, &self.elements, &self.position);
         self.check_loads(t)?;
         let Self { element_force, corner_force, elements, .. } = self;
-        element_force.par_chunks_mut(NODES).enumerate().for_each(|(chunk, forces)| {
-            for (i, force) in forces.iter_mut().enumerate() {
-                let corners = elements.corners(chunk * NODES + i);
-                *force = corners.iter().fold(Vector::ZERO, |sum, &corner| sum + corner_force[corner as usize]);
-            }
+        parallel::fill(element_force, NODES, |k| {
+            elements.corners(k).iter().fold(Vector::ZERO, |sum, &corner| sum + corner_force[corner as usize])
         });
         Ok(())
     }
@@ -57,12 +53,9 @@ impl<const D: usize> Membrane<D> {
         self.touch_time += dt;
         std::mem::swap(&mut self.before, &mut self.velocity);
         let (mut velocity, drag, gravity) = (std::mem::take(&mut self.velocity), self.drag(), self.gravity_at(t));
-        velocity.par_chunks_mut(NODES).enumerate().for_each(|(chunk, velocity)| {
-            for (i, v) in velocity.iter_mut().enumerate() {
-                let k = chunk * NODES + i;
-                let force = self.element_force[k] + self.pressure.at(k);
-                *v = self.before[k] + (force * (1.0 / self.mass[k]) + (gravity.at(k) - self.before[k] * drag)) * dt;
-            }
+        parallel::fill(&mut velocity, NODES, |k| {
+            let force = self.element_force[k] + self.pressure.at(k);
+            self.before[k] + (force * (1.0 / self.mass[k]) + (gravity.at(k) - self.before[k] * drag)) * dt
         });
         self.velocity = velocity;
         self.contact_force.clear();
@@ -75,11 +68,13 @@ impl<const D: usize> Membrane<D> {
         let Self { velocity, contact_force, touch, mass, .. } = self;
         contact_force.resize(velocity.len(), Vector::ZERO);
         touch.resize(velocity.len(), Vector::ZERO);
-        let nodes = velocity.par_iter_mut().zip(contact_force).zip(touch).zip(force).zip(&*mass);
-        nodes.with_min_len(NODES).for_each(|((((v, sum), touch), &f), &m)| {
-            *v += f * (dt / m);
-            *sum += f;
-            *touch += f * dt;
+        let columns = (&mut velocity[..], &mut contact_force[..], &mut touch[..], force, &mass[..]);
+        parallel::for_each_chunk(columns, NODES, |_, (velocity, sum, touch, force, mass)| {
+            for ((((v, sum), touch), &f), &m) in velocity.iter_mut().zip(sum).zip(touch).zip(force).zip(mass) {
+                *v += f * (dt / m);
+                *sum += f;
+                *touch += f * dt;
+            }
         });
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
@@ -89,7 +84,7 @@ impl<const D: usize> Membrane<D> {
         self.book(t);
         self.books[0].displacement_dt = dt;
         let Self { position, velocity, .. } = self;
-        position.par_iter_mut().zip(velocity).with_min_len(NODES).for_each(|(x, v)| *x += *v * dt);
+        parallel::for_each_pair_mut(position, velocity, |x, v| *x += *v * dt);
     }
 
     /// Loads that vary have a value everywhere.
@@ -102,8 +97,8 @@ impl<const D: usize> Membrane<D> {
         if self.gravity.iter().all(Signal::is_uniform) {
             return Ok(());
         }
-        let (nodes, gravity) = ((0..self.mass.len()).into_par_iter().with_min_len(NODES), self.gravity_at(t));
-        nodes.position_first(|k| !gravity.at(k).is_finite()).map_or(Ok(()), |index| {
+        let gravity = self.gravity_at(t);
+        parallel::first(self.mass.len(), |k| !gravity.at(k).is_finite()).map_or(Ok(()), |index| {
             let (position, value) = (self.position[index].to3(), gravity.at(index).norm() * self.mass[index]);
             Err(StepError { time, ..no_load(Place::Node { body, index, position }, value) })
         })
@@ -259,7 +254,7 @@ impl<const D: usize> Membrane<D> {
             areas = rest;
             runs.push(Run { first: index * TASK, blocks, force, area });
         }
-        let parts: Vec<Sums> = runs.into_par_iter().map(|run| task.run::<S, N>(run)).collect();
+        let parts: Vec<Sums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
         (parts.into_iter().fold(sums, Sums::and), next)
     }
 

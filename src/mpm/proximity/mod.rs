@@ -17,9 +17,9 @@ use super::contact::sample::Facet;
 use super::{Membrane, Setup};
 use crate::error::Diagnostic;
 use crate::math::Vector;
+use crate::parallel;
 use crate::simulation::Column;
 use layout::Layout;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 use survey::{Found, Meeting, State, Survey};
 
@@ -105,12 +105,10 @@ impl<const D: usize> Proximity<D> {
     /// True if a node has moved out of its room.
     fn moved(&self, membranes: &[Membrane<D>]) -> bool {
         let square = self.room * self.room;
-        let far = |(x, seen): (&Vector<D>, &Vector<D>)| (*x - *seen).norm_squared() > square;
-        self.room == 0.0
-            || membranes
-                .iter()
-                .zip(&self.seen)
-                .any(|(membrane, seen)| membrane.position.par_iter().zip(seen).with_min_len(4096).any(far))
+        let far = |(membrane, seen): (&Membrane<D>, &Vec<Vector<D>>)| {
+            parallel::first(seen.len(), |k| (membrane.position[k] - seen[k]).norm_squared() > square).is_some()
+        };
+        self.room == 0.0 || membranes.iter().zip(&self.seen).any(far)
     }
 
     /// Looks, and finds the room until the next time.

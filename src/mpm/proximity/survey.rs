@@ -6,7 +6,7 @@
 use super::distance::approach;
 use super::layout::{Element, Layout};
 use crate::math::Vector;
-use rayon::prelude::*;
+use crate::parallel;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 use std::collections::BTreeMap;
@@ -127,7 +127,7 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
     /// What there is to find.
     pub fn run(&self) -> Found {
         let patches = &self.layout.patches;
-        let shapes: Vec<Shape> = patches.par_iter().with_min_len(TASK).map(|patch| self.shape(patch)).collect();
+        let shapes: Vec<Shape> = parallel::collect(patches.len(), TASK, |p| self.shape(&patches[p]));
         let boxed = |(p, shape): (usize, &Shape)| {
             GeomWithData::new(Rectangle::from_corners(shape.all.lower, shape.all.upper), p)
         };
@@ -141,7 +141,7 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
             near.into_iter().for_each(|other| self.compare([own, other], &shapes, &mut found));
             found
         };
-        let parts: Vec<Found> = (0..patches.len()).into_par_iter().with_min_len(TASK).map(look).collect();
+        let parts: Vec<Found> = parallel::collect(patches.len(), TASK, look);
         parts.into_iter().fold(Found::nothing(self.margin), Found::and)
     }
 

@@ -5,8 +5,7 @@ use super::gap::Bodies;
 use super::{Condition, Pushes, Reaction, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, Node, Step};
-use crate::parallel::parts_mut;
-use rayon::prelude::*;
+use crate::parallel::{map_parts, parts_mut};
 use std::ops::Range;
 
 /// Conditions of a part, about.
@@ -54,7 +53,7 @@ impl<const D: usize> Walls<D> {
         run: impl Fn(&Part, usize, &mut [T]) -> R + Sync,
     ) -> Vec<R> {
         let values = parts_mut(values, self.parts.iter().map(|part| part.nodes.clone()));
-        self.parts.par_iter().zip(values).map(|(part, values)| run(part, part.nodes.start, values)).collect()
+        map_parts(self.parts.iter().zip(values), |(part, values)| run(part, part.nodes.start, values))
     }
 
     /// Finds where the bodies of a field may meet the surfaces of obstacles; binding conditions on p⁻ (Lian, Liu & Zhang 2014,
@@ -108,9 +107,9 @@ impl<const D: usize> Walls<D> {
         let (force, closed) =
             (parts_mut(&mut reaction.force, conditions()), parts_mut(&mut reaction.closed, conditions()));
         let nodes = parts_mut(nodes, self.parts.iter().map(|part| part.nodes.clone()));
-        let parts = self.parts.par_iter().zip(nodes).zip(force.into_par_iter().zip(closed));
+        let parts = self.parts.iter().zip(nodes).zip(force.into_iter().zip(closed));
         let (gap, held) = (&reaction.gap, &reaction.held);
-        let changes = parts.map(|((part, nodes), (forces, closed))| {
+        let changes = map_parts(parts, |((part, nodes), (forces, closed))| {
             let (mut start, mut most) = (vec![Vector::ZERO; self.boundaries.len()], 0.0_f64);
             for (k, (sum, closed)) in part.conditions.clone().zip(forces.iter_mut().zip(closed)) {
                 let condition = &self.conditions[k];
@@ -127,7 +126,6 @@ impl<const D: usize> Walls<D> {
             }
             (start, most)
         });
-        let changes: Vec<_> = changes.collect();
         let mut largest = 0.0_f64;
         for (change, most) in changes {
             reaction.start.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);

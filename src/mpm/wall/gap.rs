@@ -17,7 +17,10 @@ use crate::mpm::grid::EDGE;
 use crate::mpm::particles::Body;
 use crate::mpm::sweep::Bins;
 use crate::mpm::{Grid, Kernel};
-use rayon::prelude::*;
+use crate::parallel;
+
+/// Bins of particles per parallel task.
+const BINS: usize = 4;
 
 /// Where the conditions with gaps are, by node; rebuilt with the conditions.
 #[derive(Debug, Default)]
@@ -86,9 +89,10 @@ impl<'a, const D: usize> Bodies<'a, D> {
         let mut all = Vec::new();
         for &(number, body, bins) in &self.all {
             let visit = &visit;
-            let bins = bins.bins.par_iter().zip(&bins.slots).filter(|(_, slots)| near(slots[slots.len() / 2] as usize));
-            all.par_extend(bins.flat_map_iter(|(bin, _)| {
-                let surface = bin.range.clone().filter(|&p| body.shows_surface(p));
+            all.extend(parallel::collect_all(bins.slots.len(), BINS, |n| {
+                let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
+                let range = if near(slots[slots.len() / 2] as usize) { bin.range.clone() } else { 0..0 };
+                let surface = range.filter(|&p| body.shows_surface(p));
                 surface.flat_map(move |p| visit((number, body), p))
             }));
         }
@@ -120,15 +124,15 @@ impl<const D: usize> Walls<D> {
         (body, bins): (&Body<D>, &Bins<D>),
         shielded: &(dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Vec<(u32, f64)> {
-        let near = |(_, slots): &(_, &Vec<u32>)| slots.iter().any(|&slot| self.places.blocks[slot as usize]);
-        let bins = bins.bins.par_iter().zip(&bins.slots).filter(near);
-        bins.flat_map_iter(|(bin, slots)| {
-            bin.range.clone().filter(|&p| body.shows_surface(p)).flat_map(move |p| {
+        let near = |slots: &[u32]| slots.iter().any(|&slot| self.places.blocks[slot as usize]);
+        parallel::collect_all(bins.slots.len(), BINS, |n| {
+            let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
+            let range = if near(slots) { bin.range.clone() } else { 0..0 };
+            range.filter(|&p| body.shows_surface(p)).flat_map(move |p| {
                 let node = |ijk: [i32; D]| place(bin.block, slots, ijk);
                 self.gaps_of(grid, (body, p), shielded, node)
             })
         })
-        .collect()
     }
 
     /// The gaps that particle `p` shows to the nodes of its support.
