@@ -37,7 +37,7 @@ stress-update = "average"
 locking = { kind = "none" }
 "#;
 
-/// Elastic solids: the filter would take spin, at their surfaces, for noise (theory 11: pure FLIP).
+/// Elastic solids: the filter would take spin, at their surfaces, for noise (theory A.7: pure FLIP).
 const ELASTIC: &str = r#"
 kernel = "quadratic"
 transfer = { kind = "flip", relaxation = inf, filter-order = 0 }

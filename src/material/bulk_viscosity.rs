@@ -1,4 +1,4 @@
-//! Artificial bulk viscosity, which spreads shocks over a few cells (theory 3.5).
+//! Artificial bulk viscosity, which spreads shocks over a few cells (theory B.6).
 //!
 //! ```text
 //! q = ρ l (q1 l (tr D)² − q2 c tr D)        where tr D < 0, else 0

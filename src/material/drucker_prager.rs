@@ -1,4 +1,4 @@
-//! Soil: Drucker–Prager's yield surface with friction, cohesion, dilation and a tension limit (theory 3.6).
+//! Soil: Drucker–Prager's yield surface with friction, cohesion, dilation and a tension limit (theory B.12).
 //!
 //! ```text
 //! τ = √(½ s : s),   σ_m = ⅓ tr σ,   f = τ + q_φ σ_m − k ≤ 0,   σ_m ≤ σ_t

@@ -1,7 +1,7 @@
 //! Moduli of isotropic elasticity, and the Jaumann-rate solid that the rate laws start from.
 //!
 //! ```text
-//! p = −K ln J,      s^{n+1} = Q (sⁿ + G D' Δt) Qᵀ + G D' Δt           (theory 3.6)
+//! p = −K ln J,      s^{n+1} = Q (sⁿ + G D' Δt) Qᵀ + G D' Δt           (theory B.8)
 //! ```
 //!
 //! Half of the strain increment is turned, because it happens before half of the rotation: this makes the
@@ -120,7 +120,7 @@ impl Moduli {
         -self.bulk * volume_ratio.ln()
     }
 
-    /// Deviator of the rate laws after an elastic increment [Pa].
+    /// Deviator of the rate laws after an elastic increment [Pa], Lian (22, 25).
     #[inline(always)]
     pub fn deviator(&self, increment: &Increment, point: &Point<'_>) -> SymTensor {
         let half = increment.shear * self.shear;

@@ -1,10 +1,10 @@
 //! One increment of a fluid: viscous stress, artificial bulk viscosity, pressure and energy.
 //!
-//! The energy balance is the trapezoidal rule with the total stress (theory 3.2): what the grid forces
+//! The energy balance is the trapezoidal rule with the total stress (theory B.3): what the grid forces
 //! Σ V σ ∇N take from the motion is what the particles gain, to second order and without iteration.
 //!
 //! ```text
-//! s^{n+1} = 2 μ dev D                                                            (theory 3.4)
+//! s^{n+1} = 2 μ dev D                                                            (theory B.5)
 //! e*      = eⁿ + V̄ ½(sⁿ + s^{n+1}) : D Δt − ½ (pⁿ + qⁿ + q^{n+1}) ΔV
 //! p^{n+1} = (A + B e*/V0) / (1 + ½ B ΔV/V0),      e^{n+1} = e* − ½ p^{n+1} ΔV
 //! ```
@@ -57,7 +57,7 @@ pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &Flow, batch: &mut Po
     }
 }
 
-/// Viscous stress and viscous heating. Leaves the deviator s^{n+1} in the stress.
+/// Viscous stress, Lian (26), and viscous heating. Leaves the deviator s^{n+1} in the stress.
 fn shear(flow: &Flow, batch: &mut PointBatch<'_>) {
     for p in 0..batch.len() {
         let rate = batch.gradient[p].symmetric().deviator();

@@ -1,5 +1,5 @@
 //! Fluid: pressure from an equation of state, Newtonian shear viscosity with viscous heating
-//! (paper's null material; theory 3.1, 3.2, 3.4).
+//! (the null material of Lian (26); theory B.3, B.5).
 
 use super::bulk_viscosity::BulkViscosity;
 use super::eos::{Coefficients, EquationsOfState};

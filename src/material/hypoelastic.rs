@@ -1,4 +1,4 @@
-//! Isotropic hypoelastic solid with the Jaumann rate (paper 22–24 with the spin's sign corrected; theory 3.6).
+//! Isotropic hypoelastic solid with the Jaumann rate (Lian (22–25) with the spin's sign corrected; theory B.8).
 //!
 //! ```text
 //! σ^∇ = 2 G D' + K tr D 1,      σ̇ = σ^∇ + Ω σ − σ Ω

@@ -1,4 +1,4 @@
-//! Elastic–plastic metal: von Mises yield surface, isotropic hardening, radial return (theory 3.6).
+//! Elastic–plastic metal: von Mises yield surface, isotropic hardening, radial return (theory B.10).
 //!
 //! ```text
 //! σ_y = A(ε_p) + H ε_pⁿ,                     A a number, or a curve and H = 0

@@ -1,4 +1,4 @@
-//! Metal under impact: Johnson & Cook's (1983) yield stress with radial return (theory 3.6).
+//! Metal under impact: Johnson & Cook's (1983) yield stress with radial return (theory B.11).
 //!
 //! ```text
 //! σ_y = (A + B ε_pⁿ) (1 + C ln max(1, ε̇_p/ε̇_0)) (1 − T*^m),      T* = (T − T_r)/(T_m − T_r)

@@ -2,7 +2,7 @@
 //!
 //! L is the gradient over the positions at the start of the increment, so that 1 + Δt L is the motion itself.
 //! Rates are taken over the positions in the middle: then a rotation of any size is without strain (Hughes &
-//! Winget 1980; theory 3.1).
+//! Winget 1980; theory B.2).
 //!
 //! ```text
 //! f = 1 + Δt L,      F^{n+1} = f Fⁿ
@@ -10,8 +10,8 @@
 //! Q = (1 − ½ Δt Ω)⁻¹ (1 + ½ Δt Ω)
 //! ```
 //!
-//! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. The paper's
-//! (22) with (24) turns it the other way (theory 1, row 7).
+//! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. Lian (22)
+//! with (24), and (63), turns it the other way (theory B.14).
 
 use crate::math::{Tensor, Vector};
 
@@ -28,7 +28,7 @@ pub fn midpoint(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
 /// The rotation Q of an increment, from the gradient in its middle.
 #[inline(always)]
 pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
-    // A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
+    // Ω of Lian (63). A skew A = ½ΔtΩ = [a]× obeys (1 − A)⁻¹(1 + A) = 1 + 2(A + A²)/(1 + a·a).
     let a = gradient.skew() * (0.5 * dt);
     let axis = Vector([a[2][1], a[0][2], a[1][0]]);
     Tensor::identity() + (a + a.dot(&a)) * (2.0 / (1.0 + axis.norm_squared()))

@@ -169,7 +169,7 @@ pub struct PointBatch<'a> {
     /// History variables, `storage().history.len()` per particle.
     pub history: &'a mut [f64],
     /// Out: speed that bounds the step, dt ≤ h / (signal + |v|) [m/s] (sound speed corrected for
-    /// the artificial viscosity; theory 3.5).
+    /// the artificial viscosity; theory B.6).
     pub signal: &'a mut [f64],
 }
 

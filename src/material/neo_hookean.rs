@@ -1,4 +1,4 @@
-//! Compressible neo-Hookean solid (theory 3.6).
+//! Compressible neo-Hookean solid (theory B.9).
 //!
 //! ```text
 //! W = ½ G (tr b − 3) − G ln J + ½ λ ln² J,      J σ = τ = G (b − 1) + λ ln J 1,      b = F Fᵀ

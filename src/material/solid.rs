@@ -2,7 +2,7 @@
 //!
 //! A law gives the Cauchy stress of one particle ([`Solid::response`]); the loop around it moves the volume
 //! and the deformation gradient, adds the artificial bulk viscosity and balances the energy by the
-//! trapezoidal rule with the total stress (theory 3.2), plastic work included:
+//! trapezoidal rule with the total stress (theory B.8), plastic work included:
 //!
 //! ```text
 //! e^{n+1} = eⁿ + V̄ ½(sⁿ + s^{n+1}) : D' Δt − ½ (Pⁿ + P^{n+1}) ΔV,      P = −⅓ tr σ + q
@@ -74,7 +74,7 @@ pub struct Increment {
 }
 
 impl Increment {
-    /// The rotation of the increment (theory 3.1).
+    /// The rotation of the increment (theory B.2).
     #[inline(always)]
     pub fn rotation(&self) -> Tensor<3> {
         kinematics::rotation(&self.gradient, self.dt)
@@ -136,6 +136,7 @@ fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
 
 #[inline(always)]
 fn increment(batch: &PointBatch<'_>, p: usize, volume_ratio: f64) -> Increment {
+    // Lian (62): the strain increment is D Δt.
     let gradient = kinematics::midpoint(&batch.gradient[p], batch.dt);
     Increment { dt: batch.dt, gradient, shear: gradient.symmetric().deviator() * batch.dt, volume_ratio }
 }

@@ -1,4 +1,4 @@
-//! The atmosphere around a gas, without modelling it (theory 3.4).
+//! The atmosphere around a gas, without modelling it (theory A.13).
 //!
 //! ```text
 //! f_I = Σ_p V_p (p_p − p_a) ∇N_Ip,      de_p = −p_p dV_p

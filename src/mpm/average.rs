@@ -1,4 +1,4 @@
-//! Averages over the nodes, the cure of volumetric locking (theory 4.1).
+//! Averages over the nodes, the cure of volumetric locking (theory A.10).
 //!
 //! ```text
 //! A q = Σ N_Ip q̃_I,      q̃_I = Σ V_p q_p N_Ip / Σ V_p N_Ip
@@ -56,7 +56,7 @@ impl<const D: usize> Average<'_, D> {
         ghosts.fill(limits, self.means);
     }
 
-    /// Scatters the forces of a body's stresses with its pressures averaged (17, 18).
+    /// Scatters the forces of a body's stresses with its pressures averaged, Lian (17, 18).
     pub fn push(&mut self, sweep: &Sweep<'_, D>, body: &mut Body<D>, nodes: &mut [Node<D>]) {
         self.begin(nodes.len());
         sweep.scatter(self.sums, body, Content::Pressures);

@@ -1,4 +1,4 @@
-//! The FMPM(k) filter: an approximate inverse of the full mass matrix (theory 2.3; Nairn & Hammerquist 2021).
+//! The FMPM(k) filter: an approximate inverse of the full mass matrix (theory A.7; Nairn & Hammerquist 2021).
 //!
 //! FLIP keeps velocity modes that the grid can't see. One update of order k now and then replaces the
 //! particles' velocity v_p by Σ N v⁽ᵏ⁾, where

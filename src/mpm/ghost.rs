@@ -2,7 +2,7 @@
 //!
 //! A field on the lattice that the domain's nodes determine is u_ghost = Σ G u_inside; mass, momentum and
 //! force go the other way, w_inside += Gᵀ w_ghost, so that power and momentum agree on both sides. Two rules,
-//! for the ghost k nodes beyond the plane 0 (theory 2.2 "boundaries"):
+//! for the ghost k nodes beyond the plane 0 (theory A.3):
 //!
 //! ```text
 //! mirror       u_{−k} = u_k, normal component −u_k      (Slip: exactly the other half of a symmetric problem)

@@ -1,4 +1,4 @@
-//! What the transfer dissipates, as heat of the particles that lost it (theory 10).
+//! What the transfer dissipates, as heat of the particles that lost it (theory A.16).
 //!
 //! **FLIP.** Of the velocity v_I⁺ that forces f_I make on the grid, particles bring ṽ_I = Σ m_p N_Ip v_p/m_I back. With nodal
 //! accelerations a, lumped and consistent masses M_L and M, that dissipates

@@ -1,4 +1,4 @@
-//! Shape functions N_I(x) as tensor products of one-dimensional weights (theory 2.2).
+//! Shape functions N_I(x) as tensor products of one-dimensional weights (theory A.2).
 //!
 //! Coordinates are in cells: x = (x_p − origin)/h, node i lies at x = i. Every kernel here satisfies
 //! Σ N_I = 1, Σ ∇N_I = 0 and Σ N_I x_I = x on the unbounded lattice; walls keep these through ghost

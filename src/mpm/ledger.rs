@@ -1,4 +1,4 @@
-//! The energy and momentum ledger, which closes to round-off (theory 10).
+//! The energy and momentum ledger, which closes to round-off (theory A.17).
 //!
 //! With v̂ = ½(v⁻ + v⁺) at the nodes and Δt the step of the momentum:
 //!

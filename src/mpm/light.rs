@@ -1,4 +1,4 @@
-//! Nodes that particles barely reach (theory 2.5).
+//! Nodes that particles barely reach (theory A.4).
 //!
 //! Mass and momentum of a node are sums with the same weights: p_I/m_I is a mean of its particles' velocities however light
 //! the node is, and a rigid motion stays exact. Forces are sums with slopes. Where a slope doesn't vanish with its shape
@@ -105,8 +105,8 @@ pub fn advance<const D: usize>(
 ) {
     let light = parallel::collect_pair_mut(nodes, applied, |n, node, applied| {
         let left = if node.mass > cutoff.pushed { Vector::ZERO } else { std::mem::take(&mut node.force) };
-        node.force += gravity * node.mass;
-        node.momentum += node.force * dt;
+        node.force += gravity * node.mass; // Lian (18)
+        node.momentum += node.force * dt; // Lian (64)
         *applied = node.force;
         (left != Vector::ZERO).then_some((n, left))
     });

@@ -4,13 +4,13 @@
 //! step integrates momentum; membranes are finite elements that meet the particles on that grid:
 //!
 //! ```text
-//! m_I = Σ m_p N_Ip                                   (60)
-//! p_I = Σ m_p v_p N_Ip                               (61)
-//! f_I = −Σ V_p σ_p ∇N_Ip + Σ m_p N_Ip b              (17, 18)
-//! p̄_I = p_I + Δt f_I                                 (64)
-//! v_K = v_K + Δt f_K / m_K                           (46)
-//! J_I = −M (v̄_r − v̄_s), M = m_r m_s / (m_r + m_s)     (49–58, with the sign corrected)
-//! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   (65, 19)
+//! m_I = Σ m_p N_Ip                                   Lian (60)
+//! p_I = Σ m_p v_p N_Ip                               Lian (61)
+//! f_I = −Σ V_p σ_p ∇N_Ip + Σ m_p N_Ip b              Lian (17, 18)
+//! p̄_I = p_I + Δt f_I                                 Lian (64)
+//! v_K = v_K + Δt f_K / m_K                           Lian (46)
+//! J_I = −M (v̄_r − v̄_s), M = m_r m_s / (m_r + m_s)     Lian (49–58), with the sign corrected
+//! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   Lian (65, 19)
 //! ```
 
 mod ambient;

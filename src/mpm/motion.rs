@@ -1,4 +1,4 @@
-//! How particles move: velocities from the grid (65), then their places (19).
+//! How particles move: velocities from the grid, Lian (65), then their places, Lian (19).
 //!
 //! ```text
 //! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC
@@ -177,7 +177,7 @@ impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
             let (mut outside, mut square) = (0.0, 0.0);
             for a in 0..D {
                 let step = self.rates.rate(p, &velocity[p], a) * dt;
-                let x = position[p][a] + step;
+                let x = position[p][a] + step; // Lian (19)
                 let x = if (x < lower[a]) & (x > lowest[a]) { lower[a] } else { x };
                 let x = if (x > upper[a]) & (x < highest[a]) { upper[a] } else { x };
                 position[p][a] = x;
@@ -322,6 +322,7 @@ impl<const D: usize> Task for Carry<'_, D> {
         }
         for (p, v) in velocity[..n].iter_mut().enumerate() {
             for a in 0..D {
+                // Lian (65), drawn to the grid's velocity by the share β.
                 v[a] = (v[a] + rows.acceleration[a][p] * dt) * (1.0 - share) + rows.velocity[a][p] * share;
             }
         }

@@ -37,7 +37,7 @@ pub struct Body<const D: usize> {
     pub work: Work<D>,
 }
 
-/// A part of a body that lies on both sides of closed membranes; of other bodies, all of it (theory 2.2.1).
+/// A part of a body that lies on both sides of closed membranes; of other bodies, all of it (theory D.13).
 #[derive(Debug, Clone, Default)]
 pub struct Part {
     /// Its number among the parts of the body, which follow one another, from 0.
@@ -121,7 +121,7 @@ impl<const D: usize> Body<D> {
 
     /// What particle `p` has made of the unit ball [m]: the ball around it that touched the surface at the start, which
     /// follows the deformation where that is known; for fluids at most half the edge of its volume, kept within 0.3 to 1
-    /// half cells (theory 6.2).
+    /// half cells (theory D.3).
     pub fn ball(&self, p: usize, cell: f64) -> Tensor<D> {
         let particles = &self.particles;
         let edge = |volume: f64| if D == 2 { volume.sqrt() } else { volume.cbrt() };

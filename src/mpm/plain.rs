@@ -1,13 +1,13 @@
 //! The transfers as plain loops over unsorted particles, one particle at a time: the specification.
 //!
 //! ```text
-//! m_I = Σ m_p N_Ip                                           (60)
-//! p_I = Σ m_p N_Ip (v_p + C_p (x_I − x_p))                   (61; C = 0 for FLIP)
-//! f_I = Σ −V_p σ_p ∇N_Ip + F_p N_Ip                          (17, 18; F: external force)
-//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC          (65)
-//! ẋ_p = Σ N_Ip v_I⁺                                                                         (19)
+//! m_I = Σ m_p N_Ip                                           Lian (60)
+//! p_I = Σ m_p N_Ip (v_p + C_p (x_I − x_p))                   Lian (61); C = 0 for FLIP
+//! f_I = Σ −V_p σ_p ∇N_Ip + F_p N_Ip                          Lian (17, 18); F: external force
+//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC          Lian (65)
+//! ẋ_p = Σ N_Ip v_I⁺                                                                         Lian (19)
 //! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
-//! L_p = Σ v_I ⊗ ∇N_Ip                                                                       (62)
+//! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62)
 //! ```
 //!
 //! The step uses the sweeps (`sweep`), which compute the same sums over sorted particles; tests compare the
@@ -25,7 +25,7 @@ fn stencil<const D: usize, const S: usize>(grid: &Grid<D>, shape: impl Shape<S>,
     Stencil::new(grid, shape, x).expect("blocks around every particle are active")
 }
 
-/// Mass and momentum of the particles (60, 61).
+/// Mass and momentum of the particles, Lian (60, 61).
 pub fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
@@ -41,7 +41,7 @@ pub fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     }
 }
 
-/// Forces of stresses and of `external` forces per particle [N] (17, 18); `external` is empty where there are none.
+/// Forces of stresses and of `external` forces per particle [N], Lian (17, 18); `external` is empty where there are none.
 pub fn scatter_force<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
@@ -59,7 +59,7 @@ pub fn scatter_force<const D: usize, const S: usize>(
     }
 }
 
-/// New velocities (65) and the rates of the positions (19), from nodes that hold (m, v⁺, a); `share` is the PIC share.
+/// New velocities, Lian (65), and the rates of the positions, Lian (19), from nodes that hold (m, v⁺, a); `share` is the PIC share.
 pub fn gather_motion<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
@@ -101,7 +101,7 @@ pub fn gather_affine<const D: usize, const S: usize, K: Shape<S>>(
     }
 }
 
-/// The velocity gradients (62), embedded in three dimensions (plane strain).
+/// The velocity gradients, Lian (62), embedded in three dimensions (plane strain).
 pub fn gather_gradient<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,

@@ -21,13 +21,13 @@ pub struct Setup<const D: usize> {
     pub stress_update: StressUpdate,
     /// Cure of volumetric locking.
     pub locking: Locking,
-    /// Fraction of the stable step of the particles (theory 11.1).
+    /// Fraction of the stable step of the particles (theory A.15).
     pub safety: f64,
     /// Fraction of the stable step of the membranes.
     pub membrane_safety: f64,
     /// Most membrane sub-steps per step of the bodies (1: no sub-cycling, as in the paper).
     pub max_substeps: usize,
-    /// Passes of contact between membranes and bodies per sub-step (theory 6.7; 1: the paper).
+    /// Passes of contact between membranes and bodies per sub-step (theory D.7; 1: the paper).
     pub contact_passes: usize,
     /// Body force per unit mass, a formula per axis [m/s²].
     pub gravity: [Signal; D],
@@ -43,7 +43,7 @@ pub struct Setup<const D: usize> {
     pub default_friction: Friction,
     /// Where membranes meet bodies.
     pub sheet_contact: SheetContact,
-    /// Gap below which contact acts, in cells (theory 6.2; default 0).
+    /// Gap below which contact acts, in cells (theory D.3; default 0).
     pub gap_tolerance: f64,
 }
 
@@ -101,7 +101,7 @@ pub struct Obstacle {
     pub velocity: [Signal; 3],
 }
 
-/// Shape functions (theory 2.2).
+/// Shape functions (theory A.2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum KernelKind {
     /// Tensor-product hat functions (the paper).
@@ -114,7 +114,7 @@ pub enum KernelKind {
     Cubic,
 }
 
-/// Particle–grid transfer (theory 2.3).
+/// Particle–grid transfer (theory A.6, A.7).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transfer {
     /// FLIP, relaxed towards PIC with time constant `relaxation` [s] (infinity: pure FLIP): the PIC share
@@ -132,7 +132,7 @@ pub enum Transfer {
     Apic,
 }
 
-/// When stresses are updated (theory 2.4).
+/// When stresses are updated (theory A.8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StressUpdate {
     /// Before the forces (the paper; USF).
@@ -145,7 +145,7 @@ pub enum StressUpdate {
     Average,
 }
 
-/// Cure of volumetric locking (theory 4).
+/// Cure of volumetric locking (theory A.10).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Locking {
     /// None (the paper).
@@ -160,9 +160,9 @@ pub enum Locking {
 /// Where membranes meet bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SheetContact {
-    /// At grid nodes (the paper; theory 6).
+    /// At grid nodes (the paper; theory D.5).
     Nodes,
-    /// At the particles, on the surface of the membrane itself (theory 8.2).
+    /// At the particles, on the surface of the membrane itself (theory D.9).
     Particles,
 }
 
@@ -225,7 +225,7 @@ pub struct MembraneSetup<const D: usize> {
     pub thickness: f64,
     /// Prestress in the sheet, true stress along the local axes (xx, yy) [Pa].
     pub prestress: [f64; 2],
-    /// In-plane hourglass stiffness r_m (0.05; not of sheets that wrinkle), viscosity r_v (0), out-of-plane viscosity r_w (0.01) (theory 5.6).
+    /// In-plane hourglass stiffness r_m (0.05; not of sheets that wrinkle), viscosity r_v (0), out-of-plane viscosity r_w (0.01) (theory C.5).
     pub hourglass: [f64; 3],
     /// Stiffness-proportional damping time β_d as a fraction of the step (≤ 0.05), and mass-proportional rate [1/s].
     pub damping: [f64; 2],

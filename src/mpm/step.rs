@@ -1,4 +1,4 @@
-//! One explicit step of the coupled method (Lian, Liu & Zhang 2014, section 6; corrected as in theory 9).
+//! One explicit step of the coupled method (Lian, Liu & Zhang 2014, section 6; corrected as in theory A.5, A.19).
 //!
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
@@ -183,12 +183,12 @@ impl<const D: usize> Mpm<D> {
         self.filter_order = self.due_filter(step);
         self.summaries = vec![Summary::default(); self.bodies.len()];
         for field in 0..self.grid.fields.len() {
-            timed!(self.timer, "p2g", self.scatter_particles(field, step)?); // m_I, p_I⁻         (60, 61)
-            timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I (62, 63; 17, 18)
-            timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  (64)
+            timed!(self.timer, "p2g", self.scatter_particles(field, step)?); // m_I, p_I⁻         Lian (60, 61)
+            timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I Lian (62, 63; 17, 18)
+            timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  Lian (64)
         }
         let Self { grid, walls, bodies, coupling, proximity, timer, .. } = self;
-        coupling.advance((grid, walls), bodies, step, (proximity, timer))?; // membranes, J_I             (39–59)
+        coupling.advance((grid, walls), bodies, step, (proximity, timer))?; // membranes, J_I             Lian (39–59)
         self.book_walls_of_sheets(step);
         timed!(self.timer, "stress", self.lead_volumes());
         timed!(self.timer, "shift", self.even_out(step));
@@ -196,7 +196,7 @@ impl<const D: usize> Mpm<D> {
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
-            timed!(self.timer, "g2p", self.gather_particles(field, step)?); // v_p, ẋ_p           (65, 19)
+            timed!(self.timer, "g2p", self.gather_particles(field, step)?); // v_p, ẋ_p           Lian (65, 19)
             timed!(self.timer, "stress", self.stress_last(field, step)?);
         }
         timed!(self.timer, "g2p", self.move_particles(step)?);

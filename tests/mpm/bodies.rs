@@ -46,7 +46,7 @@ fn bars(cells: i32) -> (f64, f64) {
     (-mean_velocity(&mpm)[0] / 0.1, impulse / time / (h * 10.0 * 0.1))
 }
 
-/// Bars of equal length exchange their speeds without a rest, and the stress between them is ρ c V (theory 14.1). What
+/// Bars of equal length exchange their speeds without a rest, and the stress between them is ρ c V (theory A.18). What
 /// the nodes of the contact lose is of the order of the cell.
 #[test]
 fn bars_exchange_their_speeds_as_cells_shrink() {
@@ -118,7 +118,7 @@ fn a_block_sticks_on_an_incline() {
     assert!(moved < 0.012, "{moved}");
 }
 
-/// A disc on an incline of 30° slides with g (sin θ − μ cos θ) below μ = tan θ/3 (theory 14.10).
+/// A disc on an incline of 30° slides with g (sin θ − μ cos θ) below μ = tan θ/3 (theory A.18).
 #[test]
 fn a_disc_slides_on_an_incline() {
     let angle = std::f64::consts::FRAC_PI_6;
@@ -154,7 +154,7 @@ fn disc(center: [f64; 2], spacing: f64, velocity: [f64; 2]) -> BodySetup<2> {
     BodySetup { depth: disc.position.iter().map(|&x| 0.2 - away(x)).collect(), ..disc }
 }
 
-/// Two discs meet when they touch (theory 14.3): not when their staircases of particles do, nor a cell early.
+/// Two discs meet when they touch (theory A.18): not when their staircases of particles do, nor a cell early.
 #[test]
 fn discs_meet_when_they_touch() {
     let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));

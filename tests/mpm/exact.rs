@@ -98,7 +98,7 @@ fn constant_stress_gives_no_force() {
     }
 }
 
-/// Period of the first mode of a bar (theory 14.2): T = 4L/c = 10 for L = 25, E = 100, ρ = 1.
+/// Period of the first mode of a bar (theory A.18): T = 4L/c = 10 for L = 25, E = 100, ρ = 1.
 #[test]
 fn bar_vibrates_with_its_period() {
     let mut setup = setup(grid([0.0, 0.0], 0.5, [60, 1], WallKind::Slip));

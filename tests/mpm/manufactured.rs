@@ -1,4 +1,4 @@
-//! Order of accuracy by a manufactured solution (Wallstedt & Guilkey 2008; theory 14.12), along one axis.
+//! Order of accuracy by a manufactured solution (Wallstedt & Guilkey 2008; theory A.18), along one axis.
 //!
 //! The solution is given by where every place came from, so that the body force is a formula in x and t:
 //!

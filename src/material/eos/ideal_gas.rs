@@ -1,4 +1,4 @@
-//! Ideal gas, `p = (γ − 1) (ρ/ρ0) E` (theory 3.3).
+//! Ideal gas, `p = (γ − 1) (ρ/ρ0) E` (Lian (67); theory B.4).
 
 use super::{Coefficients, EquationOfState, FluidState, gas};
 use crate::material::StartState;

@@ -1,4 +1,4 @@
-//! Jones–Wilkins–Lee products of an explosive, detonated all at once (theory 3.3).
+//! Jones–Wilkins–Lee products of an explosive, detonated all at once (theory B.4).
 //!
 //! ```text
 //! p = C1 (1 − ω/(R1 v)) e^(−R1 v) + C2 (1 − ω/(R2 v)) e^(−R2 v) + ω E/v,      v = ρ0/ρ

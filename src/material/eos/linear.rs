@@ -1,4 +1,4 @@
-//! Linear liquid, `p = c0² (ρ − ρ0)` (theory 3.3).
+//! Linear liquid, `p = c0² (ρ − ρ0)` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Mie–Grüneisen liquid or solid with a linear shock velocity, u_s = c0 + s u_p (paper eq. 66, theory 3.3).
+//! Mie–Grüneisen liquid or solid with a linear shock velocity, u_s = c0 + s u_p (Lian (66); theory B.4).
 //!
 //! ```text
 //! p_H = ρ0 c0² η (1 + η) / [1 − (s − 1) η]²
@@ -39,7 +39,7 @@ pub struct MieGruneisen {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tension {
-    /// No pressure at all below the reference density (the paper, eq. 66).
+    /// No pressure at all below the reference density (Lian (66)).
     None,
     /// Linear and heated by E, but never below minus the tensile strength.
     #[default]

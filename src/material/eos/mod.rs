@@ -1,6 +1,6 @@
 //! Equations of state: pressure from compression and internal energy.
 //!
-//! All of them are linear in the energy (theory 3.2, 3.3), with η = ρ/ρ0 − 1 and E the internal energy per
+//! All of them are linear in the energy (theory B.3, B.4), with η = ρ/ρ0 − 1 and E the internal energy per
 //! unit reference volume:
 //!
 //! ```text

@@ -1,4 +1,4 @@
-//! Polynomial, `p = c0 + c1 η + c2 η² + c3 η³ + (c4 + c5 η + c6 η²) E` (theory 3.3).
+//! Polynomial, `p = c0 + c1 η + c2 η² + c3 η³ + (c4 + c5 η + c6 η²) E` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
 use schemars::JsonSchema;

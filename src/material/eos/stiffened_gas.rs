@@ -1,4 +1,4 @@
-//! Stiffened gas, `p = (γ − 1) ρ e − γ p∞` (theory 3.3), with the energy counted from rest.
+//! Stiffened gas, `p = (γ − 1) ρ e − γ p∞` (theory B.4), with the energy counted from rest.
 //!
 //! With E = ρ0 e − γ p∞/(γ − 1), the energy above that of the state p = 0, ρ = ρ0:
 //!

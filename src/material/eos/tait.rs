@@ -1,4 +1,4 @@
-//! Tait (Murnaghan) liquid, `p = (ρ0 c0²/n) [(ρ/ρ0)ⁿ − 1]` (theory 3.3).
+//! Tait (Murnaghan) liquid, `p = (ρ0 c0²/n) [(ρ/ρ0)ⁿ − 1]` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
 use crate::material::PointBatch;

@@ -1,4 +1,4 @@
-//! What a step books: the work of the forces on nodes, and what transfers and stress updates lost or made up (theory 10).
+//! What a step books: the work of the forces on nodes, and what transfers and stress updates lost or made up (theory A.17).
 
 use super::Step;
 use crate::mpm::ledger::{AccountId, Books};
@@ -113,7 +113,7 @@ impl<const D: usize> Mpm<D> {
         self.books.push(done.impulse.to3());
     }
 
-    /// Books what the transfers lost, what the atmosphere did and what the stress update made up (theory 10).
+    /// Books what the transfers lost, what the atmosphere did and what the stress update made up (theory A.17).
     ///
     /// Of p dV, which gases give, nodes get (p − p_a) dV and the atmosphere the rest (`ambient`).
     pub(super) fn close_books(&mut self) {

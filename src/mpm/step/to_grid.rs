@@ -1,4 +1,4 @@
-//! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum (60–64).
+//! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum, Lian (60–64).
 
 use super::{Step, in_field};
 use crate::error::StepError;
@@ -45,7 +45,7 @@ impl<const D: usize> Mpm<D> {
         late && self.locking == Locking::None
     }
 
-    /// m_I and p_I⁻ with the binding walls (60, 61).
+    /// m_I and p_I⁻ with the binding walls, Lian (60, 61).
     pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
         let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, coupling, .. } = self;
@@ -65,8 +65,8 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// f_I of stresses and of forces on particles (17, 18), where they could not be scattered with the momentum; before
-    /// that the stress update over the interval that led here (62, 63), if that is its place.
+    /// f_I of stresses and of forces on particles, Lian (17, 18), where they could not be scattered with the momentum; before
+    /// that the stress update over the interval that led here, Lian (62, 63), if that is its place.
     pub(super) fn stress_and_force(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         if self.scatters_at_once() {
             return Ok(());
@@ -108,7 +108,7 @@ impl<const D: usize> Mpm<D> {
         Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
     }
 
-    /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls (64).
+    /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls, Lian (64).
     pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
         let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, bodies, bins, cutoff, coupling, .. } = self;

@@ -1,4 +1,4 @@
-//! From the grid back to the particles: velocities, stresses, places (65, 19), and what the step has done.
+//! From the grid back to the particles: velocities, stresses, places, Lian (65, 19), and what the step has done.
 
 use super::books::NodeWork;
 use super::{Step, of_field};
@@ -72,7 +72,7 @@ impl<const D: usize> Mpm<D> {
         self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order == 0
     }
 
-    /// True if the stress update wants the particles' new velocity on the grid (theory 2.4).
+    /// True if the stress update wants the particles' new velocity on the grid (theory A.8).
     fn remaps(&self) -> bool {
         matches!(self.stress_update, StressUpdate::ModifiedLast | StressUpdate::Average)
     }
@@ -87,7 +87,7 @@ impl<const D: usize> Mpm<D> {
         Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
-    /// v_p and ẋ_p (65, 19), and the work of external forces; all that remains of the step where that can be done
+    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; all that remains of the step where that can be done
     /// in the same sweep.
     pub(super) fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let dt = step.momentum_dt;
@@ -139,7 +139,7 @@ impl<const D: usize> Mpm<D> {
         books.push(done.impulse.to3());
     }
 
-    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory 2.4); then x_p += Δt ẋ_p.
+    /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory A.8); then x_p += Δt ẋ_p.
     pub(super) fn stress_last(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         if self.lands_at_once() {
             return Ok(());
@@ -172,7 +172,7 @@ impl<const D: usize> Mpm<D> {
         })
     }
 
-    /// Maps the particles' new velocity to the nodes, ṽ (theory 2.4); returns the heat per mass that they hand to the particles.
+    /// Maps the particles' new velocity to the nodes, ṽ (theory A.8); returns the heat per mass that they hand to the particles.
     fn remap(&mut self, field: usize, step: &Step) -> Vec<[f64; 1]> {
         let (at_once, dissipation) = (self.remaps_at_once(), self.dissipation);
         let Self { grid, bodies, bins, ghosts, walls, .. } = self;

@@ -1,4 +1,4 @@
-//! Grid to particles: velocity, acceleration (65, 19), velocity gradient (62, 63), affine moment (APIC).
+//! Grid to particles: velocity, acceleration, Lian (65, 19), velocity gradient, Lian (62, 63), affine moment (APIC).
 
 use super::bins::Bin;
 use super::frame::Frame;
@@ -255,6 +255,7 @@ fn put_rows<L: Lanes, Q: Sums, const D: usize>(sums: &Gathered<L, D>, per_cell: 
     for a in 0..D {
         for axis in 0..D {
             if Q::SLOPES[0] {
+                // L, whose symmetric and skew parts are the rates of Lian (62, 63).
                 put(sums.slopes[0][axis][a].mul(L::splat(per_cell)), p, &mut rows.gradient[axis][a]);
             }
             if Q::SLOPES[1] {

@@ -1,4 +1,4 @@
-//! Particles to grid: mass and momentum (60, 61), internal and body force (17, 18), sums of scalars.
+//! Particles to grid: mass and momentum, Lian (60, 61), internal and body force, Lian (17, 18), sums of scalars.
 
 use super::frame::Frame;
 use super::group::Group;
@@ -48,14 +48,14 @@ impl<const D: usize> Target<D> for Node<D> {
             let both = |lane: usize| r[lane] + r[lane + WIDTH / 2];
             match content {
                 Content::Momentum => {
-                    node.mass += both(0);
-                    node.momentum += Vector::from_fn(|a| both(1 + a));
+                    node.mass += both(0); // Lian (60)
+                    node.momentum += Vector::from_fn(|a| both(1 + a)); // Lian (61)
                 }
-                Content::Force => node.force += Vector::from_fn(|a| both(1 + a)),
+                Content::Force => node.force += Vector::from_fn(|a| both(1 + a)), // Lian (17, 18)
                 _ => {
-                    node.mass += r[0];
-                    node.momentum += Vector::from_fn(|a| r[1 + a]);
-                    node.force += Vector::from_fn(|a| r[1 + D + a]);
+                    node.mass += r[0]; // Lian (60)
+                    node.momentum += Vector::from_fn(|a| r[1 + a]); // Lian (61)
+                    node.force += Vector::from_fn(|a| r[1 + D + a]); // Lian (17)
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! One-dimensional weights of eight particles along one axis.
 //!
 //! With s the position in cells relative to the tile's first node, `weights` gives the first node of the
-//! support, and per node N, h ∂N/∂x and N (x_I − x_p)/h (theory 2.2).
+//! support, and per node N, h ∂N/∂x and N (x_I − x_p)/h (theory A.2).
 
 use crate::math::simd::Lanes;
 use crate::mpm::{Kernel, kernel};

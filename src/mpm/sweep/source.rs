@@ -147,7 +147,7 @@ impl<'a, const D: usize> Source<'a, D> {
         [volume, volume.mul(q)]
     }
 
-    /// Values of particles without shear stress: (m, m v, V p/h in every force lane).
+    /// Values of particles without shear stress: (m, m v, V p/h in every force lane), Lian (60, 61, 17).
     #[inline(always)]
     pub fn whole<L: Lanes>(&self, group: Group, per_cell: f64) -> [L; WIDTH] {
         let mut value = [L::splat(0.0); WIDTH];
@@ -157,7 +157,7 @@ impl<'a, const D: usize> Source<'a, D> {
         value
     }
 
-    /// Values of particles in four lanes, momentum (m, m v) or the force of a pressure (0, V p/h).
+    /// Values of particles in four lanes, momentum (m, m v), Lian (60, 61), or the force of a pressure (0, V p/h), Lian (17).
     #[inline(always)]
     pub fn product<L: Lanes>(&self, group: Group, per_cell: f64) -> [L; 4] {
         if !self.pushes() {
@@ -169,14 +169,14 @@ impl<'a, const D: usize> Source<'a, D> {
         value
     }
 
-    /// m and m v.
+    /// m and m v, of which the nodes get the sums of Lian (60, 61).
     #[inline(always)]
     fn momentum<L: Lanes>(&self, group: Group) -> [L; 4] {
         let v = group.vectors::<L, D>(self.velocity);
         let mut value = [L::splat(0.0); 4];
-        value[0] = group.scalars(self.mass);
+        value[0] = group.scalars(self.mass); // Lian (60)
         for a in 0..D {
-            value[1 + a] = value[0].mul(v[a]);
+            value[1 + a] = value[0].mul(v[a]); // Lian (61)
         }
         value
     }
@@ -206,17 +206,18 @@ impl<'a, const D: usize> Source<'a, D> {
         (value, slopes)
     }
 
+    /// (0, F) and (0, −V σ/h), of which the nodes get the sums of Lian (18, 17).
     #[inline(always)]
     fn sloped_force<L: Lanes>(&self, group: Group, per_cell: f64) -> Sloped<L, D> {
         let zero = L::splat(0.0);
         let (mut value, mut slopes) = ([zero; 4], [[zero; 4]; D]);
         if !self.external.is_empty() {
-            value[1..=D].copy_from_slice(&group.vectors::<L, D>(self.external));
+            value[1..=D].copy_from_slice(&group.vectors::<L, D>(self.external)); // Lian (18)
         }
         let area = group.scalars::<L>(self.volume).mul(L::splat(per_cell));
         let minus_area = zero.sub(area);
         if self.stress.is_empty() {
-            let push = area.mul(self.acting_pressure(group));
+            let push = area.mul(self.acting_pressure(group)); // Lian (17)
             for axis in 0..D {
                 slopes[axis][1 + axis] = push;
             }
@@ -228,7 +229,7 @@ impl<'a, const D: usize> Source<'a, D> {
                 let sigma = sigma[VOIGT[a][axis]];
                 // First the sum: a gas at the pressure of the atmosphere has no force at all.
                 let above = if a == axis { sigma.add(L::splat(self.ambient)) } else { sigma };
-                slopes[axis][1 + a] = minus_area.mul(above);
+                slopes[axis][1 + a] = minus_area.mul(above); // Lian (17)
             }
             if !self.excess.is_empty() {
                 let slope = &mut slopes[axis][1 + axis];
