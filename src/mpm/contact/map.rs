@@ -120,8 +120,8 @@ impl<const D: usize> Map<D> {
         self.spans.push((q as u32, self.entries.len() as u32));
     }
 
-    /// Turns sums into means; rows with a negligible share of the sheet get no normal and never act, those where it is
-    /// folded get theirs from [`Self::unfold`].
+    /// Turns sums into means, and areas into normals (51); rows with a negligible share of the sheet get no normal and never
+    /// act, those where it is folded get theirs from [`Self::unfold`].
     fn close_rows(&mut self, scene: &Scene<'_, D>, areas: &[f64]) {
         let heaviest = self.rows.iter().map(|row| row.mass).fold(0.0, f64::max);
         for (row, area) in self.rows.iter_mut().zip(areas) {
