@@ -25,8 +25,8 @@ const LIGHTEST_PUSHED: f64 = 1e-6;
 /// alone, with ω² = c²/(h² N) along one axis, is stable up to a Courant number of 2 √N, here ½.
 const LIGHTEST_PUSHED_AFFINE: f64 = 1.0 / 16.0;
 
-/// The same for smooth ones, whose f²/m vanishes with m: just above the rounding of a node's mass. Below, nodes are faint
-/// and out of contact.
+/// The same for smooth ones, whose f²/m stays bounded as m vanishes: just above the rounding of a node's mass. Below, nodes
+/// are faint and out of contact.
 const ROUNDING: f64 = 1e-15;
 
 /// Up to which masses nodes are light [kg].

@@ -9,7 +9,7 @@
 //! f_I = −Σ V_p σ_p ∇N_Ip + Σ m_p N_Ip b              Lian (17, 18)
 //! p̄_I = p_I + Δt f_I                                 Lian (64)
 //! v_K = v_K + Δt f_K / m_K                           Lian (46)
-//! J_I = −M (v̄_r − v̄_s), M = m_r m_s / (m_r + m_s)     Lian (49–58), with the sign corrected
+//! J_I = M (v̄_r − v̄_s), M = m_r m_s / (m_r + m_s)      Lian (49–58), corrected; on the body
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   Lian (65, 19)
 //! ```
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::pfem2::boundary::Boundary;
 
-/// Mean pressure inside minus outside, away from the interface, over σ/R = 98 Pa (analytic_misc.csv), and the largest
+/// Mean pressure inside minus outside, away from the interface, over σ/R = 98 Pa (Laplace), and the largest
 /// spurious speed, after five steps with the interface held.
 fn jump(cells: usize) -> [f64; 2] {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();

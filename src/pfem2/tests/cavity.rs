@@ -12,7 +12,7 @@ fn graded(mesh: &Mesh<2, 3>) -> Mesh<2, 3> {
 }
 
 /// Extremes of u on the vertical and v on the horizontal centre line, against a solution of second-order differences,
-/// extrapolated (column check_Re100 of cavity_ghia1982.csv, at the places of the published extremes). Ghia, Ghia &
+/// extrapolated, at the places of the published extremes. Ghia, Ghia &
 /// Shin 1982 themselves print −0.21090, 0.17527 and −0.24533.
 #[test]
 fn extremes_on_the_centre_lines() {

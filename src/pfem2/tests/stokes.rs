@@ -3,7 +3,7 @@
 use super::*;
 use crate::pfem2::boundary::{Boundary, PressurePin};
 
-/// Flow between plates from rest under a body force; the ends are open and far. Reference: analytic_misc.csv,
+/// Flow between plates from rest under a body force; the ends are open and far. Exact, in the middle:
 /// u_c = 1 − 32 Σ (−1)ⁿ/((2n+1)π)³ exp(−((2n+1)π)² ν t/H²) for H = ν = 1, G = 8 μ.
 #[test]
 fn flow_between_plates_starts_as_the_series_says() {

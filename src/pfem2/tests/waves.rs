@@ -50,7 +50,7 @@ fn period(cells: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64
     2.0 * (zeros[1] - zeros[0])
 }
 
-/// analytic_misc.csv: ω² = (ρ₁ − ρ₂) g k/(ρ₁ coth kh₁ + ρ₂ coth kh₂), k = π.
+/// Linear theory: ω² = (ρ₁ − ρ₂) g k/(ρ₁ coth kh₁ + ρ₂ coth kh₂), k = π.
 #[test]
 fn two_layers_slosh_with_the_period_of_linear_theory() {
     let period = period([16, 32], 6.0, 0.025, [1000.0, 500.0]);
