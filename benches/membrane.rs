@@ -21,7 +21,7 @@ fn main() {
     let (mut t, idle) = (0.0, processor_time());
     for _ in 0..steps {
         let start = Instant::now();
-        membrane.internal_force(t, dt).expect("a sound step");
+        membrane.internal_force(t).expect("a sound step");
         let forces = Instant::now();
         membrane.advance_velocity(t, dt);
         let velocity = Instant::now();

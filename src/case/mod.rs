@@ -6,9 +6,9 @@
 //! ```
 //! Every finding carries its key and, where it stands in the file, its place.
 
-mod build;
 mod check;
 mod columns;
+mod construct;
 mod flow;
 mod identity;
 mod keywords;
@@ -26,7 +26,7 @@ mod summary;
 mod tree;
 mod walk;
 
-pub use build::Model;
+pub use construct::Model;
 pub use flow::*;
 pub use names::is_case_name;
 pub use parts::*;

@@ -27,4 +27,4 @@ mod vectors;
 
 pub use matrix::BlockMatrix;
 pub use pattern::Pattern;
-pub use solver::{Kind, LinearSolver, Memory, NotConverged, Options, Outcome};
+pub use solver::{Kind, LinearSolver, NotConverged, Options, Outcome, SolverState};

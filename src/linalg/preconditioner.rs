@@ -93,7 +93,7 @@ impl<const B: usize> Preconditioner<B> {
 /// Where matrices change so much from one system to the next that a kept one fails, as with an interface between
 /// water and air that crosses elements, keeping it is tried more and more rarely.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Wear {
+pub(super) struct ReusePolicy {
     /// Cost of a new one, in iterations.
     pub price: f64,
     /// Iterations since it was made.
@@ -111,7 +111,7 @@ pub(super) struct Wear {
 /// At least every so many systems keeping is tried again.
 const LONGEST_REST: u32 = 64;
 
-impl Wear {
+impl ReusePolicy {
     /// Of a new preconditioner in place of the last one.
     pub fn renewed(self, price: f64) -> Self {
         Self { price, failures: self.failures, rest: self.rest, ..Self::default() }

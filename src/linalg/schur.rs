@@ -53,11 +53,11 @@ pub(super) struct BlockTriangular<const B: usize> {
     inverse_schur: Option<Vec<f64>>,
     /// Multigrid for each velocity component, where viscosity rules.
     velocity: Vec<Hierarchy>,
-    room: Room<B>,
+    room: Workspace<B>,
 }
 
 /// Vectors with one entry per node.
-struct Room<const B: usize> {
+struct Workspace<const B: usize> {
     right: Vec<f64>,
     pressure: Vec<f64>,
     rest: Vec<Components<B>>,
@@ -79,8 +79,13 @@ impl<const B: usize> BlockTriangular<B> {
             diagonal.map(|s| if s > 0.0 { s.recip() } else { 0.0 }).collect()
         });
         let zeros = || vec![[0.0; B]; nodes];
-        let room =
-            Room { right: vec![0.0; nodes], pressure: vec![0.0; nodes], rest: zeros(), sweep: zeros(), old: zeros() };
+        let room = Workspace {
+            right: vec![0.0; nodes],
+            pressure: vec![0.0; nodes],
+            rest: zeros(),
+            sweep: zeros(),
+            old: zeros(),
+        };
         Self { parts: Parts::new(a, &inverse_diagonal), schur, inverse_schur, velocity, room }
     }
 
@@ -94,13 +99,13 @@ impl<const B: usize> BlockTriangular<B> {
         self.solve_pressure(r, size);
         self.parts.rest(r, size, &self.room.pressure, &mut self.room.rest);
         if self.velocity.is_empty() {
-            let Room { rest, sweep, old, .. } = &mut self.room;
+            let Workspace { rest, sweep, old, .. } = &mut self.room;
             self.parts.forward_from_zero(rest, sweep);
             self.parts.backward(rest, sweep, old);
         } else {
             self.velocity_cycles();
         }
-        let Room { pressure, sweep, .. } = &self.room;
+        let Workspace { pressure, sweep, .. } = &self.room;
         z.par_iter_mut().with_min_len(ROWS).zip(sweep.par_iter().zip(pressure)).for_each(|(z, (v, &p))| {
             *z = std::array::from_fn(|k| size * if k + 1 < B { f64::from(v[k]) } else { p });
         });
@@ -108,7 +113,7 @@ impl<const B: usize> BlockTriangular<B> {
 
     /// δp/size.
     fn solve_pressure(&mut self, r: &[[f64; B]], size: f64) {
-        let Room { right, pressure, rest, .. } = &mut self.room;
+        let Workspace { right, pressure, rest, .. } = &mut self.room;
         self.parts.divergence_of_scaled(r, size, rest, right);
         self.schur.apply(right, pressure);
         if let Some(inverse) = &self.inverse_schur {
@@ -119,7 +124,7 @@ impl<const B: usize> BlockTriangular<B> {
 
     /// One cycle for each component of r_v − G δp.
     fn velocity_cycles(&mut self) {
-        let Room { right, rest, sweep, .. } = &mut self.room;
+        let Workspace { right, rest, sweep, .. } = &mut self.room;
         let mut component = vec![0.0; right.len()];
         for (k, hierarchy) in self.velocity.iter_mut().enumerate() {
             right.iter_mut().zip(&*rest).for_each(|(right, rest)| *right = f64::from(rest[k]));

@@ -4,7 +4,7 @@ use super::direct::Analysis;
 use super::krylov::{Attempt, Krylov, Limits, System};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
-use super::preconditioner::{Detour, Method, Preconditioner, Wear, methods};
+use super::preconditioner::{Detour, Method, Preconditioner, ReusePolicy, methods};
 use super::vectors::{norm, update};
 use std::sync::Arc;
 
@@ -90,13 +90,13 @@ pub struct LinearSolver<const B: usize> {
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
     source: Option<BlockMatrix<B>>,
-    wear: Wear,
+    wear: ReusePolicy,
     krylov: Krylov,
 }
 
 /// What a solver carries from one system to the next: with it a resumed run repeats the same bits.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Memory {
+pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
     /// How it is used: method, price, iterations spent, systems solved, whether the next one is new, failures, rest; failures
@@ -117,7 +117,7 @@ impl<const B: usize> LinearSolver<B> {
             analysis: None,
             preconditioner: None,
             source: None,
-            wear: Wear::default(),
+            wear: ReusePolicy::default(),
             krylov: Krylov::default(),
             pattern,
         }
@@ -173,10 +173,10 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// What to keep in a checkpoint.
-    pub fn memory(&self) -> Memory {
+    pub fn memory(&self) -> SolverState {
         let method = Method::ALL.iter().position(|&method| method == self.method);
         let kept = self.source.as_ref().filter(|_| !self.wear.replace);
-        Memory {
+        SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
             counters: [
                 method.unwrap_or(0) as f64,
@@ -193,7 +193,7 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// True if a memory is of a solver with the same pattern, and its counters are such.
-    pub fn fits(&self, memory: &Memory) -> bool {
+    pub fn fits(&self, memory: &SolverState) -> bool {
         let [method, price, spent, systems, replace, failures, rest, detours, detour] = memory.counters;
         let counts = [method, failures, rest, detours, detour];
         let counted = counts.iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
@@ -205,7 +205,7 @@ impl<const B: usize> LinearSolver<B> {
     ///
     /// # Errors
     /// The memory belongs to another pattern.
-    pub fn restore(&mut self, memory: &Memory) -> Result<(), String> {
+    pub fn restore(&mut self, memory: &SolverState) -> Result<(), String> {
         if !self.fits(memory) {
             let expected = self.pattern.entries() * B * B;
             let found = memory.values.len();
@@ -219,8 +219,14 @@ impl<const B: usize> LinearSolver<B> {
             let values = memory.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
         }
-        self.wear =
-            Wear { price, spent, systems, replace: replace != 0.0, failures: failures as u32, rest: rest as u32 };
+        self.wear = ReusePolicy {
+            price,
+            spent,
+            systems,
+            replace: replace != 0.0,
+            failures: failures as u32,
+            rest: rest as u32,
+        };
         Ok(())
     }
 

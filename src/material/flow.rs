@@ -63,7 +63,7 @@ fn shear(flow: &Flow, batch: &mut PointBatch<'_>) {
         let rate = batch.gradient[p].symmetric().deviator();
         let s = rate * (2.0 * flow.viscosity);
         let mean = (batch.stress[p].deviator() + s) * 0.5;
-        let volume = 0.5 * batch.volume[p] * (1.0 + batch.stretch[p]);
+        let volume = 0.5 * batch.volume[p] * (1.0 + batch.volume_ratio[p]);
         batch.energy[p] += volume * batch.dt * mean.contract(&rate);
         batch.stress[p] = s;
     }
@@ -137,21 +137,21 @@ impl<E: EquationOfState + ?Sized, O: Opening, Q: Fn(f64, f64, f64) -> Shock> Tas
     fn run<L: Lanes>(self) -> O {
         let Self { eos, density, batch, mut voids, shock } = self;
         let (n, room) = (batch.len(), batch.room);
-        let (mass, stretch) = (&batch.mass[..n], &batch.stretch[..n]);
+        let (mass, volume_ratio) = (&batch.mass[..n], &batch.volume_ratio[..n]);
         let (volume, energy) = (&mut batch.volume[..n], &mut batch.energy[..n]);
         let (pressure, signal) = (&mut batch.pressure[..n], &mut batch.signal[..n]);
         let (least, per_density) = (eos.least_pressure(), 1.0 / density);
         for p in 0..n {
             let per_v0 = density / mass[p];
             let own = volume[p];
-            let v = own * (1.0 + voids.void(p)) * stretch[p];
-            let dv = own * stretch[p] - own;
+            let v = own * (1.0 + voids.void(p)) * volume_ratio[p];
+            let dv = own * volume_ratio[p] - own;
             let expansion = v * per_v0;
             let k = eos.coefficients(density, 1.0 / expansion - 1.0);
 
             let e = energy[p] * per_v0;
             let c_squared = k.modulus(e, k.pressure(e), expansion) * per_density;
-            let shock = shock(mass[p] / v, c_squared.max(0.0).sqrt(), stretch[p] - 1.0);
+            let shock = shock(mass[p] / v, c_squared.max(0.0).sqrt(), volume_ratio[p] - 1.0);
 
             let e_star = energy[p] - 0.5 * (pressure[p] + shock.pressure) * dv;
             let trial = k.pressure(e_star * per_v0) / (1.0 + 0.5 * k.b * dv * per_v0);

@@ -34,12 +34,12 @@ pub fn rotation(gradient: &Tensor<3>, dt: f64) -> Tensor<3> {
     Tensor::identity() + (a + a.dot(&a)) * (2.0 / (1.0 + axis.norm_squared()))
 }
 
-/// The deformation gradient f of an increment, scaled so that det f is the volume ratio `stretch`: the
+/// The deformation gradient f of an increment, scaled so that det f is `volume_ratio`: the
 /// volume follows the solver's cure of locking (F̄), the shape follows L.
 #[inline(always)]
-pub fn deformation(gradient: &Tensor<3>, dt: f64, stretch: f64) -> Tensor<3> {
+pub fn deformation(gradient: &Tensor<3>, dt: f64, volume_ratio: f64) -> Tensor<3> {
     let f = Tensor::identity() + *gradient * dt;
-    f * cube_root(stretch / f.determinant())
+    f * cube_root(volume_ratio / f.determinant())
 }
 
 /// Ratios this near to one are that of an increment.

@@ -67,7 +67,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// A sentence that says why the law can't start from this state.
     fn initial(&self, start: &StartState) -> Result<PointState, String>;
 
-    /// False if the law takes all it needs from `batch.stretch`; `batch.gradient` is then empty.
+    /// False if the law takes all it needs from `batch.volume_ratio`; `batch.gradient` is then empty.
     fn needs_gradient(&self) -> bool {
         true
     }
@@ -153,10 +153,10 @@ pub struct PointBatch<'a> {
     pub gradient: &'a [Tensor<3>],
     /// Volume ratio V^{n+1}/V^n of this increment. The solver computes it (1 + dt tr L, or its
     /// locking-free average), so that all laws share one cure of volumetric locking.
-    pub stretch: &'a [f64],
+    pub volume_ratio: &'a [f64],
     /// Mass [kg].
     pub mass: &'a [f64],
-    /// Current volume [m³]; the law multiplies it by `stretch`.
+    /// Current volume [m³]; the law multiplies it by `volume_ratio`.
     pub volume: &'a mut [f64],
     /// Internal energy per particle [J].
     pub energy: &'a mut [f64],

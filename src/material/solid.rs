@@ -106,7 +106,7 @@ fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
     let Elastic { density, bulk_viscosity: q, .. } = *law.elastic();
     let stride = L::HISTORY.len();
     for p in 0..batch.len() {
-        let v = batch.volume[p] * batch.stretch[p];
+        let v = batch.volume[p] * batch.volume_ratio[p];
         let dv = v - batch.volume[p];
         let increment = increment(batch, p, v * density / batch.mass[p]);
         let deformation = if L::DEFORMATION { deform(batch, p) } else { Tensor::identity() };
@@ -119,7 +119,7 @@ fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
         let shock = if q.is_zero() {
             Shock::NONE
         } else {
-            q.shock(rho, c_squared.sqrt(), (batch.stretch[p] - 1.0) / batch.dt, batch.length)
+            q.shock(rho, c_squared.sqrt(), (batch.volume_ratio[p] - 1.0) / batch.dt, batch.length)
         };
         let stress = response.stress - SymTensor::isotropic(shock.pressure);
         let pressure = -stress.trace() / 3.0;
@@ -144,7 +144,7 @@ fn increment(batch: &PointBatch<'_>, p: usize, volume_ratio: f64) -> Increment {
 /// Moves the deformation gradient of particle `p` and returns it.
 #[inline(always)]
 fn deform(batch: &mut PointBatch<'_>, p: usize) -> Tensor<3> {
-    let f = kinematics::deformation(&batch.gradient[p], batch.dt, batch.stretch[p]);
+    let f = kinematics::deformation(&batch.gradient[p], batch.dt, batch.volume_ratio[p]);
     batch.deformation[p] = f.dot(&batch.deformation[p]);
     batch.deformation[p]
 }

@@ -44,7 +44,7 @@ impl Sample {
             length: 1.0,
             room: 4.0,
             gradient: &[middle.dot(&over_start)],
-            stretch: &[(dt * middle.trace()).exp()],
+            volume_ratio: &[(dt * middle.trace()).exp()],
             mass: &self.mass,
             volume: &mut self.volume,
             energy: &mut self.energy,

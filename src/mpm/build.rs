@@ -1,6 +1,6 @@
 //! From a description to a solver that is ready to step.
 
-use super::contact::{FrictionTable, nodes::Lattice};
+use super::contact::{FrictionTable, nodes::FoldedStencil};
 use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;
@@ -45,7 +45,8 @@ impl<const D: usize> Mpm<D> {
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
         let cutoff = cutoffs(&bodies, field_count, (setup.kernel, &setup.transfer));
         let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
-        let lattice = Lattice::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
+        let lattice =
+            FoldedStencil::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(
             membranes,
             &bodies,
@@ -227,7 +228,7 @@ fn build_body<const D: usize>(
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
     // With APIC the velocity is the rate of the position.
     let rate = vec![Vector::ZERO; if transfer == Transfer::Apic { 0 } else { n }];
-    let work = Work { stretch: vec![1.0; n], rate, ..Work::default() };
+    let work = Work { volume_ratio: vec![1.0; n], rate, ..Work::default() };
     Ok(Body {
         name: setup.name,
         part: Part::default(),

@@ -9,7 +9,7 @@
 //! (theory D.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
 //! loses energy for ever.
 
-use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::Lattice, sample::Facet};
+use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::FoldedStencil, sample::Facet};
 use super::membrane::Membrane;
 use super::particles::Body;
 use super::proximity::Proximity;
@@ -81,7 +81,7 @@ impl<const D: usize> Coupling<D> {
     pub fn new(
         membranes: Vec<Membrane<D>>,
         bodies: &[Body<D>],
-        lattice: Lattice<D>,
+        lattice: FoldedStencil<D>,
         friction: &FrictionTable,
         gap: (SheetContact, f64),
         (safety, max_substeps, passes): (f64, usize, usize),
@@ -133,7 +133,7 @@ impl<const D: usize> Coupling<D> {
             let at = SubStep { step, elapsed, dt, momentum_end, momentum_dt };
             for (index, membrane) in membranes.iter_mut().enumerate() {
                 let previous = membrane.velocity.clone();
-                timed!(timer, "membrane", membrane.internal_force(t, momentum_dt)?); // f_K         (32–45)
+                timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
                 timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
                 for pass in 0..*passes {
                     let surface = surface(membrane, &previous, &offsets[index]);

@@ -65,9 +65,9 @@ const NONE: u32 = u32::MAX;
 pub struct Node<const D: usize> {
     /// Mass m_I [kg].
     pub mass: f64,
-    /// Momentum [N s]; velocity v⁺ [m/s] after [`Grid`] has finished the step.
+    /// Momentum [N s]; velocity v⁺ [m/s] after the nodes have been finished (`finish_nodes`).
     pub momentum: Vector<D>,
-    /// Force [N], walls and contact included; acceleration [m/s²] after the grid has finished the step.
+    /// Force [N], walls and contact included; acceleration [m/s²] after that.
     pub force: Vector<D>,
 }
 
@@ -201,7 +201,7 @@ impl<const D: usize> Grid<D> {
     }
 }
 
-/// Collects the blocks that points touch, each once, in sorted order: the activation of a step.
+/// Collects the blocks that points touch, each once, in sorted order, for tests; a step takes those of its bins.
 #[derive(Debug)]
 pub struct ActiveBlocks<const D: usize> {
     origin: Vector<D>,

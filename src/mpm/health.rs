@@ -20,10 +20,10 @@ const TOUCHES: f64 = 1e-2;
 
 /// The error of a body with a particle that was turned inside out.
 pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
-    let bad = body.work.stretch.iter().position(|j| *j <= 0.0 || !j.is_finite()).unwrap_or(0);
+    let bad = body.work.volume_ratio.iter().position(|j| *j <= 0.0 || !j.is_finite()).unwrap_or(0);
     let advice = "the velocities change too fast over a cell: lower `mpm.safety`, refine the grid, \
                   or check the material and the initial velocities";
-    error(body, bad, "a particle was turned inside out", ("volume ratio", body.work.stretch[bad]), advice)
+    error(body, bad, "a particle was turned inside out", ("volume ratio", body.work.volume_ratio[bad]), advice)
 }
 
 /// Positions, velocities, pressures and energies are finite, and every particle is in the domain.

@@ -53,7 +53,7 @@ pub struct Part {
 #[derive(Debug, Clone, Default)]
 pub struct Work<const D: usize> {
     /// Volume ratio of the increment.
-    pub stretch: Vec<f64>,
+    pub volume_ratio: Vec<f64>,
     /// What averaging adds to the pressure that makes forces [Pa]; empty without the cure of locking.
     pub excess: Vec<f64>,
     /// External force [N]; empty where there is none.

@@ -10,8 +10,7 @@
 //! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62)
 //! ```
 //!
-//! The step uses the sweeps (`sweep`), which compute the same sums over sorted particles; tests compare the
-//! two, and the benches take these loops as their yardstick.
+//! The step uses the sweeps (`sweep`), which compute the same sums over sorted particles; tests compare the two.
 
 use super::grid::{Grid, Node};
 use super::kernel::Shape;

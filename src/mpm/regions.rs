@@ -225,7 +225,7 @@ fn cut<const D: usize>(body: &Body<D>, own: &[u32], part: Part, field: usize) ->
     let count = own.len();
     particles.id = (0..count as u32).collect();
     let rate = vec![Vector::ZERO; if body.work.rate.is_empty() { 0 } else { count }];
-    let work = Work { stretch: vec![1.0; count], rate, ..Work::default() };
+    let work = Work { volume_ratio: vec![1.0; count], rate, ..Work::default() };
     let (name, law, kernel, skin) = (body.name.clone(), Arc::clone(&body.law), body.kernel, Vec::new());
     let ambient = body.ambient;
     Ok(Body { name, part, law, field, kernel, particles, skin, depth, traction, ambient, work })

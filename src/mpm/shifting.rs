@@ -21,7 +21,7 @@
 //! The room ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed takes up less
 //! space, as it should, and its volumes follow its energy (`volumes`).
 
-use super::contact::nodes::{Lattice, flip};
+use super::contact::nodes::{FoldedStencil, flip};
 use super::coupling::Coupling;
 use super::ghost::{Fold, Limits};
 use super::kernel::{Kernel, Shape, with_shape};
@@ -223,7 +223,7 @@ fn keep_out<const D: usize>(
 /// holds the neighbours: a drop that fell back into a pool was a hole in it, for good.
 fn close_voids<const D: usize>(
     grid: &Grid<D>,
-    lattice: &Lattice<D>,
+    lattice: &FoldedStencil<D>,
     body: &mut Body<D>,
     filled: impl Fn(usize) -> f64,
 ) {
@@ -268,7 +268,13 @@ fn largest<'a, const D: usize>(shifts: impl Iterator<Item = &'a Vector<D>>) -> f
 }
 
 /// What stresses, gravity and tractions would have done on the way `by` [m] of a particle, m_p Σ N_I a_I · u_p [J].
-fn work_over<const D: usize>(grid: &Grid<D>, body: &Body<D>, lattice: &Lattice<D>, p: usize, by: Vector<D>) -> f64 {
+fn work_over<const D: usize>(
+    grid: &Grid<D>,
+    body: &Body<D>,
+    lattice: &FoldedStencil<D>,
+    p: usize,
+    by: Vector<D>,
+) -> f64 {
     if by == Vector::ZERO {
         return 0.0;
     }

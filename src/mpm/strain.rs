@@ -6,12 +6,12 @@ use crate::math::simd::{Lanes, Task, WIDTH, widest};
 
 /// Sets the volume ratios of a chunk: det(1 + Δt L), or 1/det(1 − Δt L) for gradients over the positions at the end.
 pub(super) fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, backwards: bool) {
-    widest(Measure { rows: chunk.rows, stretch: chunk.particles.stretch, dt, backwards });
+    widest(Measure { rows: chunk.rows, volume_ratio: chunk.particles.volume_ratio, dt, backwards });
 }
 
 struct Measure<'a, const D: usize> {
     rows: &'a Rows<D>,
-    stretch: &'a mut [f64],
+    volume_ratio: &'a mut [f64],
     dt: f64,
     backwards: bool,
 }
@@ -21,14 +21,14 @@ impl<const D: usize> Task for Measure<'_, D> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let n = self.stretch.len().min(CHUNK);
-        let stretch = &mut self.stretch[..n];
+        let n = self.volume_ratio.len().min(CHUNK);
+        let volume_ratio = &mut self.volume_ratio[..n];
         if self.backwards {
-            for (p, j) in stretch.iter_mut().enumerate() {
+            for (p, j) in volume_ratio.iter_mut().enumerate() {
                 *j = 1.0 / determinant(self.rows, p, -self.dt);
             }
         } else {
-            for (p, j) in stretch.iter_mut().enumerate() {
+            for (p, j) in volume_ratio.iter_mut().enumerate() {
                 *j = determinant(self.rows, p, self.dt);
             }
         }
@@ -119,20 +119,20 @@ fn inverse<L: Lanes, const D: usize>(f: &[[L; D]; D]) -> [[L; D]; D] {
 }
 
 /// Blends the volume ratios of a chunk with their average over the grid, which was gathered as scalar.
-pub(super) fn blend_stretch<const D: usize>(chunk: &mut Chunk<'_, D>, blend: f64) {
-    for (stretch, mean) in chunk.particles.stretch.iter_mut().zip(&chunk.rows.scalar) {
-        *stretch += blend * (mean - *stretch);
+pub(super) fn blend_volume_ratio<const D: usize>(chunk: &mut Chunk<'_, D>, blend: f64) {
+    for (volume_ratio, mean) in chunk.particles.volume_ratio.iter_mut().zip(&chunk.rows.scalar) {
+        *volume_ratio += blend * (mean - *volume_ratio);
     }
 }
 
-/// As [`blend_stretch`], and scales the gradients to fit.
-pub(super) fn blend_stretch_and_gradient<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
+/// As [`blend_volume_ratio`], and scales the gradients to fit.
+pub(super) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
     let mut change: Column = [0.0; CHUNK + WIDTH];
-    let columns = chunk.particles.stretch.iter_mut().zip(&chunk.rows.scalar).zip(&mut change);
-    for ((stretch, mean), change) in columns {
-        let more = blend * (mean - *stretch);
-        *change = more / *stretch;
-        *stretch += more;
+    let columns = chunk.particles.volume_ratio.iter_mut().zip(&chunk.rows.scalar).zip(&mut change);
+    for ((volume_ratio, mean), change) in columns {
+        let more = blend * (mean - *volume_ratio);
+        *change = more / *volume_ratio;
+        *volume_ratio += more;
     }
     let count = chunk.particles.len().min(CHUNK);
     if change[..count].iter().all(|change| change.abs() <= NEARLY_ONE) {

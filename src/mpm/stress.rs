@@ -7,7 +7,7 @@
 //! 1 + Δt L̄_p = (ΔJ̄_p / ΔJ_p)^(1/D) (1 + Δt L_p)
 //! ```
 //!
-//! so that det(1 + Δt L̄) = ΔJ̄: the volumetric part that laws take from `stretch` and the trace of the
+//! so that det(1 + Δt L̄) = ΔJ̄: the volumetric part that laws take from `volume_ratio` and the trace of the
 //! gradient agree, and plane strain stays plane.
 //!
 //! Which averages, and what they ask of the forces, is in `average`.
@@ -17,7 +17,7 @@ use super::grid::Node;
 use super::heat::warm;
 use super::motion::{Landing, Summary, Transport};
 use super::particles::Body;
-use super::strain::{blend_stretch, blend_stretch_and_gradient, measure, refer_to_start};
+use super::strain::{blend_volume_ratio, blend_volume_ratio_and_gradient, measure, refer_to_start};
 use super::sweep::{CHUNK, Chunk, Content, Record, Sweep, Wanted, put_acceleration, put_scalar, put_velocity};
 use super::{Locking, health};
 use crate::error::StepError;
@@ -171,8 +171,8 @@ impl<const D: usize> Increment<'_, D> {
             refer_to_start(chunk, dt);
         }
         match self.blend {
-            Some(blend) if law.needs_gradient() => blend_stretch_and_gradient(chunk, dt, blend),
-            Some(blend) => blend_stretch(chunk, blend),
+            Some(blend) if law.needs_gradient() => blend_volume_ratio_and_gradient(chunk, dt, blend),
+            Some(blend) => blend_volume_ratio(chunk, blend),
             None => {}
         }
         (advance(law, chunk, dt, self.cell), heat)
@@ -222,7 +222,7 @@ impl Task for AnyUnsound<'_> {
 /// Updates the stresses of a chunk, unless a particle was turned inside out.
 fn advance<const D: usize>(law: &dyn PointLaw, chunk: &mut Chunk<'_, D>, dt: f64, cell: f64) -> Summary {
     let particles = &mut chunk.particles;
-    if widest(AnyUnsound(particles.stretch)) {
+    if widest(AnyUnsound(particles.volume_ratio)) {
         return Summary::inverted();
     }
     if law.needs_gradient() {

@@ -20,7 +20,7 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
-use super::contact::nodes::Lattice;
+use super::contact::nodes::FoldedStencil;
 use super::ghost::Limits;
 use super::wall::Walls;
 use super::{Body, Field, Grid, Mpm, Particles};
@@ -114,7 +114,7 @@ fn grid_pressure<const D: usize>(
 }
 
 /// Leads the volumes of a body's particles to the pressures at the nodes.
-fn lead<const D: usize>(grid: &Grid<D>, lattice: &Lattice<D>, pressure: &[f64], body: &mut Body<D>) {
+fn lead<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pressure: &[f64], body: &mut Body<D>) {
     let (particles, ambient) = (&mut body.particles, body.ambient);
     let there = |x: Vector<D>| {
         let (mut sum, mut weights) = (0.0, 0.0);

@@ -28,7 +28,7 @@ mod pushes;
 mod solid;
 mod surface;
 
-use super::contact::nodes::Lattice;
+use super::contact::nodes::FoldedStencil;
 use super::ghost::{Ghosts, Limits};
 use super::grid::{EDGE, Grid, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
@@ -153,7 +153,7 @@ pub struct Walls<const D: usize> {
     /// Fields all of whose bodies keep their shape.
     solid_fields: Vec<bool>,
     /// Shape functions of the bodies.
-    lattice: Lattice<D>,
+    lattice: FoldedStencil<D>,
     reactions: Vec<Reaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,
@@ -203,7 +203,7 @@ impl WallKind {
 
 impl<const D: usize> Walls<D> {
     /// The walls of `grid` and the obstacles; `lattice`: the shape functions of the bodies.
-    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, lattice: Lattice<D>) -> Self {
+    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, lattice: FoldedStencil<D>) -> Self {
         let side = |axis: usize, end: usize, wall: &Wall| Boundary {
             name: format!("wall:{}", side_name(D, axis, end)),
             kind: wall.kind,
@@ -479,7 +479,7 @@ mod tests {
         };
         let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
         grid.set_blocks(vec![[0, 0], [0, 1], [0, 2]]);
-        let lattice = Lattice::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        let lattice = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
         let mut walls = Walls::new(&setup, vec![floor], 1, lattice);
         walls.find_nodes(&grid);
         walls

@@ -20,7 +20,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Particles deep inside the other fluid join it, where the level set keeps the volumes.
     pub(super) fn join(&mut self) {
         let Some(set) = self.sharp.as_ref().filter(|_| self.kept_volume.is_some()) else { return };
-        if self.flying.contains(&true) {
+        if self.is_projectile.contains(&true) {
             return;
         }
         let Implicit { mesh, velocity, .. } = &self.implicit;

@@ -66,14 +66,14 @@ pub struct Content<const N: usize> {
     /// Stabilisation time τ [s].
     pub tau: f64,
     /// ∫dV/ρ [m³·m³/kg].
-    pub lightness: f64,
+    pub volume_over_density: f64,
 }
 
 impl<const N: usize> Content<N> {
     /// Of an element that is full of one fluid.
     pub fn uniform(volume: f64, density: f64, viscosity: f64, tau: f64) -> Self {
         let mass = [density * volume / N as f64; N];
-        Self { mass, viscosity, tau, lightness: volume / density }
+        Self { mass, viscosity, tau, volume_over_density: volume / density }
     }
 }
 
@@ -124,7 +124,7 @@ pub fn block<const D: usize, const N: usize>(
         a[D][r] = -share * g[j][r];
     }
     // Becker (20): −τ times the Laplacian of the pressure; theory (F.22), (F.23).
-    a[D][D] = -content.tau * content.lightness * both;
+    a[D][D] = -content.tau * content.volume_over_density * both;
     if equations.stabilisation == Stabilisation::ConsistentPspg {
         for s in 0..D {
             a[D][s] -= content.tau / equations.delta * share * g[i][s];
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn a_linear_velocity_has_its_stress_and_divergence() {
         let (simplex, x) = tetrahedron();
-        let content = Content { mass: [0.0; 4], viscosity: 3.0, tau: 0.0, lightness: 1.0 };
+        let content = Content { mass: [0.0; 4], viscosity: 3.0, tau: 0.0, volume_over_density: 1.0 };
         // v = L x
         let l = [[1.0, 2.0, 0.5], [-0.3, 0.7, 1.1], [0.4, -0.2, 0.9]];
         let v = |x: Vector<3>, r: usize| (0..3).map(|s| l[r][s] * x[s]).sum::<f64>();

@@ -17,7 +17,7 @@ use super::shear::shear_rate;
 use super::subscale::{self, Subscales};
 use super::{outflow, slip, surface_tension};
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, Kind, LinearSolver, Memory, Options, Outcome};
+use crate::linalg::{BlockMatrix, Kind, LinearSolver, Options, Outcome, SolverState};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -189,17 +189,17 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     }
 
     /// What the linear solver carries from one step to the next.
-    pub(super) fn memory(&self) -> Memory {
+    pub(super) fn memory(&self) -> SolverState {
         self.linear.memory()
     }
 
     /// True if a memory is that of a run of the same case.
-    pub(super) fn fits(&self, memory: &Memory) -> bool {
+    pub(super) fn fits(&self, memory: &SolverState) -> bool {
         self.linear.fits(memory)
     }
 
     /// Goes on from the memory of another run of the same case.
-    pub(super) fn recall(&mut self, memory: &Memory) {
+    pub(super) fn recall(&mut self, memory: &SolverState) {
         // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.
         if self.linear.restore(memory).is_err() {
             self.linear = solver(&self.mesh, &self.assembly, self.options);

@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 
 /// What flows in, by places of [`Mesh::boundary`]. It follows from the start alone.
 #[derive(Debug, Clone, Default)]
-pub struct Supply<const D: usize> {
+pub struct InflowComposition<const D: usize> {
     /// Of a sharp level set: φ at the corners of the open facets [m].
     level: Vec<Option<[f64; D]>>,
     /// Else: the fractions of the fluids at the nodes at the start.
@@ -21,7 +21,7 @@ pub struct Supply<const D: usize> {
     density: Vec<f64>,
 }
 
-impl<const D: usize> Supply<D> {
+impl<const D: usize> InflowComposition<D> {
     /// From the state at the start.
     pub fn new<const N: usize>(
         mesh: &Mesh<D, N>,

@@ -192,7 +192,7 @@ impl<const N: usize> Filling<N> {
         let mean = |f: &dyn Fn(usize) -> f64| fluids.clone().map(|k| share(k) * f(k)).sum::<f64>();
         let medium = Medium { density: mean(&|k| density[k]), viscosity: mean(&viscosity) };
         let mut content = Content::uniform(volume, medium.density, medium.viscosity, tau(medium));
-        content.lightness = volume * mean(&|k| 1.0 / density[k]);
+        content.volume_over_density = volume * mean(&|k| 1.0 / density[k]);
         content
     }
 }

@@ -22,7 +22,7 @@ use super::correct::{self, Correction};
 use super::forces::{self, Part};
 use super::friction::Friction;
 use super::implicit::{Implicit, Physics, Step};
-use super::inflow::Supply;
+use super::inflow::InflowComposition;
 use super::ledger::{Books, Outside, Totals};
 use super::level_set::{self, LevelSet, Opening};
 use super::outline::Outline;
@@ -35,7 +35,7 @@ use super::step_control::StepControl;
 use super::through::Through;
 use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
-use crate::linalg::Memory;
+use crate::linalg::SolverState;
 use crate::math::Vector;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
@@ -75,7 +75,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     /// Facets through which it may leave.
     pub(super) openings: Vec<Opening<D>>,
     /// What flows in.
-    pub(super) supply: Supply<D>,
+    pub(super) supply: InflowComposition<D>,
     /// The last shift [m].
     pub(super) shift: f64,
     pub(super) density: Vec<f64>,
@@ -84,7 +84,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) reseeding: Reseeding,
     pub(super) crowd: Density,
     /// Fluids that follow their own side of the interface.
-    pub(super) flying: Vec<bool>,
+    pub(super) is_projectile: Vec<bool>,
     pub(super) relaxation: f64,
     pub(super) unresolved: Unresolved,
     /// Energy that the bound of what particles have against the mesh has taken [J].
@@ -112,7 +112,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) dt_earlier: f64,
     pub(super) steps: u64,
     /// What the linear solver carries over steps, while a checkpoint is written or read.
-    pub(super) memory: Memory,
+    pub(super) memory: SolverState,
     pub(super) notices: Notices,
     /// What gravity can do, where that can be told.
     pub(super) available: Option<Available>,
@@ -158,12 +158,12 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn begin(&mut self, t: f64, dt: f64) {
-        self.memory = Memory::default();
+        self.memory = SolverState::default();
         self.show_pressure(Step { t, dt, theta: 1.0 });
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        self.memory = Memory::default();
+        self.memory = SolverState::default();
         let at = |error| StepError { time: t, ..error };
         // Rehearsed already, unless the step is another one than was foreseen.
         if self.steps == 0 && self.scheme != Scheme::BackwardEuler && self.dt_before != dt {
@@ -245,14 +245,17 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             weight: 1.0,
             outflow: [0.0; 2],
             openings: Vec::new(),
-            supply: Supply::default(),
+            supply: InflowComposition::default(),
             sharp: setup.level_set.filter(|_| density.len() == 2),
             shift: 0.0,
             scheme: setup.scheme,
             kernel: setup.kernel,
             reseeding: setup.reseeding,
             crowd: Density::new::<D>(nominal),
-            flying: density.iter().map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest).collect(),
+            is_projectile: density
+                .iter()
+                .map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest)
+                .collect(),
             density,
             relaxation: setup.relaxation,
             unresolved: setup.unresolved,
@@ -272,7 +275,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             dt_before: 0.0,
             dt_earlier: 0.0,
             steps: 0,
-            memory: Memory::default(),
+            memory: SolverState::default(),
             notices: Notices::default(),
             available: None,
             closed: Vec::new(),
@@ -337,7 +340,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn give(&mut self, increment: &[&[Vector<D>]], dt: f64, filter: f64) {
         let gravity = self.implicit.force[0];
         let (heavy, light) = extremes(&self.density);
-        let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity };
+        let rule = Projectiles { fluids: &self.is_projectile, level: &self.level, gravity };
         let projectiles = self.flies().then_some((rule, gravity * (dt * (1.0 - light / heavy))));
         let correction = Correction { increment, velocity: &self.implicit.velocity, filter, projectiles };
         self.particles.correct(&self.implicit.mesh, &correction);
@@ -345,7 +348,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// True if some fluid follows its own side of the interface.
     fn flies(&self) -> bool {
-        self.flying.contains(&true)
+        self.is_projectile.contains(&true)
     }
 
     /// True if the last step says how the flow changes over the next: after a much shorter one, as outputs may cut

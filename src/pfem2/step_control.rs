@@ -96,7 +96,7 @@ impl StepControl {
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The automatic step [s].
     pub(super) fn automatic_dt(&self) -> f64 {
-        let waves = self.wave_dt().min(self.calm_dt());
+        let waves = self.wave_dt().min(self.capillary_dt());
         let bound = waves.min(self.courant_dt());
         match self.steps {
             _ if !self.step_control.is_active() => bound,
@@ -109,7 +109,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// with the speed that lids, inlets and the fall of fluids can make. `None` where nothing tells the speed.
     pub(super) fn foreseen(&self, end: f64) -> Option<[f64; 2]> {
         let crossing = self.implicit.shortest() / self.foreseen_speed(end);
-        let waves = self.wave_dt().min(self.calm_dt());
+        let waves = self.wave_dt().min(self.capillary_dt());
         let least = crossing.min(0.2 * waves);
         crossing.is_finite().then(|| [least, waves.min(crossing * self.courant).max(least)])
     }

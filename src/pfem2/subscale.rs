@@ -72,7 +72,7 @@ pub fn project<const D: usize, const N: usize>(
             let (simplex, nodes) = (mesh.simplex(element), &mesh.elements()[element]);
             let slope = (0..N).map(|k| simplex.gradient[k] * pressure(nodes[k] as usize)).sum::<Vector<D>>();
             let balanced = nodes.iter().map(|&i| force[i as usize]).sum::<Vector<D>>() * (simplex.volume / N as f64);
-            sum += slope * contents[element].lightness - balanced;
+            sum += slope * contents[element].volume_over_density - balanced;
             volume += simplex.volume;
         }
         if volume > 0.0 { sum / volume } else { Vector::ZERO }

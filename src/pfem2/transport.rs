@@ -10,7 +10,7 @@
 use super::convect::{self, Convected, Place, Projectiles, Streamlines, Walk};
 use super::correct;
 use super::implicit::{Implicit, Step};
-use super::inflow::Supply;
+use super::inflow::InflowComposition;
 use super::level_set::{Entering, LevelSet};
 use super::phases::Phases;
 use super::reseed::{Newcomer, Origin, Reseeded};
@@ -38,12 +38,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(super) fn convect(&mut self, step: Step) {
         let (carrier, kicks) = (self.carrier(step), self.kicks(step));
         let start: Vec<Vector<D>> = self.implicit.velocity.iter().zip(&kicks).map(|(v, kick)| *v + *kick).collect();
-        let rule = Projectiles { fluids: &self.flying, level: &self.level, gravity: self.implicit.force[0] };
+        let rule = Projectiles { fluids: &self.is_projectile, level: &self.level, gravity: self.implicit.force[0] };
         let Implicit { mesh, boundary, .. } = &self.implicit;
         let flow = convect::Flow {
             velocity: &carrier,
             boundary: &boundary.kinds,
-            projectiles: self.flying.contains(&true).then_some(rule),
+            projectiles: self.is_projectile.contains(&true).then_some(rule),
         };
         let lines = Streamlines::new(mesh, &flow);
         let (openings, particles) = (&self.openings[..], &mut self.particles);
@@ -84,9 +84,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// What flows in at the start, and from then on.
-    pub(super) fn supply_at_the_start(&self) -> Supply<D> {
+    pub(super) fn supply_at_the_start(&self) -> InflowComposition<D> {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        Supply::new(&self.implicit.mesh, &self.implicit.boundary, self.sharp.as_ref(), &phases)
+        InflowComposition::new(&self.implicit.mesh, &self.implicit.boundary, self.sharp.as_ref(), &phases)
     }
 }
 

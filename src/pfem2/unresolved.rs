@@ -34,7 +34,7 @@ struct Change<const D: usize> {
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Bounds what particles have against the mesh; fluids that follow their own side of the interface have more against it.
     pub(super) fn bound_unresolved(&mut self) {
-        if self.unresolved == Unresolved::Kept || self.flying.contains(&true) {
+        if self.unresolved == Unresolved::Kept || self.is_projectile.contains(&true) {
             return;
         }
         let differences = self.differences();

@@ -7,7 +7,7 @@ use crate::error::StepError;
 
 /// Part of the bound by capillary waves that an automatic step takes. At the bound a drop of water of ten elements in air
 /// stirs up the air by 7 m/s, at half of it by 4 m/s, at a quarter by 0.1 m/s; heavier gases are calm at the bound.
-const CALM: f64 = 0.25;
+const CAPILLARY_FRACTION: f64 = 0.25;
 
 /// ωΔt of the shortest wave up to which water in a box of 20 × 20 cells is calm; at 1.73 it sloshes ever higher.
 const CALM_WATER: f64 = 1.5;
@@ -26,8 +26,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// The longest step with which surface tension leaves the lighter fluid calm [s] (theory H.8).
-    pub(super) fn calm_dt(&self) -> f64 {
-        CALM * self.steepest() / self.implicit.fastest_ripple()
+    pub(super) fn capillary_dt(&self) -> f64 {
+        CAPILLARY_FRACTION * self.steepest() / self.implicit.fastest_ripple()
     }
 
     /// Bound of ωΔt. The interface moves with a velocity that is known before the pressure is: the paper's scheme bears 2 (theory

@@ -3,7 +3,7 @@
 
 use lateen::material::{PointBatch, PointLaw, PointState, StartState, Storage};
 use lateen::math::{SymTensor, Tensor, Vector};
-use lateen::mpm::contact::nodes::Lattice;
+use lateen::mpm::contact::nodes::FoldedStencil;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
 use lateen::mpm::wall::Walls;
@@ -145,7 +145,7 @@ fn contact<const D: usize>(
     friction: Friction,
     place: SheetContact,
 ) -> Contact<D> {
-    let lattice = Lattice::new(kernel, &std::array::from_fn(|_| [Wall::default(), Wall::default()]));
+    let lattice = FoldedStencil::new(kernel, &std::array::from_fn(|_| [Wall::default(), Wall::default()]));
     let sources: Vec<_> = sheets.iter().map(source).collect();
     let table = FrictionTable { listed: Vec::new(), default: friction };
     Contact::new(lattice, &table, (place, 0.0), bodies, &sources)
@@ -295,7 +295,7 @@ impl<const D: usize> World<D> {
     fn open_walls(&self) -> Walls<D> {
         let walls = std::array::from_fn(|_| [Wall::default(), Wall::default()]);
         let setup = GridSetup { lower: self.grid.origin, cell: self.grid.cell, cells: self.grid.cells, walls };
-        let lattice = Lattice::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        let lattice = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
         Walls::new(&setup, Vec::new(), self.grid.fields.len(), lattice)
     }
 

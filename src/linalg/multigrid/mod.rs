@@ -47,12 +47,12 @@ struct Level {
     /// To this level from the next coarser one, and back; empty on the coarsest.
     prolongation: Csr,
     restriction: Csr,
-    room: Room,
+    room: Workspace,
 }
 
 /// Vectors of a level.
 #[derive(Default)]
-struct Room {
+struct Workspace {
     right: Vec<f32>,
     x: Vec<f32>,
     residual: Vec<f32>,
@@ -61,7 +61,7 @@ struct Room {
     image: [Vec<f32>; 2],
 }
 
-impl Room {
+impl Workspace {
     fn new(n: usize) -> Self {
         let zeros = || vec![0.0; n];
         Self {
@@ -86,7 +86,7 @@ impl Hierarchy {
             let coarser = if a.rows() > COARSEST { coarsen(&a, &mut smooth, threshold) } else { None };
             let diagonal = a.diagonal();
             let inverse_diagonal = diagonal.iter().map(|&d| if d == 0.0 { 0.0 } else { d.recip() }).collect();
-            let room = Room::new(a.rows());
+            let room = Workspace::new(a.rows());
             let Some((prolongation, restriction, next)) = coarser else {
                 let coarsest = if a.rows() <= 8 * COARSEST { dense(&a) } else { Dense::default() };
                 let (prolongation, restriction) = (Csr::default(), Csr::default());

@@ -18,9 +18,9 @@ use super::guard::Near;
 use super::impulse::{self, Impulse, Settled, Touch};
 use super::locate::Locator;
 use super::map::Map;
-use super::method::{ContactMethod, Scene};
+use super::method::{ContactMethod, StepContext};
 use super::partner::Partners;
-use super::row::{NONE, Pair, close};
+use super::row::{NONE, NodePair, close};
 use super::sheet::{Sheet, SheetSource, Surface};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
@@ -30,7 +30,7 @@ use crate::mpm::{Body, Friction, Grid, SubStep};
 pub(super) struct AtNodes<const D: usize> {
     map: Map<D>,
     /// One pair per row and field, fields running fastest.
-    pairs: Vec<Pair<D>>,
+    pairs: Vec<NodePair<D>>,
     fields: usize,
     /// Gap below which contact acts [m].
     tolerance: f64,
@@ -57,7 +57,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// The particles of each body whose support reaches a row.
-    fn near(&mut self, scene: &Scene<'_, D>) -> Vec<Vec<u32>> {
+    fn near(&mut self, scene: &StepContext<'_, D>) -> Vec<Vec<u32>> {
         self.marks.clear(scene.grid);
         for row in &self.map.rows {
             self.marks.mark(scene.grid, scene.lattice, row.node as usize);
@@ -122,12 +122,12 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
         &mut self,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &Scene<'_, D>,
+        scene: &StepContext<'_, D>,
         guarded: &mut Vec<Near<D>>,
     ) -> u64 {
         self.map.lay(sheet, surface, scene);
         self.pairs.clear();
-        self.pairs.resize(self.map.rows.len() * self.fields, Pair::default());
+        self.pairs.resize(self.map.rows.len() * self.fields, NodePair::default());
         let near = self.near(scene);
         let Sheet { facets, labels, number, .. } = sheet;
         let Self { map, pairs, locator, .. } = self;
@@ -148,7 +148,7 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
     }
 
     /// Takes the bodies that are close enough to touch during this step, and drops everything else from the map.
-    fn choose(&mut self, sheet: &Sheet<D>, scene: &Scene<'_, D>, partners: &mut Partners<D>) {
+    fn choose(&mut self, sheet: &Sheet<D>, scene: &StepContext<'_, D>, partners: &mut Partners<D>) {
         let (grid, lattice) = (scene.grid, scene.lattice);
         let (fields, reach) = (self.fields, self.tolerance + grid.cell);
         for (r, row) in self.map.rows.iter().enumerate() {

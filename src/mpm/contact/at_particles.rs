@@ -27,12 +27,12 @@
 use super::band::{Labels, Shift, radius};
 use super::guard::Near;
 use super::impulse::{Impulse, Settled};
-use super::method::{ContactMethod, Scene};
+use super::method::{ContactMethod, StepContext};
 use super::nodes::{Flips, flip};
 use super::partner::Partners;
 use super::sheet::{Sheet, Surface};
-use super::solver::{Moving, Reached, Solver, Spot, Stiffness};
-use super::watch::{Member, Seen, Watch, label, stencil};
+use super::solver::{Moving, Solver, Stiffness, SupportNode, SurfaceContact};
+use super::watch::{Candidate, CandidateSearch, Member, label, stencil};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
@@ -81,13 +81,13 @@ impl<const D: usize> AtParticles<D> {
         index: usize,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &Scene<'_, D>,
+        scene: &StepContext<'_, D>,
         guarded: &mut Vec<Near<D>>,
     ) -> u64 {
         let (body, cell, fastest) = (&scene.bodies[index], scene.grid.cell, surface.fastest());
         let Sheet { nearest, facets, friction, labels, number, .. } = sheet;
         let (labels, friction) = (&mut labels[index], friction[body.field]);
-        let watch = Watch::new(nearest, facets, body, cell);
+        let watch = CandidateSearch::new(nearest, facets, body, cell);
         let mut crossed = 0;
         for seen in watch.seen() {
             let force = labels.take_force(seen.key, scene.step - 1);
@@ -106,14 +106,14 @@ impl<const D: usize> AtParticles<D> {
                 self.members.extend_from_slice(&found.members);
                 let members = self.members.len() as u32;
                 let spot = found.spot(index, body, facets[facet].nodes, gap, friction);
-                self.solver.spots.push(Spot { members, ..spot });
+                self.solver.spots.push(SurfaceContact { members, ..spot });
             }
         }
         crossed
     }
 
     /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
-    fn vote(&mut self, scene: &Scene<'_, D>, body: &Body<D>, found: &Found<D>) {
+    fn vote(&mut self, scene: &StepContext<'_, D>, body: &Body<D>, found: &Found<D>) {
         if scene.grid.fields.len() < 2 {
             return;
         }
@@ -139,7 +139,7 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
         &mut self,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &Scene<'_, D>,
+        scene: &StepContext<'_, D>,
         guarded: &mut Vec<Near<D>>,
     ) -> u64 {
         self.solver.begin();
@@ -155,7 +155,7 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
     }
 
     /// Finds how far an impulse moves the particles and the sheet, too.
-    fn choose(&mut self, sheet: &Sheet<D>, scene: &Scene<'_, D>, partners: &mut Partners<D>) {
+    fn choose(&mut self, sheet: &Sheet<D>, scene: &StepContext<'_, D>, partners: &mut Partners<D>) {
         let (grid, lattice) = (scene.grid, scene.lattice);
         let Self { solver: Solver { spots, reached, .. }, members, .. } = self;
         let stencils: Vec<Vec<(u32, Flips, f64)>> = parallel::collect(spots.len(), STENCILS, |c| {
@@ -167,7 +167,7 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
             for (node, flips, weight) in stencil {
                 let partner = partners.add(grid, lattice, spot.field as usize, node as usize);
                 spot.softness += partners.softness(partner) * (weight * weight);
-                reached.push(Reached { partner, flips, weight });
+                reached.push(SupportNode { partner, flips, weight });
             }
             spot.end = reached.len() as u32;
             spot.stiffen(&sheet.softness);
@@ -244,7 +244,7 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
 }
 
 /// Labels what was seen in a step: its side, and true if it has crossed the sheet since the last one.
-fn relabel<const D: usize>(labels: &mut Labels, seen: &Seen<D>, step: u64) -> (f64, bool) {
+fn relabel<const D: usize>(labels: &mut Labels, seen: &Candidate<D>, step: u64) -> (f64, bool) {
     let old = labels.recall(seen.key, step - 1);
     let label = label(old, seen);
     labels.keep(seen.key, step, label);
@@ -253,7 +253,7 @@ fn relabel<const D: usize>(labels: &mut Labels, seen: &Seen<D>, step: u64) -> (f
 
 /// A point of a body near the sheet, on a side of it.
 struct Found<const D: usize> {
-    seen: Seen<D>,
+    seen: Candidate<D>,
     /// Its particles.
     members: Vec<Member<D>>,
     /// +1 where the normals of the sheet point.
@@ -277,9 +277,9 @@ impl<const D: usize> Found<D> {
     }
 
     /// The contact of the body of this index with an element of these nodes, from the gap [m] at the start of the step.
-    fn spot(&self, index: usize, body: &Body<D>, nodes: [u32; 4], gap: f64, friction: Friction) -> Spot<D> {
+    fn spot(&self, index: usize, body: &Body<D>, nodes: [u32; 4], gap: f64, friction: Friction) -> SurfaceContact<D> {
         let (seen, side) = (&self.seen, self.side);
-        Spot {
+        SurfaceContact {
             field: body.field as u32,
             body: index as u32,
             key: seen.key,

@@ -14,9 +14,9 @@
 use super::guard::Near;
 use super::locate::{Locator, Place};
 use super::map::Map;
-use super::method::Scene;
-use super::nodes::{Lattice, flip};
-use super::row::Pair;
+use super::method::StepContext;
+use super::nodes::{FoldedStencil, flip};
+use super::row::NodePair;
 use super::sample::Facet;
 use super::sheet::Surface;
 use crate::math::Vector;
@@ -37,7 +37,7 @@ impl Marks {
     }
 
     /// Marks the blocks in which the support of a particle that reaches `node` may start.
-    pub fn mark<const D: usize>(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, node: usize) {
+    pub fn mark<const D: usize>(&mut self, grid: &Grid<D>, lattice: &FoldedStencil<D>, node: usize) {
         let ijk = grid.coordinates(node);
         for corner in 0..1 << D {
             let first = std::array::from_fn(|a| ijk[a] - (corner >> a & 1) * (lattice.support() - 1));
@@ -48,7 +48,7 @@ impl Marks {
     }
 
     /// Indices of the particles whose support starts in a marked block, ascending.
-    pub fn near<const D: usize>(&self, grid: &Grid<D>, lattice: &Lattice<D>, position: &[Vector<D>]) -> Vec<u32> {
+    pub fn near<const D: usize>(&self, grid: &Grid<D>, lattice: &FoldedStencil<D>, position: &[Vector<D>]) -> Vec<u32> {
         if !self.blocks.contains(&true) {
             return Vec::new();
         }
@@ -180,21 +180,21 @@ impl Labels {
 
 /// One sheet and the particles around it.
 pub(super) struct Band<'a, const D: usize> {
-    pub scene: &'a Scene<'a, D>,
+    pub scene: &'a StepContext<'a, D>,
     pub surface: &'a Surface<'a, D>,
     pub facets: &'a [Facet],
     /// Number of the sheet.
     pub number: usize,
     pub map: &'a mut Map<D>,
     /// One pair per row and field, fields running fastest.
-    pub pairs: &'a mut [Pair<D>],
+    pub pairs: &'a mut [NodePair<D>],
     pub locator: &'a mut Locator<D>,
 }
 
 impl<const D: usize> Band<'_, D> {
     /// Where the sheet is folded, adds the arms to the particles of a body `near` it, each turned to the side that it is on.
     pub fn lean(&mut self, body: usize, near: &[u32], labels: &Labels) {
-        let Scene { grid, lattice, step, .. } = *self.scene;
+        let StepContext { grid, lattice, step, .. } = *self.scene;
         let body = &self.scene.bodies[body];
         for &p in near {
             let (x, id) = (body.particles.position[p as usize], body.particles.id[p as usize]);
@@ -244,7 +244,7 @@ impl<const D: usize> Band<'_, D> {
 
     /// δ_p and r_p, if a row with a normal is in reach.
     fn read(&self, particles: &Particles<D>, p: usize) -> Option<Reading<D>> {
-        let Scene { grid, lattice, .. } = *self.scene;
+        let StepContext { grid, lattice, .. } = *self.scene;
         let (map, x) = (&*self.map, particles.position[p]);
         let (mut height, mut share, mut normal) = (0.0, 0.0, Vector::ZERO);
         lattice.for_each(grid, x, |node, weight, flips| {
@@ -288,7 +288,7 @@ impl<const D: usize> Band<'_, D> {
     }
 
     fn lower_gaps(&mut self, body: &Body<D>, p: usize, side: f64, gap: f64) {
-        let Scene { grid, lattice, .. } = *self.scene;
+        let StepContext { grid, lattice, .. } = *self.scene;
         let (mass, x) = (body.particles.mass[p], body.particles.position[p]);
         lattice.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
             let Some(row) = self.map.row(node) else { return };

@@ -12,9 +12,9 @@
 //! if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if the map
 //! made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there none.
 
-use super::method::Scene;
+use super::method::StepContext;
 use super::nodes::{Flips, flip};
-use super::row::{NONE, Row};
+use super::row::{ContactNode, NONE};
 use super::sample::{Facet, Samples, Visit, corner_mass};
 use super::sheet::{Sheet, SheetSource, Surface};
 use crate::math::Vector;
@@ -31,7 +31,7 @@ struct Entry {
 #[derive(Debug)]
 pub(super) struct Map<const D: usize> {
     /// The nodes that it shares with bodies.
-    pub rows: Vec<Row<D>>,
+    pub rows: Vec<ContactNode<D>>,
     /// Row of each grid node, `NONE` where there is none.
     lookup: Vec<u32>,
     corner_mass: Vec<[f64; 4]>,
@@ -68,7 +68,7 @@ impl<const D: usize> Map<D> {
     }
 
     /// Maps mass, area and place of the sheet to the nodes that it shares with bodies.
-    pub fn lay(&mut self, sheet: &Sheet<D>, surface: &Surface<'_, D>, scene: &Scene<'_, D>) {
+    pub fn lay(&mut self, sheet: &Sheet<D>, surface: &Surface<'_, D>, scene: &StepContext<'_, D>) {
         let (grid, facets) = (scene.grid, &sheet.facets);
         for row in self.rows.drain(..) {
             self.lookup[row.node as usize] = NONE;
@@ -90,7 +90,7 @@ impl<const D: usize> Map<D> {
         &mut self,
         sheet: &Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &Scene<'_, D>,
+        scene: &StepContext<'_, D>,
         visits: &[Visit],
         areas: &mut Vec<f64>,
     ) {
@@ -105,7 +105,7 @@ impl<const D: usize> Map<D> {
             let row = &mut self.lookup[node as usize];
             if *row == NONE {
                 *row = self.rows.len() as u32;
-                self.rows.push(Row::at(node as usize));
+                self.rows.push(ContactNode::at(node as usize));
                 areas.push(0.0);
             }
             self.entries.push(Entry { row: *row, flips, weight });
@@ -122,7 +122,7 @@ impl<const D: usize> Map<D> {
 
     /// Turns sums into means, and areas into normals (51); rows with a negligible share of the sheet get no normal and never
     /// act, those where it is folded get theirs from [`Self::unfold`].
-    fn close_rows(&mut self, scene: &Scene<'_, D>, areas: &[f64]) {
+    fn close_rows(&mut self, scene: &StepContext<'_, D>, areas: &[f64]) {
         let heaviest = self.rows.iter().map(|row| row.mass).fold(0.0, f64::max);
         for (row, area) in self.rows.iter_mut().zip(areas) {
             row.free = scene.lattice.free(scene.grid, row.node as usize);

@@ -9,16 +9,16 @@ use super::at_particles::AtParticles;
 use super::band::Shift;
 use super::guard::Near;
 use super::impulse::Settled;
-use super::nodes::Lattice;
+use super::nodes::FoldedStencil;
 use super::partner::Partners;
 use super::sheet::{Sheet, SheetSource, Surface};
 use crate::mpm::{Body, Grid, SheetContact, SubStep};
 use std::fmt::Debug;
 
 /// The bodies and the grid at the start of a step.
-pub(super) struct Scene<'a, const D: usize> {
+pub(super) struct StepContext<'a, const D: usize> {
     pub grid: &'a Grid<D>,
-    pub lattice: &'a Lattice<D>,
+    pub lattice: &'a FoldedStencil<D>,
     pub bodies: &'a [Body<D>],
     /// Number of the step, from 1, and its length [s].
     pub step: u64,
@@ -33,7 +33,7 @@ pub(super) trait ContactMethod<const D: usize>: Debug + Send + Sync {
         &mut self,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &Scene<'_, D>,
+        scene: &StepContext<'_, D>,
         guarded: &mut Vec<Near<D>>,
     ) -> u64;
 
@@ -41,7 +41,7 @@ pub(super) trait ContactMethod<const D: usize>: Debug + Send + Sync {
     fn parts(&self, node: usize, fields: [usize; 2]) -> bool;
 
     /// Adds the bodies' nodes that may take impulses to the partners.
-    fn choose(&mut self, sheet: &Sheet<D>, scene: &Scene<'_, D>, partners: &mut Partners<D>);
+    fn choose(&mut self, sheet: &Sheet<D>, scene: &StepContext<'_, D>, partners: &mut Partners<D>);
 
     /// Resolves contact at the end of a sub-step, with walls and obstacles, in the pass of this number, from 0: adds the forces on
     /// the sheet's nodes, in further passes their change, to [`Sheet::forces`].

@@ -62,8 +62,8 @@ use crate::simulation::Column;
 use books::Books;
 use guard::{Moved, Near};
 use impulse::Settled;
-use method::{ContactMethod, Scene};
-use nodes::Lattice;
+use method::{ContactMethod, StepContext};
+use nodes::FoldedStencil;
 use pairwise::Pairwise;
 use partner::Partners;
 use sheet::Sheet;
@@ -72,7 +72,7 @@ use std::collections::BTreeMap;
 /// All contacts of a simulation.
 #[derive(Debug)]
 pub struct Contact<const D: usize> {
-    lattice: Lattice<D>,
+    lattice: FoldedStencil<D>,
     /// Gap below which contact acts [m].
     tolerance: f64,
     dt: f64,
@@ -99,7 +99,7 @@ pub struct Contact<const D: usize> {
 impl<const D: usize> Contact<D> {
     /// Contact between `bodies` and `sheets` at `place`; `tolerance` [m] is the gap below which it acts.
     pub fn new(
-        lattice: Lattice<D>,
+        lattice: FoldedStencil<D>,
         friction: &FrictionTable,
         (place, tolerance): (SheetContact, f64),
         bodies: &[Body<D>],
@@ -153,14 +153,14 @@ impl<const D: usize> Contact<D> {
         self.guarded.clear();
         let Self { lattice, sheets, methods, partners, guarded, counts, .. } = self;
         let step = counts[0];
-        let scene = Scene { grid: &*grid, lattice, bodies, step, dt };
+        let scene = StepContext { grid: &*grid, lattice, bodies, step, dt };
         for ((sheet, method), surface) in sheets.iter_mut().zip(&mut *methods).zip(surfaces) {
             sheet.begin_step(surface, walls);
             counts[1 + sheet.number] += method.find(sheet, surface, &scene, guarded);
         }
         self.pairwise.resolve(grid, lattice, bodies, methods, self.tolerance, dt);
         // The grid has changed.
-        let scene = Scene { grid: &*grid, lattice, bodies, step, dt };
+        let scene = StepContext { grid: &*grid, lattice, bodies, step, dt };
         for (sheet, method) in sheets.iter().zip(methods) {
             method.choose(sheet, &scene, partners);
         }
@@ -335,7 +335,7 @@ impl<const D: usize> Contact<D> {
     }
 
     /// The shape functions of the bodies, folded at walls.
-    pub fn lattice(&self) -> &Lattice<D> {
+    pub fn lattice(&self) -> &FoldedStencil<D> {
         &self.lattice
     }
 

@@ -23,7 +23,7 @@ pub fn flip<const D: usize>(v: Vector<D>, flips: Flips) -> Vector<D> {
 
 /// What contact needs to know of the shape functions and the walls.
 #[derive(Debug, Clone, Copy)]
-pub struct Lattice<const D: usize> {
+pub struct FoldedStencil<const D: usize> {
     kernel: Kernel,
     walls: [[WallKind; 2]; D],
     folds: [[Fold; 2]; D],
@@ -42,7 +42,7 @@ struct AxisNodes<const S: usize> {
     local: [usize; S],
 }
 
-impl<const D: usize> Lattice<D> {
+impl<const D: usize> FoldedStencil<D> {
     /// For the shape functions of the bodies and the domain's walls.
     pub fn new(kernel: Kernel, walls: &[[Wall; 2]; D]) -> Self {
         let kind = |a: usize, end: usize| walls[a][end].kind;
@@ -202,9 +202,9 @@ mod tests {
     use crate::math::Signal;
     use crate::mpm::KernelKind;
 
-    fn lattice(kind: WallKind) -> Lattice<2> {
+    fn lattice(kind: WallKind) -> FoldedStencil<2> {
         let wall = || Wall { kind, ..Wall::default() };
-        Lattice::new(Kernel::new(KernelKind::Quadratic, 0.25), &std::array::from_fn(|_| [wall(), wall()]))
+        FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &std::array::from_fn(|_| [wall(), wall()]))
     }
 
     /// Other walls keep the linear completeness without ghosts.
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn slip_walls_that_move_along_their_normal_extrapolate() {
         let moving = Wall { kind: WallKind::Slip, velocity: std::array::from_fn(|_| Signal::Constant(1.0)) };
-        let lattice = Lattice::<2>::new(
+        let lattice = FoldedStencil::<2>::new(
             Kernel::new(KernelKind::Quadratic, 0.25),
             &std::array::from_fn(|_| [moving.clone(), moving.clone()]),
         );

@@ -7,7 +7,7 @@
 use super::band::Marks;
 use super::impulse::{self, Impulse, Touch};
 use super::method::ContactMethod;
-use super::nodes::Lattice;
+use super::nodes::FoldedStencil;
 use super::normal::{Interface, Point, separate};
 use crate::math::{Tensor, Vector};
 use crate::mpm::{Body, Friction, Grid};
@@ -52,7 +52,7 @@ impl<const D: usize> Pairwise<D> {
     pub fn resolve(
         &mut self,
         grid: &mut Grid<D>,
-        lattice: &Lattice<D>,
+        lattice: &FoldedStencil<D>,
         bodies: &[Body<D>],
         sheets: &[Box<dyn ContactMethod<D>>],
         tolerance: f64,
@@ -98,7 +98,12 @@ impl<const D: usize> Pairwise<D> {
     }
 
     /// The particles around the shared nodes, node by node: starts, and the particles with their fields.
-    fn gather(&self, grid: &Grid<D>, lattice: &Lattice<D>, bodies: &[Body<D>]) -> (Vec<u32>, Vec<(u32, Point<D>)>) {
+    fn gather(
+        &self,
+        grid: &Grid<D>,
+        lattice: &FoldedStencil<D>,
+        bodies: &[Body<D>],
+    ) -> (Vec<u32>, Vec<(u32, Point<D>)>) {
         let mut marks = Marks::default();
         marks.clear(grid);
         for &node in &self.rows {
@@ -127,7 +132,7 @@ impl<const D: usize> Pairwise<D> {
         (starts, cloud)
     }
 
-    fn around(&self, grid: &Grid<D>, lattice: &Lattice<D>, body: &Body<D>, p: usize) -> Vec<Near<D>> {
+    fn around(&self, grid: &Grid<D>, lattice: &FoldedStencil<D>, body: &Body<D>, p: usize) -> Vec<Near<D>> {
         let (x, h) = (body.particles.position[p], grid.cell);
         // A deeper particle lies within the body; that is all it says.
         let shape = if body.shows_surface(p) { body.ball(p, h) * (1.0 / h) } else { Tensor::ZERO };
@@ -148,7 +153,7 @@ impl<const D: usize> Pairwise<D> {
     fn meet(
         &self,
         grid: &Grid<D>,
-        lattice: &Lattice<D>,
+        lattice: &FoldedStencil<D>,
         sheets: &[Box<dyn ContactMethod<D>>],
         node: usize,
         near: &[(u32, Point<D>)],

@@ -7,7 +7,7 @@
 //! Mass and weights stay as they are; f is the force of everything but membranes. The sum is handed to the
 //! grid once, p ← p + ΣJ and f ← f + ΣJ/Δt, so that p⁻ = p − Δt f stays true.
 
-use super::nodes::Lattice;
+use super::nodes::FoldedStencil;
 use super::row::NONE;
 use crate::math::Vector;
 use crate::mpm::Grid;
@@ -46,7 +46,7 @@ impl<const D: usize> Partners<D> {
     }
 
     /// The number of a node of a field; a new one if it is met for the first time.
-    pub fn add(&mut self, grid: &Grid<D>, lattice: &Lattice<D>, field: usize, node: usize) -> u32 {
+    pub fn add(&mut self, grid: &Grid<D>, lattice: &FoldedStencil<D>, field: usize, node: usize) -> u32 {
         if self.index.len() <= field {
             self.index.resize(field + 1, Vec::new());
         }

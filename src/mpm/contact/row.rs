@@ -6,7 +6,7 @@ use crate::math::Vector;
 
 /// A grid node that the sheet shares with bodies.
 #[derive(Debug, Clone)]
-pub(super) struct Row<const D: usize> {
+pub(super) struct ContactNode<const D: usize> {
     /// Number of the grid node.
     pub node: u32,
     /// m_I^r [kg].
@@ -38,7 +38,7 @@ pub(super) struct Row<const D: usize> {
 
 /// A body at a row.
 #[derive(Debug, Clone)]
-pub(super) struct Pair<const D: usize> {
+pub(super) struct NodePair<const D: usize> {
     /// Gap to the particles labelled − and + [m]; infinite where there are none.
     pub gap: [f64; 2],
     /// Σ ± m_p N_Ip over the labelled particles: their majority decides the side.
@@ -66,7 +66,7 @@ const YIELD: f64 = 1e-6;
 /// The number of an absent row or partner.
 pub(super) const NONE: u32 = u32::MAX;
 
-impl<const D: usize> Default for Pair<D> {
+impl<const D: usize> Default for NodePair<D> {
     fn default() -> Self {
         Self {
             gap: [f64::INFINITY; 2],
@@ -83,7 +83,7 @@ impl<const D: usize> Default for Pair<D> {
     }
 }
 
-impl<const D: usize> Pair<D> {
+impl<const D: usize> NodePair<D> {
     /// The lesser of the two gaps [m].
     pub fn distance(&self) -> f64 {
         self.gap[0].min(self.gap[1])
@@ -117,7 +117,7 @@ impl<const D: usize> Pair<D> {
     }
 }
 
-impl<const D: usize> Row<D> {
+impl<const D: usize> ContactNode<D> {
     pub fn at(node: usize) -> Self {
         Self {
             node: node as u32,
@@ -152,8 +152,8 @@ impl<const D: usize> Row<D> {
 /// The gaps after the sub-step: what they were, changed by the motion relative to the sheet, which moves with
 /// `velocity` [m/s].
 pub(super) fn close<const D: usize>(
-    row: &Row<D>,
-    pairs: &mut [Pair<D>],
+    row: &ContactNode<D>,
+    pairs: &mut [NodePair<D>],
     partners: &Partners<D>,
     velocity: Vector<D>,
     [t, dt]: [f64; 2],

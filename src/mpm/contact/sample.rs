@@ -8,7 +8,7 @@
 //! cells. Each node's lumped mass m_K is shared by its elements in proportion to their area (m_K,e), so
 //! that mass and momentum of the samples are exactly those of the nodes.
 
-use super::nodes::{Flips, Lattice};
+use super::nodes::{Flips, FoldedStencil};
 use crate::math::Vector;
 use crate::mpm::Grid;
 use crate::parallel;
@@ -181,7 +181,7 @@ impl Samples {
         facets: &[Facet],
         position: &[Vector<D>],
         grid: &Grid<D>,
-        lattice: &Lattice<D>,
+        lattice: &FoldedStencil<D>,
     ) -> Vec<Vec<Visit>> {
         let visit = |samples: Range<usize>| {
             let mut visits = Vec::new();

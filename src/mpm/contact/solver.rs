@@ -40,7 +40,7 @@ type Packed = [f64; 4];
 
 /// A grid node in the support of a touching particle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Reached {
+pub(super) struct SupportNode {
     pub partner: u32,
     pub flips: Flips,
     pub weight: f64,
@@ -48,7 +48,7 @@ pub(super) struct Reached {
 
 /// A point close to the sheet, and what it does there during the step.
 #[derive(Debug, Clone)]
-pub(super) struct Spot<const D: usize> {
+pub(super) struct SurfaceContact<const D: usize> {
     pub field: u32,
     /// Index of its body, and the number by which it is remembered.
     pub body: u32,
@@ -93,8 +93,8 @@ pub(super) struct Stiffness {
 /// All points that touch one sheet.
 #[derive(Debug, Default)]
 pub(super) struct Solver<const D: usize> {
-    pub spots: Vec<Spot<D>>,
-    pub reached: Vec<Reached>,
+    pub spots: Vec<SurfaceContact<D>>,
+    pub reached: Vec<SupportNode>,
     /// Velocities of the partners with the impulses so far [m/s], and their 1/m [1/kg].
     velocity: Vec<Packed>,
     softness: Vec<Packed>,
@@ -244,7 +244,7 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-impl<const D: usize> Spot<D> {
+impl<const D: usize> SurfaceContact<D> {
     /// J of this sub-step, on the particle [N s].
     pub fn impulse(&self) -> Impulse<D> {
         Impulse { normal: self.normal * self.pressed, tangent: self.tangent }
@@ -252,7 +252,7 @@ impl<const D: usize> Spot<D> {
 
     /// v_p − v_c [m/s].
     #[inline(always)]
-    fn opening(&self, near: &[Reached], body: &[Packed], sheet: &[Vector<D>]) -> Vector<D> {
+    fn opening(&self, near: &[SupportNode], body: &[Packed], sheet: &[Vector<D>]) -> Vector<D> {
         let mut sums = [[0.0; 4]; 2];
         let mut pairs = near.chunks_exact(2);
         for pair in &mut pairs {
@@ -340,8 +340,8 @@ impl<const D: usize> Spot<D> {
 
 /// One sweep over all points of a sheet: the largest change of an impulse, and the largest impulse [N s].
 struct Sweep<'a, const D: usize> {
-    spots: &'a mut [Spot<D>],
-    reached: &'a [Reached],
+    spots: &'a mut [SurfaceContact<D>],
+    reached: &'a [SupportNode],
     body: &'a mut [Packed],
     softness: &'a [Packed],
     sheet: Moving<'a, D>,
@@ -430,10 +430,11 @@ mod tests {
         };
         let softness = vec![Vector([100.0, 100.0]); 7];
         for s in 0..20_u32 {
-            let reached = |k: u32| Reached { partner: (s + 5 * k) % 12, flips: 0, weight: [0.5, 0.3, 0.2][k as usize] };
+            let reached =
+                |k: u32| SupportNode { partner: (s + 5 * k) % 12, flips: 0, weight: [0.5, 0.3, 0.2][k as usize] };
             solver.reached.extend((0..3).map(reached));
             let tilt = 0.3 * (part(s + 50) - 0.5);
-            let mut spot = Spot {
+            let mut spot = SurfaceContact {
                 field: 0,
                 body: 0,
                 key: s,

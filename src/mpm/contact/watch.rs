@@ -2,7 +2,7 @@
 
 use super::band::{Label, radius};
 use super::nearest::{Foot, Nearest};
-use super::nodes::{Flips, Lattice};
+use super::nodes::{Flips, FoldedStencil};
 use super::sample::Facet;
 use crate::geometry::SkinPoint;
 use crate::math::Vector;
@@ -16,7 +16,7 @@ pub(super) const WATCHED: f64 = 1.0;
 const TASK: usize = 256;
 
 /// A particle, or a point on the skin of a body, within the watched distance.
-pub(super) struct Seen<const D: usize> {
+pub(super) struct Candidate<const D: usize> {
     /// Number of the particle or point, by which it is remembered, and index of (one of) its particles.
     pub key: u32,
     pub particle: usize,
@@ -43,7 +43,7 @@ pub(super) struct Member<const D: usize> {
 }
 
 /// A body next to a sheet.
-pub(super) struct Watch<'a, const D: usize> {
+pub(super) struct CandidateSearch<'a, const D: usize> {
     nearest: &'a Nearest<D>,
     facets: &'a [Facet],
     /// Size of a cell [m].
@@ -53,7 +53,7 @@ pub(super) struct Watch<'a, const D: usize> {
     index: Vec<u32>,
 }
 
-impl<'a, const D: usize> Watch<'a, D> {
+impl<'a, const D: usize> CandidateSearch<'a, D> {
     /// Of `body` next to a sheet of these facets, on a grid with cells of size `cell` [m].
     pub fn new(nearest: &'a Nearest<D>, facets: &'a [Facet], body: &'a Body<D>, cell: f64) -> Self {
         let mut index = vec![0_u32; if body.skin.is_empty() { 0 } else { body.particles.len() }];
@@ -64,7 +64,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 
     /// What of the body is within the watched distance, in a fixed order.
-    pub fn seen(&self) -> Vec<Seen<D>> {
+    pub fn seen(&self) -> Vec<Candidate<D>> {
         let skin = &self.body.skin;
         let count = if skin.is_empty() { self.body.particles.len() } else { skin.len() };
         let see = |key: usize| match skin.get(key) {
@@ -75,7 +75,7 @@ impl<'a, const D: usize> Watch<'a, D> {
     }
 
     /// The particles that take the impulse.
-    pub fn members(&self, seen: &Seen<D>) -> Vec<Member<D>> {
+    pub fn members(&self, seen: &Candidate<D>) -> Vec<Member<D>> {
         match self.body.skin.get(seen.key as usize).filter(|_| !self.index.is_empty()) {
             Some(point) => self.place(point).collect(),
             None => vec![Member { particle: seen.particle as u32, place: seen.inside, weight: 1.0 }],
@@ -89,15 +89,15 @@ impl<'a, const D: usize> Watch<'a, D> {
         })
     }
 
-    fn see_particle(&self, p: usize) -> Option<Seen<D>> {
+    fn see_particle(&self, p: usize) -> Option<Candidate<D>> {
         let inside = self.body.particles.position[p];
         let foot = self.foot(inside)?;
         let radius = radius(&self.body.particles, p, foot.normal, self.cell);
         let (distance, beyond) = (foot.distance, foot.beyond);
-        Some(Seen { key: self.body.particles.id[p], particle: p, inside, distance, beyond, foot, radius })
+        Some(Candidate { key: self.body.particles.id[p], particle: p, inside, distance, beyond, foot, radius })
     }
 
-    fn see_skin(&self, key: usize, point: &SkinPoint) -> Option<Seen<D>> {
+    fn see_skin(&self, key: usize, point: &SkinPoint) -> Option<Candidate<D>> {
         let tip: Vector<D> = self.place(point).map(|member| member.place * member.weight).sum();
         let foot = self.foot(tip)?;
         let particles = self.place(point).map(|member| member.place);
@@ -105,7 +105,7 @@ impl<'a, const D: usize> Watch<'a, D> {
         let within = self.foot(inside)?;
         let particle = self.index[point.members[0].0 as usize] as usize;
         let (distance, beyond) = (within.distance, within.beyond || foot.beyond);
-        Some(Seen { key: key as u32, particle, inside, distance, beyond, foot, radius: point.radius })
+        Some(Candidate { key: key as u32, particle, inside, distance, beyond, foot, radius: point.radius })
     }
 
     fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
@@ -114,7 +114,7 @@ impl<'a, const D: usize> Watch<'a, D> {
 }
 
 /// The side of what had the label `old` a step before, or has for good: kept while it stays near.
-pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Seen<D>) -> Label {
+pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Candidate<D>) -> Label {
     let (distance, beyond) = (seen.distance, seen.beyond);
     match old.filter(|label| label.side != 0.0) {
         Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
@@ -127,7 +127,7 @@ pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Seen<D>) -> Label
 /// Σ_p w_p N_Ip at the nodes of a field around some particles, normalised over the nodes that have mass.
 pub(super) fn stencil<const D: usize>(
     grid: &Grid<D>,
-    lattice: &Lattice<D>,
+    lattice: &FoldedStencil<D>,
     field: usize,
     members: &[Member<D>],
 ) -> Vec<(u32, Flips, f64)> {

@@ -24,7 +24,7 @@ impl<const D: usize> Membrane<D> {
     ///
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.
-    pub fn internal_force(&mut self, t: f64, _dt: f64) -> Result<(), StepError> {
+    pub fn internal_force(&mut self, t: f64) -> Result<(), StepError> {
         self.parameters.dt = self.books[0].displacement_dt;
         let sums = self.update_elements();
         if !(sums.frequency2.is_finite() && sums.frequency2 > 0.0 && sums.strain.is_finite()) {

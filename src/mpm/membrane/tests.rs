@@ -74,7 +74,7 @@ fn chain(points: usize, closed: bool) -> Vec<Vec<u32>> {
 
 /// One step with constant Δt.
 fn step<const D: usize>(membrane: &mut Membrane<D>, t: f64, dt: f64) {
-    membrane.internal_force(t, dt).expect("a sound step");
+    membrane.internal_force(t).expect("a sound step");
     membrane.advance_velocity(t, dt);
     membrane.move_nodes(t, dt);
 }

@@ -32,7 +32,7 @@ pub(crate) struct Source<'a, const D: usize> {
     pressure: &'a [f64],
     stress: &'a [SymTensor],
     affine: &'a [Tensor<D>],
-    stretch: &'a [f64],
+    volume_ratio: &'a [f64],
     excess: &'a [f64],
     external: &'a [Vector<D>],
     /// Pressure of the atmosphere, which forces count from [Pa].
@@ -55,7 +55,7 @@ impl<'a, const D: usize> Source<'a, D> {
             pressure: &particles.pressure,
             stress: &particles.stress,
             affine: &particles.affine,
-            stretch: &work.stretch,
+            volume_ratio: &work.volume_ratio,
             excess: &work.excess,
             external: &work.external,
             ambient: body.ambient,
@@ -73,7 +73,7 @@ impl<'a, const D: usize> Source<'a, D> {
             pressure: view.pressure,
             stress: view.stress,
             affine: view.affine,
-            stretch: view.stretch,
+            volume_ratio: view.volume_ratio,
             excess: view.excess,
             external: view.external,
             ambient: view.ambient,
@@ -94,7 +94,7 @@ impl<'a, const D: usize> Source<'a, D> {
             pressure: part(self.pressure, &range),
             stress: part(self.stress, &range),
             affine: part(self.affine, &range),
-            stretch: part(self.stretch, &range),
+            volume_ratio: part(self.volume_ratio, &range),
             excess: part(self.excess, &range),
             external: part(self.external, &range),
             ambient: self.ambient,
@@ -141,7 +141,7 @@ impl<'a, const D: usize> Source<'a, D> {
     pub fn scalars<L: Lanes>(&self, group: Group) -> [L; 2] {
         let volume = group.scalars::<L>(self.volume);
         let q = match self.content {
-            Content::Volumes => group.scalars(self.stretch),
+            Content::Volumes => group.scalars(self.volume_ratio),
             _ => self.mean_pressure(group),
         };
         [volume, volume.mul(q)]

@@ -35,7 +35,7 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
         ..Particles::default()
     };
     let law = crate::material::NeoHookean { elastic: crate::material::Elastic::new(1.0, 1.0, 0.3) };
-    let work = Work { stretch: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
+    let work = Work { volume_ratio: vec![1.0; n], rate: vec![Vector::ZERO; n], ..Work::default() };
     let kernel = Kernel::new(kind, 0.3);
     Body {
         name: "body".into(),
@@ -174,12 +174,12 @@ fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
 /// Averages: Σ V N and Σ V q N, against sums over the stencils.
 fn scalars_agree<const D: usize>(kind: KernelKind) {
     let mut body = body::<D>(kind, true, false);
-    body.work.stretch = (0..body.particles.len()).map(|p| 1.0 + 0.1 * noise(p + 11)).collect();
+    body.work.volume_ratio = (0..body.particles.len()).map(|p| 1.0 + 0.1 * noise(p + 11)).collect();
     let (grid, bins) = prepare(&mut body);
     let all = &body.particles;
     let mean = |p: usize| -all.stress[p].0[..D].iter().sum::<f64>() / D as f64;
     let pressures: Vec<f64> = (0..all.len()).map(|p| if D == 3 { all.pressure[p] } else { mean(p) }).collect();
-    for (content, q) in [(Content::Volumes, &body.work.stretch), (Content::Pressures, &pressures)] {
+    for (content, q) in [(Content::Volumes, &body.work.volume_ratio), (Content::Pressures, &pressures)] {
         let mut expected = vec![[0.0; 2]; grid.node_count()];
         for p in 0..all.len() {
             body.kernel.for_each(&grid, all.position[p], |node, n, _| {

@@ -55,7 +55,7 @@ view! {
     deformation: Tensor<3>,
     affine: Tensor<D>,
     signal: f64,
-    stretch: f64,
+    volume_ratio: f64,
     excess: f64,
     rate: Vector<D>,
     mean: Vector<D>,
@@ -80,7 +80,7 @@ impl<const D: usize> Body<D> {
             signal,
             ..
         } = &mut self.particles;
-        let Work { stretch, excess, rate, mean, noise, shift, external, .. } = &mut self.work;
+        let Work { volume_ratio, excess, rate, mean, noise, shift, external, .. } = &mut self.work;
         let stride = self.law.storage().history.len();
         let view = View {
             position,
@@ -92,7 +92,7 @@ impl<const D: usize> Body<D> {
             deformation,
             affine,
             signal,
-            stretch,
+            volume_ratio,
             excess,
             rate,
             mean,
@@ -132,7 +132,7 @@ impl<const D: usize> View<'_, D> {
         if D == 3 || self.stress.is_empty() { self.pressure[p] } else { mean_pressure(&self.stress[p], D) }
     }
 
-    /// Calls the law with the velocity gradients and the volume ratios of `stretch` over `dt` [s]; `length` is
+    /// Calls the law with the velocity gradients and the volume ratios over `dt` [s]; `length` is
     /// the cell size [m].
     pub fn update_law(&mut self, law: &dyn PointLaw, gradient: &[Tensor<3>], dt: f64, length: f64) {
         law.update(&mut PointBatch {
@@ -140,7 +140,7 @@ impl<const D: usize> View<'_, D> {
             length,
             room: length.powi(D as i32),
             gradient,
-            stretch: self.stretch,
+            volume_ratio: self.volume_ratio,
             mass: self.mass,
             volume: self.volume,
             energy: self.energy,

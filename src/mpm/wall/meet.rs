@@ -259,7 +259,7 @@ mod tests {
     use super::*;
     use crate::geometry::Region;
     use crate::math::Signal;
-    use crate::mpm::contact::nodes::Lattice;
+    use crate::mpm::contact::nodes::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
     const CELL: f64 = 0.5;
@@ -272,7 +272,7 @@ mod tests {
         let region = Region::Box { lower: [-9.0, -9.0, -9.0], upper: [99.0, top, 9.0] };
         let velocity = std::array::from_fn(|_| Signal::ZERO);
         let floor = Obstacle { name: "floor".into(), region, kind, velocity };
-        let lattice = Lattice::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        let lattice = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
         let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
         grid.set_blocks((0..4).flat_map(|i| (0..3).map(move |j| [i, j])).collect());
         let mut walls = Walls::new(&setup, vec![floor], 1, lattice);

@@ -42,7 +42,7 @@
 //! obstacles at rest take energy and never give any, converged or not (theory E.7).
 
 use crate::math::Vector;
-use crate::mpm::contact::nodes::{Lattice, flip};
+use crate::mpm::contact::nodes::{FoldedStencil, flip};
 use crate::mpm::{Grid, Node, WallKind};
 
 /// Least share of the support of a binding point that must have mass: else no body is there yet.
@@ -95,7 +95,7 @@ pub(super) struct Point<const D: usize> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Surface<const D: usize> {
     pub points: Vec<Point<D>>,
-    reached: Vec<Reached<D>>,
+    reached: Vec<SupportNode<D>>,
     /// Grid nodes, and their 1/m [1/kg].
     nodes: Vec<(u32, f64)>,
     /// Number of each grid node among `nodes`.
@@ -104,7 +104,7 @@ pub(super) struct Surface<const D: usize> {
 
 /// A node around a point.
 #[derive(Debug, Clone, Copy)]
-struct Reached<const D: usize> {
+struct SupportNode<const D: usize> {
     /// Its number among the nodes of all points.
     number: u32,
     /// N_I along each axis: mirrors reverse one.
@@ -113,7 +113,7 @@ struct Reached<const D: usize> {
     tilt: f64,
 }
 
-impl<const D: usize> Reached<D> {
+impl<const D: usize> SupportNode<D> {
     /// N_I: mirrors leave it along one axis at least.
     #[inline]
     fn share(&self) -> f64 {
@@ -198,7 +198,7 @@ impl<const D: usize> Surface<D> {
     /// where no body is.
     pub fn find(
         &mut self,
-        (grid, lattice): (&Grid<D>, &Lattice<D>),
+        (grid, lattice): (&Grid<D>, &FoldedStencil<D>),
         nodes: &[Node<D>],
         points: impl Iterator<Item = Point<D>>,
     ) {
@@ -215,7 +215,7 @@ impl<const D: usize> Surface<D> {
                 self.reached.truncate(start);
                 continue;
             }
-            for Reached { number, weight, .. } in &mut self.reached[start..] {
+            for SupportNode { number, weight, .. } in &mut self.reached[start..] {
                 *weight = *weight / cover;
                 let soft = self.nodes[*number as usize].1;
                 point.softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
@@ -232,7 +232,7 @@ impl<const D: usize> Surface<D> {
     pub fn tilt(&mut self, means: &[Vector<D>]) {
         for point in &mut self.points {
             let near = &mut self.reached[point.start as usize..point.end as usize];
-            let height = |at: &Reached<D>| (means[at.number as usize] - point.place).dot(point.normal);
+            let height = |at: &SupportNode<D>| (means[at.number as usize] - point.place).dot(point.normal);
             let mean: f64 = near.iter().map(|at| at.share() * height(at)).sum();
             let spread: f64 = near.iter().map(|at| at.share() * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
@@ -260,7 +260,7 @@ impl<const D: usize> Surface<D> {
     }
 
     /// Lists the nodes around `x` [m] that have mass; returns where they begin.
-    fn reach(&mut self, (grid, lattice): (&Grid<D>, &Lattice<D>), nodes: &[Node<D>], x: Vector<D>) -> usize {
+    fn reach(&mut self, (grid, lattice): (&Grid<D>, &FoldedStencil<D>), nodes: &[Node<D>], x: Vector<D>) -> usize {
         let start = self.reached.len();
         lattice.for_each(grid, x, |node, weight, flips| {
             let mass = nodes[node].mass;
@@ -275,7 +275,7 @@ impl<const D: usize> Surface<D> {
             let (number, weight) = (*number, flip(Vector::from_fn(|_| weight), flips));
             match self.reached[start..].iter_mut().find(|reached| reached.number == number) {
                 Some(reached) => reached.weight += weight,
-                None => self.reached.push(Reached { number, weight, tilt: 1.0 }),
+                None => self.reached.push(SupportNode { number, weight, tilt: 1.0 }),
             }
         });
         start
@@ -284,14 +284,14 @@ impl<const D: usize> Surface<D> {
     /// Limits the weights of the nodes listed from `start` on by their masses; returns Σ N_I.
     fn limit(&mut self, start: usize) -> f64 {
         let Self { reached, nodes, .. } = self;
-        let mass = |at: &Reached<D>| 1.0 / nodes[at.number as usize].1;
+        let mass = |at: &SupportNode<D>| 1.0 / nodes[at.number as usize].1;
         let near = &mut reached[start..];
         let [cover, sum] = near.iter().fold([0.0; 2], |[n, nm], at| [n + at.share(), nm + at.share() * mass(at)]);
         let particle = sum / cover / f64::from(1 << D);
         for at in near.iter_mut() {
             at.weight *= (mass(at) / (particle * at.share().abs())).min(1.0);
         }
-        near.iter().map(Reached::share).sum()
+        near.iter().map(SupportNode::share).sum()
     }
 
     /// All points with the velocities there [m/s], from those of the nodes.
@@ -301,7 +301,7 @@ impl<const D: usize> Surface<D> {
     ) -> impl Iterator<Item = (&'a Point<D>, Vector<D>)> + 'a {
         self.points.iter().map(move |point| {
             let near = &self.reached[point.start as usize..point.end as usize];
-            let read = |at: &Reached<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
+            let read = |at: &SupportNode<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
             (point, near.iter().map(read).sum())
         })
     }

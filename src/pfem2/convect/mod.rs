@@ -214,7 +214,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     ) -> Walk<N> {
         let stream = Stream { velocity: &field.velocity, sign: 1.0 };
         let mut projectile =
-            Projectile { stream, carried: &field.carried, velocity, flying: false, gravity: rule.gravity };
+            Projectile { stream, carried: &field.carried, velocity, is_projectile: false, gravity: rule.gravity };
         walk(self.mesh, &mut projectile, from, time, |e, k| self.holds(e, k))
     }
 

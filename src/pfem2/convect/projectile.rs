@@ -54,15 +54,15 @@ pub(super) struct Projectile<'a, const D: usize> {
     /// Velocity in flight [m/s].
     pub velocity: Vector<D>,
     /// True if the last part of the way was a flight.
-    pub flying: bool,
+    pub is_projectile: bool,
     /// Gravity [m/s²].
     pub gravity: Vector<D>,
 }
 
 impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
-        self.flying = !self.carried[place.element];
-        if !self.flying {
+        self.is_projectile = !self.carried[place.element];
+        if !self.is_projectile {
             // Becker (36), where φ < 0.
             return self.stream.taylor(mesh, place, walls);
         }
@@ -75,7 +75,7 @@ impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
     }
 
     fn elapse(&mut self, time: f64) {
-        if self.flying {
+        if self.is_projectile {
             self.velocity += self.gravity * time;
         }
     }

@@ -87,14 +87,14 @@ impl<const N: usize> Cut<N> {
 
     /// Mass, viscosity and ∫dV/ρ over the parts, with τ from their means.
     pub fn content(&self, volume: f64, tau: impl Fn(Medium) -> f64) -> Content<N> {
-        let mut content = Content { mass: [0.0; N], viscosity: 0.0, tau: 0.0, lightness: 0.0 };
+        let mut content = Content { mass: [0.0; N], viscosity: 0.0, tau: 0.0, volume_over_density: 0.0 };
         for part in &self.parts {
             let Medium { density, viscosity } = self.medium(part);
             for i in 0..N {
                 content.mass[i] += volume * part.share * density * part.center[i];
             }
             content.viscosity += part.share * viscosity;
-            content.lightness += volume * part.share / density;
+            content.volume_over_density += volume * part.share / density;
         }
         let density = content.mass.iter().sum::<f64>() / volume;
         content.tau = tau(Medium { density, viscosity: content.viscosity });
@@ -203,6 +203,6 @@ mod tests {
         assert!((cut.negative_share() - heavy).abs() < 1e-14);
         let mass = 2.0 * (heavy * 1000.0 + (1.0 - heavy));
         assert!((content.mass.iter().sum::<f64>() - mass).abs() < 1e-10);
-        assert!((content.lightness - 2.0 * (heavy / 1000.0 + (1.0 - heavy))).abs() < 1e-14);
+        assert!((content.volume_over_density - 2.0 * (heavy / 1000.0 + (1.0 - heavy))).abs() < 1e-14);
     }
 }
