@@ -39,7 +39,7 @@
 //! that is too short.
 //!
 //! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric of the masses, so that
-//! obstacles at rest take energy and never give any, converged or not (theory E.7).
+//! obstacles at rest take energy and never give any, converged or not, without friction by proof (theory E.7).
 
 use crate::math::Vector;
 use crate::mpm::contact::nodes::{FoldedStencil, flip};
