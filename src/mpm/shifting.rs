@@ -177,7 +177,9 @@ impl<const D: usize> Mpm<D> {
             };
             parallel::for_each_chunk(&mut shifts[..], CHUNK, |start, part| (start..).zip(part).for_each(keep));
             work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.lattice(), p, shifts[p]));
-            parallel::for_each_pair_mut(&mut body.particles.position, &mut shifts, |x, by| *x += *by);
+            parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
+                x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
+            });
             bins.disorder.drift += largest(shifts.iter()) / grid.cell;
             body.work.shift = shifts;
         }

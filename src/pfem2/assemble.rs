@@ -197,9 +197,17 @@ impl<const N: usize> Assembly<N> {
         matrix: &mut BlockMatrix<N>,
         rhs: &mut [[f64; N]],
     ) {
-        let mut rows = parallel::parts_mut(&mut matrix.values, (0..rhs.len()).map(|i| self.pattern.row(i)));
-        parallel::for_each_chunk((&mut rows[..], rhs), ROWS, |start, (rows, rhs)| {
-            for (i, (row, f)) in (start..).zip(rows.iter_mut().zip(rhs)) {
+        let count = rhs.len();
+        let entries = |first: usize| {
+            let last = (first + ROWS).min(count) - 1;
+            self.pattern.row(first).start..self.pattern.row(last).end
+        };
+        let values = parallel::parts_mut(&mut matrix.values, (0..count).step_by(ROWS).map(entries));
+        let parts = (0..count).step_by(ROWS).zip(values.into_iter().zip(rhs.chunks_mut(ROWS)));
+        parallel::map_parts(parts, |(first, (mut values, rhs))| {
+            for (i, f) in (first..).zip(rhs) {
+                let (row, after) = values.split_at_mut(self.pattern.row(i).len());
+                values = after;
                 self.gather(elements, i, row, f);
                 constrain(constraints, self.columns(i), i, row, f);
             }

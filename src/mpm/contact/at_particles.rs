@@ -25,7 +25,7 @@
 //! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
 
 use super::band::{Labels, Shift, radius};
-use super::guard::Near;
+use super::guard::{DOUBT, Near};
 use super::impulse::{Impulse, Settled};
 use super::method::{ContactMethod, StepContext};
 use super::nodes::{Flips, flip};
@@ -47,9 +47,6 @@ const STENCILS: usize = 64;
 
 /// Allowance for forces when particles that may touch are chosen [cells].
 const CLOSE: f64 = 0.02;
-
-/// The particles of a point on the skin may be nearer to the sheet than this point by so much [cells].
-const DOUBT: f64 = 0.25;
 
 /// Part of its half size that is guarded of a particle on the skin itself.
 const LEAST_REACH: f64 = 0.1;

@@ -11,7 +11,7 @@
 //! x̄_I as much on the other side: with quadratic shape functions δ is exact to third order. Particles found
 //! at δ_p c_p < 0 are checked with the true distance and counted as crossed.
 
-use super::guard::Near;
+use super::guard::{DOUBT, Near};
 use super::locate::{Locator, Place};
 use super::map::Map;
 use super::method::StepContext;
@@ -122,9 +122,6 @@ struct Reading<const D: usize> {
     radius: f64,
     normal: Vector<D>,
 }
-
-/// Distances from folded sheets are off by so much [cells].
-const DOUBT: f64 = 0.25;
 
 /// Particles per parallel task.
 const TASK: usize = 1024;

@@ -22,6 +22,10 @@ use crate::parallel;
 /// The least distance from a sheet over the particle's half size.
 const CLOSEST: f64 = 0.5;
 
+/// By how much [cells] heights may be off that are not those of the particle from the facets: beside folds as the nodes see them, and where the
+/// point on a skin stands for its particles.
+pub(super) const DOUBT: f64 = 0.25;
+
 /// How often the least distance is halved where layers leave no room, and how often places are corrected for each.
 const HALVINGS: usize = 4;
 const TRIES: usize = 3;

@@ -17,6 +17,9 @@ use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mesh::Mesh;
 use crate::parallel;
 
+/// Elements per parallel task.
+const ELEMENTS: usize = 256;
+
 /// Shape functions this little below zero are rounding.
 const ROUNDING: f64 = 1e-14;
 
@@ -47,8 +50,7 @@ impl Rates {
         carries: impl Fn(usize) -> bool + Sync,
     ) -> Self {
         let mut rows = vec![Row::default(); rows(D) * mesh.elements().len()];
-        let mut each: Vec<&mut [Row]> = rows.chunks_mut(self::rows(D)).collect();
-        parallel::change(&mut each, 256, |e, rows| {
+        let pack = |e: usize, rows: &mut [Row]| {
             let Rate { columns, reach } = Rate::of(mesh, velocity, e);
             let mut put = |i: usize, value: f64| rows[i / WIDTH].0[i % WIDTH] = value;
             for k in 0..D {
@@ -56,6 +58,10 @@ impl Rates {
                 put(D * D + k, columns[D][k]);
             }
             put(D * D + D, if carries(e) { reach } else { 0.0 });
+        };
+        let each = self::rows(D);
+        parallel::for_each_chunk(&mut rows[..], ELEMENTS * each, |start, rows| {
+            (start / each..).zip(rows.chunks_mut(each)).for_each(|(e, rows)| pack(e, rows));
         });
         Self { rows }
     }
