@@ -40,6 +40,18 @@ fn presets_fill_what_the_case_leaves_open() {
     assert!(matches!(paper.transfer, TransferSpec::Flip { relaxation: f64::INFINITY, filter_order: 0, .. }));
 }
 
+/// A key of a table leaves the others to the preset, unless its kind is another.
+#[test]
+fn a_key_of_the_transfer_leaves_the_others_to_the_preset() {
+    let gas = [("body[0].material.eos", "{ kind = \"ideal-gas\", gamma = 1.4 }"), ("body[0].pressure", "1 bar")];
+    let transfer = |value| read(WATER_SPHERE, &[gas[0], gas[1], ("mpm.transfer", value)]).file.mpm.transfer;
+    let filtered =
+        |filter_order, filter_interval| TransferSpec::Flip { relaxation: f64::INFINITY, filter_order, filter_interval };
+    assert_eq!(transfer("{ kind = \"flip\", filter-interval = 7 }"), filtered(2, 7));
+    assert_eq!(transfer("{ kind = \"flip\", filter-order = 0 }"), filtered(0, 20));
+    assert_eq!(transfer("{ kind = \"apic\" }"), TransferSpec::Apic);
+}
+
 #[test]
 fn overrides_reach_every_key_by_index_or_name() {
     let case = read(

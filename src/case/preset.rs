@@ -15,7 +15,7 @@ contact-passes = 1
 /// Gases: FLIP keeps the entropy where it is; the filter removes what the grid can't see.
 const GAS: &str = r#"
 kernel = "quadratic"
-transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 50 }
+transfer = { kind = "flip", relaxation = inf, filter-order = 2, filter-interval = 20 }
 stress-update = "average"
 locking = { kind = "none" }
 sheet-contact = "nodes"
@@ -95,10 +95,25 @@ pub(super) fn apply(case: &mut toml::Table) {
     }
     let section = case.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new()));
     if let toml::Value::Table(section) = section {
-        for (key, value) in defaults {
-            section.entry(key).or_insert(value);
+        fill(section, defaults);
+    }
+}
+
+/// Adds the keys that are open. Tables of one `kind` are filled key by key: to set `filter-interval` alone must not turn the filter off.
+fn fill(open: &mut toml::Table, defaults: toml::Table) {
+    for (key, default) in defaults {
+        match (open.get_mut(&key), default) {
+            (None, default) => drop(open.insert(key, default)),
+            (Some(toml::Value::Table(own)), toml::Value::Table(default)) if same_kind(own, &default) => {
+                fill(own, default)
+            }
+            (Some(_), _) => {}
         }
     }
+}
+
+fn same_kind(own: &toml::Table, default: &toml::Table) -> bool {
+    own.get("kind") == default.get("kind")
 }
 
 fn interface(case: &toml::Table) -> Option<&str> {

@@ -16,7 +16,8 @@
 //! that undo overlaps do add some, even where none exceeds that at which the two came together: of a light node between heavy particles
 //! each contact throws back what the other has thrown. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
 //!
-//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r). Only the particles move, for a sheet
+//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r_p) with half the size
+//! r_p of its particles. Only the particles move, for a sheet
 //! is light and stiff, and its strains are its positions: moved, it would throw off what it got.
 //!
 //! The load on the sheet sits where the body touches it, whatever the cell: contact at grid nodes spreads it over
@@ -38,7 +39,7 @@ use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
 use hashbrown::HashMap;
 
-/// The fraction β of an overlap that is undone in one step, but no more than the share ξ of the size of what overlaps.
+/// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a particle.
 const RECOVERY: f64 = 0.2;
 const MOST: f64 = 0.05;
 
@@ -102,8 +103,9 @@ impl<const D: usize> AtParticles<D> {
             if friction != Friction::None && gap < travel + CLOSE * cell {
                 self.members.extend_from_slice(&found.members);
                 let members = self.members.len() as u32;
+                let half_size = radius(&body.particles, found.seen.particle, found.seen.foot.normal, cell);
                 let spot = found.spot(index, body, facets[facet].nodes, gap, friction);
-                self.solver.spots.push(SurfaceContact { members, ..spot });
+                self.solver.spots.push(SurfaceContact { members, half_size, ..spot });
             }
         }
         crossed
@@ -210,7 +212,7 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
             let own = &self.members[first..contact.members as usize];
             first = contact.members as usize;
             if contact.gap < 0.0 {
-                let by = contact.normal * (-RECOVERY * contact.gap).min(MOST * contact.radius);
+                let by = contact.normal * (-RECOVERY * contact.gap).min(MOST * contact.half_size);
                 let shift = |member: &Member<D>| Shift { particle: member.particle, by: by * member.weight };
                 shifts[contact.body as usize].extend(own.iter().map(shift));
             }
@@ -281,7 +283,7 @@ impl<const D: usize> Found<D> {
             body: index as u32,
             key: seen.key,
             members: 0,
-            radius: seen.radius,
+            half_size: 0.0,
             nodes,
             weights: seen.foot.weights,
             normal: seen.foot.normal * side,

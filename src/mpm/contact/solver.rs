@@ -55,8 +55,8 @@ pub(super) struct SurfaceContact<const D: usize> {
     pub key: u32,
     /// Its particles end here in the list of all.
     pub members: u32,
-    /// How far the body reaches from there [m].
-    pub radius: f64,
+    /// Half the size of the particles there [m].
+    pub half_size: f64,
     /// K, repeated where the facet has fewer than four nodes, and W_K.
     pub nodes: [u32; 4],
     pub weights: [f64; 4],
@@ -439,7 +439,7 @@ mod tests {
                 body: 0,
                 key: s,
                 members: 0,
-                radius: 0.0,
+                half_size: 0.0,
                 nodes: [s % 7, (s + 3) % 7, (s + 3) % 7, (s + 3) % 7],
                 weights: [0.6, 0.4, 0.0, 0.0],
                 normal: Vector([tilt.sin(), tilt.cos()]),
