@@ -1,4 +1,4 @@
-//! How many particles PFEM-2 moves, projects and corrects per second:
+//! Particles that PFEM-2 moves, projects and corrects per second:
 //! `RAYON_NUM_THREADS=1 cargo bench --bench convect -- 163000 [steps]`, or without a number for all sizes in 2D.
 //!
 //! A vortex in the unit square (turned about the z axis in the unit cube) carries 15 particles per triangle or 20 per

@@ -30,7 +30,7 @@ fn main() {
         _ => {
             println!("{} threads, Courant number {COURANT}", rayon::current_num_threads());
             SIZES.into_iter().for_each(|(dimension, cells)| {
-                // Memory that one measurement has held doesn't count for the next.
+                // A process of its own: the peak of memory is that of one size.
                 let program = std::env::current_exe().expect("this program");
                 let run = Command::new(program).args([dimension.to_string(), cells.to_string()]).status();
                 assert!(run.is_ok_and(|status| status.success()), "{dimension}D with {cells} cells failed");

@@ -3,14 +3,14 @@
 //!
 //! `cargo bench --bench step -- [thousands of particles] [steps] [linear|gimp|quadratic|cubic|lian-2014|recommended]`; by
 //! default 128 and 1024 thousand with all of them. With the name of a kernel the step is the shortest that the method has
-//! (FLIP, stress last, no cure of locking: two sweeps); the presets are what a case of an inviscid liquid gets.
+//! (FLIP, stress last, no averaging against locking: two sweeps); the presets are what a case of an inviscid liquid gets.
 //! `RAYON_NUM_THREADS=1` gives the rate of one core. The step is all that a run does: sorting,
 //! transfers, equation of state, walls, ledger, health check. The column is measured as it begins to fall, and while it
 //! flows (a stagnation flow of up to 3 m/s, as in the middle of a collapse), when particles must be sorted again and
 //! again.
 //!
 //! The same process then runs a plain loop over the same column (dense grid, one particle at a time, no sorting, no
-//! books, one thread) as a yardstick, so that a busy machine still gives a ratio. Its particles lie in an order that has
+//! ledger, one thread) as a yardstick, so that a busy machine still gives a ratio. Its particles lie in an order that has
 //! nothing to do with their places, which is what a code that never sorts ends with (*unsorted*, the ratio that counts),
 //! or row by row, as the lattice was made: a sorted order.
 //!
@@ -36,7 +36,7 @@ use yardstick::{Column, Order};
 const WATER: (f64, f64) = (1000.0, 44.0);
 const GRAVITY: f64 = -9.81;
 
-/// How a step is made.
+/// The choices of a step.
 #[derive(Debug, Clone, Copy)]
 struct Choice {
     name: &'static str,
@@ -53,7 +53,7 @@ const fn short(name: &'static str, kernel: KernelKind) -> Choice {
     Choice { name, kernel, transfer: FLIP, stress_update: StressUpdate::Last, locking: Locking::None }
 }
 
-/// What is measured: the shortest step with each kernel, then the presets for liquids.
+/// The measured steps: the shortest one with each kernel, then the presets for liquids.
 const CHOICES: [Choice; 6] = [
     short("linear", KernelKind::Linear),
     short("gimp", KernelKind::Gimp),
@@ -70,7 +70,7 @@ const CHOICES: [Choice; 6] = [
 
 /// Bytes of a particle's columns that a stage reads or writes (a write of what was not read counts twice): position,
 /// velocity, mass, volume and pressure for the scatter; these and the energy, back again without the mass, with the
-/// signal and the stretch, for the gather.
+/// wave speed and the volume ratio, for the gather.
 const BYTES: [(&str, f64); 2] = [("p2g", 72.0), ("g2p", 80.0 + 72.0 + 32.0)];
 
 fn main() {
@@ -85,7 +85,7 @@ fn main() {
     println!("triad: {:.1} GB per processor second of one core", stream::triad() * 1e-9);
     for size in sizes {
         for Choice { name, .. } in CHOICES {
-            // A process of its own: the memory that one measurement has freed doesn't hide that of the next.
+            // A process of its own: memory that an earlier measurement has freed would hide that of this one.
             let program = std::env::current_exe().expect("this program");
             let run = Command::new(program).args([size.to_string(), steps.to_string(), name.into()]).status();
             assert!(run.is_ok_and(|status| status.success()), "{name} failed");

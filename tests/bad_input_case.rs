@@ -1,4 +1,4 @@
-//! What a wrong case gets: every finding at once, each at its line and column, with what to write instead.
+//! Errors of case files: all are reported at once, each with line, column and the text to write instead.
 
 use lateen::Error;
 use lateen::case::{Case, Source, is_case_name, line_and_column};
@@ -30,33 +30,33 @@ fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
 }
 
 #[test]
-fn the_good_case_is_good() {
+fn a_correct_case_has_no_findings() {
     assert_eq!(findings(GOOD), []);
 }
 
 #[test]
-fn toml_syntax() {
+fn errors_of_syntax_are_shown_at_their_place() {
     expect("dimension = 3", "dimension = ", "\n\n[time]", "not TOML", "");
     expect("dimension = 3", "dimension = 3\ndimension = 2", "dimension = 2", "not TOML: duplicate key", "");
     expect("[0, 0, \"-9.81 m/s^2\"]", "[0, 0, \"-9.81 m/s^2]", "\n\n[[body]]", "not TOML", "");
 }
 
 #[test]
-fn unknown_key() {
+fn an_unknown_key_is_an_error_that_suggests_the_nearest_key() {
     expect("spacing =", "spacng = \"1 mm\"\nspacing =", "spacng", "unknown key `spacng`", "did you mean `spacing`?");
     expect("[mpm]", "[mpn]\n[mpm]", "mpn", "unknown key `mpn`", "did you mean `mpm`?");
     expect("slope =", "frobnicate = 1, slope =", "frobnicate", "unknown key `frobnicate`", "known keys are kind,");
 }
 
 #[test]
-fn missing_key() {
+fn a_missing_key_is_an_error_that_shows_what_to_write() {
     expect("thickness = \"0.1 mm\"\n", "", "[[membrane]]", "the key `thickness` is missing", "thickness = \"1 mm\"");
     expect("law = \"fluid\", ", "", "{ density = \"1e-3", "the key `law` is missing", "`fluid`");
 }
 
 /// Without a method a case is one of material points; keys of the other method say which was meant.
 #[test]
-fn missing_method() {
+fn a_missing_method_is_an_error_that_names_the_one_the_keys_belong_to() {
     let flow = include_str!("fixtures/two_fluids.toml").replace("method = \"pfem2\"\n", "");
     let found = findings(&flow);
     assert_eq!(found.len(), 1, "{found:#?}");
@@ -69,7 +69,7 @@ fn missing_method() {
 }
 
 #[test]
-fn empty_tables() {
+fn an_empty_table_is_an_error_at_the_key_that_names_it() {
     let home = tempfile::tempdir().unwrap();
     std::fs::write(home.path().join("empty.csv"), "").unwrap();
     let metal =
@@ -94,7 +94,7 @@ fn empty_tables() {
 }
 
 #[test]
-fn names_of_folders() {
+fn case_names_are_those_that_a_folder_can_have() {
     for name in ["a\"b", "it's", "two words", &"x".repeat(100)] {
         assert!(is_case_name(name), "{name}");
     }
@@ -104,7 +104,7 @@ fn names_of_folders() {
 }
 
 #[test]
-fn wrong_unit() {
+fn a_wrong_unit_is_an_error_that_names_both_quantities() {
     expect(
         "density = \"1e-3 g/mm^3\"",
         "density = \"1e-3 g/mm^2\"",
@@ -118,16 +118,16 @@ fn wrong_unit() {
 }
 
 #[test]
-fn units_in_a_case_without_units() {
+fn units_in_a_dimensionless_case_are_errors() {
     let text = GOOD.replace("dimension = 3", "dimension = 3\nunits = \"none\"");
     let found = findings(&text);
     assert!(found.len() > 10);
     assert!(found.iter().all(|f| f.message == "this case has no units"), "{found:#?}");
 }
 
-/// What a law says about its numbers is shown at the law.
+/// A condition between several parameters has no place of its own: the finding stands at the law.
 #[test]
-fn wrong_numbers_of_a_law() {
+fn parameters_that_a_law_refuses_are_errors_at_the_law() {
     let water = "{ law = \"fluid\", density = \"1e-3 g/mm^3\", eos = { kind = \"mie-gruneisen\", \
                  sound-speed = \"1647 mm/ms\", slope = 1.921, gruneisen = 0.1 } }";
     let metal = "{ law = \"j2\", density = 1000, young = \"1 GPa\", poisson = 0.3, \
@@ -136,7 +136,7 @@ fn wrong_numbers_of_a_law() {
 }
 
 #[test]
-fn wrong_kind_of_value() {
+fn a_value_of_the_wrong_type_is_an_error_that_names_both_types() {
     expect("dimension = 3", "dimension = \"three\"", "\"three\"", "expected a whole number, found text", "");
     expect("thickness = \"0.1 mm\"", "thickness = [1]", "[1]", "expected a length (m), found a list", "");
     expect("wrinkling = true", "wrinkling = 7", "7 }", "expected true or false, found a whole number", "");
@@ -144,7 +144,7 @@ fn wrong_kind_of_value() {
 }
 
 #[test]
-fn out_of_range() {
+fn a_value_out_of_range_is_an_error_that_states_the_range() {
     expect("\"1e-3 g/mm^3\"", "-1000", "-1000", "must be above 0 kg/m^3, found -1000 kg/m^3", "");
     expect("thickness = \"0.1 mm\"", "thickness = 0.0", "0.0\nmaterial", "must be above 0 m, found 0 m", "");
     expect("poisson = 0.3", "poisson = 0.6", "0.6", "must be", "");
@@ -154,7 +154,7 @@ fn out_of_range() {
 }
 
 #[test]
-fn unknown_name_in_a_registry() {
+fn an_unknown_name_of_a_law_shape_or_wall_is_an_error_that_lists_the_known_ones() {
     expect(
         "law = \"fluid\"",
         "law = \"flud\"",
@@ -175,7 +175,7 @@ fn unknown_name_in_a_registry() {
 }
 
 #[test]
-fn wrong_length() {
+fn a_list_of_the_wrong_length_is_an_error_that_states_the_length() {
     expect(
         "upper = [\"27 mm\", ",
         "upper = [",
@@ -187,7 +187,7 @@ fn wrong_length() {
 }
 
 #[test]
-fn entries_outside_the_plane() {
+fn a_third_coordinate_in_2d_is_an_error() {
     let text =
         "name = \"a\"\ndimension = 2\ntime = { end = 1 }\ngrid = { cell = 1, lower = [0, 0, 1], upper = [1, 1] }";
     let found = findings(text);
@@ -197,7 +197,7 @@ fn entries_outside_the_plane() {
 }
 
 #[test]
-fn wrong_formula() {
+fn a_wrong_formula_is_an_error_at_the_place_within_it() {
     expect("\"1 kPa * ramp(t, 0.1 ms)\"", "\"1 kPa * rmp(t)\"", "rmp", "`rmp` is not known in formulas", "");
     expect(
         "\"1 kPa * ramp(t, 0.1 ms)\"",
@@ -212,7 +212,7 @@ fn wrong_formula() {
 }
 
 #[test]
-fn everything_is_reported_at_once_in_the_order_of_the_file() {
+fn all_errors_are_reported_at_once_in_the_order_of_the_file() {
     let text = GOOD
         .replace("\"1.2 ms\"", "\"1.2 kg\"")
         .replace("spacing =", "spacng =")
@@ -243,7 +243,7 @@ fn overrides_are_checked_as_the_file_is() {
 }
 
 #[test]
-fn findings_look_like_the_compiler_s() {
+fn findings_are_rendered_as_the_rust_compiler_does() {
     let source = Source::new("case.toml", "", GOOD.replace("thickness = \"0.1 mm\"", "thickness = \"0.1 kg\""));
     let Err(Error::Case(findings)) = Case::read(source.clone(), &[]) else { panic!("a finding is expected") };
     let expected = "\
@@ -259,7 +259,7 @@ error: expected a length (m), found a mass (kg)
 }
 
 #[test]
-fn missing_and_unreadable_files() {
+fn missing_and_unreadable_case_files_are_input_errors() {
     let directory = tempfile::tempdir().unwrap();
     let missing = Source::read(directory.path().join("none.toml")).unwrap_err();
     assert!(matches!(missing, Error::Io { .. }), "{missing}");
@@ -271,7 +271,7 @@ fn missing_and_unreadable_files() {
     assert!(error.to_string().contains("is not UTF-8 text (byte 1)"), "{error}");
 }
 
-/// One finding per line of a long file: the first of them are shown, and how many there are.
+/// Of a long file with one error per line the first twenty are shown, and the number of the others.
 #[test]
 fn at_most_twenty_findings_are_shown() {
     let wrong = |count: usize| (0..count).map(|i| format!("wrong-{i} = 1\n")).collect::<String>() + GOOD;
@@ -291,9 +291,9 @@ fn at_most_twenty_findings_are_shown() {
     }
 }
 
-/// Marks of direction turn what stands behind them; names that differ in what isn't seen look alike.
+/// Direction marks reverse the text behind them, and names that differ in invisible characters look alike.
 #[test]
-fn characters_that_are_not_seen_are_no_names() {
+fn case_names_hold_no_invisible_characters() {
     for character in ['\u{202e}', '\u{7}', '\u{200b}', '\u{feff}', '\u{2066}', '\u{2028}', '\u{85}'] {
         assert!(!is_case_name(&format!("a{character}b")), "{character:?}");
     }
@@ -302,9 +302,9 @@ fn characters_that_are_not_seen_are_no_names() {
     }
 }
 
-/// What a file says is not obeyed by the terminal that shows it.
+/// A key may hold escape sequences, which a terminal would execute.
 #[test]
-fn findings_escape_what_a_terminal_would_obey() {
+fn findings_escape_control_sequences_of_the_terminal() {
     let text = GOOD.replace("dimension = 3", "dimension = 3\n\"\\u001b[31m\\u202edoof\" = 1");
     let source = Source::new("case.toml", "", text.as_str());
     let found = findings(&text);

@@ -1,5 +1,5 @@
-//! What a wrong or unlucky case of PFEM-2 gets: meshes from files, boundaries, fluids that leave or come in, a solver
-//! that gives up. Mistakes in the keys stand in `case_flow.rs`.
+//! Errors and unusual events of PFEM-2: meshes from files, boundary conditions, fluids that leave or enter, a linear solver that
+//! fails. Errors in the keys are tested in `case_flow.rs`.
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source};
@@ -104,7 +104,7 @@ fn inverted_and_flat_elements_are_named_with_their_place() {
 }
 
 #[test]
-fn isolated_nodes_are_left_out_and_that_is_said() {
+fn isolated_nodes_are_left_out_with_a_warning() {
     let model = on_file(&[&TRIANGLES[..], &AROUND[..]].concat()).unwrap();
     assert_eq!(model.summary.nodes, 4);
     let [warning] = &model.warnings[..] else { panic!("{:?}", model.warnings) };
@@ -114,7 +114,7 @@ fn isolated_nodes_are_left_out_and_that_is_said() {
 }
 
 #[test]
-fn groups_without_a_condition_and_facets_without_a_group() {
+fn groups_without_a_condition_are_errors_and_facets_without_a_group_are_warned_of() {
     let unsaid = one(on_file(&[&TRIANGLES[..], &AROUND[..3], &["1 2 2 1 4 1"]].concat()));
     assert!(unsaid.message.contains("nothing is prescribed on `lid`"), "{unsaid:?}");
     let model = on_file(&[&TRIANGLES[..], &AROUND[..3]].concat()).unwrap();
@@ -124,7 +124,7 @@ fn groups_without_a_condition_and_facets_without_a_group() {
 
 /// A mesh in 2D lies in x and y: in any plane z = const, up to rounding.
 #[test]
-fn meshes_out_of_the_plane() {
+fn a_plane_mesh_with_differing_z_is_an_error() {
     let elements = [&TRIANGLES[..], &AROUND[..]].concat();
     let square = |places: [&str; 4]| {
         let [a, b, c, d] = places;
@@ -141,9 +141,9 @@ fn meshes_out_of_the_plane() {
     assert!(solid.message.contains("element 7 of the file is a tetrahedron: write `dimension = 3`"), "{solid:?}");
 }
 
-/// Conditions are for the boundary: a group with facets inside is said, and how many there are.
+/// A group with interior facets is reported with their number; `rest` means all other parts of the boundary.
 #[test]
-fn groups_inside_the_mesh_and_a_group_named_rest() {
+fn conditions_on_interior_facets_and_a_group_named_rest_are_refused() {
     let inside = one(on_file(&[&TRIANGLES[..], &["1 2 1 1 1 3"]].concat()));
     assert!(inside.message.contains("`around` is no part of the boundary: its 1 facets lie inside"), "{inside:?}");
     assert!(
@@ -158,9 +158,9 @@ fn groups_inside_the_mesh_and_a_group_named_rest() {
     assert!(rest.help.as_ref().unwrap().contains("another name"), "{rest:?}");
 }
 
-/// A condition is tried where its facets are: y = 0.4 at the top.
+/// A formula is evaluated where its facets are, y = 0.4 at the top: poles elsewhere don't matter.
 #[test]
-fn formulas_hold_on_their_own_part_of_the_boundary() {
+fn formulas_are_tried_on_their_own_part_of_the_boundary() {
     let kind = "on = [\"bottom\", \"top\"]\nkind = \"slip\"";
     let top =
         |keys: &str| channel("0.3", "1").replace(kind, &format!("on = \"top\"\n{keys}\n[[boundary]]\non = \"bottom\""));
@@ -177,7 +177,7 @@ fn formulas_hold_on_their_own_part_of_the_boundary() {
 }
 
 #[test]
-fn what_an_inlet_brings_is_a_body() {
+fn the_fluid_of_an_inlet_must_be_a_body() {
     let named = |fluid: &str, at: &str| channel("0.3", "1").replace(at, &format!("fluid = \"{fluid}\""));
     assert!(one(model(&named("milk", "# left"), Path::new(""))).message.contains("no body `milk`"));
     let wall = CHANNEL.replace("kind = \"slip\"", "kind = \"slip\"\nfluid = \"oil\"");
@@ -186,7 +186,7 @@ fn what_an_inlet_brings_is_a_body() {
 }
 
 #[test]
-fn an_inlet_says_how_fast_it_flows() {
+fn an_inlet_without_a_velocity_is_an_error() {
     let text = channel("0.3", "1").replace("kind = \"inlet\"\nvelocity = [1, 0]", "kind = \"inlet\"");
     let found = one(model(&text, Path::new("")));
     assert!(found.message.contains("no `velocity`") && found.key == "boundary[0].kind", "{found:?}");
@@ -197,7 +197,7 @@ fn an_inlet_says_how_fast_it_flows() {
 
 /// A side that is open from top to bottom under one pressure lets what is inside fall out; a hydrostatic one holds it.
 #[test]
-fn gravity_along_an_open_side_is_warned_of() {
+fn a_uniform_pressure_on_a_side_along_gravity_is_warned_of() {
     let falling = "[pfem2]\ngravity = [0, -9.81]\n[[body]]\nname = \"water\"";
     let text = channel("0.3", "1").replace("[[body]]\nname = \"water\"", falling);
     let warnings = |text: &str| model(text, Path::new("")).unwrap().warnings;
@@ -243,10 +243,10 @@ fn ran(text: &str) -> (Vec<String>, impl Fn(&str, &str) -> Vec<f64> + use<>) {
     (said, column)
 }
 
-/// Water pushes oil out of a channel at a uniform speed, which is a solution wherever the interface is: water has the share of
-/// its front, and the end of the oil is said once.
+/// A uniform velocity solves the equations wherever the interface is: the volume of water is 0.4 times the position of its front,
+/// and a warning says once that no oil is left.
 #[test]
-fn an_inlet_brings_a_named_fluid_and_the_other_leaves() {
+fn a_uniform_flow_fills_a_channel_with_the_fluid_of_its_inlet_exactly() {
     let (said, column) = ran(&channel("0.025", "1").replace("# left", "fluid = \"water\""));
     for (t, volume) in column("balance", "time").iter().zip(column("balance", "volume: water")) {
         let exact = 0.4 * (0.025 + t).min(1.0);
@@ -258,7 +258,7 @@ fn an_inlet_brings_a_named_fluid_and_the_other_leaves() {
 
 /// The water lies outside the channel until the inlet brings it; without an inlet that names it, that is an error.
 #[test]
-fn a_fluid_that_only_an_inlet_brings_need_not_be_there_at_the_start() {
+fn a_fluid_that_only_enters_through_an_inlet_may_lie_outside_the_mesh() {
     let outside = channel("-0.5", "0.97");
     let (said, column) = ran(&outside.replace("# left", "fluid = \"water\""));
     for (t, volume) in column("balance", "time").iter().zip(column("balance", "volume: water")) {
@@ -274,7 +274,7 @@ fn a_fluid_that_only_an_inlet_brings_need_not_be_there_at_the_start() {
 
 /// The same with the pseudo level set, whose line is known within part of an element.
 #[test]
-fn a_pseudo_level_set_passes_the_channel_too() {
+fn a_pseudo_level_set_follows_a_uniform_flow_within_half_an_element() {
     let pseudo = "[pfem2]\ninterface = \"pseudo\"\n[[body]]\nname = \"water\"";
     let (_, column) = ran(&channel("0.025", "1").replace("[[body]]\nname = \"water\"", pseudo));
     for (t, volume) in column("balance", "time").iter().zip(column("balance", "volume: water")) {
@@ -283,9 +283,9 @@ fn a_pseudo_level_set_passes_the_channel_too() {
     assert!(column("balance", "largest speed").iter().all(|speed| (speed - 1.0).abs() < 1e-12));
 }
 
-/// Everything moves towards the inlet, through which water leaves; oil follows from the outlet.
+/// A uniform velocity towards the inlet: water leaves through it, and oil enters through the outlet.
 #[test]
-fn an_interface_that_comes_to_an_inlet_is_said_and_the_run_goes_on() {
+fn an_interface_that_reaches_an_inlet_is_reported_once_and_the_run_goes_on() {
     let (said, column) = ran(&channel("0.3", "-1"));
     assert_eq!(said.iter().filter(|text| text.contains("came to the inlet `left`")).count(), 1, "{said:?}");
     assert!(column("balance", "volume: water").last().unwrap().abs() < 1e-3);
@@ -294,7 +294,7 @@ fn an_interface_that_comes_to_an_inlet_is_said_and_the_run_goes_on() {
 
 /// One particle per element, and steps over four elements: most run empty, and are filled from where the flow came.
 #[test]
-fn elements_that_run_empty_are_filled_and_counted() {
+fn elements_that_lose_all_particles_are_refilled_and_counted() {
     let text = channel("0.3", "1")
         .replace("[[body]]\nname = \"water\"", "[pfem2]\nparticles-per-edge = 1\n[[body]]\nname = \"water\"");
     let text = text
@@ -310,7 +310,7 @@ fn elements_that_run_empty_are_filled_and_counted() {
 }
 
 #[test]
-fn a_solver_that_gives_up_says_where_and_saves_the_state() {
+fn a_linear_solver_that_fails_names_the_node_and_the_state_is_saved() {
     let home = tempfile::tempdir().unwrap();
     let solver =
         "[pfem2]\nsolver = { kind = \"iterative\", max-iterations = 3, tolerance = 1e-13 }\n[[body]]\nname = \"water\"";
@@ -339,7 +339,7 @@ fn a_solver_that_gives_up_says_where_and_saves_the_state() {
 
 /// A pole between the times that `check` tries stops the run where it is, with the key; the state before is kept.
 #[test]
-fn a_formula_that_divides_by_zero_on_the_way() {
+fn a_formula_without_a_value_during_the_run_stops_it_and_is_named() {
     let text = channel("0.5", "1")
         .replace("kind = \"slip\"", "kind = \"slip\"\n[pfem2]\ngravity = [\"1e-5/max(0, abs(t - 0.15) - 0.01)\", 0]");
     let case = Case::read(Source::new("case.toml", "", text.replace("end = 1.5", "end = 1.45")), &[]).unwrap();

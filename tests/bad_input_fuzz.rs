@@ -20,24 +20,24 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn random_text(text in "\\PC{0,200}") {
+    fn random_text_never_panics_the_case_reader(text in "\\PC{0,200}") {
         read(&text);
     }
 
     #[test]
-    fn random_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+    fn random_bytes_never_panic_the_case_reader(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
         read(&String::from_utf8_lossy(&bytes));
     }
 
     #[test]
-    fn truncated_cases(at in 0..GOOD.len()) {
+    fn truncated_cases_never_panic_the_case_reader(at in 0..GOOD.len()) {
         if GOOD.is_char_boundary(at) {
             read(&GOOD[..at]);
         }
     }
 
     #[test]
-    fn scrambled_cases(edits in proptest::collection::vec((0..GOOD.len(), "[-\\[\\]{}=\"a-z0-9.,\n µ²]{0,3}"), 1..8)) {
+    fn edited_cases_never_panic_the_case_reader(edits in proptest::collection::vec((0..GOOD.len(), "[-\\[\\]{}=\"a-z0-9.,\n µ²]{0,3}"), 1..8)) {
         let mut text = GOOD.to_owned();
         for (at, insert) in edits {
             let end = (at + insert.len()).min(text.len());
@@ -49,7 +49,7 @@ proptest! {
     }
 
     #[test]
-    fn values_of_any_kind_at_any_key(
+    fn a_value_of_any_type_at_any_key_never_panics_the_case_reader(
         line in 0..GOOD.lines().count(),
         value in prop_oneof![
             Just("[]"), Just("{}"), Just("[[[]]]"), Just("1979-05-27"), Just("\"\""), Just("-inf"), Just("nan"),
@@ -65,19 +65,19 @@ proptest! {
     }
 
     #[test]
-    fn formulas_and_quantities(text in "[-+*/^(). ,0-9a-zµ²]{0,40}") {
+    fn random_formulas_and_quantities_never_panic_their_parsers(text in "[-+*/^(). ,0-9a-zµ²]{0,40}") {
         let _ = Signal::formula(&text).map(|s| s.value([0.1, 0.2, 0.3], 0.4));
         let _ = Quantity::parse(&text);
     }
 
     #[test]
-    fn tables(text in "(t|x)?,?(p \\[[a-z]{0,3}\\])?\n([0-9.,-]{0,8}\n){0,5}") {
+    fn random_tables_never_panic_their_parser(text in "(t|x)?,?(p \\[[a-z]{0,3}\\])?\n([0-9.,-]{0,8}\n){0,5}") {
         let _ = Table::from_csv(&text, None, None).map(|t| t.value(0.5));
     }
 }
 
 #[test]
-fn deep_nesting() {
+fn deep_nesting_never_overflows_the_stack() {
     read(&format!("a = {}", "[".repeat(100_000)));
     read(&format!("a = {}1{}", "[".repeat(60), "]".repeat(60)));
     read(&format!("body = [{{ region = {}", "{ of = ".repeat(5000)));

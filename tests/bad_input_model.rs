@@ -1,4 +1,4 @@
-//! Cases whose keys are right one by one, but whose parts don't fit: names of files, meshes, fluids, conditions.
+//! Errors between the parts of a case whose keys are valid one by one: names of files, meshes, fluids, conditions.
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
@@ -67,7 +67,7 @@ fn probe(of: &str, name: &str) -> String {
 }
 
 #[test]
-fn histories_of_a_flow_have_one_writer_each() {
+fn two_outputs_of_a_flow_that_write_one_file_are_an_error() {
     let with = |names: &[&str]| names.iter().fold(FLOW.to_owned(), |text, name| text + &probe("water", name));
     for (name, other) in [("balance", "balance of the whole"), ("counts", "counts of the whole")] {
         expect(&with(&[name]), &format!("\"{name}\"\nof"), other, "another name");
@@ -84,7 +84,7 @@ fn histories_of_a_flow_have_one_writer_each() {
 }
 
 #[test]
-fn histories_of_material_points_have_one_writer_each() {
+fn two_outputs_of_material_points_that_write_one_file_are_an_error() {
     let with = |name: &str| format!("{POINTS}{}", probe("block", name));
     model(&with("wall-left")).expect("an open wall has no history");
     expect(&with("balance"), "\"balance\"", "the balance of the whole", "another name");
@@ -96,7 +96,7 @@ fn histories_of_material_points_have_one_writer_each() {
 }
 
 #[test]
-fn meshes_are_counted_before_they_are_stored() {
+fn a_mesh_with_too_many_elements_is_refused_before_it_is_allocated() {
     let box_of = |cell: &str, more: &str| FLOW.replace("cell = \"0.1 m\"", &format!("cell = {cell}{more}"));
     let hole = "\nholes = [{ name = \"h\", region = { shape = \"sphere\", center = [0.5, 0.5], radius = 0.1 } }]";
     for cell in ["\"1e-4 m\"", "1e-9"] {
@@ -113,7 +113,7 @@ fn meshes_are_counted_before_they_are_stored() {
 }
 
 #[test]
-fn a_step_above_that_of_surface_tension_is_found_before_the_run() {
+fn a_step_above_the_capillary_bound_is_an_error_before_the_run() {
     let tension = "[[tension]]\nbetween = [\"water\", \"oil\"]\nvalue = 1e4\n";
     expect(&format!("{FLOW}{tension}"), "\"0.02 s\"", "above the stable one of 3.61", "write `step = 0.0036`");
     model(&format!("{FLOW}{tension}").replace("0.02 s", "0.0036 s").replace("0.04 s", "0.036 s")).expect("the bound");
@@ -126,7 +126,7 @@ fn a_step_above_that_of_surface_tension_is_found_before_the_run() {
 }
 
 #[test]
-fn pieces_of_a_mesh_that_nothing_opens() {
+fn a_closed_piece_of_a_mesh_is_an_error() {
     let across = "cell = \"0.1 m\"\nholes = [{ name = \"bar\", region = { shape = \"box\", lower = [0.4, -1], upper = [0.6, 2] } }]";
     let text = FLOW.replace("cell = \"0.1 m\"", across).replace("[\"bottom\", \"top\"]", "\"rest\"");
     let found = model(&text).map(|_| ()).unwrap_err();
@@ -140,7 +140,7 @@ fn pieces_of_a_mesh_that_nothing_opens() {
 }
 
 #[test]
-fn holes_have_names_of_their_own_and_cut() {
+fn holes_with_the_name_of_a_side_or_outside_the_box_are_errors() {
     let hole = |name: &str, x: f64, more: &str| {
         let region = format!("region = {{ shape = \"sphere\", center = [{x}, 0.5], radius = 0.1 }}");
         let text = format!("cell = \"0.1 m\"\nholes = [{{ name = \"{name}\", {region}{more} }}]");
@@ -155,7 +155,7 @@ fn holes_have_names_of_their_own_and_cut() {
 }
 
 #[test]
-fn walls_slide_along_themselves() {
+fn a_wall_velocity_with_a_normal_part_is_an_error() {
     let lid = |velocity: &str| format!("{}velocity = {velocity}\n", FLOW.split("[output]").next().unwrap());
     let lid = |velocity: &str| lid(velocity).replace("[\"bottom\", \"top\"]", "[\"top\", \"bottom\"]");
     expect(&lid("[1, 0.1]"), "[1, 0.1]", "` has a part across it", "`kind = \"inlet\"`");
@@ -173,7 +173,7 @@ fn walls_slide_along_themselves() {
 }
 
 #[test]
-fn the_walls_of_a_box_do_not_carry_it_away() {
+fn a_velocity_across_one_wall_of_a_list_is_an_error() {
     let (before, _) = FLOW.split_once("[[boundary]]").unwrap();
     let moved = |on: &str| format!("{before}[[boundary]]\non = {on}\nkind = \"wall\"\nvelocity = [0.1, 0]\n");
     for on in ["\"rest\"", "[\"bottom\", \"top\", \"left\", \"right\"]"] {
@@ -184,7 +184,7 @@ fn the_walls_of_a_box_do_not_carry_it_away() {
 }
 
 #[test]
-fn walls_of_the_grid_move_along_themselves() {
+fn a_wall_of_the_grid_with_a_normal_velocity_is_an_error() {
     let wall = |velocity: &str| {
         let wall = format!("bottom = {{ kind = \"slip\", velocity = {velocity} }}");
         POINTS.replace("bottom = \"slip\"", &wall)
@@ -195,7 +195,7 @@ fn walls_of_the_grid_move_along_themselves() {
 }
 
 #[test]
-fn a_slip_of_unit_is_named() {
+fn lengths_of_implausible_unit_are_refused_or_warned_of() {
     let grid = |upper: &str| POINTS.replace("upper = [1, 1]", &format!("upper = {upper}"));
     expect(
         &grid("[1e9, 1]"),
@@ -287,9 +287,9 @@ fn implausible_sheets_are_warned_of() {
     warned(&with("divisions = [12]", "divisions = [60]"), "the elements of `sheet` are 0.100 cells long");
 }
 
-/// What a resolved case says of it is the default: that it has no effect doesn't stop a run.
+/// A resolved case holds the default, 0.05, which has no effect either: a warning there, an error for any other value.
 #[test]
-fn an_hourglass_stiffness_of_a_sheet_that_wrinkles_is_told() {
+fn an_hourglass_stiffness_without_effect_on_a_wrinkling_sheet_is_reported() {
     let with = |wrinkling: bool, stiffness: &str| {
         let sheet = SHEET.replace("poisson = 0.3 }", &format!("poisson = 0.3, wrinkling = {wrinkling} }}"));
         format!("{POINTS}{sheet}hourglass = {{ viscosity = 0.02, {stiffness} }}\n")
@@ -304,7 +304,7 @@ fn an_hourglass_stiffness_of_a_sheet_that_wrinkles_is_told() {
 }
 
 #[test]
-fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
+fn membranes_that_cross_or_nearly_touch_at_the_start_are_warned_of() {
     let line = |name: &str, points: &str| {
         SHEET.replace("\"sheet\"", &format!("\"{name}\"")).replace("[[0.2, 0.2], [0.8, 0.2]]", points)
     };
@@ -326,10 +326,10 @@ fn sheets_that_begin_too_near_to_each_other_are_warned_of() {
     assert!(model(&own("[[0.2, 0.2], [0.4, 0.2], [0.4, 0.3], [0.2, 0.3]]")).unwrap().warnings.is_empty());
 }
 
-/// A gas that reaches far to both sides of a closed membrane is meant to. A film of one column of particles outside is not, and a solid
-/// can't be.
+/// A gas that reaches far to both sides of a closed membrane is taken as intended; one column of its particles outside is not, and a
+/// solid never is.
 #[test]
-fn what_begins_on_both_sides_of_a_closed_membrane_is_warned_of_unless_it_can_be_meant() {
+fn solids_and_thin_layers_on_both_sides_of_a_closed_membrane_are_warned_of() {
     let around = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]], closed = true";
     let closed = SHEET.replace("[[0.2, 0.2], [0.8, 0.2]]", around).replace("[12]", "[6]");
     let placed = |lower: &str, upper: &str| {
@@ -348,7 +348,7 @@ fn what_begins_on_both_sides_of_a_closed_membrane_is_warned_of_unless_it_can_be_
 }
 
 #[test]
-fn the_volume_of_a_sheet_with_free_edges_is_refused_with_its_reason() {
+fn the_volume_of_a_membrane_with_free_edges_is_an_error() {
     let volume = |keys: &str| format!("[[probe]]\nname = \"inside\"\nof = \"sheet\"\nquantity = \"volume\"\n{keys}\n");
     let help = |text: &str| model(text).err().unwrap()[0].help.clone().unwrap();
     let sum = volume("reduce = \"sum\"");
@@ -371,7 +371,7 @@ fn implausible_flows_are_warned_of() {
 }
 
 #[test]
-fn bodies_of_one_group_have_one_contact() {
+fn one_friction_holds_for_all_bodies_of_a_group() {
     let body = &POINTS[POINTS.find("[[body]]").unwrap()..POINTS.find("[[obstacle]]").unwrap()];
     let other = |name: &str, from: f64, to: f64| {
         let place = format!("lower = [0.4, {from}], upper = [0.6, {to}]");
@@ -391,7 +391,7 @@ fn bodies_of_one_group_have_one_contact() {
 }
 
 #[test]
-fn probes_have_no_keys_without_effect() {
+fn keys_without_effect_on_a_probe_are_errors() {
     let probe = |keys: &str| format!("{POINTS}[[probe]]\nname = \"p\"\nof = \"block\"\n{keys}\n");
     let places = "quantity = \"pressure\"\nreduce = \"center-of-mass\"";
     expect(&probe(places), "\"pressure\"", "looks at places alone", "`mean`");
@@ -421,7 +421,7 @@ fn probes_have_no_keys_without_effect() {
 }
 
 #[test]
-fn pictures_without_a_field_have_no_keys_for_it() {
+fn keys_of_a_field_on_a_picture_without_one_are_errors() {
     let picture = |keys: &str| format!("{POINTS}[[picture]]\nname = \"p\"\n{keys}\n");
     for (key, value) in [("component", "\"x\""), ("range", "[0, 7]"), ("map", "\"plasma\""), ("plain", "[\"block\"]")] {
         expect(&picture(&format!("{key} = {value}")), value, "on a picture without `field`", "add the `field`");
@@ -438,7 +438,7 @@ fn pictures_without_a_field_have_no_keys_for_it() {
 }
 
 #[test]
-fn surface_tension_has_its_own_enrichment() {
+fn surface_tension_requires_an_enrichment_with_a_pressure_jump() {
     let tension = "[[tension]]\nbetween = [\"water\", \"oil\"]\nvalue = 0.07\n";
     let with = |enrichment: &str| FLOW.replace("[pfem2]", &format!("[pfem2]\nenrichment = \"{enrichment}\""));
     for word in ["none", "kink"] {
@@ -453,13 +453,13 @@ fn surface_tension_has_its_own_enrichment() {
 }
 
 #[test]
-fn probes_of_an_empty_box_are_said() {
+fn a_probe_of_an_empty_box_is_warned_of() {
     let probe = |keys: &str| format!("{POINTS}[[probe]]\nname = \"p\"\nof = \"block\"\n{keys}\n");
     let below = "within = { lower = [0, 0], upper = [1, 0.2] }";
     let model = warned(&probe(&format!("reduce = \"top\"\n{below}")), "the box holds nothing of `block` at the start");
     let help = model.warnings[0].help.as_ref().unwrap();
     assert!(help.contains("from (0.425, 0.425) to (0.575, 0.575) m"), "{help}");
-    // It has a value: none.
+    // A count has a value in an empty box: zero.
     let counted = self::model(&probe(&format!("reduce = \"count\"\n{below}"))).unwrap();
     assert_eq!(counted.warnings, []);
     let around = self::model(&probe("reduce = \"top\"\nwithin = { lower = [0, 0], upper = [1, 0.5] }")).unwrap();
@@ -470,7 +470,7 @@ fn probes_of_an_empty_box_are_said() {
 }
 
 #[test]
-fn names_are_those_of_files() {
+fn names_that_no_file_can_have_are_errors() {
     let long = "n".repeat(101);
     let named = |name: &str| {
         let bodies = [(POINTS, "fall"), (POINTS, "block"), (POINTS, "step"), (FLOW, "oil")];
@@ -497,7 +497,7 @@ fn names_are_those_of_files() {
 }
 
 #[test]
-fn refined_regions_are_near_the_mesh() {
+fn a_refinement_too_far_from_the_mesh_to_change_it_is_warned_of() {
     let refined = |x: f64| {
         let region = format!("region = {{ shape = \"sphere\", center = [{x}, 0.5], radius = 0.1 }}");
         FLOW.replace("cell = \"0.1 m\"", &format!("cell = 0.1\nrefine = [{{ {region}, cell = 0.05 }}]"))
@@ -511,7 +511,7 @@ fn refined_regions_are_near_the_mesh() {
 }
 
 #[test]
-fn outputs_show_something_and_come_to_an_end() {
+fn empty_pictures_and_absurd_output_intervals_are_errors() {
     let picture = format!("{POINTS}[[picture]]\nname = \"p\"\nof = []\n");
     let found = model(&picture).err().unwrap();
     assert!(found.iter().any(|finding| finding.message.contains("at least 1 entries")), "{found:?}");
@@ -522,13 +522,13 @@ fn outputs_show_something_and_come_to_an_end() {
 }
 
 #[test]
-fn runs_come_to_an_end() {
+fn a_step_that_makes_an_absurd_number_of_steps_is_an_error() {
     let step = POINTS.replace("end = 0.1", "end = 0.1\nstep = 1e-30");
     expect(&step, "1e-30", "would be 1e", "are the units right");
 }
 
 #[test]
-fn a_curve_depends_on_one_coordinate() {
+fn a_height_that_depends_on_more_than_x_is_an_error() {
     let box_at = POINTS.find("region = ").unwrap();
     let end = box_at + POINTS[box_at..].find('\n').unwrap();
     for height in ["0.3 + 0.1*y", "0.3 + t"] {
@@ -540,7 +540,7 @@ fn a_curve_depends_on_one_coordinate() {
 }
 
 #[test]
-fn conditions_have_a_place_and_fluids_have_particles() {
+fn boundaries_without_facets_and_fluids_without_particles_are_errors() {
     let nowhere = FLOW.replace("[output]", "[[boundary]]\non = []\n[output]");
     expect(&nowhere, "[]", "names no part of the boundary", "`left`");
     let drop = "[[body]]\nname = \"drop\"\nregion = { shape = \"sphere\", center = [0.52, 0.53], radius = 1e-3 }\n\
@@ -566,7 +566,7 @@ fn conditions_have_a_place_and_fluids_have_particles() {
 }
 
 #[test]
-fn the_state_at_the_start_has_no_time() {
+fn an_initial_state_that_depends_on_time_is_an_error() {
     for text in [FLOW, POINTS] {
         let moving = text.replacen("[[body]]\n", "[[body]]\nvelocity = [\"sin(t)\", 0]\n", 1);
         expect(&moving, "\"sin(t)\"", "must not depend on the time", "take `t` out");
@@ -574,29 +574,29 @@ fn the_state_at_the_start_has_no_time() {
     expect(&POINTS.replace("spacing", "pressure = \"1 + t\"\nspacing"), "\"1 + t\"", "must not depend on the time", "");
 }
 
-/// Formulas that end on the faces of the body, beside its particles.
+/// Formulas that are undefined beyond the faces of the body, where it has no particles.
 #[test]
-fn velocities_at_the_start_may_end_where_the_body_does() {
+fn an_initial_velocity_needs_values_within_its_body_only() {
     for velocity in ["sqrt(x - 0.4)", "sqrt(0.6 - x)", "sqrt((x - 0.4) * (0.6 - x))"] {
         let moving = POINTS.replacen("[[body]]\n", &format!("[[body]]\nvelocity = [\"{velocity}\", 0]\n"), 1);
         assert!(model(&moving).is_ok(), "{velocity}");
     }
 }
 
-/// 0.02 m between the fluids, across the whole box, next to which every element's centre is in one of them.
+/// A gap of 0.02 m across the whole box; every centre of an element lies in one of the fluids.
 #[test]
-fn gaps_between_fluids_are_said() {
+fn the_volume_of_gaps_between_fluids_is_warned_of() {
     let text = FLOW.replace("[\"0.5 m\", \"0.47 m\"], normal = [0.2, 1]", "[0, 0.44], normal = [0, 1]");
     let text = text.replace("lower = [\"-1 m\", \"-1 m\"]", "lower = [-1, 0.46]");
     let model = warned(&text, "between the bodies belong to none");
     let message = &model.warnings[0].message;
     let volume: f64 = message.split_whitespace().nth(1).unwrap().parse().unwrap();
-    // It is looked for at points that are an eighth of an element apart.
+    // The volume is sampled at points an eighth of an element apart.
     assert!((volume - 0.02).abs() < 0.5 * 0.1 / 8.0, "{message}");
 }
 
 #[test]
-fn a_pair_has_one_contact() {
+fn two_contacts_of_one_pair_are_an_error() {
     let body = &POINTS[POINTS.find("[[body]]").unwrap()..POINTS.find("[[obstacle]]").unwrap()];
     let lid = body.replace("block", "lid").replace("0.4]", "0.7]").replace("0.6]", "0.9]");
     let contact = "[[contact]]\nbetween = [\"block\", \"lid\"]\nfriction = 0.1\n";
@@ -607,7 +607,7 @@ fn a_pair_has_one_contact() {
 }
 
 #[test]
-fn probes_look_into_the_domain() {
+fn a_probe_outside_the_domain_is_an_error() {
     let at = "[[probe]]\nname = \"far\"\nof = \"mesh\"\nat = [7, 0.5]\nquantity = \"pressure\"\n";
     expect(&format!("{FLOW}{at}"), "[7, 0.5]", "x = 7 m", "from 0 m to 1 m along x");
     let at = at.replace("mesh", "block").replace("7", "0.5").replace("[0.5, 0.5]", "[0.5, -2]");
@@ -615,7 +615,7 @@ fn probes_look_into_the_domain() {
 }
 
 #[test]
-fn parts_of_the_boundary_are_set_by_their_names() {
+fn overrides_reach_parts_of_the_boundary_by_name() {
     let set = |key: &str| {
         let overrides = [(key.to_owned(), "outlet".to_owned())];
         Case::read(Source::new("case.toml", "", FLOW), &overrides).map(|case| case.file.boundary[1].kind)
@@ -626,7 +626,7 @@ fn parts_of_the_boundary_are_set_by_their_names() {
 }
 
 #[test]
-fn schemes_and_solvers_are_words_or_tables() {
+fn scheme_and_solver_take_a_word_or_a_table() {
     let with = |keys: &str| FLOW.replace("[pfem2]", &format!("[pfem2]\n{keys}"));
     let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
     assert!(resolved(&with("scheme = \"backward-euler\"")).contains("scheme = \"backward-euler\""));
@@ -647,10 +647,10 @@ fn three_fluids() -> String {
     level.replace("[[body]]\nname = \"oil\"", layer)
 }
 
-/// Three fluids at rest stay at rest, up to the pressure in the elements that hold two of them; what is done instead of a
-/// sharp interface is said, and an error where the sharp one is asked for.
+/// Three layers at rest stay at rest up to the error of pressure in the elements that hold two fluids: the exact velocity is zero, and
+/// the bound is 1 % of free fall. A warning names the interface that is used; asking for the sharp one is an error.
 #[test]
-fn three_fluids_at_rest() {
+fn three_layered_fluids_stay_nearly_at_rest_with_the_pseudo_level_set() {
     let text = three_fluids();
     warned(&text, "interfaces of 3 fluids");
     let with = |keys: &str| text.replace("[pfem2]", &format!("[pfem2]\n{keys}"));
@@ -669,7 +669,7 @@ fn three_fluids_at_rest() {
     let heads: Vec<&str> = table.lines().next().unwrap().split(',').collect();
     let last: Vec<f64> = table.lines().last().unwrap().split(',').map(|number| number.parse().unwrap()).collect();
     let value = |name: &str| last[heads.iter().position(|head| head.starts_with(name)).unwrap()];
-    // Falling freely for as long gives 3.9 m/s.
+    // Free fall over 0.4 s gives 3.9 m/s.
     assert!(value("largest speed") < 0.04, "{}", value("largest speed"));
     for (fluid, volume) in [("water", 0.45), ("oil", 0.3), ("petrol", 0.25)] {
         let found = value(&format!("volume: {fluid}"));
@@ -721,7 +721,7 @@ fn one(found: Result<Model, Vec<Diagnostic>>) -> String {
 }
 
 #[test]
-fn files_with_elements_that_overlap_or_are_flat_or_inverted() {
+fn overlapping_and_inverted_elements_of_a_file_are_errors_and_flat_ones_warned_of() {
     on_file(&[], &[]).expect("a sound file");
     // On the floor 1–2 from above, as the element that is there already.
     let overlap = one(on_file(&["0.25 0.1 0"], &["2 2 9 9 1 2 10"]));
@@ -737,7 +737,7 @@ fn files_with_elements_that_overlap_or_are_flat_or_inverted() {
 }
 
 #[test]
-fn files_whose_groups_share_facets_or_whose_pieces_are_closed() {
+fn groups_that_share_facets_and_closed_pieces_of_a_file_are_errors() {
     let both = one(on_file(&[], &["1 2 1 1 1 2", "1 2 1 1 2 3", "1 2 2 2 1 2"]));
     assert!(both.contains("1 facets belong to both `floor` and `again`, the first at (0.25"), "{both}");
     let apart = one(on_file(&["1.2 0 0", "1.8 0 0", "1.8 0.6 0"], &["2 2 9 9 10 11 12"]));
@@ -747,9 +747,9 @@ fn files_whose_groups_share_facets_or_whose_pieces_are_closed() {
     assert!(over.contains("pieces of the mesh overlap: two elements hold the place (0."), "{over}");
 }
 
-/// Names of files, groups and holes that hold a mark of direction.
+/// Names of cases, parts, groups, probes and holes that hold a direction mark.
 #[test]
-fn characters_that_are_not_seen_are_refused_in_every_name() {
+fn invisible_characters_are_errors_in_every_name() {
     let told = |text: &str| {
         let Err(found) = model(text) else { panic!("a finding is expected") };
         assert!(found.iter().any(|f| f.message.contains("invisible character U+202E")), "{found:#?}");
@@ -773,7 +773,7 @@ fn contact(first: &str, second: &str) -> String {
 }
 
 #[test]
-fn contacts_with_what_is_no_body_are_told_what_it_is() {
+fn a_contact_of_a_body_with_a_wall_or_obstacle_is_an_error_that_says_where_its_friction_goes() {
     model(&contact("block", "upper")).expect("both are there");
     expect(&contact("block", "uper"), "\"uper\"", "no body or membrane named `uper`", "did you mean `upper`?");
     expect(&contact("block", "step"), "\"step\"", "`step` is an obstacle", "in its `[[obstacle]]`");
@@ -806,9 +806,9 @@ fn blocks(count: usize, keys: &str) -> String {
     (0..count).fold(head, |text, i| text + &body(i))
 }
 
-/// Work that grows with the square of the number of bodies would take minutes here.
+/// Guards against work that grows with the square of the number of bodies, which would take minutes; the time is not asserted.
 #[test]
-fn three_thousand_bodies() {
+fn three_thousand_bodies_build_and_a_repeated_name_among_them_is_an_error() {
     let text = blocks(3000, "group = \"all\"\n");
     let bodies = model(&text).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
     assert_eq!(bodies, 3000);
@@ -816,9 +816,9 @@ fn three_thousand_bodies() {
     expect(&twice, "\"b17\"", "already something named `b17`", "");
 }
 
-/// Each with a velocity of its own, 400 have 79,800 pairs, whose names took the square of that to compare.
+/// 400 bodies with a velocity field each have 79,800 pairs, which must not be compared with each other; 3000 have too many.
 #[test]
-fn bodies_with_too_many_pairs_that_may_meet() {
+fn too_many_pairs_of_bodies_in_contact_are_an_error() {
     let bodies = model(&blocks(400, "")).unwrap_or_else(|found| panic!("{:?}", found.first())).summary.bodies.len();
     assert_eq!(bodies, 400);
     let Err(found) = model(&blocks(3000, "")) else { panic!("too many pairs") };
@@ -828,9 +828,9 @@ fn bodies_with_too_many_pairs_that_may_meet() {
     assert!(finding.help.as_deref().unwrap().contains("share a `group`") && finding.span.is_some(), "{finding:?}");
 }
 
-/// A circle of 100,000 corners, all sides of which were held against all others.
+/// Guards against a comparison of all sides with all others, too.
 #[test]
-fn a_hundred_thousand_corners() {
+fn a_polygon_of_a_hundred_thousand_corners_has_the_area_of_its_circle() {
     let corner = |i: u32| {
         let angle = std::f64::consts::TAU * f64::from(i) / 1e5;
         format!("[{}, {}]", 0.5 + 0.1 * angle.cos(), 0.5 + 0.1 * angle.sin())
@@ -851,7 +851,7 @@ fn with_bar(keys: &str, lower: [f64; 2], upper: [f64; 2]) -> String {
 }
 
 #[test]
-fn sheets_that_start_in_obstacles_are_told_where() {
+fn a_membrane_that_starts_in_an_obstacle_is_an_error() {
     let chain = "{ shape = \"chain\"";
     let told =
         "4 free nodes of `sheet` lie in the obstacle `bar`, the deepest at (0.5, 0.2), 2.000e-2 m below its surface";
@@ -873,7 +873,7 @@ fn under_a_press(velocity: &str, keys: &str) -> String {
 /// The press falls at 3 m/s: from 0.25 on, it is less than nine tenths of a thickness over the floor after 80.3 ms. At 2.4 m/s it ends a
 /// thickness over the floor at 0.1 s.
 #[test]
-fn obstacles_that_close_on_a_sheet_are_foreseen() {
+fn obstacles_that_will_close_on_a_membrane_are_warned_of_with_time_and_gap() {
     let text = |velocity: &str| under_a_press(velocity, "");
     let closing = warned(&text("[0, -3]"), "`wall:bottom` and `obstacle:press` close on `sheet`: at t = 8.");
     let warning = closing.warnings.iter().find(|warning| warning.message.contains("close on")).unwrap();
@@ -890,8 +890,8 @@ fn obstacles_that_close_on_a_sheet_are_foreseen() {
     warned(&under_a_press("[0, -1]", table), "`obstacle:press` and `obstacle:table` close on `sheet`: at t = 4.");
 }
 
-/// A ram that comes from the side pushes the sheet ahead of it, though it leaves less than a thickness over the floor; and what the sheet
-/// doesn't meet doesn't close on it.
+/// A ram from the side pushes the sheet ahead of it, though less than a thickness is left between ram and floor; and an obstacle without
+/// contact with the sheet doesn't close on it.
 #[test]
 fn obstacles_that_push_a_sheet_away_do_not_close_on_it() {
     let ram = "[[obstacle]]\nname = \"ram\"\nregion = { shape = \"box\", lower = [0.82, 0.005], upper = [0.9, 0.35] }\nvelocity = [-4, 0]\n";
@@ -909,7 +909,7 @@ fn number_before(message: &str, word: &str) -> f64 {
 
 /// The first node lies in the bar, nearest to its right side.
 #[test]
-fn supports_in_obstacles_are_told_that_they_stay_there() {
+fn supported_nodes_within_an_obstacle_are_warned_of() {
     let held =
         |velocity: &str| with_bar(&format!("supports = [{{ on = \"left\"{velocity} }}]\n"), [0.15, 0.15], [0.22, 0.25]);
     let told = "supports hold 1 nodes of `sheet` in the obstacle `bar`, the deepest at (0.2, 0.2), 2.000e-2 m below";
@@ -921,7 +921,7 @@ fn supports_in_obstacles_are_told_that_they_stay_there() {
 }
 
 #[test]
-fn sheets_that_start_beyond_a_wall_are_told_how_far() {
+fn a_membrane_that_starts_outside_the_grid_is_an_error() {
     let across = SHEET.replace("[0.8, 0.2]", "[0.8, -0.1]");
     let told = "4 of 13 nodes of `sheet` lie outside the grid, the first at (0.65, -0.025), and up to 1.000e-1 m beyond its end `bottom`";
     expect(&format!("{POINTS}{across}"), "{ shape = \"chain\"", told, "cut the part off");
@@ -935,7 +935,7 @@ fn around(points: &str, keys: &str) -> String {
 }
 
 #[test]
-fn closed_sheets_that_are_turned_inside_out() {
+fn inward_normals_of_a_closed_membrane_under_pressure_are_warned_of() {
     let clockwise = "[[0.3, 0.3], [0.3, 0.7], [0.7, 0.7], [0.7, 0.3]]";
     let counter = "[[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]]";
     let load = |value: &str| format!("pressure = {{ value = {value} }}");
@@ -959,7 +959,7 @@ fn closed_sheets_that_are_turned_inside_out() {
 
 /// Squares of sides 0.1 and 0.2 in one file of Gmsh; the second runs clockwise, and one of its sides the other way in the last.
 #[test]
-fn files_with_closed_parts_of_both_senses() {
+fn closed_parts_of_opposite_orientation_are_errors_for_a_volume_and_warned_of_for_a_pressure() {
     let nodes = [[0.1, 0.2], [0.2, 0.2], [0.2, 0.3], [0.1, 0.3], [0.7, 0.2], [0.7, 0.4], [0.9, 0.4], [0.9, 0.2]];
     let file = |last: [usize; 2]| {
         let side = |k: usize| [k + 1, if k % 4 == 3 { k - 2 } else { k + 2 }];
@@ -995,7 +995,7 @@ fn files_with_closed_parts_of_both_senses() {
 
 /// Water on both sides of the chain, which has two rows of particles within a cell above it, and two below.
 #[test]
-fn fluids_on_both_sides_of_an_open_sheet_are_said() {
+fn a_fluid_on_both_sides_of_an_open_membrane_is_warned_of() {
     let liquid = "law = \"fluid\", density = 1000, eos = { kind = \"tait\", sound-speed = 20 }";
     let water = POINTS.replace("law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3", liquid);
     let filled = |low: f64, high: f64| {
@@ -1013,7 +1013,7 @@ fn fluids_on_both_sides_of_an_open_sheet_are_said() {
 }
 
 #[test]
-fn contacts_of_sheets_with_walls_and_obstacles_work_and_with_sheets_come_later() {
+fn membranes_have_contact_with_walls_and_obstacles_but_not_with_membranes() {
     let between = |names: [&str; 2]| format!("[[contact]]\nbetween = {names:?}\nfriction = 0.3\n");
     let with = |names: [&str; 2]| format!("{POINTS}{SHEET}{}", between(names));
     for solid in ["step", "obstacle:step", "bottom", "wall:bottom"] {
@@ -1045,7 +1045,7 @@ fn gas(ambient: &str) -> String {
 }
 
 #[test]
-fn an_atmosphere_has_a_pressure_and_is_around_gases() {
+fn ambient_is_a_positive_pressure_of_ideal_gases_alone() {
     model(&gas("\"1 bar\"")).expect("gas in air");
     expect(&gas("-1.0"), "-1.0", "must be at least 0 Pa, found -1 Pa", "");
     expect(&gas("inf"), "inf", "inf is not a usable number here", "");

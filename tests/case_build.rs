@@ -1,4 +1,4 @@
-//! From cases to solvers: sizes against counts by hand, and what is wrong between the parts of a case.
+//! From cases to solvers: sizes against counts by hand, and errors between the parts of a case.
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
@@ -38,7 +38,7 @@ fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
 }
 
 #[test]
-fn the_water_sphere_has_the_paper_s_sizes() {
+fn the_water_sphere_has_the_particles_elements_and_cells_of_the_paper() {
     let summary = good(GOOD, &[]).summary;
     // 4π R³/3h³ = 3053.6 lattice points; 50 × 50 quadrilaterals; 54 × 54 × 26 cells.
     assert!((summary.particles() as f64 / 3053.6 - 1.0).abs() < 0.02);
@@ -50,7 +50,7 @@ fn the_water_sphere_has_the_paper_s_sizes() {
 }
 
 #[test]
-fn a_plane_case_builds() {
+fn a_plane_column_has_its_area_and_hydrostatic_pressure() {
     let text = r#"
         name = "column"
         dimension = 2
@@ -75,7 +75,7 @@ fn a_plane_case_builds() {
 }
 
 #[test]
-fn overlapping_bodies() {
+fn overlapping_bodies_are_an_error_and_touching_ones_are_not() {
     let second = "\n[[body]]\nname = \"rock\"\nregion = { shape = \"box\", lower = [\"4 mm\", \"-1 mm\", \"4 mm\"], upper = [\"9 mm\", \"1 mm\", \"6 mm\"] }\nspacing = \"0.5 mm\"\nmaterial = { law = \"hypoelastic\", density = 2000, young = \"1 MPa\", poisson = 0.2 }\n";
     expect(
         "\n[[contact]]",
@@ -89,7 +89,7 @@ fn overlapping_bodies() {
 }
 
 #[test]
-fn a_body_between_the_particles_of_another() {
+fn a_body_that_lies_between_the_particles_of_another_overlaps_it() {
     // The particles of the water lie at odd multiples of a quarter of a millimetre.
     let speck = "\n[[body]]\nname = \"speck\"\nregion = { shape = \"box\", lower = [\"0.05 mm\", \"0.05 mm\", \"5.55 mm\"], upper = [\"0.2 mm\", \"0.2 mm\", \"5.7 mm\"] }\nspacing = \"0.05 mm\"\nmaterial = { law = \"hypoelastic\", density = 2000, young = \"1 MPa\", poisson = 0.2 }\n";
     expect(
@@ -102,7 +102,7 @@ fn a_body_between_the_particles_of_another() {
 }
 
 #[test]
-fn obstacles_in_the_wrong_place() {
+fn bodies_and_membranes_within_an_obstacle_are_errors() {
     let floor = |height: &str, more: &str| {
         format!(
             "\n[[obstacle]]\nname = \"floor\"\nregion = {{ shape = \"half-space\", point = [0, 0, \"{height}\"], normal = \"z\" }}\n{more}\n[[contact]]"
@@ -137,7 +137,7 @@ fn obstacles_in_the_wrong_place() {
 }
 
 #[test]
-fn supports_that_disagree() {
+fn supports_that_prescribe_two_velocities_at_a_node_are_an_error() {
     let both = |velocity: &str| format!("{{ on = \"edges\" }}, {{ on = \"left\", velocity = {velocity} }}, {{ on = [");
     let pull = both("[0, \"1 m/s\", \"free\"]");
     let message = "supports[0] moves node 0 along y with another velocity";
@@ -146,7 +146,7 @@ fn supports_that_disagree() {
 }
 
 #[test]
-fn contacts_that_can_t_be() {
+fn repeated_contacts_and_contacts_of_two_membranes_are_errors() {
     let again = "friction = 0.2\n[[contact]]\nbetween = [\"sheet\", \"water\"]\nfriction = 0.1\n";
     let at = "[\"sheet\", \"water\"]";
     expect("friction = 0.2\n", again, at, "this pair already has a contact, contact[0]", "one friction");
@@ -156,7 +156,7 @@ fn contacts_that_can_t_be() {
 }
 
 #[test]
-fn choices_that_go_wrong_are_warned_of() {
+fn unstable_combinations_of_kernel_transfer_and_stress_update_are_warned_of() {
     let apic = [("mpm.kernel", "linear"), ("mpm.transfer", "{ kind = \"apic\" }")];
     let warnings = good(GOOD, &apic).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("unstable at free surfaces"), "{warnings:#?}");
@@ -178,7 +178,7 @@ fn choices_that_go_wrong_are_warned_of() {
 }
 
 #[test]
-fn parts_outside_the_grid() {
+fn particles_and_nodes_outside_the_grid_are_errors() {
     expect(
         "\"14 mm\"]",
         "\"8 mm\"]",
@@ -196,14 +196,14 @@ fn parts_outside_the_grid() {
 }
 
 #[test]
-fn a_grid_that_is_no_whole_number_of_cells() {
+fn a_grid_of_a_fractional_or_negative_number_of_cells_is_an_error() {
     expect("\"14 mm\"]", "\"14.3 mm\"]", "\"14.3 mm\"]", "not a whole number", "upper end is 0.014 m");
     let message = "`upper` must exceed `lower` along z: -0.014 m is not above -0.012 m";
     expect("\"14 mm\"]", "\"-14 mm\"]", "\"-14 mm\"]", message, "the upper one in `upper`");
 }
 
 #[test]
-fn no_particles_in_a_region() {
+fn a_body_without_particles_or_spacing_is_an_error() {
     expect("spacing = \"0.5 mm\"", "spacing = \"50 mm\"", "{ shape = \"sphere\"", "no particles", "decrease `spacing`");
     expect(
         "spacing = \"0.5 mm\"\n",
@@ -215,7 +215,7 @@ fn no_particles_in_a_region() {
 }
 
 #[test]
-fn a_membrane_too_coarse_for_the_grid() {
+fn a_membrane_with_elements_of_many_cells_is_an_error() {
     // Without the support of the centre, whose nearest node is a corner here.
     let (edges, centre) = GOOD.split_once(", { on = [\"0 mm\"").expect("two supports");
     let text = format!("{edges}]\n{}", centre.split_once("}]\n").expect("the end of the list").1);
@@ -227,12 +227,12 @@ fn a_membrane_too_coarse_for_the_grid() {
 }
 
 #[test]
-fn a_mesh_without_such_nodes() {
+fn a_support_on_an_unknown_set_of_nodes_lists_the_known_ones() {
     expect("on = \"edges\"", "on = \"egdes\"", "\"egdes\"", "no such set of nodes", "all, edges, back");
 }
 
 #[test]
-fn unknown_names_in_contacts_and_probes() {
+fn unknown_and_repeated_names_of_parts_are_errors() {
     expect("[\"water\", \"sheet\"]", "[\"water\", \"shet\"]", "\"shet\"", "named `shet`", "water, sheet");
     let probe = "\n[[probe]]\nname = \"p\"\nof = \"wter\"\nreduce = \"mean\"\n";
     expect("\n[[contact]]", &format!("{probe}\n[[contact]]"), "\"wter\"", "named `wter`", "water");
@@ -242,7 +242,7 @@ fn unknown_names_in_contacts_and_probes() {
 }
 
 #[test]
-fn steps_and_intervals() {
+fn a_step_above_the_stable_one_is_an_error_and_a_shorter_interval_is_warned_of() {
     expect(
         "end = \"1.2 ms\"",
         "end = \"1.2 ms\"\nstep = \"1 us\"",
@@ -256,7 +256,7 @@ fn steps_and_intervals() {
 }
 
 #[test]
-fn formulas_that_divide_by_zero() {
+fn formulas_that_divide_by_zero_in_the_run_are_errors_before_it() {
     let pressure = "\"1 kPa * ramp(t, 0.1 ms)\"";
     expect(pressure, "\"1 kPa * (1 us) / t\"", "\"1 kPa * (1 us)", "the formula gives inf at x =", "divides by zero");
     expect(pressure, "\"1 Pa / (t / 0.6 ms - 1)\"", "\"1 Pa / (t", "the formula gives inf", "");
@@ -290,7 +290,7 @@ const NET: &str = r#"
 "#;
 
 #[test]
-fn poles_of_formulas_are_found_although_rounding_makes_them_finite() {
+fn a_pole_at_a_node_is_an_error_even_where_rounding_makes_it_finite() {
     let text = NET.replace("[0, -9.81]", "[\"1/(x - 1)\", 0]");
     let Err(found) = model(&text, &[]) else { panic!("a pole lies at a node") };
     assert!(found.len() == 1 && found[0].key == "mpm.gravity[0]", "{found:#?}");
@@ -301,9 +301,9 @@ fn poles_of_formulas_are_found_although_rounding_makes_them_finite() {
     assert!(found[0].key.starts_with("grid.walls.bottom.velocity"), "{found:#?}");
 }
 
-/// A formula of the place that has a value at the start, but not where things go.
+/// Formulas of the place that are defined at the start, and not at the places that particles, nodes and elements reach.
 #[test]
-fn formulas_that_lose_their_value_in_a_run_are_named() {
+fn a_formula_that_becomes_undefined_stops_the_run_and_is_named() {
     let error = |text: &str| {
         let (mut solver, mut t) = (good(text, &[]).solver, 0.0);
         loop {
@@ -337,7 +337,7 @@ fn a_membrane_across_a_solid_is_warned_of() {
 }
 
 #[test]
-fn tables_that_are_wrong() {
+fn wrong_tables_are_errors_with_row_and_column() {
     let directory = tempfile::tempdir().unwrap();
     let build = |csv: &str| {
         std::fs::write(directory.path().join("p.csv"), csv).unwrap();
@@ -361,7 +361,7 @@ fn tables_that_are_wrong() {
 }
 
 #[test]
-fn a_yield_curve_comes_as_a_number_as_rows_or_from_a_file() {
+fn a_yield_curve_is_a_number_rows_or_a_file() {
     let directory = tempfile::tempdir().unwrap();
     std::fs::write(directory.path().join("copper.csv"), "strain,stress [MPa]\n0,400\n0.1,450\n").unwrap();
     std::fs::write(directory.path().join("wrong.csv"), "strain,stress [MPa]\n0,400\n0,450\n").unwrap();
@@ -387,7 +387,7 @@ fn a_yield_curve_comes_as_a_number_as_rows_or_from_a_file() {
 }
 
 #[test]
-fn a_state_prescribed_twice() {
+fn pressure_and_energy_together_are_an_error() {
     expect(
         "spacing = \"0.5 mm\"",
         "spacing = \"0.5 mm\"\npressure = 0\nenergy = 0",
@@ -398,7 +398,7 @@ fn a_state_prescribed_twice() {
 }
 
 #[test]
-fn loads_on_a_body() {
+fn tractions_and_pressures_give_a_body_the_momentum_of_force_times_time() {
     let plane = |load: &str| {
         let text = format!(
             "name = 'block'\ndimension = 2\ntime = {{ end = 1e-4 }}\ngrid = {{ cell = 1, lower = [0, 0], upper = [8, 8] }}\n\
@@ -431,14 +431,14 @@ fn loads_on_a_body() {
 }
 
 #[test]
-fn an_empty_model() {
+fn a_case_without_bodies_and_membranes_is_an_error() {
     let text = "name = \"a\"\ndimension = 2\ntime = { end = 1 }\ngrid = { cell = 1, lower = [0, 0], upper = [1, 1] }";
     let Err(found) = model(text, &[]) else { panic!("nothing would move") };
     assert!(found[0].message.contains("neither a body nor a membrane"));
 }
 
 #[test]
-fn surface_files_that_are_missing() {
+fn a_missing_surface_file_is_an_error_at_its_key() {
     expect(
         "{ shape = \"sphere\", center = [\"0 mm\", \"0 mm\", \"5.5 mm\"], radius = \"4.5 mm\" }",
         "{ shape = \"surface\", file = \"none.stl\" }",

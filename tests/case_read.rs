@@ -15,7 +15,7 @@ fn read(text: &str, overrides: &[(&str, &str)]) -> Case {
 }
 
 #[test]
-fn the_paper_s_units_become_si() {
+fn units_are_converted_to_si() {
     let file = read(WATER_SPHERE, &[]).file;
     assert_eq!(file.time.end, 1.2e-3);
     assert_eq!(file.grid.as_ref().unwrap().cell, 1e-3);
@@ -28,7 +28,7 @@ fn the_paper_s_units_become_si() {
 }
 
 #[test]
-fn presets_fill_what_the_case_leaves_open() {
+fn presets_fill_open_keys_and_explicit_keys_win() {
     let recommended = read(WATER_SPHERE, &[]).file.mpm;
     assert_eq!(recommended.kernel, KernelSpec::Quadratic);
     assert_eq!(recommended.transfer, TransferSpec::Apic);
@@ -82,7 +82,7 @@ fn the_resolved_case_reads_back_to_itself() {
 }
 
 #[test]
-fn the_hash_tells_problems_apart_but_not_their_outputs() {
+fn the_hash_depends_on_the_problem_and_not_on_its_outputs() {
     let hash = |overrides: &[(&str, &str)]| read(WATER_SPHERE, overrides).hash();
     assert_eq!(hash(&[]), hash(&[("time.end", "5 ms"), ("output.fields", "1 ms"), ("title", "other")]));
     assert_ne!(hash(&[]), hash(&[("mpm.safety", "0.2")]));
@@ -90,7 +90,7 @@ fn the_hash_tells_problems_apart_but_not_their_outputs() {
 }
 
 #[test]
-fn the_hash_counts_what_stands_in_files() {
+fn the_hash_depends_on_the_contents_of_tables() {
     let home = tempfile::tempdir().unwrap();
     let table = home.path().join("g.csv");
     let hash = || {
@@ -105,7 +105,7 @@ fn the_hash_counts_what_stands_in_files() {
 }
 
 #[test]
-fn a_case_without_units_takes_plain_numbers_and_formulas() {
+fn a_dimensionless_case_takes_plain_numbers_and_formulas() {
     let case = read(
         r#"
         name = "column"

@@ -42,7 +42,7 @@ fn every_key_is_described() {
 }
 
 #[test]
-fn quantities_may_be_text_for_editors_too() {
+fn the_schema_allows_quantities_as_text() {
     let schema = schema();
     let cell = &schema["$defs"]["GridSpec"]["properties"]["cell"];
     assert_eq!(cell["type"], serde_json::json!(["number", "string"]), "{cell}");

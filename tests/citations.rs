@@ -1,4 +1,4 @@
-//! What sources, cases and tests cite is there: sections and equations of the theory in the guide, equations of the two papers, reference files.
+//! Citations in sources, cases and tests have targets: sections and equations of the theory, equations of the two papers, reference files.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -83,7 +83,7 @@ fn cited(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_theory_that_is_cited_is_there() {
+fn cited_sections_and_equations_of_the_theory_exist() {
     let theory = theory();
     assert!(theory.len() > 100, "{}", theory.len());
     let mut wrong = Vec::new();
@@ -146,7 +146,7 @@ fn in_comments(text: &str) -> Vec<u32> {
 }
 
 #[test]
-fn equations_of_the_papers_are_in_the_table_and_at_the_line_that_it_names() {
+fn equations_of_the_papers_are_listed_and_cited_in_the_sources_that_the_list_names() {
     for paper in ["Lian", "Becker"] {
         let table = table(paper);
         assert!(table.len() > 10, "{paper}");
@@ -167,7 +167,7 @@ fn equations_of_the_papers_are_in_the_table_and_at_the_line_that_it_names() {
 }
 
 #[test]
-fn reference_files_that_are_cited_are_there() {
+fn cited_reference_files_exist() {
     for path in files("cases", &["toml", "md"]) {
         let (folder, text) = (path.parent().unwrap(), fs::read_to_string(&path).unwrap());
         for rest in text.split("reference/").skip(1) {

@@ -1,4 +1,4 @@
-//! The other subcommands as a user meets them.
+//! The subcommands besides `run`, called as a process.
 
 use lateen::catalog;
 use std::fs;
@@ -13,7 +13,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn cases_are_listed_with_what_they_take() {
+fn the_list_of_cases_has_a_line_with_the_method_of_each() {
     let home = tempfile::tempdir().unwrap();
     let output = lateen(home.path(), &["cases"]);
     let list = text(&output.stdout);
@@ -35,8 +35,11 @@ fn a_new_case_can_be_checked() {
     let output = lateen(home.path(), &["check", "mine/case.toml"]);
     let report = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
-    assert!(report.contains("3054 particles") || report.contains("particles"), "{report}");
+    // 50 × 50 quadrilaterals; as many particles as the sphere has volumes of a particle, up to the lattice at its surface.
     assert!(report.contains("2500 elements"), "{report}");
+    let line = report.lines().find(|line| line.starts_with("body sphere:")).expect("the sizes of the sphere");
+    let particles: f64 = line.split_whitespace().nth(2).unwrap().parse().unwrap();
+    assert!((particles / 3053.6 - 1.0).abs() < 0.03, "{line}");
 
     let spaced = text(&lateen(home.path(), &["new", "hertz", "my first case"]).stdout);
     assert!(spaced.contains("lateen run 'my first case/case.toml'\n"), "{spaced}");
@@ -47,21 +50,21 @@ fn a_new_case_can_be_checked() {
 }
 
 #[test]
-fn every_built_in_case_is_right_and_plausible() {
+fn every_built_in_case_is_checked_without_unexpected_warnings() {
     let home = tempfile::tempdir().unwrap();
     for case in catalog::all() {
         let output = lateen(home.path(), &["check", case.name()]);
         assert_eq!(output.status.code(), Some(0), "{}: {}", case.name(), text(&output.stderr));
-        // What remains is a place of a probe that the flow comes to later.
+        // The one expected warning: a probe of a box that the flow reaches later.
         let warned = text(&output.stderr);
         let titles = warned.lines().filter(|line| line.starts_with("warning"));
-        let unmeant: Vec<&str> = titles.filter(|title| !title.contains("the box holds nothing of")).collect();
-        assert!(unmeant.is_empty(), "{}: {unmeant:?}", case.name());
+        let unexpected: Vec<&str> = titles.filter(|title| !title.contains("the box holds nothing of")).collect();
+        assert!(unexpected.is_empty(), "{}: {unexpected:?}", case.name());
     }
 }
 
 #[test]
-fn a_typing_error_is_met_with_a_suggestion() {
+fn a_mistyped_case_name_is_an_error_that_suggests_the_nearest() {
     let home = tempfile::tempdir().unwrap();
     let output = lateen(home.path(), &["run", "water-spere"]);
     assert_eq!(output.status.code(), Some(2));
@@ -69,7 +72,7 @@ fn a_typing_error_is_met_with_a_suggestion() {
 }
 
 #[test]
-fn completions_know_the_subcommands() {
+fn completions_hold_the_subcommands() {
     let home = tempfile::tempdir().unwrap();
     let output = lateen(home.path(), &["completions", "bash"]);
     assert!(text(&output.stdout).contains("verify"));
@@ -77,7 +80,7 @@ fn completions_know_the_subcommands() {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_who_leaves_early_is_no_failure() {
+fn a_closed_standard_output_is_no_failure() {
     use std::process::Stdio;
     for arguments in [&["cases"][..], &["laws"], &["schema"], &["completions", "bash"]] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lateen"));
@@ -89,7 +92,7 @@ fn a_reader_who_leaves_early_is_no_failure() {
 }
 
 #[test]
-fn threads_have_a_bound() {
+fn a_number_of_threads_out_of_range_is_an_error() {
     let home = tempfile::tempdir().unwrap();
     for count in ["100000", "0", "many"] {
         let output = lateen(home.path(), &["run", "water-sphere", "--threads", count]);
@@ -110,7 +113,7 @@ fn the_schema_is_json_and_laws_have_units() {
 }
 
 #[test]
-fn verify_compares_a_case_and_fails_when_it_is_off() {
+fn verify_exits_with_1_when_a_comparison_fails_and_2_when_nothing_is_compared() {
     let home = tempfile::tempdir().unwrap();
     let case = "name = 'fall'\ndimension = 2\n[time]\nend = 0.1\n[grid]\ncell = 0.1\nlower = [0, 0]\nupper = [1, 1]\n\
         [mpm]\ngravity = [0, -10]\n[[body]]\nname = 'block'\nspacing = 0.05\n\
@@ -130,7 +133,7 @@ fn verify_compares_a_case_and_fails_when_it_is_off() {
     assert_eq!(bad.status.code(), Some(1), "{}", text(&bad.stderr));
     assert!(text(&bad.stdout).contains("FAILED"), "{}", text(&bad.stdout));
 
-    // A case that is left out is said to be, with what it takes.
+    // A case that is left out is listed with its run time.
     let long = format!("[measured]\ntime = '29 min'\n[quick]\nskip = true\n{expected}");
     fs::write(home.path().join("expected.toml"), long).unwrap();
     let short = lateen(home.path(), &["verify", "case.toml"]);
@@ -140,7 +143,7 @@ fn verify_compares_a_case_and_fails_when_it_is_off() {
     let full = lateen(home.path(), &["verify", "case.toml", "--full"]);
     assert!(text(&full.stdout).contains("1 of 1 comparisons hold"), "{}", text(&full.stdout));
 
-    // What is wrong with the comparisons is shown where they stand, and nothing to compare is no success.
+    // Errors in `expected.toml` are shown at their place there, and a case without comparisons is no success.
     fs::write(home.path().join("expected.toml"), expected.replace("kind = 'final'", "kind = 'value'")).unwrap();
     for command in [["verify", "case.toml"], ["run", "case.toml"]] {
         let wrong = lateen(home.path(), &command);

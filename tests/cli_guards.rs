@@ -1,4 +1,4 @@
-//! What the world does to a run: signals, readers who leave, limits, directories that are not its own.
+//! Effects of the environment on a run: signals, closed pipes, limits of memory and file size, folders that no run made.
 #![cfg(target_os = "linux")]
 
 use std::fs::{self, File};
@@ -91,7 +91,7 @@ fn send(signal: &str, child: &Child) {
 }
 
 #[test]
-fn a_run_goes_on_where_nobody_reads_its_messages() {
+fn a_run_survives_a_full_or_closed_standard_error() {
     let home = Home::new(BLOCK);
     let full = || Stdio::from(File::options().write(true).open("/dev/full").unwrap());
     let outcome = home.lateen(&["run", "case.toml", "--out", "full"]).stderr(full()).output().unwrap();
@@ -108,7 +108,7 @@ fn a_run_goes_on_where_nobody_reads_its_messages() {
 }
 
 #[test]
-fn signals_that_end_a_program_end_a_run_after_its_step() {
+fn signals_end_a_run_after_the_current_step_with_a_checkpoint() {
     let home = Home::new(&still("1000 s"));
     for signal in ["-HUP", "-QUIT", "-INT", "-TERM"] {
         let run = &signal[1..];
@@ -123,7 +123,7 @@ fn signals_that_end_a_program_end_a_run_after_its_step() {
 }
 
 #[test]
-fn a_run_that_was_told_to_outlive_its_terminal_does() {
+fn an_ignored_hangup_signal_stays_ignored() {
     let home = Home::new(&still("100 ms"));
     let mut command = home.shell("trap '' HUP; exec lateen run case.toml --out a");
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
@@ -133,7 +133,7 @@ fn a_run_that_was_told_to_outlive_its_terminal_does() {
 }
 
 #[test]
-fn a_second_signal_does_not_wait_for_the_step() {
+fn a_second_signal_ends_a_run_at_once() {
     // Steps that take long: the first signal waits for the end of one, the second doesn't.
     let case = BLOCK.replace("\"5 mm\"", "\"0.1 mm\"").replace("[output]", "[output]\ncheckpoint = \"1 h\"");
     let home = Home::new(&case);
@@ -154,7 +154,7 @@ fn a_second_signal_does_not_wait_for_the_step() {
 }
 
 #[test]
-fn a_file_that_may_not_grow_is_an_error_with_a_message() {
+fn a_limit_on_the_size_of_files_is_an_error_that_names_it() {
     let home = Home::new(BLOCK);
     let output = home.shell("ulimit -f 4; exec lateen run case.toml --out a").output().unwrap();
     assert_eq!(output.status.code(), Some(4), "{}", messages(&output));
@@ -163,7 +163,7 @@ fn a_file_that_may_not_grow_is_an_error_with_a_message() {
 }
 
 #[test]
-fn a_run_that_failed_says_where_its_time_went() {
+fn a_failed_run_prints_the_times_of_its_stages() {
     let home = Home::new(&BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing"));
     let output = home.lateen(&["run", "case.toml"]).output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", messages(&output));
@@ -178,7 +178,7 @@ fn a_run_that_failed_says_where_its_time_went() {
 }
 
 #[test]
-fn a_case_folder_is_not_replaced_by_force() {
+fn force_refuses_a_folder_that_no_run_made() {
     let home = Home::new(BLOCK);
     fs::create_dir(home.path("reference")).unwrap();
     fs::write(home.path("reference/measured.csv"), "mine").unwrap();
@@ -190,7 +190,7 @@ fn a_case_folder_is_not_replaced_by_force() {
 }
 
 #[test]
-fn force_keeps_what_the_user_put_among_the_results() {
+fn force_keeps_files_of_the_user_among_the_results() {
     let home = Home::new(BLOCK);
     let run = |more: &[&str]| {
         let output = home.lateen(&[&["run", "case.toml", "--out", "a"][..], more].concat()).output().unwrap();
@@ -213,7 +213,7 @@ fn force_keeps_what_the_user_put_among_the_results() {
 const LITTLE: &str = "export RAYON_NUM_THREADS=2; ulimit -v 4000000; exec lateen check";
 
 #[test]
-fn a_grid_may_be_vast_because_memory_follows_the_material() {
+fn memory_follows_the_material_and_not_the_size_of_the_grid() {
     let home = Home::new(BLOCK);
     for set in ["hertz --set grid.upper.0=1e6", "dam-break --set grid.upper='[2000, 500, 1000]'"] {
         let output = home.shell(&format!("{LITTLE} {set}")).output().unwrap();
@@ -231,7 +231,7 @@ fn a_grid_may_be_vast_because_memory_follows_the_material() {
 }
 
 #[test]
-fn what_does_not_fit_into_the_memory_is_refused_before_it_is_made() {
+fn a_model_that_exceeds_the_memory_is_refused_before_it_is_allocated() {
     let home = Home::new(BLOCK);
     for (set, key) in [("dam-break --set grid.cell=0.0025", "`spacing`"), ("cavity --set mesh.cell=2.5e-4", "`cell`")] {
         let output = home.shell(&format!("{LITTLE} {set}")).output().unwrap();

@@ -1,4 +1,4 @@
-//! `lateen run` as a user meets it: files, exit codes, interruption and resume, bad directories, a full disk.
+//! `lateen run` as a process: files, exit codes, interruption and resume, folders that can't be used, a full disk.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -75,7 +75,7 @@ fn histories(run: &Path) -> Vec<(String, String)> {
 }
 
 #[test]
-fn a_run_leaves_what_it_promises() {
+fn a_run_writes_every_file_with_rows_at_multiples_of_the_interval() {
     let home = Home::new(BLOCK);
     let output = home.lateen(&["run", "case.toml"]);
     assert_eq!(code(&output), 0, "{}", messages(&output));
@@ -121,7 +121,7 @@ fn a_directory_with_a_run_is_refused_unless_forced() {
 }
 
 #[test]
-fn threads_do_not_change_a_bit() {
+fn histories_are_the_same_bytes_for_any_number_of_threads() {
     let home = Home::new(BLOCK);
     assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "one", "--threads", "1"])), 0);
     assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "three", "--threads", "3"])), 0);
@@ -140,7 +140,7 @@ fn wait_for_rows(run: &Path, child: &mut Child) {
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_run_goes_on_bit_for_bit() {
+fn a_run_resumed_after_a_signal_leaves_the_same_bytes() {
     let home = Home::new(&BLOCK.replace("20 ms", "400 ms"));
     assert_eq!(code(&home.lateen(&["run", "case.toml", "--out", "whole"])), 0);
 
@@ -171,7 +171,7 @@ fn a_checkpoint_of_another_case_is_refused() {
 }
 
 #[test]
-fn a_wrong_case_shows_the_place_and_leaves_nothing() {
+fn a_wrong_case_is_shown_with_its_line_and_creates_no_folder() {
     let home = Home::new(&BLOCK.replace("spacing", "spacin"));
     let output = home.lateen(&["run", "case.toml"]);
     assert_eq!(code(&output), 2);
@@ -181,7 +181,7 @@ fn a_wrong_case_shows_the_place_and_leaves_nothing() {
 }
 
 #[test]
-fn a_probe_of_nothing_is_a_case_error() {
+fn a_probe_of_an_unknown_part_is_a_case_error() {
     let home = Home::new(&BLOCK.replace("of = \"block\"", "of = \"blok\""));
     let output = home.lateen(&["run", "case.toml"]);
     assert_eq!(code(&output), 2);
@@ -200,10 +200,10 @@ fn a_body_that_leaves_the_grid_stops_the_run_with_its_place() {
     assert!(home.path("runs/block/plots/top.svg").is_file(), "what was computed is plotted");
 }
 
-/// The last good state is reached by repeating steps from a checkpoint: it must be what a run that saves every
-/// step has.
+/// The last good state is reached by repeating steps from a checkpoint: it must equal, byte for byte, that of a run that saves every
+/// step.
 #[test]
-fn a_failed_run_keeps_its_last_good_state() {
+fn a_failed_run_saves_and_shows_its_last_good_state() {
     let thrown = BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing").replace("bottom = \"slip\"", "");
     let home = Home::new(&thrown);
     let newest = |run: &str| -> (String, Vec<u8>) {
@@ -223,7 +223,7 @@ fn a_failed_run_keeps_its_last_good_state() {
 }
 
 #[test]
-fn a_place_that_can_not_be_written_to() {
+fn an_output_folder_that_can_not_be_written_is_an_output_error() {
     let home = Home::new(BLOCK);
     let output = home.lateen(&["run", "case.toml", "--out", "case.toml/run"]);
     assert_eq!(code(&output), 4);

@@ -47,7 +47,7 @@ fn smallest_angle(mesh: &Mesh<2, 3>) -> f64 {
 
 /// The chords of the mesh cut a sliver r² (θ − sin θ)/2 off the disc for every node.
 #[test]
-fn a_channel_with_a_cylinder_and_a_bar() {
+fn a_channel_with_a_cylinder_and_a_bar_has_its_area_outline_and_angles() {
     let mesh = channel().triangles(Path::new("")).unwrap();
     let half = (0.2f64).asin();
     let hidden = 0.05 * 0.05 * half - 0.01 * 0.05 * half.cos();
@@ -56,6 +56,7 @@ fn a_channel_with_a_cylinder_and_a_bar() {
     let chords = 0.0025 * TAU * (0.005f64 / 0.05).powi(2) / 12.0;
     let missing = 2.5 * 0.41 - body - mesh.volume();
     assert!((missing + chords).abs() < 0.2 * chords, "{missing} for {chords}");
+    // No theorem bounds the angles of this method; the guarantee of Delaunay refinement (Ruppert 1995) is 20.7°.
     assert!(smallest_angle(&mesh) > 22.0, "{}", smallest_angle(&mesh));
     let named: usize = mesh.sets.values().map(Vec::len).sum();
     assert_eq!(named, mesh.boundary().len());
@@ -75,7 +76,7 @@ fn no_element_has_all_its_nodes_on_the_boundary() {
 }
 
 #[test]
-fn sizes_are_what_was_asked() {
+fn edges_of_elements_have_the_size_that_was_asked_for() {
     let fine = Refinement { region: rectangle([0.4, 0.4], [0.6, 0.6]), cell: 0.01, growth: None };
     let spec = BoxMesh { refine: vec![fine], ..plain(&[0.0, 0.0], &[1.0, 1.0], 0.08) };
     let mesh = spec.triangles(Path::new("")).unwrap();
@@ -95,7 +96,7 @@ fn sizes_are_what_was_asked() {
 }
 
 #[test]
-fn the_same_mesh_every_time() {
+fn a_mesh_is_the_same_bits_every_time() {
     let [a, b] = [0, 1].map(|_| channel().triangles(Path::new("")).unwrap());
     assert_eq!(a.nodes(), b.nodes());
     assert_eq!(a.elements(), b.elements());
@@ -120,7 +121,7 @@ fn a_mirrored_lattice_is_symmetric() {
 
 /// Graded planes in 3D: volume, names of all six sides, closer planes in the refined slab.
 #[test]
-fn a_graded_box() {
+fn a_graded_box_of_tetrahedra_keeps_volume_and_sides_and_is_finer_in_its_slab() {
     let region = Shape::BoxShape(BoxShape { lower: vec![0.0, 0.4, 0.0], upper: vec![1.0, 0.6, 1.0] });
     let fine = Refinement { region, cell: 0.05, growth: None };
     let spec = BoxMesh { refine: vec![fine], ..plain(&[0.0; 3], &[1.0, 1.0, 1.0], 0.25) };
@@ -131,11 +132,12 @@ fn a_graded_box() {
         assert!((area - 1.0).abs() < 1e-12, "{name} {area}");
     }
     let fine = (0..mesh.elements().len()).filter(|&e| (mesh.center(e)[1] - 0.5).abs() < 0.1).count();
+    // Even planes would put a fifth of the elements into the slab.
     assert!(fine > mesh.elements().len() / 5, "{fine} of {}", mesh.elements().len());
 }
 
 #[test]
-fn mirrored_tetrahedra_fit_together() {
+fn mirrored_tetrahedra_are_conforming() {
     let line: Vec<f64> = (0..=4).map(|i| i as f64).collect();
     let mesh = Mesh::<3, 4>::lattice(&[line.clone(), line.clone(), line], Cut::Mirrored).unwrap();
     assert!((mesh.volume() - 64.0).abs() < 1e-12);
@@ -159,7 +161,7 @@ fn an_obstacle_is_cut_out_of_a_box_of_tetrahedra() {
 }
 
 #[test]
-fn mistakes_are_named() {
+fn wrong_boxes_and_holes_are_errors_at_their_key() {
     let key = |spec: BoxMesh| spec.triangles(Path::new("")).unwrap_err().key;
     assert_eq!(key(plain(&[0.0, 0.0], &[1.0, 0.0], 0.1)), "upper");
     assert_eq!(key(plain(&[0.0, 0.0, 0.0], &[1.0, 1.0], 0.1)), "lower");

@@ -64,7 +64,7 @@ proptest! {
     }
 
     #[test]
-    fn a_step_of_the_distance_along_the_normal_ends_on_the_boundary(x in point()) {
+    fn distance_and_normal_lead_to_the_boundary(x in point()) {
         let regions = [
             Region::Ellipsoid { center: [0.2, 0.1, -0.3], semi_axes: [1.5, 0.4, 0.9] },
             Region::Ellipsoid { center: [0.0; 3], semi_axes: [0.5, 0.5, 2.0] },
@@ -100,7 +100,7 @@ proptest! {
     }
 
     #[test]
-    fn booleans_contain_what_sets_say(x in point()) {
+    fn unions_intersections_and_differences_contain_what_sets_do(x in point()) {
         let a = || r#"{ shape = "sphere", center = [0, 0, 0], radius = 2 }"#;
         let b = || r#"{ shape = "box", lower = [0, -1, -1], upper = [3, 1, 1] }"#;
         let (in_a, in_b) = (build(a(), 3).unwrap().contains(x), build(b(), 3).unwrap().contains(x));
@@ -112,7 +112,7 @@ proptest! {
     }
 
     #[test]
-    fn random_bytes_are_no_surface_but_no_panic_either(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn random_bytes_never_panic_the_surface_readers(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = Triangles::from_stl(bytes.clone(), 1.0);
         let _ = Triangles::from_obj(&bytes, 1.0);
     }
@@ -127,7 +127,7 @@ proptest! {
 }
 
 #[test]
-fn surfaces_survive_a_file_and_know_their_volume() {
+fn surfaces_from_files_have_their_volume_and_inside() {
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = stl(&cube(1.5));
     bytes[..5].copy_from_slice(b"solid");
@@ -142,7 +142,7 @@ fn surfaces_survive_a_file_and_know_their_volume() {
 
 /// The roof over a unit square with heights 1, 1.2, 1, 1.2 at the corners holds 1.1; cut along one diagonal, 16/15 or 17/15.
 #[test]
-fn quadrilaterals_of_a_file_prefer_no_diagonal() {
+fn the_volume_under_quadrilaterals_is_independent_of_diagonals() {
     let roof = |heights: [f64; 4]| {
         let [a, b, c, d] = heights;
         format!(
@@ -160,7 +160,7 @@ fn quadrilaterals_of_a_file_prefer_no_diagonal() {
 }
 
 #[test]
-fn an_l_shaped_surface_has_the_right_side_at_its_reentrant_edge() {
+fn signed_distances_to_an_l_shaped_surface_are_those_of_its_prism() {
     // The prism over an L, triangulated by hand; the same region as a polygon is the reference.
     let l = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
     let mut vertices: Vec<[f64; 3]> = l.iter().map(|c| [c[0], c[1], 0.0]).collect();
@@ -192,7 +192,7 @@ fn winding_number(surface: &Triangles, x: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn the_inside_of_a_spiky_surface_is_that_of_its_winding_number() {
+fn the_inside_of_a_spiky_surface_is_where_its_winding_number_is_one() {
     let sphere: lateen::mesh::MembraneShape =
         toml::from_str("shape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\ndivisions = 5\nelements = \"triangles\"")
             .unwrap();
@@ -240,7 +240,7 @@ fn volumes_agree_with_counted_particles() {
 }
 
 #[test]
-fn bounds_hold_the_region_tightly() {
+fn bounds_of_a_region_are_tight() {
     let cylinder = Region::Cylinder { from: [0.0; 3], to: [0.0, 3.0, 4.0], radius: 1.0 };
     let Bounds { lower, upper } = cylinder.bounds();
     let expected = ([-1.0, -0.8, -0.6], [1.0, 3.8, 4.6]);
@@ -253,7 +253,7 @@ fn bounds_hold_the_region_tightly() {
 }
 
 #[test]
-fn wrong_shapes_are_told_what_and_where() {
+fn wrong_shapes_are_errors_at_their_key() {
     let cases = [
         (r#"{ shape = "sphere", center = [0, 0, 0], radius = -1 }"#, 3, "radius", "positive"),
         (r#"{ shape = "sphere", center = [0, 0, 0], radius = 1 }"#, 2, "center", "2 dimensions"),
@@ -280,7 +280,7 @@ fn wrong_shapes_are_told_what_and_where() {
 }
 
 #[test]
-fn unsound_surfaces_are_told_what_is_wrong() {
+fn open_folded_and_degenerate_surfaces_are_errors() {
     let told = |triangles: Triangles| Surface::new(triangles).expect_err("unsound");
     let mut open = cube(1.0);
     open.triangles.pop();

@@ -77,7 +77,7 @@ fn the_lines_of_a_file_are_a_membrane_in_2d() {
 }
 
 #[test]
-fn wrong_groups_are_answered_with_those_there_are() {
+fn unknown_groups_are_errors_that_list_the_known_ones() {
     let told = |toml: &str| build(toml, 3).unwrap_err();
     let unknown = told(r#"{ shape = "file", path = "plate-4.1-ascii.msh", group = "shet" }"#);
     assert_eq!(unknown.key, "group");
@@ -95,7 +95,7 @@ fn edited(from: &str, to: &str) -> String {
 }
 
 #[test]
-fn wrong_files_are_told_what_and_on_which_line() {
+fn wrong_files_are_errors_with_their_line() {
     let cases = [
         ("2.2 0 8", "3.0 0 8", "line 2: version 3.0 of the format is not read"),
         ("\n19\n", "\n19000000\n", "line 13: 19000000 entries are promised"),
@@ -119,7 +119,7 @@ fn wrong_files_are_told_what_and_on_which_line() {
 
 /// A section of version 4.1 begins with counts and the range of its numbers, a block with its entity.
 #[test]
-fn headers_of_version_4_that_contradict_the_file_are_told() {
+fn headers_of_version_4_that_contradict_the_file_are_errors() {
     let text = String::from_utf8(bytes("4.1-ascii")).unwrap();
     let told = |section: &str, from: &str, to: &str| {
         let (before, after) = text.split_once(section).unwrap();
@@ -149,7 +149,7 @@ fn headers_of_version_4_that_contradict_the_file_are_told() {
 
 /// Broken elements are named by the numbers that the file has for them.
 #[test]
-fn broken_elements_are_named() {
+fn broken_elements_are_errors_with_the_number_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let told = |from: &str, to: &str| {
         let text = String::from_utf8(bytes("2.2-ascii")).unwrap();
@@ -163,7 +163,7 @@ fn broken_elements_are_named() {
 }
 
 #[test]
-fn sections_that_are_not_needed_are_passed_over() {
+fn unknown_sections_are_skipped() {
     let mut text = String::from_utf8(bytes("4.1-ascii")).unwrap();
     text = text.replace("$Nodes", "$Comments\nmade for a test\n$EndComments\n$Nodes");
     assert_eq!(parse(text.as_bytes()).unwrap(), mesh("4.1-ascii"));
@@ -186,12 +186,12 @@ fn every_truncation_is_an_error_or_the_whole_mesh() {
 
 proptest! {
     #[test]
-    fn random_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+    fn random_bytes_are_an_error(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
         prop_assert!(parse(&bytes).is_err());
     }
 
     #[test]
-    fn random_bytes_behind_a_header_do_no_harm(binary in any::<bool>(), version in 0..2usize, bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+    fn random_bytes_behind_a_header_are_an_error(binary in any::<bool>(), version in 0..2usize, bytes in prop::collection::vec(any::<u8>(), 0..600)) {
         let mut file = format!("$MeshFormat\n{} {} 8\n", ["2.2", "4.1"][version], u8::from(binary)).into_bytes();
         if binary {
             file.extend(1i32.to_le_bytes());
@@ -202,7 +202,7 @@ proptest! {
     }
 
     #[test]
-    fn changed_bytes_do_no_harm(format in 0..4usize, changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+    fn changed_bytes_never_panic_the_reader(format in 0..4usize, changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
         let mut bytes = bytes(FORMATS[format]);
         for (place, value) in changes {
             let place = place.index(bytes.len());

@@ -47,7 +47,7 @@ fn without_tests(text: &str) -> String {
     kept
 }
 
-/// Where the item ends that begins with `text`: at a semicolon, or at the brace that closes its first.
+/// The end of the item that `text` begins with: a semicolon, or the brace that closes its first one.
 fn end_of_item(text: &str) -> usize {
     let mut depth = 0;
     for (at, c) in text.char_indices() {
@@ -124,9 +124,9 @@ fn modules_import_only_what_the_table_allows() {
     assert!(wrong.is_empty(), "against the table of ARCHITECTURE.md:\n{}", wrong.join("\n"));
 }
 
-/// Loops go through `parallel`, so that one place could add up over processes; the transfers and the linear algebra cut their work themselves.
+/// Loops go through `parallel`, so that sums have one place and one order; the transfers and the linear algebra cut their work themselves.
 #[test]
-fn threads_are_named_in_three_rooms() {
+fn only_parallel_sweep_and_linalg_use_rayon() {
     let rooms = ["src/parallel", "src/mpm/sweep", "src/linalg"];
     let mut files = Vec::new();
     sources(&root().join("src"), &mut files);

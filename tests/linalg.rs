@@ -1,4 +1,7 @@
 //! Linear systems with known solutions: against dense factorisations, manufactured fields and the continuum.
+//!
+//! Bounds on numbers of iterations have no reference outside of this program. They guard that a preconditioner stays effective: one
+//! that is wrong takes many times as many, or fails.
 
 use lateen::linalg::{BlockMatrix, Kind, LinearSolver, Options, Pattern};
 use lateen::math::Vector;
@@ -122,7 +125,7 @@ const TWO_FLUIDS: Stokes = Stokes {
 };
 
 #[test]
-fn direct_finds_a_field_of_two_fluids_in_2d_and_3d() {
+fn the_direct_solver_recovers_a_field_of_two_fluids_in_2d_and_3d() {
     let options = Options { kind: Kind::Direct, tolerance: 1e-12, ..Options::default() };
     let plane = unit_box::<2, 3>(24);
     let mut a = TWO_FLUIDS.assemble::<2, 3, 3>(&plane);
@@ -160,7 +163,7 @@ fn over_steps<const D: usize, const N: usize, const B: usize>(mesh: &Mesh<D, N>,
 }
 
 #[test]
-fn a_kept_factor_serves_matrices_that_change_a_little() {
+fn preconditioners_are_reused_for_matrices_that_change_little() {
     let (error, iterations, rebuilt) = over_steps::<2, 3, 3>(&unit_box(20), Kind::Direct);
     assert!(error < 1e-5 && rebuilt < 6, "{error}, {iterations} iterations, {rebuilt} factors");
     let (error, iterations, rebuilt) = over_steps::<3, 4, 4>(&unit_box(8), Kind::Iterative);
@@ -208,7 +211,7 @@ fn iterations_of_multigrid_do_not_grow_where_cells_are_mirrored() {
 }
 
 #[test]
-fn multigrid_solves_closed_viscous_and_unsymmetric_systems() {
+fn multigrid_converges_for_closed_viscous_and_unsymmetric_systems() {
     let water = Stokes { density: |_| 1.0, viscosity: 1e-3, dt: 0.01, consistent: false };
     let closed = iterations::<3, 4, 4>(&water, 12, false);
     let consistent = iterations::<3, 4, 4>(&Stokes { consistent: true, ..water }, 12, true);
@@ -217,7 +220,7 @@ fn multigrid_solves_closed_viscous_and_unsymmetric_systems() {
 }
 
 #[test]
-fn direct_solves_the_unsymmetric_form_by_its_symmetric_part() {
+fn a_factor_of_the_symmetric_part_preconditions_the_unsymmetric_form() {
     let mesh = unit_box::<2, 3>(24);
     let mut a = Stokes { consistent: true, ..TWO_FLUIDS }.assemble::<2, 3, 3>(&mesh);
     walls(&mut a, &mesh, true);
@@ -239,7 +242,7 @@ fn lopsided(mesh: &Mesh<2, 3>, c: f64) -> BlockMatrix<3> {
 }
 
 #[test]
-fn direct_solves_where_the_symmetric_part_is_indefinite() {
+fn the_direct_solver_recovers_a_field_where_the_symmetric_part_is_indefinite() {
     let mesh = unit_box::<2, 3>(24);
     let a = lopsided(&mesh, 40.0);
     for kind in [Kind::Direct, Kind::Auto] {
@@ -249,7 +252,7 @@ fn direct_solves_where_the_symmetric_part_is_indefinite() {
 }
 
 #[test]
-fn after_a_hard_system_the_usual_factor_comes_back() {
+fn the_first_preconditioner_returns_after_systems_that_needed_another() {
     let mesh = unit_box::<2, 3>(24);
     let (hard, easy) = (lopsided(&mesh, 40.0), lopsided(&mesh, 0.0));
     let b = some_field::<3>(mesh.nodes().len());
@@ -263,7 +266,7 @@ fn after_a_hard_system_the_usual_factor_comes_back() {
     assert!(solve(&hard) != usual);
     assert!(solve(&hard) != usual);
     assert_eq!([&easy, &easy].map(&mut solve)[1], usual);
-    // A failure that comes at once after the last one is met with more patience, one that comes later with as much.
+    // The number of systems before the usual method is tried again doubles with every failure in a row, and a success resets it.
     assert!((0..2).all(|_| solve(&hard) != usual));
     assert_eq!(solve(&easy), usual);
 }
@@ -288,7 +291,7 @@ fn eliminate(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
 }
 
 #[test]
-fn a_dense_factorisation_gives_the_same() {
+fn both_solvers_agree_with_a_dense_factorisation() {
     let mesh = unit_box::<2, 3>(4);
     let mut a = TWO_FLUIDS.assemble::<2, 3, 3>(&mesh);
     walls(&mut a, &mesh, false);
@@ -345,7 +348,7 @@ fn the_pressure_of_a_poisson_problem_converges_at_second_order() {
 }
 
 #[test]
-fn what_does_not_converge_says_where() {
+fn failures_to_converge_name_the_worst_node() {
     let mesh = unit_box::<3, 4>(6);
     let mut a = TWO_FLUIDS.assemble::<3, 4, 4>(&mesh);
     walls(&mut a, &mesh, true);
@@ -362,7 +365,7 @@ fn what_does_not_converge_says_where() {
 }
 
 #[test]
-fn a_resumed_solver_and_any_number_of_threads_repeat_the_same_bits() {
+fn a_restored_solver_and_any_number_of_threads_give_the_same_bits() {
     let mesh = unit_box::<3, 4>(10);
     let systems: Vec<BlockMatrix<4>> = (0..4)
         .map(|step| {

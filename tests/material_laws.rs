@@ -8,7 +8,7 @@ fn law(text: &str) -> Result<PointLaws, String> {
 }
 
 #[test]
-fn a_fluid_with_its_defaults() {
+fn a_fluid_is_read_with_its_defaults() {
     let text = r#"
         law = "fluid"
         density = 1000.0
@@ -36,7 +36,7 @@ fn unknown_keys_and_names_are_errors() {
 }
 
 #[test]
-fn laws_survive_being_written_and_read() {
+fn laws_read_back_what_they_write() {
     let text = r#"law = "j2"
         density = 8930.0
         young = 117e9
@@ -49,7 +49,7 @@ fn laws_survive_being_written_and_read() {
 
 /// Every number of every law has a unit in the schema, from which the case reader converts.
 #[test]
-fn every_number_has_a_unit() {
+fn every_parameter_of_a_law_has_a_unit_and_a_description() {
     for schema in [schemars::schema_for!(PointLaws), schemars::schema_for!(EquationsOfState)] {
         let schema = serde_json::to_value(schema).unwrap();
         let mut numbers = 0;

@@ -55,7 +55,7 @@ fn sheets_have_their_area_normal_and_sides() {
 }
 
 #[test]
-fn a_tilted_sheet_follows_its_directions() {
+fn the_first_axis_of_a_tilted_sheet_is_the_direction_that_was_given() {
     let sheet = build(
         r#"{ shape = "sheet", center = [0, 0, 0], size = [2, 1], divisions = [2, 1], normal = [0, -1, 1], along = [1, 1, 1] }"#,
         3,
@@ -65,7 +65,7 @@ fn a_tilted_sheet_follows_its_directions() {
 }
 
 #[test]
-fn union_jack_cuts_alternate_and_plain_triangles_do_not() {
+fn union_jack_diagonals_alternate_and_those_of_triangles_do_not() {
     let diagonals = |kind: &str| {
         let sheet = build(
             &format!(
@@ -104,7 +104,8 @@ fn spheres_converge_to_their_area_and_volume() {
 }
 
 #[test]
-fn sphere_elements_are_alike_in_size() {
+fn elements_of_a_sphere_have_similar_areas() {
+    // No reference: guards against the ratio of 5 or more of elements at the poles or corners of a naive mapping.
     for (kind, spread) in [("quadrilaterals", 1.5), ("triangles", 2.1)] {
         let sphere = build(
             &format!("{{ shape = \"sphere\", center = [0, 0, 0], radius = 1, divisions = 8, elements = \"{kind}\" }}"),
@@ -204,7 +205,7 @@ fn closed_chains_and_circles_enclose_their_area_counter_clockwise() {
 }
 
 #[test]
-fn wrong_membranes_are_told_what_and_where() {
+fn wrong_membranes_are_errors_at_their_key() {
     let cases = [
         (r#"{ shape = "sheet", center = [0, 0, 0], size = [1, 0], divisions = [1, 1] }"#, 3, "size"),
         (r#"{ shape = "sheet", center = [0, 0, 0], size = [1, 1], divisions = [0, 1] }"#, 3, "divisions"),
@@ -231,7 +232,7 @@ fn wrong_membranes_are_told_what_and_where() {
 
 /// Two quadrilaterals and a triangle stay what they are; a pentagon is no element.
 #[test]
-fn faces_of_an_obj_file_are_elements() {
+fn faces_of_an_obj_file_with_three_or_four_corners_become_elements() {
     let folder = tempfile::tempdir().unwrap();
     let shape: MembraneShape = toml::from_str("shape = \"file\"\npath = \"a.obj\"").unwrap();
     let read = |faces: &str| {
@@ -255,7 +256,7 @@ fn problems(facets: &Facets) -> Vec<Problem> {
 }
 
 #[test]
-fn the_check_names_what_was_broken() {
+fn the_check_of_a_mesh_finds_every_kind_of_defect() {
     let mut inverted = sheet();
     inverted.elements[5].reverse();
     assert_eq!(problems(&inverted), [Problem::Inverted { element: 5, neighbour: 1 }]);

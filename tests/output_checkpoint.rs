@@ -1,4 +1,4 @@
-//! Checkpoints against what happens to them: kills, full disks, damage, other cases.
+//! Checkpoints: bit-exact restoration; killed writers, full disks, damaged files, other cases and versions.
 
 use lateen::error::Error;
 use lateen::math::{SymTensor, Vector};
@@ -107,13 +107,13 @@ fn two_generations_are_kept() {
 }
 
 #[test]
-fn nothing_to_restore_is_no_error() {
+fn a_folder_without_checkpoints_restores_nothing() {
     let dir = tempfile::tempdir().unwrap();
     assert!(State::restore(&mut store(&dir.path().join("not made yet"))).unwrap().is_none());
 }
 
 #[test]
-fn a_damaged_newest_one_is_passed_over_with_a_message() {
+fn a_damaged_newest_checkpoint_is_skipped_with_a_message() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = store(dir.path());
     State::new(1000, 1.0).save(&mut store, 1);
@@ -130,7 +130,7 @@ fn a_damaged_newest_one_is_passed_over_with_a_message() {
 }
 
 #[test]
-fn the_next_save_does_not_count_a_damaged_one_as_a_generation() {
+fn a_damaged_checkpoint_is_not_counted_as_a_generation() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = store(dir.path());
     State::new(10, 1.0).save(&mut store, 1);
@@ -142,7 +142,7 @@ fn the_next_save_does_not_count_a_damaged_one_as_a_generation() {
 }
 
 #[test]
-fn when_all_are_damaged_the_error_names_them() {
+fn an_error_names_all_checkpoints_when_all_are_damaged() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = store(dir.path());
     for step in 1..=2 {
@@ -155,11 +155,11 @@ fn when_all_are_damaged_the_error_names_them() {
 }
 
 #[test]
-fn a_kill_before_the_rename_leaves_the_older_one_in_use() {
+fn a_partial_file_of_a_killed_writer_is_ignored() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = store(dir.path());
     let path = State::new(10, 1.0).save(&mut store, 1);
-    // What a killed writer leaves: a temporary file, whole or not, that was never renamed.
+    // A killed writer leaves a temporary file, complete or not, that was never renamed.
     let whole = fs::read(&path).unwrap();
     fs::write(dir.path().join("step-000000000002.checkpoint.partial"), &whole[..whole.len() / 2]).unwrap();
     assert_eq!(State::restore(&mut store).unwrap().unwrap().bits(), State::new(10, 1.0).bits());
@@ -168,7 +168,7 @@ fn a_kill_before_the_rename_leaves_the_older_one_in_use() {
 
 #[cfg(unix)]
 #[test]
-fn a_failed_save_keeps_the_older_ones() {
+fn a_failed_save_keeps_older_checkpoints() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = store(dir.path());
     State::new(10, 1.0).save(&mut store, 1);
@@ -185,7 +185,7 @@ fn a_failed_save_keeps_the_older_ones() {
 }
 
 #[test]
-fn another_case_is_an_error_and_not_passed_over() {
+fn a_checkpoint_of_another_case_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     State::new(10, 1.0).save(&mut store(dir.path()), 1);
     let error = State::restore(&mut Checkpoints::new(dir.path(), "case-2")).unwrap_err();
@@ -193,7 +193,7 @@ fn another_case_is_an_error_and_not_passed_over() {
 }
 
 #[test]
-fn another_version_is_an_error_that_says_which_to_use() {
+fn a_checkpoint_of_another_version_is_an_error_that_names_it() {
     let dir = tempfile::tempdir().unwrap();
     let path = State::new(10, 1.0).save(&mut store(dir.path()), 1);
     let bytes = fs::read(&path).unwrap();
@@ -226,7 +226,7 @@ fn a_model_with_other_columns_is_an_error_that_names_one() {
     assert_eq!((energy, state), (vec![0.0; 3], State::default()), "nothing was replaced");
 }
 
-/// What has its size from the model is held against it before anything is read.
+/// The sizes of columns that the model fixes are compared before any column is read.
 #[test]
 fn a_column_of_another_size_is_an_error_that_names_it() {
     let dir = tempfile::tempdir().unwrap();

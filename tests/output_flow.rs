@@ -1,4 +1,4 @@
-//! What a run of PFEM-2 shows of itself: the pressure of the start, values between nodes, impulses over a window.
+//! Outputs of PFEM-2 runs: the pressure at the start, values between nodes, impulses over a window of time.
 
 use lateen::case::{Case, Source};
 use lateen::output::history::Table;
@@ -62,9 +62,9 @@ fn history(home: &Path, name: &str) -> Table {
     Table::read(&home.join(format!("history/{name}.csv"))).unwrap()
 }
 
-/// Every row, the first one included; the place is no node of a mesh of 3 × 3 cells.
+/// ρ g (1 − y) in every row; the place lies between the nodes of a mesh of 3 × 3 cells.
 #[test]
-fn water_at_rest_has_its_pressure_from_the_start() {
+fn water_at_rest_has_the_hydrostatic_pressure_from_the_first_row_on() {
     for scheme in ["", "scheme = { kind = \"backward-euler\" }\n"] {
         let home = tempfile::tempdir().unwrap();
         go(&REST.replace("[pfem2]\n", &format!("[pfem2]\n{scheme}")), home.path(), Existing::Refuse);
@@ -80,9 +80,9 @@ fn water_at_rest_has_its_pressure_from_the_start() {
     }
 }
 
-/// 0.16 s at a steady pressure, whose ends lie within steps.
+/// Both ends of the window of 0.16 s lie within steps.
 #[test]
-fn an_impulse_is_over_its_window() {
+fn the_impulse_of_a_steady_pressure_is_pressure_times_time() {
     let home = tempfile::tempdir().unwrap();
     go(REST, home.path(), Existing::Refuse);
     let table = history(home.path(), "impulse");
@@ -95,7 +95,7 @@ fn an_impulse_is_over_its_window() {
 }
 
 #[test]
-fn what_is_adjusted_is_said() {
+fn cells_that_do_not_divide_the_box_are_reported() {
     let model = case(REST).model().unwrap();
     let said = model.summary.notes.join("\n");
     assert!(said.contains("no whole number of cells of 0.3 m; there are 3 of 0.333333 m along x, 3 of"), "{said}");
@@ -113,9 +113,9 @@ at = ["0.03 m", "0.31 m"]
 impulse = ["0.11 s", "0.27 s"]
 "#;
 
-/// A slosh, stopped within the window and resumed.
+/// Sloshing, stopped within the window and resumed; the reference is the uninterrupted run.
 #[test]
-fn a_resumed_run_goes_on_with_its_impulse() {
+fn an_impulse_continues_bit_for_bit_after_a_resumption() {
     let text = format!("{FLOW}{PRESSED}");
     let short = text.replace("end = \"0.4 s\"", "end = \"0.2 s\"");
     let [whole, parts] = [(); 2].map(|()| tempfile::tempdir().unwrap());
@@ -131,7 +131,7 @@ fn a_resumed_run_goes_on_with_its_impulse() {
 
 /// An impulse that is asked for within its window has no value; one that is no longer asked for is dropped.
 #[test]
-fn outputs_may_change_between_two_parts_of_a_run() {
+fn outputs_may_be_added_and_dropped_when_a_run_is_resumed() {
     let short = FLOW.replace("end = \"0.4 s\"", "end = \"0.2 s\"");
     let home = tempfile::tempdir().unwrap();
     go(&short, home.path(), Existing::Refuse);

@@ -1,4 +1,5 @@
-//! Pictures of scenes whose look is known. They stay in the target directory (`tmp/pictures`) for a look.
+//! Pictures of scenes whose look is known. They stay in the target directory (`tmp/pictures`) to be looked at: most of a picture has no
+//! other reference than the eye.
 
 use lateen::output::image::Image;
 use lateen::output::picture::{Corners, Obstacle};
@@ -132,15 +133,27 @@ fn pixel(image: &Image, x: f64, y: f64) -> [u8; 3] {
     std::array::from_fn(|c| image.pixels[3 * at + c])
 }
 
+/// The fast top of a drop over a sheet at rest, in published colours (viridis begins with 68, 1, 84); the same in plain colours, and cut
+/// open, when the near half of the sheet is gone.
 #[test]
-fn a_drop_on_a_sheet() {
+fn pictures_show_bodies_and_sheets_in_the_colours_of_their_field() {
     let model = Model::drop(4.5e-3, 0.8, 3e-3);
     let image = render(&model, "drop", &picture(&model, BOX, "field = \"speed\"\nview = [1, -2, 0.9]"));
     assert_eq!((image.width, image.height), (1280, 960));
-    render(&model, "drop-plain", &picture(&model, BOX, "frame = \"start\"\nview = [1, -2, 0.9]\nsize = [640, 480]"));
+    assert_eq!(pixel(&image, 0.98, 0.98), [255; 3], "nothing is white");
+    let [rest, top] = [pixel(&image, 0.3, 0.6), pixel(&image, 0.5, 0.4)];
+    assert!(rest.iter().zip([68, 1, 84]).all(|(&shown, viridis)| shown.abs_diff(viridis) < 8), "{rest:?}");
+    assert!(top[1] > 150 && top[2] < 110, "8 m/s of 10 is yellow-green: {top:?}");
+    let plain = picture(&model, BOX, "frame = \"start\"\nview = [1, -2, 0.9]\nsize = [640, 480]");
+    let plain = render(&model, "drop-plain", &plain);
+    let [drop, sheet] = [pixel(&plain, 0.5, 0.45), pixel(&plain, 0.3, 0.6)];
+    assert!(drop[2] > drop[0] && sheet[0] > sheet[2], "a blue drop on an orange sheet: {drop:?} {sheet:?}");
     let cut = "field = \"speed\"\nplain = [\"sheet\"]\nopacity = 0.5\ncut = { normal = [0, -1, 0] }\nmap = \"inferno\"\n\
                range = [0, 10]\nsize = [640, 480]\nframe = { lower = [-0.012, -0.012, -0.006], upper = [0.012, 0.012, 0.01] }";
-    render(&model, "drop-cut", &picture(&model, BOX, cut));
+    let cut = render(&model, "drop-cut", &picture(&model, BOX, cut));
+    assert_eq!(pixel(&cut, 0.3, 0.6), [255; 3], "the near half of the sheet is cut off");
+    let [middle, top] = [pixel(&cut, 0.5, 0.5), pixel(&cut, 0.5, 0.4)];
+    assert!(top[0] > middle[0] && top[2] < middle[2], "inferno goes from violet to yellow: {middle:?} {top:?}");
 }
 
 #[test]
@@ -171,7 +184,7 @@ fn pictures_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn what_is_not_finite_is_left_out() {
+fn values_that_are_not_finite_never_panic_the_renderer() {
     let mut model = Model::drop(4.5e-3, 1.0, 0.0);
     model.particles[0] = [f64::NAN, 0.0, f64::INFINITY];
     model.speed[1] = f64::NAN;
@@ -202,7 +215,7 @@ fn unknown_names_and_impossible_values_are_errors_at_their_key() {
 }
 
 #[test]
-fn a_resumed_run_numbers_its_pictures_on() {
+fn a_resumed_run_continues_the_numbers_of_its_pictures() {
     let dir = tempfile::tempdir().unwrap();
     let model = Model::dam();
     let run = |resume: Option<f64>, times: &[f64]| {

@@ -1,5 +1,5 @@
 //! Plots of histories and of the energy balance. The files stay in the target directory (`tmp/plots`)
-//! for a look.
+//! to be looked at.
 
 use lateen::output::image::Image;
 use lateen::output::plot::{Axis, Data, PlotSpec, Reference, Series, Shape, plot_run, to_image, to_svg};
@@ -67,7 +67,7 @@ fn curve(y: impl Fn(f64) -> f64) -> Data {
 }
 
 #[test]
-fn plots_are_the_same_every_time_and_survive_odd_numbers() {
+fn plots_are_reproducible_and_hold_no_nan() {
     let odd: [(&str, Data); 5] = [
         ("constant", curve(|_| 0.25)),
         ("zero", curve(|_| 0.0)),

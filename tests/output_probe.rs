@@ -63,7 +63,7 @@ impl Model {
 }
 
 #[test]
-fn reductions_of_the_rectangle() {
+fn reductions_over_a_rectangle_are_those_by_hand() {
     let model = Model::new();
     let value = |keys: &str| model.read(&format!("of = \"water\"\n{keys}")).1;
     assert_eq!(value("reduce = \"top\""), [5.0]);
@@ -99,7 +99,7 @@ fn heads_name_components_and_units() {
 }
 
 #[test]
-fn a_probe_follows_its_particle_through_sorting_and_loss() {
+fn a_probe_follows_its_particle_and_shows_nan_once_it_is_gone() {
     let mut model = Model::new();
     let probe = model.probe(3, "of = \"water\"\nat = [1.9, 0.9, 5]\nquantity = \"displacement\"").unwrap();
     model.position[2][0] += 0.25;
@@ -113,7 +113,7 @@ fn a_probe_follows_its_particle_through_sorting_and_loss() {
 }
 
 #[test]
-fn a_place_of_a_sheet_is_a_place_of_its_reference_state() {
+fn a_place_on_a_membrane_refers_to_its_reference_configuration() {
     let mut model = Model::new();
     model.nodes = vec![[9.0; 3], [9.0; 3], [7.0, 8.0, 9.0], [9.0; 3]];
     assert_eq!(model.read("of = \"sheet\"\nat = [1, 1, 0]").1, [7.0, 8.0, 9.0]);
@@ -122,7 +122,7 @@ fn a_place_of_a_sheet_is_a_place_of_its_reference_state() {
 
 /// A field that is linear in the place, and one that is bilinear: both are met between the nodes.
 #[test]
-fn a_place_between_nodes_has_what_its_element_interpolates() {
+fn a_place_between_nodes_shows_the_interpolated_value() {
     let mut model = Model::new();
     let linear = |x: &[f64; 3]| [10.0 + x[0], 20.0 + 3.0 * x[1], x[0] * x[1]];
     model.nodes = model.reference.iter().map(linear).collect();
@@ -135,7 +135,7 @@ fn a_place_between_nodes_has_what_its_element_interpolates() {
 }
 
 #[test]
-fn a_probe_says_what_it_adjusts() {
+fn a_probe_reports_the_point_it_took_instead() {
     let model = Model::new();
     let said = |keys: &str| model.probe(3, keys).unwrap().adjusted().unwrap_or_default();
     assert_eq!(said("of = \"sheet\"\nat = [0.25, 0.5, 0]"), "");
@@ -208,7 +208,7 @@ fn histories_are_the_same_after_a_resume() {
 
 /// The reference of keys names the reductions that read a weight, and no other.
 #[test]
-fn the_description_of_a_weight_is_true() {
+fn the_description_of_weight_names_the_reductions_that_read_it() {
     let schema = serde_json::to_value(schemars::schema_for!(ProbeSpec)).unwrap();
     let text = schema["properties"]["weight"]["description"].as_str().unwrap();
     let model = Model::new();

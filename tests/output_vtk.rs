@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::process::Command;
 
-/// What a Python without VTK exits with.
+/// Exit code of `vtk_readback.py` where VTK is not installed.
 const NOT_INSTALLED: i32 = 77;
 
 /// A cloud of particles and a strip of a quadrilateral, a triangle and a segment.
@@ -138,7 +138,7 @@ fn vtk_reads_back_single_precision_to_seven_digits() {
 
 /// A tetrahedron has four nodes, as a quadrilateral has; VTK's own numbers are 10 and 9 (*VTK File Formats*, fig. 2).
 #[test]
-fn tetrahedra_are_no_quadrilaterals() {
+fn elements_of_a_volume_with_four_nodes_are_tetrahedra() {
     let directory = tempfile::tempdir().unwrap();
     let nodes = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]];
     let elements: [&[u32]; 2] = [&[0, 1, 2, 3], &[1, 2, 3, 4]];

@@ -1,4 +1,4 @@
-//! Flow between plates, whose solution is known everywhere: what an outlet does to it, and what walls hold.
+//! Plane Poiseuille flow, with its exact solution: disturbance by outlets, and forces on the walls.
 
 use lateen::linalg::Options;
 use lateen::material::Viscosity;
@@ -73,12 +73,12 @@ fn disturbed(outlet: Condition<2>) -> (f64, f64) {
 
 /// On this lattice the differences of a parabola are exact at the nodes, so only an outlet can disturb it.
 #[test]
-fn a_developed_flow_leaves_without_a_trace() {
+fn outlets_leave_plane_poiseuille_flow_undisturbed() {
     for outlet in [Condition::Outlet, Condition::Pressure(0.0.into())] {
         let (velocity, pressure) = disturbed(outlet);
         assert!(velocity < 1e-10 && pressure < 1e-9, "{velocity:e} {pressure:e}");
     }
-    // Freedom from traction is another condition: with it the flow flares.
+    // A traction-free end is another condition, with which the flow diverges.
     assert!(disturbed(Condition::Traction([0.0.into(), 0.0.into()])).0 > 1e-3);
 }
 
@@ -126,7 +126,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
 /// The deviation from the profile falls with the square of the mesh, at the outlet as elsewhere. In balance the
 /// reactions of walls and inlet add up to nothing, within the same error of the shear on the walls, 2 · 4 μ L.
 #[test]
-fn particles_keep_the_profile_from_inlet_to_outlet() {
+fn the_error_of_plane_poiseuille_flow_is_of_second_order() {
     let ((middle, end, net), (fine, fine_end, fine_net)) = (carried(8), carried(16));
     assert!((middle / fine).log2() > 1.9 && (end / fine_end).log2() > 1.9, "{middle:e} {end:e} {fine:e} {fine_end:e}");
     assert!(middle < 1.0 / 64.0 && end < 1.0 / 64.0, "{middle:e} {end:e}");

@@ -1,4 +1,4 @@
-//! Means and centres of a fluid of PFEM-2 are over the region that it fills on the mesh, against polygons and a cut cube.
+//! Integrals over a fluid of PFEM-2 extend over the region that it fills on the mesh: exact for polygons and a cut cube.
 
 use lateen::case::{Case, Source};
 use lateen::output::{Probe, ProbeSpec, UnitLabels};
@@ -44,7 +44,7 @@ kind = "slip"
     case.build().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What a probe of the water says.
+/// The values of a probe of the water with these keys.
 fn probed(solver: &dyn Solver, keys: &str) -> Vec<f64> {
     let spec: ProbeSpec = toml::from_str(&format!("name = \"p\"\nof = \"water\"\n{keys}")).unwrap();
     let snapshot = solver.snapshot();
@@ -57,12 +57,12 @@ fn close(found: &[f64], exact: &[f64]) {
     assert!(off < 1e-9, "{found:?} instead of {exact:?}");
 }
 
-/// What is below y = 0.31 + 0.2 x.
+/// The region below y = 0.31 + 0.2 x.
 const BELOW: &str = "{ shape = \"polygon\", corners = [[-5, -5], [5, -5], [5, 1.31], [-5, -0.69]] }";
 
 /// Below y = 0.31 + 0.2 x stands a trapezium: area 0.41, ∫x = 0.31/2 + 0.2/3, ∫y = ½ ∫(0.31 + 0.2 x)² dx.
 #[test]
-fn a_trapezium_has_its_centre_area_and_mean_velocity() {
+fn integrals_over_a_fluid_are_exact_for_a_trapezium() {
     let solver = fluids(2, 1.0 / 9.0, BELOW);
     let pfem = solver.as_ref();
     let area = 0.41;
@@ -80,9 +80,9 @@ fn a_trapezium_has_its_centre_area_and_mean_velocity() {
     close(&probed(pfem, "reduce = \"sum\"\nquantity = \"velocity\"\nweight = \"mass\""), &momentum);
 }
 
-/// A box cuts elements, too: of the trapezium what is between x = 0.23 and 0.57, above y = 0.15.
+/// `within` cuts elements: the part of the trapezium between x = 0.23 and 0.57, above y = 0.15.
 #[test]
-fn a_box_cuts_the_region() {
+fn integrals_over_a_fluid_within_a_box_are_exact() {
     let solver = fluids(2, 1.0 / 9.0, BELOW);
     let pfem = solver.as_ref();
     let within = "within = { lower = [0.23, 0.15], upper = [0.57, 2.0] }\n";
@@ -97,7 +97,7 @@ fn a_box_cuts_the_region() {
 
 /// A plane through the middle halves a cube. Below x + y + z = 3/2 is a corner of 27/48, less three of 1/48 beyond the cube.
 #[test]
-fn half_a_cube_has_its_centre() {
+fn integrals_over_a_fluid_are_exact_for_half_a_cube() {
     let solver = fluids(3, 1.0 / 3.0, "{ shape = \"half-space\", point = [0.5, 0.5, 0.5], normal = [1, 1, 1] }");
     let pfem = solver.as_ref();
     close(&probed(pfem, "reduce = \"sum\"\nquantity = \"volume\""), &[0.5]);

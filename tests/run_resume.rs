@@ -1,4 +1,4 @@
-//! What a run goes on from, and what it does not.
+//! Resuming runs: changed cases, missing histories, altered checkpoints.
 
 use lateen::Error;
 use lateen::case::{Case, Source};
@@ -59,7 +59,7 @@ fn told(text: &str, home: &Path) -> String {
 }
 
 #[test]
-fn a_changed_case_is_told_by_its_keys() {
+fn resuming_a_changed_case_is_refused_with_the_changed_keys() {
     let home = tempfile::tempdir().unwrap();
     go(BALL, home.path(), Existing::Refuse).unwrap();
     let changed = BALL.replace("cell = \"20 mm\"", "cell = \"40 mm\"").replace("young = 1e5", "young = 2e5");
@@ -78,9 +78,9 @@ fn a_changed_case_is_told_by_its_keys() {
     go(&BALL.replace("20 ms", "24 ms"), home.path(), Existing::Resume).expect("the end may be another");
 }
 
-/// Liquids show a pressure that isn't there before the first step.
+/// Liquids have a column of pressures that doesn't exist before the first step.
 #[test]
-fn a_liquid_on_a_sheet_goes_on() {
+fn a_liquid_on_a_sheet_is_resumed() {
     let home = tempfile::tempdir().unwrap();
     let solid = "material = { law = \"hypoelastic\", density = 1000, young = 1e5, poisson = 0.3 }";
     let eos = "eos = { kind = \"tait\", sound-speed = 20 }";
@@ -92,7 +92,7 @@ fn a_liquid_on_a_sheet_goes_on() {
 }
 
 #[test]
-fn histories_that_are_gone_are_missed() {
+fn resuming_without_a_history_is_refused() {
     let home = tempfile::tempdir().unwrap();
     go(BALL, home.path(), Existing::Refuse).unwrap();
     let longer = BALL.replace("20 ms", "24 ms");
@@ -116,7 +116,7 @@ fn histories_that_are_gone_are_missed() {
 }
 
 #[test]
-fn a_run_that_begins_anew_leaves_its_case() {
+fn resuming_before_the_first_checkpoint_begins_anew() {
     let home = tempfile::tempdir().unwrap();
     drop(RunDirectory::new(home.path()).prepare(Existing::Refuse).unwrap());
     go(BALL, home.path(), Existing::Resume).expect("killed before its first checkpoint");
@@ -196,9 +196,9 @@ impl State {
 /// Columns of a checkpoint: name, place in the file, contents.
 type RawColumns = Vec<(String, usize, Raw)>;
 
-/// Checkpoints whose checksums fit and whose contents don't: each column in turn is shorter, longer, full of ones, twice there
-/// or not there. Nothing panics; what has another size is refused.
-fn forged_columns_are_refused(text: &str, longer: &str) {
+/// Checkpoints with valid checksums and wrong contents: each column in turn is missing, of another type, cut, full of ones or empty, and
+/// one is added. Columns that are missing, cut or of another type are refused; nothing panics.
+fn altered_columns_are_refused(text: &str, longer: &str) {
     let home = tempfile::tempdir().unwrap();
     go(text, home.path(), Existing::Refuse).unwrap();
     let honest = State::read(text, home.path());
@@ -227,14 +227,14 @@ fn forged_columns_are_refused(text: &str, longer: &str) {
         };
         refuse("gone", &|columns| drop(columns.remove(n)));
         refuse("of another kind", &|columns| columns[n].2.kind = if columns[n].2.kind == "u8" { "i8" } else { "u8" });
-        // What may have any size has none that is wrong by itself.
+        // A column of free size can't have a wrong one.
         if !(data.bytes.is_empty() || name.starts_with("loop/") || name.contains("side:")) {
             refuse("cut", &|columns| {
                 let (_, components, data) = &mut columns[n];
                 data.bytes.truncate(data.bytes.len() - *components * data.number);
             });
         }
-        // Whatever comes of it, it is told.
+        // Any outcome but a panic is right: the values themselves can't be checked.
         let _ = forge(&|columns| columns[n].2.bytes.fill(0xff));
         let _ = forge(&|columns| columns[n].2.bytes.clear());
     }
@@ -249,20 +249,20 @@ fn forged_columns_are_refused(text: &str, longer: &str) {
 }
 
 #[test]
-fn forged_checkpoints_of_material_points_are_refused() {
-    forged_columns_are_refused(BALL, &BALL.replace("20 ms", "22 ms"));
+fn altered_columns_of_a_checkpoint_of_material_points_are_refused() {
+    altered_columns_are_refused(BALL, &BALL.replace("20 ms", "22 ms"));
 }
 
 #[test]
-fn forged_checkpoints_of_a_flow_are_refused() {
+fn altered_columns_of_a_checkpoint_of_a_flow_are_refused() {
     let small = FLOW.replace("cell = \"0.1 m\"", "cell = \"0.25 m\"").replace("0.4 s", "0.04 s");
     let small = small.replace("fields = \"0.2 s\"", "fields = \"1 s\"");
-    forged_columns_are_refused(&small, &small.replace("end = \"0.04 s\"", "end = \"0.08 s\""));
+    altered_columns_are_refused(&small, &small.replace("end = \"0.04 s\"", "end = \"0.08 s\""));
 }
 
 #[cfg(unix)]
 #[test]
-fn a_pipe_is_no_checkpoint_and_no_table() {
+fn pipes_and_devices_are_refused_as_checkpoints_and_tables() {
     let home = tempfile::tempdir().unwrap();
     go(BALL, home.path(), Existing::Refuse).unwrap();
     let pipe = home.path().join("checkpoint/step-000999999999.checkpoint");

@@ -58,7 +58,7 @@ fn neighbours_are_mutual_and_share_their_facet() {
 }
 
 #[test]
-fn wrong_meshes_are_told_which_element() {
+fn wrong_meshes_are_errors_with_their_element() {
     let nodes = || vec![Vector([0.0, 0.0]), Vector([1.0, 0.0]), Vector([0.0, 1.0]), Vector([2.0, 0.0])];
     let told = |elements: Vec<[u32; 3]>| Mesh::<2, 3>::new(nodes(), elements).unwrap_err();
     assert!(told(vec![[0, 1, 2], [0, 2, 1]]).contains("element 1 at (0.333333, 0.333333) m is inverted: its"));
@@ -72,7 +72,7 @@ fn wrong_meshes_are_told_which_element() {
 }
 
 #[test]
-fn gmsh_volumes_and_their_named_boundaries() {
+fn meshes_from_gmsh_have_their_volume_and_named_boundaries() {
     let bytes =
         std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/gmsh/plate-4.1-binary.msh")).unwrap();
     let file = parse(&bytes).unwrap();
@@ -104,7 +104,7 @@ proptest! {
     }
 
     #[test]
-    fn points_are_found_where_they_are_from_any_guess(x in prop::array::uniform2(-0.5..2.5f64), guess in 0..150usize) {
+    fn points_are_located_from_any_starting_element(x in prop::array::uniform2(-0.5..2.5f64), guess in 0..150usize) {
         let mesh = l_shape();
         let inside = |x: f64| (0.0..=2.0).contains(&x);
         let expected = inside(x[0]) && inside(x[1]) && !(x[0] > 1.0 && x[1] > 1.0);
@@ -123,7 +123,7 @@ proptest! {
     }
 
     #[test]
-    fn bins_and_walk_agree_in_3d(x in prop::array::uniform3(0.0..1.0f64), guess in 0..360usize) {
+    fn search_by_bins_and_by_walking_agree_in_3d(x in prop::array::uniform3(0.0..1.0f64), guess in 0..360usize) {
         let mesh = cube();
         let x = Vector([x[0], 2.0 * x[1], 3.0 * x[2]]);
         let locator = Locator::new(&mesh);

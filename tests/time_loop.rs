@@ -16,7 +16,7 @@ use std::time::Duration;
 struct Oscillator {
     /// Position and velocity.
     state: Vec<f64>,
-    /// That gave the velocity its last change.
+    /// The force of the last step.
     force: f64,
     fails_at: f64,
     interrupts: Option<(f64, Arc<AtomicBool>)>,
@@ -145,7 +145,7 @@ fn simulation(solver: Oscillator, plan: Plan, rows: &Rows, saved: &Saved) -> Sim
 }
 
 #[test]
-fn monitors_see_the_start_their_times_and_the_end() {
+fn monitors_are_called_at_the_start_at_multiples_of_their_interval_and_at_the_end() {
     let rows = Rows::default();
     let plan = Plan { end: 1.05, ..PLAN };
     simulation(Oscillator::new(), plan, &rows, &Saved::default()).run().unwrap();
@@ -183,7 +183,7 @@ fn an_interrupted_and_resumed_run_is_bit_identical() {
         run.resume().unwrap();
         assert!(matches!(run.run(), Err(Error::Interrupted)));
         assert!(run.clock().time >= stop_at && run.clock().time < stop_at + 0.03);
-        // What a killed run wrote after its checkpoint is dropped on resume.
+        // Rows that a killed run wrote after its checkpoint are dropped on resume.
         parts.borrow_mut().push((stop_at + 0.05, 99.0));
     }
     let mut last = simulation(Oscillator::new(), PLAN, &parts, &saved);
@@ -195,7 +195,7 @@ fn an_interrupted_and_resumed_run_is_bit_identical() {
 }
 
 #[test]
-fn a_failed_step_says_which_one_and_leaves_the_last_checkpoint() {
+fn a_failed_step_has_its_number_and_leaves_the_last_checkpoint() {
     let (rows, saved) = (Rows::default(), Saved::default());
     let solver = Oscillator { fails_at: 0.5, ..Oscillator::new() };
     let plan = Plan { checkpoint_every: Duration::ZERO, ..PLAN };
@@ -209,7 +209,7 @@ fn a_failed_step_says_which_one_and_leaves_the_last_checkpoint() {
 
 /// The oscillator falls between two outputs, long after its last checkpoint.
 #[test]
-fn a_failed_run_goes_back_to_its_last_good_state() {
+fn a_failed_run_returns_to_the_state_before_the_failed_step() {
     let (every, once) = (Saved::default(), Saved::default());
     let (rows, fails_at) = (Rows::default(), 0.573);
     let each_step = Plan { checkpoint_every: Duration::ZERO, ..PLAN };
@@ -251,17 +251,18 @@ fn a_fixed_step_that_becomes_unstable_stops_the_run() {
 }
 
 #[test]
-fn a_fixed_step_is_kept() {
+fn a_fixed_step_that_divides_the_end_is_taken_as_it_is() {
     let plan = Plan { end: 1.0, step: Some(0.01), ..PLAN };
     let summary = simulation(Oscillator::new(), plan, &Rows::default(), &Saved::default()).run().unwrap();
     assert_eq!((summary.steps, summary.particle_steps), (100, 100));
 }
 
 #[test]
-fn checkpoints_follow_the_wall_clock() {
-    let saved = Saved::default();
-    let plan = Plan { checkpoint_every: Duration::ZERO, ..PLAN };
-    let mut run = simulation(Oscillator::new(), plan, &Rows::default(), &saved);
-    run.step().unwrap();
-    assert!(!saved.borrow().is_empty());
+fn a_step_saves_a_checkpoint_only_after_the_interval_of_the_wall_clock() {
+    for (checkpoint_every, is_saved) in [(Duration::ZERO, true), (Duration::MAX, false)] {
+        let saved = Saved::default();
+        let mut run = simulation(Oscillator::new(), Plan { checkpoint_every, ..PLAN }, &Rows::default(), &saved);
+        run.step().unwrap();
+        assert_eq!(!saved.borrow().is_empty(), is_saved, "{checkpoint_every:?}");
+    }
 }

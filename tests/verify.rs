@@ -38,7 +38,7 @@ fn folder(home: &tempfile::TempDir, history: &str) -> Folder {
 }
 
 #[test]
-fn a_history_is_held_against_the_band_with_the_tolerance_of_the_level() {
+fn a_history_is_compared_with_the_band_of_curves_within_the_tolerance_of_the_level() {
     let home = tempfile::tempdir().unwrap();
     let folder = folder(&home, "time [s],z [m]\n0,0\n0.5,-0.7\n1,-1.25\n");
     let expected = verify::expected(&folder).unwrap().unwrap();
@@ -50,7 +50,7 @@ fn a_history_is_held_against_the_band_with_the_tolerance_of_the_level() {
 }
 
 #[test]
-fn curves_are_drawn_as_a_band_or_as_points() {
+fn two_curves_are_drawn_as_a_band_and_one_as_points() {
     use lateen::output::plot::Shape;
     let home = tempfile::tempdir().unwrap();
     let folder = folder(&home, "time [s],z [m]\n");
@@ -61,7 +61,7 @@ fn curves_are_drawn_as_a_band_or_as_points() {
 }
 
 #[test]
-fn overrides_are_what_the_command_line_would_set() {
+fn overrides_of_a_level_are_those_of_the_command_line() {
     let home = tempfile::tempdir().unwrap();
     let expected = verify::expected(&folder(&home, "")).unwrap().unwrap();
     let pairs = expected.effort(Level::Quick).overrides();
@@ -70,7 +70,7 @@ fn overrides_are_what_the_command_line_would_set() {
 }
 
 #[test]
-fn a_history_that_is_not_there_is_an_error() {
+fn a_missing_history_is_an_error_that_lists_the_written_ones() {
     let home = tempfile::tempdir().unwrap();
     let folder = folder(&home, "");
     fs::remove_file(home.path().join("centre.csv")).unwrap();

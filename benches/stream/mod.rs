@@ -1,4 +1,4 @@
-//! What the memory of this machine can do: the triad a = b + s c over arrays far larger than a core's cache.
+//! Bandwidth of the memory of this machine: the triad a = b + s c over arrays far larger than a core's cache.
 
 use std::hint::black_box;
 

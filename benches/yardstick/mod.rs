@@ -1,4 +1,4 @@
-//! The plain loop that any code could have: a dense grid, particles one at a time, unsorted, nothing else.
+//! The plain loop as a yardstick: a dense grid, particles one at a time, unsorted, no ledger.
 
 use lateen::math::Vector;
 use lateen::mpm::KernelKind;
@@ -18,7 +18,7 @@ pub struct Column {
     nodes: Vec<[f64; 7]>,
 }
 
-/// In which order the plain loop meets the particles.
+/// The order in which the plain loop visits the particles.
 #[derive(Clone, Copy)]
 pub enum Order {
     /// Row by row, as they were made: neighbours are in the cache.

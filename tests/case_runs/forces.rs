@@ -1,4 +1,4 @@
-//! One sign of forces in all histories: what rests on something presses it down with its weight, in both methods.
+//! One sign of forces in all histories, that of the force on the wall, obstacle or support: a weight at rest gives −m g in both methods.
 
 use super::history;
 use lateen::output::history::Table;
@@ -42,7 +42,7 @@ const RUBBER: &str = "material = { law = \"neo-hookean\", density = 1000, young 
 const LIQUID: &str = "material = { law = \"fluid\", density = 1000, eos = { kind = \"linear\", sound-speed = 30, tensile-strength = 1e6 } }";
 
 #[test]
-fn material_points_press_their_floor_down() {
+fn the_force_on_a_wall_of_the_grid_is_the_weight_downwards() {
     let region = "region = { shape = \"box\", lower = [0, 0], upper = [0.4, 1] }";
     for law in [RUBBER, LIQUID] {
         let table = history(&material_points(&format!("{region}\n{law}"), ""), "wall-bottom");
@@ -53,7 +53,7 @@ fn material_points_press_their_floor_down() {
 }
 
 #[test]
-fn material_points_press_an_obstacle_down() {
+fn the_force_on_an_obstacle_is_the_weight_downwards() {
     let floor = "[[obstacle]]\nname = \"step\"\nregion = { shape = \"box\", lower = [-1, -1], upper = [2, 0.4] }\n\
                  kind = \"separate\"";
     let region = "region = { shape = \"box\", lower = [0, 0.4], upper = [0.4, 1.4] }";
@@ -62,7 +62,7 @@ fn material_points_press_an_obstacle_down() {
 }
 
 #[test]
-fn a_fluid_on_a_mesh_presses_its_floor_down() {
+fn the_force_on_a_boundary_of_pfem2_is_the_weight_downwards() {
     const WATER: &str = r#"
 name = "column"
 method = "pfem2"
@@ -93,9 +93,9 @@ history = 0.1
     assert_eq!(table.heads[2], "fy [on bottom]");
 }
 
-/// A sheet that a pressure of 50 pushes to one side pulls its ends there with 50 × 1.
+/// A pressure of 50 on a sheet of length 1 pulls its supports in its own direction with 50 × 1.
 #[test]
-fn a_membrane_pulls_its_supports_along() {
+fn the_force_on_supports_has_the_sign_of_the_pressure_on_the_membrane() {
     for pressure in [50, -50] {
         let sheet = format!(
             r#"

@@ -1,4 +1,4 @@
-//! Small runs from the case file to the history, against what must come out.
+//! Small runs from the case file to the history, compared with closed forms.
 
 mod forces;
 mod runs;

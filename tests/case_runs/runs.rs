@@ -10,7 +10,7 @@ fn last(table: &Table, column: &str) -> f64 {
 /// A ring of radius 1 and thickness 0.01 under the pressure 0.02: σ = p r/h = 2.00, ε = σ(1 − ν²)/E = 0.005, and with both
 /// at the end 1.005048. Fields are written at times that fall between those of histories: short steps follow long ones.
 #[test]
-fn a_membrane_does_not_know_when_outputs_are_written() {
+fn a_damped_ring_reaches_its_radius_in_steps_of_varying_length() {
     const RING: &str = r#"
 name = "ring"
 dimension = 2
@@ -41,10 +41,10 @@ reduce = "mean-radius"
     assert!((radius - 1.005048).abs() < 3e-5, "{radius}");
 }
 
-/// A ball of rubber falls with 2 m/s on a prestressed sheet of aluminium, with the outputs of two kinds 1.7 µs apart at first: the
-/// sheet's nodes are never faster than what hits them, but for the waves that the blow makes.
+/// A ball of rubber hits a prestressed sheet of aluminium with 2 m/s; outputs of two kinds are 1.7 µs apart at first. A light body that a
+/// heavy one hits elastically leaves with twice its speed: no node is faster than 4 m/s, and the sheet is hit, 1 m/s at least.
 #[test]
-fn a_stiff_sheet_under_a_ball_does_not_know_either() {
+fn a_stiff_sheet_under_a_ball_gains_no_velocity_from_steps_of_varying_length() {
     const SHEET: &str = r#"
 name = "ball"
 dimension = 2
@@ -86,7 +86,7 @@ component = "magnitude"
 
 /// Mass-proportional damping far above what an explicit step could follow: v = e^(−ct).
 #[test]
-fn a_sheet_in_thick_air_comes_to_rest_and_never_turns_round() {
+fn strong_damping_by_mass_slows_a_membrane_monotonically() {
     const CHAIN: &str = r#"
 name = "chain"
 dimension = 2
@@ -119,10 +119,10 @@ component = "y"
     assert!(speeds[1] < 0.25 && speeds[19] < 1e-9, "{speeds:?}");
 }
 
-/// A column of height 1 set down on an obstacle whose face lies between nodes: under its sudden weight it swings between 0 and
-/// twice what it settles by on the mean, ρgH²/3E = 3.33 mm.
+/// A column of height 1 on an obstacle whose face lies between nodes. Its weight acts suddenly, so that its mean displacement oscillates
+/// between 0 and twice the static settlement, ρgH²/3E = 3.33 mm.
 #[test]
-fn what_rests_on_an_obstacle_between_nodes_stays_there() {
+fn a_column_on_an_obstacle_between_nodes_swings_about_its_settlement() {
     const COLUMN: &str = r#"
 name = "column"
 dimension = 2
@@ -158,10 +158,11 @@ quantity = "displacement"
     assert!(highest < 5e-4 && (lowest / -6.667e-3 - 1.0).abs() < 0.05, "{lowest} to {highest}");
 }
 
-/// Bingham's fluid between open ends: the viscosity of what doesn't flow makes the condition at the ends rule the system,
-/// of whose symmetric part a factor is no help. What takes over finds the flow that multigrid finds by itself.
+/// The high viscosity of an unyielded Bingham fluid makes the condition at open ends dominate the matrix, so that a factor of its
+/// symmetric part doesn't precondition it. The fallback of `auto` finds the same flow as multigrid alone; neither is compared with a
+/// closed form here.
 #[test]
-fn a_yield_stress_between_open_ends_is_solved() {
+fn both_solvers_agree_on_bingham_flow_between_open_ends() {
     const MUD: &str = r#"
 name = "mud"
 method = "pfem2"
@@ -203,7 +204,7 @@ at = [0.5, 1.0]
 
 /// A plug of fluid pushed by a traction 3t on a side of 1/4: the impulse to t = 1 is 3/8, and the speed 3/8 over 1/2 of mass.
 #[test]
-fn impulses_are_booked_to_second_order() {
+fn the_impulse_of_a_traction_is_booked_to_second_order() {
     const PLUG: &str = r#"
 name = "plug"
 method = "pfem2"
@@ -246,10 +247,10 @@ at = [0.5, 0.125]
     assert!((last(&history(PLUG, "middle"), "vx") - 0.75).abs() < 5e-3);
 }
 
-/// A disc of four cells' radius and mass π that spins with ω = 1: its energy, ¼ m R² ω² = π/4, stays, and its particles know the
-/// rotation from the first step on. Without gradients of the velocity at the start they lose a tenth in that step.
+/// A disc of radius 1 (four cells) and mass π that spins with ω = 1 keeps its energy, ¼ m R² ω² = π/4. Particles without velocity
+/// gradients at the start would lose a tenth in the first step.
 #[test]
-fn affine_particles_spin_from_the_first_step_on() {
+fn affine_particles_of_a_spinning_disc_keep_their_energy_from_the_first_step() {
     const DISC: &str = r#"
 name = "disc"
 dimension = 2

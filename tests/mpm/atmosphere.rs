@@ -20,14 +20,14 @@ fn column(n: i32, [pressure, ambient]: [f64; 2], velocity: impl Fn(Vector<2>) ->
     start(setup)
 }
 
-/// How much longer the column is than at the start, by what its particles stand for.
+/// Growth of the length of the column since the start, from the volumes of its particles.
 fn growth(mpm: &Mpm<2>, n: i32) -> f64 {
     field(mpm, "volume").iter().sum::<f64>() * f64::from(n) / f64::from(WIDE) - 1.0
 }
 
 /// An open pipe: a closed and a free end make the period 4 L/c, with c of the absolute pressure.
 #[test]
-fn a_column_in_air_rings_as_an_open_pipe() {
+fn a_gas_column_in_an_atmosphere_has_the_period_of_an_open_pipe() {
     let n = 20;
     let mode = |x: Vector<2>| Vector([0.01 * (0.5 * std::f64::consts::PI * x[0]).sin(), 0.0]);
     let mut mpm = column(n, [1.0, 1.0], mode);
@@ -49,8 +49,9 @@ fn a_column_in_air_rings_as_an_open_pipe() {
     assert!((largest / 0.006_366 - 1.0).abs() < 0.01, "{largest}");
 }
 
-/// What the atmosphere does to a column at another pressure whose end moves with the speed u, until waves come back from the wall.
-fn pushes([pressure, ambient]: [f64; 2], u: f64, [end, tolerance]: [f64; 2]) {
+/// Compares the work of the atmosphere on a column at another pressure, whose end moves with the speed u until waves return from the
+/// wall, with −p_a A u t.
+fn work_of_the_atmosphere([pressure, ambient]: [f64; 2], u: f64, [end, tolerance]: [f64; 2]) {
     let n = 80;
     let mut mpm = column(n, [pressure, ambient], |_| Vector::ZERO);
     run(&mut mpm, end, 1.0, |_, _, _| {}).unwrap();
@@ -70,12 +71,12 @@ fn pushes([pressure, ambient]: [f64; 2], u: f64, [end, tolerance]: [f64; 2]) {
 
 /// From twice the pressure of the atmosphere a rarefaction runs into the gas: u = 2c/(γ − 1) (1 − (p_a/p)^((γ−1)/2γ)).
 #[test]
-fn the_atmosphere_takes_work_from_gas_that_expands() {
-    pushes([1.0, 0.5], 5.0 * (1.0 - 0.5_f64.powf(1.0 / 7.0)), [0.8, 0.01]);
+fn expanding_gas_does_the_work_of_a_rarefaction_on_the_atmosphere() {
+    work_of_the_atmosphere([1.0, 0.5], 5.0 * (1.0 - 0.5_f64.powf(1.0 / 7.0)), [0.8, 0.01]);
 }
 
 /// From four fifths of it a shock does: u = (p_a − p) √(2/(ρ ((γ + 1) p_a + (γ − 1) p))), to the ringing behind the shock.
 #[test]
-fn the_atmosphere_does_work_on_gas_that_it_compresses() {
-    pushes([0.8, 1.0], -0.2 * (2.0 / (1.4 * (2.4 + 0.4 * 0.8_f64))).sqrt(), [0.7, 0.03]);
+fn the_atmosphere_does_the_work_of_a_shock_on_gas_that_it_compresses() {
+    work_of_the_atmosphere([0.8, 1.0], -0.2 * (2.0 / (1.4 * (2.4 + 0.4 * 0.8_f64))).sqrt(), [0.7, 0.03]);
 }

@@ -11,7 +11,8 @@ const DEPTH: f64 = 0.1;
 const YOUNG: f64 = 3e6;
 const DENSITY: f64 = 1000.0;
 
-/// Where the tip of a beam of this length [m] clamped at the origin sinks to [m] under a weight [N/m] and a load at the tip [N], per metre of width.
+/// Height [m] of the tip of a beam of this length [m], clamped at the origin, under a weight [N/m] and a load at the tip [N], per metre of
+/// width.
 ///
 /// x' = (1 + ε) t + γ n, M' = −x' F with the force F(s) beyond a section; the moment at the clamp is the one that leaves none at
 /// the tip. Poisson's ratio is 0; the shear of a rectangle is stiff by 5/6.
@@ -49,7 +50,7 @@ fn reissner(length: f64, weight: f64, load: f64) -> f64 {
 /// Small deflections: w L⁴/8EI + P L³/3EI with shear, and the published end of an inextensible cantilever with P L²/EI = 2,
 /// 0.4935 L (Mattiasson 1981).
 #[test]
-fn the_reference_is_the_published_one() {
+fn the_integrated_beam_agrees_with_linear_theory_and_mattiasson() {
     let (bending, shear) = (YOUNG * DEPTH.powi(3) / 12.0, 5.0 / 12.0 * YOUNG * DEPTH);
     let small = |w: f64, p: f64| {
         -(w * LENGTH.powi(4) / 8.0 + p * LENGTH.powi(3) / 3.0) / bending - (w * LENGTH / 2.0 + p) * LENGTH / shear
@@ -112,7 +113,7 @@ const DAMPED: Transfer = Transfer::Flip { relaxation: 0.02, filter_order: 0, fil
 /// Strains of a quarter at the clamp. With positions that move with v⁺ stripes of stress a cell wide grow from 1.5 s on, and 13 J
 /// of 280 J are lost by 2 s, 100 J by 3 s.
 #[test]
-fn a_cantilever_that_bends_far_stays_at_rest() {
+fn a_cantilever_under_its_weight_rests_at_the_sag_of_reissners_beam() {
     let (sag, lost) = sag(&mut beam(rubber(DENSITY, YOUNG, 0.0), 180.0, 0.0, DAMPED), 2.6);
     let exact = reissner(LENGTH, 180.0 * DENSITY * DEPTH, 0.0);
     assert!((sag / exact - 1.0).abs() < 0.01, "{sag} {exact}");
@@ -121,7 +122,7 @@ fn a_cantilever_that_bends_far_stays_at_rest() {
 
 /// Under a load at the tip, with every elastic law.
 #[test]
-fn cantilevers_follow_the_beam_with_every_elastic_law() {
+fn tip_loaded_cantilevers_sag_as_reissners_beam_with_every_elastic_law() {
     let hypoelastic = || Box::new(Hypoelastic { elastic: Elastic::new(DENSITY, YOUNG, 0.0) });
     let laws: [Box<dyn PointLaw>; 2] = [rubber(DENSITY, YOUNG, 0.0), hypoelastic()];
     for law in laws {

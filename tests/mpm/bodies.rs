@@ -46,10 +46,10 @@ fn bars(cells: i32) -> (f64, f64) {
     (-mean_velocity(&mpm)[0] / 0.1, impulse / time / (h * 10.0 * 0.1))
 }
 
-/// Bars of equal length exchange their speeds without a rest, and the stress between them is ρ c V (theory A.18). What
-/// the nodes of the contact lose is of the order of the cell.
+/// Elastic bars of equal length exchange their velocities in full, and the stress between them is ρ c V (theory A.18). The exact
+/// restitution is 1; the loss at the nodes of the contact is of the order of the cell.
 #[test]
-fn bars_exchange_their_speeds_as_cells_shrink() {
+fn colliding_bars_exchange_velocities_at_the_stress_rho_c_v() {
     let [(coarse, _), (fine, stress)] = [20, 40].map(bars);
     assert!((stress - 1.0).abs() < 0.02, "stress over ρ c V: {stress}");
     assert!(fine > 0.94 && fine < 1.01, "restitution {coarse} {fine}");
@@ -91,7 +91,7 @@ fn acceleration(mpm: &mut Mpm<2>, end: f64) -> f64 {
 
 /// A block on an incline of 30° slides with g (sin θ − μ cos θ).
 #[test]
-fn a_block_slides_on_an_incline() {
+fn a_block_slides_down_an_incline_with_coulombs_acceleration() {
     let angle = std::f64::consts::FRAC_PI_6;
     for (coefficient, tolerance) in [(0.0, 0.01), (0.1, 0.02), (0.3, 0.02)] {
         let a = acceleration(&mut incline(angle, Friction::Slip(coefficient), FLIP, block()), 0.5);
@@ -100,10 +100,10 @@ fn a_block_slides_on_an_incline() {
     }
 }
 
-/// It stays where μ > tan θ: it swings about its place, but doesn't leave it: in the last 0.2 s, in which it would
-/// slide 0.4 m if it were free, it creeps by less than 3 % of that while it bounces.
+/// With μ > tan θ the block stays at rest but for its elastic oscillation. In the last 0.2 s, in which a free block would slide 0.4 m, it
+/// moves by less than 3 % of that; the exact distance is zero.
 #[test]
-fn a_block_sticks_on_an_incline() {
+fn a_block_sticks_on_an_incline_below_the_angle_of_friction() {
     let mut mpm = incline(std::f64::consts::FRAC_PI_6, Friction::Slip(0.7), FLIP, block());
     let mut place = 0.0;
     let mut settled = None;
@@ -120,7 +120,7 @@ fn a_block_sticks_on_an_incline() {
 
 /// A disc on an incline of 30° slides with g (sin θ − μ cos θ) below μ = tan θ/3 (theory A.18).
 #[test]
-fn a_disc_slides_on_an_incline() {
+fn a_disc_slides_down_an_incline_with_coulombs_acceleration() {
     let angle = std::f64::consts::FRAC_PI_6;
     for coefficient in [0.0, 0.1] {
         let centre = Vector([0.8, 0.7]);
@@ -132,7 +132,7 @@ fn a_disc_slides_on_an_incline() {
     }
 }
 
-/// When a force with this beginning of its name first acts [s].
+/// Time of the first force whose name begins so [s].
 fn first_force(mpm: &mut Mpm<2>, name: &str, end: f64) -> f64 {
     let mut begin = f64::INFINITY;
     run(mpm, end, 1.0, |t, _, mpm| {
@@ -154,9 +154,9 @@ fn disc(center: [f64; 2], spacing: f64, velocity: [f64; 2]) -> BodySetup<2> {
     BodySetup { depth: disc.position.iter().map(|&x| 0.2 - away(x)).collect(), ..disc }
 }
 
-/// Two discs meet when they touch (theory A.18): not when their staircases of particles do, nor a cell early.
+/// Time of contact of two circles (theory A.18): the contours of particles would touch later, the supports of shape functions earlier.
 #[test]
-fn discs_meet_when_they_touch() {
+fn contact_of_two_discs_begins_when_their_rims_touch() {
     let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));
     let spacing = 0.05 / 3.0;
     setup.bodies = vec![
@@ -176,9 +176,9 @@ fn floor(height: f64, kind: WallKind) -> Obstacle {
     Obstacle { name: "floor".into(), region, kind, velocity: std::array::from_fn(|_| Signal::ZERO) }
 }
 
-/// A disc meets an obstacle when it touches it, wherever the surface lies between the nodes, and a wall of the domain likewise.
+/// Time of contact with a plane at any height between the nodes, of an obstacle or a wall of the domain.
 #[test]
-fn a_disc_meets_an_obstacle_or_a_wall_when_it_touches_it() {
+fn contact_with_an_obstacle_or_a_wall_begins_when_the_rim_touches() {
     for surface in [0.0, 0.1, 0.115, 0.14] {
         let rough = WallKind::Friction { coefficient: 0.3 };
         let mut setup = setup(grid([0.0, 0.0], 0.05, [20, 20], WallKind::Open));
@@ -210,7 +210,7 @@ fn on_wall(kind: WallKind, angle: f64, (cell, cells): (f64, [i32; 2]), body: Bod
 
 /// On a wall of the domain a disc rolls with ⅔ g sin θ where μ is above tan θ/3; below, it slides with g (sin θ − μ cos θ).
 #[test]
-fn a_disc_rolls_and_slides_on_a_wall() {
+fn a_disc_on_a_wall_rolls_or_slides_with_the_acceleration_of_a_rigid_one() {
     let angle = std::f64::consts::FRAC_PI_6;
     for (coefficient, share) in [(0.5, 2.0 / 3.0), (0.1, 1.0 - 0.1 / angle.tan())] {
         let kind = WallKind::Friction { coefficient };
@@ -224,10 +224,10 @@ fn a_disc_rolls_and_slides_on_a_wall() {
     }
 }
 
-/// What comes to rest on a wall of the domain lies on it: the mean height of a block is half its own less ρ g H²/3E′, of plane strain. A wall that is felt
-/// as soon as a node of it is in reach holds it nine tenths of a cell above.
+/// The mean height of a block at rest is half its own less ρ g H²/3E′ (plane strain). A wall that acts as soon as its nodes are within
+/// reach of shape functions holds it nine tenths of a cell higher.
 #[test]
-fn a_block_rests_on_a_wall_and_not_above_it() {
+fn a_block_rests_on_a_wall_at_the_height_of_its_own_compression() {
     let (height, cell) = (0.4, 0.05);
     for kind in [WallKind::Separate, WallKind::Friction { coefficient: 0.5 }] {
         let block = body(rubber(1000.0, 1e6, 0.3), ([0.3, 0.02], [24, 16], 0.5 * cell), |_| true, |_| Vector::ZERO);
@@ -247,9 +247,9 @@ fn a_block_rests_on_a_wall_and_not_above_it() {
     }
 }
 
-/// A wall of the domain that a solid may leave is the face of a half-space in a grid that goes on.
+/// To solids a wall that they may leave is the face of a half-space in a grid that extends beyond it: both ways agree to rounding.
 #[test]
-fn a_wall_and_a_half_space_are_the_same_to_a_solid() {
+fn a_wall_and_the_face_of_a_half_space_move_a_solid_alike() {
     let fall = |wall_itself: bool| {
         let kind = WallKind::Friction { coefficient: 0.3 };
         let beyond = if wall_itself { 0 } else { 4 };

@@ -7,7 +7,7 @@ use lateen::simulation::Solver;
 
 /// A single particle follows the parabola at every step, whatever the steps are.
 #[test]
-fn free_fall_is_exact() {
+fn free_fall_of_a_particle_is_exact() {
     for kernel in KERNELS {
         for transfer in [FLIP, Transfer::Apic] {
             let mut setup = setup(grid([0.0, 0.0], 1.0, [10, 10], WallKind::Open));
@@ -33,7 +33,7 @@ fn free_fall_is_exact() {
 /// A block that moves uniformly through the cells neither strains nor slows; not even with particles on planes of nodes,
 /// where the hat of the next node vanishes but not its slope.
 #[test]
-fn translation_is_exact() {
+fn uniform_translation_neither_strains_nor_slows_a_block() {
     for kernel in KERNELS {
         for transfer in [FLIP, Transfer::Apic] {
             for (lower, velocity) in [(2.0, [1.0, 0.3, -0.2]), (1.75, [1.0, 0.3, -0.2]), (1.75, [1.0, 0.0, 0.0])] {
@@ -62,7 +62,7 @@ fn translate(kernel: KernelKind, transfer: Transfer, lower: f64, velocity: Vecto
 
 /// APIC conserves momentum and angular momentum of a spinning, vibrating block to round-off.
 #[test]
-fn apic_conserves_angular_momentum() {
+fn apic_conserves_linear_and_angular_momentum() {
     let mut setup = setup(grid([0.0, 0.0], 0.5, [20, 20], WallKind::Open));
     setup.transfer = Transfer::Apic;
     let velocity = |x: Vector<2>| Vector([-(x[1] - 5.0), x[0] - 5.0]) + Vector([0.1 * x[0], 0.2]);
@@ -81,7 +81,7 @@ fn apic_conserves_angular_momentum() {
 /// A gas-like uniform pressure in a closed box of symmetry planes stays exactly at rest: constant stress
 /// gives no force anywhere, walls, edges and corners included.
 #[test]
-fn constant_stress_gives_no_force() {
+fn a_constant_stress_in_a_closed_box_gives_no_force() {
     for kernel in KERNELS {
         let mut setup = setup(grid([0.0; 3], 1.0, [3, 2, 4], WallKind::Slip));
         setup.kernel = kernel;
@@ -100,7 +100,7 @@ fn constant_stress_gives_no_force() {
 
 /// Period of the first mode of a bar (theory A.18): T = 4L/c = 10 for L = 25, E = 100, ρ = 1.
 #[test]
-fn bar_vibrates_with_its_period() {
+fn a_bar_vibrates_with_the_period_of_its_first_mode() {
     let mut setup = setup(grid([0.0, 0.0], 0.5, [60, 1], WallKind::Slip));
     let velocity = |x: Vector<2>| Vector([0.1 * (std::f64::consts::PI * x[0] / 50.0).sin(), 0.0]);
     setup.bodies = vec![body(rubber(1.0, 100.0, 0.0), ([0.0, 0.0], [100, 2], 0.25), |_| true, velocity)];
@@ -125,7 +125,7 @@ fn bar_vibrates_with_its_period() {
 
 /// Water at rest under gravity: p = ρ g (H − z), and the floor carries the weight.
 #[test]
-fn hydrostatic_column_rests() {
+fn a_water_column_keeps_its_hydrostatic_pressure_and_weight() {
     for kernel in KERNELS {
         let mut setup = setup(grid([0.0, 0.0], 0.25, [4, 20], WallKind::Slip));
         setup.kernel = kernel;
@@ -150,14 +150,15 @@ fn hydrostatic_column_rests() {
         assert!((floor / weight + 1.0).abs() < 2e-3, "{kernel:?} floor carries {} of the weight", floor / weight);
         let (x, p) = (positions(&mpm), field(&mpm, "pressure"));
         let worst = x.iter().zip(&p).map(|(x, p)| (p / 1e4 - (4.0 - x[1])).abs()).fold(0.0, f64::max);
+        // Less than the height of a row of particles.
         assert!(worst < 0.1, "{kernel:?} pressure head is off by {worst} m of 4 m");
     }
 }
 
-/// Water that swings about its hydrostatic state, with the volume change averaged in full: what the law stores is what
-/// the forces do, so that nothing is gained. (With forces of the particles' own pressure this column flies apart.)
+/// Water that oscillates about its hydrostatic state, with volume changes averaged in full: the energy that the law stores is the work of
+/// the forces, so that none is gained. (With forces from the particles' own pressures this column is unstable.)
 #[test]
-fn averaging_gains_no_energy() {
+fn averaged_volume_changes_gain_no_energy() {
     for transfer in [FLIP, Transfer::Apic] {
         let mut setup = setup(grid([0.0, 0.0], 0.05, [1, 24], WallKind::Slip));
         (setup.transfer, setup.locking) = (transfer, Locking::Average { blend: 1.0 });
@@ -170,16 +171,16 @@ fn averaging_gains_no_energy() {
             gained = gained.max(term(mpm, "stress update error") - term(mpm, "transfer dissipation"));
         })
         .unwrap();
-        // What gravity and elasticity exchange: ρ g² H³/(6 c²) times the width.
+        // The energy that gravity and elasticity exchange: ρ g² H³/(6 c²) times the width.
         let exchanged = 1000.0 * 9.81 * 9.81 / (6.0 * 400.0) * 0.05;
         assert!(gained < 0.02 * exchanged, "{transfer:?}: {gained} of {exchanged}");
     }
 }
 
-/// APIC next to walls that let go: a square of liquid falls into a corner, runs up the other wall and falls back.
-/// Neither walls nor transfers give it energy.
+/// APIC at walls of kind `separate`: a column of liquid collapses, runs up the other wall and falls back. Neither walls nor transfers
+/// give it energy.
 #[test]
-fn apic_gains_no_energy_at_walls_that_let_go() {
+fn apic_gains_no_energy_at_separating_walls() {
     for kernel in [KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic] {
         let mut setup = setup(grid([0.0, 0.0], 0.125, [8, 8], WallKind::Separate));
         (setup.kernel, setup.transfer, setup.locking) = (kernel, Transfer::Apic, Locking::Average { blend: 1.0 });
@@ -203,7 +204,7 @@ fn apic_gains_no_energy_at_walls_that_let_go() {
 
 /// Half a vibrating disc on a symmetry plane moves as the whole one does.
 #[test]
-fn a_mirror_is_the_other_half() {
+fn half_a_disc_on_a_symmetry_plane_moves_as_the_whole_disc() {
     for kernel in KERNELS {
         for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast] {
             let disc = |x: Vector<2>| (x - Vector([0.0, 2.0])).norm() < 1.0;

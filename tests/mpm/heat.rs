@@ -1,4 +1,4 @@
-//! What FLIP and its filter dissipate becomes heat: a box of gas keeps its energy.
+//! The dissipation of FLIP and its filter becomes heat: a closed box of gas keeps its energy.
 
 use crate::model::*;
 use lateen::math::Vector;
@@ -38,26 +38,26 @@ fn energy(mpm: &Mpm<2>) -> f64 {
     term(mpm, "kinetic energy: body") + term(mpm, "internal energy: body")
 }
 
-/// What was dissipated since the start, and what of it became heat.
+/// Energy that transfers have dissipated since the start, and the part of it that became heat [J].
 fn dissipated(mpm: &Mpm<2>) -> [f64; 2] {
     ["transfer dissipation", "heat of transfer dissipation"].map(|name| term(mpm, name))
 }
 
-/// Gas that moves by itself: what particles don't take of the increments of the nodes, the stresses don't do as work, and no
-/// account holds it.
+/// Gas without external forces: the part of the nodal increments that particles don't take is no work of the stresses either
+/// (guide, "Between particles and grid"), so that no energy is dissipated or heated.
 #[test]
-fn what_flip_leaves_of_stresses_is_in_no_account() {
+fn pure_flip_of_a_gas_dissipates_and_heats_nothing() {
     let mut mpm = start(box_of_gas(8, flip(f64::INFINITY, 0, 0), sloshing));
     run(&mut mpm, 1.0, 1.0, |_, _, _| {}).unwrap();
     let ([lost, heat], kept) = (dissipated(&mpm), term(&mpm, "stress update error"));
-    // Work on nodes that nobody gets: 1e-4 of the energy and more.
+    // Exactly zero but for rounding and the error of the stress update; the work on the nodes beyond that is 1e-4 of the energy.
     assert!(lost.abs() < 1e-6 * energy(&mpm) && heat.abs() < 1e-15 * energy(&mpm), "{lost} {heat}");
     assert!(kept.abs() < 1e-5 * energy(&mpm), "{kept}");
 }
 
 /// One step of a gas under uniform pressure, which nothing accelerates, with filters of every order.
 #[test]
-fn what_filters_take_is_heat() {
+fn the_loss_of_every_filter_becomes_heat() {
     for transfer in (1..=5).map(|order| flip(f64::INFINITY, order, 1)) {
         for kernel in [KernelKind::Linear, KernelKind::Quadratic] {
             let mut setup = box_of_gas(6, transfer, noise);
@@ -72,17 +72,18 @@ fn what_filters_take_is_heat() {
     }
 }
 
-/// The energy of a closed box is constant. What is left to lose is the error of the stress update.
+/// The total energy of a closed box is constant. With heat it changes by the error of the stress update alone, less than 0.2 % of the
+/// kinetic energy at the start, ½ ∫ ρ v² = 0.0325; without it the filter takes more than twice as much.
 #[test]
-fn a_closed_box_keeps_its_energy() {
+fn heat_of_dissipation_keeps_the_energy_of_a_closed_box_of_gas() {
     let defect = |dissipation| {
         let mut setup = box_of_gas(8, flip(f64::INFINITY, 2, 50), sloshing);
         setup.dissipation = dissipation;
         let mut mpm = start(setup);
         let before = energy(&mpm);
         run(&mut mpm, END, 1.0, |_, _, _| {}).unwrap();
-        (energy(&mpm) / before - 1.0).abs()
+        (energy(&mpm) - before) / 0.0325
     };
     let [kept, lost] = [Dissipation::Heat, Dissipation::Lost].map(defect);
-    assert!(kept < 0.2 * lost, "{kept} {lost}");
+    assert!(kept.abs() < 2e-3 && lost < -4e-3, "{kept} {lost}");
 }

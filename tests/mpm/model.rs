@@ -23,7 +23,7 @@ pub fn grid<const D: usize>(lower: [f64; D], cell: f64, cells: [i32; D], kind: W
     GridSetup { lower: Vector(lower), cell, cells, walls }
 }
 
-/// Nothing but the grid: quadratic splines, FLIP, stresses on average, no gravity.
+/// An empty model: quadratic splines, pure FLIP, stress update `average`, no gravity.
 pub fn setup<const D: usize>(grid: GridSetup<D>) -> Setup<D> {
     Setup {
         grid,
@@ -120,7 +120,7 @@ pub fn term<const D: usize>(mpm: &Mpm<D>, name: &str) -> f64 {
     ledger.terms.iter().find(|term| term.name == name).unwrap_or_else(|| panic!("no term `{name}`")).value
 }
 
-/// What the ledger can't explain.
+/// The residual of the energy balance [J].
 pub fn closure<const D: usize>(mpm: &Mpm<D>) -> f64 {
     mpm.snapshot().ledger.closure(term(mpm, "stored energy at the start"))
 }

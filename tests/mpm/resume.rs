@@ -29,7 +29,7 @@ fn gas_cube() -> Mpm<3> {
     start(setup)
 }
 
-/// The same gas in an atmosphere, which has done work and led volumes by the time that it is saved.
+/// The same gas in an atmosphere, which has done work, and with corrected volumes, by the time that it is saved.
 fn gas_cube_in_air() -> Mpm<3> {
     let mut setup = setup(grid([0.0; 3], 0.5, [8, 8, 8], WallKind::Slip));
     let velocity = |x: Vector<3>| Vector([0.1 * x[1], (3.0 * x[2]).sin(), 0.3 * x[0]]);
@@ -52,7 +52,7 @@ fn landed_cube() -> Mpm<3> {
 const MODELS: [fn() -> Mpm<3>; 4] = [rubber_cube, gas_cube, gas_cube_in_air, landed_cube];
 
 #[test]
-fn threads_do_not_change_a_bit() {
+fn states_are_the_same_bits_for_any_number_of_threads() {
     for model in MODELS {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -68,7 +68,7 @@ fn threads_do_not_change_a_bit() {
 }
 
 #[test]
-fn a_resumed_run_goes_on_with_the_same_bits() {
+fn a_restored_state_continues_with_the_same_bits() {
     MODELS.into_iter().for_each(resumes);
 }
 
@@ -95,9 +95,9 @@ fn water_cube() -> Mpm<3> {
     start(setup)
 }
 
-/// A run that stops shows the state that it restored: all of it, without a step.
+/// A run that stops shows the restored state without taking a step: fields, ledger, forces and counts must be complete.
 #[test]
-fn a_restored_state_is_shown_as_it_was() {
+fn a_restored_state_has_the_same_snapshot() {
     for model in [rubber_cube, gas_cube, gas_cube_in_air, water_cube] {
         let mut first = model();
         (0..15).fold(0.0, |t, _| step(&mut first, t));
@@ -119,7 +119,7 @@ fn a_restored_state_is_shown_as_it_was() {
 }
 
 #[test]
-fn a_particle_that_leaves_is_named() {
+fn a_particle_that_leaves_the_domain_is_an_error_with_its_number() {
     let mut setup = setup(grid([0.0, 0.0], 1.0, [6, 6], WallKind::Open));
     let velocity = |_| Vector([0.0, 3.0]);
     setup.bodies = vec![body(rubber(1.0, 1e3, 0.3), ([2.0, 4.0], [2, 2], 0.5), |_| true, velocity)];
@@ -131,7 +131,7 @@ fn a_particle_that_leaves_is_named() {
 }
 
 #[test]
-fn a_state_that_is_not_a_number_is_named() {
+fn a_particle_state_that_is_nan_is_an_error_with_its_number() {
     let mut setup = setup(grid([0.0, 0.0], 1.0, [6, 6], WallKind::Open));
     setup.stress_update = StressUpdate::First;
     setup.gravity[1] = Signal::Constant(f64::NAN);
@@ -143,7 +143,7 @@ fn a_state_that_is_not_a_number_is_named() {
 }
 
 #[test]
-fn a_particle_turned_inside_out_is_named() {
+fn a_particle_turned_inside_out_is_an_error() {
     let mut setup = setup(grid([0.0, 0.0], 1.0, [8, 8], WallKind::Open));
     // Everything flies to the line x = 4 and is beyond it after a time of 1.
     let velocity = |x: Vector<2>| Vector([4.0 - x[0], 0.0]);
@@ -156,7 +156,7 @@ fn a_particle_turned_inside_out_is_named() {
 
 /// No particle is broken, but products of forces and velocities are beyond the largest number.
 #[test]
-fn an_energy_that_is_not_a_number_stops_the_run() {
+fn an_energy_that_is_nan_is_an_error() {
     let mut setup = setup(grid([0.0, 0.0], 1.0, [8, 8], WallKind::Slip));
     let mut gas = body(ideal_gas(1.0, 1.4), ([2.0, 2.0], [8, 8], 0.5), |_| true, |_| Vector::ZERO);
     gas.state.iter_mut().for_each(|state| state.pressure = Some(1e300));
@@ -172,9 +172,9 @@ fn an_energy_that_is_not_a_number_stops_the_run() {
     assert_eq!((error.what.as_str(), error.quantity), ("the energy is not a number", "energy"));
 }
 
-/// What the atmosphere has done since the start goes on after a resumed run, from what it was.
+/// The work of the atmosphere since the start, −p_a ΔV, continues after a restoration.
 #[test]
-fn the_work_of_the_atmosphere_is_resumed() {
+fn the_work_of_the_atmosphere_continues_from_a_restored_state() {
     let mut first = gas_cube_in_air();
     let t = (0..15).fold(0.0, |t, _| step(&mut first, t));
     let mut second = gas_cube_in_air();
@@ -187,7 +187,7 @@ fn the_work_of_the_atmosphere_is_resumed() {
 }
 
 #[test]
-fn wrong_models_are_refused_with_their_keys() {
+fn wrong_models_are_errors_at_their_keys() {
     let mut setup = setup(grid([0.0, 0.0], 1.0, [6, 6], WallKind::Open));
     setup.bodies = vec![body(rubber(1.0, 1e3, 0.3), ([5.0, 4.0], [4, 4], 0.5), |_| true, |_| Vector::ZERO)];
     setup.safety = 0.0;

@@ -1,4 +1,4 @@
-//! Liquids that come apart.
+//! Liquids that separate into drops.
 
 use crate::model::*;
 use lateen::material::{EquationsOfState, Fluid, PointLaw, eos};
@@ -10,10 +10,10 @@ fn water() -> Box<dyn PointLaw> {
     Box::new(Fluid { density: 1000.0, viscosity: 0.0, bulk_viscosity: Default::default(), eos })
 }
 
-/// A drop whose parts fly off in all directions at a rate of 4/s: its particles part, and alone they would follow their own affine
-/// velocity, V = V0 (1 + 4 t)², 81 V0 in two seconds.
+/// A drop that expands at 4/s in all directions. Its particles separate, and each has an affine velocity of its own, with which its
+/// volume would grow as V0 (1 + 4 t)², to 81 V0 in two seconds; a liquid that has parted keeps V0.
 #[test]
-fn what_flies_apart_keeps_its_volume() {
+fn an_expanding_drop_keeps_its_volume_and_mass() {
     for locking in [Locking::None, Locking::Average { blend: 1.0 }] {
         let mut setup = setup(grid([-5.0, -5.0], 0.1, [100, 100], WallKind::Open));
         (setup.transfer, setup.locking) = (Transfer::Apic, locking);
@@ -32,7 +32,7 @@ fn what_flies_apart_keeps_its_volume() {
     }
 }
 
-/// A column that falls into a corner and splashes: at any time its volume is within a few per cent of that of its mass.
+/// A collapsing column that splashes in a corner: at all times the volume of its particles is that of its mass, within 5 %.
 #[test]
 fn a_splash_keeps_its_volume() {
     let mut setup = setup(grid([0.0, 0.0], 0.125, [16, 24], WallKind::Separate));

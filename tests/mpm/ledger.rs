@@ -30,7 +30,7 @@ fn step_in_the_corner() -> Obstacle {
     }
 }
 
-/// A wedge whose face runs into the bottom at an angle, next to which a mirror reflects what it gives.
+/// A wedge whose face meets the symmetry plane at the bottom at an angle.
 fn wedge(kind: WallKind) -> Obstacle {
     let region = Region::HalfSpace { point: [1.0, 0.0, 0.0], normal: [-0.6, 0.8, 0.0] };
     Obstacle { name: "wedge".into(), region, kind, velocity: [const { Signal::ZERO }; 3] }
@@ -55,7 +55,7 @@ const WALLS: [WallKind; 4] =
     [WallKind::Fixed, WallKind::Slip, WallKind::Separate, WallKind::Friction { coefficient: 0.4 }];
 
 #[test]
-fn ledger_closes_for_every_kernel_and_transfer() {
+fn energy_and_momentum_close_for_every_kernel_transfer_and_wall() {
     let damped = Transfer::Flip { relaxation: 0.02, filter_order: 0, filter_interval: 0 };
     for kernel in KERNELS {
         for transfer in [FLIP, damped, Transfer::Apic] {
@@ -67,9 +67,9 @@ fn ledger_closes_for_every_kernel_and_transfer() {
     }
 }
 
-/// Where the face of an obstacle meets a mirror at an angle, the mirror takes a part of what the obstacle gives.
+/// The face of an obstacle meets a symmetry plane at an angle, which takes a part of its impulses.
 #[test]
-fn momentum_closes_where_an_obstacle_meets_a_mirror() {
+fn energy_and_momentum_close_where_an_obstacle_meets_a_symmetry_plane() {
     let rough = WallKind::Friction { coefficient: 0.3 };
     for transfer in [FLIP, Transfer::Apic] {
         for kind in [rough, WallKind::Fixed, WallKind::Slip] {
@@ -85,7 +85,7 @@ fn momentum_closes_where_an_obstacle_meets_a_mirror() {
 }
 
 #[test]
-fn ledger_closes_for_every_stress_update() {
+fn energy_and_momentum_close_for_every_stress_update() {
     for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast, StressUpdate::Average, StressUpdate::Last] {
         for kind in [WallKind::Slip, WallKind::Fixed] {
             let mpm = thrown(KernelKind::Quadratic, FLIP, stress_update, kind);
@@ -94,10 +94,10 @@ fn ledger_closes_for_every_stress_update() {
     }
 }
 
-/// A body in free flight that vibrates: nothing gives it momentum, and what transfers and stress updates book stays
-/// below the energy that there is. Rows of particles lie on planes of nodes.
+/// A vibrating body in free flight keeps its momentum to rounding. The energy that transfers and stress updates book has no reference
+/// but the energy that there is, which it stays below. Rows of particles lie on planes of nodes.
 #[test]
-fn free_flight_keeps_momentum_and_modest_books() {
+fn free_flight_conserves_momentum_and_books_less_than_its_energy() {
     for kernel in KERNELS {
         for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast, StressUpdate::Average] {
             for lower in [0.75, 0.6875, 0.7] {
@@ -107,14 +107,14 @@ fn free_flight_keeps_momentum_and_modest_books() {
                 let disc = |x: Vector<2>| (x - Vector([1.25, 1.25])).norm() < 0.5;
                 let lattice = ([lower; 2], [8, 8], 0.125);
                 setup.bodies = vec![body(rubber(10.0, 2e3, 0.3), lattice, disc, velocity)];
-                flies(setup, &format!("{kernel:?} {stress_update:?} {lower}"));
+                free_flight(setup, &format!("{kernel:?} {stress_update:?} {lower}"));
             }
         }
     }
 }
 
 /// Lets a body fly for a second.
-fn flies(setup: Setup<2>, what: &str) {
+fn free_flight(setup: Setup<2>, what: &str) {
     let names = ["momentum x", "momentum y"];
     let mut mpm = start(setup);
     let before = names.map(|name| term(&mpm, name));
@@ -133,7 +133,7 @@ fn flies(setup: Setup<2>, what: &str) {
 
 /// The filter takes energy and, without walls, no momentum.
 #[test]
-fn filter_conserves_momentum_and_is_booked() {
+fn the_filter_conserves_momentum_and_its_loss_is_booked() {
     let filtered = Transfer::Flip { relaxation: f64::INFINITY, filter_order: 3, filter_interval: 5 };
     let mut setup = setup(grid([0.0, 0.0], 0.25, [12, 12], WallKind::Open));
     setup.transfer = filtered;
@@ -149,9 +149,10 @@ fn filter_conserves_momentum_and_is_booked() {
     assert!(closure(&mpm).abs() < 1e-12 * term(&mpm, "stored energy at the start"));
 }
 
-/// What walls of every kind give to filtered velocities is booked, the work of moving ones and the forces of all of them, too.
+/// The impulses of walls of every kind on filtered velocities are booked, with the work of moving walls; forces times steps add up to
+/// them.
 #[test]
-fn filters_book_what_walls_give() {
+fn work_and_forces_of_walls_on_filtered_velocities_are_booked() {
     for kernel in KERNELS {
         for kind in WALLS {
             for (filter_order, speed) in [(1, 0.0), (2, 0.0), (3, 0.4)] {
@@ -189,7 +190,7 @@ fn filtered(kernel: KernelKind, transfer: Transfer, kind: WallKind, speed: f64) 
 
 /// A block dragged by a moving floor: the floor's work is energy gained and friction lost.
 #[test]
-fn moving_walls_work() {
+fn a_moving_floor_does_the_work_of_coulombs_friction() {
     let mut setup = setup(grid([0.0, 0.0], 0.25, [16, 8], WallKind::Open));
     setup.grid.walls[1][0] = wall(WallKind::Friction { coefficient: 0.5 });
     setup.grid.walls[1][0].velocity[0] = Signal::Constant(2.0);
@@ -208,7 +209,7 @@ fn moving_walls_work() {
 
 /// Spin ω has C:C = 2 ω², and quadratic splines the inertia h²/4: ½ m h²/4 · 2 ω².
 #[test]
-fn affine_motion_has_its_energy() {
+fn a_spinning_block_of_affine_particles_has_their_kinetic_energy() {
     let (cell, spin, centre) = (0.25, 3.0, Vector([1.0, 1.0]));
     let mut setup = setup(grid([0.0, 0.0], cell, [8, 8], WallKind::Open));
     setup.transfer = Transfer::Apic;
