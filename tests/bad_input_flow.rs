@@ -195,7 +195,7 @@ fn an_inlet_without_a_velocity_is_an_error() {
     assert!(model(&channel("0.3", "0"), Path::new("")).is_ok());
 }
 
-/// A side that is open from top to bottom under one pressure lets what is inside fall out; a hydrostatic one holds it.
+/// Fluid falls out of a side that is open along gravity under a uniform pressure; a hydrostatic pressure holds it.
 #[test]
 fn a_uniform_pressure_on_a_side_along_gravity_is_warned_of() {
     let falling = "[pfem2]\ngravity = [0, -9.81]\n[[body]]\nname = \"water\"";

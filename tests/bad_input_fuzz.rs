@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const GOOD: &str = include_str!("fixtures/water_sphere.toml");
 
-/// Reads and, when it is wrong, shows what is wrong.
+/// Reads a text as a case; findings must be there where it is wrong, and render.
 fn read(text: &str) {
     let source = Source::new("case.toml", "", text);
     if let Err(Error::Case(findings)) = Case::read(source.clone(), &[]) {

@@ -1,5 +1,5 @@
 //! Regions: distances against another library's and against properties that define a distance; volumes
-//! against counted particles; what wrong shapes are told.
+//! against counted particles; errors of wrong shapes.
 
 use lateen::geometry::{Bounds, Polygon, Region, Shape, Surface, Triangles, centred_origin, sample};
 use lateen::math::Vector;

@@ -1,4 +1,4 @@
-//! Gmsh files: one mesh written by Gmsh 4.15 in four formats, and what torn or wrong files are told.
+//! Gmsh files: one mesh written by Gmsh 4.15 in four formats; errors of torn and wrong files.
 //! `tests/fixtures/gmsh/make.py` made the files.
 
 use lateen::mesh::check::check;

@@ -86,7 +86,7 @@ fn beam(law: Box<dyn PointLaw>, g: f64, load: f64, transfer: Transfer) -> Mpm<2>
     start(setup)
 }
 
-/// The mean height of the end's particles after 0.8 s, less its own at the start; what is lost since then, too [J].
+/// Mean sag of the particles at the end of the beam after 0.8 s [m], and the energy lost since then [J].
 fn sag(mpm: &mut Mpm<2>, end: f64) -> (f64, f64) {
     let ends: Vec<u32> = (0..8).map(|row| row * 32 + 31).collect();
     let height = |mpm: &Mpm<2>| {

@@ -146,7 +146,7 @@ fn first_force(mpm: &mut Mpm<2>, name: &str, end: f64) -> f64 {
     begin
 }
 
-/// A disc of radius 0.2 whose particles know how deep they lie below its rim, not in line with the grid.
+/// A disc of radius 0.2 with the depth of each particle below its rim; its lattice is not aligned with the grid.
 fn disc(center: [f64; 2], spacing: f64, velocity: [f64; 2]) -> BodySetup<2> {
     let away = |x: Vector<2>| (x - Vector(center)).norm();
     let lattice = (center.map(|c| c - 0.2 - 0.3 * spacing), [(0.5 / spacing) as usize; 2], spacing);
