@@ -15,7 +15,7 @@ mod timer;
 
 pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
-pub use column::{Column, ColumnData, OF_OUTPUT, Size};
+pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};

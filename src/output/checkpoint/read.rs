@@ -170,12 +170,13 @@ impl<R: Read + Seek> Reader<R> {
 /// Why a column of the file is not that of the model.
 fn column_misfit(entry: &ColumnEntry, column: &Column<'_>) -> Option<String> {
     let ColumnEntry { name, kind, components, bytes, .. } = entry;
-    if *kind != column.data.kind() || *components != column.components {
+    let grouped = column.size == Size::Single || *components == column.components;
+    if *kind != column.data.kind() || !grouped {
         return Some(format!("has no column `{name}` of the kind that this model needs"));
     }
     let (own, number) = (column.data.bytes().len() as u64, column.data.number_size() as u64);
     match column.size {
-        Size::Fixed if *bytes != own => {
+        Size::Fixed | Size::Single if *bytes != own => {
             Some(format!("has a column `{name}` of {bytes} bytes, where that of this model has {own}"))
         }
         Size::Free if bytes % (number * column.components as u64) != 0 => {
