@@ -198,6 +198,26 @@ pub struct StepError {
     pub advice: String,
 }
 
+impl StepError {
+    /// An error at a place, with the value of a quantity that shows it, and what to try. Time and step are zero: the step and the time
+    /// loop fill them in.
+    ///
+    /// ```
+    /// use lateen::error::{Place, StepError};
+    ///
+    /// let error = StepError::new(Place::Everywhere, "the energy is not a number", ("energy", f64::NAN), "lower `mpm.safety`");
+    /// assert!(error.to_string().contains("everywhere: energy = NaN"));
+    /// ```
+    pub fn new(
+        place: Place,
+        what: impl Into<String>,
+        (quantity, value): (&'static str, f64),
+        advice: impl Into<String>,
+    ) -> Self {
+        Self { what: what.into(), time: 0.0, step: 0, place, quantity, value, advice: advice.into() }
+    }
+}
+
 /// A place in the model. Positions are in metres, padded with zeros in 2D.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {

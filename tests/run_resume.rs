@@ -174,9 +174,8 @@ impl State {
             columns.push((name.to_owned(), column.components, Raw { kind, number, bytes: Vec::new() }));
         };
         let mut reals = vec![0.0; 3];
-        let mut counts = vec![0_u64; 1];
-        note("loop/time, dt, stored energy", Column::new(&mut reals));
-        note("loop/step", Column::new(&mut counts));
+        note("loop/time, dt, stored energy", Column::record(&mut [0.0; 3]));
+        note("loop/step", Column::scalar(&mut 0_u64));
         note("loop/impulses", Column::new(&mut reals));
         note("loop/time of impulses", Column::new(&mut reals));
         case(text).build().unwrap().columns(&mut note);

@@ -14,6 +14,7 @@
 //! [`Shape`] is how a case file writes a region; [`Shape::build`] reads its surface files, checks it and
 //! makes the [`Region`]. Points have three coordinates; in 2D the third is zero and ignored.
 
+mod bins;
 mod direction;
 mod graph;
 mod outline;
@@ -27,6 +28,7 @@ mod surface;
 mod triangles;
 mod winding;
 
+pub use bins::Bins;
 pub use direction::{Axis, Direction};
 pub use graph::{BelowShape, Height};
 pub use outline::Edge;

@@ -6,6 +6,10 @@
 //!
 //! The threads know the work of a piece as a `dyn Fn`, so that each loop costs little code.
 
+mod groups;
+
+pub use groups::Groups;
+
 use rayon::prelude::*;
 use std::io;
 use std::ops::Range;

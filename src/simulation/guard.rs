@@ -46,17 +46,9 @@ impl Guarded {
             let tried = times.iter().flat_map(|&time| places(watched).iter().map(move |&x| (time, x)));
             let (time, position, value) =
                 tried.map(|(time, x)| (time, x, signal.value(x, time))).find(|(_, _, value)| !value.is_finite())?;
-            Some(StepError {
-                what: format!("the formula of `{key}` has no value"),
-                time,
-                step: 0,
-                place: Place::Point { position },
-                quantity: "value",
-                value,
-                advice: "it divides by zero or leaves the domain of a function there: write another formula, or end \
-                         the run before"
-                    .to_owned(),
-            })
+            let what = format!("the formula of `{key}` has no value");
+            let advice = "it divides by zero or leaves the domain of a function there: write another formula, or end the run before";
+            Some(StepError { time, ..StepError::new(Place::Point { position }, what, ("value", value), advice) })
         })
     }
 

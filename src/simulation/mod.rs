@@ -7,6 +7,7 @@ mod checkpoint;
 mod clock;
 mod column;
 mod guard;
+mod ledger;
 mod progress;
 mod run;
 mod said_once;
@@ -17,12 +18,11 @@ pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
+pub use ledger::{AccountId, Accounts, BalanceTerm, CompensatedSum, Ledger, TermKind};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, Simulation, Summary};
 pub use said_once::SaidOnce;
-pub use snapshot::{
-    BalanceTerm, Elements, Field, FieldValues, Filled, Ledger, PointSet, Snapshot, SurfaceSet, TermKind,
-};
+pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, Snapshot, SurfaceSet};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};

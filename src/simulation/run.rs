@@ -163,7 +163,7 @@ impl Simulation {
         let Self { solver, clock, stored_at_start, impulses, monitors, .. } = self;
         let Some(store) = &mut self.store else { return Ok(None) };
         let restored = store.restore(&mut |visit| {
-            columns(solver.as_mut(), (clock, stored_at_start, impulses), visit);
+            LoopState { clock, stored_at_start, impulses }.columns(solver.as_mut(), visit);
             monitors.iter_mut().for_each(|(_, monitor)| monitor.columns(visit));
         })?;
         if let Some(path) = &restored {
@@ -383,7 +383,7 @@ impl Simulation {
         let Self { solver, clock, stored_at_start, impulses, monitors, .. } = self;
         let Some(store) = &mut self.store else { return Ok(()) };
         let visitor = &mut |visit: &mut dyn FnMut(&str, Column<'_>)| {
-            columns(solver.as_mut(), (clock, stored_at_start, impulses), visit);
+            LoopState { clock, stored_at_start, impulses }.columns(solver.as_mut(), visit);
             monitors.iter_mut().for_each(|(_, monitor)| monitor.columns(visit));
         };
         let path = store.save(step, time, visitor)?;
@@ -438,20 +438,21 @@ impl Simulation {
     }
 }
 
-/// The loop's own columns, then the solver's.
-fn columns(
-    solver: &mut dyn Solver,
-    (clock, stored_at_start, impulses): (&mut Clock, &mut f64, &mut Impulses),
-    visit: &mut dyn FnMut(&str, Column<'_>),
-) {
-    let mut reals = vec![clock.time, clock.dt, *stored_at_start];
-    let mut counts = vec![clock.step];
-    visit("loop/time, dt, stored energy", Column::new(&mut reals));
-    visit("loop/step", Column::new(&mut counts));
-    if let (&[time, dt, stored], &[step]) = (reals.as_slice(), counts.as_slice()) {
-        *clock = Clock { time, step, dt };
-        *stored_at_start = stored;
+/// The state of the time loop that a checkpoint keeps.
+struct LoopState<'a> {
+    clock: &'a mut Clock,
+    stored_at_start: &'a mut f64,
+    impulses: &'a mut Impulses,
+}
+
+impl LoopState<'_> {
+    /// The loop's own columns, then the solver's.
+    fn columns(&mut self, solver: &mut dyn Solver, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let mut reals = [self.clock.time, self.clock.dt, *self.stored_at_start];
+        visit("loop/time, dt, stored energy", Column::record(&mut reals));
+        [self.clock.time, self.clock.dt, *self.stored_at_start] = reals;
+        visit("loop/step", Column::scalar(&mut self.clock.step));
+        self.impulses.columns(visit);
+        solver.columns(visit);
     }
-    impulses.columns(visit);
-    solver.columns(visit);
 }

@@ -1,6 +1,7 @@
 //! What outputs may see of a solver: named point sets and surfaces with fields, an energy ledger,
 //! forces. Positions are in metres, padded with zeros to three components in 2D.
 
+use super::Ledger;
 use crate::math::SymTensor;
 use std::borrow::Cow;
 
@@ -126,79 +127,4 @@ impl<'a> Field<'a> {
             FieldValues::Computed(compute) => Cow::Owned(compute()),
         }
     }
-}
-
-/// The ledger: rows of `balance.csv`.
-#[derive(Debug, Clone, Default)]
-pub struct Ledger {
-    /// All terms, in a fixed order for a given solver.
-    pub terms: Vec<BalanceTerm>,
-    /// The largest energy so far, where the solver remembers it, and no less than what counts in this run [J].
-    pub largest: f64,
-}
-
-impl Ledger {
-    /// The sum of all terms of a kind.
-    pub fn total(&self, kind: TermKind) -> f64 {
-        self.terms.iter().filter(|term| term.kind == kind).map(|term| term.value).sum()
-    }
-
-    /// Energy stored now [J].
-    pub fn stored(&self) -> f64 {
-        self.total(TermKind::Stored)
-    }
-
-    /// Energy that the ledger can't explain [J], given the energy stored at the start: round-off only,
-    /// if the method is right.
-    pub fn closure(&self, stored_at_start: f64) -> f64 {
-        self.stored() - stored_at_start - self.total(TermKind::Gain) + self.lost()
-    }
-
-    /// Energy lost since the start [J], with what is found as the remainder.
-    pub fn lost(&self) -> f64 {
-        self.total(TermKind::Loss) + self.total(TermKind::Remainder)
-    }
-
-    /// A scale for what the ledger can't explain [J]: the largest energy that is or was stored, added or lost, but for the remainder.
-    pub fn scale(&self, stored_at_start: f64) -> f64 {
-        let energies = self.terms.iter().filter(|term| !matches!(term.kind, TermKind::Other | TermKind::Remainder));
-        energies.map(|term| term.value.abs()).fold(self.largest.max(stored_at_start.abs()), f64::max)
-    }
-
-    /// The part that errors have taken, or given if it is below zero, of the largest other term, where the ledger finds it as the
-    /// remainder of all others.
-    pub fn remainder(&self, stored_at_start: f64) -> Option<f64> {
-        let scale = self.scale(stored_at_start);
-        let found = self.terms.iter().any(|term| term.kind == TermKind::Remainder);
-        (found && scale > 0.0).then(|| self.total(TermKind::Remainder) / scale)
-    }
-}
-
-/// One term of the ledger.
-#[derive(Debug, Clone)]
-pub struct BalanceTerm {
-    /// For example `kinetic energy: water`.
-    pub name: String,
-    /// `kg`, `N s`, `J`.
-    pub unit: &'static str,
-    /// How it enters the energy closure.
-    pub kind: TermKind,
-    /// Its value.
-    pub value: f64,
-}
-
-/// How a term enters the energy closure: stored energy now − stored energy at the start
-/// = sum of gains − sum of losses + closure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TermKind {
-    /// Energy stored now (kinetic, internal, hourglass).
-    Stored,
-    /// Energy added since the start (external work; numerical errors with their sign).
-    Gain,
-    /// Energy lost since the start (contact, FLIP, mapping).
-    Loss,
-    /// Energy lost since the start, as all other terms leave it: with it the closure says nothing.
-    Remainder,
-    /// Not an energy of the closure (mass, momentum, derived values).
-    Other,
 }
