@@ -1,7 +1,7 @@
 //! Plane Poiseuille flow, with its exact solution: disturbance by outlets, and forces on the walls.
 
 use lateen::linalg::Options;
-use lateen::material::Viscosity;
+use lateen::material::Newtonian;
 use lateen::math::{Signal, Vector};
 use lateen::mesh::{Facet, Mesh};
 use lateen::pfem2::boundary::{BoundarySetup, Condition};
@@ -40,7 +40,7 @@ fn sets(mesh: &Mesh<2, 3>, outlet: Condition<2>) -> Vec<BoundarySetup<2>> {
 
 fn physics(viscosity: f64) -> Physics<2> {
     Physics {
-        fluids: vec![FluidSetup { name: "oil".into(), density: 1.0, viscosity: Viscosity::Newtonian(viscosity) }],
+        fluids: vec![FluidSetup::new("oil", Box::new(Newtonian { density: 1.0, viscosity }))],
         tension: Vec::new(),
         gravity: [Signal::ZERO, Signal::ZERO],
         mass: Mass::Lumped,

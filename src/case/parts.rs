@@ -1,11 +1,10 @@
 //! What a case is made of: bodies, membranes, obstacles, walls, contact.
 
-use super::flow::FlowLaw;
 use super::schema::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
 use crate::geometry::Shape;
-use crate::material::PointLaws;
 use crate::material::sheet::SheetLaw;
+use crate::material::{PointLaws, ViscousLaws};
 use crate::mesh::MembraneShape;
 use crate::mpm::WallKind;
 use schemars::JsonSchema;
@@ -72,7 +71,7 @@ pub enum Material {
     /// For `method = "mpm"`.
     Point(PointLaws),
     /// For `method = "pfem2"`.
-    Flow(FlowLaw),
+    Flow(ViscousLaws),
 }
 
 impl<'de> Deserialize<'de> for Material {
@@ -80,8 +79,8 @@ impl<'de> Deserialize<'de> for Material {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let table = toml::Value::deserialize(deserializer)?;
         let law = table.get("law").and_then(toml::Value::as_str).unwrap_or_default();
-        let made = if FlowLaw::NAMES.contains(&law) {
-            FlowLaw::deserialize(table).map(Self::Flow)
+        let made = if ViscousLaws::NAMES.contains(&law) {
+            ViscousLaws::deserialize(table).map(Self::Flow)
         } else {
             PointLaws::deserialize(table).map(Self::Point)
         };

@@ -61,7 +61,7 @@ const SECTIONS: &[(&str, &str)] = &[
     ("BodySpec", "`[[body]]`"),
     ("Shape", "Regions: `region = { shape = … }`"),
     ("PointLaws", "Laws of material points: `material = { law = … }`"),
-    ("FlowLaw", "Laws of fluids on a mesh: `material = { law = … }`"),
+    ("ViscousLaws", "Laws of fluids on a mesh: `material = { law = … }`"),
     ("EquationsOfState", "Equations of state: `eos = { kind = … }`"),
     ("MembraneSpec", "`[[membrane]]`"),
     ("MembraneShape", "Meshes of membranes: `geometry = { shape = … }`"),

@@ -18,7 +18,7 @@ pub mod sheet;
 mod solid;
 #[cfg(test)]
 mod testing;
-mod viscosity;
+pub mod viscous;
 mod yield_curve;
 
 pub use bulk_viscosity::BulkViscosity;
@@ -33,7 +33,7 @@ pub use johnson_cook::JohnsonCook;
 pub use neo_hookean::NeoHookean;
 pub use sheet::{LANES, Sheet, SheetKind, SheetLanes, SheetState};
 pub use solid::{Increment, Point, Response, Solid};
-pub use viscosity::Viscosity;
+pub use viscous::{Bingham, HerschelBulkley, Newtonian, ViscousLaw, ViscousLaws};
 pub use yield_curve::YieldCurve;
 
 use crate::math::{SymTensor, Tensor};

@@ -361,14 +361,14 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
 
     /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
     fn viscosity(&self, e: usize, fluid: usize) -> f64 {
-        let law = &self.physics.fluids[fluid].viscosity;
-        let rate = if law.varies() {
+        let law = &self.physics.fluids[fluid].law;
+        let rate = if !law.is_newtonian() {
             let velocity = self.mesh.elements()[e].map(|node| self.velocity[node as usize]);
             shear_rate(&self.mesh.simplex(e).gradient, &velocity)
         } else {
             0.0
         };
-        law.at(rate)
+        law.viscosity(rate)
     }
 
     /// Stabilisation time of an element [s]. Only the paper's form counts the speed: the system has no convection.

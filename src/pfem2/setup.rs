@@ -8,9 +8,10 @@ use super::particles::Particles;
 use super::project::Kernel;
 use super::reseed::Reseeding;
 use crate::linalg;
-use crate::material::Viscosity;
+use crate::material::ViscousLaw;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
+use std::sync::Arc;
 
 /// Everything that a run of PFEM-2 starts from.
 #[derive(Debug)]
@@ -103,12 +104,19 @@ impl Default for Scheme {
 }
 
 /// A fluid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct FluidSetup {
     /// Name.
     pub name: String,
     /// Density [kg/m³].
     pub density: f64,
     /// Law of viscosity.
-    pub viscosity: Viscosity,
+    pub law: Arc<dyn ViscousLaw>,
+}
+
+impl FluidSetup {
+    /// A fluid with a law.
+    pub fn new(name: impl Into<String>, law: Box<dyn ViscousLaw>) -> Self {
+        Self { name: name.into(), density: law.density(), law: law.into() }
+    }
 }

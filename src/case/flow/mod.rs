@@ -1,10 +1,8 @@
-//! What a case of PFEM-2 is made of: the choices of the method here, conditions on the boundary, laws of fluids.
+//! What a case of PFEM-2 is made of: the choices of the method here, conditions on the boundary.
 
 mod boundary;
-mod law;
 
 pub use boundary::*;
-pub use law::*;
 
 use super::signal::SignalSpec;
 use crate::linalg;

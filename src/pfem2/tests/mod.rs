@@ -25,7 +25,7 @@ use super::project::Kernel;
 use super::reseed::Reseeding;
 use super::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 use crate::linalg::Options;
-use crate::material::Viscosity;
+use crate::material::Newtonian;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
 
@@ -57,7 +57,7 @@ fn weightless<const D: usize>() -> [Signal; D] {
 
 /// A Newtonian fluid.
 fn fluid(name: &str, density: f64, viscosity: f64) -> FluidSetup {
-    FluidSetup { name: name.into(), density, viscosity: Viscosity::Newtonian(viscosity) }
+    FluidSetup::new(name, Box::new(Newtonian { density, viscosity }))
 }
 
 /// The default choices, without surface tension.

@@ -1,6 +1,7 @@
 //! The mesh stage alone, without convection.
 
 use super::*;
+use crate::material::Bingham;
 use crate::pfem2::boundary::{Boundary, PressurePin};
 
 /// Flow between plates from rest under a body force; the ends are open and far. Exact, in the middle:
@@ -26,12 +27,12 @@ fn flow_between_plates_starts_as_the_series_says() {
 #[test]
 fn a_bingham_fluid_moves_as_a_plug_between_layers() {
     let (force, yield_stress) = (8.0, 1.6);
-    let law = Viscosity::HerschelBulkley { consistency: 1.0, index: 1.0, yield_stress, regularisation: 0.01 };
+    let law = Bingham { density: 1.0, viscosity: 1.0, yield_stress, regularisation: 0.01 };
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([6.0, 1.0]), [24, 20]).unwrap();
     let sets = vec![set(&mesh, "ends", Condition::Outlet, |x| x[0] == 0.0 || x[0] == 6.0)];
     let at = |y: f64| mesh.nodes().iter().position(|x| (*x - Vector([3.0, y])).norm() < 1e-9).unwrap();
     let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
-    let fluids = vec![FluidSetup { name: "paste".into(), density: 1.0, viscosity: law }];
+    let fluids = vec![FluidSetup::new("paste", Box::new(law))];
     let still = vec![Vector::ZERO; mesh.nodes().len()];
     let mut implicit =
         Implicit::new(mesh.clone(), boundary, physics(fluids, [force.into(), 0.0.into()]), still, Options::default());

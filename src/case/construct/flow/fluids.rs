@@ -6,6 +6,7 @@ use super::mesh::at;
 use crate::case::{EnrichmentSpec, InterfaceSpec, Material, Pfem2Spec, Preset, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::geometry::Region;
+use crate::material::ViscousLaws;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -71,14 +72,12 @@ impl Assembly<'_> {
     pub(super) fn fluid(&mut self, index: usize) -> Option<FluidSetup> {
         let spec = &self.case.file.body[index];
         match &spec.material {
-            Material::Flow(law) => {
-                let (density, viscosity) = law.parts();
-                Some(FluidSetup { name: spec.name.clone(), density, viscosity })
-            }
+            Material::Flow(law) => Some(FluidSetup::new(&spec.name, law.clone().into_box())),
             Material::Point(law) => {
                 let message = format!("the law `{}` is for `method = \"mpm\"`", law.name());
                 let finding = Diagnostic::error(format!("body[{index}].material"), message);
-                self.findings.push(finding.help("laws of fluids on a mesh are newtonian, bingham, herschel-bulkley"));
+                let help = format!("laws of fluids on a mesh are {}", ViscousLaws::NAMES.join(", "));
+                self.findings.push(finding.help(help));
                 None
             }
         }
