@@ -1,8 +1,9 @@
 //! Values of a case that stand in a CSV file: curves (`columns` in the schema) and signals over time.
 
+use super::keywords::Schema;
 use super::keywords::expected_dimension;
 use super::tree::{Node, Value};
-use super::walk::{Schema, Walker};
+use super::walk::Walker;
 use crate::input;
 use crate::math::CsvColumns;
 use crate::math::units::Dimension;

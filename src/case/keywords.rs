@@ -1,9 +1,11 @@
 //! What the keywords of a JSON Schema say about a value.
 
 use super::tree::{Node, Value};
-use super::walk::Schema;
 use crate::math::units::{Dimension, Unit};
-use serde_json::Value as Json;
+use serde_json::{Map, Value as Json};
+
+/// A JSON Schema: its keywords.
+pub(super) type Schema = Map<String, Json>;
 
 /// The dimension that a schema's `unit` asks for.
 pub(super) fn expected_dimension(schema: &Schema) -> Option<Dimension> {

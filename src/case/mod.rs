@@ -10,6 +10,7 @@ mod check;
 mod columns;
 mod construct;
 mod flow;
+mod friction;
 mod identity;
 mod keywords;
 mod method;
@@ -28,6 +29,7 @@ mod walk;
 
 pub use construct::Model;
 pub use flow::*;
+pub use friction::{FrictionSpec, FrictionWord};
 pub use names::is_case_name;
 pub use parts::*;
 pub use reference::{laws, schema};
@@ -182,7 +184,7 @@ fn locate(places: &BTreeMap<String, Range<usize>>, overridden: &[Override], find
 }
 
 /// The JSON Schema of the case file, with lateen's own keywords.
-static SCHEMA: LazyLock<walk::Schema> = LazyLock::new(|| {
+static SCHEMA: LazyLock<keywords::Schema> = LazyLock::new(|| {
     let schema = schemars::schema_for!(CaseFile);
     schema.as_object().cloned().unwrap_or_default()
 });

@@ -1,6 +1,6 @@
 //! What a case is made of: bodies, membranes, obstacles, walls, contact.
 
-use super::schema::FrictionSpec;
+use super::friction::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
 use crate::geometry::Shape;
 use crate::material::sheet::SheetLaw;

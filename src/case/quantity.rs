@@ -1,8 +1,9 @@
 //! Numbers, quantities and formulas in a case: units to SI, dimensions, ranges.
 
+use super::keywords::Schema;
 use super::keywords::expected_dimension;
 use super::tree::{Node, Value};
-use super::walk::{Schema, Walker};
+use super::walk::Walker;
 use crate::math::formula::{Formula, FormulaError};
 use crate::math::units::{Dimension, Quantity};
 

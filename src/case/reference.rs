@@ -1,8 +1,8 @@
 //! The JSON Schema for editors, and the reference of all keys, both made from the structs of the case file.
 
 use super::SCHEMA;
+use super::keywords::Schema;
 use super::keywords::kind;
-use super::walk::Schema;
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
 

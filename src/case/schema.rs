@@ -2,6 +2,7 @@
 //! pages and the checks while reading are all made from these.
 
 use super::flow::{BoundarySpec, Pfem2Spec, TensionSpec};
+use super::friction::FrictionSpec;
 use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
 use super::signal::SignalSpec;
 use crate::mesh::domain::DomainMesh;
@@ -300,26 +301,6 @@ fn one() -> f64 {
     1.0
 }
 
-/// Friction of a pair: a coefficient, `"stick"`, or `"none"` (the pair never meets).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum FrictionSpec {
-    /// Coulomb's coefficient; 0: frictionless.
-    Coefficient(#[schemars(extend("minimum" = 0.0))] f64),
-    /// A word.
-    Word(FrictionWord),
-}
-
-/// Words for friction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FrictionWord {
-    /// No relative motion while pressed together.
-    Stick,
-    /// The pair never meets.
-    None,
-}
-
 /// What is written, and how often.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
@@ -425,16 +406,6 @@ impl From<&LockingSpec> for mpm::Locking {
         match *locking {
             LockingSpec::None => Self::None,
             LockingSpec::Average { blend } => Self::Average { blend },
-        }
-    }
-}
-
-impl From<FrictionSpec> for mpm::Friction {
-    fn from(friction: FrictionSpec) -> Self {
-        match friction {
-            FrictionSpec::Coefficient(coefficient) => Self::Slip(coefficient),
-            FrictionSpec::Word(FrictionWord::Stick) => Self::Stick,
-            FrictionSpec::Word(FrictionWord::None) => Self::None,
         }
     }
 }

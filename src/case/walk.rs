@@ -8,17 +8,13 @@
 //! its unit even in a case without units) and `columns` (rows of two numbers, which may come from a CSV file).
 
 use super::keywords::{
-    alternatives, expected, expected_dimension, fits, inherit, item_schema, kind, list, properties, required, tag,
-    tag_value, texts,
+    Schema, alternatives, expected, expected_dimension, fits, inherit, item_schema, kind, list, properties, required,
+    tag, tag_value, texts,
 };
 use super::tree::{Entry, Node, Value, join};
 use crate::error::Diagnostic;
-
-use serde_json::{Map, Value as Json};
+use serde_json::Value as Json;
 use std::path::Path;
-
-/// A schema without references.
-pub(super) type Schema = Map<String, Json>;
 
 /// Walks a case along a schema.
 pub(super) struct Walker<'a> {

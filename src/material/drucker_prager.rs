@@ -10,7 +10,8 @@
 //! is not stored: soil that was pulled apart must close before it bears pressure again.
 
 use super::elastic::{Elastic, Moduli};
-use super::solid::{Increment, Point, Response, Solid};
+use super::increment::{Increment, Point, Response};
+use super::solid::Solid;
 use super::{PointState, StartState};
 use crate::math::SymTensor;
 use schemars::JsonSchema;

@@ -9,7 +9,7 @@
 //! The pressure is a function of the volume, so that no path of increments makes it drift.
 
 use super::bulk_viscosity::BulkViscosity;
-use super::solid::{Increment, Point, Response};
+use super::increment::{Increment, Point, Response};
 use super::{PointState, StartState};
 use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;

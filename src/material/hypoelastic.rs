@@ -7,7 +7,8 @@
 //! For small strains at any rotation; in large shear γ the Jaumann rate answers G sin γ.
 
 use super::elastic::Elastic;
-use super::solid::{Increment, Point, Response, Solid};
+use super::increment::{Increment, Point, Response};
+use super::solid::Solid;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -8,7 +8,8 @@
 //! ```
 
 use super::elastic::{Elastic, equivalent};
-use super::solid::{Increment, Point, Response, Solid};
+use super::increment::{Increment, Point, Response};
+use super::solid::Solid;
 use super::yield_curve::YieldCurve;
 use super::{PointState, StartState};
 use schemars::JsonSchema;

@@ -5,7 +5,8 @@
 //! ```
 
 use super::elastic::{Elastic, Moduli, start_stress};
-use super::solid::{Increment, Point, Response, Solid};
+use super::increment::{Increment, Point, Response};
+use super::solid::Solid;
 use super::{PointState, StartState};
 use crate::math::{SymTensor, Tensor, nearest_root};
 use schemars::JsonSchema;

@@ -37,21 +37,14 @@
 //! source = "exact Riemann solution"
 //! ```
 
+use super::curve::Curve;
+use super::outcome::{Compare, Level, Tolerance};
 use super::profile::Profile;
 use crate::error::{Diagnostic, Error, Result};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 use toml::Spanned;
-
-/// How much effort a verification takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
-    /// Minutes for all cases.
-    Quick,
-    /// The resolution of the papers.
-    Full,
-}
 
 /// Everything that a case is compared with.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -201,49 +194,6 @@ pub enum Reference {
     Curves(Vec<Curve>),
 }
 
-/// A published or computed curve in a table beside the case.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Curve {
-    /// The table, relative to the case.
-    pub file: String,
-    /// The column of the time.
-    pub x: String,
-    /// The column (or formula) of the value.
-    pub y: String,
-    /// What one unit of `x` is in seconds.
-    #[serde(default = "one")]
-    pub x_scale: f64,
-    /// What one unit of `y` is in the unit of the history.
-    #[serde(default = "one")]
-    pub y_scale: f64,
-}
-
-/// Whether a reference is a value or a bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Compare {
-    /// As near as the tolerance.
-    #[default]
-    Equal,
-    /// Not smaller than the reference by more than the tolerance.
-    AtLeast,
-    /// Not larger than the reference by more than the tolerance.
-    AtMost,
-}
-
-/// How far a value may be off: |computed − reference| ≤ absolute + relative·|reference|.
-///
-/// For curves the reference is the largest value of the curves.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Tolerance {
-    /// In the unit of the value.
-    pub absolute: f64,
-    /// As a fraction of the reference.
-    pub relative: f64,
-}
-
 impl Expected {
     /// How the case is run at a level.
     pub fn effort(&self, level: Level) -> &Effort {
@@ -327,23 +277,12 @@ impl Check {
     }
 }
 
-impl Tolerance {
-    /// The largest allowed deviation from `reference`.
-    pub fn limit(&self, reference: f64) -> f64 {
-        self.absolute + self.relative * reference.abs()
-    }
-}
-
 fn always_from() -> f64 {
     f64::NEG_INFINITY
 }
 
 fn always_until() -> f64 {
     f64::INFINITY
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 #[cfg(test)]

@@ -1,33 +1,11 @@
 //! A check applied to a history: computed value, deviation, verdict.
 
-use super::expected::{Check, Compare, Curve, Kind, Reference, Tolerance};
+use super::curve::Curve;
+use super::expected::{Check, Kind, Reference};
+use super::outcome::{Outcome, Tolerance};
 use super::series::{Series, envelope, series};
 use crate::error::Result;
 use crate::output::history::Table;
-
-/// The outcome of one check.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
-    /// What was compared.
-    pub name: String,
-    /// The computed value; `None` if the history doesn't hold it (too short, no oscillation).
-    pub computed: Option<f64>,
-    /// What it should be (for curves: their largest value).
-    pub reference: f64,
-    /// |computed − reference|, or how far a bound is missed, or the largest distance from the curves.
-    pub deviation: f64,
-    /// The largest allowed deviation.
-    pub limit: f64,
-    /// Where the reference comes from.
-    pub source: String,
-}
-
-impl Outcome {
-    /// True if the deviation is within its limit.
-    pub fn passed(&self) -> bool {
-        self.computed.is_some() && self.deviation <= self.limit
-    }
-}
 
 impl Check {
     /// Applies the check to its history; `other` is the one to take off, `read_curve` reads the table of a reference
@@ -93,28 +71,6 @@ impl Check {
             Kind::Crossing => series.passes(self.at?).first().copied(),
             Kind::Curve => None,
         }
-    }
-}
-
-impl Compare {
-    fn deviation(self, computed: f64, reference: f64) -> f64 {
-        match self {
-            Self::Equal => (computed - reference).abs(),
-            Self::AtLeast => (reference - computed).max(0.0),
-            Self::AtMost => (computed - reference).max(0.0),
-        }
-    }
-}
-
-impl Curve {
-    /// The curve in the units of the history.
-    ///
-    /// # Errors
-    /// A table that can't be read, or lacks the columns.
-    pub fn read(&self, read_table: impl Fn(&str) -> Result<Table>) -> Result<Series> {
-        let series = series(&read_table(&self.file)?, &self.x, &self.y)?;
-        let x = series.x.iter().map(|x| x * self.x_scale).collect();
-        Ok(Series { x, ..series.map(|y| y * self.y_scale) })
     }
 }
 

@@ -3,14 +3,16 @@
 //! What a case is compared with stands beside it in `expected.toml` ([`mod@expected`]); what can be
 //! measured on histories is in [`series`] and [`measure`], what on fields in [`profile`].
 
+pub mod curve;
 pub mod expected;
 pub mod measure;
+pub mod outcome;
 pub mod profile;
 pub mod series;
 mod table;
 
-pub use expected::{Expected, Level};
-pub use measure::Outcome;
+pub use expected::Expected;
+pub use outcome::{Level, Outcome};
 pub use series::Series;
 pub use table::render;
 
@@ -19,7 +21,7 @@ use crate::error::{Diagnostic, Error, Result};
 use crate::output::history::Table;
 use crate::output::plot::{Reference, Shape};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
-use expected::Curve;
+use curve::Curve;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 //! The deviation is the volume-weighted mean distance of the particles from the curve,
 //! L1 = Σ V_p |f_p − f(x_p)| / Σ V_p, which for a domain of unit size is the usual L1 error.
 
-use super::expected::{Curve, Level, Tolerance};
-use super::measure::Outcome;
+use super::curve::Curve;
+use super::outcome::{Level, Outcome, Tolerance};
 use super::series::Series;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::component::Component;

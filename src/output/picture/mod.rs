@@ -171,7 +171,8 @@ impl Picture {
         }
         scene.for_particles(|shapes| buffer.draw(shapes, table));
         if self.spec.opacity < 1.0 {
-            buffer.draw_veil(scene.surfaces(), table, self.spec.opacity, &Lamps::new());
+            let lamps = Lamps::new();
+            buffer.draw_veil(scene.surfaces(), table, self.spec.opacity, |pixel| lamps.colour(pixel, || 0.0));
         } else {
             buffer.draw(&scene.surfaces(), table);
         }

@@ -4,7 +4,6 @@
 //! the result doesn't depend on the number of threads.
 
 use super::camera::{Camera, Seen};
-use super::light::Lamps;
 use crate::math::Vector;
 use crate::output::colour::Rgb;
 use crate::parallel;
@@ -90,8 +89,14 @@ impl Buffer {
         });
     }
 
-    /// Draws shapes that let the light through, over everything that is there already.
-    pub fn draw_veil(&mut self, mut shapes: Vec<Shape>, table: &[Rgb], opacity: f64, lamps: &Lamps) {
+    /// Draws shapes that let the light through, over everything that is there already; `lit` gives the colour seen at a pixel.
+    pub fn draw_veil(
+        &mut self,
+        mut shapes: Vec<Shape>,
+        table: &[Rgb],
+        opacity: f64,
+        lit: impl Fn(&Pixel) -> Rgb + Sync,
+    ) {
         // From back to front: each veil covers those behind it.
         shapes.sort_by(|a, b| a.near().total_cmp(&b.near()));
         let bins = self.bins(&shapes);
@@ -101,7 +106,7 @@ impl Buffer {
             let rows = Rows { first: start / width, width, count: pixels.len() / width };
             let mut cover = |at: usize, pixel: Pixel| {
                 if pixel.near > pixels[at].near {
-                    let [red, green, blue] = lamps.colour(&pixel, || 0.0).map(f32::from);
+                    let [red, green, blue] = lit(&pixel).map(f32::from);
                     let over = [red * opacity, green * opacity, blue * opacity, opacity];
                     veil[at] = std::array::from_fn(|c| over[c] + (1.0 - opacity) * veil[at][c]);
                 }
