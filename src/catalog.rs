@@ -13,7 +13,7 @@ static CASES: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/cases");
 
 /// The case file of a folder.
 pub const CASE_FILE: &str = "case.toml";
-/// What a case is compared with.
+/// Name of the file with the comparisons of a case.
 pub const EXPECTED_FILE: &str = "expected.toml";
 
 /// A case that is part of the program.
@@ -41,7 +41,7 @@ pub fn nearest(name: &str) -> Option<&'static str> {
     all().iter().map(BuiltIn::name).min_by_key(distance).filter(|near| distance(near) <= near.len() / 3)
 }
 
-/// What to say about a name that is no built-in case.
+/// The error for a name that is no built-in case.
 pub fn unknown(name: &str) -> Error {
     let list = "`lateen cases` lists the built-in cases";
     let help = match nearest(name) {

@@ -1,4 +1,4 @@
-//! What can go wrong, where it happened, and what to try.
+//! Errors: cause, place, and advice.
 //!
 //! Three kinds, never mixed:
 //! * **case errors** ([`Diagnostic`]s): the input is wrong; all are collected, each with its place in the file;
@@ -28,7 +28,7 @@ pub enum Error {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A checkpoint that can't be used: torn, corrupted, of another case or version.
@@ -36,7 +36,7 @@ pub enum Error {
     Checkpoint {
         /// The checkpoint.
         path: PathBuf,
-        /// What is wrong with it and what to do.
+        /// The problem, and advice.
         message: String,
     },
     /// The run was interrupted by the user; a checkpoint was written.
@@ -117,9 +117,9 @@ pub struct Diagnostic {
     pub key: String,
     /// Bytes of the case file to underline, where known.
     pub span: Option<Range<usize>>,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do about it.
+    /// Advice.
     pub help: Option<String>,
     /// Warnings don't stop a run.
     pub severity: Severity,
@@ -182,19 +182,19 @@ impl fmt::Display for Diagnostic {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{what} at t = {time:.6e} (step {step}), {place}: {quantity} = {value:.6e}\n  help: {advice}")]
 pub struct StepError {
-    /// What happened, for example "a particle's volume became negative".
+    /// The event, for example "a particle's volume became negative".
     pub what: String,
     /// Time at the start of the failing step [s].
     pub time: f64,
     /// Number of the failing step (filled by the time loop).
     pub step: u64,
-    /// Where.
+    /// Its place.
     pub place: Place,
     /// Name of the offending quantity.
     pub quantity: &'static str,
     /// Its value.
     pub value: f64,
-    /// What to try.
+    /// Advice.
     pub advice: String,
 }
 
@@ -227,7 +227,7 @@ pub enum Place {
         body: String,
         /// Its identity (stable through sorting).
         id: u32,
-        /// Where it is [m].
+        /// Position [m].
         position: [f64; 3],
     },
     /// A membrane element or mesh element.
@@ -245,12 +245,12 @@ pub enum Place {
         body: String,
         /// Its index.
         index: usize,
-        /// Where it is [m].
+        /// Position [m].
         position: [f64; 3],
     },
     /// A place that is no part of the model.
     Point {
-        /// Where it is [m].
+        /// Position [m].
         position: [f64; 3],
     },
     /// The model as a whole.
@@ -258,7 +258,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// Where it is [m], unless that is everywhere.
+    /// Position [m]; `None` for the model as a whole.
     pub fn position(&self) -> Option<[f64; 3]> {
         match self {
             Self::Particle { position, .. }

@@ -1,4 +1,4 @@
-//! What the machine has left, so that what can't fit is refused before it is tried.
+//! Memory that the machine has left, so that a model that can't fit is refused before it is built.
 //!
 //! Without this, a spacing that is too small by a factor of ten, in three dimensions, ends with an allocation that fails or
 //! with the operating system killing the program: neither says which key to change.
@@ -14,7 +14,7 @@ pub fn free() -> Option<f64> {
     [machine, of_group(), of_process()].into_iter().flatten().reduce(f64::min)
 }
 
-/// What the limit of address space leaves.
+/// Memory left by the limit of address space.
 fn of_process() -> Option<f64> {
     let limits = read_to_string("/proc/self/limits").ok()?;
     let taken = kilobytes(&read_to_string("/proc/self/status").ok()?, "VmSize:")?;
@@ -26,7 +26,7 @@ fn address_space(limits: &str) -> Option<f64> {
     limits.lines().find_map(|line| line.strip_prefix("Max address space"))?.split_whitespace().next()?.parse().ok()
 }
 
-/// What the limits of the control group and of those above it leave.
+/// Memory left by the limits of the control group and of those above it.
 fn of_group() -> Option<f64> {
     let groups = read_to_string("/proc/self/cgroup").ok()?;
     let within = |root: &str, path: &str, [limit, taken]: [&str; 2]| {
@@ -45,7 +45,7 @@ fn of_group() -> Option<f64> {
     found.reduce(f64::min)
 }
 
-/// What one group leaves: its limit less what is taken and can't be given back, as the cache of files can.
+/// Memory left in one group: its limit less the memory that is taken and can't be given back, as the cache of files can.
 fn left(group: &Path, limit: &str, taken: &str) -> Option<f64> {
     let number = |file: &str| read_to_string(group.join(file)).ok()?.trim().parse::<f64>().ok();
     let cache = read_to_string(group.join("memory.stat")).unwrap_or_default();

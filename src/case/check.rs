@@ -17,7 +17,7 @@ use std::path::Path;
 /// An element of a membrane may be this many cells long: the contact samples it at most every half cell.
 const LONGEST_ELEMENT: f64 = 32.0;
 
-/// What reaches so many times the length of the grid beyond it has another unit.
+/// A shape that reaches so many times the length of the grid beyond it probably has another unit.
 const FAR: f64 = 20.0;
 
 /// Checks bodies, membranes and contacts.
@@ -255,7 +255,7 @@ fn too_late(key: &str, [from, to]: [f64; 2], end: f64) -> Option<Diagnostic> {
     (from >= end).then(|| Diagnostic::error(format!("{key}.impulse"), message()).help("move the window, or `time.end`"))
 }
 
-/// What may come into a box later gives no value before.
+/// The finding about a box that contains nothing at the start: values are missing until something enters it.
 fn nothing_within(key: &str, of: &str, corners: [[f64; 3]; 2], dimension: usize) -> Diagnostic {
     let [lower, upper] =
         corners.map(|x| if dimension == 2 { coordinates(&Vector([x[0], x[1]])) } else { coordinates(&Vector(x)) });

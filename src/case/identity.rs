@@ -1,4 +1,4 @@
-//! What a case computes, as a short text: a checkpoint is resumed by the case that it was written for.
+//! A hash of the keys that results depend on: a checkpoint is resumed by the case that it was written for.
 
 use super::tree::join;
 use super::{Case, OutputSpec, own_text};
@@ -24,7 +24,7 @@ impl Case {
 }
 
 impl Case {
-    /// What it says about what is computed.
+    /// The keys that results depend on, as text.
     fn computed(&self) -> String {
         let mut file = self.file.clone();
         file.title.clear();

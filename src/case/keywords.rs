@@ -1,4 +1,4 @@
-//! What the keywords of a JSON Schema say about a value.
+//! Readers of the keywords of a JSON Schema.
 
 use super::tree::{Node, Value};
 use crate::math::units::{Dimension, Unit};
@@ -82,7 +82,7 @@ pub(super) fn fits(schema: &Schema, node: &Node) -> bool {
     }
 }
 
-/// What the branches accept, for a message.
+/// The kinds of values that the branches accept, for a message.
 pub(super) fn expected(branches: &[Schema]) -> String {
     let mut parts: Vec<String> = Vec::new();
     let names: Vec<String> = branches.iter().flat_map(texts).collect();

@@ -46,9 +46,20 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 /// The text of a case file and where it comes from.
+///
+/// ```
+/// use lateen::Error;
+/// use lateen::case::{Case, Source};
+///
+/// let text = "name = 'drop'\ndimension = 2\ntime = { ende = '1 s' }\n";
+/// let source = Source::new("case.toml", "", text);
+/// let Err(Error::Case(findings)) = Case::read(source.clone(), &[]) else { panic!("`ende` is no key") };
+/// let shown = source.render(&findings, false);
+/// assert!(shown.contains("did you mean `end`?") && shown.contains("case.toml"), "{shown}");
+/// ```
 #[derive(Debug, Clone)]
 pub struct Source {
-    /// What messages call it: the path as the user gave it.
+    /// Its name in messages: the path as the user gave it.
     pub name: String,
     /// The directory that paths in the case are relative to.
     pub base: PathBuf,
@@ -92,12 +103,12 @@ impl Source {
 /// A case that has been read: right in itself, its parts not yet checked against each other.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// What it says, every default filled in, all numbers in SI.
+    /// Its contents, every default filled in, all numbers in SI.
     pub file: CaseFile,
-    /// Where it comes from.
+    /// Its source.
     pub source: Source,
     places: BTreeMap<String, Range<usize>>,
-    /// What was set from outside.
+    /// Keys that were set from outside.
     overridden: Vec<Override>,
 }
 

@@ -107,13 +107,13 @@ fn part_key(i: usize, part: &super::BoundarySpec) -> String {
     format!("boundary[{i}].{}", if part.name.is_some() { "name" } else { "on" })
 }
 
-/// What writes a file.
+/// An output that writes a file.
 struct Writer {
     /// The name that the file gets its own from.
     name: String,
     /// The key of the name; empty for what the case doesn't name.
     key: String,
-    /// What it is, for messages.
+    /// Its kind, for messages.
     what: String,
 }
 

@@ -1,4 +1,4 @@
-//! What a case is made of: bodies, membranes, obstacles, walls, contact.
+//! Parts of a case: bodies, membranes, obstacles, walls, contact.
 
 use super::friction::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
@@ -16,7 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 pub struct BodySpec {
     /// Its name in contacts, probes and files.
     pub name: String,
-    /// Where it is at the start.
+    /// Its region at the start.
     pub region: Shape,
     /// Distance of the particles; or give `particles-per-cell`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -29,7 +29,7 @@ pub struct BodySpec {
     /// Scale the particles' volume so that the body's volume is exact, where a formula gives it.
     #[serde(default = "yes")]
     pub exact_volume: bool,
-    /// Where the lattice of particles lies.
+    /// Position of the lattice of particles.
     #[serde(default)]
     pub lattice: Lattice,
     /// Velocity at the start; may depend on x, y, z.
@@ -92,7 +92,7 @@ fn yes() -> bool {
     true
 }
 
-/// Where the lattice of particles lies.
+/// Position of the lattice of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lattice {
@@ -188,7 +188,7 @@ pub struct MembraneSpec {
     /// Pressure on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<PressureSpec>,
-    /// Whether contact is at the surface (half the thickness away) rather than at the mid-surface.
+    /// True: contact is at the surface, half the thickness away; false: at the mid-surface.
     #[serde(default)]
     pub contact_thickness: bool,
 }
@@ -257,7 +257,7 @@ pub struct PressureSpec {
     /// Pushes along the element normal where positive.
     #[schemars(extend("unit" = "Pa"))]
     pub value: SignalSpec,
-    /// Whether it follows the deformed surface (or is a dead load on the undeformed one).
+    /// True: it follows the deformed surface; false: it is a dead load on the undeformed one.
     #[serde(default = "yes")]
     pub follower: bool,
 }
@@ -270,7 +270,7 @@ pub struct ObstacleSpec {
     pub name: String,
     /// Its shape at the start.
     pub region: Shape,
-    /// What it does.
+    /// Its kind.
     #[serde(default)]
     pub kind: ObstacleKind,
     /// Coefficient of friction, for `kind = "friction"`.
@@ -284,7 +284,7 @@ pub struct ObstacleSpec {
 }
 
 impl ObstacleSpec {
-    /// What it does to the grid velocity.
+    /// Its condition on the grid velocity.
     pub fn wall_kind(&self) -> WallKind {
         match self.kind {
             ObstacleKind::Fixed => WallKind::Fixed,
@@ -295,7 +295,7 @@ impl ObstacleSpec {
     }
 }
 
-/// What an obstacle does.
+/// Kinds of obstacles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObstacleKind {
@@ -316,11 +316,11 @@ pub enum ObstacleKind {
 pub enum WallSpec {
     /// Just what it does.
     Word(WallWord),
-    /// What it does, and how it moves.
+    /// Its kind and its velocity.
     Moving(Box<MovingWallSpec>),
 }
 
-/// What an end of the domain does.
+/// Kinds of walls at the ends of the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallWord {
@@ -380,7 +380,7 @@ impl Default for WallSpec {
 }
 
 impl WallSpec {
-    /// What it does, and how it moves.
+    /// Its kind and its velocity.
     pub fn parts(&self) -> (WallKind, [SignalSpec; 3]) {
         match self {
             Self::Word(WallWord::Open) => (WallKind::Open, Default::default()),

@@ -13,7 +13,7 @@ pub fn schema() -> Json {
     schema
 }
 
-/// What the reader accepts beyond plain JSON types: quantities as text, two entries for vectors in 2D.
+/// Adds to the schema the values that the reader accepts beyond plain JSON types: quantities as text, two entries for vectors in 2D.
 fn relax(schema: &mut Json) {
     match schema {
         Json::Object(object) => {
@@ -160,7 +160,7 @@ fn description(schema: &Schema) -> Option<String> {
     Some(schema.get("description")?.as_str()?.replace('\n', " "))
 }
 
-/// What a value is, with its unit: `list [m/s]`, `one of "left", "right"`.
+/// The kind of a value with its unit: `list [m/s]`, `one of "left", "right"`.
 fn value_kind(schema: &Schema) -> String {
     let unit = schema.get("unit").and_then(Json::as_str).filter(|u| *u != "1");
     let unit = unit.map(|u| format!(" [{u}]")).unwrap_or_default();

@@ -20,7 +20,7 @@ pub struct CaseFile {
     /// One line for plots and lists.
     #[serde(default)]
     pub title: String,
-    /// What it shows, and where it comes from.
+    /// A description, with the source.
     #[serde(default)]
     pub description: String,
     /// The method.
@@ -29,10 +29,10 @@ pub struct CaseFile {
     /// 2 (plane strain, per metre of depth) or 3.
     #[schemars(extend("minimum" = 2, "maximum" = 3))]
     pub dimension: usize,
-    /// Whether numbers have units.
+    /// `"SI"`: numbers may have units; `"none"`: everything is dimensionless.
     #[serde(default)]
     pub units: Units,
-    /// Where the defaults of `[mpm]` or `[pfem2]` come from.
+    /// Preset of the defaults of `[mpm]` or `[pfem2]`.
     #[serde(default)]
     pub preset: Preset,
     /// How long, and with which step.
@@ -67,7 +67,7 @@ pub struct CaseFile {
     /// Contact of pairs that differ from `mpm.friction`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contact: Vec<ContactSpec>,
-    /// What is written, and how often.
+    /// Outputs and their intervals.
     #[serde(default)]
     pub output: OutputSpec,
     /// Histories of single quantities.
@@ -89,7 +89,7 @@ pub enum Method {
     Pfem2,
 }
 
-/// Whether numbers have units.
+/// `"SI"`: numbers may have units; `"none"`: everything is dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub enum Units {
     /// A number without unit is in SI; text may carry any unit.
@@ -100,10 +100,10 @@ pub enum Units {
     None,
 }
 
-/// Where defaults of `[mpm]` or `[pfem2]` come from.
+/// Presets of the defaults of `[mpm]` or `[pfem2]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
-    /// What suits the materials of the case.
+    /// Chosen by the materials of the case.
     #[default]
     #[serde(rename = "recommended")]
     Recommended,
@@ -142,7 +142,7 @@ pub struct GridSpec {
     /// Upper corner: a whole number of cells away.
     #[schemars(extend("unit" = "m", "axes" = true))]
     pub upper: [f64; 3],
-    /// What happens at the ends of the domain.
+    /// Conditions at the ends of the domain.
     #[serde(default)]
     pub walls: WallsSpec,
 }
@@ -173,7 +173,7 @@ pub struct MpmSpec {
     pub kernel: KernelSpec,
     /// Particle–grid transfer.
     pub transfer: TransferSpec,
-    /// Where the energy goes that FLIP and its noise filter dissipate.
+    /// Use of the energy that FLIP and its noise filter dissipate.
     pub dissipation: DissipationSpec,
     /// When stresses are updated.
     pub stress_update: StressUpdateSpec,
@@ -196,14 +196,14 @@ pub struct MpmSpec {
     pub gravity: [SignalSpec; 3],
     /// Contact of pairs that no `[[contact]]` names.
     pub friction: FrictionSpec,
-    /// Where membranes meet bodies.
+    /// Contact between membranes and bodies.
     pub sheet_contact: SheetContactSpec,
     /// Gap below which contact acts, in cells.
     #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
     pub gap_tolerance: f64,
 }
 
-/// Where membranes meet bodies.
+/// Contact between membranes and bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SheetContactSpec {
@@ -258,7 +258,7 @@ fn hundred() -> u32 {
     100
 }
 
-/// Where the energy goes that FLIP and its noise filter dissipate.
+/// Use of the energy that FLIP and its noise filter dissipate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DissipationSpec {
@@ -301,7 +301,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// What is written, and how often.
+/// Outputs and their intervals.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct OutputSpec {
@@ -330,7 +330,7 @@ impl OutputSpec {
 }
 
 impl Default for MpmSpec {
-    /// What suits elastic solids; presets replace it.
+    /// The choices for elastic solids; presets replace them.
     fn default() -> Self {
         Self {
             kernel: KernelSpec::Quadratic,

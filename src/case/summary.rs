@@ -1,4 +1,4 @@
-//! What a case amounts to: particles, nodes, memory, steps.
+//! Size of a case: particles, nodes, memory, steps.
 
 use super::{CaseFile, LinearKind};
 use crate::linalg::Pattern;
@@ -8,7 +8,7 @@ use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
 use crate::simulation::Solver;
 use std::collections::BTreeSet;
 
-/// What a case amounts to.
+/// Size of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// Bodies.
@@ -23,7 +23,7 @@ pub struct Summary {
     pub unknowns: usize,
     /// Lower and upper corner of the domain [m].
     pub domain: [[f64; 3]; 2],
-    /// What was chosen for the user, in sentences.
+    /// Choices that were made for the user, in sentences.
     pub notes: Vec<String>,
     /// Estimated memory at the start [bytes].
     pub memory: f64,
@@ -82,13 +82,13 @@ fn stored_nodes<const D: usize>(setup: &Setup<D>) -> usize {
     blocks.len() * EDGE.pow(D as u32) * (groups.len() + setup.membranes.len()).max(1)
 }
 
-/// What fields and checkpoints need while they are written, as peaks of ten cases of both methods showed.
+/// Memory that fields and checkpoints need while they are written, as measured as peaks of ten cases of both methods.
 const OUTPUTS: f64 = 1.6;
 
-/// What a step of PFEM-2 holds, in stored columns: sorting and solving take about as much again.
+/// Memory of a step of PFEM-2, in stored columns: sorting and solving take about as much again.
 const FLOW: f64 = 2.0;
 
-/// What a step of MPM holds, in stored columns.
+/// Memory of a step of MPM, in stored columns.
 const POINTS: f64 = 1.25;
 
 /// The program, and the fonts of plots [bytes].
@@ -124,7 +124,7 @@ fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Optio
 }
 
 impl Summary {
-    /// What the bodies, membranes and grid amount to before the solver is made.
+    /// Size of the bodies, membranes and grid before the solver is made.
     pub(super) fn of_points<const D: usize>(setup: &Setup<D>, domain: [[f64; 3]; 2]) -> Self {
         let nodes = stored_nodes(setup);
         Self {
@@ -144,7 +144,7 @@ impl Summary {
         }
     }
 
-    /// What the fluids and the mesh amount to before the solver is made.
+    /// Size of the fluids and the mesh before the solver is made.
     pub(super) fn of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>, file: &CaseFile) -> Self {
         let (mesh, particles) = (&setup.mesh, &setup.particles);
         let nodes = mesh.nodes().len();

@@ -86,7 +86,7 @@ impl Node {
         }
     }
 
-    /// What it is, for messages.
+    /// Its kind, for messages.
     pub(super) fn kind(&self) -> &'static str {
         match self.value {
             Value::String(_) => "text",
@@ -136,7 +136,7 @@ impl Node {
         Ok(key)
     }
 
-    /// What an element of a list may be called.
+    /// Names that an element of a list may have.
     fn names(&self) -> Vec<&str> {
         let name = self.get("name").and_then(Self::as_str);
         let on = self.get("on").into_iter().flat_map(|on| match &on.value {
@@ -156,7 +156,7 @@ impl Node {
         format!("; there are 0 to {}{}", items.len() - 1, names.collect::<String>())
     }
 
-    /// What `step` leads to from here, where `key` has led, and its key.
+    /// The node and the key that `step` leads to from the node at `key`.
     fn descend(&mut self, step: &str, key: &str) -> Option<(&mut Self, String)> {
         match &mut self.value {
             Value::Array(items) => {

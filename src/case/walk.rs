@@ -257,7 +257,7 @@ impl<'a> Walker<'a> {
         self.findings.push(finding);
     }
 
-    /// What to write for a key that is missing.
+    /// An example for a key that is missing.
     fn example(&self, name: &str, schema: &Schema) -> Option<String> {
         let schema = self.resolve(schema);
         let dimension = expected_dimension(&schema)?;

@@ -3,7 +3,7 @@
 use super::{Failure, located};
 use lateen::run::Folder;
 
-/// What the user asked for.
+/// Options of the command.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A case file, or the name of a built-in case

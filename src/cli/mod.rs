@@ -58,7 +58,7 @@ pub fn located(error: Error, folder: &Folder) -> Failure {
     }
 }
 
-/// What a case is compared with, if anything; what is wrong with that is shown where it stands.
+/// The comparisons of a case, if it has any; findings are shown with their places in the file.
 pub fn expected(folder: &Folder) -> Result<Option<Expected>, Failure> {
     lateen::verify::expected(folder).map_err(|error| match (error, folder.beside(EXPECTED_FILE)) {
         (Error::Case(findings), Ok(Some(source))) => Failure::Case(source, findings),

@@ -1,4 +1,4 @@
-//! What a user sees while a case runs: a line that moves on a terminal, plain lines elsewhere.
+//! Progress of a run: one line that is rewritten on a terminal, plain lines elsewhere.
 
 use super::say;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -191,7 +191,7 @@ mod tests {
         assert_eq!([taken(0.0312), taken(-0.004), taken(0.85)], ["3.1% lost", "0.40% gained", "85% lost"]);
     }
 
-    /// Where the ledger finds what errors took as a remainder, its closure is nothing to show.
+    /// A ledger that finds the errors as its remainder closes by definition: its closure is not shown.
     #[test]
     fn the_line_shows_what_errors_took() {
         let shown = |energy_remainder| {

@@ -10,7 +10,7 @@ use lateen::verify;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-/// What the user asked for.
+/// Options of the command.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A case file, or the name of a built-in case
@@ -66,7 +66,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-/// What to do after a run that stopped before its end.
+/// Advice after a run that stopped before its end.
 fn advise(error: &Error, directory: &RunDirectory, case: &str, set: &[(String, String)]) {
     let root = directory.root().display().to_string();
     let set: String = set.iter().map(|(key, value)| format!(" --set {}", quoted(&format!("{key}={value}")))).collect();
@@ -103,7 +103,7 @@ impl Observer for Stop {
     }
 }
 
-/// Where the time went, how fast it was, how well energy is accounted for, what is on disk.
+/// Times per stage, speed, closure of the energy ledger, files on disk.
 fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) -> Result<(), Failure> {
     let mut text = times("done", summary, unit);
     if let Some(part) = summary.energy_remainder {

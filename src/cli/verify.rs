@@ -7,7 +7,7 @@ use lateen::run::Folder;
 use lateen::verify::{self, Expected, Level};
 use std::path::{Path, PathBuf};
 
-/// What the user asked for.
+/// Options of the command.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Part of the names of built-in cases, or a case of your own with an expected.toml [default: all]
@@ -67,7 +67,7 @@ fn nothing_compared() -> Failure {
     Error::case(finding.help("add `--full`, or choose other cases; `lateen cases` shows what each takes")).into()
 }
 
-/// What the case is compared with: there must be something.
+/// The comparisons of the case.
 fn something_expected(folder: &Folder) -> Result<Expected, Failure> {
     let expected = super::expected(folder)?.unwrap_or_default();
     if !expected.compares_nothing() {

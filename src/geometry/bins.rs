@@ -46,12 +46,12 @@ impl<const D: usize> Bins<D> {
         std::array::from_fn(|a| (x[a] / self.size).floor() as i32)
     }
 
-    /// What is listed in the bin of a place [m].
+    /// Entries listed in the bin of a place [m].
     pub fn at(&self, x: Vector<D>) -> &[u32] {
         self.of(&self.bin(x))
     }
 
-    /// What is listed in a bin.
+    /// Entries listed in a bin.
     pub fn of(&self, bin: &[i32; D]) -> &[u32] {
         self.lists.get(bin).map_or(&[], Vec::as_slice)
     }

@@ -1,4 +1,4 @@
-//! What lies below a curve y = η(x), as a polygon.
+//! The region below a curve y = η(x), as a polygon.
 
 use super::polygon::Polygon;
 use super::region::Region;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What lies below a curve y = η(x), between two ends and above a bottom; 2D only.
+/// The region below a curve y = η(x), between two ends and above a bottom; 2D only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BelowShape {

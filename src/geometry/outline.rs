@@ -247,7 +247,7 @@ fn cross(a: Vector<2>, b: Vector<2>) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// Where two straight pieces cross, a little beyond their ends too.
+/// The parameters at which two straight pieces cross, also a little beyond their ends.
 fn chords_cross([a, b]: [Vector<2>; 2], [c, d]: [Vector<2>; 2]) -> Option<[f64; 2]> {
     let (u, v, w) = (b - a, d - c, c - a);
     let determinant = cross(u, v);

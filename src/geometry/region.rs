@@ -7,6 +7,16 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// A region of space. Made directly or from a [`Shape`](super::Shape) of a case file, which checks it.
+///
+/// ```
+/// use lateen::geometry::{Region, sample};
+///
+/// let ball = Region::Sphere { center: [0.0; 3], radius: 2.0 };
+/// assert_eq!(ball.signed_distance([0.0, 3.0, 0.0]), 1.0);
+/// assert_eq!(ball.normal([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]);
+/// let particles = sample(&ball, 0.25, 3, [0.0; 3]).unwrap();
+/// assert!(particles.position.iter().all(|&x| ball.contains(x)));
+/// ```
 #[derive(Debug, Clone)]
 pub enum Region {
     /// An axis-aligned box; in 2D a rectangle, whose third bounds are infinite.
@@ -48,13 +58,13 @@ pub enum Region {
     },
     /// A polygon in the x-y plane; in 3D extruded along z.
     Polygon(Arc<Polygon>),
-    /// What a closed triangulated surface encloses; 3D only.
+    /// The volume inside a closed triangulated surface; 3D only.
     Surface(Arc<Surface>),
-    /// What lies in any of them.
+    /// The union of regions.
     Union(Vec<Region>),
-    /// What lies in all of them.
+    /// The intersection of regions.
     Intersection(Vec<Region>),
-    /// What lies outside.
+    /// The complement of a region.
     Complement(Box<Region>),
     /// A region moved rigidly: x ↦ R x + shift.
     Placed {

@@ -19,7 +19,7 @@ const BLOCK: i64 = 8;
 /// not decide about points that lie on it.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// What to do about too many particles.
+/// Advice about too many particles.
 const FEWER: &str = "increase `spacing`, or make the region smaller: are the units of both right?";
 
 /// Most particles of one region: identities have 32 bits.

@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What each shape of a case file can do.
+/// A shape of a case file.
 pub trait BuildRegion {
     /// Checks the shape and makes its region. Surface files are looked for below `base_dir`.
     ///
     /// # Errors
-    /// What is wrong, with a key relative to this shape (`radius`, `of[1].center`).
+    /// A finding with a key relative to this shape (`radius`, `of[1].center`).
     fn build(&self, base_dir: &Path, dimension: usize) -> Result<Region, Diagnostic>;
 }
 
@@ -44,7 +44,7 @@ impl Shape {
     /// Checks the shape and makes its region. Surface files are looked for below `base_dir`.
     ///
     /// # Errors
-    /// What is wrong, with a key relative to this shape (`radius`, `of[1].center`).
+    /// A finding with a key relative to this shape (`radius`, `of[1].center`).
     pub fn build(&self, base_dir: &Path, dimension: usize) -> Result<Region, Diagnostic> {
         self.as_dyn().build(base_dir, dimension)
     }
@@ -202,7 +202,7 @@ impl BuildRegion for PolygonShape {
     }
 }
 
-/// What a closed triangulated surface from an STL or OBJ file encloses; 3D only.
+/// The volume inside a closed triangulated surface from an STL or OBJ file; 3D only.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceShape {
@@ -228,7 +228,7 @@ impl BuildRegion for SurfaceShape {
     }
 }
 
-/// What lies in any of the members.
+/// The union of its members.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UnionShape {
@@ -243,7 +243,7 @@ impl BuildRegion for UnionShape {
     }
 }
 
-/// What lies in all of the members.
+/// The intersection of its members.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IntersectionShape {
@@ -262,9 +262,9 @@ impl BuildRegion for IntersectionShape {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DifferenceShape {
-    /// What to start from.
+    /// The shape to start from.
     pub of: Box<Shape>,
-    /// What is taken away.
+    /// The shapes that are taken away.
     #[schemars(length(min = 1))]
     pub minus: Vec<Shape>,
 }
@@ -278,7 +278,7 @@ impl BuildRegion for DifferenceShape {
     }
 }
 
-/// What lies outside of a shape.
+/// The complement of a shape.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ComplementShape {

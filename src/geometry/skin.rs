@@ -17,7 +17,7 @@ use hashbrown::HashMap;
 pub struct SkinPoint {
     /// Index of a particle, and its weight w_p.
     pub members: Vec<(u32, f64)>,
-    /// What the weights can't reach where the particles lie in one plane or line: |S − Σ w_p X_p| [m].
+    /// The residual |S − Σ w_p X_p| [m], which is not zero if the particles lie in one plane or line.
     pub radius: f64,
 }
 

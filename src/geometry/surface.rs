@@ -28,7 +28,7 @@ impl Surface {
     /// Reads an STL or OBJ file; `unit` is the length of one unit of the file [m].
     ///
     /// # Errors
-    /// What is wrong with the file or with the surface in it.
+    /// A problem with the file or with the surface in it.
     pub fn read(path: &Path, unit: f64) -> Result<Self, String> {
         Self::new(Triangles::read(path, unit)?)
     }

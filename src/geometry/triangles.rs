@@ -31,7 +31,7 @@ impl Faces {
     /// out (it covers nothing).
     ///
     /// # Errors
-    /// What is wrong with the file: unreadable, neither STL nor OBJ, torn, empty, not finite.
+    /// A file that is unreadable, neither STL nor OBJ, torn, empty, or not finite.
     pub fn read(path: &Path, unit: f64) -> Result<Self, String> {
         let bytes = input::read(path).map_err(|why| format!("can't be read: {why}"))?;
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();

@@ -138,7 +138,7 @@ fn area<const D: usize>([a, b, c]: &Simplex<D>) -> Vector<D> {
     if D == 2 { Vector::from3([s[1], -s[0], 0.0]) } else { Vector::from3((s.cross(t) * 0.5).0) }
 }
 
-/// What a segment or triangle adds to the winding number about `x`.
+/// The contribution of a segment or triangle to the winding number about `x`.
 fn share<const D: usize>(simplex: &Simplex<D>, x: Vector<D>) -> f64 {
     let [a, b, c] = simplex.map(|corner| Vector::<3>((corner - x).to3()));
     if D == 2 {

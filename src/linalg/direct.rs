@@ -162,7 +162,7 @@ impl Analysis {
         self.symbolic.len_val()
     }
 
-    /// What a new factor costs, in iterations with a kept one.
+    /// Cost of a new factor, in iterations with a kept one.
     ///
     /// An iteration reads the factor twice, at the speed of memory; a new factor multiplies in cache. The ratio of
     /// the two speeds was measured once: it differs little from machine to machine, and only speed depends on it.

@@ -49,7 +49,7 @@ pub(super) struct Krylov {
 pub(super) struct Attempt {
     /// The norm at the start and after every iteration.
     pub history: Vec<f64>,
-    /// Whether the true residual reached the target.
+    /// True if the true residual reached the target.
     pub converged: bool,
 }
 
@@ -113,7 +113,7 @@ impl Krylov {
     }
 }
 
-/// Whether at the pace of the last iterations there would be more than one has patience for.
+/// True if the rate of the last iterations predicts more iterations than allowed.
 fn falls_behind(history: &[f64], limits: Limits) -> bool {
     let done = history.len() - 1;
     let (Some(patience), Some(before)) = (limits.patience, done.checked_sub(PACE)) else { return false };

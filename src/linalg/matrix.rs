@@ -14,7 +14,7 @@ const ROWS: usize = 512;
 /// A matrix with one block of B × B per entry of the pattern.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const B: usize> {
-    /// Where the blocks are.
+    /// Positions of the blocks.
     pub pattern: Arc<Pattern>,
     /// One block per entry: `values[entry][row][column]`.
     pub values: Vec<[[f64; B]; B]>,

@@ -1,4 +1,4 @@
-//! What FGMRES is preconditioned with, and when one is replaced.
+//! Preconditioners of FGMRES, and the rule for replacing them.
 
 use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
@@ -90,8 +90,8 @@ impl<const B: usize> Preconditioner<B> {
 /// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost
 /// (theory (F.45)).
 ///
-/// Where matrices change so much from one system to the next that a kept one fails, as with an interface between
-/// water and air that crosses elements, keeping it is tried more and more rarely.
+/// If matrices change so much from one system to the next that a kept preconditioner fails, as with an interface between water and air
+/// that crosses elements, keeping one is tried more and more rarely.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct ReusePolicy {
     /// Cost of a new one, in iterations.

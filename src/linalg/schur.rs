@@ -5,13 +5,13 @@
 //! δp = −Ŝ⁻¹ (r_p − Q diag(A)⁻¹ r_v)   Ŝ⁻¹: one multigrid cycle
 //! δv = Â⁻¹ (r_v − G δp)               Â⁻¹: symmetric Gauss–Seidel, or multigrid, component by component
 //! ```
-//! Where mass outweighs viscosity, µΔt/(ρh²) ≪ 1, A is almost its diagonal and both are almost exact. Where
+//! If mass outweighs viscosity, µΔt/(ρh²) ≪ 1, A is almost its diagonal and both are almost exact. If
 //! viscosity rules, diag(A)⁻¹ no longer resembles A⁻¹: velocity gets multigrid, and the Schur complement the sum of
 //! both limits (Cahouet & Chabard 1988),
 //! ```text
 //! Ŝ⁻¹ = (C + Q M⁻¹ G)⁻¹ + diag(S)⁻¹,  M: the sums of A's rows, in which viscosity cancels
 //! ```
-//! What it reads of the matrix is kept in single precision, without the coupling of velocity components: a third of
+//! The parts of the matrix that it reads are kept in single precision, without the coupling of velocity components: a third of
 //! the memory traffic, which is what an iteration costs.
 
 use super::matrix::BlockMatrix;

@@ -46,7 +46,7 @@ pub struct Outcome {
     pub iterations: usize,
     /// |S (b − A x)| / |S b| at the end.
     pub residual: f64,
-    /// Whether the preconditioner was made anew.
+    /// True if the preconditioner was made anew.
     pub rebuilt: bool,
 }
 
@@ -81,7 +81,7 @@ pub struct LinearSolver<const B: usize> {
     pattern: Arc<Pattern>,
     places: Vec<[f64; 3]>,
     options: Options,
-    /// What may be tried, the usual method first.
+    /// Methods to try, the usual one first.
     methods: Vec<Method>,
     /// The one in use.
     method: Method,
@@ -94,7 +94,7 @@ pub struct LinearSolver<const B: usize> {
     krylov: Krylov,
 }
 
-/// What a solver carries from one system to the next: with it a resumed run repeats the same bits.
+/// State that a solver carries from one system to the next: with it a resumed run repeats the same bits.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
@@ -172,7 +172,7 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    /// What to keep in a checkpoint.
+    /// The state to keep in a checkpoint.
     pub fn memory(&self) -> SolverState {
         let method = Method::ALL.iter().position(|&method| method == self.method);
         let kept = self.source.as_ref().filter(|_| !self.wear.replace);

@@ -26,7 +26,7 @@ use super::eos::EquationOfState;
 use crate::math::SymTensor;
 use crate::math::simd::{Lanes, Task, widest};
 
-/// What a fluid has besides its equation of state.
+/// Properties of a fluid besides its equation of state.
 #[derive(Debug, Clone, Copy)]
 pub struct Flow {
     /// Density in the reference state ρ0 [kg/m³].
@@ -69,7 +69,7 @@ fn shear(flow: &Flow, batch: &mut PointBatch<'_>) {
     }
 }
 
-/// Where liquids come apart.
+/// The void that opens in a liquid which is pulled apart at its tension limit.
 trait Opening {
     /// Void over liquid of particle `p`, θ.
     fn void(&self, p: usize) -> f64;

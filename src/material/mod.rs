@@ -113,7 +113,7 @@ pub struct Storage {
     pub history: &'static [&'static str],
 }
 
-/// What a case prescribes of a region's first state. At most one of the three is given.
+/// The initial state of a region as a case prescribes it. At most one of the three is given.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StartState {
     /// Pressure [Pa].

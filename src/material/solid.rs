@@ -17,6 +17,24 @@ use crate::math::{SymTensor, Tensor};
 use std::ops::Range;
 
 /// A law of a solid: what its author writes, for one particle. It makes a [`PointLaw`].
+///
+/// An increment of uniaxial strain, of which the stress is σ_xx = (K + ⁴⁄₃ G) ε to first order:
+///
+/// ```
+/// use lateen::material::{Elastic, Hypoelastic, Increment, Point, Solid};
+/// use lateen::math::{SymTensor, Tensor};
+///
+/// let law = Hypoelastic { elastic: Elastic::new(1000.0, 1e6, 0.25) };
+/// let (dt, strain) = (1e-3, 1e-6);
+/// let mut gradient = Tensor::ZERO;
+/// gradient[0][0] = strain / dt;
+/// let shear = gradient.symmetric().deviator() * dt;
+/// let increment = Increment { dt, gradient, shear, volume_ratio: 1.0 + strain };
+/// let point = Point { deviator: SymTensor::ZERO, deformation: Tensor::identity(), history: &mut [] };
+/// let response = law.response(&increment, point);
+/// assert!((response.stress.0[0] / (response.modulus * strain) - 1.0).abs() < 1e-6);
+/// assert!((response.modulus - 1.2e6).abs() < 1e-6);
+/// ```
 pub trait Solid: std::fmt::Debug + Send + Sync {
     /// Names of the history variables.
     const HISTORY: &'static [&'static str] = &[];

@@ -1,4 +1,4 @@
-//! What every law of material points must pass: one particle of unit mass-to-density, moved by hand.
+//! Tests that every law of material points must pass: one particle of unit mass-to-density, moved by hand.
 
 use super::bulk_viscosity::BulkViscosity;
 use super::eos::EquationsOfState;

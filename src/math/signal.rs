@@ -5,6 +5,15 @@ use super::table::Table;
 use std::sync::Arc;
 
 /// A value in space and time, in SI units. Cloning is cheap.
+///
+/// ```
+/// use lateen::math::Signal;
+///
+/// let inflow = Signal::formula("4*y*(1 - y)")?;
+/// assert_eq!(inflow.value([0.0, 0.5, 0.0], 7.0), 1.0);
+/// assert!(inflow.is_steady() && !inflow.is_uniform());
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Debug, Clone)]
 pub enum Signal {
     /// The same everywhere and always.

@@ -3,6 +3,14 @@
 use super::units::{Dimension, Unit};
 
 /// A piecewise linear function of time, constant before its first and after its last row.
+///
+/// ```
+/// use lateen::math::Table;
+///
+/// let table = Table::from_csv("t [ms],p [kPa]\n0,1\n10,3\n", None, None)?;
+/// assert_eq!((table.value(-1.0), table.value(0.005), table.value(1.0)), (1000.0, 2000.0, 3000.0));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     time: Vec<f64>,
@@ -95,7 +103,7 @@ impl CsvColumns {
     }
 }
 
-/// What stands between the columns of a CSV text: `;` or a tab where its first row has no comma, but one of these.
+/// The separator of the columns of a CSV text: `;` or a tab if its first row has one of these and no comma.
 pub fn separator(text: &str) -> u8 {
     let first = text.lines().find(|line| !(line.trim().is_empty() || line.starts_with('#'))).unwrap_or_default();
     [b',', b';', b'\t'].into_iter().find(|&mark| first.as_bytes().contains(&mark)).unwrap_or(b',')

@@ -215,6 +215,14 @@ impl<const D: usize> Neg for Tensor<D> {
 }
 
 /// A symmetric 3 × 3 tensor: `[xx, yy, zz, xy, yz, zx]`.
+///
+/// ```
+/// use lateen::math::SymTensor;
+///
+/// let uniaxial = SymTensor([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+/// assert_eq!(uniaxial.deviator(), SymTensor([2.0, -1.0, -1.0, 0.0, 0.0, 0.0]));
+/// assert!((uniaxial.von_mises() - 3.0).abs() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct SymTensor(pub [f64; 6]);

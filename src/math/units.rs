@@ -50,7 +50,7 @@ impl Dimension {
         Some(Self(sum))
     }
 
-    /// What people call it, and an example to write, for the dimensions that occur in cases.
+    /// Common name and an example, for the dimensions that occur in cases.
     fn known(self) -> Option<(&'static str, &'static str)> {
         KNOWN.iter().find(|(dimension, ..)| *dimension == self.0).map(|&(_, name, example)| (name, example))
     }
@@ -115,7 +115,7 @@ const KNOWN: &[([i8; 4], &str, &str)] = &[
 /// A unit: `mantissa · 10^exponent` in SI base units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// What is left when powers of ten are taken out (1 for most units).
+    /// The factor without powers of ten (1 for most units).
     pub mantissa: f64,
     /// Power of ten.
     pub exponent: i32,
@@ -330,6 +330,16 @@ pub(super) fn number_length(text: &str) -> usize {
 }
 
 /// A number with its unit, in SI.
+///
+/// ```
+/// use lateen::math::units::{Quantity, Unit};
+///
+/// let modulus = Quantity::parse("70 GPa")?;
+/// assert_eq!((modulus.value, modulus.dimension), (70e9, Some(Unit::parse("kg m^-1 s^-2")?.dimension)));
+/// assert_eq!(Quantity::parse("0.5")?.dimension, None);
+/// assert!(Quantity::parse("3 parsec").unwrap_err().contains("parsec"));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantity {
     /// The value in SI units.

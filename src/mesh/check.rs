@@ -1,4 +1,4 @@
-//! What can be wrong with the mesh of a membrane.
+//! Checks of the mesh of a membrane.
 
 use super::Facets;
 use super::facets::edges;
@@ -15,15 +15,15 @@ const SAME: f64 = 1e-12;
 /// One finding about a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// What is wrong.
+    /// The problem.
     pub problem: Problem,
-    /// Where: the centre of the element, or the node [m].
+    /// Its place: the centre of the element, or the node [m].
     pub place: [f64; 3],
-    /// What the message calls the element or node, and its neighbour.
+    /// Names of the element or node, and of its neighbour, in the message.
     called: [i64; 2],
 }
 
-/// What can be wrong. Elements and nodes are counted from 0 in the order of the mesh; messages name them as the mesh's file
+/// Kinds of problems. Elements and nodes are counted from 0 in the order of the mesh; messages name them as the mesh's file
 /// does, if there is one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Problem {
@@ -148,7 +148,7 @@ fn find(facets: &Facets) -> Vec<Finding> {
     findings
 }
 
-/// What must be right before anything else can be looked at.
+/// Checks that all others depend on.
 fn unsound(facets: &Facets) -> Vec<Finding> {
     let count = facets.nodes.len();
     let nowhere = |problem| Finding::new(problem, [0.0; 3]);

@@ -16,7 +16,7 @@ pub struct Facets {
     pub elements: Vec<Vec<u32>>,
     /// Named sets of nodes, in ascending order.
     pub sets: BTreeMap<String, Vec<u32>>,
-    /// What a file calls its nodes and elements.
+    /// The file's own numbers of nodes and elements.
     pub numbers: Numbers,
 }
 
@@ -31,12 +31,12 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// What a message calls a node.
+    /// The name of a node in messages.
     pub fn node(&self, node: u32) -> i64 {
         self.nodes.get(node as usize).copied().unwrap_or(i64::from(node))
     }
 
-    /// What a message calls an element.
+    /// The name of an element in messages.
     pub fn element(&self, element: usize) -> i64 {
         self.elements.get(element).copied().unwrap_or(element as i64)
     }

@@ -127,7 +127,7 @@ mod tests {
         assert!(open.turned_parts(2).is_empty());
     }
 
-    /// What bounds a hole looks into the hole, and so out of the material: nothing of a ring is turned, but the outside of one
+    /// Facets around a hole have normals into the hole, out of the material: nothing of a ring is turned, but the outside of one
     /// that runs the other way is.
     #[test]
     fn holes_look_inwards() {

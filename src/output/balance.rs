@@ -14,7 +14,7 @@ const STORED: &str = "stored energy";
 const GAINED: &str = "gained energy";
 const LOST: &str = "lost energy";
 const CLOSURE: &str = "closure";
-/// What the remainder is of the largest other term so far.
+/// Head of the remainder divided by the largest other term so far.
 pub(super) const LOST_TO_ERRORS: &str = "part lost to errors";
 
 /// Writes the ledger of every sample to `balance.csv`.

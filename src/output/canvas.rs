@@ -23,7 +23,7 @@ pub(super) enum Weight {
     Bold,
 }
 
-/// Where a text is relative to its place, horizontally.
+/// Horizontal alignment of a text at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Align {
     Left,
@@ -41,7 +41,7 @@ enum Joins {
     Round,
 }
 
-/// What a back end does in a way of its own.
+/// Operations that each back end implements.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BackEnd {
     joins: Joins,

@@ -30,7 +30,7 @@ impl History {
         Self { path: path.into(), begun: false, resumed: None, last_time: f64::NEG_INFINITY }
     }
 
-    /// Where the table is.
+    /// Path of the table.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -120,6 +120,14 @@ impl History {
 }
 
 /// A history read back: heads and rows.
+///
+/// ```
+/// use lateen::output::history::Table;
+///
+/// let table = Table::parse(b"time [s],p [Pa]\n0,1\n0.5,3\n")?;
+/// assert_eq!(table.column("p"), Some(&[1.0, 3.0][..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// First row: names with units.

@@ -1,4 +1,4 @@
-//! What a run leaves on disk: fields for ParaView, histories, checkpoints, plots and pictures.
+//! Files of a run: fields for ParaView, histories, checkpoints, plots and pictures.
 //!
 //! Everything here sees [`Snapshot`](crate::simulation::Snapshot)s only, so it works for both methods.
 //! Every file is either whole or not there: files are written to a temporary name and then renamed

@@ -13,7 +13,7 @@ pub(super) enum Set<'s> {
     Surface(&'s SurfaceSet<'s>),
 }
 
-/// What the values of a quantity belong to.
+/// The entities that the values of a quantity belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum On {
     /// Particles, or nodes of a surface.
@@ -30,7 +30,7 @@ pub(super) struct Quantity<'s> {
     pub values: Cow<'s, [f64]>,
 }
 
-/// Where the particles of a set were at the start, by identity; nothing for surfaces, which know it.
+/// Initial positions of the particles of a set, by identity; empty for surfaces, which store theirs.
 pub(super) type Start = HashMap<u32, [f64; 3]>;
 
 impl<'s> Set<'s> {
@@ -69,7 +69,7 @@ impl<'s> Set<'s> {
         }
     }
 
-    /// Where particles are, by identity.
+    /// Positions of particles, by identity.
     pub fn start(self) -> Start {
         match self {
             Self::Points(set) => set.id.iter().copied().zip(set.position.iter().copied()).collect(),

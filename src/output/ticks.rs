@@ -3,7 +3,7 @@
 /// A scale for showing numbers: `shown = factor × number`, in the unit `unit`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// What numbers are multiplied with.
+    /// The factor of the numbers.
     pub factor: f64,
     /// The unit with its prefix, for example `mm`; or a power of ten where it can't have one.
     pub unit: String,

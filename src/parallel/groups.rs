@@ -87,7 +87,7 @@ impl Groups {
         &self.entries
     }
 
-    /// Where each group begins among the entries, and their number.
+    /// The start of each group among the entries, then the number of entries.
     pub fn first(&self) -> &[u32] {
         &self.first
     }

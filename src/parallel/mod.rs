@@ -99,7 +99,7 @@ tuples! {
     (A 0) (B 1) (C 2) (E 3) (F 4);
 }
 
-/// What `work` makes of pieces of `size` entries of the columns, given the number of its first entry, in their order.
+/// The results of `work` on pieces of `size` entries of the columns, given the number of the first entry, in their order.
 pub fn map_chunks<C: Columns, T: Send>(columns: C, size: usize, work: impl Fn(usize, C) -> T + Sync) -> Vec<T> {
     let mut pieces: Vec<Mutex<(Option<C>, Option<T>)>> = Vec::with_capacity(columns.len().div_ceil(size));
     let mut rest = columns;
@@ -124,7 +124,7 @@ pub fn for_each_chunk<C: Columns>(columns: C, size: usize, work: impl Fn(usize, 
     map_chunks(columns, size, work);
 }
 
-/// What `work` makes of the pieces of `0..len` of `size` numbers, in order.
+/// The results of `work` on the pieces of `0..len` of `size` numbers, in order.
 pub fn map_ranges<T: Send>(len: usize, size: usize, work: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let pieces: Vec<Mutex<Option<T>>> = (0..len.div_ceil(size)).map(|_| Mutex::new(None)).collect();
     run(pieces.len(), &|n| {
@@ -243,6 +243,12 @@ pub fn map_into<A: Sync, B: Send + Clone + Default>(from: &[A], to: &mut Vec<B>,
 }
 
 /// The sum of `term` over `0..len`.
+///
+/// ```
+/// use lateen::parallel;
+///
+/// assert_eq!(parallel::sum(100_000, |n| n as f64), 0.5 * 99_999.0 * 100_000.0);
+/// ```
 pub fn sum(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).sum::<f64>(), |a, b| a + b).unwrap_or(0.0)
 }
@@ -253,7 +259,7 @@ pub fn min(len: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
     reduce(len, |range| range.map(&term).fold(f64::INFINITY, least), least).unwrap_or(f64::INFINITY)
 }
 
-/// What `work` makes of each of the parts, in their order; each is a task of its own.
+/// The results of `work` on each of the parts, in their order; each is a task of its own.
 pub fn map_parts<P: Send, T: Send>(parts: impl IntoIterator<Item = P>, work: impl Fn(P) -> T + Sync) -> Vec<T> {
     let mut parts: Vec<Option<P>> = parts.into_iter().map(Some).collect();
     map_chunks(&mut parts[..], 1, |_, part| part[0].take().map(&work)).into_iter().flatten().collect()

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 /// The file that a run locks.
 pub(super) const LOCK: &str = "run.lock";
 
-/// What every log begins with.
+/// First line of every log.
 pub(super) const SIGNATURE: &str = concat!("lateen ", env!("CARGO_PKG_VERSION"));
 
-/// What to do with a directory that is not empty.
+/// Treatment of a directory that is not empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Existing {
     /// Refuse it.
@@ -126,7 +126,7 @@ impl RunDirectory {
         self.root.join("resolved.toml")
     }
 
-    /// What happened.
+    /// Lines of the log.
     pub fn log(&self) -> PathBuf {
         self.root.join("run.log")
     }

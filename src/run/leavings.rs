@@ -1,4 +1,4 @@
-//! What a run leaves in its directory: how one knows it, and how it is removed without touching anything else.
+//! Files that a run leaves in its directory: how they are recognised, and removed without touching anything else.
 //!
 //! ```text
 //! case.toml  resolved.toml  run.log  status.json  run.lock
@@ -20,7 +20,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a run writes beside its folders.
+/// Files that a run writes beside its folders.
 const FILES: &[&str] = &["case.toml", "resolved.toml", "run.log", "status.json", super::directory::LOCK];
 
 /// A folder of a run.
@@ -149,7 +149,7 @@ fn stem_of<'p>(path: &'p Path, endings: &[&str]) -> Option<&'p str> {
     endings.contains(&ending).then_some(stem)
 }
 
-/// What lies in a folder; nothing if there is none.
+/// Entries of a folder; none if there is no folder.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     match fs::read_dir(folder) {
         Ok(entries) => Ok(entries.flatten().map(|entry| entry.path()).collect()),

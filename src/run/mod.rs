@@ -30,15 +30,15 @@ const CHECKPOINT_EVERY: f64 = 60.0;
 /// How a case is run.
 #[derive(Default)]
 pub struct Options {
-    /// What to do with a directory that is not empty.
+    /// Treatment of a directory that is not empty.
     pub existing: Existing,
     /// Stops after the step in which it becomes true.
     pub stop: Arc<AtomicBool>,
-    /// Who follows the run, besides `status.json` and `run.log`.
+    /// Observers of the run, besides `status.json` and `run.log`.
     pub observers: Vec<Box<dyn Observer>>,
     /// Published curves to draw in the plots.
     pub references: Vec<Reference>,
-    /// What was chosen for the user, in sentences: comments of `resolved.toml`.
+    /// Choices that were made for the user, in sentences: comments of `resolved.toml`.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a run that goes on must find as it was left.
+//! Checks before a run is resumed: its histories are those that it left.
 
 use super::RunDirectory;
 use crate::case::Case;

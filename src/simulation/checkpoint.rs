@@ -1,4 +1,4 @@
-//! What the time loop asks of a place that keeps checkpoints.
+//! The interface between the time loop and a store of checkpoints.
 
 use super::Column;
 use crate::error::Result;
@@ -23,7 +23,7 @@ pub trait CheckpointStore {
     /// When checkpoints are there but none can be used: torn, corrupted, of another case or version.
     fn restore(&mut self, columns: &mut Columns<'_>) -> Result<Option<PathBuf>>;
 
-    /// What the last restore found damaged and passed over.
+    /// Damaged checkpoints that the last restore passed over.
     fn skipped(&self) -> &[String] {
         &[]
     }

@@ -17,6 +17,17 @@ const NEAR_THE_END: f64 = 1e-3;
 
 /// Simulated time, counted in steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+///
+/// ```
+/// use lateen::simulation::Clock;
+///
+/// let mut clock = Clock::default();
+/// let target = 1.0;
+/// while clock.time < target {
+///     clock.advance(clock.next_dt(target, 0.3), target);
+/// }
+/// assert_eq!((clock.step, clock.dt, clock.time), (4, 0.25, 1.0), "equal steps that land on the target");
+/// ```
 pub struct Clock {
     /// Time [s].
     pub time: f64,

@@ -15,7 +15,7 @@ pub struct Watched {
     pub key: String,
     /// Its value.
     pub signal: Signal,
-    /// Where it is tried before every step [m].
+    /// Places at which it is evaluated before every step [m].
     pub places: Vec<[f64; 3]>,
     /// Acts on a part of the boundary, and need not have a value away from it.
     pub on_boundary: bool,

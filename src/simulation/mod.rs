@@ -31,6 +31,46 @@ use crate::error::{Result, StepError};
 pub const MOST_COUNTED: u64 = 1 << 53;
 
 /// One of the two methods, ready to step. The only abstraction over both.
+///
+/// A mass on a spring, by the symplectic Euler method:
+///
+/// ```
+/// use lateen::error::StepError;
+/// use lateen::simulation::{Column, Plan, Simulation, Snapshot, Solver};
+/// use std::time::Duration;
+///
+/// /// x¨ = −ω² x.
+/// struct Spring { omega: f64, x: f64, v: f64 }
+///
+/// impl Solver for Spring {
+///     fn stable_dt(&self) -> f64 {
+///         0.001 / self.omega
+///     }
+///     fn step(&mut self, _t: f64, dt: f64) -> Result<(), StepError> {
+///         self.v -= self.omega.powi(2) * self.x * dt;
+///         self.x += self.v * dt;
+///         Ok(())
+///     }
+///     fn snapshot(&self) -> Snapshot<'_> {
+///         Snapshot { amounts: vec![("x".into(), "m", self.x)], ..Snapshot::default() }
+///     }
+///     fn forces(&self, _visit: &mut dyn FnMut([f64; 3])) {}
+///     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+///         visit("position", Column::scalar(&mut self.x));
+///         visit("velocity", Column::scalar(&mut self.v));
+///     }
+///     fn particle_count(&self) -> usize {
+///         1
+///     }
+/// }
+///
+/// // Half a period.
+/// let plan = Plan { end: std::f64::consts::PI / 2.0, step: None, checkpoint_every: Duration::MAX };
+/// let mut simulation = Simulation::new(Box::new(Spring { omega: 2.0, x: 1.0, v: 0.0 }), plan);
+/// simulation.run()?;
+/// assert!((simulation.solver().snapshot().amounts[0].2 - -1.0).abs() < 1e-5);
+/// # Ok::<(), lateen::Error>(())
+/// ```
 pub trait Solver: Send {
     /// The largest stable step now [s]; infinity when there is no bound.
     fn stable_dt(&self) -> f64;
@@ -61,7 +101,7 @@ pub trait Solver: Send {
     /// A [`StepError`] with the place and advice when the state is no longer physical.
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError>;
 
-    /// What outputs may see; time, step and dt are filled in by the time loop.
+    /// The state as outputs see it; time, step and dt are filled in by the time loop.
     fn snapshot(&self) -> Snapshot<'_>;
 
     /// Shows the forces of the last step [N], its means, in the order of [`Snapshot::forces`].
@@ -72,7 +112,7 @@ pub trait Solver: Send {
     /// After a restore (the visitor has replaced the contents) [`Solver::restored`] is called.
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>));
 
-    /// What doesn't fit together in columns that were just restored, as a sentence: such a state can't be stepped.
+    /// An inconsistency between columns that were just restored, as a sentence: such a state can't be stepped.
     fn misfit(&self) -> Option<String> {
         None
     }
@@ -80,7 +120,7 @@ pub trait Solver: Send {
     /// Rebuilds what is derived from the columns after a restore.
     fn restored(&mut self) {}
 
-    /// What the user should know about the steps since the last call, in sentences; each is said once in a run, also if it is
+    /// Notices for the user about the steps since the last call, in sentences; each is given once in a run, also if it is
     /// resumed.
     fn notices(&mut self) -> Vec<String> {
         Vec::new()

@@ -35,7 +35,7 @@ pub struct Plan {
     pub checkpoint_every: Duration,
 }
 
-/// What a run that has ended says about itself.
+/// Summary of a run that has ended.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Summary {
     /// Time and steps at the end.
@@ -61,6 +61,44 @@ pub struct Summary {
 }
 
 /// A solver on its way through time, with everything that watches it.
+///
+/// ```
+/// use lateen::case::{Case, Source};
+/// use lateen::output::Checkpoints;
+/// use lateen::simulation::{Plan, Simulation};
+/// use std::time::Duration;
+///
+/// let text = r#"
+///     name = "a falling block"
+///     dimension = 2
+///     time = { end = "10 ms" }
+///     grid = { cell = "0.1 m", lower = [0, 0], upper = [1, 1] }
+///     mpm = { gravity = [0, "-10 m/s^2"] }
+///     [[body]]
+///     name = "block"
+///     region = { shape = "box", lower = [0.4, 0.4], upper = [0.6, 0.6] }
+///     spacing = "0.05 m"
+///     material = { law = "hypoelastic", density = "1000 kg/m^3", young = "10 kPa", poisson = 0.3 }
+/// "#;
+/// let case = Case::read(Source::new("case.toml", "", text), &[])?;
+/// let directory = tempfile::tempdir().unwrap();
+/// let simulation = |end: f64| {
+///     let plan = Plan { end, step: None, checkpoint_every: Duration::MAX };
+///     let mut simulation = Simulation::new(case.build()?, plan);
+///     simulation.keep_checkpoints(Box::new(Checkpoints::new(directory.path(), case.hash())));
+///     Ok::<_, lateen::Error>(simulation)
+/// };
+/// // Half of the fall, and the other half from its checkpoint: v = g t.
+/// simulation(0.005)?.run()?;
+/// let mut resumed = simulation(0.01)?;
+/// assert!(resumed.resume()?);
+/// assert_eq!(resumed.clock().time, 0.005);
+/// resumed.run()?;
+/// let snapshot = resumed.solver().snapshot();
+/// let velocity = snapshot.points[0].fields.iter().find(|field| field.name == "velocity").unwrap();
+/// assert!(velocity.values().chunks(3).all(|v| (v[1] - -0.1).abs() < 1e-12));
+/// # Ok::<(), lateen::Error>(())
+/// ```
 pub struct Simulation {
     solver: Box<dyn Solver>,
     plan: Plan,
@@ -176,7 +214,7 @@ impl Simulation {
         Ok(restored)
     }
 
-    /// What is wrong with a state that was read.
+    /// An inconsistency of a state that was read, as a sentence.
     fn misfit(&self) -> Option<String> {
         let Clock { time, dt, step } = self.clock;
         if step > MOST_COUNTED {

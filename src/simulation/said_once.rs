@@ -1,14 +1,24 @@
-//! What a run tells its user while it goes on: each thing once, also where it went on from a checkpoint.
+//! Notices to the user while a run goes on, each given once, also if the run was resumed from a checkpoint.
 
 use super::Column;
 use std::collections::BTreeSet;
 
 /// Sentences for the user, each under a key that is spoken of once in a run.
 #[derive(Debug, Clone, Default)]
+///
+/// ```
+/// use lateen::simulation::SaidOnce;
+///
+/// let mut notices = SaidOnce::default();
+/// for time in [0.1, 0.2] {
+///     notices.say("energy", || format!("energy is lost at t = {time} s"));
+/// }
+/// assert_eq!(notices.take(), ["energy is lost at t = 0.1 s"]);
+/// ```
 pub struct SaidOnce {
     said: BTreeSet<String>,
     pending: Vec<String>,
-    /// What a checkpoint held were no whole lines of text.
+    /// True if the column of a checkpoint was not whole lines of text.
     torn: bool,
 }
 
@@ -21,7 +31,7 @@ impl SaidOnce {
         }
     }
 
-    /// What is new since the last call.
+    /// The notices since the last call.
     pub fn take(&mut self) -> Vec<String> {
         std::mem::take(&mut self.pending)
     }
@@ -39,7 +49,7 @@ impl SaidOnce {
         self.said = read.split_terminator('\n').map(str::to_owned).collect();
     }
 
-    /// What doesn't fit together in keys that were just restored.
+    /// An inconsistency of keys that were just restored, as a sentence.
     pub fn misfit(&self) -> Option<String> {
         self.torn.then(|| "what it has told its user is no text".to_owned())
     }

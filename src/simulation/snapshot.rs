@@ -1,4 +1,4 @@
-//! What outputs may see of a solver: named point sets and surfaces with fields, an energy ledger,
+//! The state of a solver as outputs see it: named point sets and surfaces with fields, an energy ledger,
 //! forces. Positions are in metres, padded with zeros to three components in 2D.
 
 use super::Ledger;
@@ -6,6 +6,22 @@ use crate::math::SymTensor;
 use std::borrow::Cow;
 
 /// The state at one time. Borrowed; fields that must be computed are computed when asked for.
+///
+/// ```
+/// use lateen::simulation::{Field, PointSet, Snapshot};
+///
+/// let (mass, speed) = ([2.0, 3.0], [4.0, 5.0]);
+/// let energy = || mass.iter().zip(speed).map(|(m, v)| 0.5 * m * v * v).collect();
+/// let water = PointSet {
+///     name: "water",
+///     position: vec![[0.0; 3], [1.0, 0.0, 0.0]].into(),
+///     id: vec![0, 1].into(),
+///     fields: vec![Field::scalar("mass", "kg", &mass), Field::computed("kinetic energy", "J", 1, energy)],
+///     filled: None,
+/// };
+/// let snapshot = Snapshot { time: 0.5, dimension: 2, points: vec![water], ..Snapshot::default() };
+/// assert_eq!(*snapshot.points[0].fields[1].values(), [16.0, 37.5]);
+/// ```
 #[derive(Default)]
 pub struct Snapshot<'a> {
     /// Time [s].
@@ -46,11 +62,11 @@ pub struct PointSet<'a> {
     pub filled: Option<Filled<'a>>,
 }
 
-/// What a body fills inside a box with these lower and upper corners [m], infinite where it has no side: points without a name,
+/// The part of a body inside a box with these lower and upper corners [m], infinite where it has no side: points without a name,
 /// with the fields `volume` and `mass`, such that sums over them are integrals.
 pub type Filled<'a> = Box<dyn Fn(&[[f64; 3]; 2]) -> PointSet<'static> + 'a>;
 
-/// What the elements of a mesh are: four nodes make a quadrilateral or a tetrahedron.
+/// Kind of the elements of a mesh: four nodes make a quadrilateral or a tetrahedron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Elements {
     /// Segments, triangles, quadrilaterals: membranes, and meshes in 2D.
@@ -70,7 +86,7 @@ pub struct SurfaceSet<'a> {
     pub reference: Cow<'a, [[f64; 3]]>,
     /// Nodes of each element: 2 of a segment, 3 of a triangle, 4 of a quadrilateral or tetrahedron.
     pub elements: Vec<&'a [u32]>,
-    /// What they are.
+    /// Kind of the elements.
     pub kind: Elements,
     /// Per-node fields.
     pub node_fields: Vec<Field<'a>>,

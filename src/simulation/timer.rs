@@ -1,4 +1,4 @@
-//! Where the time of a step goes.
+//! Wall time per stage of a step.
 
 use std::time::Duration;
 

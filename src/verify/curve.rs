@@ -15,10 +15,10 @@ pub struct Curve {
     pub x: String,
     /// The column (or formula) of the value.
     pub y: String,
-    /// What one unit of `x` is in seconds.
+    /// Factor from the unit of `x` to seconds.
     #[serde(default = "one")]
     pub x_scale: f64,
-    /// What one unit of `y` is in the unit of the history.
+    /// Factor from the unit of `y` to that of the history.
     #[serde(default = "one")]
     pub y_scale: f64,
 }

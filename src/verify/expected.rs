@@ -50,7 +50,7 @@ use toml::Spanned;
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
-    /// What a run took.
+    /// Cost of a run.
     #[serde(default)]
     pub measured: Measured,
     /// The default run.
@@ -70,7 +70,7 @@ pub struct Expected {
     pub drawn: Vec<Drawn>,
 }
 
-/// What a run took and how large it is, as measured.
+/// Cost and size of a run, as measured.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measured {
@@ -98,7 +98,7 @@ pub struct Effort {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Check {
-    /// What is compared.
+    /// Name of the comparison.
     pub name: String,
     /// The table in `history/`, without `.csv`.
     pub history: String,
@@ -109,7 +109,7 @@ pub struct Check {
     /// A column of the table, or a formula, whose periods the value is averaged over, phase by phase: from one rise through
     /// its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
     pub phase: Option<String>,
-    /// What is measured on it.
+    /// The quantity measured on it.
     pub kind: Kind,
     /// Time of `kind = "value"` [s]; level of `kind = "crossing"` and "period", in the unit of the value.
     pub at: Option<f64>,
@@ -119,9 +119,9 @@ pub struct Check {
     /// End of the window [s].
     #[serde(default = "always_until")]
     pub until: f64,
-    /// What it should be: a number, or the curves of `kind = "curve"`.
+    /// The reference: a number, or the curves of `kind = "curve"`.
     pub reference: Reference,
-    /// Whether the number is a value or a bound.
+    /// Kind of the reference number: a value or a bound.
     #[serde(default)]
     pub compare: Compare,
     /// How far it may be off.
@@ -130,7 +130,7 @@ pub struct Check {
     pub quick: Option<Tolerance>,
     /// The tolerance of `--full`, where it is another one.
     pub full: Option<Tolerance>,
-    /// Where the reference comes from.
+    /// Source of the reference.
     pub source: String,
 }
 
@@ -144,11 +144,11 @@ pub struct Drawn {
     pub value: String,
     /// The curves; several make a band.
     pub reference: Vec<Curve>,
-    /// Where they come from.
+    /// Their source.
     pub source: String,
 }
 
-/// What is measured on a history within the window.
+/// Quantities measured on a history within the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -184,7 +184,7 @@ pub enum Kind {
     Curve,
 }
 
-/// What a check is compared with.
+/// Reference of a check.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
 pub enum Reference {
@@ -231,7 +231,7 @@ impl Expected {
     }
 }
 
-/// Where the checks stand in the text.
+/// Places of the checks in the text.
 #[derive(Deserialize)]
 struct Places {
     #[serde(default, rename = "check")]

@@ -51,7 +51,7 @@ impl Check {
         })
     }
 
-    /// What the kind measures on the history.
+    /// The quantity of this kind, measured on the history.
     fn measure(&self, series: &Series) -> Option<f64> {
         let extremes = || Some((series.minimum()?.1, series.maximum()?.1));
         match self.kind {

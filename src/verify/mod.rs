@@ -1,7 +1,7 @@
 //! Runs validation cases and compares what they compute with published, analytic or independent values.
 //!
-//! What a case is compared with stands beside it in `expected.toml` ([`mod@expected`]); what can be
-//! measured on histories is in [`series`] and [`measure`], what on fields in [`profile`].
+//! The comparisons of a case stand beside it in `expected.toml` ([`mod@expected`]); quantities of histories are
+//! measured in [`series`] and [`measure`], fields are compared in [`profile`].
 
 pub mod curve;
 pub mod expected;
@@ -27,7 +27,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What a case is compared with; `None` where nothing lies beside it.
+/// The comparisons of a case; `None` if there is no file of them.
 ///
 /// # Errors
 /// A file that can't be read, or is wrong.

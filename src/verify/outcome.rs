@@ -11,7 +11,7 @@ pub enum Level {
     Full,
 }
 
-/// Whether a reference is a value or a bound.
+/// Kinds of reference numbers: a value or a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compare {
@@ -57,17 +57,17 @@ impl Tolerance {
 /// The outcome of one check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What was compared.
+    /// Name of the comparison.
     pub name: String,
     /// The computed value; `None` if the history doesn't hold it (too short, no oscillation).
     pub computed: Option<f64>,
-    /// What it should be (for curves: their largest value).
+    /// The reference value (for curves: their largest value).
     pub reference: f64,
     /// |computed − reference|, or how far a bound is missed, or the largest distance from the curves.
     pub deviation: f64,
     /// The largest allowed deviation.
     pub limit: f64,
-    /// Where the reference comes from.
+    /// Source of the reference.
     pub source: String,
 }
 

@@ -17,7 +17,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Profile {
-    /// What is compared.
+    /// Name of the comparison.
     pub name: String,
     /// The bodies.
     pub of: Vec<String>,
@@ -36,7 +36,7 @@ pub struct Profile {
     pub quick: Option<Tolerance>,
     /// The tolerance of `--full`, where it is another one.
     pub full: Option<Tolerance>,
-    /// Where the curve comes from.
+    /// Source of the curve.
     pub source: String,
 }
 

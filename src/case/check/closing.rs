@@ -22,9 +22,10 @@ const OPPOSITE: f64 = -0.9;
 /// The part of the thickness that must be missing: solids may be meant to close on just the thickness.
 const MISSING: f64 = 0.1;
 
-/// What of the motion of an obstacle may be unknown [thickness], and the same where a sheet has no thickness in contact, there with
-/// what must be missing [cells].
+/// The part of the motion of an obstacle that may be unknown [thickness].
 const UNKNOWN: f64 = 0.05;
+
+/// The same for a sheet without thickness in contact [cells], which must also be missing between two solids.
 const OVERLAP: f64 = 1e-3;
 
 /// Nodes are pushed by at most this from one look to the next [cells], and by at least this [thickness, cells].
@@ -65,7 +66,7 @@ fn is_still(velocity: &[Signal; 3]) -> bool {
 
 /// A wall or an obstacle, and how it moves.
 struct Solid<'a, const D: usize> {
-    /// What histories call it.
+    /// Its name in histories.
     name: String,
     /// Its key, if it moves.
     key: String,

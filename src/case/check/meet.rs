@@ -1,4 +1,4 @@
-//! Who meets whom: pairs of `[[contact]]`, bodies in each other's place, obstacles.
+//! Checks of pairs: those of `[[contact]]`, overlapping bodies, obstacles.
 
 use crate::case::walk::nearest;
 use crate::case::{Case, CaseFile, ObstacleKind};

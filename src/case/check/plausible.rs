@@ -1,4 +1,4 @@
-//! What can be run but is hardly meant: mostly a slip of unit.
+//! Warnings about cases that can be run but are hardly meant: mostly a slip of unit.
 
 use crate::case::{Case, Units};
 use crate::error::Diagnostic;
@@ -40,7 +40,7 @@ const COMPRESSED: [f64; 2] = [300.0, 1000.0];
 /// Fluids that are lighter are gases [kg/m³].
 const GAS: f64 = 50.0;
 
-/// Where a body lies on a plane, up to this many cells: by its bounds, and by its particles.
+/// A body within this many cells of a plane lies on it: by its bounds, and by its particles.
 const ON_PLANE: [f64; 2] = [1e-6, 0.1];
 
 const NO_UNIT: &str = "a number without a unit is in m, kg, s";
@@ -167,7 +167,7 @@ fn thickness<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<D
     }
 }
 
-/// Where bodies meet membranes, elements have about the size of cells.
+/// Checks that the elements of membranes that meet bodies have about the size of cells.
 fn elements_and_cells<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     if setup.bodies.is_empty() {
         return;

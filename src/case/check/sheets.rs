@@ -27,7 +27,7 @@ pub(super) fn idle_stiffness(case: &Case, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Where supports share a node, they agree about its motion.
+/// Checks that supports that share a node prescribe the same motion.
 pub(super) fn supports<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     for (i, membrane) in setup.membranes.iter().enumerate() {
         let mut given: Vec<[Option<(usize, &Signal)>; 3]> = vec![[None; 3]; membrane.position.len()];

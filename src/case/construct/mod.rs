@@ -25,7 +25,7 @@ pub struct Model {
     pub solver: Box<dyn Solver>,
     /// Sizes, memory, first step.
     pub summary: Summary,
-    /// What the user should know, although the case can be run.
+    /// Warnings: the case can be run.
     pub warnings: Vec<Diagnostic>,
 }
 

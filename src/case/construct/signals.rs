@@ -6,7 +6,7 @@ use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::simulation::Watched;
 
-/// Where and when a signal is tried out.
+/// Places and times at which a signal is evaluated as a test.
 pub(super) struct Samples {
     places: Vec<[f64; 3]>,
     times: Vec<f64>,

@@ -13,7 +13,7 @@ pub struct BoundarySpec {
     pub name: Option<String>,
     /// Parts of the boundary: sides (`"left"`), holes, physical groups of the file, or `"rest"`.
     pub on: Names,
-    /// What it does.
+    /// Its kind.
     #[serde(default)]
     pub kind: BoundaryWord,
     /// Velocity of a wall or inlet; may depend on x, y, z, t.
@@ -35,7 +35,7 @@ pub struct BoundarySpec {
 }
 
 impl BoundarySpec {
-    /// What histories of forces call it.
+    /// Its name in histories of forces.
     pub fn part_name(&self) -> String {
         self.name.clone().unwrap_or_else(|| self.on.list().join("+"))
     }
@@ -61,7 +61,7 @@ impl Names {
     }
 }
 
-/// What a part of the boundary does.
+/// Kinds of parts of the boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BoundaryWord {
@@ -82,7 +82,7 @@ pub enum BoundaryWord {
     Pressure,
 }
 
-/// Where the pressure of a closed box is held.
+/// The place where the pressure of a closed box is prescribed.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PinSpec {

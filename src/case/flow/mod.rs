@@ -1,4 +1,4 @@
-//! What a case of PFEM-2 is made of: the choices of the method here, conditions on the boundary.
+//! Keys of a case of PFEM-2: the choices of the method here, conditions on the boundary.
 
 mod boundary;
 
@@ -24,9 +24,9 @@ pub struct Pfem2Spec {
     pub enrichment: EnrichmentSpec,
     /// From particles to nodes.
     pub kernel: ProjectionSpec,
-    /// Where the interface of two fluids is.
+    /// Representation of the interface of two fluids.
     pub interface: InterfaceSpec,
-    /// What is done about the volume of two fluids.
+    /// Correction of the volume of two fluids.
     pub volume: VolumeSpec,
     /// Particles along the edge of an element at the start.
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
@@ -39,7 +39,7 @@ pub struct Pfem2Spec {
     /// Time in which particles forget what the mesh can't see; `inf`: never.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "infinite" = true))]
     pub relaxation: f64,
-    /// What is done about velocities of particles that the mesh can't resolve.
+    /// Treatment of velocities of particles that the mesh can't resolve.
     pub unresolved: UnresolvedSpec,
     /// Elements that the flow may cross in a step where `time.step` is left out; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
@@ -47,7 +47,7 @@ pub struct Pfem2Spec {
     /// Largest error of a step in time over that of the mesh, both estimated, where `time.step` is left out; `inf`: no bound.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub step_tolerance: f64,
-    /// Where the pressure of a closed box is held; without it, it is zero at the highest node of the boundary.
+    /// Place and value of the pressure of a closed box; by default it is zero at the highest node of the boundary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_pin: Option<PinSpec>,
     /// Body force per unit mass.
@@ -176,13 +176,13 @@ pub enum ProjectionSpec {
     Linear,
 }
 
-/// Where the interface of two fluids is.
+/// Representation of the interface of two fluids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterfaceSpec {
-    /// Where the share of particles changes (the paper's pseudo level set).
+    /// The place where the fraction of particles changes (the paper's pseudo level set).
     Pseudo,
-    /// Where the depths that particles carry change their sign.
+    /// The zero of the signed distance that particles carry.
     Sharp,
 }
 
@@ -196,7 +196,7 @@ pub enum ReseedingSpec {
     Elements,
 }
 
-/// What is done about the volumes of several fluids.
+/// Correction of the volumes of several fluids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VolumeSpec {
@@ -207,13 +207,13 @@ pub enum VolumeSpec {
     Shift,
 }
 
-/// What is done about velocities of particles that the mesh can't resolve.
+/// Treatment of velocities of particles that the mesh can't resolve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum UnresolvedSpec {
     /// They are kept (the paper).
     Kept,
-    /// What a particle has against the mesh is bounded by what neighbouring nodes have against each other.
+    /// The difference between the velocity of a particle and that of the mesh is bounded by the differences between neighbouring nodes.
     Bounded,
 }
 

@@ -15,7 +15,7 @@ pub(super) struct Aggregates {
     pub count: usize,
 }
 
-/// What lumping leaves of a diagonal at least. A node of the heavy one of two fluids is weakly coupled to many of the
+/// The least part of a diagonal after lumping. A node of the heavy one of two fluids is weakly coupled to many of the
 /// light one, whose `smooth` is greater by the root of the ratio of densities: their sum may outweigh the diagonal.
 const KEPT: f32 = 0.25;
 

@@ -26,7 +26,7 @@ impl Dense {
         Self { n, factor: a }
     }
 
-    /// Whether there is no matrix.
+    /// True if there is no matrix.
     pub fn is_empty(&self) -> bool {
         self.n == 0
     }

@@ -26,7 +26,7 @@ pub struct MieGruneisen {
     /// Grüneisen's coefficient γ0 at rest.
     #[schemars(extend("unit" = "1", "minimum" = 0.0))]
     pub gruneisen: f64,
-    /// What happens when the material is stretched beyond its reference density.
+    /// Behaviour in tension, at less than the reference density.
     #[serde(default)]
     pub tension: Tension,
     /// Largest tension that the material bears, with `tension = "limited"`.

@@ -1,4 +1,4 @@
-//! What a sheet carries when it can't be compressed: tension-field theory (theory C.7).
+//! Tension-field theory: stress of a sheet that wrinkles instead of carrying compression (theory C.7).
 
 use super::SheetState;
 

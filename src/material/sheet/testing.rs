@@ -1,4 +1,4 @@
-//! What every sheet law must pass.
+//! Tests that every sheet law must pass.
 
 use super::{LANES, Sheet, SheetKind};
 

@@ -28,7 +28,7 @@ impl std::fmt::Debug for Function2 {
     }
 }
 
-/// What a function does to dimensions.
+/// Rules for the dimensions of a function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rule {
     /// Plain number in, plain number out.

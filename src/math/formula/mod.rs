@@ -27,6 +27,18 @@ use parse::Parser;
 use std::ops::Range;
 
 /// A formula, ready to be evaluated.
+///
+/// ```
+/// use lateen::math::formula::Formula;
+/// use lateen::math::units::Unit;
+///
+/// let pressure = Formula::parse("1 kPa * sin(2*pi*t / 1 ms)")?;
+/// assert!((pressure.value([0.0; 3], 0.25e-3) - 1000.0).abs() < 1e-9);
+/// assert_eq!(pressure.dimension()?, Unit::named("Pa").map(|unit| unit.dimension));
+/// let wrong = Formula::parse("1 kPa + 2 m")?.dimension().unwrap_err();
+/// assert!(!wrong.message.is_empty() && !wrong.span.is_empty(), "with its place in the text");
+/// # Ok::<(), lateen::math::formula::FormulaError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Formula {
     source: String,
@@ -34,10 +46,10 @@ pub struct Formula {
     has_units: bool,
 }
 
-/// What is wrong with a formula and where.
+/// An error in a formula, with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FormulaError {
-    /// What is wrong.
+    /// The problem.
     pub message: String,
     /// Bytes of the formula.
     pub span: Range<usize>,
@@ -74,7 +86,7 @@ impl Formula {
     /// Parses `source`.
     ///
     /// # Errors
-    /// What is wrong and where, dimensions not yet checked (see [`Formula::dimension`]).
+    /// The error with its place; dimensions are not yet checked (see [`Formula::dimension`]).
     pub fn parse(source: &str) -> Parsed<Self> {
         Self::over(source, &["x", "y", "z", "t"])
     }
@@ -82,7 +94,7 @@ impl Formula {
     /// Parses `source`, in which `names` are the variables. Only formulas in `x y z t` know dimensions.
     ///
     /// # Errors
-    /// What is wrong and where.
+    /// The error with its place.
     pub fn over(source: &str, names: &[&str]) -> Parsed<Self> {
         let mut parser = Parser { source, names, at: 0, nodes: 0, depth: 0, has_units: false };
         let root = parser.sum()?;
@@ -130,7 +142,7 @@ impl Formula {
     /// The dimension of the result; `None` if it fits everywhere (a formula without units, or zero).
     ///
     /// # Errors
-    /// Where dimensions clash.
+    /// The place where dimensions clash.
     pub fn dimension(&self) -> Parsed<Option<Dimension>> {
         if self.has_units { self.root.dimension() } else { Ok(None) }
     }

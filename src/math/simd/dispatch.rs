@@ -5,7 +5,7 @@ use super::lanes::{Lanes, Portable};
 /// Work on a batch, written once for all registers. `run` and all that it calls must be
 /// `#[inline(always)]`, so that it is compiled for the registers of the function that enters it.
 pub(crate) trait Task {
-    /// What it returns.
+    /// Its result.
     type Output;
     /// Does the work with lanes `L`.
     fn run<L: Lanes>(self) -> Self::Output;

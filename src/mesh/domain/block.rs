@@ -274,7 +274,7 @@ fn hole_name(key: &str, name: &str, dimension: usize) -> Result<(), Diagnostic> 
     Err(Diagnostic::error(key, why).help("give the hole another name: conditions on the boundary refer to it"))
 }
 
-/// What is wrong with the sizes of a mesh.
+/// A finding about the sizes of a mesh.
 fn wrong_size(why: String) -> Diagnostic {
     Diagnostic::error("cell", why).help(
         "increase `cell`, or the cells of refined regions; a graded mesh can come from Gmsh; are the units right?",

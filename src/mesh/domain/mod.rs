@@ -24,18 +24,18 @@ use super::Mesh;
 use crate::error::Diagnostic;
 use std::path::Path;
 
-/// What each mesh of a case file can do.
+/// A mesh of a case file.
 pub trait BuildMesh {
     /// Triangles, for a case in 2D. Files are looked for below `base_dir`.
     ///
     /// # Errors
-    /// What is wrong, with a key relative to this mesh.
+    /// A finding with a key relative to this mesh.
     fn triangles(&self, base_dir: &Path) -> Result<Mesh<2, 3>, Diagnostic>;
 
     /// Tetrahedra, for a case in 3D. Files are looked for below `base_dir`.
     ///
     /// # Errors
-    /// What is wrong, with a key relative to this mesh.
+    /// A finding with a key relative to this mesh.
     fn tetrahedra(&self, base_dir: &Path) -> Result<Mesh<3, 4>, Diagnostic>;
 }
 

@@ -104,7 +104,7 @@ fn inside(mut x: Vector<2>, region: &Region, margin: f64) -> Vector<2> {
     x
 }
 
-/// Where an edge is less than half as long as it should be, its free end goes.
+/// Removes the free end of every edge that is shorter than half the wanted size.
 fn drop_crowded(points: &mut Vec<Vector<2>>, fixed: usize, springs: &[[u32; 2]], size: &Size) {
     let mut drop = vec![false; points.len()];
     for &[a, b] in springs {

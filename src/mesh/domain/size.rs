@@ -12,7 +12,7 @@ pub const MOST_ELEMENTS: f64 = 4e7;
 /// Memory per element at least, with the particles and unknowns that a solver keeps of it.
 const BYTES: f64 = 1000.0;
 
-/// What is said about a mesh with more, counted before anything is stored. `count`: about how many there would be.
+/// The message about a mesh with more elements, estimated as `count` before anything is stored.
 pub fn too_many(count: f64) -> Option<String> {
     if count > MOST_ELEMENTS {
         return Some(format!("about {count:.1e} elements: more than the {MOST_ELEMENTS:.0e} that a mesh can have"));

@@ -29,7 +29,7 @@ pub struct DiscShape {
     /// Normal: `"z"`, `"-x"` or a vector of any length.
     #[serde(default = "Direction::z")]
     pub normal: Direction,
-    /// What it is made of.
+    /// Elements.
     #[serde(default)]
     pub elements: ElementKind,
 }

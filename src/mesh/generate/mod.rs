@@ -26,12 +26,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What each membrane shape of a case file can do.
+/// A membrane shape of a case file.
 pub trait BuildFacets {
     /// Checks the shape and makes its mesh. Files are looked for below `base_dir`.
     ///
     /// # Errors
-    /// What is wrong, with a key relative to this shape.
+    /// A finding with a key relative to this shape.
     fn build(&self, base_dir: &Path, dimension: usize) -> Result<Facets, Diagnostic>;
 }
 
@@ -53,13 +53,13 @@ impl MembraneShape {
     /// Checks the shape and makes its mesh. Files are looked for below `base_dir`.
     ///
     /// # Errors
-    /// What is wrong, with a key relative to this shape.
+    /// A finding with a key relative to this shape.
     pub fn build(&self, base_dir: &Path, dimension: usize) -> Result<Facets, Diagnostic> {
         self.as_dyn().build(base_dir, dimension)
     }
 }
 
-/// What a generated surface is made of.
+/// Elements of a generated surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ElementKind {

@@ -69,7 +69,7 @@ pub struct SheetShape {
     /// First direction, made perpendicular to the normal; by default the axis after the normal's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub along: Option<Direction>,
-    /// What it is made of.
+    /// Elements.
     #[serde(default)]
     pub elements: ElementKind,
 }

@@ -22,7 +22,7 @@ pub struct SphereMeshShape {
     pub radius: f64,
     /// Elements along an edge of the cube or icosahedron: 6 n² quadrilaterals, 12 n² or 20 n² triangles.
     pub divisions: usize,
-    /// What it is made of.
+    /// Elements.
     #[serde(default)]
     pub elements: ElementKind,
 }

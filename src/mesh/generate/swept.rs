@@ -31,7 +31,7 @@ pub struct CylinderMeshShape {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "rad"))]
     pub arc: Option<[f64; 2]>,
-    /// What it is made of.
+    /// Elements.
     #[serde(default)]
     pub elements: ElementKind,
 }
@@ -78,7 +78,7 @@ pub struct TubeShape {
     pub heights: [f64; 2],
     /// Elements along z.
     pub layers: usize,
-    /// What it is made of.
+    /// Elements.
     #[serde(default)]
     pub elements: ElementKind,
 }

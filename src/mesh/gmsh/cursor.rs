@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-/// What is wrong with a file, and where.
+/// An error in a file, with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GmshError {
-    /// What is wrong and what to do.
+    /// The problem, and advice.
     pub message: String,
-    /// Where.
+    /// Its place.
     pub place: Place,
 }
 

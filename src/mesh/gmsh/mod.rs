@@ -130,6 +130,18 @@ pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
 ///
 /// # Errors
 /// As [`read`].
+///
+/// ```
+/// use lateen::mesh::gmsh;
+///
+/// let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 9 \"plate\"\n$EndPhysicalNames\n\
+///             $Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n\
+///             $Elements\n2\n1 2 2 9 1 1 2 3\n2 2 2 9 1 1 3 4\n$EndElements\n";
+/// let mesh = gmsh::parse(text.as_bytes()).unwrap();
+/// assert_eq!((mesh.nodes.len(), mesh.cells[1].nodes()), (4, &[0, 2, 3][..]));
+/// assert_eq!(mesh.groups[0].name, "plate");
+/// assert!(gmsh::parse(b"solid cube\n").is_err());
+/// ```
 pub fn parse(bytes: &[u8]) -> Result<GmshMesh, GmshError> {
     let mut cursor = Cursor::new(bytes);
     let major = header(&mut cursor)?;

@@ -28,9 +28,9 @@ fn tags(cursor: &mut Cursor<'_>) -> Result<Vec<i64>, GmshError> {
     (0..cursor.count(count, 2, 4)?).map(|_| cursor.integer()).collect()
 }
 
-/// What the first line of a section promises, held against what follows.
+/// Counts in the first line of a section, compared with the lines that follow.
 struct Promise {
-    /// What is counted.
+    /// The name of the counted items.
     what: &'static str,
     blocks: usize,
     total: i64,

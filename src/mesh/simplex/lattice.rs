@@ -20,6 +20,19 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     ///
     /// # Errors
     /// No extent, no cells, or more nodes than numbers of 32 bits can name.
+    ///
+    /// ```
+    /// use lateen::math::Vector;
+    /// use lateen::mesh::{Locator, Mesh};
+    ///
+    /// let mesh = Mesh::<2, 3>::block(Vector([0.0, 0.0]), Vector([2.0, 1.0]), [4, 2])?;
+    /// assert_eq!((mesh.nodes().len(), mesh.elements().len(), mesh.volume()), (15, 16, 2.0));
+    /// let x = Vector([1.3, 0.4]);
+    /// let element = Locator::new(&mesh).locate(&mesh, x, 0).element().unwrap();
+    /// let shape = mesh.shape_functions(element, x);
+    /// assert!(shape.iter().all(|&n| n >= 0.0) && (shape.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    /// # Ok::<(), String>(())
+    /// ```
     pub fn block(lower: Vector<D>, upper: Vector<D>, cells: [usize; D]) -> Result<Self, String> {
         if (0..D).any(|i| !(upper[i] - lower[i] > 0.0 && (upper[i] - lower[i]).is_finite())) {
             return Err("the upper corner must exceed the lower one along every axis".into());

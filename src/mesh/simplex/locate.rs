@@ -9,7 +9,7 @@ const TOLERANCE: f64 = 1e-12;
 /// Longest walk; a longer one is cut short by the bins.
 const STEPS: usize = 200;
 
-/// Where a point lies.
+/// Location of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Location<const N: usize> {
     /// In an element.
@@ -74,7 +74,7 @@ impl<const D: usize> Locator<D> {
         locator
     }
 
-    /// Where `x` lies, starting from a guess of the element. A point on a facet belongs to the element that the
+    /// Locates `x`, starting from a guess of the element. A point on a facet belongs to the element that the
     /// walk reaches first.
     pub fn locate<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>, guess: usize) -> Location<N> {
         let walked = walk(mesh, x, guess);
@@ -85,7 +85,7 @@ impl<const D: usize> Locator<D> {
         }
     }
 
-    /// Where `x` lies, from the bins alone; `None` outside. Of several elements the one that holds `x` deepest.
+    /// Locates `x` from the bins alone; `None` outside. Of several elements the one with the greatest least shape function.
     pub fn search<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<Location<N>> {
         if !x.is_finite() {
             return None;

@@ -34,7 +34,7 @@ pub struct Mesh<const D: usize, const N: usize> {
     pub isolated: Vec<Vector<D>>,
 }
 
-/// What is constant in an element.
+/// Constants of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Simplex<const D: usize, const N: usize> {
     /// Volume [m³]; area [m²] in 2D.
@@ -189,7 +189,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     }
 }
 
-/// What makes an element unusable.
+/// The reason why an element is unusable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Unsound {
     /// It names a node that isn't there.

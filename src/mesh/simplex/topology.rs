@@ -1,4 +1,4 @@
-//! Who is next to whom.
+//! Neighbours of elements.
 
 /// No element behind a facet.
 const NONE: u32 = u32::MAX;

@@ -9,7 +9,7 @@ pub(super) const FIRST_LINE: usize = "lateen checkpoint 1 header 0000000000 crc 
 /// A compressed block is never longer than this.
 const LONGEST_BLOCK: usize = BLOCK + BLOCK / 128 + 512;
 
-/// Where a checkpoint comes from.
+/// Origin of a checkpoint.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Origin {
     /// Version of the program.

@@ -1,4 +1,4 @@
-//! What is written on a picture: time, colour bar, scale bar.
+//! Annotations of a picture: time, colour bar, scale bar.
 
 use super::scene::Colouring;
 use crate::output::canvas::{Align, BackEnd, Canvas, Text, Weight};
@@ -22,7 +22,7 @@ pub(super) fn margins(with_bar: bool) -> [f64; 4] {
     [MARGIN, 52.0, if with_bar { MARGIN + BAR + NUMBERS + 20.0 } else { MARGIN }, 66.0]
 }
 
-/// What a picture says.
+/// Texts of a picture.
 pub(super) struct Notes<'n> {
     /// For example `t = 0.24 ms`.
     pub time: String,

@@ -9,9 +9,9 @@ pub(super) struct Camera {
     right: Vector<3>,
     up: Vector<3>,
     back: Vector<3>,
-    /// What is in the middle of the picture [m].
+    /// The point in the middle of the picture [m].
     target: Vector<3>,
-    /// Where that is in the image, in pixels.
+    /// The middle in the image, in pixels.
     middle: [f64; 2],
     /// Pixels per metre.
     pub scale: f64,
@@ -53,7 +53,7 @@ impl Camera {
         Self { right, up, back, target, middle, scale }
     }
 
-    /// Where a point [m] is in the image.
+    /// Projects a point [m] into the image.
     pub fn see(&self, point: [f64; 3]) -> Seen {
         let from_target = (Vector(point) - self.target) * self.scale;
         Seen {

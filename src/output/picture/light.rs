@@ -78,7 +78,7 @@ impl Lamps {
     }
 }
 
-/// Where the surroundings of a pixel are sampled.
+/// Sampling pattern around a pixel.
 struct Shade {
     reach: f32,
     /// Offsets to the right and up, for each turn of the pattern.

@@ -11,7 +11,7 @@ use crate::parallel;
 /// Rows per band.
 const BAND: usize = 64;
 
-/// What is seen at a pixel.
+/// A pixel: depth, normal and colour of the nearest surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pixel {
     /// Pixels towards the eye; −∞ where nothing is seen.
@@ -63,7 +63,7 @@ pub(super) struct Buffer {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<Pixel>,
-    /// What lies before the pixels and lets them shine through: colour times opacity, and opacity.
+    /// Translucent layer in front of the pixels: colour times opacity, and opacity.
     /// Empty where there is no such thing.
     pub veil: Vec<[f32; 4]>,
 }
@@ -142,7 +142,7 @@ impl Buffer {
     }
 }
 
-/// What is seen of an obstacle, row by row, as if it stood alone.
+/// Visible surface of an obstacle, row by row, as if it stood alone.
 pub(super) struct Outlook {
     /// Pixels per row.
     pub width: usize,
@@ -181,7 +181,7 @@ pub(super) struct Solid<'d> {
 }
 
 impl Solid<'_> {
-    /// Where a line of sight meets the surface first.
+    /// The first intersection of a line of sight with the surface.
     fn first_hit(&self, camera: &Camera, from: Seen) -> Option<f64> {
         /// Steps after which a line that grazes a surface gives up.
         const STEPS: usize = 200;
@@ -344,7 +344,7 @@ impl<'t> Triangle<'t> {
         (area != 0.0 && area.is_finite()).then_some(Self { corners, normals, paint, edges, table, area, heights })
     }
 
-    /// What is seen at a place of the image; `None` outside.
+    /// The pixel of the triangle at a place of the image; `None` outside.
     fn pixel(&self, place: [f64; 2]) -> Option<Pixel> {
         let [a, b, c] = &self.corners;
         let weights = [(b, c), (c, a), (a, b)].map(|(p, q)| cross(p, q, place) / self.area);

@@ -24,7 +24,7 @@ const BATCH: usize = 1 << 14;
 /// Elements smaller than this [pixels] have no lines.
 const SMALLEST: f64 = 9.0;
 
-/// What gives the colours of a picture.
+/// The field that gives the colours of a picture.
 pub(super) struct Colouring {
     /// Values at the ends of the colour bar.
     pub range: [f64; 2],

@@ -17,7 +17,7 @@ const PARALLEL: f64 = 1e-9;
 pub struct PictureSpec {
     /// Name of the directory of the pictures.
     pub name: String,
-    /// What is shown: bodies and membranes; default: all.
+    /// Bodies and membranes in the picture; default: all.
     #[serde(default)]
     #[schemars(extend("minItems" = 1))]
     pub of: Vec<String>,
@@ -33,16 +33,16 @@ pub struct PictureSpec {
     /// How values become colours.
     #[serde(default)]
     pub map: ColourMap,
-    /// What keeps a colour of its own although it has the field.
+    /// Parts that keep a colour of their own although they have the field.
     #[serde(default)]
     pub plain: Vec<String>,
     /// From where one looks: a direction from the model to the eye; default: from above in 2D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view: Option<[f64; 3]>,
-    /// What points up in the picture; default: y in 2D, z in 3D.
+    /// The direction that points up in the picture; default: y in 2D, z in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
-    /// What must fit into the picture.
+    /// The part of space that must fit into the picture.
     #[serde(default)]
     pub frame: FrameSpec,
     /// Hides one side of a plane.
@@ -74,7 +74,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// What must fit into the picture; the same over the whole run.
+/// The part of space that must fit into the picture; the same over the whole run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FrameSpec {
@@ -90,13 +90,13 @@ impl Default for FrameSpec {
     }
 }
 
-/// What must fit into the picture, by name.
+/// The part of space that must fit into the picture, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrameWord {
     /// The whole domain.
     Domain,
-    /// What is shown, where it is at the start.
+    /// The parts shown, at the start.
     Start,
 }
 

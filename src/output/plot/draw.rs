@@ -78,7 +78,7 @@ fn swatch<B: DrawingBackend>(canvas: &Canvas<'_, B>, data: &Data, colour: Rgb, [
     }
 }
 
-/// Where the curves are: ranges in shown units, and pixels.
+/// Mapping of curves: ranges in shown units, and pixels.
 struct Frame {
     x: Scale,
     y: Scale,

@@ -20,7 +20,7 @@ const PNG_SCALE: usize = 2;
 /// Pixels that are averaged to one, per direction.
 const SUPERSAMPLING: usize = 3;
 
-/// What a plot shows.
+/// Contents of a plot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlotSpec {
     /// Above the plot.
@@ -57,11 +57,11 @@ impl Axis {
 pub struct Series {
     /// Its name.
     pub label: String,
-    /// What is drawn.
+    /// Its shape.
     pub data: Data,
 }
 
-/// What is drawn of a series. Numbers that are not finite make gaps.
+/// Shape of a series. Numbers that are not finite make gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data {
     /// A curve through (x, y).

@@ -114,7 +114,7 @@ impl Probe {
             .then(|| format!("probe {name}: {what} at ({}), {away:.3e} m from ({})", places(place), places(asked)))
     }
 
-    /// What the probe sees now: as many numbers as heads after the time; NaN for what is gone.
+    /// The present values: as many numbers as heads after the time; NaN for a part that is gone.
     pub fn evaluate(&self, snapshot: &Snapshot<'_>) -> Vec<f64> {
         let count = self.heads.len() - 1;
         let Some(set) = Set::find(snapshot, &self.spec.of) else { return vec![f64::NAN; count] };

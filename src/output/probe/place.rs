@@ -1,10 +1,10 @@
-//! Where a probe looks: at a particle, at an element, or between the nodes of an element.
+//! The target of a probe: a particle, an element, or a point between the nodes of an element.
 
 use crate::math::Vector;
 use crate::output::set::{On, Quantity, Set};
 use crate::simulation::SurfaceSet;
 
-/// What a probe follows.
+/// The target of a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Followed {
     /// A particle, by identity.
@@ -15,18 +15,18 @@ pub(super) enum Followed {
     Point(Vec<(usize, f64)>),
 }
 
-/// What is at a place of the reference state, or nearest to it.
+/// The particle or element at a place of the reference state, or nearest to it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
     pub followed: Followed,
-    /// Where it is in the reference state [m].
+    /// Position in the reference state [m].
     pub place: [f64; 3],
 }
 
 /// A point this near to a node, over the longest side of its element, is the node.
 const AT_NODE: f64 = 1e-9;
 
-/// What is at `place` [m] in the reference state, or nearest to it; `None` in an empty set.
+/// The particle or element at `place` [m] in the reference state, or nearest to it; `None` in an empty set.
 pub(super) fn find(set: Set<'_>, on: On, place: &[f64]) -> Option<Found> {
     let place: [f64; 3] = std::array::from_fn(|i| place.get(i).copied().unwrap_or(0.0));
     match set {

@@ -30,7 +30,7 @@ fn integrates(spec: &ProbeSpec) -> bool {
     over && spec.quantity != "displacement"
 }
 
-/// What an integral over a region is weighted with: volume, but for the sum of all volume or mass.
+/// Weight of an integral over a region: the volume, except for the sum of all volume or mass.
 fn measure(spec: &ProbeSpec) -> Option<String> {
     let amount = spec.reduction() == Some(Reduction::Sum) && matches!(spec.quantity.as_str(), "volume" | "mass");
     spec.weight.clone().or_else(|| (!amount).then(|| "volume".to_owned()))

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct ProbeSpec {
     /// Name of the history: `history/<name>.csv`.
     pub name: String,
-    /// What it looks at: the name of a body or membrane, or with PFEM-2 that of a body, `mesh` or
+    /// The observed part: the name of a body or membrane, or with PFEM-2 that of a body, `mesh` or
     /// `interface`.
     pub of: String,
     /// `position`, `displacement`, or a field such as `velocity` or `pressure`.

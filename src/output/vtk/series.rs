@@ -70,7 +70,7 @@ impl Series {
         Ok(())
     }
 
-    /// Where the list is.
+    /// Path of the list.
     pub fn path(&self) -> &Path {
         &self.path
     }

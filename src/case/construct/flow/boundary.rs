@@ -166,7 +166,7 @@ impl<'c> Assembly<'c> {
         }
     }
 
-    /// Where the pressure of a closed box is held, if the case says so.
+    /// The place where the pressure of a closed box is prescribed, if the case gives one.
     pub(super) fn pin<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,

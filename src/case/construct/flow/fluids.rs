@@ -163,7 +163,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// What leaves of three and more fluids isn't known: their volumes are kept where nothing can.
+    /// The outflow of three and more fluids isn't known by fluid: their volumes are corrected in closed boxes only.
     fn open_volumes<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
         let spec = &self.case.file.pfem2;
         let Some(open) = sets.iter().find(|set| set.condition.kind().is_open()) else { return };

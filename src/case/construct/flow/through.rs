@@ -1,4 +1,4 @@
-//! What flows through the boundary.
+//! Checks of openings: inflow and outflow through the boundary.
 
 use super::super::Assembly;
 use super::mesh::{at, middle};
@@ -53,7 +53,7 @@ impl Assembly<'_> {
         (0..=16).map(move |i| end * f64::from(i) / 16.0)
     }
 
-    /// What flows in must be able to leave.
+    /// An inflow needs an outflow somewhere.
     pub(super) fn through_flow<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
