@@ -8,7 +8,7 @@
 //! Two fluids of densities 1000 and 1 whose interface moves by a fraction of a cell per step, walls without slip, an
 //! open top. The first system includes the analysis; the others are the ones that a run sees.
 
-use lateen::linalg::{BlockMatrix, Kind, LinearSolver, Options, Pattern};
+use lateen::linalg::{BlockMatrix, LinearSolver, Options, Pattern, SolverKind};
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
 use std::sync::Arc;
@@ -19,9 +19,9 @@ const STEPS: usize = 6;
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let kind = match arguments.get(2).map(String::as_str) {
-        Some("direct") => Kind::Direct,
-        Some("iterative") => Kind::Iterative,
-        _ => Kind::Auto,
+        Some("direct") => SolverKind::Direct,
+        Some("iterative") => SolverKind::Iterative,
+        _ => SolverKind::Auto,
     };
     println!("dim  unknowns  kind        analysis+first [s]  step [s]  [µs/unknown]  iterations  new/step  peak [MB]");
     match (arguments.first(), arguments.get(1).and_then(|n| n.parse().ok())) {
@@ -34,7 +34,7 @@ fn main() {
     }
 }
 
-fn measure<const D: usize, const N: usize, const B: usize>(cells: usize, kind: Kind) {
+fn measure<const D: usize, const N: usize, const B: usize>(cells: usize, kind: SolverKind) {
     let mesh = Mesh::<D, N>::block(Vector::ZERO, Vector::splat(1.0), [cells; D]).expect("a box");
     let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
     let pattern = Arc::new(Pattern::new(mesh.nodes().len(), mesh.elements()));

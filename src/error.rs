@@ -110,7 +110,7 @@ pub fn escaped(text: &str) -> String {
     text.chars().map(|c| if obeyed(&c) { c.escape_unicode().to_string() } else { c.to_string() }).collect()
 }
 
-/// One finding about the case: what is wrong, at which key, and what to write instead.
+/// One finding about the case: the problem, its key, and advice.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// The key's path, for example `body[0].material.density`; empty for the whole file.
@@ -125,7 +125,7 @@ pub struct Diagnostic {
     pub severity: Severity,
 }
 
-/// How much a [`Diagnostic`] matters.
+/// Severity of a [`Diagnostic`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
     /// The case can't be run.
@@ -205,13 +205,14 @@ impl StepError {
     /// ```
     /// use lateen::error::{Place, StepError};
     ///
-    /// let error = StepError::new(Place::Everywhere, "the energy is not a number", ("energy", f64::NAN), "lower `mpm.safety`");
+    /// let error = StepError::new(Place::Everywhere, "the energy is not a number", "energy", f64::NAN, "lower `mpm.safety`");
     /// assert!(error.to_string().contains("everywhere: energy = NaN"));
     /// ```
     pub fn new(
         place: Place,
         what: impl Into<String>,
-        (quantity, value): (&'static str, f64),
+        quantity: &'static str,
+        value: f64,
         advice: impl Into<String>,
     ) -> Self {
         Self { what: what.into(), time: 0.0, step: 0, place, quantity, value, advice: advice.into() }

@@ -6,7 +6,7 @@
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Bytes of memory that this process can have without swapping: what the machine has left, or less where the group of the
+/// Bytes of memory that this process can have without swapping: those left on the machine, or less if the group of the
 /// process (a container, a job of a batch system) or the process itself (`ulimit -v`) may not take so much; `None` where the
 /// system doesn't say (it does on Linux).
 pub fn free() -> Option<f64> {

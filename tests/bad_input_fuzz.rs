@@ -2,7 +2,7 @@
 
 use lateen::Error;
 use lateen::case::{Case, Source};
-use lateen::math::{Signal, Table, units::Quantity};
+use lateen::math::{Signal, TimeTable, units::Quantity};
 use proptest::prelude::*;
 
 const GOOD: &str = include_str!("fixtures/water_sphere.toml");
@@ -72,7 +72,7 @@ proptest! {
 
     #[test]
     fn random_tables_never_panic_their_parser(text in "(t|x)?,?(p \\[[a-z]{0,3}\\])?\n([0-9.,-]{0,8}\n){0,5}") {
-        let _ = Table::from_csv(&text, None, None).map(|t| t.value(0.5));
+        let _ = TimeTable::from_csv(&text, None, None).map(|t| t.value(0.5));
     }
 }
 

@@ -2,8 +2,8 @@
 
 use lateen::geometry::{BoxShape, CylinderShape, Shape, SphereShape, UnionShape};
 use lateen::math::Vector;
-use lateen::mesh::domain::{BoxMesh, BuildMesh, Hole, Pattern, Refinement};
-use lateen::mesh::{Cut, Mesh};
+use lateen::mesh::domain::{BoxMesh, BuildMesh, CellPattern, Hole, Refinement};
+use lateen::mesh::{CellCut, Mesh};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -12,7 +12,7 @@ fn plain(lower: &[f64], upper: &[f64], cell: f64) -> BoxMesh {
         lower: lower.to_vec(),
         upper: upper.to_vec(),
         cell,
-        pattern: Pattern::Auto,
+        pattern: CellPattern::Auto,
         growth: 0.2,
         refine: Vec::new(),
         holes: Vec::new(),
@@ -139,7 +139,7 @@ fn a_graded_box_of_tetrahedra_keeps_volume_and_sides_and_is_finer_in_its_slab() 
 #[test]
 fn mirrored_tetrahedra_are_conforming() {
     let line: Vec<f64> = (0..=4).map(|i| i as f64).collect();
-    let mesh = Mesh::<3, 4>::lattice(&[line.clone(), line.clone(), line], Cut::Mirrored).unwrap();
+    let mesh = Mesh::<3, 4>::lattice(&[line.clone(), line.clone(), line], CellCut::Mirrored).unwrap();
     assert!((mesh.volume() - 64.0).abs() < 1e-12);
     assert_eq!(mesh.boundary().len(), 6 * 16 * 2);
 }
@@ -170,11 +170,11 @@ fn wrong_boxes_and_holes_are_errors_at_their_key() {
     let holed = |region: Shape| BoxMesh { holes: vec![hole(region)], ..plain(&[0.0, 0.0], &[1.0, 1.0], 0.1) };
     assert_eq!(key(holed(rectangle([0.5, 0.5], [0.5, 0.6]))), "holes[0].region.upper");
     assert_eq!(key(holed(rectangle([-1.0, -1.0], [2.0, 2.0]))), "cell");
-    let lattice = BoxMesh { pattern: Pattern::Mirrored, ..holed(disc([0.5, 0.5], 0.1)) };
+    let lattice = BoxMesh { pattern: CellPattern::Mirrored, ..holed(disc([0.5, 0.5], 0.1)) };
     assert_eq!(key(lattice), "holes");
     let solid = Shape::CylinderShape(CylinderShape { from: [0.0; 3], to: [0.0, 0.0, 1.0], radius: 1.0 });
     assert_eq!(key(holed(solid)), "holes[0].region.shape");
-    let free = BoxMesh { pattern: Pattern::Free, ..plain(&[0.0; 3], &[1.0; 3], 0.5) };
+    let free = BoxMesh { pattern: CellPattern::Free, ..plain(&[0.0; 3], &[1.0; 3], 0.5) };
     assert_eq!(free.tetrahedra(Path::new("")).unwrap_err().key, "pattern");
     let ball = Shape::SphereShape(SphereShape { center: vec![0.5; 3], radius: 0.1 });
     let round = BoxMesh { holes: vec![hole(ball)], ..plain(&[0.0; 3], &[1.0; 3], 0.5) };

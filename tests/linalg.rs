@@ -3,9 +3,9 @@
 //! Bounds on numbers of iterations have no reference outside of this program. They guard that a preconditioner stays effective: one
 //! that is wrong takes many times as many, or fails.
 
-use lateen::linalg::{BlockMatrix, Kind, LinearSolver, Options, Pattern};
+use lateen::linalg::{BlockMatrix, LinearSolver, Options, Pattern, SolverKind};
 use lateen::math::Vector;
-use lateen::mesh::{Cut, Mesh};
+use lateen::mesh::{CellCut, Mesh};
 use std::sync::Arc;
 
 /// A P1–P1 system [[ρ/Δt M + K, −Dᵀ], [−D, −C]] as theory has it: lumped mass, K = µ Laplacian per component,
@@ -126,7 +126,7 @@ const TWO_FLUIDS: Stokes = Stokes {
 
 #[test]
 fn the_direct_solver_recovers_a_field_of_two_fluids_in_2d_and_3d() {
-    let options = Options { kind: Kind::Direct, tolerance: 1e-12, ..Options::default() };
+    let options = Options { kind: SolverKind::Direct, tolerance: 1e-12, ..Options::default() };
     let plane = unit_box::<2, 3>(24);
     let mut a = TWO_FLUIDS.assemble::<2, 3, 3>(&plane);
     walls(&mut a, &plane, true);
@@ -140,7 +140,10 @@ fn the_direct_solver_recovers_a_field_of_two_fluids_in_2d_and_3d() {
 }
 
 /// The largest relative error over a few systems whose matrices change from one to the next.
-fn over_steps<const D: usize, const N: usize, const B: usize>(mesh: &Mesh<D, N>, kind: Kind) -> (f64, usize, usize) {
+fn over_steps<const D: usize, const N: usize, const B: usize>(
+    mesh: &Mesh<D, N>,
+    kind: SolverKind,
+) -> (f64, usize, usize) {
     let options = Options { kind, tolerance: 1e-10, ..Options::default() };
     let exact = some_field::<B>(mesh.nodes().len());
     let (mut worst, mut iterations, mut rebuilt) = (0.0f64, 0, 0);
@@ -164,9 +167,9 @@ fn over_steps<const D: usize, const N: usize, const B: usize>(mesh: &Mesh<D, N>,
 
 #[test]
 fn preconditioners_are_reused_for_matrices_that_change_little() {
-    let (error, iterations, rebuilt) = over_steps::<2, 3, 3>(&unit_box(20), Kind::Direct);
+    let (error, iterations, rebuilt) = over_steps::<2, 3, 3>(&unit_box(20), SolverKind::Direct);
     assert!(error < 1e-5 && rebuilt < 6, "{error}, {iterations} iterations, {rebuilt} factors");
-    let (error, iterations, rebuilt) = over_steps::<3, 4, 4>(&unit_box(8), Kind::Iterative);
+    let (error, iterations, rebuilt) = over_steps::<3, 4, 4>(&unit_box(8), SolverKind::Iterative);
     assert!(error < 1e-5 && rebuilt < 6, "{error}, {iterations} iterations, {rebuilt} hierarchies");
 }
 
@@ -183,7 +186,7 @@ fn iterations_on<const D: usize, const N: usize, const B: usize>(
 ) -> usize {
     let mut a = stokes.assemble::<D, N, B>(mesh);
     walls(&mut a, mesh, open);
-    let (error, iterations) = recover(mesh, &a, Options { kind: Kind::Iterative, ..Options::default() });
+    let (error, iterations) = recover(mesh, &a, Options { kind: SolverKind::Iterative, ..Options::default() });
     assert!(error < 1e-2, "{error}");
     iterations
 }
@@ -201,7 +204,7 @@ fn iterations_of_multigrid_grow_little_with_the_mesh() {
 fn iterations_of_multigrid_do_not_grow_where_cells_are_mirrored() {
     fn mirrored<const D: usize, const N: usize>(cells: usize) -> Mesh<D, N> {
         let line: Vec<f64> = (0..=cells).map(|i| i as f64 / cells as f64).collect();
-        Mesh::lattice(&std::array::from_fn(|_| line.clone()), Cut::Mirrored).unwrap()
+        Mesh::lattice(&std::array::from_fn(|_| line.clone()), CellCut::Mirrored).unwrap()
     }
     let thin = Stokes { density: |_| 1.0, viscosity: 1e-6, dt: 0.01, consistent: false };
     let counts = [48, 192].map(|cells| iterations_on::<2, 3, 3>(&mirrored(cells), &thin, false));
@@ -225,7 +228,7 @@ fn a_factor_of_the_symmetric_part_preconditions_the_unsymmetric_form() {
     let mut a = Stokes { consistent: true, ..TWO_FLUIDS }.assemble::<2, 3, 3>(&mesh);
     walls(&mut a, &mesh, true);
     let (error, iterations) =
-        recover(&mesh, &a, Options { kind: Kind::Direct, tolerance: 1e-11, ..Options::default() });
+        recover(&mesh, &a, Options { kind: SolverKind::Direct, tolerance: 1e-11, ..Options::default() });
     assert!(error < 1e-6 && iterations <= 40, "{error} in {iterations}");
 }
 
@@ -245,7 +248,7 @@ fn lopsided(mesh: &Mesh<2, 3>, c: f64) -> BlockMatrix<3> {
 fn the_direct_solver_recovers_a_field_where_the_symmetric_part_is_indefinite() {
     let mesh = unit_box::<2, 3>(24);
     let a = lopsided(&mesh, 40.0);
-    for kind in [Kind::Direct, Kind::Auto] {
+    for kind in [SolverKind::Direct, SolverKind::Auto] {
         let (error, _) = recover(&mesh, &a, Options { kind, tolerance: 1e-11, ..Options::default() });
         assert!(error < 1e-6, "{kind:?}: {error}");
     }
@@ -260,7 +263,7 @@ fn the_first_preconditioner_returns_after_systems_that_needed_another() {
     let mut solve = |a: &BlockMatrix<3>| {
         let mut x = vec![[0.0; 3]; b.len()];
         solver.solve(a, &b, &mut x).unwrap();
-        solver.memory().counters[0]
+        solver.state().counters.method
     };
     let usual = solve(&easy);
     assert!(solve(&hard) != usual);
@@ -307,7 +310,7 @@ fn both_solvers_agree_with_a_dense_factorisation() {
     }
     let b: Vec<[f64; 3]> = some_field(n);
     let expected = eliminate(dense, b.as_flattened().to_vec());
-    for kind in [Kind::Direct, Kind::Iterative] {
+    for kind in [SolverKind::Direct, SolverKind::Iterative] {
         let options = Options { kind, tolerance: 1e-13, ..Options::default() };
         let mut x = vec![[0.0; 3]; n];
         LinearSolver::new(a.pattern.clone(), &places(&mesh), options).solve(&a, &b, &mut x).unwrap();
@@ -339,7 +342,7 @@ fn the_pressure_of_a_poisson_problem_converges_at_second_order() {
             }
         }
         let mut x = vec![[0.0; 3]; b.len()];
-        let options = Options { kind: Kind::Iterative, ..Options::default() };
+        let options = Options { kind: SolverKind::Iterative, ..Options::default() };
         LinearSolver::new(a.pattern.clone(), &places(&mesh), options).solve(&a, &b, &mut x).unwrap();
         mesh.nodes().iter().zip(&x).map(|(&at, p)| (p[2] - exact(at)).abs()).fold(0.0, f64::max)
     };
@@ -352,7 +355,7 @@ fn failures_to_converge_name_the_worst_node() {
     let mesh = unit_box::<3, 4>(6);
     let mut a = TWO_FLUIDS.assemble::<3, 4, 4>(&mesh);
     walls(&mut a, &mesh, true);
-    let options = Options { kind: Kind::Iterative, tolerance: 1e-12, max_iterations: 2, ..Options::default() };
+    let options = Options { kind: SolverKind::Iterative, tolerance: 1e-12, max_iterations: 2, ..Options::default() };
     let mut b = vec![[0.0; 4]; mesh.nodes().len()];
     b[171] = [1.0, 2.0, 3.0, 0.0];
     let mut x = vec![[0.0; 4]; b.len()];
@@ -376,7 +379,7 @@ fn a_restored_solver_and_any_number_of_threads_give_the_same_bits() {
         })
         .collect();
     let b: Vec<[f64; 4]> = some_field(mesh.nodes().len());
-    for kind in [Kind::Direct, Kind::Iterative] {
+    for kind in [SolverKind::Direct, SolverKind::Iterative] {
         let options = Options { kind, ..Options::default() };
         let new = || LinearSolver::new(systems[0].pattern.clone(), &places(&mesh), options);
         let run = |solver: &mut LinearSolver<4>, steps: std::ops::Range<usize>| {
@@ -391,7 +394,7 @@ fn a_restored_solver_and_any_number_of_threads_give_the_same_bits() {
         let mut first = new();
         run(&mut first, 0..2);
         let mut second = new();
-        second.restore(&first.memory()).unwrap();
+        second.restore(&first.state()).unwrap();
         assert!(run(&mut second, 2..4) == whole, "{kind:?} after a resumption");
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -1,7 +1,7 @@
 //! Outputs of PFEM-2 runs: the pressure at the start, values between nodes, impulses over a window of time.
 
 use lateen::case::{Case, Source};
-use lateen::output::history::Table;
+use lateen::output::history::HistoryTable;
 use lateen::run::{Existing, Options, RunDirectory, run};
 use std::fs;
 use std::path::Path;
@@ -58,8 +58,8 @@ fn go(text: &str, home: &Path, existing: Existing) {
     run(&case, case.build().unwrap(), &RunDirectory::new(home), options).unwrap_or_else(|error| panic!("{error}"));
 }
 
-fn history(home: &Path, name: &str) -> Table {
-    Table::read(&home.join(format!("history/{name}.csv"))).unwrap()
+fn history(home: &Path, name: &str) -> HistoryTable {
+    HistoryTable::read(&home.join(format!("history/{name}.csv"))).unwrap()
 }
 
 /// ρ g (1 − y) in every row; the place lies between the nodes of a mesh of 3 × 3 cells.

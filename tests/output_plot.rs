@@ -2,7 +2,9 @@
 //! to be looked at.
 
 use lateen::output::image::Image;
-use lateen::output::plot::{Axis, Data, PlotSpec, Reference, Series, Shape, plot_run, to_image, to_svg};
+use lateen::output::plot::{
+    CurveShape, Data, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
+};
 use std::fs;
 use std::path::PathBuf;
 
@@ -42,11 +44,15 @@ fn every_history_gets_a_plot_per_unit_and_per_column_with_references() {
     let points: Vec<[f64; 2]> = times.clone().map(|t| [t, 1.03 * damped(t)]).collect();
     let band: Vec<[f64; 3]> =
         (0..=120).map(|i| 1e-5 * f64::from(i)).map(|t| [t, damped(t) - 3e-4, damped(t) + 3e-4]).collect();
-    let reference =
-        |label: &str, shape| Reference { history: "centre".into(), column: "z".into(), label: label.into(), shape };
+    let reference = |label: &str, shape| ReferenceCurve {
+        history: "centre".into(),
+        column: "z".into(),
+        label: label.into(),
+        shape,
+    };
     let references = [
-        reference("Somebody et al. (2014), digitised", Shape::Points(points)),
-        reference("five independent programs", Shape::Band(band)),
+        reference("Somebody et al. (2014), digitised", CurveShape::Points(points)),
+        reference("five independent programs", CurveShape::Band(band)),
     ];
     plot_run(&histories, &dir, &references).unwrap();
 
@@ -75,10 +81,10 @@ fn plots_are_reproducible_and_hold_no_nan() {
         ("empty", Data::Dashed(vec![])),
         ("huge <&> tiny", curve(|x| 1e300 * x)),
     ];
-    let (x, y) = (Axis { name: "x".into(), unit: "m".into() }, Axis::of_head("mass flux [kg/s]"));
+    let (x, y) = (PlotAxis { name: "x".into(), unit: "m".into() }, PlotAxis::of_head("mass flux [kg/s]"));
     assert_eq!((y.name.as_str(), y.unit.as_str()), ("mass flux", "kg/s"));
     for (label, data) in odd {
-        let series = vec![Series { label: label.into(), data }];
+        let series = vec![PlotSeries { label: label.into(), data }];
         let spec = PlotSpec { title: label.into(), x: x.clone(), y: y.clone(), series };
         let svg = to_svg(&spec).unwrap();
         assert_eq!(svg, to_svg(&spec).unwrap());
@@ -100,9 +106,9 @@ fn highest_colour(image: &Image) -> usize {
 #[test]
 fn a_curve_in_a_png_stays_within_its_data() {
     let picture = |line: Vec<[f64; 2]>| {
-        let frame = Series { label: String::new(), data: Data::Markers(vec![[0.0, -1.0], [1.0, 2.0]]) };
-        let curve = Series { label: String::new(), data: Data::Line(line) };
-        let (x, y) = (Axis::of_head("time [s]"), Axis::of_head("p [Pa]"));
+        let frame = PlotSeries { label: String::new(), data: Data::Markers(vec![[0.0, -1.0], [1.0, 2.0]]) };
+        let curve = PlotSeries { label: String::new(), data: Data::Line(line) };
+        let (x, y) = (PlotAxis::of_head("time [s]"), PlotAxis::of_head("p [Pa]"));
         to_image(&PlotSpec { title: String::new(), x, y, series: vec![frame, curve] }).unwrap()
     };
     let flat = highest_colour(&picture(vec![[0.0, 1.0], [1.0, 1.0]]));

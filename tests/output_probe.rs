@@ -1,7 +1,7 @@
 //! Probes over snapshots whose answers are known by hand.
 
 use lateen::error::Diagnostic;
-use lateen::output::history::Table;
+use lateen::output::history::HistoryTable;
 use lateen::output::{Probe, ProbeSpec, UnitLabels};
 use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
@@ -203,7 +203,7 @@ fn histories_are_the_same_after_a_resume() {
     };
     let whole = run(None, &[0.0, 1.0, 2.0]);
     assert_eq!(run(Some(1.0), &[1.0, 2.0]), whole);
-    assert_eq!(Table::read(&dir.path().join("mean.csv")).unwrap().column("y").unwrap(), [0.5; 3]);
+    assert_eq!(HistoryTable::read(&dir.path().join("mean.csv")).unwrap().column("y").unwrap(), [0.5; 3]);
 }
 
 /// The reference of keys names the reductions that read a weight, and no other.

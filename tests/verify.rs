@@ -51,13 +51,13 @@ fn a_history_is_compared_with_the_band_of_curves_within_the_tolerance_of_the_lev
 
 #[test]
 fn two_curves_are_drawn_as_a_band_and_one_as_points() {
-    use lateen::output::plot::Shape;
+    use lateen::output::plot::CurveShape;
     let home = tempfile::tempdir().unwrap();
     let folder = folder(&home, "time [s],z [m]\n");
     let expected = verify::expected(&folder).unwrap().unwrap();
     let drawn = verify::drawn(&folder, &expected).unwrap();
-    assert_eq!(drawn[0].shape, Shape::Band(vec![[0.0, 0.0, 0.0], [1.0, -1.2, -1.0]]));
-    assert_eq!(drawn[1].shape, Shape::Points(vec![[0.0, 0.0], [2.0, -1.0]]));
+    assert_eq!(drawn[0].shape, CurveShape::Band(vec![[0.0, 0.0, 0.0], [1.0, -1.2, -1.0]]));
+    assert_eq!(drawn[1].shape, CurveShape::Points(vec![[0.0, 0.0], [2.0, -1.0]]));
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod meet;
 pub(super) mod plausible;
 mod sheets;
 
-use super::summary::Summary;
+use super::summary::CaseSummary;
 use super::{Case, CaseFile, Method, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
@@ -43,7 +43,7 @@ pub(super) fn parts<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mu
     }
 }
 
-/// Nothing may start outside of the grid.
+/// Checks that all bodies and membranes start inside the grid.
 fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let grid = &setup.grid;
     let slack = 1e-9 * grid.cell;
@@ -78,7 +78,7 @@ fn inside<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// How far places lie beyond the end of the grid that they exceed most, in words.
+/// The largest distance of places beyond an end of the grid, in words.
 fn farthest_beyond<const D: usize>(places: &[Vector<D>], lower: &Vector<D>, upper: &Vector<D>) -> String {
     let beyond = |axis: usize, end: usize| {
         let distance = |x: &Vector<D>| if end == 0 { lower[axis] - x[axis] } else { x[axis] - upper[axis] };
@@ -139,7 +139,7 @@ fn unstable<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
 /// Outputs that cut steps to less than this part of the stable one make a run more than twice as long.
 const DEARER: f64 = 0.5;
 
-/// So many steps, or outputs of a kind, are never meant: years of computing.
+/// More steps or outputs of a kind than this are an error: years of computing.
 const MOST: f64 = 1e10;
 
 /// Checks that the run would come to its end between outputs.
@@ -155,7 +155,7 @@ fn intervals(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
 }
 
 /// Checks steps and output intervals against the stable step.
-pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnostic>) {
+pub(super) fn steps(case: &Case, summary: &CaseSummary, findings: &mut Vec<Diagnostic>) {
     let file = &case.file;
     intervals(file, findings);
     let stable = summary.stable_step;
@@ -206,8 +206,8 @@ pub(super) fn steps(case: &Case, summary: &Summary, findings: &mut Vec<Diagnosti
     }
 }
 
-/// Checks the memory that a run would take against what is there.
-pub(super) fn memory(summary: &Summary, findings: &mut Vec<Diagnostic>) {
+/// Compares the memory that a run would take with the available memory.
+pub(super) fn memory(summary: &CaseSummary, findings: &mut Vec<Diagnostic>) {
     if let Some(refusal) = crate::memory::refusal(summary.memory) {
         let message = format!("the run would take {refusal}");
         findings.push(
@@ -224,7 +224,7 @@ fn below(value: f64) -> f64 {
     format!("{digits:.1e}").parse().unwrap_or(digits)
 }
 
-/// Checks that probes find what they name; returns how what they look at differs from what was asked for, in sentences.
+/// Checks that probes find their targets; returns the differences between the followed and the requested places, as sentences.
 pub(super) fn probes(
     file: &CaseFile,
     initial: &Snapshot<'_>,
@@ -265,7 +265,7 @@ fn nothing_within(key: &str, of: &str, corners: [[f64; 3]; 2], dimension: usize)
     Diagnostic::warning(format!("{key}.within"), message).help(help)
 }
 
-/// A probe must not look where nothing can be: it would follow what is nearest, far away.
+/// A probe outside of the domain would follow the nearest particle, far away.
 fn outside(key: &str, at: &[f64], [lower, upper]: [[f64; 3]; 2]) -> Option<Diagnostic> {
     let slack = 1e-6 * (0..3).map(|i| upper[i] - lower[i]).fold(0.0, f64::max);
     let axis = at.iter().enumerate().position(|(i, x)| *x < lower[i] - slack || *x > upper[i] + slack)?;
@@ -275,7 +275,7 @@ fn outside(key: &str, at: &[f64], [lower, upper]: [[f64; 3]; 2]) -> Option<Diagn
     Some(Diagnostic::error(format!("{key}.at"), message).help(help))
 }
 
-/// Checks that pictures find what they show.
+/// Checks that pictures find their parts and fields.
 pub(super) fn pictures(file: &CaseFile, initial: &Snapshot<'_>, domain: [[f64; 3]; 2], findings: &mut Vec<Diagnostic>) {
     let nowhere = Path::new("");
     for (i, spec) in file.picture.iter().enumerate() {

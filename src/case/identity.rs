@@ -10,7 +10,7 @@ use std::path::Path;
 const FILES: &[&str] = &["path", "file", "table"];
 
 impl Case {
-    /// Identifies what is computed: cases with one hash can go on from each other's checkpoints. The end
+    /// A hash of the keys that results depend on: cases with one hash can go on from each other's checkpoints. The end
     /// of the run, texts and outputs don't count; the contents of the files that the case names do.
     pub fn hash(&self) -> String {
         let mut text = self.computed();
@@ -36,7 +36,7 @@ impl Case {
         own_text(&file).unwrap_or_default()
     }
 
-    /// Keys of what is computed that a `resolved.toml` gave other values, with both.
+    /// Keys that results depend on and that have other values in a `resolved.toml`, with both values.
     pub fn differences(&self, resolved: &str) -> Vec<String> {
         let (Ok(now), Ok(mut before)) = (self.computed().parse::<toml::Table>(), resolved.parse::<toml::Table>())
         else {

@@ -1,4 +1,4 @@
-//! Which keys belong to which method.
+//! Keys of each method.
 
 use super::tree::{Node, Value};
 use crate::error::Diagnostic;

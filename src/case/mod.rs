@@ -1,4 +1,4 @@
-//! The case file: what it may say, whether it is right, and the solver that it asks for.
+//! The case file: its keys, the checks of its values, and the solver that it describes.
 //!
 //! ```text
 //! text → tree (TOML with places) → walk along the schema (all findings, quantities to SI)
@@ -15,6 +15,7 @@ mod identity;
 mod keywords;
 mod method;
 mod names;
+mod obstacles;
 mod parts;
 mod preset;
 mod quantity;
@@ -22,7 +23,6 @@ mod reference;
 mod report;
 mod schema;
 mod signal;
-mod standing;
 mod summary;
 mod tree;
 mod walk;
@@ -36,7 +36,7 @@ pub use reference::{laws, schema};
 pub use report::{line_and_column, render};
 pub use schema::*;
 pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
-pub use summary::{BodySummary, MembraneSummary, Summary};
+pub use summary::{BodySummary, CaseSummary, MembraneSummary};
 
 use crate::error::{Diagnostic, Error, Result};
 use crate::input;
@@ -117,7 +117,7 @@ pub struct Case {
 struct Override {
     /// The key's path.
     key: String,
-    /// As it was asked for.
+    /// The option as the user wrote it.
     option: String,
 }
 

@@ -31,7 +31,7 @@ pub struct BodySpec {
     pub exact_volume: bool,
     /// Position of the lattice of particles.
     #[serde(default)]
-    pub lattice: Lattice,
+    pub lattice: LatticeSpec,
     /// Velocity at the start; may depend on x, y, z.
     #[serde(default)]
     #[schemars(extend("unit" = "m/s", "axes" = true))]
@@ -75,7 +75,7 @@ pub enum Material {
 }
 
 impl<'de> Deserialize<'de> for Material {
-    /// By the name of the law, so that a law can say what is wrong with its numbers.
+    /// Chooses by the name of the law, so that errors in its numbers are those of the law.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let table = toml::Value::deserialize(deserializer)?;
         let law = table.get("law").and_then(toml::Value::as_str).unwrap_or_default();
@@ -95,7 +95,7 @@ fn yes() -> bool {
 /// Position of the lattice of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Lattice {
+pub enum LatticeSpec {
     /// Symmetric about the centre of the region.
     #[default]
     Centred,
@@ -230,7 +230,7 @@ pub struct DampingSpec {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SupportSpec {
-    /// Which nodes.
+    /// The nodes that are held or moved.
     pub on: SupportPlace,
     /// Velocity per axis; `"free"` where the axis is not prescribed. Default: held.
     #[serde(default)]
@@ -314,7 +314,7 @@ pub enum ObstacleKind {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum WallSpec {
-    /// Just what it does.
+    /// The kind by its name.
     Word(WallWord),
     /// Its kind and its velocity.
     Moving(Box<MovingWallSpec>),

@@ -45,7 +45,7 @@ stress-update = "average"
 locking = { kind = "none" }
 "#;
 
-/// Becker, Idelsohn & Oñate (2015): what the paper and its program do.
+/// The choices of Becker, Idelsohn & Oñate (2015) and of their program.
 const BECKER_2015: &str = r#"
 scheme = { kind = "backward-euler" }
 stabilisation = "pspg"

@@ -43,7 +43,7 @@ fn quantities(schema: &mut Schema) {
     }
 }
 
-/// Sections of the reference: what the schema calls it, and a heading. Others follow under their own name.
+/// Sections of the reference: name in the schema, and heading. Others follow under their own names.
 const SECTIONS: &[(&str, &str)] = &[
     ("TimeSpec", "`[time]`"),
     ("GridSpec", "`[grid]`"),

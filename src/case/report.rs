@@ -19,7 +19,7 @@ pub fn render(findings: &[Diagnostic], name: &str, text: &str, color: bool) -> S
     page
 }
 
-/// A finding whose text shows characters that a terminal would obey: names in it are what a file says.
+/// A finding with control characters made visible: names in it come from a file.
 fn visible(finding: &Diagnostic) -> Diagnostic {
     let Diagnostic { key, message, help, span, severity } = finding;
     Diagnostic {

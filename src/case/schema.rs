@@ -35,7 +35,7 @@ pub struct CaseFile {
     /// Preset of the defaults of `[mpm]` or `[pfem2]`.
     #[serde(default)]
     pub preset: Preset,
-    /// How long, and with which step.
+    /// End time and time step.
     pub time: TimeSpec,
     /// The background grid of `method = "mpm"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -116,7 +116,7 @@ pub enum Preset {
     Becker2015,
 }
 
-/// How long, and with which step.
+/// End time and time step.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TimeSpec {

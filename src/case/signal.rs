@@ -1,7 +1,7 @@
 //! A value in a case file that may vary: a number, a formula, or a table.
 
 use crate::input;
-use crate::math::{Signal, Table};
+use crate::math::{Signal, TimeTable};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -51,7 +51,7 @@ impl SignalSpec {
             Self::Table(spec) => {
                 let path = base.join(&spec.table);
                 let text = input::text(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-                let table = Table::from_csv(&text, spec.time.as_deref(), spec.value.as_deref());
+                let table = TimeTable::from_csv(&text, spec.time.as_deref(), spec.value.as_deref());
                 Ok(Signal::Table(table.map_err(|e| format!("{}: {e}", path.display()))?.into()))
             }
         }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 /// Size of a case.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
+pub struct CaseSummary {
     /// Bodies.
     pub bodies: Vec<BodySummary>,
     /// Membranes.
@@ -33,7 +33,7 @@ pub struct Summary {
     pub steps: f64,
     /// The fewest steps that can be foreseen.
     pub fewest: f64,
-    /// True if what is known of the case tells the number of steps.
+    /// True if the number of steps can be foreseen.
     pub foreseen: bool,
     /// Sub-steps of the membranes in these steps; 0 without any.
     pub substeps: f64,
@@ -123,7 +123,7 @@ fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Optio
     Some(format!("pressure: {text}, since no part of the boundary is open"))
 }
 
-impl Summary {
+impl CaseSummary {
     /// Size of the bodies, membranes and grid before the solver is made.
     pub(super) fn of_points<const D: usize>(setup: &Setup<D>, domain: [[f64; 3]; 2]) -> Self {
         let nodes = stored_nodes(setup);
@@ -183,7 +183,7 @@ impl Summary {
         }
     }
 
-    /// Adds what the solver knows: columns, first step.
+    /// Adds the numbers that the solver gives: columns, first step.
     pub(super) fn with_solver(self, solver: &mut dyn Solver, file: &CaseFile) -> Self {
         let mut columns = 0;
         solver.columns(&mut |_, column| columns += column.data.bytes().len());
@@ -225,7 +225,7 @@ impl Summary {
     }
 }
 
-impl std::fmt::Display for Summary {
+impl std::fmt::Display for CaseSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for body in &self.bodies {
             writeln!(f, "body {}: {} particles", body.name, body.particles)?;

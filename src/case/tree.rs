@@ -146,7 +146,7 @@ impl Node {
         name.into_iter().chain(on).collect()
     }
 
-    /// For messages: the elements of a list by number and name; nothing for what is no list.
+    /// The elements of a list by number and name, for messages; empty for a node that is no list.
     fn members(&self) -> String {
         let Value::Array(items) = &self.value else { return String::new() };
         if items.is_empty() {

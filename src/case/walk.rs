@@ -269,7 +269,7 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// Nothing that a user can mean is further away than this.
+/// The known name nearest to a misspelt one, within a third of its length.
 pub(super) fn nearest<'n>(text: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     let distance = |name: &str| strsim::damerau_levenshtein(&text.to_lowercase(), &name.to_lowercase());
     let close = |name: &&str| distance(name) <= (text.chars().count() / 3).max(1);

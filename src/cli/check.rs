@@ -1,4 +1,4 @@
-//! `lateen check`: everything about a case without running it. `lateen laws` and `lateen schema`: what a case may say.
+//! `lateen check`: everything about a case without running it. `lateen laws` and `lateen schema`: the keys of a case.
 
 use super::{Failure, located};
 use lateen::run::Folder;

@@ -37,7 +37,7 @@ impl Failure {
         match self {
             Self::Comparison => 1,
             Self::Error(error) => {
-                // A case error says of itself what it is, and an interruption is none.
+                // The text of a case error is complete, and an interruption is no error.
                 let label = if matches!(error, Error::Case(_) | Error::Interrupted) { "" } else { "error: " };
                 say(&format!("{label}{error}"));
                 error.exit_code()
@@ -89,7 +89,7 @@ pub fn use_threads(count: Option<usize>) -> Result<(), Failure> {
 }
 
 /// Prints a line to the standard error. Nobody may read it, the disk behind it may be full, the terminal gone: a message that
-/// can't be shown must not stop what it is about.
+/// can't be shown must not stop the command.
 pub fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
@@ -106,7 +106,7 @@ pub fn quoted(word: &str) -> String {
     shlex::try_quote(word).map_or_else(|_| word.to_owned(), |quoted| quoted.into_owned())
 }
 
-/// Prints to the standard output. Who reads it may stop early, as `head` does: that is no failure.
+/// Prints to the standard output. Its reader may stop early, as `head` does: that is no failure.
 pub fn show(text: &str) -> Result<(), Failure> {
     let mut output = std::io::stdout().lock();
     match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {

@@ -7,7 +7,7 @@ use lateen::simulation::{Event, Observer, Progress};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// How often a plain line is printed.
+/// Interval of plain lines.
 const PLAIN_EVERY: Duration = Duration::from_secs(5);
 
 /// Columns of a terminal that nobody has widened.

@@ -5,7 +5,7 @@ use super::{Failure, located, quoted, say, show, signals};
 use lateen::case::Units;
 use lateen::error::Error;
 use lateen::run::{self, Existing, Folder, Options, RunDirectory};
-use lateen::simulation::{Event, Observer, Progress, Summary};
+use lateen::simulation::{Event, Observer, Progress, RunSummary};
 use lateen::verify;
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -104,7 +104,7 @@ impl Observer for Stop {
 }
 
 /// Times per stage, speed, closure of the energy ledger, files on disk.
-fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) -> Result<(), Failure> {
+fn print_summary(summary: &RunSummary, directory: &RunDirectory, unit: &str) -> Result<(), Failure> {
     let mut text = times("done", summary, unit);
     if let Some(part) = summary.energy_remainder {
         text += &format!(
@@ -120,8 +120,8 @@ fn print_summary(summary: &Summary, directory: &RunDirectory, unit: &str) -> Res
     show(&text)
 }
 
-/// How far a run came, how fast it was, and where its time went.
-fn times(state: &str, summary: &Summary, unit: &str) -> String {
+/// Time reached, speed, and wall time per stage.
+fn times(state: &str, summary: &RunSummary, unit: &str) -> String {
     let seconds = summary.elapsed.as_secs_f64().max(f64::MIN_POSITIVE);
     let mut text = format!(
         "{state}: t = {} in {} steps, {}; {} particle-steps/s",

@@ -9,21 +9,21 @@ use hashbrown::HashMap;
 /// bins and never in the order of memory.
 ///
 /// ```
-/// use lateen::geometry::Bins;
+/// use lateen::geometry::SpatialBins;
 /// use lateen::math::Vector;
 ///
-/// let mut bins = Bins::<2>::new(0.5);
+/// let mut bins = SpatialBins::<2>::new(0.5);
 /// bins.add(7, Vector([0.1, 0.1]), Vector([0.6, 0.2]));
 /// assert_eq!(bins.at(Vector([0.9, 0.4])), [7], "in the same bin as the box's right end");
 /// assert!(bins.at(Vector([1.1, 0.4])).is_empty());
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct Bins<const D: usize> {
+pub struct SpatialBins<const D: usize> {
     size: f64,
     lists: HashMap<[i32; D], Vec<u32>>,
 }
 
-impl<const D: usize> Bins<D> {
+impl<const D: usize> SpatialBins<D> {
     /// Bins with edges of this length [m].
     pub fn new(size: f64) -> Self {
         Self { size, lists: HashMap::new() }
@@ -74,11 +74,11 @@ mod tests {
 
     #[test]
     fn a_box_is_in_the_bins_that_it_touches_and_no_other() {
-        let mut bins = Bins::<3>::new(0.25);
+        let mut bins = SpatialBins::<3>::new(0.25);
         bins.add(1, Vector([-0.3, 0.0, 0.1]), Vector([0.1, 0.3, 0.2]));
         bins.add(2, Vector([0.0; 3]), Vector([0.0; 3]));
         let mut listed = Vec::new();
-        Bins::for_each([-3; 3], [3; 3], |bin| listed.extend(bins.of(&bin).iter().map(|&thing| (thing, bin))));
+        SpatialBins::for_each([-3; 3], [3; 3], |bin| listed.extend(bins.of(&bin).iter().map(|&thing| (thing, bin))));
         let touched = [-2, -1, 0].into_iter().flat_map(|x| [0, 1].map(|y| (1, [x, y, 0])));
         let mut expected: Vec<_> = touched.chain([(2, [0; 3])]).collect();
         (listed.sort_unstable(), expected.sort_unstable());

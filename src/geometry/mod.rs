@@ -1,7 +1,7 @@
 //! Regions of space: shapes, their unions, intersections and differences, triangulated surfaces;
 //! sampling with particles.
 //!
-//! A region is what a solver asks: how far is the boundary, and in which direction?
+//! A region gives the signed distance and the direction of its boundary:
 //!
 //! ```text
 //! d(x) < 0 inside, d(x) = 0 on the boundary, |∇d| = 1, n = ∇d points out
@@ -28,7 +28,7 @@ mod surface;
 mod triangles;
 mod winding;
 
-pub use bins::Bins;
+pub use bins::SpatialBins;
 pub use direction::{Axis, Direction};
 pub use graph::{BelowShape, Height};
 pub use outline::Edge;
@@ -42,4 +42,4 @@ pub use shape::{
 pub use skin::{SkinPoint, skin};
 pub use surface::Surface;
 pub use triangles::{Faces, Triangles};
-pub use winding::{Simplex, Winding};
+pub use winding::{FacetCorners, Winding};

@@ -1,4 +1,4 @@
-//! Regions and what can be asked of them.
+//! Regions: signed distance, normal, bounds, volume.
 
 use super::primitive::{self, Distance};
 use super::{Polygon, Surface};
@@ -78,7 +78,7 @@ pub enum Region {
 }
 
 /// An axis-aligned box around a region [m]; infinite where the region is unbounded.
-/// In 2D the third entries mean nothing.
+/// In 2D the third entries are not used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// Lower corner [m].
@@ -90,7 +90,7 @@ pub struct Bounds {
 impl Bounds {
     /// All of space.
     pub const EVERYWHERE: Self = Self { lower: [f64::NEG_INFINITY; 3], upper: [f64::INFINITY; 3] };
-    /// No space at all.
+    /// The empty box.
     pub const NOWHERE: Self = Self { lower: [f64::INFINITY; 3], upper: [f64::NEG_INFINITY; 3] };
 
     /// True if the region does not reach to infinity along the first `dimension` axes.
@@ -217,7 +217,7 @@ impl Region {
     }
 
     /// Volume [m³], or area [m²] in 2D, where a formula gives it: primitives and moved primitives.
-    /// `None` for unions, intersections, complements and what is unbounded.
+    /// `None` for unions, intersections, complements and unbounded regions.
     pub fn measure(&self, dimension: usize) -> Option<f64> {
         let value = match self {
             Self::Box { lower, upper } => (0..dimension).map(|i| upper[i] - lower[i]).product(),

@@ -25,7 +25,7 @@ const FEWER: &str = "increase `spacing`, or make the region smaller: are the uni
 /// Most particles of one region: identities have 32 bits.
 const MOST: f64 = u32::MAX as f64;
 
-/// Memory per particle at least, with what a solver keeps of it.
+/// Least memory per particle, with its columns in a solver.
 const BYTES: f64 = 300.0;
 
 /// Places along each axis at which the share of its bounds that a region fills is estimated, in 2D and in 3D.

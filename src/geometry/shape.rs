@@ -1,4 +1,4 @@
-//! How a case file writes a region: `{ shape = "sphere", center = [...], radius = ... }`.
+//! Regions in a case file: `{ shape = "sphere", center = [...], radius = ... }`.
 //!
 //! One struct per shape; its fields are the keys. The case reader has converted units when a shape is
 //! built, so every number is in SI here.

@@ -21,7 +21,7 @@ pub struct SkinPoint {
     pub radius: f64,
 }
 
-/// Points nearer than this [spacings] to what the weights can make are reached.
+/// A point is reached if the residual is smaller than this [spacings].
 const REACHED: f64 = 1e-6;
 
 type Cell = [i64; 3];

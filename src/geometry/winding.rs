@@ -18,20 +18,20 @@
 use crate::math::Vector;
 use std::f64::consts::PI;
 
-/// How many radii away a cluster counts as a dipole.
+/// Distance, in radii, beyond which a cluster is approximated by a dipole.
 const FAR: f64 = 2.5;
 
 /// Segments or triangles that a cluster without parts may have.
 const LEAF: usize = 8;
 
 /// The corners of a segment (the third is not used) or of a triangle [m].
-pub type Simplex<const D: usize> = [Vector<D>; 3];
+pub type FacetCorners<const D: usize> = [Vector<D>; 3];
 
 /// Some neighbouring segments or triangles.
 #[derive(Debug, Clone)]
 struct Cluster<const D: usize> {
     centre: Vector<D>,
-    /// How far it reaches from its centre [m].
+    /// Radius about its centre [m].
     radius: f64,
     /// The sum of the vector areas [m²], in 2D of the normals [m].
     area: Vector<D>,
@@ -44,13 +44,13 @@ struct Cluster<const D: usize> {
 /// A surface that points may be inside of.
 #[derive(Debug, Clone)]
 pub struct Winding<const D: usize> {
-    simplices: Vec<Simplex<D>>,
+    simplices: Vec<FacetCorners<D>>,
     clusters: Vec<Cluster<D>>,
 }
 
 impl<const D: usize> Winding<D> {
-    /// Of a surface of these segments (2D) or triangles (3D).
-    pub fn new(simplices: Vec<Simplex<D>>) -> Self {
+    /// The winding number of a surface of these segments (2D) or triangles (3D).
+    pub fn new(simplices: Vec<FacetCorners<D>>) -> Self {
         let count = simplices.len();
         let mut surface = Self { simplices, clusters: Vec::new() };
         if count > 0 {
@@ -59,7 +59,7 @@ impl<const D: usize> Winding<D> {
         surface
     }
 
-    /// The winding number about `x` [m]; of a closed surface a whole number but for what clusters change.
+    /// The winding number about `x` [m]; of a closed surface a whole number, up to the error of clusters.
     pub fn number(&self, x: Vector<D>) -> f64 {
         if self.clusters.is_empty() { 0.0 } else { self.turns(0, x) }
     }
@@ -67,7 +67,7 @@ impl<const D: usize> Winding<D> {
     /// The enclosed volume [m³], in 2D the area [m²]: below zero where normals point inwards.
     pub fn volume(&self) -> f64 {
         let Some(whole) = self.clusters.first() else { return 0.0 };
-        let cone = |simplex: &Simplex<D>| area(simplex).dot(centroid(simplex) - whole.centre) / D as f64;
+        let cone = |simplex: &FacetCorners<D>| area(simplex).dot(centroid(simplex) - whole.centre) / D as f64;
         self.simplices.iter().map(cone).sum()
     }
 
@@ -76,7 +76,7 @@ impl<const D: usize> Winding<D> {
         self.simplices.iter().map(|simplex| area(simplex).norm()).sum()
     }
 
-    /// How far the surface reaches from its centre [m].
+    /// Radius of the surface about its centre [m].
     pub fn radius(&self) -> f64 {
         self.clusters.first().map_or(0.0, |whole| whole.radius)
     }
@@ -116,7 +116,7 @@ impl<const D: usize> Winding<D> {
 }
 
 impl<const D: usize> Cluster<D> {
-    fn of(simplices: &[Simplex<D>], range: [usize; 2]) -> Self {
+    fn of(simplices: &[FacetCorners<D>], range: [usize; 2]) -> Self {
         let weighed = simplices.iter().map(|s| (centroid(s), area(s).norm()));
         let (sum, weight) = weighed.fold((Vector::ZERO, 0.0), |(sum, weight), (x, w)| (sum + x * w, weight + w));
         let plain = simplices.iter().map(centroid).sum::<Vector<D>>() / simplices.len() as f64;
@@ -128,18 +128,18 @@ impl<const D: usize> Cluster<D> {
 }
 
 /// The mean of the corners [m].
-fn centroid<const D: usize>([a, b, c]: &Simplex<D>) -> Vector<D> {
+fn centroid<const D: usize>([a, b, c]: &FacetCorners<D>) -> Vector<D> {
     if D == 2 { (*a + *b) * 0.5 } else { (*a + *b + *c) / 3.0 }
 }
 
 /// The vector area [m²], in 2D the normal with the length of the segment [m].
-fn area<const D: usize>([a, b, c]: &Simplex<D>) -> Vector<D> {
+fn area<const D: usize>([a, b, c]: &FacetCorners<D>) -> Vector<D> {
     let (s, t) = (Vector::<3>((*b - *a).to3()), Vector::<3>((*c - *a).to3()));
     if D == 2 { Vector::from3([s[1], -s[0], 0.0]) } else { Vector::from3((s.cross(t) * 0.5).0) }
 }
 
 /// The contribution of a segment or triangle to the winding number about `x`.
-fn share<const D: usize>(simplex: &Simplex<D>, x: Vector<D>) -> f64 {
+fn share<const D: usize>(simplex: &FacetCorners<D>, x: Vector<D>) -> f64 {
     let [a, b, c] = simplex.map(|corner| Vector::<3>((corner - x).to3()));
     if D == 2 {
         return a.cross(b)[2].atan2(a.dot(b)) / (2.0 * PI);
@@ -159,13 +159,13 @@ mod tests {
     }
 
     /// A loop through these places, back to the first.
-    fn ring(places: &[Vector<2>]) -> Vec<Simplex<2>> {
+    fn ring(places: &[Vector<2>]) -> Vec<FacetCorners<2>> {
         let next = places.iter().cycle().skip(1);
         places.iter().zip(next).map(|(&a, &b)| [a, b, b]).collect()
     }
 
     /// The triangles of a ball of radius 1, by rows of latitude; normals point outwards.
-    fn ball(n: u32) -> Vec<Simplex<3>> {
+    fn ball(n: u32) -> Vec<FacetCorners<3>> {
         let at = |i: u32, j: u32| {
             let (polar, around) = (PI * f64::from(i) / f64::from(n), PI * f64::from(j) / f64::from(n));
             Vector([polar.sin() * around.cos(), polar.sin() * around.sin(), polar.cos()])
@@ -180,7 +180,7 @@ mod tests {
     }
 
     /// The triangles of a cube from −1 to 1.
-    fn cube() -> Vec<Simplex<3>> {
+    fn cube() -> Vec<FacetCorners<3>> {
         let corner = |axis: usize, end: f64, [u, v]: [f64; 2]| {
             Vector::from_fn(|a| {
                 if a == axis {
@@ -199,7 +199,7 @@ mod tests {
         (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]).flat_map(face).collect()
     }
 
-    fn turned<const D: usize>(surface: &[Simplex<D>]) -> Vec<Simplex<D>> {
+    fn turned<const D: usize>(surface: &[FacetCorners<D>]) -> Vec<FacetCorners<D>> {
         surface.iter().map(|&[a, b, c]| if D == 2 { [b, a, a] } else { [b, a, c] }).collect()
     }
 

@@ -72,7 +72,7 @@ impl Cutter<'_> {
         nodes[half..].iter().for_each(|&n| self.side[n as usize] = self.stamp);
     }
 
-    /// How many nodes of each half touch the other.
+    /// Number of nodes of each half with a neighbour in the other.
     fn touching(&self, nodes: &[u32]) -> [usize; 2] {
         let (low, high) = nodes.split_at(nodes.len() / 2);
         let count = |half: &[u32], other: u32| half.iter().filter(|&&n| self.touches(n, other)).count();

@@ -9,7 +9,7 @@
 
 use super::vectors::{add_multiples, dot, dots, norm, update};
 
-/// Iterations whose pace tells how many more there will be.
+/// Number of last iterations by whose rate the number of further iterations is predicted.
 const PACE: usize = 5;
 
 /// A second pass of Gram–Schmidt follows where the first left less than this part of a vector.
@@ -45,7 +45,7 @@ pub(super) struct Krylov {
     z: Vec<Vec<f64>>,
 }
 
-/// How an attempt went.
+/// Result of an attempt.
 pub(super) struct Attempt {
     /// The norm at the start and after every iteration.
     pub history: Vec<f64>,

@@ -10,7 +10,7 @@
 //!   unsymmetric part rules, L U with row exchanges;
 //! * **iterative**: block-triangular, with multigrid for the Schur complement C + Gᵀ diag(A)⁻¹ G, for the rest.
 //!
-//! Nothing depends on the number of threads or on measured times: factors are kept while the iterations that they
+//! Results don't depend on the number of threads or on measured times: factors are kept while the iterations that they
 //! cost weigh less than a new one, by counts of operations.
 
 mod direct;
@@ -27,4 +27,4 @@ mod vectors;
 
 pub use matrix::BlockMatrix;
 pub use pattern::Pattern;
-pub use solver::{Kind, LinearSolver, NotConverged, Options, Outcome, SolverState};
+pub use solver::{LinearSolver, NotConverged, Options, Outcome, SolverCounters, SolverKind, SolverState};

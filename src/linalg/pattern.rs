@@ -1,4 +1,4 @@
-//! Which nodes share an element: the fixed pattern of every matrix on a fixed mesh.
+//! The sparsity pattern of matrices on a fixed mesh: nodes that share an element.
 
 use rayon::prelude::*;
 

@@ -4,7 +4,7 @@ use super::direct::{Analysis, Factor};
 use super::matrix::BlockMatrix;
 use super::pivoted::PivotedFactor;
 use super::schur::BlockTriangular;
-use super::solver::Kind;
+use super::solver::SolverKind;
 
 /// Nodes up to which a factorisation is worth its time and memory, in 2D and 3D. In 3D it costs 1.8 times what multigrid
 /// does at 1,700 nodes and 6 times at 5,800.
@@ -17,24 +17,24 @@ const LAST_RESORT_NODES: [usize; 2] = [1_000_000, 40_000];
 const PIVOTED_NODES: [usize; 2] = [200_000, 8_000];
 
 /// The methods for so many nodes with B = D + 1 unknowns each, in the order in which they are tried.
-pub(super) fn methods<const B: usize>(kind: Kind, nodes: usize) -> Vec<Method> {
+pub(super) fn methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Preconditioning> {
     let most = |limits: [usize; 2]| nodes <= limits[usize::from(B > 3)];
-    let mut factors = vec![Method::Single, Method::Double];
+    let mut factors = vec![Preconditioning::Single, Preconditioning::Double];
     if most(PIVOTED_NODES) {
-        factors.push(Method::Pivoted);
+        factors.push(Preconditioning::Pivoted);
     }
     match kind {
-        Kind::Direct => factors,
-        Kind::Iterative => vec![Method::Iterative],
-        Kind::Auto if most(DIRECT_NODES) => [factors, vec![Method::Iterative]].concat(),
-        Kind::Auto if most(LAST_RESORT_NODES) => [vec![Method::Iterative], factors].concat(),
-        Kind::Auto => vec![Method::Iterative],
+        SolverKind::Direct => factors,
+        SolverKind::Iterative => vec![Preconditioning::Iterative],
+        SolverKind::Auto if most(DIRECT_NODES) => [factors, vec![Preconditioning::Iterative]].concat(),
+        SolverKind::Auto if most(LAST_RESORT_NODES) => [vec![Preconditioning::Iterative], factors].concat(),
+        SolverKind::Auto => vec![Preconditioning::Iterative],
     }
 }
 
-/// How an approximate inverse is made.
+/// Kinds of approximate inverses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Method {
+pub(super) enum Preconditioning {
     /// Multigrid.
     Iterative,
     /// L D Lᵀ in single precision.
@@ -45,7 +45,7 @@ pub(super) enum Method {
     Pivoted,
 }
 
-impl Method {
+impl Preconditioning {
     /// All of them; a checkpoint holds the place in this list.
     pub const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
 
@@ -64,13 +64,15 @@ pub(super) enum Preconditioner<const B: usize> {
 }
 
 impl<const B: usize> Preconditioner<B> {
-    /// For a matrix; `None` where it breaks down.
-    pub fn new(method: Method, analysis: Option<&Analysis>, a: &BlockMatrix<B>) -> Option<Self> {
+    /// The preconditioner of a matrix; `None` if the factorisation breaks down.
+    pub fn new(method: Preconditioning, analysis: Option<&Analysis>, a: &BlockMatrix<B>) -> Option<Self> {
         let scaling = a.scaling();
         match (method, analysis) {
-            (Method::Single, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Single),
-            (Method::Double, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Double),
-            (Method::Pivoted, _) => PivotedFactor::new(a, &scaling).map(|factor| Self::Pivoted(Box::new(factor))),
+            (Preconditioning::Single, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Single),
+            (Preconditioning::Double, Some(analysis)) => Factor::new(analysis, a, &scaling).map(Self::Double),
+            (Preconditioning::Pivoted, _) => {
+                PivotedFactor::new(a, &scaling).map(|factor| Self::Pivoted(Box::new(factor)))
+            }
             _ => Some(Self::Blocks(Box::new(BlockTriangular::new(a)))),
         }
     }
@@ -102,7 +104,7 @@ pub(super) struct ReusePolicy {
     pub systems: f64,
     /// The next system gets a new one.
     pub replace: bool,
-    /// How often keeping one failed in a row.
+    /// Number of failures of kept preconditioners in a row.
     pub failures: u32,
     /// Systems to come that get a new one without a trial.
     pub rest: u32,
@@ -112,7 +114,7 @@ pub(super) struct ReusePolicy {
 const LONGEST_REST: u32 = 64;
 
 impl ReusePolicy {
-    /// Of a new preconditioner in place of the last one.
+    /// The policy after a new preconditioner replaced the last one.
     pub fn renewed(self, price: f64) -> Self {
         Self { price, failures: self.failures, rest: self.rest, ..Self::default() }
     }
@@ -144,7 +146,7 @@ impl ReusePolicy {
     }
 }
 
-/// How long a method stays in use after the usual one failed: 2, 4, … 64 systems, longer with every failure in a row.
+/// Number of systems that another method is used for after the usual one failed: 2, 4, … 64, doubled with every failure in a row.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Detour {
     /// Failures of the usual method in a row.

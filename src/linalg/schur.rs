@@ -66,7 +66,7 @@ struct Workspace<const B: usize> {
 }
 
 impl<const B: usize> BlockTriangular<B> {
-    /// For a matrix.
+    /// The preconditioner of a matrix.
     pub fn new(a: &BlockMatrix<B>) -> Self {
         let nodes = a.pattern.rows();
         let inverse_diagonal = inverses(a);
@@ -283,7 +283,7 @@ fn component<const B: usize>(a: &BlockMatrix<B>, k: usize) -> Csr {
     })
 }
 
-/// S = C + Q W G for a diagonal W. What is not coupled, as a pinned pressure, keeps its own diagonal.
+/// S = C + Q W G for a diagonal W. An unknown without couplings, as a pinned pressure, keeps its own diagonal.
 fn schur_complement<const B: usize>(a: &BlockMatrix<B>, weights: &[[f64; B]]) -> Csr {
     let columns = a.pattern.columns();
     Csr::from_rows(a.pattern.rows(), a.pattern.rows(), |i, row| {

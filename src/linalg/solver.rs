@@ -4,14 +4,15 @@ use super::direct::Analysis;
 use super::krylov::{Attempt, Krylov, Limits, System};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
-use super::preconditioner::{Detour, Method, Preconditioner, ReusePolicy, methods};
+use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, methods};
 use super::vectors::{norm, update};
+use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
-/// Which preconditioner.
+/// The preconditioner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kind {
-    /// By dimension and size; another one where the first fails.
+pub enum SolverKind {
+    /// Chosen by dimension and size; the next method if the first fails.
     #[default]
     Auto,
     /// A factorisation; with row exchanges where that of the symmetric part fails.
@@ -20,11 +21,11 @@ pub enum Kind {
     Iterative,
 }
 
-/// How to solve, and how well.
+/// Options of the linear solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Which preconditioner.
-    pub kind: Kind,
+    /// The preconditioner.
+    pub kind: SolverKind,
     /// |S (b − A x)| to reach, relative to |S b|; S scales the diagonal to ±1.
     pub tolerance: f64,
     /// Iterations before giving up.
@@ -35,11 +36,11 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { kind: Kind::Auto, tolerance: 1e-8, max_iterations: 300, restart: 40 }
+        Self { kind: SolverKind::Auto, tolerance: 1e-8, max_iterations: 300, restart: 40 }
     }
 }
 
-/// How a system was solved.
+/// Report about the solution of one system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
     /// Iterations of FGMRES, with every preconditioner that was tried.
@@ -82,15 +83,15 @@ pub struct LinearSolver<const B: usize> {
     places: Vec<[f64; 3]>,
     options: Options,
     /// Methods to try, the usual one first.
-    methods: Vec<Method>,
+    methods: Vec<Preconditioning>,
     /// The one in use.
-    method: Method,
+    method: Preconditioning,
     detour: Detour,
     analysis: Option<Analysis>,
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
     source: Option<BlockMatrix<B>>,
-    wear: ReusePolicy,
+    reuse: ReusePolicy,
     krylov: Krylov,
 }
 
@@ -99,13 +100,37 @@ pub struct LinearSolver<const B: usize> {
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
-    /// How it is used: method, price, iterations spent, systems solved, whether the next one is new, failures, rest; failures
-    /// of the usual method, systems until it is tried again.
-    pub counters: [f64; 9],
+    /// Counters of its use.
+    pub counters: SolverCounters,
+}
+
+/// Counters that decide which method preconditions the next system, and whether anew. All are numbers of one type, so that a
+/// checkpoint stores them as a record.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SolverCounters {
+    /// Number of the method in use.
+    pub method: f64,
+    /// Cost of a new preconditioner, in iterations.
+    pub price: f64,
+    /// Iterations since the preconditioner was made.
+    pub spent: f64,
+    /// Systems since it was made.
+    pub systems: f64,
+    /// 1 if the next system gets a new one, or else 0.
+    pub replace: f64,
+    /// Failures of kept preconditioners in a row.
+    pub failures: f64,
+    /// Systems to come that get a new one without a trial.
+    pub rest: f64,
+    /// Failures of the usual method in a row.
+    pub detour_failures: f64,
+    /// Systems until the usual method is tried again.
+    pub detour_rest: f64,
 }
 
 impl<const B: usize> LinearSolver<B> {
-    /// For a pattern whose nodes lie at `places` [m].
+    /// A solver for matrices on a pattern whose nodes lie at `places` [m].
     pub fn new(pattern: Arc<Pattern>, places: &[[f64; 3]], options: Options) -> Self {
         let methods = methods::<B>(options.kind, pattern.rows());
         Self {
@@ -117,7 +142,7 @@ impl<const B: usize> LinearSolver<B> {
             analysis: None,
             preconditioner: None,
             source: None,
-            wear: ReusePolicy::default(),
+            reuse: ReusePolicy::default(),
             krylov: Krylov::default(),
             pattern,
         }
@@ -141,7 +166,7 @@ impl<const B: usize> LinearSolver<B> {
         let mut fresh = false;
         self.return_to_usual();
         loop {
-            if self.preconditioner.is_none() || self.wear.replace {
+            if self.preconditioner.is_none() || self.reuse.replace {
                 self.rebuild(a);
                 fresh = true;
             }
@@ -150,7 +175,7 @@ impl<const B: usize> LinearSolver<B> {
             iterations += attempt.history.len() - 1;
             history.extend(attempt.history.iter().map(|r| r / reference));
             if attempt.converged {
-                self.wear.count(attempt.history.len() - 1);
+                self.reuse.count(attempt.history.len() - 1);
                 self.detour.rest = self.detour.rest.saturating_sub(1);
                 let residual = norm(residual.as_flattened()) / reference;
                 return Ok(Outcome { iterations, residual, rebuilt: fresh });
@@ -160,12 +185,12 @@ impl<const B: usize> LinearSolver<B> {
                 x.copy_from_slice(&guess);
             }
             if !fresh {
-                self.wear.fail();
+                self.reuse.fail();
                 continue;
             }
             failed += 1;
             if failed == self.methods.len() {
-                self.wear.replace = true;
+                self.reuse.replace = true;
                 return Err(failure(history, &residual, reference));
             }
             self.turn_to_next();
@@ -173,53 +198,55 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// The state to keep in a checkpoint.
-    pub fn memory(&self) -> SolverState {
-        let method = Method::ALL.iter().position(|&method| method == self.method);
-        let kept = self.source.as_ref().filter(|_| !self.wear.replace);
+    pub fn state(&self) -> SolverState {
+        let method = Preconditioning::ALL.iter().position(|&method| method == self.method);
+        let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            counters: [
-                method.unwrap_or(0) as f64,
-                self.wear.price,
-                self.wear.spent,
-                self.wear.systems,
-                f64::from(u8::from(self.wear.replace)),
-                f64::from(self.wear.failures),
-                f64::from(self.wear.rest),
-                f64::from(self.detour.failures),
-                f64::from(self.detour.rest),
-            ],
+            counters: SolverCounters {
+                method: method.unwrap_or(0) as f64,
+                price: self.reuse.price,
+                spent: self.reuse.spent,
+                systems: self.reuse.systems,
+                replace: f64::from(u8::from(self.reuse.replace)),
+                failures: f64::from(self.reuse.failures),
+                rest: f64::from(self.reuse.rest),
+                detour_failures: f64::from(self.detour.failures),
+                detour_rest: f64::from(self.detour.rest),
+            },
         }
     }
 
-    /// True if a memory is of a solver with the same pattern, and its counters are such.
-    pub fn fits(&self, memory: &SolverState) -> bool {
-        let [method, price, spent, systems, replace, failures, rest, detours, detour] = memory.counters;
-        let counts = [method, failures, rest, detours, detour];
+    /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
+    pub fn fits(&self, state: &SolverState) -> bool {
+        let SolverCounters { method, price, spent, systems, replace, failures, rest, detour_failures, detour_rest } =
+            state.counters;
+        let counts = [method, failures, rest, detour_failures, detour_rest];
         let counted = counts.iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
         let summed = [price, spent, systems, replace].iter().all(|sum| *sum >= 0.0);
-        counted && summed && (memory.values.is_empty() || memory.values.len() == self.pattern.entries() * B * B)
+        counted && summed && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
-    /// Goes on from the memory of a solver with the same pattern and options.
+    /// Goes on from the state of a solver with the same pattern and options.
     ///
     /// # Errors
-    /// The memory belongs to another pattern.
-    pub fn restore(&mut self, memory: &SolverState) -> Result<(), String> {
-        if !self.fits(memory) {
+    /// The state belongs to another pattern.
+    pub fn restore(&mut self, state: &SolverState) -> Result<(), String> {
+        if !self.fits(state) {
             let expected = self.pattern.entries() * B * B;
-            let found = memory.values.len();
+            let found = state.values.len();
             return Err(format!("a matrix of {found} numbers instead of {expected}, or counters that count nothing"));
         }
-        let [method, price, spent, systems, replace, failures, rest, detours, detour] = memory.counters;
-        self.method = Method::ALL[(method as usize).min(Method::ALL.len() - 1)];
-        self.detour = Detour { failures: detours as u32, rest: detour as u32 };
+        let SolverCounters { method, price, spent, systems, replace, failures, rest, detour_failures, detour_rest } =
+            state.counters;
+        self.method = Preconditioning::ALL[(method as usize).min(Preconditioning::ALL.len() - 1)];
+        self.detour = Detour { failures: detour_failures as u32, rest: detour_rest as u32 };
         self.preconditioner = None;
-        if !memory.values.is_empty() {
-            let values = memory.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
+        if !state.values.is_empty() {
+            let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
         }
-        self.wear = ReusePolicy {
+        self.reuse = ReusePolicy {
             price,
             spent,
             systems,
@@ -233,9 +260,9 @@ impl<const B: usize> LinearSolver<B> {
     fn limits(&self, fresh: bool, target: f64) -> Limits {
         let all = self.options.max_iterations;
         let (iterations, patience) = match (fresh, self.method) {
-            (false, _) => (self.wear.patience().min(all), Some(self.wear.patience())),
-            (true, Method::Single) => (SINGLE_PATIENCE.min(all), None),
-            (true, Method::Double) if self.methods.len() > 2 => (DOUBLE_PATIENCE.min(all), None),
+            (false, _) => (self.reuse.patience().min(all), Some(self.reuse.patience())),
+            (true, Preconditioning::Single) => (SINGLE_PATIENCE.min(all), None),
+            (true, Preconditioning::Double) if self.methods.len() > 2 => (DOUBLE_PATIENCE.min(all), None),
             (true, _) => (all, None),
         };
         Limits { target, restart: self.options.restart, iterations, patience }
@@ -260,17 +287,17 @@ impl<const B: usize> LinearSolver<B> {
         if self.method.symmetric() && self.analysis.is_none() {
             self.analysis = Analysis::new::<B>(&self.pattern, &self.places);
             if self.analysis.is_none() {
-                self.method = Method::Iterative;
+                self.method = Preconditioning::Iterative;
             }
         }
         self.preconditioner = None;
         self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a);
         let price = match (self.method, &self.analysis) {
-            (Method::Pivoted, _) => PIVOTED_PRICE,
-            (Method::Iterative, _) | (_, None) => HIERARCHY_PRICE,
+            (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
+            (Preconditioning::Iterative, _) | (_, None) => HIERARCHY_PRICE,
             (_, Some(analysis)) => analysis.price(),
         };
-        self.wear = self.wear.renewed(price);
+        self.reuse = self.reuse.renewed(price);
         match &mut self.source {
             Some(source) => source.values.copy_from_slice(&a.values),
             None => self.source = Some(a.clone()),
@@ -285,7 +312,7 @@ impl<const B: usize> LinearSolver<B> {
             self.detour.begin();
         }
         self.method = self.methods[(place + 1) % self.methods.len()];
-        self.wear.replace = true;
+        self.reuse.replace = true;
     }
 
     /// Turns back to the usual method once others have been in use for long enough.
@@ -295,7 +322,7 @@ impl<const B: usize> LinearSolver<B> {
             self.detour = Detour::default();
         } else if self.detour.rest == 0 {
             self.method = self.methods[0];
-            self.wear.replace = true;
+            self.reuse.replace = true;
         }
     }
 }

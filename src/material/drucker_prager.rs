@@ -155,7 +155,7 @@ impl Solid for DruckerPrager {
 mod tests {
     use super::DruckerPrager;
     use crate::material::elastic::Elastic;
-    use crate::material::testing::{Sample, check_law};
+    use crate::material::testing::{TestParticle, check_law};
     use crate::material::{PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
 
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn plane_strain_limit_is_mohr_coulomb() {
         let (law, phi) = (soil(5e3, 30.0), 30f64.to_radians());
-        let mut sample = Sample::new(&law, pressed(1e5));
+        let mut sample = TestParticle::new(&law, pressed(1e5));
         let mut gradient = Tensor::ZERO;
         (gradient[0][0], gradient[1][1]) = (1.0 + phi.sin(), -(1.0 - phi.sin()));
         for _ in 0..4000 {
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn shear_is_bounded_by_friction() {
         let law = soil(0.0, 0.0);
-        let mut sample = Sample::new(&law, pressed(1e5));
+        let mut sample = TestParticle::new(&law, pressed(1e5));
         let mut gradient = Tensor::ZERO;
         gradient[0][1] = 1.0;
         for _ in 0..500 {
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn opened_soil_bears_nothing_until_it_closes() {
         let law = soil(0.0, 0.0);
-        let mut sample = Sample::new(&law, pressed(1e3));
+        let mut sample = TestParticle::new(&law, pressed(1e3));
         let open = Tensor([[0.1, 0.05, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.03]]);
         sample.step(&law, open, 0.1);
         assert!(sample.stress[0].contract(&sample.stress[0]) == 0.0, "{:?}", sample.stress[0]);

@@ -28,7 +28,7 @@ use crate::math::simd::{Lanes, Task, widest};
 
 /// Properties of a fluid besides its equation of state.
 #[derive(Debug, Clone, Copy)]
-pub struct Flow {
+pub struct FlowProperties {
     /// Density in the reference state ρ0 [kg/m³].
     pub density: f64,
     /// Shear viscosity μ [Pa s].
@@ -38,18 +38,18 @@ pub struct Flow {
 }
 
 /// Advances a batch by one increment.
-pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &Flow, batch: &mut PointBatch<'_>) {
+pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &FlowProperties, batch: &mut PointBatch<'_>) {
     let (dt, length, q) = (batch.dt, batch.length, flow.bulk_viscosity);
     if flow.viscosity > 0.0 {
         shear(flow, batch);
     }
     let density = flow.density;
-    let shock = |rho, c, growth| q.shock(rho, c, growth / dt, length);
+    let shock = (!q.is_zero()).then_some(|rho, c, growth| q.shock(rho, c, growth / dt, length));
     if batch.history.is_empty() {
-        compress(eos, density, batch, Whole, (q.is_zero(), shock));
+        compress(eos, density, batch, Whole, shock);
     } else {
         let voids = Voids(std::mem::take(&mut batch.history));
-        let Voids(voids) = compress(eos, density, batch, voids, (q.is_zero(), shock));
+        let Voids(voids) = compress(eos, density, batch, voids, shock);
         batch.history = voids;
     }
     if flow.viscosity > 0.0 {
@@ -58,7 +58,7 @@ pub fn advance<E: EquationOfState + ?Sized>(eos: &E, flow: &Flow, batch: &mut Po
 }
 
 /// Viscous stress, Lian (26), and viscous heating. Leaves the deviator s^{n+1} in the stress.
-fn shear(flow: &Flow, batch: &mut PointBatch<'_>) {
+fn shear(flow: &FlowProperties, batch: &mut PointBatch<'_>) {
     for p in 0..batch.len() {
         let rate = batch.gradient[p].symmetric().deviator();
         let s = rate * (2.0 * flow.viscosity);
@@ -111,12 +111,11 @@ fn compress<E: EquationOfState + ?Sized, O: Opening>(
     density: f64,
     batch: &mut PointBatch<'_>,
     voids: O,
-    (none, shock): (bool, impl Fn(f64, f64, f64) -> Shock),
+    shock: Option<impl Fn(f64, f64, f64) -> Shock>,
 ) -> O {
-    if none {
-        widest(Compress { eos, density, batch, voids, shock: |_, _, _| Shock::NONE })
-    } else {
-        widest(Compress { eos, density, batch, voids, shock })
+    match shock {
+        Some(shock) => widest(Compress { eos, density, batch, voids, shock }),
+        None => widest(Compress { eos, density, batch, voids, shock: |_, _, _| Shock::NONE }),
     }
 }
 
@@ -171,7 +170,7 @@ impl<E: EquationOfState + ?Sized, O: Opening, Q: Fn(f64, f64, f64) -> Shock> Tas
 }
 
 /// Full stress σ = s − (p + q) 1, and the viscous part of the signal: Δt ≤ ρ h²/(2 d ⁴⁄₃ μ) with d = 3.
-fn collect(flow: &Flow, batch: &mut PointBatch<'_>) {
+fn collect(flow: &FlowProperties, batch: &mut PointBatch<'_>) {
     for p in 0..batch.len() {
         batch.stress[p] -= SymTensor::isotropic(batch.pressure[p]);
         let viscous = 8.0 * flow.viscosity * batch.volume[p] / (batch.mass[p] * batch.length);

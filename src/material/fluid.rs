@@ -3,7 +3,7 @@
 
 use super::bulk_viscosity::BulkViscosity;
 use super::eos::{Coefficients, EquationsOfState};
-use super::flow::Flow;
+use super::flow::FlowProperties;
 use super::{PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
@@ -29,8 +29,8 @@ pub struct Fluid {
 }
 
 impl Fluid {
-    fn flow(&self) -> Flow {
-        Flow { density: self.density, viscosity: self.viscosity, bulk_viscosity: self.bulk_viscosity }
+    fn flow(&self) -> FlowProperties {
+        FlowProperties { density: self.density, viscosity: self.viscosity, bulk_viscosity: self.bulk_viscosity }
     }
 
     fn at_rest(&self) -> Coefficients {
@@ -102,7 +102,7 @@ mod tests {
     use super::Fluid;
     use crate::material::bulk_viscosity::BulkViscosity;
     use crate::material::eos::{EquationsOfState, IdealGas, Linear};
-    use crate::material::testing::Sample;
+    use crate::material::testing::TestParticle;
     use crate::material::{PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
 
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn shear_heats() {
         let (law, rate, steps, dt) = (air(), 300.0, 100, 1e-3);
-        let mut sample = Sample::new(&law, start());
+        let mut sample = TestParticle::new(&law, start());
         let mut gradient = Tensor::ZERO;
         gradient[1][2] = rate;
         for _ in 0..steps {
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn viscosity_bounds_the_step() {
         let law = Fluid { viscosity: 1e4, ..air() };
-        let mut sample = Sample::new(&law, start());
+        let mut sample = TestParticle::new(&law, start());
         sample.step(&law, Tensor::ZERO, 1e-6);
         assert!((sample.signal[0] - 8.0 * 1e4 / 1.2).abs() < 1e-6);
         assert!((law.diffusivity() - 4.0 / 3.0 * 1e4 / 1.2).abs() < 1e-9);
@@ -155,7 +155,7 @@ mod tests {
         let smooth = Fluid { viscosity: 0.0, ..air() };
         let shocked = Fluid { bulk_viscosity: BulkViscosity([1.5, 0.06]), ..smooth.clone() };
         let compress = |law: &Fluid| {
-            let (mut sample, mut work) = (Sample::new(law, start()), 0.0);
+            let (mut sample, mut work) = (TestParticle::new(law, start()), 0.0);
             for _ in 0..200 {
                 let before = sample.clone();
                 sample.step(law, Tensor::identity() * -100.0, 1e-5);
@@ -185,7 +185,7 @@ mod tests {
     fn a_liquid_parts_at_its_tension_limit() {
         let eos = EquationsOfState::Linear(Linear { sound_speed: 100.0, tensile_strength: 1e5 });
         let liquid = Fluid { density: 1000.0, viscosity: 0.0, eos, ..air() };
-        let mut sample = Sample::new(&liquid, StartState::default());
+        let mut sample = TestParticle::new(&liquid, StartState::default());
         let mut pull = |rate: f64, steps: u32| {
             (0..steps).for_each(|_| sample.step(&liquid, Tensor::identity() * (rate / 3.0), 1e-3));
             sample.clone()

@@ -39,7 +39,7 @@ mod tests {
     use super::Hypoelastic;
     use crate::material::StartState;
     use crate::material::elastic::Elastic;
-    use crate::material::testing::{Sample, check_law};
+    use crate::material::testing::{TestParticle, check_law};
     use crate::math::{SymTensor, Tensor};
 
     fn steel() -> Hypoelastic {
@@ -58,7 +58,7 @@ mod tests {
     fn simple_shear_oscillates() {
         let (law, shear, steps) = (steel(), 3.0, 2000);
         let g = 210e9 / 2.6;
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         let mut gradient = Tensor::ZERO;
         gradient[0][1] = shear;
         for _ in 0..steps {

@@ -118,7 +118,7 @@ impl Solid for J2 {
 mod tests {
     use super::J2;
     use crate::material::elastic::Elastic;
-    use crate::material::testing::{Sample, check_law};
+    use crate::material::testing::{TestParticle, check_law};
     use crate::material::{PointLaw, StartState, YieldCurve};
     use crate::math::{SymTensor, Tensor};
 
@@ -138,7 +138,7 @@ mod tests {
     fn confined_compression_with_linear_hardening() {
         let (law, strain, steps) = (copper(100e6, 1.0), 0.05, 500);
         let (bulk, g) = (117e9 / (3.0 * 0.3), 117e9 / 2.7);
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         let mut gradient = Tensor::ZERO;
         gradient[0][0] = -strain;
         for _ in 0..steps {
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn power_hardening_ends_on_the_yield_surface() {
         let law = copper(300e6, 0.31);
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         let gradient = Tensor([[0.4, 0.9, 0.0], [-0.2, -0.6, 0.3], [0.0, 0.8, 0.2]]);
         for _ in 0..20 {
             sample.step(&law, gradient, 1e-2);
@@ -167,7 +167,7 @@ mod tests {
     fn a_curve_hardens_as_it_says() {
         let bent = YieldCurve::try_from(vec![[0.0, 400e6], [0.01, 500e6], [0.02, 510e6]]).unwrap();
         let law = J2 { yield_stress: bent, ..copper(0.0, 1.0) };
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         let gradient = Tensor([[0.0, 1.0, 0.0], [0.0; 3], [0.0; 3]]);
         for (steps, strength) in [(20, 400e6..=500e6), (10, 500e6..=510e6), (100, 510e6..=510e6)] {
             (0..steps).for_each(|_| sample.step(&law, gradient, 1e-3));
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn plastic_work_heats() {
         let (law, steps) = (copper(0.0, 1.0), 1000);
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         let gradient = Tensor([[0.1, 0.0, 0.0], [0.0, -0.1, 0.0], [0.0, 0.0, 0.0]]);
         for _ in 0..steps {
             sample.step(&law, gradient, 1.0 / f64::from(steps));

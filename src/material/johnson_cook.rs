@@ -134,7 +134,7 @@ mod tests {
     use super::JohnsonCook;
     use crate::material::StartState;
     use crate::material::elastic::Elastic;
-    use crate::material::testing::{Sample, check_law};
+    use crate::material::testing::{TestParticle, check_law};
     use crate::math::Tensor;
 
     /// OFHC copper (Johnson & Cook 1983).
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn fast_stretching_ends_on_the_formula() {
         let (law, rate, steps) = (copper(), 1e4, 2000);
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         let gradient = Tensor([[rate, 0.0, 0.0], [0.0, -0.5 * rate, 0.0], [0.0, 0.0, -0.5 * rate]]);
         for _ in 0..steps {
             sample.step(&law, gradient, 0.5 / rate / f64::from(steps));

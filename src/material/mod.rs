@@ -26,7 +26,7 @@ pub use bulk_viscosity::BulkViscosity;
 pub use drucker_prager::DruckerPrager;
 pub use elastic::Elastic;
 pub use eos::EquationsOfState;
-pub use flow::Flow;
+pub use flow::FlowProperties;
 pub use fluid::Fluid;
 pub use hypoelastic::Hypoelastic;
 pub use increment::{Increment, Point, Response};
@@ -63,7 +63,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// Which optional columns the law needs.
     fn storage(&self) -> Storage;
 
-    /// The state of one particle at the start, from what the case prescribes.
+    /// The initial state of one particle, from the values that the case prescribes.
     ///
     /// # Errors
     /// A sentence that says why the law can't start from this state.

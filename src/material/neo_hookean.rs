@@ -100,7 +100,7 @@ impl Solid for NeoHookean {
 mod tests {
     use super::NeoHookean;
     use crate::material::elastic::Elastic;
-    use crate::material::testing::{Sample, check_law, smooth_path};
+    use crate::material::testing::{TestParticle, check_law, smooth_path};
     use crate::material::{PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
 
@@ -138,7 +138,7 @@ mod tests {
         let law = rubber();
         let start = StartState { pressure: Some(3e4), ..StartState::default() };
         let error = |steps| {
-            let mut sample = Sample::new(&law, start);
+            let mut sample = TestParticle::new(&law, start);
             smooth_path(&mut sample, &law, steps, 0.5);
             sample.energy[0] / sample.reference_volume(&law) - law.stored_energy(&sample.deformation[0])
         };

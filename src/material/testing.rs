@@ -9,7 +9,7 @@ use crate::math::{SymTensor, Tensor};
 
 /// One particle of a law; its volume is 1 m³ at the start.
 #[derive(Debug, Clone)]
-pub struct Sample {
+pub struct TestParticle {
     pub mass: [f64; 1],
     pub volume: [f64; 1],
     pub energy: [f64; 1],
@@ -20,7 +20,7 @@ pub struct Sample {
     pub signal: [f64; 1],
 }
 
-impl Sample {
+impl TestParticle {
     pub fn new(law: &dyn PointLaw, start: StartState) -> Self {
         let state = law.initial(&start).expect("the start is sound");
         let storage = law.storage();
@@ -73,7 +73,7 @@ pub fn fluid(density: f64, eos: EquationsOfState) -> Fluid {
 
 /// Moves the sample in `steps` increments along a smooth path of compression, shear and spin that is out of
 /// phase in its parts; strains reach about `size`.
-pub fn smooth_path(sample: &mut Sample, law: &dyn PointLaw, steps: u32, size: f64) {
+pub fn smooth_path(sample: &mut TestParticle, law: &dyn PointLaw, steps: u32, size: f64) {
     for k in 0..steps {
         sample.step(law, path_gradient((f64::from(k) + 0.5) / f64::from(steps), size), 1.0 / f64::from(steps));
     }
@@ -99,7 +99,7 @@ fn norm(t: SymTensor) -> f64 {
 
 /// The first state is one that the law leaves alone when nothing moves.
 fn starts_in_equilibrium(law: &dyn PointLaw, start: StartState) {
-    let first = Sample::new(law, start);
+    let first = TestParticle::new(law, start);
     let mut sample = first.clone();
     sample.step(law, Tensor::ZERO, 1e-3);
     let scale = law.density() * first.signal[0] * first.signal[0];
@@ -113,7 +113,7 @@ fn starts_in_equilibrium(law: &dyn PointLaw, start: StartState) {
 
 /// A spin of finite increments turns the stress and changes nothing else.
 fn turns_with_the_body(law: &dyn PointLaw, start: StartState) {
-    let mut sample = Sample::new(law, start);
+    let mut sample = TestParticle::new(law, start);
     smooth_path(&mut sample, law, 20, 1e-3);
     let before = sample.clone();
     let spin = Tensor([[0.0, -0.4, 0.1], [0.4, 0.0, -0.7], [-0.1, 0.7, 0.0]]);
@@ -134,7 +134,7 @@ fn is_objective(law: &dyn PointLaw, start: StartState) {
     let spin = Tensor([[0.0, -0.9, 0.3], [0.9, 0.0, -0.5], [-0.3, 0.5, 0.0]]);
     let mismatch = |steps: u32| {
         let dt = 1.0 / f64::from(steps);
-        let (mut still, mut turning) = (Sample::new(law, start), Sample::new(law, start));
+        let (mut still, mut turning) = (TestParticle::new(law, start), TestParticle::new(law, start));
         let (half, whole) = (kinematics::rotation(&spin, 0.5 * dt), kinematics::rotation(&spin, dt));
         let mut q = Tensor::identity();
         for k in 0..steps {
@@ -154,7 +154,7 @@ fn is_objective(law: &dyn PointLaw, start: StartState) {
 /// A small uniaxial strain from a state of equal principal stresses changes −σ11 by ρ c² per unit: c is the
 /// speed of the waves that the stress makes. From a sheared state c is an upper bound.
 fn waves_match_stress(law: &dyn PointLaw, start: StartState) {
-    let first = Sample::new(law, start);
+    let first = TestParticle::new(law, start);
     let strain = 1e-5;
     let change = |sign: f64| {
         let mut sample = first.clone();
@@ -173,7 +173,7 @@ fn waves_match_stress(law: &dyn PointLaw, start: StartState) {
 /// The energy converges with second order to the work of the stress.
 fn energy_is_second_order(law: &dyn PointLaw, start: StartState) {
     let energy = |steps| {
-        let mut sample = Sample::new(law, start);
+        let mut sample = TestParticle::new(law, start);
         smooth_path(&mut sample, law, steps, 0.1);
         sample.energy[0]
     };

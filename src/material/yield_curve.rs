@@ -11,7 +11,7 @@ use std::borrow::Cow;
 #[serde(try_from = "Written", into = "Written")]
 pub struct YieldCurve(Vec<[f64; 2]>);
 
-/// As it is written: one value, or rows.
+/// The curve as a case writes it: one value, or rows.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum Written {

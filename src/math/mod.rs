@@ -13,6 +13,6 @@ mod vector;
 pub use root::nearest_root;
 pub use signal::Signal;
 pub use spectral::Spectrum;
-pub use table::{CsvColumns, Table, are_heads, separator};
+pub use table::{CsvColumns, TimeTable, are_heads, separator};
 pub use tensor::{SymTensor, Tensor};
 pub use vector::Vector;

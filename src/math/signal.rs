@@ -1,7 +1,7 @@
 //! A value that may vary in space and time: a constant, a formula in `x y z t`, or a table in `t`.
 
 use super::formula::Formula;
-use super::table::Table;
+use super::table::TimeTable;
 use std::sync::Arc;
 
 /// A value in space and time, in SI units. Cloning is cheap.
@@ -21,7 +21,7 @@ pub enum Signal {
     /// A formula in `x y z` [m] and `t` [s].
     Formula(Arc<Formula>),
     /// A table in `t` [s].
-    Table(Arc<Table>),
+    Table(Arc<TimeTable>),
 }
 
 impl Signal {
@@ -31,7 +31,7 @@ impl Signal {
     /// A formula such as `"10 m/s * sin(2*pi*t / 1 ms)"` or, in SI throughout, `"0.1*y*(0.41 - y)"`.
     ///
     /// # Errors
-    /// A sentence about what is wrong with the formula.
+    /// A sentence about the error in the formula.
     pub fn formula(source: &str) -> Result<Self, String> {
         let formula = Formula::parse(source).map_err(|e| e.message)?;
         formula.dimension().map_err(|e| e.message)?;

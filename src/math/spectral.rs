@@ -1,4 +1,4 @@
-//! Principal values and directions of symmetric tensors, and what is built on them.
+//! Principal values and directions of symmetric tensors, and functions of these.
 //!
 //! ```text
 //! T = Σ λ_i n_i ⊗ n_i      f(T) = Σ f(λ_i) n_i ⊗ n_i      F = R U,  U² = Fᵀ F

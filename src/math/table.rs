@@ -5,19 +5,19 @@ use super::units::{Dimension, Unit};
 /// A piecewise linear function of time, constant before its first and after its last row.
 ///
 /// ```
-/// use lateen::math::Table;
+/// use lateen::math::TimeTable;
 ///
-/// let table = Table::from_csv("t [ms],p [kPa]\n0,1\n10,3\n", None, None)?;
+/// let table = TimeTable::from_csv("t [ms],p [kPa]\n0,1\n10,3\n", None, None)?;
 /// assert_eq!((table.value(-1.0), table.value(0.005), table.value(1.0)), (1000.0, 2000.0, 3000.0));
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct TimeTable {
     time: Vec<f64>,
     value: Vec<f64>,
 }
 
-impl Table {
+impl TimeTable {
     /// A table of `(time [s], value)` rows.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl CsvColumns {
                         commas, semicolons or tabs between them"
                 .into());
         }
-        let columns = [Column::find(&header, names[0], 0)?, Column::find(&header, names[1], 1)?];
+        let columns = [CsvColumn::find(&header, names[0], 0)?, CsvColumn::find(&header, names[1], 1)?];
         let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(|e| format!("not a CSV file: {e}"))?;
@@ -117,12 +117,12 @@ pub fn are_heads<'a>(cells: impl Iterator<Item = &'a str> + Clone) -> bool {
 }
 
 /// A column of a CSV file with the unit of its header.
-struct Column {
+struct CsvColumn {
     index: usize,
     unit: Option<Unit>,
 }
 
-impl Column {
+impl CsvColumn {
     fn find(header: &csv::StringRecord, name: Option<&str>, default: usize) -> Result<Self, String> {
         let bare = |cell: &str| cell.split('[').next().unwrap_or_default().trim().to_owned();
         let index = match name {
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_table_is_linear_between_rows_and_constant_outside() {
-        let table = Table::from_csv("t [ms], p [kPa]\n0, 1\n# a comment\n2, 3\n", None, None).unwrap();
+        let table = TimeTable::from_csv("t [ms], p [kPa]\n0, 1\n# a comment\n2, 3\n", None, None).unwrap();
         for (t, p) in [(-1.0, 1e3), (0.0, 1e3), (1e-3, 2e3), (1.5e-3, 2.5e3), (2e-3, 3e3), (9.0, 3e3)] {
             assert!((table.value(t) - p).abs() < 1e-9, "{t}: {}", table.value(t));
         }
@@ -162,11 +162,11 @@ mod tests {
     #[test]
     fn columns_between_semicolons_or_tabs_are_read() {
         for text in ["t [ms];p [kPa]\n0;1\n2;3\n", "# a; b\n\nt [ms]\tp [kPa]\n0\t1\n2\t3\n"] {
-            assert_eq!(Table::from_csv(text, None, None).unwrap().value(1e-3), 2e3, "{text}");
+            assert_eq!(TimeTable::from_csv(text, None, None).unwrap().value(1e-3), 2e3, "{text}");
         }
-        let error = Table::from_csv("t;p\n0;1,5\n", None, None).unwrap_err();
+        let error = TimeTable::from_csv("t;p\n0;1,5\n", None, None).unwrap_err();
         assert!(error.contains("line 2: `1,5` is not a number: write a decimal point"), "{error}");
-        let error = Table::from_csv("t p\n0 1\n", None, None).unwrap_err();
+        let error = TimeTable::from_csv("t p\n0 1\n", None, None).unwrap_err();
         assert!(error.contains("commas, semicolons or tabs"), "{error}");
     }
 
@@ -176,7 +176,7 @@ mod tests {
         let long = format!("secret,{}\n0,1\n", "x".repeat(100));
         for text in ["secret:x:0:0\n1\n", "secret\u{1b}[31m,p\n0,1\n", &long] {
             for name in [None, Some("p")] {
-                let error = Table::from_csv(text, None, name).unwrap_err();
+                let error = TimeTable::from_csv(text, None, name).unwrap_err();
                 assert!(!error.contains("secret") && error.contains("no table"), "{error}");
             }
         }
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn bad_tables_are_refused_with_a_reason() {
-        let error = |text: &str| Table::from_csv(text, None, None).unwrap_err();
+        let error = |text: &str| TimeTable::from_csv(text, None, None).unwrap_err();
         assert!(error("t,p\n0,1\n0,2\n").contains("row 2 has 0 s after 0 s"));
         assert!(error("t,p\n").contains("no rows"));
         assert!(error("t\n0\n").contains("must name two columns"));
@@ -193,6 +193,6 @@ mod tests {
         }
         assert!(error("t,p\n0,one\n").contains("line 2: `one` is not a number"));
         assert!(error("t,p\n0,nan\n").contains("not"));
-        assert!(Table::from_csv("t,p\n0,1\n", None, Some("q")).unwrap_err().contains("columns are t, p"));
+        assert!(TimeTable::from_csv("t,p\n0,1\n", None, Some("q")).unwrap_err().contains("columns are t, p"));
     }
 }

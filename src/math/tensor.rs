@@ -270,7 +270,7 @@ impl SymTensor {
         (1.5 * s.contract(&s)).sqrt()
     }
 
-    /// As a general tensor.
+    /// The same tensor with all nine components.
     #[inline(always)]
     pub fn full(&self) -> Tensor<3> {
         let [xx, yy, zz, xy, yz, zx] = self.0;

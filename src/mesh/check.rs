@@ -60,7 +60,7 @@ pub enum Problem {
     NonManifold {
         /// One of the elements.
         element: usize,
-        /// How many meet.
+        /// Number of elements that meet.
         count: usize,
     },
     /// Two nodes at one place: the mesh has a slit there.

@@ -49,7 +49,7 @@ fn walk(
             let around = &meeting[side];
             closed &= around.len() == 2;
             for &(other, along) in around.iter().filter(|(other, _)| *other != facet) {
-                // Two facets look to one side if they run along what they share in opposite senses.
+                // Two facets have normals to one side if they traverse their common edge in opposite senses.
                 let wanted = sense ^ (along == *forward);
                 match turned[other] {
                     Some(known) => closed &= known == wanted,

@@ -17,20 +17,20 @@ pub struct Facets {
     /// Named sets of nodes, in ascending order.
     pub sets: BTreeMap<String, Vec<u32>>,
     /// The file's own numbers of nodes and elements.
-    pub numbers: Numbers,
+    pub numbers: FileNumbers,
 }
 
 /// The numbers that a file has for its nodes and elements, for messages; both empty where there is no file: then nodes
 /// and elements count from 0.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Numbers {
-    /// Of each node.
+pub struct FileNumbers {
+    /// Numbers of nodes.
     pub nodes: Vec<i64>,
-    /// Of each element.
+    /// Numbers of elements.
     pub elements: Vec<i64>,
 }
 
-impl Numbers {
+impl FileNumbers {
     /// The name of a node in messages.
     pub fn node(&self, node: u32) -> i64 {
         self.nodes.get(node as usize).copied().unwrap_or(i64::from(node))

@@ -1,4 +1,4 @@
-//! Meshes: facets of membranes, generated or read from files, and what can be wrong with them; volumes of
+//! Meshes: facets of membranes, generated or read from files, and their checks; volumes of
 //! triangles and tetrahedra.
 //!
 //! * [`Facets`]: quadrilaterals and triangles in 3D, segments in 2D, with named sets of nodes;
@@ -19,7 +19,7 @@ mod turned;
 
 pub use closed::{ClosedSurface, closed_surfaces};
 pub use domain::DomainMesh;
-pub use facets::{Facets, Numbers};
+pub use facets::{Facets, FileNumbers};
 pub use generate::MembraneShape;
-pub use simplex::{Cut, Facet, Location, Locator, Mesh, Simplex, side_names};
+pub use simplex::{CellCut, Facet, Location, Locator, Mesh, Simplex, side_names};
 pub use turned::ClosedPart;

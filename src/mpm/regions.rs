@@ -18,7 +18,7 @@ use super::particles::{Body, Part, Work};
 use super::traction::{Load, Traction};
 use super::{Friction, Particles};
 use crate::error::Diagnostic;
-use crate::geometry::{Simplex, Winding};
+use crate::geometry::{FacetCorners, Winding};
 use crate::math::Vector;
 use crate::mesh::{ClosedSurface, closed_surfaces};
 use crate::parallel;
@@ -65,7 +65,7 @@ impl<const D: usize> Enclosure<D> {
 }
 
 /// An element as segments or triangles; a quadrilateral is the fan of four triangles around its mean point.
-fn simplices<const D: usize>(nodes: &[u32], position: &[Vector<D>], turned: bool) -> Vec<Simplex<D>> {
+fn simplices<const D: usize>(nodes: &[u32], position: &[Vector<D>], turned: bool) -> Vec<FacetCorners<D>> {
     let x = |k: usize| position[nodes[k % nodes.len()] as usize];
     let count = nodes.len();
     let mut simplices = match count {

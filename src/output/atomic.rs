@@ -11,7 +11,7 @@ pub const TEMPORARY: &str = "partial";
 /// Writes `path` in one piece: a reader sees the old contents or the new ones, never a part.
 ///
 /// # Errors
-/// Input/output errors; what was at `path` before is still there then, and nothing else is left.
+/// Input/output errors; a file that was at `path` before is still there then, and no other file is left.
 pub fn write(path: &Path, contents: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
     replace(path, contents, |_| Ok(()))
 }

@@ -1,10 +1,10 @@
-//! `balance.csv`: mass, momentum, every energy term, and what the ledger can't explain.
+//! `balance.csv`: mass, momentum, every energy term, and the closure of the ledger.
 //!
 //! closure = (stored − gained + lost) − the same at the first row [J]; round-off only, if the method
 //! is right. Where a term is found as the remainder of all others, the closure says nothing: a column more shows what part that
 //! term is of the largest other one so far.
 
-use super::history::{History, Table};
+use super::history::{History, HistoryTable};
 use super::label::UnitLabels;
 use crate::error::Result;
 use crate::simulation::{Monitor, Snapshot, TermKind};
@@ -19,7 +19,7 @@ pub(super) const LOST_TO_ERRORS: &str = "part lost to errors";
 
 /// Writes the ledger of every sample to `balance.csv`.
 #[derive(Debug)]
-pub struct Balance {
+pub struct BalanceHistory {
     history: History,
     interval: f64,
     units: UnitLabels,
@@ -27,14 +27,14 @@ pub struct Balance {
     start: Option<f64>,
 }
 
-impl Balance {
+impl BalanceHistory {
     /// A balance in `directory`, every `interval` seconds.
     pub fn new(directory: &Path, interval: f64, units: UnitLabels) -> Self {
         Self { history: History::new(directory.join("balance.csv")), interval, units, start: None }
     }
 }
 
-impl Monitor for Balance {
+impl Monitor for BalanceHistory {
     fn interval(&self) -> f64 {
         self.interval
     }
@@ -65,7 +65,7 @@ impl Monitor for Balance {
 
     fn resume(&mut self, time: f64) -> Result<()> {
         self.history.resume(time)?;
-        let table = Table::read(self.history.path())?;
+        let table = HistoryTable::read(self.history.path())?;
         let first = |name| table.column(name).and_then(|column| column.first().copied());
         if let (Some(stored), Some(gained), Some(lost)) = (first(STORED), first(GAINED), first(LOST)) {
             self.start = Some(stored - gained + lost);
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn a_remainder_has_a_column_of_its_own() {
         let dir = tempfile::tempdir().unwrap();
-        let mut balance = Balance::new(dir.path(), 0.5, UnitLabels::Shown);
+        let mut balance = BalanceHistory::new(dir.path(), 0.5, UnitLabels::Shown);
         for (time, kinetic, largest) in [(0.0, 10.0, 10.0), (1.0, 4.0, 12.0)] {
             let terms = vec![
                 term("kinetic energy", TermKind::Stored, kinetic),
@@ -106,7 +106,7 @@ mod tests {
             ];
             balance.sample(&Snapshot { time, ledger: Ledger { terms, largest }, ..Snapshot::default() }).unwrap();
         }
-        let table = Table::read(&dir.path().join("balance.csv")).unwrap();
+        let table = HistoryTable::read(&dir.path().join("balance.csv")).unwrap();
         assert_eq!(table.column(CLOSURE).unwrap(), [0.0, 0.0]);
         assert_eq!(table.column(LOST).unwrap(), [0.0, 6.0]);
         assert_eq!(table.column(LOST_TO_ERRORS).unwrap(), [0.0, 0.25]);
@@ -115,16 +115,16 @@ mod tests {
     #[test]
     fn closure_is_what_the_terms_do_not_explain_also_after_a_resume() {
         let dir = tempfile::tempdir().unwrap();
-        let mut balance = Balance::new(dir.path(), 0.5, UnitLabels::Shown);
+        let mut balance = BalanceHistory::new(dir.path(), 0.5, UnitLabels::Shown);
         for time in [0.0, 0.5, 1.0, 1.5] {
             balance.sample(&falling(time)).unwrap();
         }
         let path = dir.path().join("balance.csv");
         let whole = std::fs::read_to_string(&path).unwrap();
-        let closure = Table::read(&path).unwrap().column("closure").unwrap().to_vec();
+        let closure = HistoryTable::read(&path).unwrap().column("closure").unwrap().to_vec();
         assert_eq!(closure, [0.0, -0.125, -0.25, -0.375]);
 
-        let mut resumed = Balance::new(dir.path(), 0.5, UnitLabels::Shown);
+        let mut resumed = BalanceHistory::new(dir.path(), 0.5, UnitLabels::Shown);
         resumed.resume(0.5).unwrap();
         for time in [0.5, 1.0, 1.5] {
             resumed.sample(&falling(time)).unwrap();

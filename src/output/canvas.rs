@@ -31,7 +31,7 @@ pub(super) enum Align {
     Right,
 }
 
-/// How the corners of a polyline are made.
+/// Joins of a polyline at its corners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Joins {
     /// By the back end.

@@ -23,7 +23,7 @@ pub const PALETTE: [Rgb; 7] = [
     [0x33, 0x33, 0x33],
 ];
 
-/// How numbers become colours.
+/// Colour maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColourMap {

@@ -5,7 +5,7 @@ pub use super::vtk::Precision;
 
 use super::atomic::create_directory;
 use super::label::{UnitLabels, file_name};
-use super::vtk::{Series, write_points, write_surface};
+use super::vtk::{FileSeries, write_points, write_surface};
 use crate::error::Result;
 use crate::simulation::{Monitor, Snapshot};
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ pub struct Fields {
     interval: f64,
     precision: Precision,
     units: UnitLabels,
-    series: BTreeMap<String, Series>,
+    series: BTreeMap<String, FileSeries>,
     resumed: Option<f64>,
 }
 
@@ -40,7 +40,7 @@ impl Fields {
         let stem = file_name(name);
         if !self.series.contains_key(&stem) {
             create_directory(&self.directory.join(&stem))?;
-            let mut series = Series::new(self.directory.join(format!("{stem}.pvd")));
+            let mut series = FileSeries::new(self.directory.join(format!("{stem}.pvd")));
             if let Some(time) = self.resumed {
                 series.resume(time)?;
             }

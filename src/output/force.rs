@@ -67,27 +67,27 @@ impl Monitor for Forces {
     }
 }
 
-/// On what a force acts, for the heads of its history.
+/// The part that a force acts on, for the heads of its history.
 fn on(name: &str) -> String {
     if name.starts_with("contact:") { "on the first".to_owned() } else { format!("on {name}") }
 }
 
 /// Writes every named count, and the amounts beside them, to `counts.csv`, one column each.
 #[derive(Debug)]
-pub struct Counts {
+pub struct CountHistory {
     history: History,
     interval: f64,
     units: UnitLabels,
 }
 
-impl Counts {
+impl CountHistory {
     /// Counts in `directory`, every `interval` seconds.
     pub fn new(directory: &Path, interval: f64, units: UnitLabels) -> Self {
         Self { history: History::new(directory.join("counts.csv")), interval, units }
     }
 }
 
-impl Monitor for Counts {
+impl Monitor for CountHistory {
     fn interval(&self) -> f64 {
         self.interval
     }
@@ -117,7 +117,7 @@ impl Monitor for Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::history::Table;
+    use crate::output::history::HistoryTable;
 
     fn pushing(time: f64) -> Snapshot<'static> {
         let forces =
@@ -140,7 +140,7 @@ mod tests {
             whole,
             "time [s],fx [N/m on the first],fy [N/m on the first]\n0.0,0.0,0.0\n1.0,1.0,2.0\n2.0,2.0,4.0\n"
         );
-        let wall = Table::read(&dir.path().join("wall-left.csv")).unwrap();
+        let wall = HistoryTable::read(&dir.path().join("wall-left.csv")).unwrap();
         assert_eq!(wall.heads, ["time [s]", "fx [N/m on wall:left]", "fy [N/m on wall:left]"]);
         assert_eq!(wall.column("fy").unwrap(), [0.0, 2.0, 4.0]);
 
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn counts_share_a_table() {
         let dir = tempfile::tempdir().unwrap();
-        Counts::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
+        CountHistory::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
         let written = std::fs::read_to_string(dir.path().join("counts.csv")).unwrap();
         assert_eq!(written, "time,crossed:sheet,astray: water\n1.0,3.0,0.5\n");
     }

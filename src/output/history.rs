@@ -122,21 +122,21 @@ impl History {
 /// A history read back: heads and rows.
 ///
 /// ```
-/// use lateen::output::history::Table;
+/// use lateen::output::history::HistoryTable;
 ///
-/// let table = Table::parse(b"time [s],p [Pa]\n0,1\n0.5,3\n")?;
+/// let table = HistoryTable::parse(b"time [s],p [Pa]\n0,1\n0.5,3\n")?;
 /// assert_eq!(table.column("p"), Some(&[1.0, 3.0][..]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Table {
+pub struct HistoryTable {
     /// First row: names with units.
     pub heads: Vec<String>,
     /// One vector of numbers per column.
     pub columns: Vec<Vec<f64>>,
 }
 
-impl Table {
+impl HistoryTable {
     /// Reads a history; empty if there is none yet.
     ///
     /// # Errors
@@ -244,7 +244,7 @@ mod tests {
         let path = dir.path().join("history/probe.csv");
         let text = history_of_ten(&path);
         assert!(text.starts_with("time [s],uz [m]\n0.0,0.3333333333333333\n"), "{text}");
-        let table = Table::read(&path).unwrap();
+        let table = HistoryTable::read(&path).unwrap();
         assert_eq!(table.column("uz").unwrap()[4], 1.0 / 7.0);
         assert_eq!(table.column("time").unwrap().len(), 10);
         assert!(table.column("u").is_none());
@@ -300,7 +300,7 @@ mod tests {
         let path = dir.path().join("balance.csv");
         let heads = vec!["time [s]".to_owned(), "kinetic energy: a, \"b\" [J]".to_owned()];
         History::new(&path).append(&heads, &[0.0, 1.5]).unwrap();
-        assert_eq!(Table::read(&path).unwrap().heads, heads);
+        assert_eq!(HistoryTable::read(&path).unwrap().heads, heads);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Names for files, columns and axes.
 
-/// How columns and axes name units: a dimensionless case has none.
+/// Units in the names of columns and axes: a dimensionless case has none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum UnitLabels {
     /// `time [s]`
@@ -19,7 +19,7 @@ impl UnitLabels {
         }
     }
 
-    /// The head of a column of something that acts: the name, and in brackets its unit, where there is one, and on what it acts.
+    /// The head of a column of a force: the name, and in brackets its unit, if there is one, and the part that it acts on.
     pub fn head_of(self, name: &str, unit: &str, on: &str) -> String {
         match self.unit(unit) {
             "" => format!("{name} [{on}]"),

@@ -22,11 +22,11 @@ mod set;
 mod ticks;
 pub mod vtk;
 
-pub use balance::Balance;
+pub use balance::BalanceHistory;
 pub use checkpoint::{Checkpoints, fingerprint};
 pub use component::Component;
 pub use fields::{Fields, Precision};
-pub use force::{Counts, Forces};
+pub use force::{CountHistory, Forces};
 pub use history::History;
 pub use label::UnitLabels;
 pub use picture::{Picture, PictureSpec};

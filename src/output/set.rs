@@ -1,4 +1,4 @@
-//! Particles, membranes and meshes behind one view: what is where, and which quantities it has.
+//! Particles, membranes and meshes behind one view: positions and quantities.
 
 use crate::simulation::{Field, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;

@@ -31,7 +31,7 @@ impl Groups {
     /// The key of an entry that is in no group.
     pub const NONE: u32 = u32::MAX;
 
-    /// So many groups without entries.
+    /// Groups without entries; `groups`: their number.
     pub fn new(groups: usize) -> Self {
         Self { first: vec![0; groups + 1], entries: Vec::new() }
     }

@@ -1,7 +1,7 @@
 //! Deterministic parallel loops: the result never depends on the number of threads.
 //!
 //! All loops of the program but those of the transfers and of the linear algebra go through here, as one kind or another of [`run`]: pieces of a
-//! fixed size are worked on in any order, and what they give is put together in the order of the pieces. Sums are taken over chunks of
+//! fixed size are worked on in any order, and their results are put together in the order of the pieces. Sums are taken over chunks of
 //! [`CHUNK`] entries, and the chunk sums are added in order.
 //!
 //! The threads know the work of a piece as a `dyn Fn`, so that each loop costs little code.
@@ -37,14 +37,14 @@ pub fn use_threads(count: Option<usize>) -> io::Result<()> {
     pool.build_global().map_err(io::Error::other)
 }
 
-/// How many threads compute: for what runs say of themselves, and work that costs more the more pieces it is cut into.
+/// Number of threads: for reports of runs, and for work that costs more the more pieces it is cut into.
 pub fn threads() -> usize {
     rayon::current_num_threads()
 }
 
 /// Slices of one length that are cut at the same places, each alone or in tuples.
-pub trait Columns: Send + Sized {
-    /// How many entries each has.
+pub trait Slices: Send + Sized {
+    /// Number of entries of each.
     fn len(&self) -> usize;
 
     /// True without any entry.
@@ -56,7 +56,7 @@ pub trait Columns: Send + Sized {
     fn split_at(self, at: usize) -> (Self, Self);
 }
 
-impl<T: Sync> Columns for &[T] {
+impl<T: Sync> Slices for &[T] {
     fn len(&self) -> usize {
         <[T]>::len(self)
     }
@@ -66,7 +66,7 @@ impl<T: Sync> Columns for &[T] {
     }
 }
 
-impl<T: Send> Columns for &mut [T] {
+impl<T: Send> Slices for &mut [T] {
     fn len(&self) -> usize {
         <[T]>::len(self)
     }
@@ -79,7 +79,7 @@ impl<T: Send> Columns for &mut [T] {
 /// Tuples of columns.
 macro_rules! tuples {
     ($($(($part:ident $number:tt))*;)*) => {$(
-        impl<$($part: Columns),*> Columns for ($($part,)*) {
+        impl<$($part: Slices),*> Slices for ($($part,)*) {
             fn len(&self) -> usize {
                 self.0.len()
             }
@@ -100,7 +100,7 @@ tuples! {
 }
 
 /// The results of `work` on pieces of `size` entries of the columns, given the number of the first entry, in their order.
-pub fn map_chunks<C: Columns, T: Send>(columns: C, size: usize, work: impl Fn(usize, C) -> T + Sync) -> Vec<T> {
+pub fn map_chunks<C: Slices, T: Send>(columns: C, size: usize, work: impl Fn(usize, C) -> T + Sync) -> Vec<T> {
     let mut pieces: Vec<Mutex<(Option<C>, Option<T>)>> = Vec::with_capacity(columns.len().div_ceil(size));
     let mut rest = columns;
     while !rest.is_empty() {
@@ -120,7 +120,7 @@ pub fn map_chunks<C: Columns, T: Send>(columns: C, size: usize, work: impl Fn(us
 }
 
 /// Calls `work` for pieces of `size` entries of the columns, with the number of the first, in parallel.
-pub fn for_each_chunk<C: Columns>(columns: C, size: usize, work: impl Fn(usize, C) + Sync) {
+pub fn for_each_chunk<C: Slices>(columns: C, size: usize, work: impl Fn(usize, C) + Sync) {
     map_chunks(columns, size, work);
 }
 
@@ -139,12 +139,12 @@ pub fn collect<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> T + Sync)
     join(map_ranges(len, size, |range| range.map(&of).collect()))
 }
 
-/// As [`collect`], of those that are something.
+/// As [`collect`], without the `None`s.
 pub fn collect_some<T: Send>(len: usize, size: usize, of: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     join(map_ranges(len, size, |range| range.filter_map(&of).collect()))
 }
 
-/// As [`collect`], of all that each gives.
+/// As [`collect`], for iterators, one after the other.
 pub fn collect_all<I: IntoIterator>(len: usize, size: usize, of: impl Fn(usize) -> I + Sync) -> Vec<I::Item>
 where
     I::Item: Send,
@@ -174,7 +174,7 @@ pub fn change<T: Send>(entries: &mut [T], size: usize, change: impl Fn(usize, &m
     });
 }
 
-/// Sets every entry to what `of` makes of its number, in pieces of `size`.
+/// Sets every entry to the result of `of` on its number, in pieces of `size`.
 pub fn fill<T: Send>(entries: &mut [T], size: usize, of: impl Fn(usize) -> T + Sync) {
     change(entries, size, |n, entry| *entry = of(n));
 }
@@ -234,7 +234,7 @@ pub fn parts_mut<T>(mut entries: &mut [T], ranges: impl Iterator<Item = Range<us
     ranges.map(part).collect()
 }
 
-/// Replaces a column by what `map` makes of another, in parallel.
+/// Replaces a column by the results of `map` on another, in parallel.
 pub fn map_into<A: Sync, B: Send + Clone + Default>(from: &[A], to: &mut Vec<B>, map: impl Fn(&A) -> B + Sync + Send) {
     to.resize(from.len(), B::default());
     for_each_chunk((from, &mut to[..]), CHUNK, |_, (from, to)| {

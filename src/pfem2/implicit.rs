@@ -17,7 +17,7 @@ use super::shear::shear_rate;
 use super::subscale::{self, Subscales};
 use super::{outflow, slip, surface_tension};
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, Kind, LinearSolver, Options, Outcome, SolverState};
+use crate::linalg::{BlockMatrix, LinearSolver, Options, Outcome, SolverKind, SolverState};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -190,7 +190,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
 
     /// What the linear solver carries from one step to the next.
     pub(super) fn memory(&self) -> SolverState {
-        self.linear.memory()
+        self.linear.state()
     }
 
     /// True if a memory is that of a run of the same case.
@@ -473,9 +473,9 @@ fn residuals(history: &[f64], last: f64) -> String {
 
 fn not_converged(place: Place, history: &[f64], residual: f64, options: &Options) -> StepError {
     let last = match options.kind {
-        Kind::Direct => "choose `pfem2.solver = \"iterative\"`",
-        Kind::Auto => "choose `pfem2.solver = \"iterative\"`, or `\"direct\"`",
-        Kind::Iterative => "choose `pfem2.solver = \"direct\"`",
+        SolverKind::Direct => "choose `pfem2.solver = \"iterative\"`",
+        SolverKind::Auto => "choose `pfem2.solver = \"iterative\"`, or `\"direct\"`",
+        SolverKind::Iterative => "choose `pfem2.solver = \"direct\"`",
     };
     let (most, usual) = (options.max_iterations, Options::default().max_iterations);
     let few = if most < usual {

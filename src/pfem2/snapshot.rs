@@ -4,9 +4,12 @@ use super::particles::Particles;
 use super::step::Counts;
 use super::step_control::Errors;
 use super::{Pfem2, filled};
+use crate::linalg::SolverCounters;
 use crate::math::Vector;
 use crate::simulation::TermKind::Other;
-use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, MOST_COUNTED, PointSet, Snapshot, SurfaceSet};
+use crate::simulation::{
+    BalanceTerm, Column, Elements, Field, Ledger, MOST_COUNTED, PointSet, Record, Snapshot, SurfaceSet,
+};
 use std::borrow::Cow;
 
 /// Name of the mesh among the sets that outputs see.
@@ -217,13 +220,15 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
         && [pfem.shift, pfem.weight, pfem.unresolved_energy].iter().all(|number| number.is_finite())
 }
 
+impl Record for SolverCounters {
+    type Number = f64;
+}
+
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.memory = pfem.implicit.memory();
-    let mut counters = pfem.memory.counters.to_vec();
     visit("solver/matrix", Column::growing(&mut pfem.memory.values));
-    visit("solver/counters", Column::new(&mut counters));
-    pfem.memory.counters.iter_mut().zip(counters).for_each(|(kept, read)| *kept = read);
+    visit("solver/counters", Column::record(&mut pfem.memory.counters));
     let particles = &mut pfem.particles;
     visit("particles/position", Column::growing(&mut particles.position));
     visit("particles/velocity", Column::growing(&mut particles.velocity));

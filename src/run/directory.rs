@@ -1,6 +1,6 @@
-//! The directory of a run: what lies where, and who may overwrite it.
+//! The directory of a run: its paths, and the rules for overwriting.
 //!
-//! Nothing is deleted or overwritten unless the user says so, and never anything but what a run left (`leavings.rs`). While a
+//! Files are deleted or overwritten only if the user says so, and only files that a run left (`leavings.rs`). While a
 //! run writes, it holds a lock on `run.lock`, which the operating system takes back however the run ends.
 
 use super::leavings;
@@ -21,7 +21,7 @@ pub enum Existing {
     /// Refuse it.
     #[default]
     Refuse,
-    /// Remove what a run left there, and nothing else; refuse a directory that no run made.
+    /// Remove the files that a run left there, and nothing else; refuse a directory that no run made.
     Replace,
     /// Go on from its newest checkpoint; begin anew where a run was killed before its first.
     Resume,
@@ -131,7 +131,7 @@ impl RunDirectory {
         self.root.join("run.log")
     }
 
-    /// How far the run is.
+    /// Path of the progress file.
     pub fn status(&self) -> PathBuf {
         self.root.join("status.json")
     }
@@ -202,7 +202,7 @@ impl RunDirectory {
         }
     }
 
-    /// Removes what a run left.
+    /// Removes the files that a run left.
     fn clear(&self) -> Result<()> {
         leavings::remove(self)
     }

@@ -63,7 +63,7 @@ pub(super) fn is_one(name: &OsStr) -> bool {
     FILES.iter().copied().chain(FOLDERS.iter().map(|folder| folder.name)).any(|left| name == left)
 }
 
-/// Removes what a run has left.
+/// Removes the files that a run has left.
 ///
 /// # Errors
 /// A link where a run writes; input/output errors.

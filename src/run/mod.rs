@@ -1,4 +1,4 @@
-//! From a case to a directory full of results: what the command line, `verify` and other front ends share.
+//! From a case to a directory of results, for the command line, `verify` and other front ends.
 
 mod directory;
 mod folder;
@@ -14,10 +14,10 @@ pub use status::{RunLog, StatusFile};
 use crate::case::{Case, Units};
 use crate::error::Result;
 use crate::output::atomic;
-use crate::output::plot::{Reference, plot_run};
+use crate::output::plot::{ReferenceCurve, plot_run};
 use crate::output::{Checkpoints, UnitLabels};
 use crate::parallel;
-use crate::simulation::{Observer, Plan, Simulation, Solver, Summary};
+use crate::simulation::{Observer, Plan, RunSummary, Simulation, Solver};
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ use std::time::Duration;
 /// Wall time between checkpoints, where the case doesn't say [s].
 const CHECKPOINT_EVERY: f64 = 60.0;
 
-/// How a case is run.
+/// Options of a run.
 #[derive(Default)]
 pub struct Options {
     /// Treatment of a directory that is not empty.
@@ -37,7 +37,7 @@ pub struct Options {
     /// Observers of the run, besides `status.json` and `run.log`.
     pub observers: Vec<Box<dyn Observer>>,
     /// Published curves to draw in the plots.
-    pub references: Vec<Reference>,
+    pub references: Vec<ReferenceCurve>,
     /// Choices that were made for the user, in sentences: comments of `resolved.toml`.
     pub notes: Vec<String>,
 }
@@ -45,9 +45,9 @@ pub struct Options {
 /// Runs a case with the solver that it asks for into a directory.
 ///
 /// # Errors
-/// Case errors (probes and pictures of what isn't there), input/output errors, a step that failed, or an
-/// interruption; what was computed before is on disk then.
-pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, options: Options) -> Result<Summary> {
+/// Case errors (probes and pictures of missing parts), input/output errors, a step that failed, or an
+/// interruption; the results until then are on disk.
+pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, options: Options) -> Result<RunSummary> {
     let mut simulation = Simulation::new(solver, plan(case));
     monitors::watch(&mut simulation, case, directory)?;
     let _occupied = directory.prepare(options.existing)?;
@@ -71,7 +71,7 @@ pub fn run(case: &Case, solver: Box<dyn Solver>, directory: &RunDirectory, optio
     outcome.and_then(|summary| plotted.map(|()| summary))
 }
 
-/// How the columns of a case name units.
+/// Unit labels of the columns of a case.
 pub fn unit_labels(case: &Case) -> UnitLabels {
     match case.file.units {
         Units::SI => UnitLabels::Shown,

@@ -3,7 +3,7 @@
 use super::{RunDirectory, unit_labels};
 use crate::case::Case;
 use crate::error::{Diagnostic, Error, Result};
-use crate::output::{Balance, Counts, Fields, Forces, Picture, Precision, Probe};
+use crate::output::{BalanceHistory, CountHistory, Fields, Forces, Picture, Precision, Probe};
 use crate::simulation::{Monitor, Simulation, Snapshot};
 
 /// Frames of a run, where the case doesn't say.
@@ -11,7 +11,7 @@ const FRAMES: f64 = 50.0;
 /// Rows of a history, where the case doesn't say.
 const ROWS: f64 = 500.0;
 
-/// Lower and upper corner of what pictures show: the grid, or else the mesh.
+/// Lower and upper corner of the domain in pictures: the grid, or else the mesh.
 fn domain(case: &Case, initial: &Snapshot<'_>) -> [[f64; 3]; 2] {
     if let Some(grid) = &case.file.grid {
         return [grid.lower, grid.upper];
@@ -27,16 +27,16 @@ fn domain(case: &Case, initial: &Snapshot<'_>) -> [[f64; 3]; 2] {
 /// Adds the balance, forces, counts, fields, probes and pictures of a case to its run.
 ///
 /// # Errors
-/// Probes and pictures of what the model doesn't have: all of them, with their places in the case.
+/// Probes and pictures of parts that the model doesn't have: all of them, with their places in the case.
 pub fn watch(simulation: &mut Simulation, case: &Case, directory: &RunDirectory) -> Result<()> {
     let (file, units, history) = (&case.file, unit_labels(case), directory.history());
     let rows = file.output.history.unwrap_or(file.time.end / ROWS);
     let frames = file.output.fields.unwrap_or(file.time.end / FRAMES);
 
     let mut monitors: Vec<Box<dyn Monitor>> = vec![
-        Box::new(Balance::new(&history, rows, units)),
+        Box::new(BalanceHistory::new(&history, rows, units)),
         Box::new(Forces::new(&history, rows, units)),
-        Box::new(Counts::new(&history, rows, units)),
+        Box::new(CountHistory::new(&history, rows, units)),
         Box::new(Fields::new(&directory.fields(), frames, Precision::default(), units)),
     ];
     let mut findings: Vec<Diagnostic> = Vec::new();

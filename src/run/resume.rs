@@ -17,7 +17,7 @@ const LISTED: usize = 10;
 /// # Errors
 /// Histories that are not there, by name.
 pub(super) fn check_histories(case: &Case, directory: &RunDirectory, initial: &Snapshot<'_>) -> Result<()> {
-    // Another case may have others, and is refused for what it is.
+    // Another case may have other histories; it is refused by its hash.
     if !differences(case, directory).is_empty() {
         return Ok(());
     }
@@ -50,12 +50,12 @@ fn probes_before(directory: &RunDirectory) -> Option<BTreeSet<String>> {
     Some(probes.filter_map(|probe| Some(probe.get("name")?.as_str()?.to_owned())).collect())
 }
 
-/// Keys of the case that are not what they were; none where that can't be told.
+/// Keys of the case with changed values; none if the former ones can't be read.
 fn differences(case: &Case, directory: &RunDirectory) -> Vec<String> {
     input::text(&directory.resolved()).map_or(Vec::new(), |resolved| case.differences(&resolved))
 }
 
-/// Adds to the refusal of a checkpoint which keys of the case are not what they were.
+/// Adds to the refusal of a checkpoint the keys of the case with changed values.
 pub(super) fn explained(error: Error, case: &Case, directory: &RunDirectory) -> Error {
     let Error::Checkpoint { path, message } = error else { return error };
     let differences = differences(case, directory);

@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Keeps `status.json`: what the progress line shows, for other programs to read.
+/// Keeps `status.json`: the contents of the progress line, for other programs.
 #[derive(Debug)]
 pub struct StatusFile {
     path: PathBuf,
@@ -129,7 +129,7 @@ impl Observer for RunLog {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::{Clock, Summary};
+    use crate::simulation::{Clock, RunSummary};
     use std::fs;
 
     fn progress() -> Progress {
@@ -146,7 +146,7 @@ mod tests {
         file.event(&Event::Checkpoint(Path::new("checkpoint/7")), &progress()).unwrap();
         assert_eq!((read()["state"].as_str(), read()["time"].as_f64()), (Some("running"), Some(0.25)));
 
-        let (error, summary) = (&Error::Interrupted, &Summary::default());
+        let (error, summary) = (&Error::Interrupted, &RunSummary::default());
         file.event(&Event::Stopped { error, checkpoint: None, summary }, &progress()).unwrap();
         assert_eq!((read()["state"].as_str(), read()["exit_code"].as_u64()), (Some("interrupted"), Some(130)));
         assert_eq!(read()["checkpoint"], "checkpoint/7");

@@ -21,16 +21,16 @@ pub const OF_OUTPUT: &str = "output/";
 pub struct Column<'a> {
     /// Numbers per entry (1 for scalars, 3 for vectors in 3D, 9 for 3D tensors).
     pub components: usize,
-    /// How many entries it may have.
+    /// Number of entries it may have.
     pub size: Size,
     /// The numbers.
     pub data: &'a mut dyn ColumnData,
 }
 
-/// How many entries a column may have.
+/// Number of entries a column may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Size {
-    /// As many as it has: another number belongs to another model.
+    /// The present number: another number belongs to another model.
     Fixed,
     /// Any number: it changes during a run.
     Free,
@@ -122,7 +122,7 @@ pub trait Record: Pod {
     /// The type of its numbers.
     type Number: Number;
 
-    /// How many numbers it holds; a struct whose size is no multiple of its numbers' doesn't compile as a column.
+    /// Number of its numbers; a struct whose size is no multiple of its numbers' doesn't compile as a column.
     const COMPONENTS: usize = {
         assert!(size_of::<Self>().is_multiple_of(size_of::<Self::Number>()), "a record holds numbers of one type");
         assert!(align_of::<Self>() == align_of::<Self::Number>(), "a record holds numbers of one type");

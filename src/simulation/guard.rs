@@ -1,4 +1,4 @@
-//! A solver whose formulas are tried out before every step, and asked when a step fails.
+//! A solver whose formulas are evaluated before every step, and at the place where a step failed.
 //!
 //! `lateen check` tries formulas at some times; a pole may lie between them. What it would do to the state is found much
 //! later, and far from its cause. Formulas that depend on the place alone have a value wherever something is at the start;
@@ -35,11 +35,7 @@ impl Guarded {
 
     /// The first formula without a value at the start, in the middle or at the end of a step, at the places that
     /// `places` picks.
-    fn undefined<'a>(
-        &'a self,
-        (t, dt): (f64, f64),
-        places: impl Fn(&'a Watched) -> &'a [[f64; 3]],
-    ) -> Option<StepError> {
+    fn undefined<'a>(&'a self, t: f64, dt: f64, places: impl Fn(&'a Watched) -> &'a [[f64; 3]]) -> Option<StepError> {
         let times = [t, t + 0.5 * dt, t + dt];
         self.watched.iter().find_map(|watched| {
             let Watched { key, signal, .. } = watched;
@@ -48,15 +44,15 @@ impl Guarded {
                 tried.map(|(time, x)| (time, x, signal.value(x, time))).find(|(_, _, value)| !value.is_finite())?;
             let what = format!("the formula of `{key}` has no value");
             let advice = "it divides by zero or leaves the domain of a function there: write another formula, or end the run before";
-            Some(StepError { time, ..StepError::new(Place::Point { position }, what, ("value", value), advice) })
+            Some(StepError { time, ..StepError::new(Place::Point { position }, what, "value", value, advice) })
         })
     }
 
     /// The error of a step, or that of a formula which has no value where the step failed.
-    fn explained(&self, (t, dt): (f64, f64), error: StepError) -> StepError {
+    fn explained(&self, t: f64, dt: f64, error: StepError) -> StepError {
         let failed = error.place.position().filter(|x| x.iter().all(|c| c.is_finite()));
         let places = |watched: &Watched| if watched.on_boundary { &[][..] } else { failed.as_slice() };
-        let Some(found) = self.undefined((t, dt), places) else { return error };
+        let Some(found) = self.undefined(t, dt, places) else { return error };
         StepError { place: error.place, ..found }
     }
 }
@@ -83,8 +79,8 @@ impl Solver for Guarded {
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        self.undefined((t, dt), |watched| &watched.places).map_or(Ok(()), Err)?;
-        self.solver.step(t, dt).map_err(|error| self.explained((t, dt), error))
+        self.undefined(t, dt, |watched| &watched.places).map_or(Ok(()), Err)?;
+        self.solver.step(t, dt).map_err(|error| self.explained(t, dt, error))
     }
 
     fn snapshot(&self) -> Snapshot<'_> {

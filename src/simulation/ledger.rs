@@ -1,4 +1,4 @@
-//! The energy and momentum ledger: what a snapshot shows of it, and the running sums that a solver keeps for it.
+//! The energy and momentum ledger: its terms in a snapshot, and the running sums that a solver keeps for it.
 //!
 //! ```text
 //! stored now − stored at the start = Σ gains − Σ losses + closure
@@ -34,12 +34,12 @@ impl Ledger {
         self.stored() - stored_at_start - self.total(TermKind::Gain) + self.lost()
     }
 
-    /// Energy lost since the start [J], with what is found as the remainder.
+    /// Energy lost since the start [J], with the remainder.
     pub fn lost(&self) -> f64 {
         self.total(TermKind::Loss) + self.total(TermKind::Remainder)
     }
 
-    /// A scale for what the ledger can't explain [J]: the largest energy that is or was stored, added or lost, but for the remainder.
+    /// A scale for the closure [J]: the largest energy that is or was stored, added or lost, except for the remainder.
     pub fn scale(&self, stored_at_start: f64) -> f64 {
         let energies = self.terms.iter().filter(|term| !matches!(term.kind, TermKind::Other | TermKind::Remainder));
         energies.map(|term| term.value.abs()).fold(self.largest.max(stored_at_start.abs()), f64::max)
@@ -61,13 +61,13 @@ pub struct BalanceTerm {
     pub name: String,
     /// `kg`, `N s`, `J`.
     pub unit: &'static str,
-    /// How it enters the energy closure.
+    /// Its role in the energy closure.
     pub kind: TermKind,
     /// Its value.
     pub value: f64,
 }
 
-/// How a term enters the energy closure: stored energy now − stored energy at the start
+/// Role of a term in the energy closure: stored energy now − stored energy at the start
 /// = sum of gains − sum of losses + closure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TermKind {
@@ -166,7 +166,7 @@ struct Account {
 }
 
 impl Accounts {
-    /// None yet; `start` is the energy stored at the start [J].
+    /// No accounts yet; `start` is the energy stored at the start [J].
     pub fn new(start: f64) -> Self {
         Self { start, ..Self::default() }
     }

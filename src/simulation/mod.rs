@@ -1,6 +1,6 @@
 //! The driver: it knows *when*; a [`Solver`] knows *how*.
 //!
-//! Nothing here knows about particles or elements: a solver steps, shows a [`Snapshot`] to the
+//! This module doesn't depend on particles or elements: a solver steps, shows a [`Snapshot`] to the
 //! [`Monitor`]s, and lends its [`Column`]s to the checkpoint.
 
 mod checkpoint;
@@ -20,14 +20,14 @@ pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
 pub use ledger::{AccountId, Accounts, BalanceTerm, CompensatedSum, Ledger, TermKind};
 pub use progress::{Event, Observer, Progress};
-pub use run::{Plan, Simulation, Summary};
+pub use run::{Plan, RunSummary, Simulation};
 pub use said_once::SaidOnce;
 pub use snapshot::{Elements, Field, FieldValues, Filled, PointSet, Snapshot, SurfaceSet};
 pub use timer::Timer;
 
 use crate::error::{Result, StepError};
 
-/// More steps, particles or events than any run counts: a state that says so was not left by one.
+/// Bound of counts of steps, particles or events: a state beyond it was not left by a run.
 pub const MOST_COUNTED: u64 = 1 << 53;
 
 /// One of the two methods, ready to step. The only abstraction over both.
@@ -87,12 +87,12 @@ pub trait Solver: Send {
         Some([self.recommended_dt(); 2])
     }
 
-    /// How many times longer or shorter than the one before a step may be; at least 1.
+    /// Largest ratio between a step and the one before, in both directions; at least 1.
     fn largest_change(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Finds what the state at the start lacks, before it is shown: `dt` is the step that follows [s].
+    /// Computes fields of the initial state that the constructor could not, before the state is shown; `dt` is the step that follows [s].
     fn begin(&mut self, _t: f64, _dt: f64) {}
 
     /// Advances from `t` to `t + dt` [s].
@@ -117,7 +117,7 @@ pub trait Solver: Send {
         None
     }
 
-    /// Rebuilds what is derived from the columns after a restore.
+    /// Rebuilds the data derived from the columns after a restore.
     fn restored(&mut self) {}
 
     /// Notices for the user about the steps since the last call, in sentences; each is given once in a run, also if it is
@@ -131,7 +131,7 @@ pub trait Solver: Send {
         Vec::new()
     }
 
-    /// How many particles a step moves (for rates in progress lines).
+    /// Number of particles that a step moves (for rates in progress lines).
     fn particle_count(&self) -> usize;
 
     /// Elements of all membranes.
@@ -182,7 +182,7 @@ pub trait Monitor {
         Ok(())
     }
 
-    /// Prepares for a resumed run that goes on from `time`: drop what was written after it.
+    /// Prepares for a resumed run that goes on from `time`: drop all that was written after it.
     ///
     /// # Errors
     /// Input/output errors.

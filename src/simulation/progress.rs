@@ -1,11 +1,11 @@
-//! How far a run is, how fast it goes, and who wants to know.
+//! Progress of a run: time reached, speed, and the observers of its events.
 
-use super::{Clock, Summary};
+use super::{Clock, RunSummary};
 use crate::error::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// How far a run is and how fast it goes.
+/// Progress of a run: time reached and speed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Progress {
     /// Time, steps and the last step.
@@ -60,8 +60,8 @@ pub enum Event<'a> {
         error: &'a Error,
         /// The newest checkpoint that a resumed run goes on from.
         checkpoint: Option<&'a Path>,
-        /// How far it came, and where its time went.
-        summary: &'a Summary,
+        /// Time reached, and wall time per stage.
+        summary: &'a RunSummary,
     },
 }
 

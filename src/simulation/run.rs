@@ -37,7 +37,7 @@ pub struct Plan {
 
 /// Summary of a run that has ended.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Summary {
+pub struct RunSummary {
     /// Time and steps at the end.
     pub clock: Clock,
     /// Wall time of this process.
@@ -106,7 +106,7 @@ pub struct Simulation {
     stored_at_start: f64,
     energy_drift: Option<f64>,
     energy_remainder: Option<f64>,
-    /// Of the forces since they were last recorded.
+    /// Impulses of the forces since they were last recorded.
     impulses: Impulses,
     monitors: Vec<(Schedule, Box<dyn Monitor>)>,
     observers: Vec<Box<dyn Observer>>,
@@ -233,7 +233,7 @@ impl Simulation {
     ///
     /// # Errors
     /// A step that failed, input/output errors, or [`Error::Interrupted`].
-    pub fn run(&mut self) -> Result<Summary> {
+    pub fn run(&mut self) -> Result<RunSummary> {
         let outcome = self.begin().and_then(|()| self.march());
         let outcome = match outcome {
             Ok(()) => timed!(self.timer, "checkpoints", self.save()),
@@ -409,7 +409,7 @@ impl Simulation {
         let (ledger, start) = (&snapshot.ledger, self.stored_at_start);
         let scale = ledger.scale(start);
         self.energy_remainder = ledger.remainder(start);
-        // A closure that holds by definition would comfort wrongly.
+        // A closure that is zero by definition says nothing about errors.
         self.energy_drift = (scale > 0.0 && self.energy_remainder.is_none()).then(|| ledger.closure(start) / scale);
         drop(snapshot);
         let progress = self.progress();
@@ -444,9 +444,9 @@ impl Simulation {
         }
     }
 
-    fn summary(&self) -> Summary {
+    fn summary(&self) -> RunSummary {
         let ledger = self.solver.snapshot().ledger;
-        Summary {
+        RunSummary {
             clock: self.clock,
             elapsed: self.pace.elapsed(),
             steps: self.steps,

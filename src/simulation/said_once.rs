@@ -36,7 +36,7 @@ impl SaidOnce {
         std::mem::take(&mut self.pending)
     }
 
-    /// Shows the keys to a checkpoint, as the lines of a text. What they stand for has been taken by then.
+    /// Shows the keys to a checkpoint, as the lines of a text. Their notices have been taken by then.
     pub fn column(&mut self, name: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut text: Vec<u8> = self.said.iter().flat_map(|key| [key.as_bytes(), b"\n"].concat()).collect();
         let shown = text.clone();

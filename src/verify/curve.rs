@@ -2,7 +2,7 @@
 
 use super::series::{Series, series};
 use crate::error::Result;
-use crate::output::history::Table;
+use crate::output::history::HistoryTable;
 use serde::Deserialize;
 
 /// A published or computed curve in a table beside the case.
@@ -28,7 +28,7 @@ impl Curve {
     ///
     /// # Errors
     /// A table that can't be read, or lacks the columns.
-    pub fn read(&self, read_table: impl Fn(&str) -> Result<Table>) -> Result<Series> {
+    pub fn read(&self, read_table: impl Fn(&str) -> Result<HistoryTable>) -> Result<Series> {
         let series = series(&read_table(&self.file)?, &self.x, &self.y)?;
         let x = series.x.iter().map(|x| x * self.x_scale).collect();
         Ok(Series { x, ..series.map(|y| y * self.y_scale) })

@@ -1,4 +1,4 @@
-//! `expected.toml`: what a case is compared with, beside its `case.toml`.
+//! `expected.toml`: the comparisons of a case, beside its `case.toml`.
 //!
 //! ```toml
 //! [measured]                    # what a run of the case took on one core, for `lateen cases`
@@ -82,7 +82,7 @@ pub struct Measured {
     pub size: String,
 }
 
-/// How a case is run at one level of effort.
+/// Settings of a run at one level of effort.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Effort {
@@ -110,7 +110,7 @@ pub struct Check {
     /// its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
     pub phase: Option<String>,
     /// The quantity measured on it.
-    pub kind: Kind,
+    pub kind: Measure,
     /// Time of `kind = "value"` [s]; level of `kind = "crossing"` and "period", in the unit of the value.
     pub at: Option<f64>,
     /// Start of the window [s].
@@ -124,7 +124,7 @@ pub struct Check {
     /// Kind of the reference number: a value or a bound.
     #[serde(default)]
     pub compare: Compare,
-    /// How far it may be off.
+    /// Allowed deviation.
     pub tolerance: Tolerance,
     /// The tolerance of the default run, where it is another one.
     pub quick: Option<Tolerance>,
@@ -151,7 +151,7 @@ pub struct Drawn {
 /// Quantities measured on a history within the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum Measure {
     /// The last value.
     Final,
     /// The value at the time `at`.
@@ -164,7 +164,7 @@ pub enum Kind {
     Largest,
     /// The mean over time.
     Mean,
-    /// Half of the sum of the largest and the smallest value: what an oscillation swings about.
+    /// Half of the sum of the largest and the smallest value: the middle of an oscillation.
     Midrange,
     /// Half of the difference of the largest and the smallest value.
     Amplitude,
@@ -195,7 +195,7 @@ pub enum Reference {
 }
 
 impl Expected {
-    /// How the case is run at a level.
+    /// The settings of the run at a level.
     pub fn effort(&self, level: Level) -> &Effort {
         match level {
             Level::Quick => &self.quick,
@@ -215,7 +215,7 @@ impl Expected {
                 None => finding,
             })
         })?;
-        let places = toml::from_str::<Places>(text).map_or_else(|_| Vec::new(), |places| places.checks);
+        let places = toml::from_str::<CheckSpans>(text).map_or_else(|_| Vec::new(), |places| places.checks);
         let places = places.iter().map(Spanned::span).map(Some).chain(std::iter::repeat(None));
         let findings = expected.checks.iter().zip(places).filter_map(|(check, span)| {
             let finding = check.finding()?;
@@ -233,7 +233,7 @@ impl Expected {
 
 /// Places of the checks in the text.
 #[derive(Deserialize)]
-struct Places {
+struct CheckSpans {
     #[serde(default, rename = "check")]
     checks: Vec<Spanned<IgnoredAny>>,
 }
@@ -261,15 +261,15 @@ impl Check {
 
     fn finding(&self) -> Option<Diagnostic> {
         let key = format!("check `{}`", self.name);
-        let needs_at = matches!(self.kind, Kind::Value | Kind::Crossing);
+        let needs_at = matches!(self.kind, Measure::Value | Measure::Crossing);
         if needs_at && self.at.is_none() {
             return Some(Diagnostic::error(key, "this kind needs `at`"));
         }
         match (&self.reference, self.kind) {
-            (Reference::Number(_), Kind::Curve) => {
+            (Reference::Number(_), Measure::Curve) => {
                 Some(Diagnostic::error(key, "a curve is compared with curves").help("reference = [{ file, x, y }]"))
             }
-            (Reference::Curves(_), kind) if kind != Kind::Curve => {
+            (Reference::Curves(_), kind) if kind != Measure::Curve => {
                 Some(Diagnostic::error(key, "curves are compared by `kind = \"curve\"`"))
             }
             _ => None,
@@ -296,7 +296,7 @@ mod tests {
     fn a_check_reads_back() {
         let expected = Expected::parse(CHECK).unwrap();
         let check = &expected.checks[0];
-        assert_eq!((check.kind, check.compare), (Kind::Minimum, Compare::Equal));
+        assert_eq!((check.kind, check.compare), (Measure::Minimum, Compare::Equal));
         assert_eq!(check.tolerance.limit(-2.0), 0.06);
         assert!(check.until > 1e300);
     }

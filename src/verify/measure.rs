@@ -1,11 +1,11 @@
 //! A check applied to a history: computed value, deviation, verdict.
 
 use super::curve::Curve;
-use super::expected::{Check, Kind, Reference};
+use super::expected::{Check, Measure, Reference};
 use super::outcome::{Outcome, Tolerance};
 use super::series::{Series, envelope, series};
 use crate::error::Result;
-use crate::output::history::Table;
+use crate::output::history::HistoryTable;
 
 impl Check {
     /// Applies the check to its history; `other` is the one to take off, `read_curve` reads the table of a reference
@@ -15,10 +15,10 @@ impl Check {
     /// Columns that aren't there; tables that can't be read.
     pub fn apply(
         &self,
-        history: &Table,
-        other: Option<&Table>,
+        history: &HistoryTable,
+        other: Option<&HistoryTable>,
         tolerance: Tolerance,
-        read_curve: impl Fn(&str) -> Result<Table>,
+        read_curve: impl Fn(&str) -> Result<HistoryTable>,
     ) -> Result<Outcome> {
         let phase = self.phase.as_ref().map(|phase| series(history, "time", phase)).transpose()?;
         let own = series(history, "time", &self.value)?;
@@ -55,21 +55,21 @@ impl Check {
     fn measure(&self, series: &Series) -> Option<f64> {
         let extremes = || Some((series.minimum()?.1, series.maximum()?.1));
         match self.kind {
-            Kind::Final => series.last(),
-            Kind::Value => series.at(self.at?),
-            Kind::Maximum => series.maximum().map(|sample| sample.1),
-            Kind::Minimum => series.minimum().map(|sample| sample.1),
-            Kind::Largest => extremes().map(|(low, high)| if -low > high { low } else { high }),
-            Kind::Mean => series.mean(),
-            Kind::Midrange => extremes().map(|(low, high)| 0.5 * (low + high)),
-            Kind::Amplitude => extremes().map(|(low, high)| 0.5 * (high - low)),
-            Kind::TimeOfMaximum => series.maximum().map(|sample| sample.0),
-            Kind::TimeOfMinimum => series.minimum().map(|sample| sample.0),
-            Kind::Period => series.period(self.at),
-            Kind::Decay => series.decay(),
-            Kind::Growth => series.growth(),
-            Kind::Crossing => series.passes(self.at?).first().copied(),
-            Kind::Curve => None,
+            Measure::Final => series.last(),
+            Measure::Value => series.at(self.at?),
+            Measure::Maximum => series.maximum().map(|sample| sample.1),
+            Measure::Minimum => series.minimum().map(|sample| sample.1),
+            Measure::Largest => extremes().map(|(low, high)| if -low > high { low } else { high }),
+            Measure::Mean => series.mean(),
+            Measure::Midrange => extremes().map(|(low, high)| 0.5 * (low + high)),
+            Measure::Amplitude => extremes().map(|(low, high)| 0.5 * (high - low)),
+            Measure::TimeOfMaximum => series.maximum().map(|sample| sample.0),
+            Measure::TimeOfMinimum => series.minimum().map(|sample| sample.0),
+            Measure::Period => series.period(self.at),
+            Measure::Decay => series.decay(),
+            Measure::Growth => series.growth(),
+            Measure::Crossing => series.passes(self.at?).first().copied(),
+            Measure::Curve => None,
         }
     }
 }
@@ -98,12 +98,12 @@ mod tests {
     use std::f64::consts::TAU;
 
     /// e^(−t/2) cos(2πt/0.4) to t = 4, every 0.001.
-    fn ringing() -> Table {
+    fn ringing() -> HistoryTable {
         let row = |n: u32| {
             let t = f64::from(n) * 1e-3;
             format!("{t},{}\n", (-0.5 * t).exp() * (TAU * t / 0.4).cos())
         };
-        Table::parse(format!("time [s],z [m]\n{}", (0..=4000).map(row).collect::<String>()).as_bytes()).unwrap()
+        HistoryTable::parse(format!("time [s],z [m]\n{}", (0..=4000).map(row).collect::<String>()).as_bytes()).unwrap()
     }
 
     fn outcome(kind: &str, reference: &str, tolerance: &str) -> Outcome {
@@ -114,7 +114,8 @@ mod tests {
         let check = Expected::parse(&text).unwrap().checks.remove(0);
         let curve = |_: &str| {
             let row = |n: u32| format!("{},{}\n", n, -1e3 * (f64::from(n) * 1e-3 * TAU / 0.4).cos());
-            Ok(Table::parse(format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>()).as_bytes()).unwrap())
+            Ok(HistoryTable::parse(format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>()).as_bytes())
+                .unwrap())
         };
         check.apply(&ringing(), None, check.tolerance, curve).unwrap()
     }
@@ -129,14 +130,14 @@ mod tests {
             format!("{t},{},{}\n", 1.0 + u.sin(), u.sin() + 0.25 * (2.0 * u).cos() + 0.5 * w.sin())
         };
         let rows = (0..=8000).map(row).collect::<String>();
-        let table = Table::parse(format!("time [s],lift [N],drag [N]\n{rows}").as_bytes()).unwrap();
+        let table = HistoryTable::parse(format!("time [s],lift [N],drag [N]\n{rows}").as_bytes()).unwrap();
         let measured = |kind: &str, phase: &str| {
             let text = format!(
                 "[[check]]\nname = 'a'\nhistory = 'h'\nvalue = 'drag'\n{phase}kind = '{kind}'\nreference = 1.0\n\
                  tolerance = {{ absolute = 0.01 }}\nsource = 's'"
             );
             let check = Expected::parse(&text).unwrap().checks.remove(0);
-            check.apply(&table, None, check.tolerance, |_| Ok(Table::default())).unwrap().computed.unwrap()
+            check.apply(&table, None, check.tolerance, |_| Ok(HistoryTable::default())).unwrap().computed.unwrap()
         };
         assert!((measured("amplitude", "phase = 'lift'\n") - 1.0).abs() < 0.01);
         assert!((measured("midrange", "phase = 'lift'\n") + 0.25).abs() < 0.01);
@@ -148,13 +149,13 @@ mod tests {
     fn growth_is_that_of_the_difference_of_two_histories() {
         let table = |factor: f64| {
             let row = |n: u32| format!("{n},{}\n", factor * (2.0 * f64::from(n)).exp());
-            Table::parse(format!("time [s],z [m]\n{}", (0..=9).map(row).collect::<String>()).as_bytes()).unwrap()
+            HistoryTable::parse(format!("time [s],z [m]\n{}", (0..=9).map(row).collect::<String>()).as_bytes()).unwrap()
         };
         let text = "[[check]]\nname = 'a'\nhistory = 'h'\nminus = 'g'\nvalue = 'z'\nkind = 'growth'\nreference = 2.0\n\
                     tolerance = { absolute = 1e-12 }\nsource = 's'";
         let check = Expected::parse(text).unwrap().checks.remove(0);
-        let none = |_: &str| Ok(Table::default());
-        let apply = |other: &Table| check.apply(&table(0.3), Some(other), check.tolerance, none).unwrap();
+        let none = |_: &str| Ok(HistoryTable::default());
+        let apply = |other: &HistoryTable| check.apply(&table(0.3), Some(other), check.tolerance, none).unwrap();
         assert!(apply(&table(0.15)).passed());
         // A difference that vanishes does not grow.
         assert_eq!(apply(&table(0.3)).computed, None);

@@ -1,4 +1,4 @@
-//! Runs validation cases and compares what they compute with published, analytic or independent values.
+//! Runs validation cases and compares their results with published, analytic or independent values.
 //!
 //! The comparisons of a case stand beside it in `expected.toml` ([`mod@expected`]); quantities of histories are
 //! measured in [`series`] and [`measure`], fields are compared in [`profile`].
@@ -18,8 +18,8 @@ pub use table::render;
 
 use crate::catalog::EXPECTED_FILE;
 use crate::error::{Diagnostic, Error, Result};
-use crate::output::history::Table;
-use crate::output::plot::{Reference, Shape};
+use crate::output::history::HistoryTable;
+use crate::output::plot::{CurveShape, ReferenceCurve};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
 use curve::Curve;
 use std::io;
@@ -70,7 +70,7 @@ pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &P
     let apply = |check: &expected::Check| {
         let read = |name: &String| {
             let path = histories.join(format!("{name}.csv"));
-            let history = if path.is_file() { Table::read(&path)? } else { Table::default() };
+            let history = if path.is_file() { HistoryTable::read(&path)? } else { HistoryTable::default() };
             if history.heads.is_empty() { Err(no_history(check, name, histories)) } else { Ok(history) }
         };
         let (history, other) = (read(&check.history)?, check.minus.as_ref().map(read).transpose()?);
@@ -94,7 +94,7 @@ fn no_history(check: &expected::Check, name: &str, histories: &Path) -> Error {
 ///
 /// # Errors
 /// A table that isn't there, or can't be read.
-pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<Reference>> {
+pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>> {
     let compared = expected.checks.iter().filter_map(|check| match &check.reference {
         expected::Reference::Curves(curves) => Some((&check.history, &check.value, curves, &check.source)),
         expected::Reference::Number(_) => None,
@@ -103,20 +103,25 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<Reference>> {
     let reference = |(history, value, curves, source): (&String, &String, &Vec<Curve>, &String)| {
         let read = |curve: &Curve| curve.read(|file| table_beside(folder, file));
         let curves = curves.iter().map(read).collect::<Result<Vec<Series>>>()?;
-        Ok(Reference { history: history.clone(), column: value.clone(), label: source.clone(), shape: shape(&curves) })
+        Ok(ReferenceCurve {
+            history: history.clone(),
+            column: value.clone(),
+            label: source.clone(),
+            shape: shape(&curves),
+        })
     };
     compared.chain(only_drawn).map(reference).collect()
 }
 
-fn shape(curves: &[Series]) -> Shape {
+fn shape(curves: &[Series]) -> CurveShape {
     match curves {
-        [one] => Shape::Points(one.x.iter().zip(&one.y).map(|(&x, &y)| [x, y]).collect()),
-        many => Shape::Band(series::band(many)),
+        [one] => CurveShape::Points(one.x.iter().zip(&one.y).map(|(&x, &y)| [x, y]).collect()),
+        many => CurveShape::Band(series::band(many)),
     }
 }
 
-fn table_beside(folder: &Folder, file: &str) -> Result<Table> {
+fn table_beside(folder: &Folder, file: &str) -> Result<HistoryTable> {
     let text = folder.text(file)?.ok_or_else(|| Error::io(file, io::ErrorKind::NotFound.into()))?;
     let invalid = |error| Error::io(file, io::Error::new(io::ErrorKind::InvalidData, error));
-    Table::parse(text.as_bytes()).map_err(invalid)
+    HistoryTable::parse(text.as_bytes()).map_err(invalid)
 }

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// How much effort a verification takes.
+/// Level of effort of a verification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
     /// Minutes for all cases.
@@ -15,7 +15,7 @@ pub enum Level {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compare {
-    /// As near as the tolerance.
+    /// Equal within the tolerance.
     #[default]
     Equal,
     /// Not smaller than the reference by more than the tolerance.
@@ -24,7 +24,7 @@ pub enum Compare {
     AtMost,
 }
 
-/// How far a value may be off: |computed − reference| ≤ absolute + relative·|reference|.
+/// Allowed deviation: |computed − reference| ≤ absolute + relative·|reference|.
 ///
 /// For curves the reference is the largest value of the curves.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
@@ -37,7 +37,7 @@ pub struct Tolerance {
 }
 
 impl Compare {
-    /// How far a computed value misses the reference.
+    /// Deviation of a computed value from the reference.
     pub(super) fn deviation(self, computed: f64, reference: f64) -> f64 {
         match self {
             Self::Equal => (computed - reference).abs(),

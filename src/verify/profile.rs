@@ -8,8 +8,8 @@ use super::outcome::{Level, Outcome, Tolerance};
 use super::series::Series;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::component::Component;
-use crate::output::history::Table;
-use crate::output::vtk::{Series as Files, read_array};
+use crate::output::history::HistoryTable;
+use crate::output::vtk::{FileSeries, read_array};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -27,10 +27,10 @@ pub struct Profile {
     pub component: Option<Component>,
     /// The coordinate that the curve goes along.
     #[serde(default)]
-    pub axis: Axis,
+    pub axis: ProfileAxis,
     /// The curve; its `x` is the place.
     pub reference: Curve,
-    /// How far the mean distance may be from zero.
+    /// Largest mean distance.
     pub tolerance: Tolerance,
     /// The tolerance of the default run, where it is another one.
     pub quick: Option<Tolerance>,
@@ -43,7 +43,7 @@ pub struct Profile {
 /// The coordinate of a profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Axis {
+pub enum ProfileAxis {
     /// Along x.
     #[default]
     X,
@@ -54,7 +54,7 @@ pub enum Axis {
 }
 
 /// One particle of a profile.
-struct Sample {
+struct ProfileSample {
     place: f64,
     value: f64,
     volume: f64,
@@ -65,7 +65,12 @@ impl Profile {
     ///
     /// # Errors
     /// Fields, arrays or tables that aren't there or can't be read.
-    pub fn apply(&self, fields: &Path, level: Level, read_table: impl Fn(&str) -> Result<Table>) -> Result<Outcome> {
+    pub fn apply(
+        &self,
+        fields: &Path,
+        level: Level,
+        read_table: impl Fn(&str) -> Result<HistoryTable>,
+    ) -> Result<Outcome> {
         let curve = self.reference.read(read_table)?;
         let samples = self.of.iter().map(|body| self.samples(fields, body)).collect::<Result<Vec<_>>>()?;
         let distance = mean_distance(samples.iter().flatten(), &curve);
@@ -84,8 +89,8 @@ impl Profile {
     }
 
     /// The particles of a body in its last file.
-    fn samples(&self, fields: &Path, body: &str) -> Result<Vec<Sample>> {
-        let mut files = Files::new(fields.join(format!("{body}.pvd")));
+    fn samples(&self, fields: &Path, body: &str) -> Result<Vec<ProfileSample>> {
+        let mut files = FileSeries::new(fields.join(format!("{body}.pvd")));
         files.resume(f64::INFINITY)?;
         let missing = || Error::io(files.path(), std::io::ErrorKind::NotFound.into());
         let path = fields.join(files.last_file().ok_or_else(missing)?);
@@ -94,7 +99,7 @@ impl Profile {
         let values = self.scalars(&values, volumes.len())?;
         let places = positions.iter().skip(self.axis as usize).step_by(3);
         let both = values.into_iter().zip(volumes);
-        Ok(places.zip(both).map(|(&place, (value, volume))| Sample { place, value, volume }).collect())
+        Ok(places.zip(both).map(|(&place, (value, volume))| ProfileSample { place, value, volume }).collect())
     }
 
     /// One number per particle: the values themselves, or their component.
@@ -119,7 +124,7 @@ impl Profile {
 }
 
 /// Σ V |f − f(x)| / Σ V over the samples that the curve covers; `None` if it covers none.
-fn mean_distance<'a>(samples: impl Iterator<Item = &'a Sample>, curve: &Series) -> Option<f64> {
+fn mean_distance<'a>(samples: impl Iterator<Item = &'a ProfileSample>, curve: &Series) -> Option<f64> {
     let (mut distance, mut volume) = (0.0, 0.0);
     for sample in samples {
         if let Some(exact) = curve.at(sample.place) {
@@ -154,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_distance_is_weighted_with_the_volume() {
-        let sample = |place, value, volume| Sample { place, value, volume };
+        let sample = |place, value, volume| ProfileSample { place, value, volume };
         let line = Series { x: vec![0.0, 1.0], y: vec![0.0, 2.0] };
         // Distances 1 and 0 with volumes 1 and 3; the last sample lies outside the curve.
         let samples = [sample(0.5, 2.0, 1.0), sample(1.0, 2.0, 3.0), sample(1.5, 9.0, 1.0)];

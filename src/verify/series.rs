@@ -1,10 +1,10 @@
-//! A sampled curve y(x) from a table, and what can be measured on it.
+//! A sampled curve y(x) from a table, and measures of it.
 //!
 //! Between samples a curve is linear; outside its samples it has no value.
 
 use crate::error::{Diagnostic, Error, Result};
 use crate::math::formula::Formula;
-use crate::output::history::Table;
+use crate::output::history::HistoryTable;
 
 /// A curve y(x) with increasing x.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -166,7 +166,7 @@ pub fn envelope(curves: &[Series], x: f64) -> [f64; 3] {
 ///
 /// # Errors
 /// A column that isn't there, or a formula that can't be read.
-pub fn series(table: &Table, x: &str, y: &str) -> Result<Series> {
+pub fn series(table: &HistoryTable, x: &str, y: &str) -> Result<Series> {
     let x = table.column(x).ok_or_else(|| unknown(table, x, "no such column"))?;
     let y = match table.column(y) {
         Some(column) => column.to_vec(),
@@ -175,14 +175,14 @@ pub fn series(table: &Table, x: &str, y: &str) -> Result<Series> {
     Ok(Series { x: x.to_vec(), y })
 }
 
-fn formula(table: &Table, text: &str, rows: usize) -> Result<Vec<f64>> {
+fn formula(table: &HistoryTable, text: &str, rows: usize) -> Result<Vec<f64>> {
     let names = table.names();
     let formula = Formula::over(text, &names).map_err(|error| unknown(table, text, &error.message))?;
     let columns: Vec<&[f64]> = names.iter().filter_map(|name| table.column(name)).collect();
     Ok((0..rows).map(|n| formula.at(&columns.iter().map(|column| column[n]).collect::<Vec<f64>>())).collect())
 }
 
-fn unknown(table: &Table, name: &str, why: &str) -> Error {
+fn unknown(table: &HistoryTable, name: &str, why: &str) -> Error {
     let finding = Diagnostic::error("column", format!("`{name}` is neither a column nor a formula of columns: {why}"));
     Error::case(finding.help(format!("the columns are `{}`", table.heads.join("`, `"))))
 }
@@ -240,7 +240,8 @@ mod tests {
 
     #[test]
     fn columns_are_found_without_their_unit_and_combined_by_formulas() {
-        let table = Table::parse(b"# a comment\ntime [s],kinetic energy: water [J],z [m]\n0,3,4\n1, 6, 8\n").unwrap();
+        let table =
+            HistoryTable::parse(b"# a comment\ntime [s],kinetic energy: water [J],z [m]\n0,3,4\n1, 6, 8\n").unwrap();
         assert_eq!(series(&table, "time", "z").unwrap().y, [4.0, 8.0]);
         assert_eq!(series(&table, "time", "sqrt({kinetic energy: water}^2 + z^2)").unwrap().y, [5.0, 10.0]);
         let error = series(&table, "time", "w + z").unwrap_err().to_string();

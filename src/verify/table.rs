@@ -25,7 +25,7 @@ pub fn render(case: &str, outcomes: &[Outcome]) -> String {
     text
 }
 
-/// As a percentage of the reference, or as it is where the reference is zero.
+/// A deviation as a percentage of the reference, or as it is if the reference is zero.
 fn relative(deviation: f64, reference: f64) -> String {
     if reference == 0.0 { format!("{deviation:.2e}") } else { format!("{:.2} %", 100.0 * deviation / reference.abs()) }
 }

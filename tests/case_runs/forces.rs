@@ -1,10 +1,10 @@
 //! One sign of forces in all histories, that of the force on the wall, obstacle or support: a weight at rest gives −m g in both methods.
 
 use super::history;
-use lateen::output::history::Table;
+use lateen::output::history::HistoryTable;
 
 /// Mean of a column over all intervals.
-fn mean(table: &Table, column: &str) -> f64 {
+fn mean(table: &HistoryTable, column: &str) -> f64 {
     let rows = &table.column(column).unwrap()[1..];
     rows.iter().sum::<f64>() / rows.len() as f64
 }

@@ -4,13 +4,13 @@ mod forces;
 mod runs;
 
 use lateen::case::{Case, Source};
-use lateen::output::history::Table;
+use lateen::output::history::HistoryTable;
 use lateen::run::{Options, RunDirectory, run};
 
 /// Runs a case and reads one of its histories.
-fn history(text: &str, name: &str) -> Table {
+fn history(text: &str, name: &str) -> HistoryTable {
     let home = tempfile::tempdir().unwrap();
     let case = Case::read(Source::new("case.toml", "", text), &[]).unwrap_or_else(|error| panic!("{error}"));
     run(&case, case.build().unwrap(), &RunDirectory::new(home.path()), Options::default()).unwrap();
-    Table::read(&home.path().join(format!("history/{name}.csv"))).unwrap()
+    HistoryTable::read(&home.path().join(format!("history/{name}.csv"))).unwrap()
 }

@@ -1,9 +1,9 @@
 //! Runs against closed forms.
 
 use super::history;
-use lateen::output::history::Table;
+use lateen::output::history::HistoryTable;
 
-fn last(table: &Table, column: &str) -> f64 {
+fn last(table: &HistoryTable, column: &str) -> f64 {
     *table.column(column).unwrap().last().unwrap()
 }
 

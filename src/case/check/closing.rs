@@ -32,7 +32,7 @@ const OVERLAP: f64 = 1e-3;
 const PUSH: f64 = 0.1;
 const LEAST: [f64; 2] = [0.25, 0.01];
 
-/// Times at which the way of an obstacle is known, and steps of its integration between two of them: two numbers, to see what it hides.
+/// Times at which the displacement of an obstacle is known, and steps of its integration between two of them: two numbers, for an estimate of the error.
 const TIMES: usize = 512;
 const STEPS: [usize; 2] = [8, 13];
 
@@ -65,26 +65,26 @@ fn is_still(velocity: &[Signal; 3]) -> bool {
 }
 
 /// A wall or an obstacle, and how it moves.
-struct Solid<'a, const D: usize> {
+struct MovingSolid<'a, const D: usize> {
     /// Its name in histories.
     name: String,
     /// Its key, if it moves.
     key: String,
-    surface: Surface<'a, D>,
+    surface: SolidSurface<'a, D>,
     /// Displacements at equally distant times of the run [m]; none if it stands still.
     way: Vec<Vector<D>>,
-    /// By how much they may be wrong [m].
+    /// Bound of their error [m].
     unknown: f64,
 }
 
-enum Surface<'a, const D: usize> {
+enum SolidSurface<'a, const D: usize> {
     /// The normal of a wall, and how far it is from the origin along it [m].
     Plane(Vector<D>, f64),
     Region(&'a Region),
 }
 
 /// All that sheets may meet.
-fn all<'a, const D: usize>(case: &Case, setup: &'a Setup<D>) -> Vec<Solid<'a, D>> {
+fn all<'a, const D: usize>(case: &Case, setup: &'a Setup<D>) -> Vec<MovingSolid<'a, D>> {
     let grid = &setup.grid;
     let sides = (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]);
     let closed = sides.filter(|&(axis, end)| grid.walls[axis][end].kind != WallKind::Open);
@@ -92,14 +92,14 @@ fn all<'a, const D: usize>(case: &Case, setup: &'a Setup<D>) -> Vec<Solid<'a, D>
         let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
         let place = grid.lower[axis] + (end as f64) * f64::from(grid.cells[axis]) * grid.cell;
         let name = format!("wall:{}", wall_name(D, axis, end));
-        let surface = Surface::Plane(normal, place * normal[axis]);
-        Solid { name, key: String::new(), surface, way: Vec::new(), unknown: 0.0 }
+        let surface = SolidSurface::Plane(normal, place * normal[axis]);
+        MovingSolid { name, key: String::new(), surface, way: Vec::new(), unknown: 0.0 }
     };
     let obstacles = setup.obstacles.iter().enumerate().filter(|(_, obstacle)| obstacle.kind != WallKind::Open);
     let obstacle = |(i, obstacle): (usize, &'a crate::mpm::Obstacle)| {
         let (way, unknown) = way(&obstacle.velocity, case.file.time.end);
         let (name, key) = (format!("obstacle:{}", obstacle.name), format!("obstacle[{i}].velocity"));
-        Solid { name, key, surface: Surface::Region(&obstacle.region), way, unknown }
+        MovingSolid { name, key, surface: SolidSurface::Region(&obstacle.region), way, unknown }
     };
     closed.map(wall).chain(obstacles.map(obstacle)).collect()
 }
@@ -130,7 +130,7 @@ fn way<const D: usize>(velocity: &[Signal; 3], end: f64) -> (Vec<Vector<D>>, f64
     (fine, if known { unknown } else { f64::INFINITY })
 }
 
-impl<const D: usize> Solid<'_, D> {
+impl<const D: usize> MovingSolid<'_, D> {
     /// True unless the case takes the contact of the two away.
     fn meets(&self, setup: &Setup<D>, membrane: &MembraneSetup<D>) -> bool {
         let own = self.name.split_once(':').map_or("", |(_, own)| own);
@@ -144,8 +144,8 @@ impl<const D: usize> Solid<'_, D> {
     /// Distance of `x` [m] and the normal, after the solid has moved.
     fn distance(&self, x: Vector<D>, moved: Vector<D>) -> (f64, Vector<D>) {
         match &self.surface {
-            Surface::Plane(normal, place) => (x.dot(*normal) - place, *normal),
-            Surface::Region(region) => {
+            SolidSurface::Plane(normal, place) => (x.dot(*normal) - place, *normal),
+            SolidSurface::Region(region) => {
                 let (distance, normal) = region.distance_and_normal((x - moved).to3());
                 (distance, Vector::from3(normal))
             }
@@ -163,8 +163,8 @@ impl<const D: usize> Solid<'_, D> {
 
 /// Two solids along their ways, with a sheet between them.
 struct Search<'a, const D: usize> {
-    solids: [&'a Solid<'a, D>; 2],
-    /// How far both have moved together at the times at which their ways are known [m].
+    solids: [&'a MovingSolid<'a, D>; 2],
+    /// Sum of the distances that both have moved at the times at which their ways are known [m].
     travelled: Vec<f64>,
     /// Time between two of them [s].
     interval: f64,
@@ -175,7 +175,7 @@ struct Search<'a, const D: usize> {
 }
 
 /// A node without a way out.
-struct Found<const D: usize> {
+struct ClosingPlace<const D: usize> {
     time: f64,
     place: Vector<D>,
     distance: f64,
@@ -183,7 +183,7 @@ struct Found<const D: usize> {
 
 impl<'a, const D: usize> Search<'a, D> {
     /// `None` where the two don't move against each other, or nobody can foresee how.
-    fn new(solids: [&'a Solid<'a, D>; 2], membrane: &MembraneSetup<D>, cell: f64, end: f64) -> Option<Self> {
+    fn new(solids: [&'a MovingSolid<'a, D>; 2], membrane: &MembraneSetup<D>, cell: f64, end: f64) -> Option<Self> {
         let thickness = if membrane.contact_thickness { membrane.thickness } else { 0.0 };
         let known = (UNKNOWN * thickness).max(OVERLAP * cell);
         let at = |n: usize| solids.map(|solid| solid.moved(n as f64));
@@ -213,7 +213,7 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// The earliest of the places where free nodes of a membrane have no way out.
-    fn first(&self, membrane: &MembraneSetup<D>, looks: &mut usize) -> Option<Found<D>> {
+    fn first(&self, membrane: &MembraneSetup<D>, looks: &mut usize) -> Option<ClosingPlace<D>> {
         let mut free = vec![true; membrane.position.len()];
         membrane.supports.iter().flat_map(|support| &support.nodes).for_each(|&node| free[node as usize] = false);
         let nodes = membrane.position.iter().zip(free).filter(|(_, free)| *free);
@@ -222,7 +222,7 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// Follows a node from its start at `x` [m].
-    fn follow(&self, mut x: Vector<D>, looks: &mut usize) -> Option<Found<D>> {
+    fn follow(&self, mut x: Vector<D>, looks: &mut usize) -> Option<ClosingPlace<D>> {
         let whole = self.travelled.last().copied().unwrap_or(0.0);
         let mut way = 0.0;
         loop {
@@ -230,7 +230,7 @@ impl<'a, const D: usize> Search<'a, D> {
             let [a, b] = self.solids.map(|solid| solid.distance(x, solid.moved(time)));
             let distance = a.0 + b.0;
             if a.1.dot(b.1) < OPPOSITE && distance < self.limit {
-                return Some(Found { time: time * self.interval, place: x, distance });
+                return Some(ClosingPlace { time: time * self.interval, place: x, distance });
             }
             *looks = looks.checked_sub(1)?;
             if way >= whole {
@@ -253,8 +253,8 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 }
 
-impl<const D: usize> Found<D> {
-    fn warning(&self, [first, second]: [&Solid<'_, D>; 2], membrane: &MembraneSetup<D>) -> Diagnostic {
+impl<const D: usize> ClosingPlace<D> {
+    fn warning(&self, [first, second]: [&MovingSolid<'_, D>; 2], membrane: &MembraneSetup<D>) -> Diagnostic {
         let (a, b, sheet, t, place) =
             (&first.name, &second.name, &membrane.name, self.time, super::coordinates(&self.place));
         let message = if membrane.contact_thickness {

@@ -69,7 +69,7 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
 /// More pairs of velocity fields than a run has contacts and histories for.
 const MOST_PAIRS: usize = 100_000;
 
-/// Each two bodies and groups have a contact, unless the case says who meets whom.
+/// Every pair of bodies and groups has a contact, unless the case lists the pairs.
 pub(super) fn pairs<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let fields = setup.bodies.iter().map(|body| body.group).collect::<HashSet<usize>>().len();
     let pairs = fields * fields.saturating_sub(1) / 2;
@@ -83,7 +83,7 @@ pub(super) fn pairs<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnos
     }
 }
 
-/// The name of a wall or an obstacle without what it is.
+/// The name of a wall or an obstacle without its kind.
 fn without_kind(name: &str) -> &str {
     name.strip_prefix("wall:").or_else(|| name.strip_prefix("obstacle:")).unwrap_or(name)
 }

@@ -31,7 +31,7 @@ const AT_NODES: [f64; 2] = [0.25, 2.0];
 /// The same where membranes meet bodies at their particles.
 const AT_PARTICLES: [f64; 2] = [0.125, 8.0];
 
-/// A grid that is longer, over the extent of what is in it, is hardly meant.
+/// Largest length of a grid over the extent of its contents; a longer one is probably a mistake.
 const VAST: f64 = 500.0;
 
 /// Speeds above which a gas and a liquid are compressed [m/s], for a method that knows no sound.

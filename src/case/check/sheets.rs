@@ -77,7 +77,7 @@ pub(super) fn planes_of_symmetry<const D: usize>(setup: &Setup<D>, findings: &mu
     }
 }
 
-/// Which nodes a support holds or moves along `axis`.
+/// The nodes that a support holds or moves along `axis`.
 fn held<const D: usize>(membrane: &MembraneSetup<D>, axis: usize) -> Vec<bool> {
     let mut held = vec![false; membrane.position.len()];
     let supports = membrane.supports.iter().filter(|support| support.velocity[axis].is_some());
@@ -178,7 +178,8 @@ fn pierced<const D: usize>(
     sides.into_iter().find(|&side| through(side)).map(|[a, b]| (a, b))
 }
 
-/// How deep a side goes into an obstacle, as far as that is more than `least` [m]: what a point is away from it, its neighbourhood is clear.
+/// Greatest depth of a side in an obstacle [m]. Steps along the side are as long as the distance to the surface, within which no point can
+/// be on its other side, and at least `least` [m].
 fn deepest<const D: usize>([a, b]: [Vector<D>; 2], at: impl Fn(Vector<D>) -> (f64, [f64; 3]), least: f64) -> f64 {
     let (length, mut s, mut deepest) = ((b - a).norm(), 0.0, 0.0_f64);
     while s < length {

@@ -1,15 +1,15 @@
 //! Bodies: particles on a lattice and their first state.
 
-use super::Assembly;
-use super::signals::Samples;
-use crate::case::{BodySpec, Lattice, Material};
+use super::Construction;
+use super::signals::TrialPoints;
+use crate::case::{BodySpec, LatticeSpec, Material};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Sample, centred_origin, sample, skin};
 use crate::material::{PointLaw, PointLaws, StartState};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
 use crate::mpm::BodySetup;
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// The body `body[index]`; `None` if it can't be made (and why was noted).
     pub(super) fn body<const D: usize>(&mut self, index: usize) -> Option<BodySetup<D>> {
         let spec = &self.case.file.body[index];
@@ -18,7 +18,7 @@ impl Assembly<'_> {
         let spacing = self.spacing(spec, &key)?;
         let sample = self.sample(spec, &key, &region, spacing)?;
         let position: Vec<Vector<D>> = sample.position.iter().map(|&x| Vector::from3(x)).collect();
-        let start = Samples::start(&position);
+        let start = TrialPoints::start(&position);
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
         let velocity_gradient = gradients(&velocity, &sample.position, spacing);
         let velocity = sample.position.iter().map(|&x| Vector::from_fn(|i| velocity[i].value(x, 0.0))).collect();
@@ -84,8 +84,8 @@ impl Assembly<'_> {
     fn sample(&mut self, spec: &BodySpec, key: &str, region: &Region, spacing: f64) -> Option<Sample> {
         let dimension = self.case.file.dimension;
         let origin = match spec.lattice {
-            Lattice::Grid => Ok(self.case.file.grid.as_ref()?.lower),
-            Lattice::Centred => centred_origin(region, spacing, dimension),
+            LatticeSpec::Grid => Ok(self.case.file.grid.as_ref()?.lower),
+            LatticeSpec::Centred => centred_origin(region, spacing, dimension),
         };
         match origin.and_then(|origin| sample(region, spacing, dimension, origin)) {
             Ok(sample) if sample.position.is_empty() => {
@@ -103,7 +103,7 @@ impl Assembly<'_> {
         }
     }
 
-    fn start_states(&mut self, spec: &BodySpec, key: &str, sample: &Sample, start: &Samples) -> Vec<StartState> {
+    fn start_states(&mut self, spec: &BodySpec, key: &str, sample: &Sample, start: &TrialPoints) -> Vec<StartState> {
         let given = [
             ("pressure", spec.pressure.is_some()),
             ("energy", spec.energy.is_some()),

@@ -1,7 +1,7 @@
 //! Membranes: mesh, supports, loads.
 
-use super::Assembly;
-use super::signals::Samples;
+use super::Construction;
+use super::signals::TrialPoints;
 use crate::case::{AxisMotion, SupportPlace, SupportSpec};
 use crate::error::{Diagnostic, Severity};
 use crate::math::{Signal, Vector};
@@ -11,15 +11,15 @@ use crate::mpm::{MembraneSetup, SupportSetup};
 /// More findings about one mesh than this are not shown.
 const MOST: usize = 5;
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// The membrane `membrane[index]`; `None` if it can't be made (and why was noted).
     pub(super) fn membrane<const D: usize>(&mut self, index: usize) -> Option<MembraneSetup<D>> {
         let spec = &self.case.file.membrane[index];
         let key = format!("membrane[{index}]");
         let facets = self.facets(index, &format!("{key}.geometry"))?;
         let position: Vec<Vector<D>> = facets.nodes.iter().map(|&x| Vector::from3(x)).collect();
-        let start = Samples::start(&position);
-        let over = Samples::over(&position, self.case.file.time.end);
+        let start = TrialPoints::start(&position);
+        let over = TrialPoints::over(&position, self.case.file.time.end);
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
         let pressure = spec.pressure.as_ref();
         let load = pressure.map_or(Signal::ZERO, |p| self.signal(&format!("{key}.pressure.value"), &p.value, &over));
@@ -101,7 +101,7 @@ impl Assembly<'_> {
         }
     }
 
-    fn support(&mut self, spec: &SupportSpec, key: &str, facets: &Facets, over: &Samples) -> Option<SupportSetup> {
+    fn support(&mut self, spec: &SupportSpec, key: &str, facets: &Facets, over: &TrialPoints) -> Option<SupportSetup> {
         let nodes = self.support_nodes(&spec.on, &format!("{key}.on"), facets)?;
         let velocity = std::array::from_fn(|i| match &spec.velocity[i] {
             AxisMotion::Free(_) => None,

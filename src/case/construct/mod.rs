@@ -10,21 +10,21 @@ mod signals;
 mod traction;
 
 use super::schema::{GridSpec, Method};
-use super::summary::Summary;
+use super::summary::CaseSummary;
 use super::{Case, Side, Units, check, names};
 use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
 use crate::math::{Signal, Vector};
 use crate::mpm::{GridSetup, Mpm, Obstacle, Setup, Wall};
 use crate::simulation::{Guarded, Solver, Watched};
-use signals::Samples;
+use signals::TrialPoints;
 
 /// A case that is right: the solver in its first state, and what to say about it.
 pub struct Model {
     /// Ready to step.
     pub solver: Box<dyn Solver>,
     /// Sizes, memory, first step.
-    pub summary: Summary,
+    pub summary: CaseSummary,
     /// Warnings: the case can be run.
     pub warnings: Vec<Diagnostic>,
 }
@@ -57,9 +57,9 @@ impl Case {
     }
 
     fn mpm<const D: usize>(&self) -> Result<Model, Vec<Diagnostic>> {
-        let mut assembly = Assembly::new(self);
+        let mut assembly = Construction::new(self);
         let setup = assembly.setup::<D>();
-        let Assembly { mut findings, watched, .. } = assembly;
+        let Construction { mut findings, watched, .. } = assembly;
         if let Some(setup) = &setup {
             check::parts(self, setup, &mut findings);
         }
@@ -67,7 +67,7 @@ impl Case {
         findings.extend(crate::mpm::astray(&setup));
         findings.extend(crate::mpm::proximity::meetings_at_the_start(&setup));
         let domain = self.file.grid.as_ref().map_or([[0.0; 3]; 2], |grid| [grid.lower, grid.upper]);
-        let summary = Summary::of_points(&setup, domain);
+        let summary = CaseSummary::of_points(&setup, domain);
         let mut solver = match Mpm::new(setup) {
             Ok(solver) => solver,
             Err(more) => {
@@ -111,7 +111,7 @@ fn extent_in_cells(grid: &GridSpec, axis: usize) -> f64 {
 const TRIED: [usize; 2] = [40_000, 200];
 
 /// Grid nodes on one end of an axis [m]: all of them, or, on a wall that is longer, as many along an edge as are tried, its ends
-/// included. The wall may be much longer than what the material ever reaches.
+/// included. The wall may be much longer than the part that the material ever reaches.
 fn nodes_of_side(grid: &GridSpec, dimension: usize, axis: usize, upper: bool) -> Vec<Vector<3>> {
     let last = |a: usize| if a == axis || a >= dimension { 0.0 } else { extent_in_cells(grid, a).round().max(0.0) };
     let most = TRIED[usize::from(dimension == 3)];
@@ -128,20 +128,20 @@ fn nodes_of_side(grid: &GridSpec, dimension: usize, axis: usize, upper: bool) ->
 }
 
 /// A description in the making.
-struct Assembly<'c> {
+struct Construction<'c> {
     case: &'c Case,
     findings: Vec<Diagnostic>,
     /// Formulas that depend on the time or on the place.
     watched: Vec<Watched>,
 }
 
-impl<'c> Assembly<'c> {
+impl<'c> Construction<'c> {
     fn new(case: &'c Case) -> Self {
         Self { case, findings: Vec::new(), watched: Vec::new() }
     }
 }
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// Notes a finding whose key is relative to `key`.
     fn note(&mut self, key: &str, mut finding: Diagnostic) {
         finding.key = if finding.key.is_empty() { key.to_owned() } else { format!("{key}.{}", finding.key) };
@@ -155,7 +155,7 @@ impl Assembly<'_> {
         let membranes: Vec<_> = (0..file.membrane.len()).filter_map(|i| self.membrane(i)).collect();
         let obstacles = (0..file.obstacle.len()).filter_map(|i| self.obstacle(i)).collect();
         let places = bodies.iter().flat_map(|b| &b.position).chain(membranes.iter().flat_map(|m| &m.position));
-        let samples = Samples::over(&places.copied().collect::<Vec<_>>(), file.time.end);
+        let samples = TrialPoints::over(&places.copied().collect::<Vec<_>>(), file.time.end);
         let gravity = self.signals("mpm.gravity", &file.mpm.gravity, &samples);
         let complete = bodies.len() == file.body.len() && membranes.len() == file.membrane.len();
         let mpm = &file.mpm;
@@ -249,7 +249,7 @@ impl Assembly<'_> {
             Some(Side::Top) => ("top", &walls.top),
         };
         let (kind, velocity) = spec.parts();
-        let samples = Samples::over(&nodes_of_side(grid, dimension, axis, upper), self.case.file.time.end);
+        let samples = TrialPoints::over(&nodes_of_side(grid, dimension, axis, upper), self.case.file.time.end);
         let velocity = self.signals(&format!("grid.walls.{name}.velocity"), &velocity, &samples);
         if !velocity[axis].is_zero() {
             let message = "a wall of the domain stays at the end of the grid: it can only move along itself";
@@ -263,7 +263,7 @@ impl Assembly<'_> {
         let spec = &self.case.file.obstacle[index];
         let key = format!("obstacle[{index}]");
         let grid = self.case.file.grid.as_ref()?;
-        let samples = Samples::at(&[grid.lower, grid.upper], self.case.file.time.end);
+        let samples = TrialPoints::at(&[grid.lower, grid.upper], self.case.file.time.end);
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &samples);
         let region = self.region(&format!("{key}.region"), &spec.region)?;
         Some(Obstacle { name: spec.name.clone(), region, kind: spec.wall_kind(), velocity })

@@ -1,13 +1,13 @@
 //! Signals of a case, tried out at places and times of the run before it starts.
 
-use super::Assembly;
+use super::Construction;
 use crate::case::SignalSpec;
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::simulation::Watched;
 
 /// Places and times at which a signal is evaluated as a test.
-pub(super) struct Samples {
+pub(super) struct TrialPoints {
     places: Vec<[f64; 3]>,
     times: Vec<f64>,
     /// The signal is the state at the start, and may not vary in time.
@@ -25,10 +25,10 @@ const WATCHED: usize = 8;
 /// A value so many times those on both sides of it is that of a pole, finite by rounding only.
 const SPIKE: f64 = 1e5;
 
-/// How far to both sides, over the size of what the signal acts on.
+/// Distance of trial points to both sides, relative to the size of the region that the signal acts on.
 const BESIDE: f64 = 1e-6;
 
-impl Samples {
+impl TrialPoints {
     /// At all of `places` at the start.
     pub(super) fn start<const D: usize>(places: &[Vector<D>]) -> Self {
         Self { places: places.iter().map(|x| x.to3()).collect(), times: vec![0.0], start: true, on_boundary: false }
@@ -103,9 +103,9 @@ fn times(end: f64) -> Vec<f64> {
     (0..=16).map(|i| end * f64::from(i) / 16.0).collect()
 }
 
-impl Assembly<'_> {
-    /// Builds a signal and tries it out; what is wrong is noted at `key` and gives zero.
-    pub(super) fn signal(&mut self, key: &str, spec: &SignalSpec, samples: &Samples) -> Signal {
+impl Construction<'_> {
+    /// Builds a signal and evaluates it at the trial points; an error becomes a finding at `key`, and the signal zero.
+    pub(super) fn signal(&mut self, key: &str, spec: &SignalSpec, samples: &TrialPoints) -> Signal {
         let signal = match spec.build(&self.case.source.base) {
             Ok(signal) => signal,
             Err(message) => {
@@ -138,7 +138,7 @@ impl Assembly<'_> {
         &mut self,
         key: &str,
         specs: &[SignalSpec; N],
-        samples: &Samples,
+        samples: &TrialPoints,
     ) -> [Signal; N] {
         std::array::from_fn(|i| self.signal(&format!("{key}[{i}]"), &specs[i], samples))
     }

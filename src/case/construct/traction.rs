@@ -1,7 +1,7 @@
 //! Loads on the surface of a body: the outermost particle of every line of the lattice towards a side.
 
-use super::Assembly;
-use super::signals::Samples;
+use super::Construction;
+use super::signals::TrialPoints;
 use crate::case::TractionSpec;
 use crate::error::Diagnostic;
 use crate::math::Vector;
@@ -55,7 +55,7 @@ impl<'p, const D: usize> Layer<'p, D> {
     }
 }
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// The loads of one `traction`.
     pub(super) fn traction<const D: usize>(
         &mut self,
@@ -69,7 +69,7 @@ impl Assembly<'_> {
             self.findings.push(finding.help("in 2D the sides are left, right, bottom and top"));
             return Vec::new();
         };
-        let samples = Samples::over(position, self.case.file.time.end);
+        let samples = TrialPoints::over(position, self.case.file.time.end);
         let layer = Layer::new(position, spacing, axis, upper);
         let area = spacing.powi(D as i32 - 1);
         match (&spec.value, &spec.pressure) {

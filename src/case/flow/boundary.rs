@@ -52,7 +52,7 @@ pub enum Names {
 }
 
 impl Names {
-    /// As a list.
+    /// The names as a list.
     pub fn list(&self) -> Vec<&str> {
         match self {
             Self::One(name) => vec![name],

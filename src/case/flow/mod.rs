@@ -31,12 +31,12 @@ pub struct Pfem2Spec {
     /// Particles along the edge of an element at the start.
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub particles_per_edge: usize,
-    /// By what particles are added and taken away.
+    /// Subdivision by which particles are added and removed.
     pub reseeding: ReseedingSpec,
     /// Density ratio from which heavy fluids fly through light ones like projectiles; `inf`: never.
     #[schemars(extend("minimum" = 1.0, "infinite" = true))]
     pub projectile_ratio: f64,
-    /// Time in which particles forget what the mesh can't see; `inf`: never.
+    /// Relaxation time of the particles' velocities towards that of the mesh; `inf`: no relaxation.
     #[schemars(extend("unit" = "s", "exclusiveMinimum" = 0.0, "infinite" = true))]
     pub relaxation: f64,
     /// Treatment of velocities of particles that the mesh can't resolve.
@@ -86,9 +86,9 @@ impl Default for Pfem2Spec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SchemeSpec {
-    /// With what is usual.
+    /// By name, with default parameters.
     Word(SchemeWord),
-    /// With choices of its own.
+    /// With parameters.
     Table(SchemeTable),
 }
 
@@ -186,13 +186,13 @@ pub enum InterfaceSpec {
     Sharp,
 }
 
-/// By what particles are added and taken away.
+/// Subdivision by which particles are added and removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReseedingSpec {
-    /// By quarters of triangles, eighths of tetrahedra: none stays empty, none is crowded.
+    /// Quarters of triangles, eighths of tetrahedra: none stays empty, none is crowded.
     SubCells,
-    /// By elements, before the projection and at the end of the step (the paper).
+    /// Elements, before the projection and at the end of the step (the paper).
     Elements,
 }
 
@@ -221,9 +221,9 @@ pub enum UnresolvedSpec {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SolverSpec {
-    /// A preconditioner, with what is usual.
+    /// A preconditioner by name, with default parameters.
     Word(LinearKind),
-    /// With choices of its own.
+    /// With parameters.
     Table(LinearSpec),
 }
 
@@ -247,7 +247,7 @@ impl SolverSpec {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct LinearSpec {
-    /// Which preconditioner.
+    /// The preconditioner.
     pub kind: LinearKind,
     /// Residual to reach, relative to the right-hand side.
     #[schemars(extend("minimum" = 1e-14, "maximum" = 0.1))]
@@ -283,9 +283,9 @@ impl LinearSpec {
     /// The options of the solver.
     pub fn options(&self) -> linalg::Options {
         let kind = match self.kind {
-            LinearKind::Auto => linalg::Kind::Auto,
-            LinearKind::Direct => linalg::Kind::Direct,
-            LinearKind::Iterative => linalg::Kind::Iterative,
+            LinearKind::Auto => linalg::SolverKind::Auto,
+            LinearKind::Direct => linalg::SolverKind::Direct,
+            LinearKind::Iterative => linalg::SolverKind::Iterative,
         };
         let &Self { tolerance, max_iterations, restart, .. } = self;
         linalg::Options { kind, tolerance, max_iterations, restart }

@@ -19,7 +19,7 @@ pub(super) struct Aggregates {
 /// light one, whose `smooth` is greater by the root of the ratio of densities: their sum may outweigh the diagonal.
 const KEPT: f32 = 0.25;
 
-/// The strong part of a matrix; what is weak goes to the diagonal in such a way that the product with `smooth` stays
+/// The strong part of a matrix; weak entries are lumped to the diagonal such that the product with `smooth` stays
 /// the same, as long as that leaves enough of the diagonal.
 pub(super) fn strong_part(a: &Csr, diagonal: &[f32], smooth: &[f32], threshold: f32) -> Csr {
     let strong = |i: usize, j: usize, v: f32| v * v > threshold * threshold * (diagonal[i] * diagonal[j]).abs();

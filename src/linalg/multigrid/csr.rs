@@ -1,4 +1,4 @@
-//! Sparse matrices of single numbers, row by row, in single precision: what a preconditioner needs.
+//! Sparse matrices of single numbers, row by row, in single precision, for preconditioners.
 
 use rayon::prelude::*;
 

@@ -11,7 +11,7 @@ pub(super) struct Dense {
 }
 
 impl Dense {
-    /// Of the symmetric matrix with these rows.
+    /// The factor of the symmetric matrix with these rows.
     pub fn new(n: usize, mut a: Vec<f64>) -> Self {
         for j in 0..n {
             let original = a[j * n + j];

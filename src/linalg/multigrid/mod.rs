@@ -11,7 +11,7 @@
 //! A coarse level solves by two steps of a residual-minimising iteration, each preconditioned by its own cycle. This
 //! costs little, because levels shrink fast, and keeps the iterations from growing with their number.
 //!
-//! In single precision, on the matrix scaled to a diagonal of one: it only preconditions.
+//! It preconditions only: it works in single precision, on the matrix scaled to a unit diagonal.
 
 mod aggregate;
 mod csr;
@@ -44,7 +44,7 @@ pub(super) struct Hierarchy {
 struct Level {
     a: Csr,
     inverse_diagonal: Vec<f32>,
-    /// To this level from the next coarser one, and back; empty on the coarsest.
+    /// Prolongation from the next coarser level and restriction to it; empty on the coarsest.
     prolongation: Csr,
     restriction: Csr,
     room: Workspace,
@@ -76,7 +76,7 @@ impl Workspace {
 }
 
 impl Hierarchy {
-    /// For a matrix that is about symmetric and positive, up to rows without couplings.
+    /// The hierarchy of a matrix that is nearly symmetric and positive definite; rows without couplings may be anything.
     pub fn new(mut a: Csr) -> Self {
         let scaling = scale(&mut a);
         let mut smooth = smooth(&scaling);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// At most this many blocks.
 const BLOCKS: usize = 8;
 
-/// No block is smaller.
+/// Least size of a block.
 const SMALLEST: usize = 4096;
 
 /// Rows per block.

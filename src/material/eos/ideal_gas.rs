@@ -34,7 +34,7 @@ impl EquationOfState for IdealGas {
 mod tests {
     use super::IdealGas;
     use crate::material::eos::EquationsOfState;
-    use crate::material::testing::{Sample, check_law, fluid};
+    use crate::material::testing::{TestParticle, check_law, fluid};
     use crate::material::{PointLaw, StartState};
     use crate::math::Tensor;
 
@@ -52,7 +52,7 @@ mod tests {
     #[test]
     fn sound_speed_of_air() {
         let law = fluid(1.2, GAS);
-        let mut sample = Sample::new(&law, start());
+        let mut sample = TestParticle::new(&law, start());
         sample.step(&law, Tensor::ZERO, 1e-6);
         assert!((sample.signal[0] - (1.4f64 * 1e5 / 1.2).sqrt()).abs() < 1e-9);
     }
@@ -62,7 +62,7 @@ mod tests {
     fn isentrope_converges_with_second_order() {
         let law = fluid(1.2, GAS);
         let error = |steps: usize| {
-            let mut sample = Sample::new(&law, start());
+            let mut sample = TestParticle::new(&law, start());
             let ratio = 2f64.powf(-1.0 / (3.0 * steps as f64));
             for _ in 0..steps {
                 sample.step(&law, Tensor::identity() * ratio.ln(), 1.0);

@@ -34,7 +34,7 @@ mod tests {
     use super::Linear;
     use crate::material::StartState;
     use crate::material::eos::EquationsOfState;
-    use crate::material::testing::{Sample, check_law, fluid};
+    use crate::material::testing::{TestParticle, check_law, fluid};
     use crate::math::Tensor;
 
     #[test]
@@ -50,7 +50,7 @@ mod tests {
     fn tension_ends_at_the_strength() {
         let eos = Linear { sound_speed: 30.0, tensile_strength: 500.0 };
         let law = fluid(1000.0, EquationsOfState::Linear(eos));
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         sample.step(&law, Tensor::identity() * 1e-4, 1.0);
         let exact = 900.0 * 1000.0 * ((-3e-4f64).exp() - 1.0);
         assert!((sample.pressure[0] - exact).abs() < 1e-6, "{} {exact}", sample.pressure[0]);

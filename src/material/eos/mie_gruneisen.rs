@@ -82,7 +82,7 @@ impl EquationOfState for MieGruneisen {
 mod tests {
     use super::{MieGruneisen, Tension};
     use crate::material::eos::{EquationOfState, EquationsOfState};
-    use crate::material::testing::{Sample, check_law, fluid};
+    use crate::material::testing::{TestParticle, check_law, fluid};
     use crate::material::{Fluid, StartState};
     use crate::math::Tensor;
 
@@ -127,7 +127,7 @@ mod tests {
     fn stretched_water_bears_nothing() {
         for tension in [Tension::None, Tension::Limited] {
             let law = liquid(tension);
-            let mut sample = Sample::new(&law, StartState::default());
+            let mut sample = TestParticle::new(&law, StartState::default());
             sample.step(&law, Tensor::identity() * 1e-3, 1.0);
             assert_eq!((sample.pressure[0], sample.energy[0]), (0.0, 0.0));
             assert!((sample.signal[0] / 1647.0 - 1.0).abs() < 0.01);

@@ -27,7 +27,7 @@ pub use polynomial::Polynomial;
 pub use stiffened_gas::StiffenedGas;
 pub use tait::Tait;
 
-use super::flow::{self, Flow};
+use super::flow::{self, FlowProperties};
 use super::{PointBatch, StartState};
 use crate::math::nearest_root;
 use crate::registry;
@@ -109,7 +109,7 @@ pub trait EquationOfState: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// The state at the start for what the case prescribes: a liquid, which rests at η = 0, E = 0.
+    /// The initial state for the values that the case prescribes: a liquid, which rests at η = 0, E = 0.
     ///
     /// # Errors
     /// A sentence that says why there is no such state.
@@ -118,7 +118,7 @@ pub trait EquationOfState: std::fmt::Debug + Send + Sync {
     }
 
     /// Advances a batch. Provided so that each equation of state has its own compiled loop.
-    fn advance(&self, flow: &Flow, batch: &mut PointBatch<'_>) {
+    fn advance(&self, flow: &FlowProperties, batch: &mut PointBatch<'_>) {
         flow::advance(self, flow, batch);
     }
 }

@@ -43,7 +43,7 @@ mod tests {
     use super::StiffenedGas;
     use crate::material::StartState;
     use crate::material::eos::EquationsOfState;
-    use crate::material::testing::{Sample, check_law, fluid};
+    use crate::material::testing::{TestParticle, check_law, fluid};
     use crate::math::Tensor;
 
     const WATER: EquationsOfState =
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn isentrope() {
         let law = fluid(1000.0, WATER);
-        let mut sample = Sample::new(&law, StartState::default());
+        let mut sample = TestParticle::new(&law, StartState::default());
         for _ in 0..400 {
             sample.step(&law, Tensor::identity() * (0.9f64.ln() / 1200.0), 1.0);
         }

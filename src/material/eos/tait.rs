@@ -2,7 +2,7 @@
 
 use super::{Coefficients, EquationOfState};
 use crate::material::PointBatch;
-use crate::material::flow::{self, Flow};
+use crate::material::flow::{self, FlowProperties};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ impl EquationOfState for Tait {
         -self.tensile_strength
     }
 
-    fn advance(&self, flow: &Flow, batch: &mut PointBatch<'_>) {
+    fn advance(&self, flow: &FlowProperties, batch: &mut PointBatch<'_>) {
         if self.exponent == 7.0 {
             flow::advance(&Water(self), flow, batch);
         } else {

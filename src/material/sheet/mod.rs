@@ -165,7 +165,7 @@ impl<T: Smooth> Task for SmoothLanes<'_, T> {
     }
 }
 
-/// How a sheet law is written.
+/// Formulation of a sheet law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SheetKind {
     /// Stress rate from strain rate in the co-rotational frame (the paper).

@@ -1,6 +1,6 @@
 //! The functions that formulas know.
 
-/// A function of one argument, and what it asks of its argument's dimension.
+/// A function of one argument, and the rule for the dimension of its argument.
 #[derive(Clone, Copy)]
 pub(super) struct Function {
     pub name: &'static str,

@@ -15,7 +15,7 @@ pub(crate) trait Lanes: Copy {
     fn splat(value: f64) -> Self;
     /// From memory.
     fn load(from: &[f64; WIDTH]) -> Self;
-    /// To memory.
+    /// Stores the lanes.
     fn store(self, to: &mut [f64; WIDTH]);
     /// Sum.
     fn add(self, other: Self) -> Self;

@@ -4,11 +4,11 @@ use super::BuildMesh;
 use super::carve::{Block, carve, planes};
 use super::graded::lines;
 use super::planar::{bounded, triangulate};
-use super::size::{Refined, Size};
+use super::size::{Refined, SizeField};
 use crate::error::Diagnostic;
 use crate::geometry::{Region, Shape};
 use crate::math::Vector;
-use crate::mesh::{Cut, Mesh, side_names};
+use crate::mesh::{CellCut, Mesh, side_names};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -27,9 +27,9 @@ pub struct BoxMesh {
     /// Edge length of the elements away from refined regions [m].
     #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
     pub cell: f64,
-    /// How elements are laid.
+    /// Pattern of the elements.
     #[serde(default)]
-    pub pattern: Pattern,
+    pub pattern: CellPattern,
     /// Growth of the edge length with the distance from a refined region. An error of second order falls by four if
     /// all lengths and this are halved: with the same growth, elements at a distance stay as they are.
     #[serde(default = "growth")]
@@ -47,10 +47,10 @@ fn growth() -> f64 {
     0.2
 }
 
-/// How the elements of a box are laid.
+/// Patterns of the elements of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Pattern {
+pub enum CellPattern {
     /// `mirrored`, but `free` in 2D where regions are refined or there are holes.
     #[default]
     Auto,
@@ -98,10 +98,10 @@ impl BuildMesh for BoxMesh {
         let size = self.size(base_dir, 2)?;
         let graded = !(self.refine.is_empty() && self.holes.is_empty());
         let cut = match self.pattern {
-            Pattern::Auto if graded => None,
-            Pattern::Auto | Pattern::Mirrored => Some(Cut::Mirrored),
-            Pattern::Parallel => Some(Cut::Parallel),
-            Pattern::Free => None,
+            CellPattern::Auto if graded => None,
+            CellPattern::Auto | CellPattern::Mirrored => Some(CellCut::Mirrored),
+            CellPattern::Parallel => Some(CellCut::Parallel),
+            CellPattern::Free => None,
         };
         if let Some(cut) = cut {
             self.no_holes("leave `pattern` out, or say `pattern = \"free\"`")?;
@@ -123,9 +123,9 @@ impl BuildMesh for BoxMesh {
     fn tetrahedra(&self, base_dir: &Path) -> Result<Mesh<3, 4>, Diagnostic> {
         let (lower, upper) = self.corners::<3>()?;
         let cut = match self.pattern {
-            Pattern::Auto | Pattern::Mirrored => Cut::Mirrored,
-            Pattern::Parallel => Cut::Parallel,
-            Pattern::Free => {
+            CellPattern::Auto | CellPattern::Mirrored => CellCut::Mirrored,
+            CellPattern::Parallel => CellCut::Parallel,
+            CellPattern::Free => {
                 return Err(Diagnostic::error("pattern", "`free` is for 2D")
                     .help("use `mirrored`, or make the mesh with Gmsh, `shape = \"file\"`"));
             }
@@ -149,7 +149,7 @@ impl BoxMesh {
     /// Says where a box of a lattice is no whole number of cells, and how long they are instead.
     pub(super) fn adjusted(&self) -> Option<String> {
         let graded = !(self.refine.is_empty() && self.holes.is_empty());
-        if graded || self.pattern == Pattern::Free {
+        if graded || self.pattern == CellPattern::Free {
             return None;
         }
         let axes = self.lower.iter().zip(&self.upper).zip(["x", "y", "z"]);
@@ -179,7 +179,7 @@ impl BoxMesh {
         }
     }
 
-    fn size(&self, base_dir: &Path, dimension: usize) -> Result<Size, Diagnostic> {
+    fn size(&self, base_dir: &Path, dimension: usize) -> Result<SizeField, Diagnostic> {
         let growth = positive("growth", self.growth)?;
         let refined = |key: String, shape: &Shape, cell: f64, own: Option<f64>| {
             let region = shape.build(base_dir, dimension).map_err(|why| within(&format!("{key}.region"), why))?;
@@ -194,7 +194,7 @@ impl BoxMesh {
             .enumerate()
             .filter_map(|(i, hole)| hole.cell.map(|cell| refined(format!("holes[{i}]"), &hole.region, cell, None)));
         let refined = regions.chain(holes).collect::<Result<_, Diagnostic>>()?;
-        Ok(Size { coarse: positive("cell", self.cell)?, refined })
+        Ok(SizeField { coarse: positive("cell", self.cell)?, refined })
     }
 
     /// The holes of a box in 3D, which a lattice can follow if they are boxes, too.

@@ -1,25 +1,25 @@
 //! The boundary of a plane domain as a closed chain of nodes: corners are kept, curves are followed.
 
-use super::size::Size;
+use super::size::SizeField;
 use crate::geometry::{Edge, Region};
 use crate::math::Vector;
 use std::collections::HashMap;
 
 /// Nodes on the boundary and the segments between them.
-pub struct Boundary {
+pub struct BoundaryPoints {
     pub nodes: Vec<Vector<2>>,
     pub segments: Vec<[u32; 2]>,
-    places: Places,
+    places: PointIndex,
 }
 
 /// Nodes by the square that they lie in, so that outlines of many corners close in linear time.
-struct Places {
+struct PointIndex {
     /// Within this distance places are one [m]; the edge of the squares.
     near: f64,
     squares: HashMap<[i64; 2], Vec<u32>>,
 }
 
-impl Places {
+impl PointIndex {
     fn square(&self, x: Vector<2>) -> [i64; 2] {
         x.0.map(|x| (x / self.near).floor() as i64)
     }
@@ -37,19 +37,19 @@ impl Places {
     }
 }
 
-impl Boundary {
+impl BoundaryPoints {
     /// Follows the outline of a region with nodes spaced by `size`.
-    pub fn of(region: &Region, size: &Size) -> Result<Self, String> {
+    pub fn of(region: &Region, size: &SizeField) -> Result<Self, String> {
         let edges = region.outline()?;
         let reach = edges.iter().flat_map(|e| [e.at(0.0), e.at(1.0)]).map(|x| x.norm()).fold(0.0, f64::max);
-        let places = Places { near: 1e-9 * reach.max(size.finest()), squares: HashMap::new() };
+        let places = PointIndex { near: 1e-9 * reach.max(size.finest()), squares: HashMap::new() };
         let mut boundary = Self { nodes: Vec::new(), segments: Vec::new(), places };
         edges.iter().for_each(|edge| boundary.follow(edge, size));
         boundary.check()?;
         Ok(boundary)
     }
 
-    fn follow(&mut self, edge: &Edge, size: &Size) {
+    fn follow(&mut self, edge: &Edge, size: &SizeField) {
         let least = if edge.is_closed() { 8 } else { 1 };
         let chain = size.spread(|s| edge.at(s).to3(), least);
         let ends = [self.end(edge.at(0.0)), self.end(edge.at(1.0))];

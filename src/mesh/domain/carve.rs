@@ -22,7 +22,7 @@ pub fn planes(blocks: &[Block], lower: [f64; 3], upper: [f64; 3]) -> [Vec<f64>; 
 /// the name `names[k]`. `ends`: lower and upper end of the box along each axis [m].
 ///
 /// # Errors
-/// Nothing is left, or the rest is no mesh.
+/// No element is left, or the remaining elements make no mesh.
 pub fn carve(
     lattice: &Mesh<3, 4>,
     ends: [[f64; 2]; 3],

@@ -1,6 +1,6 @@
 //! Graded boxes: a lattice whose planes are close where a refined region is, along each axis by itself.
 
-use super::size::{Refined, Size, too_many};
+use super::size::{Refined, SizeField, too_many};
 use crate::geometry::Region;
 
 /// The planes of the lattice between two corners [m]; those of `fixed` are among them. A refined region asks for
@@ -12,18 +12,18 @@ pub fn lines<const D: usize>(
     lower: [f64; D],
     upper: [f64; D],
     fixed: [Vec<f64>; D],
-    size: &Size,
+    size: &SizeField,
 ) -> Result<[Vec<f64>; D], String> {
     let per_cell = if D == 2 { 2.0 } else { 6.0 };
     let cells = |axis: usize| {
-        let along = Size { coarse: size.coarse, refined: slabs(size, axis) };
+        let along = SizeField { coarse: size.coarse, refined: slabs(size, axis) };
         along.count(|s| [lower[axis] + s * (upper[axis] - lower[axis]), 0.0, 0.0]).max(1.0)
     };
     if let Some(why) = too_many(per_cell * (0..D).map(cells).product::<f64>()) {
         return Err(why);
     }
     Ok(std::array::from_fn(|axis| {
-        let along = Size { coarse: size.coarse, refined: slabs(size, axis) };
+        let along = SizeField { coarse: size.coarse, refined: slabs(size, axis) };
         let ends = fixed[axis].iter().copied().chain([upper[axis]]);
         let mut line = vec![lower[axis]];
         for end in ends {
@@ -38,7 +38,7 @@ pub fn lines<const D: usize>(
 }
 
 /// The extent of each refined region along one axis, turned onto the first.
-fn slabs(size: &Size, axis: usize) -> Vec<Refined> {
+fn slabs(size: &SizeField, axis: usize) -> Vec<Refined> {
     let slab = |refined: &Refined| {
         let bounds = refined.region.bounds();
         let mut lower = [f64::NEG_INFINITY; 3];

@@ -17,7 +17,7 @@ mod planar;
 mod relax;
 mod size;
 
-pub use block::{BoxMesh, Hole, Pattern, Refinement};
+pub use block::{BoxMesh, CellPattern, Hole, Refinement};
 pub use file::MeshFile;
 
 use super::Mesh;
@@ -40,7 +40,7 @@ pub trait BuildMesh {
 }
 
 impl DomainMesh {
-    /// How its elements differ from what was asked for, as a sentence.
+    /// The difference between its elements and the requested ones, as a sentence.
     pub fn adjusted(&self) -> Option<String> {
         match self {
             Self::BoxMesh(mesh) => mesh.adjusted(),

@@ -1,9 +1,9 @@
 //! Triangles in a plane region: nodes along the outline, a hexagonal lattice thinned to the wanted size
 //! inside, evened out by springs, and the Delaunay triangulation that keeps the outline.
 
-use super::boundary::Boundary;
+use super::boundary::BoundaryPoints;
 use super::relax::{Site, relax, sites};
-use super::size::{Size, too_many};
+use super::size::{SizeField, too_many};
 use crate::geometry::Region;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -17,8 +17,8 @@ const MOST: f64 = 2e8;
 ///
 /// # Errors
 /// An outline that touches itself, no room for an element; [`bounded`] finds a size too small for the region.
-pub fn triangulate(region: &Region, size: &Size) -> Result<Mesh<2, 3>, String> {
-    let boundary = Boundary::of(region, size)?;
+pub fn triangulate(region: &Region, size: &SizeField) -> Result<Mesh<2, 3>, String> {
+    let boundary = BoundaryPoints::of(region, size)?;
     let fixed = boundary.nodes.len();
     let mut points = boundary.nodes;
     points.extend(seeds(region, size)?);
@@ -33,7 +33,7 @@ pub fn triangulate(region: &Region, size: &Size) -> Result<Mesh<2, 3>, String> {
 ///
 /// # Errors
 /// It is; nothing has been stored yet.
-pub fn bounded(region: &Region, size: &Size) -> Result<(), String> {
+pub fn bounded(region: &Region, size: &SizeField) -> Result<(), String> {
     const SAMPLES: usize = 256;
     let (bounds, finest) = (region.bounds(), size.finest());
     let extent = [0, 1].map(|i| bounds.upper[i] - bounds.lower[i]);
@@ -51,7 +51,7 @@ pub fn bounded(region: &Region, size: &Size) -> Result<(), String> {
 }
 
 /// A hexagonal lattice at the finest size, each place kept with the probability (finest/h)².
-fn seeds(region: &Region, size: &Size) -> Result<Vec<Vector<2>>, String> {
+fn seeds(region: &Region, size: &SizeField) -> Result<Vec<Vector<2>>, String> {
     let (bounds, finest) = (region.bounds(), size.finest());
     let row = finest * 0.75f64.sqrt();
     let count = [0, 1].map(|i| (bounds.upper[i] - bounds.lower[i]) / [finest, row][i]);

@@ -6,7 +6,7 @@
 //! f = max(l_0 − l, 0),   l_0 = 1.2 h(x_mid) √(Σ l² / Σ h²),   x ← x + 0.2 Σ f
 //! ```
 
-use super::size::Size;
+use super::size::SizeField;
 use crate::geometry::Region;
 use crate::math::Vector;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
@@ -32,7 +32,7 @@ pub fn sites(points: &[Vector<2>]) -> Vec<Site> {
 }
 
 /// Moves all points but the first `fixed` to even spacing.
-pub fn relax(points: &mut Vec<Vector<2>>, fixed: usize, region: &Region, size: &Size) -> Result<(), String> {
+pub fn relax(points: &mut Vec<Vector<2>>, fixed: usize, region: &Region, size: &SizeField) -> Result<(), String> {
     const ROUNDS: usize = 60;
     for round in 0..ROUNDS {
         let springs = springs(points, region)?;
@@ -70,7 +70,7 @@ fn springs(points: &[Vector<2>], region: &Region) -> Result<Vec<[u32; 2]>, Strin
     Ok(springs)
 }
 
-fn forces(points: &[Vector<2>], springs: &[[u32; 2]], size: &Size) -> Vec<Vector<2>> {
+fn forces(points: &[Vector<2>], springs: &[[u32; 2]], size: &SizeField) -> Vec<Vector<2>> {
     let wanted: Vec<f64> =
         springs.iter().map(|&[a, b]| size.at(((points[a as usize] + points[b as usize]) * 0.5).to3())).collect();
     let length = |[a, b]: [u32; 2]| (points[b as usize] - points[a as usize]).norm();
@@ -105,7 +105,7 @@ fn inside(mut x: Vector<2>, region: &Region, margin: f64) -> Vector<2> {
 }
 
 /// Removes the free end of every edge that is shorter than half the wanted size.
-fn drop_crowded(points: &mut Vec<Vector<2>>, fixed: usize, springs: &[[u32; 2]], size: &Size) {
+fn drop_crowded(points: &mut Vec<Vector<2>>, fixed: usize, springs: &[[u32; 2]], size: &SizeField) {
     let mut drop = vec![false; points.len()];
     for &[a, b] in springs {
         let (x, y) = (points[a as usize], points[b as usize]);

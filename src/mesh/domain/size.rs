@@ -1,4 +1,4 @@
-//! How large elements should be where.
+//! Size field: the wanted size of elements at each place.
 
 use crate::geometry::Region;
 use crate::memory;
@@ -21,7 +21,7 @@ pub fn too_many(count: f64) -> Option<String> {
 }
 
 /// The element size h(x).
-pub struct Size {
+pub struct SizeField {
     /// Away from all refined regions [m].
     pub coarse: f64,
     /// Regions with smaller elements.
@@ -38,7 +38,7 @@ pub struct Refined {
     pub growth: f64,
 }
 
-impl Size {
+impl SizeField {
     /// The size at `x` [m].
     pub fn at(&self, x: [f64; 3]) -> f64 {
         let near = |near: &Refined| near.cell + near.growth * near.region.signed_distance(x).max(0.0);

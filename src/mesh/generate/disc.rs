@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::path::Path;
 
-/// How far the middle square bulges: 0 leaves a square, 1 makes a circle with flat corners.
+/// Bulge of the middle square: 0 leaves a square, 1 makes a circle with flat corners.
 const BULGE: f64 = 0.5;
 
 /// A flat disc. Its rim is `edges`, its middle node `center`.

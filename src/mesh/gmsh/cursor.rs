@@ -8,12 +8,12 @@ pub struct GmshError {
     /// The problem, and advice.
     pub message: String,
     /// Its place.
-    pub place: Place,
+    pub place: FilePlace,
 }
 
 /// A place in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePlace {
     /// The file as a whole.
     File,
     /// A line, counted from 1.
@@ -25,9 +25,9 @@ pub enum Place {
 impl fmt::Display for GmshError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.place {
-            Place::File => write!(f, "{}", self.message),
-            Place::Line(line) => write!(f, "line {line}: {}", self.message),
-            Place::Byte(byte) => write!(f, "byte {byte}: {}", self.message),
+            FilePlace::File => write!(f, "{}", self.message),
+            FilePlace::Line(line) => write!(f, "line {line}: {}", self.message),
+            FilePlace::Byte(byte) => write!(f, "byte {byte}: {}", self.message),
         }
     }
 }
@@ -56,9 +56,9 @@ impl<'a> Cursor<'a> {
     pub fn fail<T>(&self, message: impl Into<String>) -> Result<T, GmshError> {
         let at = self.at.min(self.bytes.len());
         let place = if self.binary {
-            Place::Byte(at)
+            FilePlace::Byte(at)
         } else {
-            Place::Line(1 + self.bytes[..at].iter().filter(|&&b| b == b'\n').count())
+            FilePlace::Line(1 + self.bytes[..at].iter().filter(|&&b| b == b'\n').count())
         };
         Err(GmshError { message: message.into(), place })
     }
@@ -209,7 +209,7 @@ impl<'a> Cursor<'a> {
         Ok([self.real()?, self.real()?, self.real()?])
     }
 
-    /// A count of things that take `least` bytes each, checked against what is left of the file.
+    /// A count of entries of at least `least` bytes each, checked against the rest of the file.
     pub fn checked_count(&self, count: i64, least: usize) -> Result<usize, GmshError> {
         let left = self.rest().len();
         match usize::try_from(count) {

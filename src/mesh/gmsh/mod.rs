@@ -8,7 +8,7 @@ mod select;
 mod version2;
 mod version4;
 
-pub use cursor::{GmshError, Place};
+pub use cursor::{FilePlace, GmshError};
 
 use crate::input;
 use crate::math::Vector;
@@ -121,8 +121,8 @@ impl CellKind {
 /// # Errors
 /// Unreadable, torn, of another version, or with elements that are not read; with line or byte.
 pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
-    let bytes =
-        input::read(path).map_err(|why| GmshError { message: format!("can't be read: {why}"), place: Place::File })?;
+    let bytes = input::read(path)
+        .map_err(|why| GmshError { message: format!("can't be read: {why}"), place: FilePlace::File })?;
     parse(&bytes)
 }
 
@@ -167,7 +167,7 @@ pub fn parse(bytes: &[u8]) -> Result<GmshMesh, GmshError> {
     }
     for needed in ["Nodes", "Elements"] {
         if !sections.iter().any(|name| name == needed) {
-            return Err(GmshError { message: format!("the file has no ${needed}"), place: Place::File });
+            return Err(GmshError { message: format!("the file has no ${needed}"), place: FilePlace::File });
         }
     }
     Ok(builder.finish())
@@ -254,7 +254,8 @@ impl Builder {
     fn cell<'a>(
         &mut self,
         cursor: &mut Cursor<'a>,
-        (kind, own): (CellKind, i64),
+        kind: CellKind,
+        own: i64,
         membership: u32,
         number: impl Fn(&mut Cursor<'a>) -> Result<i64, GmshError>,
     ) -> Result<(), GmshError> {

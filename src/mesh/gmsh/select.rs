@@ -1,7 +1,7 @@
 //! The elements of a physical group as the mesh of a membrane.
 
 use super::{Cell, GmshMesh};
-use crate::mesh::{Facets, Numbers};
+use crate::mesh::{Facets, FileNumbers};
 use hashbrown::HashSet;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -78,7 +78,7 @@ impl GmshMesh {
             }
         }
         let sets = sets.into_iter().map(|(name, nodes)| (name, nodes.into_iter().collect())).collect();
-        let numbers = Numbers {
+        let numbers = FileNumbers {
             nodes: used.iter().map(|&n| self.numbers[n as usize]).collect(),
             elements: cells.iter().map(|cell| cell.number).collect(),
         };

@@ -43,7 +43,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
             if cursor.is_binary() {
                 own = cursor.integer()?;
             }
-            element(cursor, builder, (kind, own), tags)?;
+            element(cursor, builder, kind, own, tags)?;
         }
         left -= block;
     }
@@ -59,7 +59,8 @@ fn kind(cursor: &mut Cursor<'_>) -> Result<CellKind, GmshError> {
 fn element(
     cursor: &mut Cursor<'_>,
     builder: &mut Builder,
-    kind: (CellKind, i64),
+    kind: CellKind,
+    own: i64,
     tags: usize,
 ) -> Result<(), GmshError> {
     let mut physical = 0;
@@ -70,5 +71,5 @@ fn element(
         }
     }
     let membership = builder.membership(if physical == 0 { Vec::new() } else { vec![physical] });
-    builder.cell(cursor, kind, membership, Cursor::integer)
+    builder.cell(cursor, kind, own, membership, Cursor::integer)
 }

@@ -122,7 +122,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
         for _ in 0..count {
             let own = cursor.long()?;
             promise.count(cursor, own)?;
-            builder.cell(cursor, (kind, own), membership, Cursor::long)?;
+            builder.cell(cursor, kind, own, membership, Cursor::long)?;
         }
     }
     promise.keep(cursor)

@@ -50,7 +50,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         for group in file.groups.iter().filter(|group| group.dimension + 1 == D) {
             let cells = file.cells_of(Some(&group.name), group.dimension).unwrap_or_default();
             let own = cells.iter().map(|cell| ascending(cell.nodes().iter().filter_map(&index).collect()));
-            // Facets with nodes that the elements don't use belong to what was not chosen of the file.
+            // Facets with nodes that the elements don't use belong to parts of the file that were not chosen.
             let own: Vec<Vec<u32>> = own.filter(|nodes| nodes.len() == D).collect();
             let mut facets: Vec<Facet> = own.iter().filter_map(|nodes| known.get(nodes).copied()).collect();
             facets.sort_unstable();

@@ -4,9 +4,9 @@
 use super::{Facet, Mesh};
 use crate::math::Vector;
 
-/// Along which diagonals the cells of a lattice are cut.
+/// Diagonals along which the cells of a lattice are cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cut {
+pub enum CellCut {
     /// All alike, from the lowest corner to the highest.
     Parallel,
     /// Mirrored from cell to cell, so that no direction is preferred and a lattice with an even number of
@@ -41,7 +41,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
         let line = |i: usize| -> Vec<f64> {
             (0..=cells[i]).map(|n| lower[i] + (upper[i] - lower[i]) * (n as f64 / cells[i] as f64)).collect()
         };
-        Self::lattice(&std::array::from_fn(line), Cut::Parallel)
+        Self::lattice(&std::array::from_fn(line), CellCut::Parallel)
     }
 
     /// The box whose nodes lie where the planes `lines` [m] (ascending, per axis) meet. Its sides are the sets
@@ -49,7 +49,7 @@ impl<const D: usize, const N: usize> Mesh<D, N> {
     ///
     /// # Errors
     /// Fewer than two planes along an axis, planes that do not ascend, more nodes than numbers of 32 bits can name.
-    pub fn lattice(lines: &[Vec<f64>; D], cut: Cut) -> Result<Self, String> {
+    pub fn lattice(lines: &[Vec<f64>; D], cut: CellCut) -> Result<Self, String> {
         let cells = std::array::from_fn(|i| lines[i].len().saturating_sub(1));
         count(cells)?;
         if lines.iter().flat_map(|line| line.windows(2)).any(|pair| pair[0] >= pair[1]) {
@@ -85,8 +85,8 @@ pub fn side_names<const D: usize>(axis: usize) -> [&'static str; 2] {
 }
 
 /// The simplices of a cell, as places in the grid of nodes.
-fn paths<const D: usize, const N: usize>(cell: [usize; D], cut: Cut) -> impl Iterator<Item = [[usize; D]; N]> {
-    let mirrored = cell.map(|index| cut == Cut::Mirrored && index % 2 == 1);
+fn paths<const D: usize, const N: usize>(cell: [usize; D], cut: CellCut) -> impl Iterator<Item = [[usize; D]; N]> {
+    let mirrored = cell.map(|index| cut == CellCut::Mirrored && index % 2 == 1);
     let turned = mirrored.iter().filter(|&&m| m).count() % 2 == 1;
     ORDERS.iter().filter(|(order, _)| order[D..].iter().all(|&axis| axis >= D)).map(move |(order, even)| {
         let mut corner: [usize; D] = std::array::from_fn(|i| cell[i] + mirrored[i] as usize);

@@ -1,4 +1,4 @@
-//! In which element does a point lie? A directed walk from a guess, and bins where the walk ends at a boundary.
+//! Point location: a directed walk from a guess, and bins if the walk ends at a boundary.
 
 use super::{Facet, Mesh};
 use crate::math::Vector;

@@ -11,7 +11,7 @@ mod lattice;
 mod locate;
 mod topology;
 
-pub use lattice::{Cut, side_names};
+pub use lattice::{CellCut, side_names};
 pub use locate::{Location, Locator};
 pub use topology::Facet;
 
@@ -28,7 +28,7 @@ pub struct Mesh<const D: usize, const N: usize> {
     topology: Topology<N>,
     /// Named sets of boundary facets (physical groups of a Gmsh file).
     pub sets: BTreeMap<String, Vec<Facet>>,
-    /// How many facets of a physical group lie inside the mesh, where there are any.
+    /// Number of facets inside the mesh by physical group, for groups that have any.
     pub inner: BTreeMap<String, usize>,
     /// Nodes of the file that no element uses [m]: they were left out.
     pub isolated: Vec<Vector<D>>,

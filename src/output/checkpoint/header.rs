@@ -1,4 +1,4 @@
-//! The text header: what it says, and how it is read without trusting it.
+//! The text header: contents, and a reader that checks everything.
 
 use super::{ALIGNMENT, BLOCK, FORMAT};
 use std::fmt::Write as _;
@@ -153,7 +153,7 @@ fn checksum(start: &str, text: &[u8]) -> u32 {
     crc.finalize()
 }
 
-/// The first line of a file: what it says about the rest of the header.
+/// The first line of a file: format, length and checksum of the rest of the header.
 pub(super) struct FirstLine {
     /// Version of the format.
     pub format: u32,

@@ -34,7 +34,7 @@ const FORMAT: u32 = 1;
 const BLOCK: usize = 1 << 20;
 /// Columns start at multiples of this many bytes.
 const ALIGNMENT: u64 = 64;
-/// How many checkpoints are kept.
+/// Number of checkpoints that are kept.
 const GENERATIONS: usize = 2;
 /// The extension of checkpoint files.
 const EXTENSION: &str = "checkpoint";

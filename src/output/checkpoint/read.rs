@@ -37,7 +37,7 @@ pub(super) struct Reader<R> {
 impl Reader<BufReader<File>> {
     /// Opens a file and reads its header.
     pub fn open(path: &Path) -> Result<Self, Trouble> {
-        // Whoever opens a pipe waits for its other end.
+        // Opening a pipe would wait for its other end.
         let bytes = input::length(path).map_err(|error| match error.kind() {
             io::ErrorKind::InvalidInput | io::ErrorKind::IsADirectory => Trouble::Damaged(error.to_string()),
             _ => Trouble::Io(error),

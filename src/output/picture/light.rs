@@ -15,7 +15,7 @@ use std::f32::consts::TAU;
 const SAMPLES: usize = 14;
 /// Turns of their pattern.
 const TURNS: usize = 16;
-/// How dark full occlusion is.
+/// Darkness of full occlusion.
 const STRENGTH: f32 = 1.1;
 /// Light from everywhere, from the main lamp, and from the lamp at the other side.
 const AMBIENT: f32 = 0.56;
@@ -124,7 +124,7 @@ impl Shade {
 
 /// [`to_linear`] and [`srgb`] in tables: powers of every channel of every pixel would take most of the time of a picture.
 struct Tones {
-    /// Of each tone, its light.
+    /// Linear intensity of each sRGB value.
     linear: [f32; 256],
     /// The least light that has at least each tone; [`srgb`] grows with it.
     least: [f32; 256],
@@ -177,7 +177,7 @@ fn srgb(c: f32) -> u8 {
 mod tests {
     use super::*;
 
-    /// The tables say what the powers say, next to where tones change, too.
+    /// The tables agree with the power functions, also next to the places where tones change.
     #[test]
     fn tones_are_those_of_the_powers() {
         let tones = Tones::new();

@@ -17,7 +17,7 @@ pub use spec::{CutSpec, FrameSpec, FrameWord, MeshLines, PictureSpec};
 
 use super::atomic::create_directory;
 use super::component::Component;
-use super::history::{History, Table};
+use super::history::{History, HistoryTable};
 use super::image::Image;
 use super::label::{UnitLabels, file_name};
 use super::set::{Quantity, Set, Start, expected};
@@ -27,7 +27,7 @@ use crate::simulation::{Monitor, Snapshot};
 use annotate::{Notes, annotate};
 use camera::{Camera, Seen};
 use light::Lamps;
-use raster::{Buffer, Finish, Outlook, Shape, Solid};
+use raster::{Buffer, Finish, ImplicitSolid, Outlook, Primitive};
 use scene::Scene;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ use std::sync::{Mutex, PoisonError};
 const SUPERSAMPLING: usize = 2;
 /// Pictures of this height have one pixel per logical pixel.
 const LOGICAL_HEIGHT: f64 = 960.0;
-/// How far shade reaches, relative to the height of the picture.
+/// Reach of ambient occlusion, relative to the height of the picture.
 const SHADE: f64 = 0.022;
 /// Obstacles and outlines.
 const OBSTACLE: [u8; 3] = [0xb9, 0xbc, 0xc2];
@@ -47,17 +47,17 @@ const OUTLINE: [u8; 3] = [0xcf, 0xcf, 0xcf];
 pub type Corners = [[f64; 3]; 2];
 
 /// Something rigid that stands in a picture and is not in the snapshots.
-pub trait Obstacle: Send + Sync {
+pub trait PictureObstacle: Send + Sync {
     /// Signed distance [m] of a point from its surface, where that is at the start.
     fn distance(&self, x: [f64; 3]) -> f64;
 
-    /// How far it has moved [m] at a time [s].
+    /// Displacement [m] at a time [s].
     fn displacement(&self, t: f64) -> [f64; 3];
 }
 
 /// An obstacle, and what was seen of it last, with how far it had moved then [m]: most obstacles rest, and lines of sight take long.
-struct Standing {
-    solid: Box<dyn Obstacle>,
+struct DrawnObstacle {
+    solid: Box<dyn PictureObstacle>,
     seen: Mutex<Option<([f64; 3], Outlook)>>,
 }
 
@@ -67,7 +67,7 @@ pub struct Picture {
     camera: Camera,
     frame: Corners,
     starts: BTreeMap<String, Start>,
-    obstacles: Vec<Standing>,
+    obstacles: Vec<DrawnObstacle>,
     directory: PathBuf,
     index: History,
     count: usize,
@@ -123,8 +123,8 @@ impl Picture {
 
     /// Adds something that is not in the snapshots.
     #[must_use]
-    pub fn with_obstacle(mut self, obstacle: Box<dyn Obstacle>) -> Self {
-        self.obstacles.push(Standing { solid: obstacle, seen: Mutex::default() });
+    pub fn with_obstacle(mut self, obstacle: Box<dyn PictureObstacle>) -> Self {
+        self.obstacles.push(DrawnObstacle { solid: obstacle, seen: Mutex::default() });
         self
     }
 
@@ -162,7 +162,7 @@ impl Picture {
             let (moved, size) = (obstacle.solid.displacement(snapshot.time), [buffer.width, buffer.height]);
             if !seen.as_ref().is_some_and(|(place, outlook)| *place == moved && outlook.width == buffer.width) {
                 let distance = |x: [f64; 3]| obstacle.solid.distance(std::array::from_fn(|i| x[i] - moved[i]));
-                let solid = Solid { distance: &distance, frame: self.frame, depth: self.depth() };
+                let solid = ImplicitSolid { distance: &distance, frame: self.frame, depth: self.depth() };
                 *seen = Some((moved, Outlook::new(size, &solid, &self.camera)));
             }
             if let Some((_, outlook)) = &*seen {
@@ -191,7 +191,7 @@ impl Picture {
     }
 
     /// The edges of the frame, but those that would lie before the model.
-    fn outline(&self, dimension: usize, pixel: f64) -> Vec<Shape> {
+    fn outline(&self, dimension: usize, pixel: f64) -> Vec<Primitive> {
         let corner = |n: usize| std::array::from_fn(|i| self.frame[n >> i & 1][i]);
         let near = |n: usize| self.camera.see(corner(n)).near;
         let nearest = (0..8).max_by(|&a, &b| near(a).total_cmp(&near(b))).unwrap_or(0);
@@ -199,7 +199,7 @@ impl Picture {
         let behind = |&(a, b): &(usize, usize)| if dimension == 2 { b < 4 } else { a != nearest && b != nearest };
         let stroke = |(a, b)| {
             let ends = [corner(a), corner(b)].map(|x| self.camera.see(x));
-            Shape::Stroke { ends, radius: 0.7 * pixel, paint: [OUTLINE; 2] }
+            Primitive::Stroke { ends, radius: 0.7 * pixel, paint: [OUTLINE; 2] }
         };
         pairs.filter(behind).map(stroke).collect()
     }
@@ -233,7 +233,7 @@ impl Monitor for Picture {
 
     fn resume(&mut self, time: f64) -> Result<()> {
         self.index.resume(time)?;
-        let table = Table::read(self.index.path())?;
+        let table = HistoryTable::read(self.index.path())?;
         if let Some(times) = table.columns.first() {
             self.count = times.len();
             self.last_time = times.last().copied().unwrap_or(f64::NEG_INFINITY);

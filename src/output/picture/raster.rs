@@ -20,16 +20,16 @@ pub(super) struct Pixel {
     pub normal: [f32; 2],
     /// Colour without light.
     pub colour: Rgb,
-    /// How it is lit.
+    /// Its finish.
     pub finish: Finish,
 }
 
-/// How a surface is lit.
+/// Finish of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Finish {
     /// By the lamps.
     Lit,
-    /// Not at all: its colour is what is seen.
+    /// Unlit: its colour is shown as it is.
     Flat,
 }
 
@@ -49,7 +49,7 @@ pub(super) enum Paint {
 
 /// A thing to draw, in pixels.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Shape {
+pub(super) enum Primitive {
     /// A sphere (a disc when flat).
     Ball { centre: Seen, radius: f64, colour: Rgb, finish: Finish },
     /// A triangle. `edges[i]` is half the width of the line along the edge opposite to corner `i`; none where 0.
@@ -58,7 +58,7 @@ pub(super) enum Shape {
     Stroke { ends: [Seen; 2], radius: f64, paint: [Rgb; 2] },
 }
 
-/// An image of what is seen.
+/// The depth buffer: the nearest surface at each pixel.
 pub(super) struct Buffer {
     pub width: usize,
     pub height: usize,
@@ -75,7 +75,7 @@ impl Buffer {
     }
 
     /// Draws shapes; `table` has the colours of graded paint.
-    pub fn draw(&mut self, shapes: &[Shape], table: &[Rgb]) {
+    pub fn draw(&mut self, shapes: &[Primitive], table: &[Rgb]) {
         let bins = self.bins(shapes);
         let width = self.width;
         parallel::for_each_chunk(&mut self.pixels[..], width * BAND, |start, pixels| {
@@ -92,7 +92,7 @@ impl Buffer {
     /// Draws shapes that let the light through, over everything that is there already; `lit` gives the colour seen at a pixel.
     pub fn draw_veil(
         &mut self,
-        mut shapes: Vec<Shape>,
+        mut shapes: Vec<Primitive>,
         table: &[Rgb],
         opacity: f64,
         lit: impl Fn(&Pixel) -> Rgb + Sync,
@@ -115,8 +115,8 @@ impl Buffer {
         });
     }
 
-    /// Which shapes touch which band, in their order.
-    fn bins(&self, shapes: &[Shape]) -> Vec<Vec<usize>> {
+    /// The primitives that touch each band, in their order.
+    fn bins(&self, shapes: &[Primitive]) -> Vec<Vec<usize>> {
         let mut bins = vec![vec![]; self.height.div_ceil(BAND)];
         for (index, shape) in shapes.iter().enumerate() {
             let [top, bottom] = shape.rows();
@@ -128,7 +128,7 @@ impl Buffer {
         bins
     }
 
-    /// Draws what is seen of an obstacle.
+    /// Draws the visible surface of an obstacle.
     pub fn draw_obstacle(&mut self, outlook: &Outlook, colour: Rgb, finish: Finish) {
         let width = self.width;
         parallel::for_each_chunk(&mut self.pixels[..], width, |start, pixels| {
@@ -159,7 +159,7 @@ struct Hit {
 
 impl Outlook {
     /// The zero surface of an obstacle, found by stepping along each line of sight.
-    pub fn new([width, height]: [usize; 2], obstacle: &Solid<'_>, camera: &Camera) -> Self {
+    pub fn new([width, height]: [usize; 2], obstacle: &ImplicitSolid<'_>, camera: &Camera) -> Self {
         let hit = |row: usize, column: usize| {
             let (x, y, near) = (column as f64 + 0.5, row as f64 + 0.5, obstacle.depth[1]);
             let near = obstacle.first_hit(camera, Seen { x, y, near })?;
@@ -172,15 +172,15 @@ impl Outlook {
 }
 
 /// A solid given by its signed distance [m].
-pub(super) struct Solid<'d> {
+pub(super) struct ImplicitSolid<'d> {
     pub distance: &'d (dyn Fn([f64; 3]) -> f64 + Sync),
-    /// Only what is in this box is drawn: lower and upper corner [m].
+    /// Box outside of which nothing is drawn: lower and upper corner [m].
     pub frame: [[f64; 3]; 2],
     /// Farthest and nearest place of the box, in pixels towards the eye.
     pub depth: [f64; 2],
 }
 
-impl Solid<'_> {
+impl ImplicitSolid<'_> {
     /// The first intersection of a line of sight with the surface.
     fn first_hit(&self, camera: &Camera, from: Seen) -> Option<f64> {
         /// Steps after which a line that grazes a surface gives up.
@@ -201,7 +201,7 @@ impl Solid<'_> {
         None
     }
 
-    /// How far a point is outside of the box [m].
+    /// Distance of a point outside of the box [m].
     fn outside(&self, point: &[f64; 3]) -> f64 {
         let [lower, upper] = &self.frame;
         (0..3).map(|i| (lower[i] - point[i]).max(point[i] - upper[i])).fold(0.0, f64::max)
@@ -221,8 +221,8 @@ impl Solid<'_> {
     }
 }
 
-impl Shape {
-    /// How near its middle is to the eye.
+impl Primitive {
+    /// Depth of its middle, towards the eye.
     fn near(&self) -> f64 {
         match self {
             Self::Ball { centre, .. } => centre.near,
@@ -254,19 +254,19 @@ struct Rows {
 
 impl Rows {
     /// Calls `keep` with each pixel of the shape and its place in the band.
-    fn draw(&self, shape: &Shape, table: &[Rgb], keep: &mut impl FnMut(usize, Pixel)) {
+    fn draw(&self, shape: &Primitive, table: &[Rgb], keep: &mut impl FnMut(usize, Pixel)) {
         match *shape {
-            Shape::Ball { centre, radius, colour, finish } => {
+            Primitive::Ball { centre, radius, colour, finish } => {
                 let (x, y) = ([centre.x - radius, centre.x + radius], [centre.y - radius, centre.y + radius]);
                 self.cover(x, y, keep, |x, y| ball(centre, radius, colour, finish, [x, y]));
             }
-            Shape::Triangle { corners, normals, paint, edges } => {
+            Primitive::Triangle { corners, normals, paint, edges } => {
                 if let Some(triangle) = Triangle::new(corners, normals, paint, edges, table) {
                     let (x, y) = (bounds(corners.map(|c| c.x)), bounds(corners.map(|c| c.y)));
                     self.cover(x, y, keep, |x, y| triangle.pixel([x, y]));
                 }
             }
-            Shape::Stroke { ends, radius, paint } => {
+            Primitive::Stroke { ends, radius, paint } => {
                 let around = |a: f64, b: f64| [a.min(b) - radius, a.max(b) + radius];
                 let (x, y) = (around(ends[0].x, ends[1].x), around(ends[0].y, ends[1].y));
                 self.cover(x, y, keep, |x, y| stroke(&ends, radius, paint, [x, y]));
@@ -274,7 +274,7 @@ impl Rows {
         }
     }
 
-    /// Calls `seen` at the centre of each pixel in a rectangle, and `keep` with what it returns.
+    /// Calls `seen` at the centre of each pixel in a rectangle, and `keep` with the result.
     fn cover(
         &self,
         [left, right]: [f64; 2],

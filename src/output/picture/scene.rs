@@ -1,7 +1,7 @@
 //! From a snapshot to shapes in pixels.
 
 use super::camera::{Camera, Seen};
-use super::raster::{Finish, Paint, Shape};
+use super::raster::{Finish, Paint, Primitive};
 use super::skin::skin;
 use super::spec::{MeshLines, PictureSpec};
 use crate::math::Vector;
@@ -53,7 +53,7 @@ pub(super) struct Scene<'s> {
 }
 
 impl<'s> Scene<'s> {
-    /// Chooses what is shown and how it is coloured.
+    /// Chooses the parts shown and their colours.
     pub fn new(
         spec: &'s PictureSpec,
         camera: &'s Camera,
@@ -85,7 +85,7 @@ impl<'s> Scene<'s> {
     }
 
     /// Shows the particles to `draw`, some of them at a time: their shapes would take more memory than they do.
-    pub fn for_particles(&self, mut draw: impl FnMut(&[Shape])) {
+    pub fn for_particles(&self, mut draw: impl FnMut(&[Primitive])) {
         let mut shapes = vec![];
         for (set, values, own) in &self.sets {
             let Set::Points(set) = set else { continue };
@@ -103,7 +103,7 @@ impl<'s> Scene<'s> {
     }
 
     /// Membranes and meshes.
-    pub fn surfaces(&self) -> Vec<Shape> {
+    pub fn surfaces(&self) -> Vec<Primitive> {
         let mut shapes = vec![];
         for (set, values, own) in &self.sets {
             if let Set::Surface(set) = set {
@@ -141,15 +141,15 @@ impl<'s> Scene<'s> {
     }
 
     /// The shape of a particle of a size [m], unless it is hidden.
-    fn particle(&self, x: &[f64; 3], size: f64, colour: Rgb) -> Option<Shape> {
+    fn particle(&self, x: &[f64; 3], size: f64, colour: Rgb) -> Option<Primitive> {
         let (swell, finish) = if self.dimension == 2 { (SWELL_2D, Finish::Flat) } else { (SWELL_3D, Finish::Lit) };
         let radius = 0.5 * swell * size * self.spec.particle_size * self.camera.scale;
         // Particles of less than a pixel would be lost between pixel centres.
         let radius = radius.max(0.75);
-        (!self.hidden(x)).then(|| Shape::Ball { centre: self.camera.see(*x), radius, colour, finish })
+        (!self.hidden(x)).then(|| Primitive::Ball { centre: self.camera.see(*x), radius, colour, finish })
     }
 
-    fn add_elements(&self, set: &SurfaceSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Shape>) {
+    fn add_elements(&self, set: &SurfaceSet<'_>, values: Option<&Values>, own: Rgb, shapes: &mut Vec<Primitive>) {
         let shown = |nodes: &[u32]| !nodes.iter().any(|&n| self.hidden(&set.position[n as usize]));
         let skin = if set.kind == Elements::Volume { skin(&set.elements, shown) } else { Vec::new() };
         let faces: Vec<_> = match set.kind {
@@ -166,7 +166,7 @@ impl<'s> Scene<'s> {
         faces: &[(usize, &[u32])],
         values: Option<&Values>,
         own: Rgb,
-        shapes: &mut Vec<Shape>,
+        shapes: &mut Vec<Primitive>,
     ) {
         let seen: Vec<Seen> = set.position.iter().map(|x| self.camera.see(*x)).collect();
         let normals = node_normals(set, faces, self.camera);
@@ -184,7 +184,7 @@ impl<'s> Scene<'s> {
                     let paint = [self.colour(value(nodes[0]), own), self.colour(value(nodes[1]), own)];
                     // Membranes lie over the particles.
                     let ends = [seen[node(0)], seen[node(1)]].map(|end| Seen { near: end.near + 1e6, ..end });
-                    shapes.push(Shape::Stroke { ends, radius: 1.6 * self.pixel, paint });
+                    shapes.push(Primitive::Stroke { ends, radius: 1.6 * self.pixel, paint });
                 }
                 count => {
                     for last in 2..count {
@@ -199,7 +199,7 @@ impl<'s> Scene<'s> {
                         };
                         let corners = fan.map(|c| seen[node(c)]);
                         let normals = fan.map(|c| normals[node(c)]);
-                        shapes.push(Shape::Triangle { corners, normals, paint, edges });
+                        shapes.push(Primitive::Triangle { corners, normals, paint, edges });
                     }
                 }
             }

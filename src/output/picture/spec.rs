@@ -30,7 +30,7 @@ pub struct PictureSpec {
     /// Values at the ends of the colour bar, in SI units; default: from the values of each picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
-    /// How values become colours.
+    /// Colour map of values.
     #[serde(default)]
     pub map: ColourMap,
     /// Parts that keep a colour of their own although they have the field.
@@ -119,7 +119,7 @@ pub struct CutSpec {
     #[serde(default)]
     #[schemars(extend("unit" = "m", "axes" = true))]
     pub at: [f64; 3],
-    /// The direction of what is hidden.
+    /// The normal of the cutting plane, towards the hidden side.
     #[schemars(extend("axes" = true))]
     pub normal: [f64; 3],
 }
@@ -143,7 +143,7 @@ impl PictureSpec {
         given.into_iter().find(|(_, given)| *given && self.field.is_none()).map(|(key, _)| key)
     }
 
-    /// Checks what can be checked without a model.
+    /// Checks that need no model.
     ///
     /// # Errors
     /// Values that make no picture.

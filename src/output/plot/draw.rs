@@ -1,6 +1,6 @@
 //! The design of a plot: title and legend above, light grid, curves, axes.
 
-use super::{Data, PlotSpec, Series};
+use super::{Data, PlotSeries, PlotSpec};
 use crate::output::canvas::{Align, Canvas, Text, Weight, text_width};
 use crate::output::colour::{PALETTE, Rgb};
 use crate::output::ticks::{Shown, Ticks};
@@ -30,7 +30,7 @@ pub(super) fn draw<B: DrawingBackend>(canvas: &Canvas<'_, B>, spec: &PlotSpec) -
     let colours = colours(&spec.series);
     let below_legend = legend(canvas, &spec.series, &colours, 54.0)?;
 
-    let frame = Frame::new(spec, below_legend + 40.0);
+    let frame = PlotFrame::new(spec, below_legend + 40.0);
     frame.draw_grid(canvas, spec, below_legend + 26.0)?;
     for (series, colour) in spec.series.iter().zip(colours) {
         frame.draw_series(canvas, &series.data, colour)?;
@@ -43,7 +43,7 @@ fn text(text: &str, at: [f64; 2], colour: Rgb) -> Text<'_> {
 }
 
 /// Curves take colours from the palette in turn; references and bands have their own.
-fn colours(series: &[Series]) -> Vec<Rgb> {
+fn colours(series: &[PlotSeries]) -> Vec<Rgb> {
     let (mut curves, mut references) = (PALETTE.iter().cycle(), REFERENCE.iter().cycle());
     let mut next = |data: &Data| match data {
         Data::Line(_) | Data::Dashed(_) => curves.next(),
@@ -53,7 +53,12 @@ fn colours(series: &[Series]) -> Vec<Rgb> {
 }
 
 /// Draws the legend in rows; returns where it ends.
-fn legend<B: DrawingBackend>(canvas: &Canvas<'_, B>, series: &[Series], colours: &[Rgb], top: f64) -> io::Result<f64> {
+fn legend<B: DrawingBackend>(
+    canvas: &Canvas<'_, B>,
+    series: &[PlotSeries],
+    colours: &[Rgb],
+    top: f64,
+) -> io::Result<f64> {
     let (mut x, mut y) = (MARGIN, top);
     for (series, &colour) in series.iter().zip(colours) {
         let width = SWATCH + 7.0 + text_width(&series.label, FONT, Weight::Regular) + 20.0;
@@ -79,20 +84,20 @@ fn swatch<B: DrawingBackend>(canvas: &Canvas<'_, B>, data: &Data, colour: Rgb, [
 }
 
 /// Mapping of curves: ranges in shown units, and pixels.
-struct Frame {
-    x: Scale,
-    y: Scale,
+struct PlotFrame {
+    x: AxisScale,
+    y: AxisScale,
 }
 
 /// One direction of a frame.
-struct Scale {
+struct AxisScale {
     shown: Shown,
     range: [f64; 2],
     pixels: [f64; 2],
     ticks: Ticks,
 }
 
-impl Scale {
+impl AxisScale {
     fn new(numbers: impl Iterator<Item = f64>, unit: &str, padding: f64, count: usize) -> Self {
         let finite = numbers.filter(|number| number.is_finite());
         let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], n| [a.min(n), b.max(n)]);
@@ -122,12 +127,12 @@ impl Scale {
     }
 }
 
-impl Frame {
+impl PlotFrame {
     fn new(spec: &PlotSpec, top: f64) -> Self {
         let [width, height] = SIZE.map(f64::from);
         let all = || spec.series.iter().flat_map(|series| corners(&series.data));
-        let mut x = Scale::new(all().map(|[x, _]| x), &spec.x.unit, 0.0, 7);
-        let mut y = Scale::new(all().map(|[_, y]| y), &spec.y.unit, 0.05, 6);
+        let mut x = AxisScale::new(all().map(|[x, _]| x), &spec.x.unit, 0.0, 7);
+        let mut y = AxisScale::new(all().map(|[_, y]| y), &spec.y.unit, 0.05, 6);
         let widest = y.ticks.values.iter().map(|&v| text_width(&y.ticks.label(v), FONT, Weight::Regular));
         let left = MARGIN + widest.fold(0.0, f64::max) + 9.0;
         x.pixels = [left, width - MARGIN - 8.0];
@@ -260,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_scale_maps_its_ends_to_its_pixels_and_keeps_zero() {
-        let mut scale = Scale::new([0.0, 2e-3, f64::NAN].into_iter(), "s", 0.05, 5);
+        let mut scale = AxisScale::new([0.0, 2e-3, f64::NAN].into_iter(), "s", 0.05, 5);
         scale.pixels = [100.0, 200.0];
         assert_eq!(scale.shown.unit, "ms");
         assert_eq!(scale.to_pixel(0.0), 100.0);
@@ -269,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_curve_of_zeros_has_an_ordinary_scale() {
-        let scale = Scale::new([0.0; 3].into_iter(), "", 0.05, 5);
+        let scale = AxisScale::new([0.0; 3].into_iter(), "", 0.05, 5);
         assert_eq!((scale.range, scale.shown.unit.as_str()), ([-1.0, 1.0], ""));
     }
 }

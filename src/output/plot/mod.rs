@@ -3,7 +3,7 @@
 mod draw;
 mod run;
 
-pub use run::{Reference, Shape, plot_run};
+pub use run::{CurveShape, ReferenceCurve, plot_run};
 
 use super::atomic;
 use super::canvas::{BackEnd, Canvas};
@@ -26,23 +26,23 @@ pub struct PlotSpec {
     /// Above the plot.
     pub title: String,
     /// Horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// Vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// Curves, points and bands, drawn in this order.
-    pub series: Vec<Series>,
+    pub series: Vec<PlotSeries>,
 }
 
 /// An axis: its name and unit without prefix; the plot chooses prefix, range and ticks.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Axis {
+pub struct PlotAxis {
     /// For example `time`.
     pub name: String,
     /// For example `s`.
     pub unit: String,
 }
 
-impl Axis {
+impl PlotAxis {
     /// The axis of a column head such as `time [s]`.
     pub fn of_head(head: &str) -> Self {
         match head.strip_suffix(']').and_then(|head| head.rsplit_once(" [")) {
@@ -54,7 +54,7 @@ impl Axis {
 
 /// One entry of the legend.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct PlotSeries {
     /// Its name.
     pub label: String,
     /// Its shape.

@@ -1,18 +1,18 @@
 //! The plots of a whole run: every history with its references, the energies, and their closure.
 
-use super::{Axis, Data, PlotSpec, Series, lines};
+use super::{Data, PlotAxis, PlotSeries, PlotSpec, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
 use crate::output::colour::PALETTE;
-use crate::output::history::Table;
+use crate::output::history::HistoryTable;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 /// A published curve to draw over a history.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reference {
+pub struct ReferenceCurve {
     /// The history: name of its file without extension.
     pub history: String,
     /// The column, without unit.
@@ -20,12 +20,12 @@ pub struct Reference {
     /// The entry of the legend: the source.
     pub label: String,
     /// The curve, in the units of the history.
-    pub shape: Shape,
+    pub shape: CurveShape,
 }
 
-/// How a reference is drawn.
+/// Shape of a reference in a plot.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum CurveShape {
     /// Points (x, y).
     Points(Vec<[f64; 2]>),
     /// The area between (x, lower) and (x, upper).
@@ -36,10 +36,10 @@ pub enum Shape {
 ///
 /// # Errors
 /// Input/output errors.
-pub fn plot_run(histories: &Path, plots: &Path, references: &[Reference]) -> Result<()> {
+pub fn plot_run(histories: &Path, plots: &Path, references: &[ReferenceCurve]) -> Result<()> {
     create_directory(plots)?;
     for name in history_names(histories)? {
-        let table = Table::read(&histories.join(format!("{name}.csv")))?;
+        let table = HistoryTable::read(&histories.join(format!("{name}.csv")))?;
         if table.columns.first().is_none_or(|time| time.len() < 2) {
             continue;
         }
@@ -65,54 +65,57 @@ fn history_names(directory: &Path) -> Result<Vec<String>> {
 }
 
 /// One plot per column that has references, and one per unit for the others.
-fn history(name: &str, table: &Table, references: &[Reference]) -> Vec<(String, PlotSpec)> {
-    let of_column = |column: &str| -> Vec<&Reference> {
+fn history(name: &str, table: &HistoryTable, references: &[ReferenceCurve]) -> Vec<(String, PlotSpec)> {
+    let of_column = |column: &str| -> Vec<&ReferenceCurve> {
         references.iter().filter(|reference| reference.history == name && reference.column == column).collect()
     };
     let mut groups: BTreeMap<(String, Option<usize>), Vec<usize>> = BTreeMap::new();
     for (c, head) in table.heads.iter().enumerate().skip(1) {
-        let Axis { name, unit } = Axis::of_head(head);
+        let PlotAxis { name, unit } = PlotAxis::of_head(head);
         let alone = (!of_column(&name).is_empty()).then_some(c);
         groups.entry((unit, alone)).or_default().push(c);
     }
     let count = groups.len();
     let plot = |((unit, _), columns): ((String, Option<usize>), Vec<usize>)| {
-        let names: Vec<String> = columns.iter().map(|&c| Axis::of_head(&table.heads[c]).name).collect();
+        let names: Vec<String> = columns.iter().map(|&c| PlotAxis::of_head(&table.heads[c]).name).collect();
         let end = table.columns[0].last().copied().unwrap_or_default();
-        let mut series: Vec<Series> = of_column(&names[0]).into_iter().map(|reference| reference.series(end)).collect();
+        let mut series: Vec<PlotSeries> =
+            of_column(&names[0]).into_iter().map(|reference| reference.series(end)).collect();
         series.sort_by_key(|series| !matches!(series.data, Data::Band(_)));
         series.extend(columns.iter().map(|&c| curve(table, c)));
         let stem = if count == 1 { name.to_owned() } else { format!("{name}-{}", names[0]) };
-        let y = Axis { name: names.join(", "), unit };
-        (stem, PlotSpec { title: name.to_owned(), x: Axis::of_head(&table.heads[0]), y, series })
+        let y = PlotAxis { name: names.join(", "), unit };
+        (stem, PlotSpec { title: name.to_owned(), x: PlotAxis::of_head(&table.heads[0]), y, series })
     };
     groups.into_iter().map(plot).collect()
 }
 
-impl Reference {
+impl ReferenceCurve {
     /// The reference up to the time `end` of the last row: what lies beyond it would only squeeze the curves.
-    fn series(&self, end: f64) -> Series {
+    fn series(&self, end: f64) -> PlotSeries {
         let data = match &self.shape {
-            Shape::Points(points) => Data::Markers(points.iter().filter(|point| point[0] <= end).copied().collect()),
-            Shape::Band(points) => Data::Band(points.iter().filter(|point| point[0] <= end).copied().collect()),
+            CurveShape::Points(points) => {
+                Data::Markers(points.iter().filter(|point| point[0] <= end).copied().collect())
+            }
+            CurveShape::Band(points) => Data::Band(points.iter().filter(|point| point[0] <= end).copied().collect()),
         };
-        Series { label: self.label.clone(), data }
+        PlotSeries { label: self.label.clone(), data }
     }
 }
 
-/// Energies that matter, and what the ledger can't explain.
-fn balance(table: &Table) -> Vec<(String, PlotSpec)> {
+/// Energies larger than a small part of the largest, and the closure of the ledger.
+fn balance(table: &HistoryTable) -> Vec<(String, PlotSpec)> {
     /// Columns that are sums of others.
     const SUMS: [&str; 3] = ["stored energy", "gained energy", "lost energy"];
     /// Energies below this part of the largest are not drawn.
     const VISIBLE: f64 = 2e-3;
-    let Some(closure) = table.heads.iter().position(|head| Axis::of_head(head).name == "closure") else {
+    let Some(closure) = table.heads.iter().position(|head| PlotAxis::of_head(head).name == "closure") else {
         return vec![];
     };
-    let energy = Axis::of_head(&table.heads[closure]).unit;
+    let energy = PlotAxis::of_head(&table.heads[closure]).unit;
     let largest = |c: usize| table.columns[c].iter().filter(|e| e.is_finite()).fold(0.0, |a: f64, e| a.max(e.abs()));
     let is_energy = |head: &str| {
-        let axis = Axis::of_head(head);
+        let axis = PlotAxis::of_head(head);
         // Without units, names tell.
         axis.unit == energy && !["mass", "momentum", "impulse"].iter().any(|other| axis.name.contains(other))
     };
@@ -125,22 +128,22 @@ fn balance(table: &Table) -> Vec<(String, PlotSpec)> {
     visible.sort_unstable();
 
     let series = visible.into_iter().map(|c| {
-        let Series { label, data } = curve(table, c);
+        let PlotSeries { label, data } = curve(table, c);
         let sum = SUMS.contains(&label.as_str());
-        Series {
+        PlotSeries {
             label,
             data: if let (true, Data::Line(points)) = (sum, &data) { Data::Dashed(points.clone()) } else { data },
         }
     });
-    let x = Axis::of_head(&table.heads[0]);
-    let y = Axis { name: "energy".into(), unit: energy.clone() };
+    let x = PlotAxis::of_head(&table.heads[0]);
+    let y = PlotAxis { name: "energy".into(), unit: energy.clone() };
     let energies = PlotSpec { title: "Energy balance".into(), x: x.clone(), y, series: series.collect() };
 
     vec![("balance".to_owned(), energies), ("closure".to_owned(), unexplained(table, x, closure, scale))]
 }
 
 /// The closure over the largest energy; where a term is found as the remainder of all others, what errors took.
-fn unexplained(table: &Table, x: Axis, closure: usize, scale: f64) -> PlotSpec {
+fn unexplained(table: &HistoryTable, x: PlotAxis, closure: usize, scale: f64) -> PlotSpec {
     let (title, label, name, values): (_, _, _, Vec<f64>) = match table.column(LOST_TO_ERRORS) {
         Some(part) => (
             "What errors took of the energy (below zero: gave)",
@@ -154,11 +157,11 @@ fn unexplained(table: &Table, x: Axis, closure: usize, scale: f64) -> PlotSpec {
         }
     };
     let points = table.columns[0].iter().zip(values).map(|(&t, value)| [t, value]).collect();
-    let series = vec![Series { label: label.into(), data: Data::Line(points) }];
-    PlotSpec { title: title.into(), x, y: Axis { name: name.into(), unit: String::new() }, series }
+    let series = vec![PlotSeries { label: label.into(), data: Data::Line(points) }];
+    PlotSpec { title: title.into(), x, y: PlotAxis { name: name.into(), unit: String::new() }, series }
 }
 
-fn curve(table: &Table, column: usize) -> Series {
+fn curve(table: &HistoryTable, column: usize) -> PlotSeries {
     let points = table.columns[0].iter().zip(&table.columns[column]).map(|(&x, &y)| [x, y]).collect();
-    Series { label: Axis::of_head(&table.heads[column]).name, data: Data::Line(points) }
+    PlotSeries { label: PlotAxis::of_head(&table.heads[column]).name, data: Data::Line(points) }
 }

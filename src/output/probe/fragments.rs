@@ -1,4 +1,4 @@
-//! How many pieces a cloud of particles is in.
+//! Number of connected pieces of a cloud of particles.
 
 use hashbrown::HashMap;
 

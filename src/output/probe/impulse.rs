@@ -16,7 +16,7 @@ pub(super) struct Impulse {
 }
 
 impl Impulse {
-    /// Of the probe `name`, over a window [s].
+    /// The impulse of the probe `name` over a window [s].
     pub fn new(name: &str, window: [f64; 2]) -> Self {
         Self { window, column: format!("{OF_OUTPUT}probe/{name}"), state: Vec::new() }
     }
@@ -30,7 +30,7 @@ impl Impulse {
     pub fn add(&mut self, time: f64, values: &[f64]) {
         let n = values.len();
         if self.state.len() != 1 + 2 * n {
-            // What was before the first values is not known, where the window had begun.
+            // The integral before the first values is unknown if the window had begun.
             let start = if time > self.window[0] { f64::NAN } else { 0.0 };
             self.state = [&[time], values, &vec![start; n]].concat();
             return;

@@ -6,7 +6,7 @@ mod place;
 mod reduce;
 mod spec;
 
-pub use spec::{Axis, ProbeSpec, Reduction, Within};
+pub use spec::{ProbeAxis, ProbeSpec, Reduction, Within};
 
 use super::component::Component;
 use super::history::History;
@@ -15,7 +15,7 @@ use super::set::{Quantity, Set, Start, expected};
 use crate::error::{Diagnostic, Result};
 use crate::simulation::{Column, Monitor, Snapshot};
 use impulse::Impulse;
-use place::{Found, find, follow};
+use place::{NearestEntry, find, follow};
 use std::path::Path;
 
 /// Writes `<name>.csv` for one [`ProbeSpec`].
@@ -24,7 +24,7 @@ pub struct Probe {
     spec: ProbeSpec,
     dimension: usize,
     /// The particle, element or point of an element that is followed, and where it is at the start.
-    found: Option<Found>,
+    found: Option<NearestEntry>,
     impulse: Option<Impulse>,
     start: Start,
     heads: Vec<String>,
@@ -82,7 +82,7 @@ impl Probe {
         &self.heads
     }
 
-    /// The corners of what the probe looks at, if its box holds nothing of that and it has no value.
+    /// The corners of the bounds of the target, if the probe's box holds nothing of it and the probe has no value.
     pub fn misses(&self, snapshot: &Snapshot<'_>) -> Option<[[f64; 3]; 2]> {
         let within = self.spec.within.as_ref()?;
         let set = Set::find(snapshot, &self.spec.of)?;
@@ -96,9 +96,9 @@ impl Probe {
         Some([lower, std::array::from_fn(|i| bound(i, f64::NEG_INFINITY, f64::max))])
     }
 
-    /// How what is followed differs from what was asked for, as a sentence.
+    /// The difference between the followed particle or element and the requested place, as a sentence.
     pub fn adjusted(&self) -> Option<String> {
-        let (asked, Found { followed, place }) = (self.spec.at.as_ref()?, self.found.as_ref()?);
+        let (asked, NearestEntry { followed, place }) = (self.spec.at.as_ref()?, self.found.as_ref()?);
         let away = asked.iter().zip(place).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let size = place.iter().chain(asked).fold(0.0, |size: f64, c| size.max(c.abs()));
         // Not to the last digit, and without the sign of zero.
@@ -222,7 +222,7 @@ fn check_whole(spec: &ProbeSpec, key: &str, set: Set<'_>) -> Result<(), Diagnost
 
 fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>, dimension: usize) -> Result<(), Diagnostic> {
     let vertical = matches!(spec.reduce, Some(Reduction::Top | Reduction::Bottom));
-    if dimension == 2 && vertical && spec.axis == Some(Axis::Z) {
+    if dimension == 2 && vertical && spec.axis == Some(ProbeAxis::Z) {
         let finding = Diagnostic::error(format!("{key}.axis"), "there is no `z` in two dimensions");
         return Err(finding.help("take x or y"));
     }

@@ -17,7 +17,7 @@ pub(super) enum Followed {
 
 /// The particle or element at a place of the reference state, or nearest to it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Found {
+pub(super) struct NearestEntry {
     pub followed: Followed,
     /// Position in the reference state [m].
     pub place: [f64; 3],
@@ -27,12 +27,12 @@ pub(super) struct Found {
 const AT_NODE: f64 = 1e-9;
 
 /// The particle or element at `place` [m] in the reference state, or nearest to it; `None` in an empty set.
-pub(super) fn find(set: Set<'_>, on: On, place: &[f64]) -> Option<Found> {
+pub(super) fn find(set: Set<'_>, on: On, place: &[f64]) -> Option<NearestEntry> {
     let place: [f64; 3] = std::array::from_fn(|i| place.get(i).copied().unwrap_or(0.0));
     match set {
         Set::Points(set) => {
             let (index, at) = nearest(&set.position, place)?;
-            Some(Found { followed: Followed::Particle(set.id[index]), place: at })
+            Some(NearestEntry { followed: Followed::Particle(set.id[index]), place: at })
         }
         Set::Surface(set) => {
             let (element, weights) = nearest_point(set, place)?;
@@ -40,12 +40,12 @@ pub(super) fn find(set: Set<'_>, on: On, place: &[f64]) -> Option<Found> {
             let at = nodes.clone().zip(&weights).map(|(n, w)| Vector(set.reference[n]) * *w).sum::<Vector<3>>().0;
             let point = nodes.zip(weights).filter(|(_, weight)| *weight != 0.0).collect();
             let followed = if on == On::Elements { Followed::Element(element) } else { Followed::Point(point) };
-            Some(Found { followed, place: at })
+            Some(NearestEntry { followed, place: at })
         }
     }
 }
 
-/// The value at what is followed; `None` if it is gone.
+/// The value at the followed particle or element; `None` if it is gone.
 pub(super) fn follow(set: Set<'_>, followed: &Followed, quantity: &Quantity<'_>) -> Option<Vec<f64>> {
     let value = |index: usize| quantity.values.chunks_exact(quantity.components).nth(index).map(<[f64]>::to_vec);
     match (followed, set) {
@@ -98,7 +98,7 @@ fn around(corners: &[Vector<3>], place: [f64; 3]) -> f64 {
     (0..3).map(|i| beyond(i).powi(2)).sum()
 }
 
-/// Rounding shall not mix what a node has with what its neighbours have.
+/// Rounding must not mix the values of a node with those of its neighbours.
 fn at_node(corners: &[Vector<3>], weights: Vec<f64>, place: Vector<3>) -> Vec<f64> {
     let longest = corners.iter().flat_map(|a| corners.iter().map(move |b| (*a - *b).norm())).fold(0.0, f64::max);
     match corners.iter().position(|x| (*x - place).norm() <= AT_NODE * longest) {
@@ -199,7 +199,7 @@ mod tests {
             prop_assert!((blend(&corners, &found) - Vector(x)).norm() <= (inside - Vector(x)).norm() + 1e-7);
         }
 
-        /// Of a flat quadrilateral, the two triangles that it is cut into hold the same points.
+        /// The two triangles that a flat quadrilateral is cut into cover it.
         #[test]
         fn the_nearest_point_of_a_quadrilateral(offset in proptest::collection::vec(-0.2..0.2f64, 8), x in point()) {
             let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

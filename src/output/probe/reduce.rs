@@ -20,7 +20,7 @@ pub(super) fn reduce(spec: &ProbeSpec, set: Set<'_>, quantity: &Quantity<'_>, di
     reduce_entries(spec, set, quantity, dimension)
 }
 
-/// True for what is an integral over a region.
+/// True for integrals over a region.
 fn integrates(spec: &ProbeSpec) -> bool {
     let over = matches!(
         spec.reduction(),
@@ -106,7 +106,7 @@ fn extreme(
     chosen.iter().map(|&i| value(i)).reduce(both).unwrap_or_else(|| vec![f64::NAN; count])
 }
 
-/// How much each entry counts; all the same where there are no weights.
+/// Weights of entries; equal weights if `None`.
 struct Weights(Option<Vec<f64>>);
 
 impl Weights {

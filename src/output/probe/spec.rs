@@ -35,12 +35,12 @@ pub struct ProbeSpec {
     /// The direction of `top` and `bottom`, the axis of a radius; default: the last axis for `top` and
     /// `bottom`; a radius without axis is the distance from `center`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axis: Option<Axis>,
+    pub axis: Option<ProbeAxis>,
     /// The point that a radius is measured from; default: the origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub center: Option<Vec<f64>>,
-    /// Cell size of `count-fragments`: what is in cells that touch is one fragment.
+    /// Cell size of `count-fragments`: particles in cells that touch are one fragment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub cell: Option<f64>,
@@ -49,7 +49,7 @@ pub struct ProbeSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "s"))]
     pub impulse: Option<[f64; 2]>,
-    /// Only what is inside this box at the time.
+    /// Restriction to the part inside this box at the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Within>,
     /// Time between samples; default: that of all histories.
@@ -62,7 +62,7 @@ fn position() -> String {
     "position".to_owned()
 }
 
-/// How many values become one.
+/// Reduction of several values to one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reduction {
@@ -91,7 +91,7 @@ pub enum Reduction {
 }
 
 impl Reduction {
-    /// True for what asks where things are, not what they have.
+    /// True for reductions of positions, which need no field.
     fn is_of_places(self) -> bool {
         !matches!(self, Self::Min | Self::Max | Self::Mean | Self::Sum)
     }
@@ -101,7 +101,7 @@ impl Reduction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "Coordinate")]
-pub enum Axis {
+pub enum ProbeAxis {
     /// First.
     X,
     /// Second.
@@ -110,7 +110,7 @@ pub enum Axis {
     Z,
 }
 
-impl Axis {
+impl ProbeAxis {
     /// 0, 1 or 2.
     pub fn index(self) -> usize {
         self as usize
@@ -137,7 +137,7 @@ impl Within {
 }
 
 impl ProbeSpec {
-    /// How to reduce, where no place is followed.
+    /// The reduction, for a probe that follows no place.
     pub fn reduction(&self) -> Option<Reduction> {
         if self.at.is_some() { None } else { Some(self.reduce.unwrap_or(Reduction::Mean)) }
     }
@@ -168,7 +168,7 @@ impl ProbeSpec {
         lists.into_iter().filter_map(|(key, list)| Some((key, list?.len())))
     }
 
-    /// Checks what can be checked without a model.
+    /// Checks that need no model.
     ///
     /// # Errors
     /// Keys that contradict each other or need another one.

@@ -14,7 +14,7 @@ const BATCH: usize = 32;
 /// zlib level: most of the gain at a fraction of the time of the default.
 const LEVEL: u32 = 3;
 
-/// How many digits files for viewing keep.
+/// Precision of files for viewing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
@@ -26,7 +26,7 @@ pub enum Precision {
 }
 
 /// The numbers of an array, converted to bytes block by block.
-pub(super) enum Numbers<'a> {
+pub(super) enum ArrayValues<'a> {
     /// Real numbers, stored or computed when they are written.
     Real(Box<dyn Fn() -> Cow<'a, [f64]> + 'a>, Precision),
     /// Time: always in full.
@@ -44,31 +44,31 @@ pub(super) struct DataArray<'a> {
     pub name: &'a str,
     pub unit: &'a str,
     pub components: usize,
-    pub numbers: Numbers<'a>,
+    pub numbers: ArrayValues<'a>,
 }
 
 impl<'a> DataArray<'a> {
     pub fn field(field: &'a Field<'a>, unit: &'a str, precision: Precision) -> Self {
-        let numbers = Numbers::Real(Box::new(|| field.values()), precision);
+        let numbers = ArrayValues::Real(Box::new(|| field.values()), precision);
         Self { name: field.name, unit, components: field.components, numbers }
     }
 
     pub fn points(position: &'a [[f64; 3]], unit: &'a str, precision: Precision) -> Self {
-        let numbers = Numbers::Real(Box::new(|| Cow::Borrowed(position.as_flattened())), precision);
+        let numbers = ArrayValues::Real(Box::new(|| Cow::Borrowed(position.as_flattened())), precision);
         Self { name: "position", unit, components: 3, numbers }
     }
 
-    pub fn plain(name: &'a str, numbers: Numbers<'a>) -> Self {
+    pub fn plain(name: &'a str, numbers: ArrayValues<'a>) -> Self {
         Self { name, unit: "", components: 1, numbers }
     }
 
     fn vtk_type(&self) -> &'static str {
         match self.numbers {
-            Numbers::Real(_, Precision::Single) => "Float32",
-            Numbers::Real(_, Precision::Double) | Numbers::Time(_) => "Float64",
-            Numbers::U32(_) => "UInt32",
-            Numbers::I64(_) => "Int64",
-            Numbers::U8(_) => "UInt8",
+            ArrayValues::Real(_, Precision::Single) => "Float32",
+            ArrayValues::Real(_, Precision::Double) | ArrayValues::Time(_) => "Float64",
+            ArrayValues::U32(_) => "UInt32",
+            ArrayValues::I64(_) => "Int64",
+            ArrayValues::U8(_) => "UInt8",
         }
     }
 
@@ -82,7 +82,7 @@ impl<'a> DataArray<'a> {
                 write!(xml, " ComponentName{c}=\"{}\"", name.to_uppercase()).expect("in memory");
             }
         }
-        if matches!(self.numbers, Numbers::Time(_)) {
+        if matches!(self.numbers, ArrayValues::Time(_)) {
             xml.push_str(" NumberOfTuples=\"1\"");
         }
         let offset = format!("\"{}\"", offset.unwrap_or_default());
@@ -100,16 +100,18 @@ impl<'a> DataArray<'a> {
     /// Appends the numbers in compressed blocks.
     pub fn append(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         match &self.numbers {
-            Numbers::Real(values, Precision::Single) => {
+            ArrayValues::Real(values, Precision::Single) => {
                 append_blocks(out, &values(), |&value, bytes| bytes.extend((value as f32).to_le_bytes()))
             }
-            Numbers::Real(values, Precision::Double) => {
+            ArrayValues::Real(values, Precision::Double) => {
                 append_blocks(out, &values(), |&value, bytes| bytes.extend(value.to_le_bytes()))
             }
-            Numbers::Time(time) => append_blocks(out, &[*time], |&value, bytes| bytes.extend(value.to_le_bytes())),
-            Numbers::U32(values) => append_blocks(out, values, |&value, bytes| bytes.extend(value.to_le_bytes())),
-            Numbers::I64(values) => append_blocks(out, &values(), |&value, bytes| bytes.extend(value.to_le_bytes())),
-            Numbers::U8(values) => append_blocks(out, &values(), |&value, bytes| bytes.push(value)),
+            ArrayValues::Time(time) => append_blocks(out, &[*time], |&value, bytes| bytes.extend(value.to_le_bytes())),
+            ArrayValues::U32(values) => append_blocks(out, values, |&value, bytes| bytes.extend(value.to_le_bytes())),
+            ArrayValues::I64(values) => {
+                append_blocks(out, &values(), |&value, bytes| bytes.extend(value.to_le_bytes()))
+            }
+            ArrayValues::U8(values) => append_blocks(out, &values(), |&value, bytes| bytes.push(value)),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Whole files: particles as `.vtp`, membranes and meshes as `.vtu`.
 
-use super::array::{DataArray, Numbers, Precision};
+use super::array::{ArrayValues, DataArray, Precision};
 use crate::error::Result;
 use crate::output::{UnitLabels, atomic};
 use crate::simulation::{Elements, PointSet, SurfaceSet};
@@ -19,11 +19,11 @@ struct Section<'a> {
 /// Input/output errors; an older file at `path` is still there then.
 pub fn write_points(path: &Path, set: &PointSet<'_>, time: f64, precision: Precision, units: UnitLabels) -> Result<()> {
     let count = set.position.len();
-    let mut fields = vec![DataArray::plain("id", Numbers::U32(&set.id))];
+    let mut fields = vec![DataArray::plain("id", ArrayValues::U32(&set.id))];
     fields.extend(set.fields.iter().map(|field| DataArray::field(field, units.unit(field.unit), precision)));
     let vertices = vec![
-        DataArray::plain("connectivity", Numbers::I64(Box::new(move || (0..count as i64).collect()))),
-        DataArray::plain("offsets", Numbers::I64(Box::new(move || (1..=count as i64).collect()))),
+        DataArray::plain("connectivity", ArrayValues::I64(Box::new(move || (0..count as i64).collect()))),
+        DataArray::plain("offsets", ArrayValues::I64(Box::new(move || (1..=count as i64).collect()))),
     ];
     let sections = [
         Section { tag: "PointData", arrays: fields },
@@ -74,11 +74,11 @@ fn cells<'a>(set: &'a SurfaceSet<'a>) -> Vec<DataArray<'a>> {
         ends.collect()
     };
     vec![
-        DataArray::plain("connectivity", Numbers::I64(Box::new(connectivity))),
-        DataArray::plain("offsets", Numbers::I64(Box::new(offsets))),
+        DataArray::plain("connectivity", ArrayValues::I64(Box::new(connectivity))),
+        DataArray::plain("offsets", ArrayValues::I64(Box::new(offsets))),
         DataArray::plain(
             "types",
-            Numbers::U8(Box::new(|| elements.iter().map(|e| cell_type(set.kind, e.len())).collect())),
+            ArrayValues::U8(Box::new(|| elements.iter().map(|e| cell_type(set.kind, e.len())).collect())),
         ),
     ]
 }
@@ -103,7 +103,7 @@ fn write_file(
     sections: &[Section<'_>],
     time: f64,
 ) -> io::Result<()> {
-    let time = DataArray::plain("TimeValue", Numbers::Time(time));
+    let time = DataArray::plain("TimeValue", ArrayValues::Time(time));
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     writeln!(
         out,

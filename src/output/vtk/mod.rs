@@ -13,4 +13,4 @@ mod series;
 pub use array::Precision;
 pub use data_set::{write_points, write_surface};
 pub use read::read_array;
-pub use series::Series;
+pub use series::FileSeries;

@@ -9,18 +9,18 @@ use std::path::{Path, PathBuf};
 
 /// A list of files over time, written whole after each addition.
 #[derive(Debug)]
-pub struct Series {
+pub struct FileSeries {
     path: PathBuf,
     entries: Vec<(f64, String)>,
 }
 
-impl Series {
+impl FileSeries {
     /// An empty list that will be at `path`.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), entries: vec![] }
     }
 
-    /// How many files there are.
+    /// Number of files.
     pub fn len(&self) -> usize {
         self.entries.len()
     }
@@ -56,7 +56,7 @@ impl Series {
         })
     }
 
-    /// Reads the list that an earlier run left, without what is later than `time` [s].
+    /// Reads the list that an earlier run left, without entries later than `time` [s].
     ///
     /// # Errors
     /// Input/output errors.
@@ -76,7 +76,7 @@ impl Series {
     }
 }
 
-/// Time and file of a line that [`Series::add`] wrote.
+/// Time and file of a line that [`FileSeries::add`] wrote.
 fn entry(line: &str) -> Option<(f64, String)> {
     let (time, rest) = line.strip_prefix("<DataSet timestep=\"")?.split_once('"')?;
     let (_, rest) = rest.split_once("file=\"")?;
@@ -95,11 +95,11 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a&b.pvd");
         let file = |i: i32| format!("a&b/{i}.vtu");
-        let mut series = Series::new(&path);
+        let mut series = FileSeries::new(&path);
         (0..6).for_each(|i| series.add(f64::from(i) * 0.1, file(i)).unwrap());
         let whole = fs::read_to_string(&path).unwrap();
 
-        let mut resumed = Series::new(&path);
+        let mut resumed = FileSeries::new(&path);
         resumed.resume(0.2).unwrap();
         assert_eq!((resumed.len(), resumed.last_time()), (3, Some(0.2)));
         (3..6).for_each(|i| resumed.add(f64::from(i) * 0.1, file(i)).unwrap());

@@ -23,7 +23,7 @@ impl Simulation {
         self.broken = false;
         self.save()?;
         self.show(|schedule, time| !schedule.is_due(time))?;
-        // What was recorded begins anew.
+        // Recorded impulses begin anew.
         self.save()
     }
 

@@ -1,7 +1,7 @@
 //! Conditions on the parts of the boundary.
 
-use super::super::Assembly;
-use super::super::signals::Samples;
+use super::super::Construction;
+use super::super::signals::TrialPoints;
 use super::mesh::{at, middle};
 use crate::case::{BoundarySpec, BoundaryWord, SignalSpec};
 use crate::error::Diagnostic;
@@ -10,7 +10,7 @@ use crate::mesh::{Facet, Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup, Condition, PressurePin};
 use std::collections::{BTreeMap, BTreeSet};
 
-impl<'c> Assembly<'c> {
+impl<'c> Construction<'c> {
     /// Conditions on all parts of the boundary; every named part must have one.
     pub(super) fn boundaries<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>) -> Vec<BoundarySetup<D>> {
         let before = self.findings.len();
@@ -26,7 +26,7 @@ impl<'c> Assembly<'c> {
             let facets = facets(spec);
             let nodes: BTreeSet<u32> = facets.iter().flat_map(|&facet| mesh.facet_nodes(facet)).collect();
             let places = nodes.into_iter().map(|node| mesh.nodes()[node as usize]);
-            let samples = Samples::on_boundary(places, self.case.file.time.end);
+            let samples = TrialPoints::on_boundary(places, self.case.file.time.end);
             BoundarySetup {
                 name: spec.part_name(),
                 condition: self.condition(&format!("boundary[{i}]"), spec, &samples),
@@ -52,7 +52,7 @@ impl<'c> Assembly<'c> {
                 self.findings.push(finding.help(format!("there are `{}`, and `rest`", known.join("`, `"))));
             }
             for name in spec.on.list() {
-                self.boundary_name(&format!("boundary[{i}].on"), name, (&known, &mesh.inner), &taken);
+                self.boundary_name(&format!("boundary[{i}].on"), name, &known, &mesh.inner, &taken);
                 taken.insert(name);
             }
         }
@@ -96,7 +96,8 @@ impl<'c> Assembly<'c> {
         &mut self,
         key: &str,
         name: &str,
-        (known, inner): (&[&str], &BTreeMap<String, usize>),
+        known: &[&str],
+        inner: &BTreeMap<String, usize>,
         taken: &BTreeSet<&str>,
     ) {
         if taken.contains(name) {
@@ -121,7 +122,7 @@ impl<'c> Assembly<'c> {
         }
     }
 
-    fn condition<const D: usize>(&mut self, key: &str, spec: &BoundarySpec, samples: &Samples) -> Condition<D> {
+    fn condition<const D: usize>(&mut self, key: &str, spec: &BoundarySpec, samples: &TrialPoints) -> Condition<D> {
         let given = [
             ("velocity", spec.velocity.iter().any(|v| *v != SignalSpec::default())),
             ("traction", spec.traction.iter().any(|v| *v != SignalSpec::default())),
@@ -184,7 +185,7 @@ impl<'c> Assembly<'c> {
             let finding = Diagnostic::error(format!("{KEY}.at"), "this place is not in the mesh");
             self.findings.push(finding.help("the node nearest to a place in the mesh holds the pressure"));
         }
-        let samples = Samples::at(&[spec.at], self.case.file.time.end);
+        let samples = TrialPoints::at(&[spec.at], self.case.file.time.end);
         Some(PressurePin { at, value: self.signal(&format!("{KEY}.value"), &spec.value, &samples) })
     }
 

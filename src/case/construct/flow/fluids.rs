@@ -1,7 +1,7 @@
 //! Fluids: their laws, where they are at the start, and the tension between them.
 
-use super::super::signals::Samples;
-use super::super::{Assembly, has_errors};
+use super::super::signals::TrialPoints;
+use super::super::{Construction, has_errors};
 use super::mesh::at;
 use crate::case::{EnrichmentSpec, InterfaceSpec, Material, Pfem2Spec, Preset, VolumeSpec};
 use crate::error::Diagnostic;
@@ -25,12 +25,12 @@ const GAP_POINTS: usize = 8;
 const PIECE: usize = 256;
 
 /// A fluid as the case describes it: where it is, and how it moves at the start.
-pub(super) struct Part {
+pub(super) struct InitialFluid {
     region: Region,
     velocity: [Signal; 3],
 }
 
-impl Assembly<'_> {
+impl Construction<'_> {
     pub(super) fn tensions(&mut self) -> Vec<([usize; 2], f64)> {
         let file = &self.case.file;
         let mut made: Vec<([usize; 2], f64)> = Vec::new();
@@ -56,7 +56,7 @@ impl Assembly<'_> {
         made
     }
 
-    /// With surface tension the pressure jumps, whatever `enrichment` says.
+    /// The key `enrichment` has no effect with surface tension: the pressure jumps.
     fn idle_enrichment(&mut self, tensions: &[([usize; 2], f64)]) {
         const KEY: &str = "pfem2.enrichment";
         let (file, fluids) = (&self.case.file, self.case.file.body.len());
@@ -83,18 +83,22 @@ impl Assembly<'_> {
         }
     }
 
-    pub(super) fn part<const D: usize, const N: usize>(&mut self, index: usize, mesh: &Mesh<D, N>) -> Option<Part> {
+    pub(super) fn part<const D: usize, const N: usize>(
+        &mut self,
+        index: usize,
+        mesh: &Mesh<D, N>,
+    ) -> Option<InitialFluid> {
         let spec = &self.case.file.body[index];
         let region = self.region(&format!("body[{index}].region"), &spec.region)?;
         let within: Vec<Vector<D>> =
             mesh.nodes().iter().copied().filter(|x| region.signed_distance(x.to3()) <= 0.0).collect();
-        let samples = Samples::start(&within);
+        let samples = TrialPoints::start(&within);
         let velocity = self.signals(&format!("body[{index}].velocity"), &spec.velocity, &samples);
-        Some(Part { region, velocity })
+        Some(InitialFluid { region, velocity })
     }
 
     /// Every element must have a fluid.
-    pub(super) fn unfilled<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[Part]) {
+    pub(super) fn unfilled<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[InitialFluid]) {
         let count = mesh.elements().len();
         let mut bare = (0..count).map(|e| mesh.center(e)).filter(|&x| part_at(parts, x).is_none()).peekable();
         let Some(first) = bare.peek().map(|&x| at(x)) else { return };
@@ -107,7 +111,7 @@ impl Assembly<'_> {
     pub(super) fn seed<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
-        parts: &[Part],
+        parts: &[InitialFluid],
     ) -> Option<Particles<D>> {
         if parts.len() > MOST {
             let message = format!("a flow has at most {MOST} bodies, and here are {}", parts.len());
@@ -138,8 +142,8 @@ impl Assembly<'_> {
         file.boundary.iter().any(|part| part.fluid.as_ref() == Some(&file.body[index].name))
     }
 
-    /// A sharp interface is for two fluids, and the volumes of more are kept in closed boxes: says so where the case asks for
-    /// it, and what is done instead where it doesn't say.
+    /// A sharp interface is for two fluids, and the volumes of more are corrected in closed boxes only: refuses a case that asks for
+    /// it, and warns of the replacement otherwise.
     pub(super) fn several_fluids<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
         let (case, spec) = (self.case, &self.case.file.pfem2);
         let count = case.file.body.len();
@@ -190,8 +194,8 @@ impl Assembly<'_> {
         }
     }
 
-    /// Says where no body is between bodies, in elements whose centre one of them holds.
-    fn gaps<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[Part]) {
+    /// Warns of gaps between bodies, in elements whose centre is in one of them.
+    fn gaps<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[InitialFluid]) {
         let points = lattice::<N>(GAP_POINTS);
         let held: Vec<Option<usize>> =
             parallel::collect(mesh.nodes().len(), PIECE, |n| part_at(parts, mesh.nodes()[n]));
@@ -224,7 +228,7 @@ pub(super) fn sharp<const D: usize, const N: usize>(
     spec: &Pfem2Spec,
     mesh: &Mesh<D, N>,
     fluids: &[FluidSetup],
-    parts: &[Part],
+    parts: &[InitialFluid],
     particles: &mut Particles<D>,
 ) -> Option<LevelSet> {
     let [first, second] = fluids else { return None };
@@ -235,12 +239,12 @@ pub(super) fn sharp<const D: usize, const N: usize>(
     (spec.interface == InterfaceSpec::Sharp).then(|| LevelSet::new(mesh, heavy, phi, particles))
 }
 
-/// The first body whose region holds a place.
-fn part_at<const D: usize>(parts: &[Part], x: Vector<D>) -> Option<usize> {
+/// The first body whose region contains a place.
+fn part_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Option<usize> {
     parts.iter().position(|part| part.region.signed_distance(x.to3()) <= 0.0)
 }
 
-pub(super) fn velocity_at<const D: usize>(parts: &[Part], x: Vector<D>) -> Vector<D> {
+pub(super) fn velocity_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Vector<D> {
     let Some(part) = part_at(parts, x) else { return Vector::ZERO };
     Vector::from_fn(|i| parts[part].velocity[i].value(x.to3(), 0.0))
 }

@@ -1,6 +1,6 @@
-//! The mesh of a case, and what is odd about it.
+//! The mesh of a case, and warnings about it.
 
-use super::super::Assembly;
+use super::super::Construction;
 use super::MakeMesh;
 use crate::case::{InterfaceSpec, VolumeSpec};
 use crate::error::Diagnostic;
@@ -14,7 +14,7 @@ use std::path::Path;
 /// an equilateral triangle, 0.12 in a regular tetrahedron.
 const NEARLY_FLAT: f64 = 1e-4;
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// The mesh, or `None` if it can't be made (and why was noted).
     pub(super) fn mesh<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Mesh<D, N>> {
         let spec = self.case.file.mesh.as_ref()?;
@@ -97,7 +97,7 @@ impl Assembly<'_> {
         self.findings.push(Diagnostic::warning("mesh", message).help(help));
     }
 
-    /// Says what is left out of a mesh, and which part of its boundary nobody named.
+    /// Warns of parts that are left out of a mesh, and of parts of its boundary without a name.
     pub(super) fn left_over<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, sets: &[BoundarySetup<D>]) {
         if let Some(&first) = mesh.isolated.first() {
             let message = format!("{} nodes belong to no element, the first at ({})", mesh.isolated.len(), at(first));

@@ -5,9 +5,9 @@ mod fluids;
 mod mesh;
 mod through;
 
-use super::signals::Samples;
-use super::{Assembly, Model, guarded, has_errors};
-use crate::case::summary::Summary;
+use super::signals::TrialPoints;
+use super::{Construction, Model, guarded, has_errors};
+use crate::case::summary::CaseSummary;
 use crate::case::{Case, check, names};
 use crate::error::Diagnostic;
 use crate::math::Vector;
@@ -16,7 +16,7 @@ use crate::mesh::domain::DomainMesh;
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::{Pfem2, Setup};
 use crate::simulation::Solver;
-use fluids::{Part, sharp, velocity_at};
+use fluids::{InitialFluid, sharp, velocity_at};
 
 /// Makes the mesh of a case in its dimension.
 pub(super) type MakeMesh<const D: usize, const N: usize> =
@@ -25,13 +25,13 @@ pub(super) type MakeMesh<const D: usize, const N: usize> =
 impl Case {
     /// The solver of PFEM-2, or everything that is wrong.
     pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
-        let mut assembly = Assembly::new(self);
+        let mut assembly = Construction::new(self);
         let setup = assembly.flow(make);
-        let Assembly { mut findings, watched, .. } = assembly;
+        let Construction { mut findings, watched, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
         check::plausible::of_flow(self, &setup, &mut findings);
-        let summary = Summary::of_flow(&setup, &self.file);
+        let summary = CaseSummary::of_flow(&setup, &self.file);
         let mut solver = Pfem2::new(setup);
         let mut summary = summary.with_solver(&mut solver, &self.file);
         summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
@@ -49,17 +49,17 @@ impl Case {
     }
 }
 
-impl Assembly<'_> {
+impl Construction<'_> {
     fn flow<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;
-        let samples = Samples::over(mesh.nodes(), file.time.end);
+        let samples = TrialPoints::over(mesh.nodes(), file.time.end);
         let gravity = self.signals("pfem2.gravity", &file.pfem2.gravity, &samples);
         let boundaries = self.boundaries(&mesh);
         let pin = self.pin(&mesh, &boundaries);
         let tension = self.tensions();
         let fluids: Vec<FluidSetup> = (0..file.body.len()).filter_map(|i| self.fluid(i)).collect();
-        let parts: Vec<Part> = (0..file.body.len()).filter_map(|i| self.part(i, &mesh)).collect();
+        let parts: Vec<InitialFluid> = (0..file.body.len()).filter_map(|i| self.part(i, &mesh)).collect();
         if file.body.is_empty() {
             let finding = Diagnostic::error("", "there is no body: nothing fills the mesh");
             self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
@@ -71,7 +71,7 @@ impl Assembly<'_> {
         self.pieces(&mesh, &boundaries);
         self.through_walls(&mesh, &boundaries);
         self.through_flow(&mesh, &boundaries);
-        self.falling_out(&mesh, &boundaries, (&gravity, fluids[0].density));
+        self.falling_out(&mesh, &boundaries, &gravity, fluids[0].density);
         self.left_over(&mesh, &boundaries);
         self.nearly_flat(&mesh);
         self.unfilled(&mesh, &parts);

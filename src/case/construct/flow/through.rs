@@ -1,6 +1,6 @@
 //! Checks of openings: inflow and outflow through the boundary.
 
-use super::super::Assembly;
+use super::super::Construction;
 use super::mesh::{at, middle};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
@@ -8,13 +8,13 @@ use crate::mesh::{Facet, Mesh};
 use crate::pfem2::boundary::{BoundarySetup, Condition};
 use std::collections::HashMap;
 
-/// Share of a wall's velocity that may be across it: what the rounding of a formula leaves.
+/// Part of a wall's velocity that may be normal to it, as the rounding error of a formula.
 const ACROSS: f64 = 1e-6;
 
 /// Share of the extent of the mesh along gravity above which an open part is tall.
 const TALL: f64 = 0.01;
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// The mesh stays where it is: a wall can only slide along itself.
     pub(super) fn through_walls<const D: usize, const N: usize>(
         &mut self,
@@ -73,7 +73,7 @@ impl Assembly<'_> {
                     (net, all) = (net + through, all + most);
                 }
             }
-            // A closed box can't take in what the rounding of a formula leaves, of a wall that turns as well.
+            // The net flux from the rounding errors of formulas is no inflow, also for rotating walls.
             if net.abs() > 1e-6 * all {
                 let first = sets.iter().position(|set| matches!(set.condition, Condition::Inlet(_))).unwrap_or(0);
                 let rate = if D == 2 { "m²/s" } else { "m³/s" };
@@ -86,13 +86,14 @@ impl Assembly<'_> {
     }
 }
 
-impl Assembly<'_> {
+impl Construction<'_> {
     /// Under one pressure a side that is open along gravity lets fluid fall out below and come in above.
     pub(super) fn falling_out<const D: usize, const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
         sets: &[BoundarySetup<D>],
-        (gravity, density): (&[Signal], f64),
+        gravity: &[Signal],
+        density: f64,
     ) {
         for (i, set) in sets.iter().enumerate() {
             let nodes = set.facets.iter().flat_map(|&facet| mesh.facet_nodes(facet));
@@ -153,7 +154,7 @@ fn hydrostatic<const D: usize, const N: usize>(mesh: &Mesh<D, N>, pull: Vector<D
     format!("`pressure = \"{density} * {size} * ({depth})\"`")
 }
 
-/// Flux through a facet at its nodes' mean velocity, outward, and what it would be if they all moved across [m³/s].
+/// Outward flux through a facet at its nodes' mean velocity, and the flux if all velocities were normal to it [m³/s].
 fn flux<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facet: Facet, v: &[Signal; D], t: f64) -> (f64, f64) {
     let (area, nodes) = (mesh.facet_area(facet), mesh.facet_nodes(facet));
     let velocity = |node: &u32| Vector::<D>::from_fn(|i| v[i].value(mesh.nodes()[*node as usize].to3(), t));
@@ -162,7 +163,7 @@ fn flux<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facet: Facet, v: &[Si
     (sum(&|v| v.dot(area)) / count, sum(&|v| v.norm() * area.norm()) / count)
 }
 
-/// How far the unit normal of each facet differs from those of the facets that it meets: a round wall that turns moves along
+/// The difference between the unit normals of each facet and of its neighbours: a round wall that turns moves along
 /// itself up to that. Facets that meet at more than 45° are different walls.
 fn bends<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facets: &[Facet]) -> Vec<f64> {
     const EDGE: f64 = 0.765; // 2 sin(45°/2)
