@@ -2,7 +2,7 @@
 //! other reference than the eye.
 
 use lateen::output::image::Image;
-use lateen::output::picture::{Corners, Obstacle};
+use lateen::output::picture::{Corners, PictureObstacle};
 use lateen::output::{Picture, PictureSpec, UnitLabels};
 use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
@@ -100,7 +100,7 @@ impl Model {
 /// Half a cylinder on the floor, which has rolled 0.2 m at the time of the pictures.
 struct Bump;
 
-impl Obstacle for Bump {
+impl PictureObstacle for Bump {
     fn distance(&self, x: [f64; 3]) -> f64 {
         (x[0] - 1.5).hypot(x[1]) - 0.15
     }

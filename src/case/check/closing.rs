@@ -32,7 +32,8 @@ const OVERLAP: f64 = 1e-3;
 const PUSH: f64 = 0.1;
 const LEAST: [f64; 2] = [0.25, 0.01];
 
-/// Times at which the displacement of an obstacle is known, and steps of its integration between two of them: two numbers, for an estimate of the error.
+/// Times at which the displacement of an obstacle is known, and steps of its integration between two of them: two numbers, for an
+/// estimate of the error.
 const TIMES: usize = 512;
 const STEPS: [usize; 2] = [8, 13];
 
