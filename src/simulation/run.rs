@@ -8,16 +8,22 @@
 //!
 //! A checkpoint holds the solver's columns and the loop's own: a resumed run takes the same steps, bit for bit.
 
+mod errors;
 mod impulse;
 mod recover;
+mod state;
+mod summary;
+
+pub use summary::RunSummary;
 
 use self::impulse::Impulses;
+use self::state::LoopState;
 use super::clock::next_target;
 use super::progress::Pace;
 use super::{
     CheckpointStore, Clock, Column, Event, MOST_COUNTED, Monitor, Observer, Progress, Schedule, Solver, Timer,
 };
-use crate::error::{Diagnostic, Error, Place, Result, StepError};
+use crate::error::{Diagnostic, Error, Result, StepError};
 use crate::timed;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,31 +39,6 @@ pub struct Plan {
     pub step: Option<f64>,
     /// Wall time between two checkpoints.
     pub checkpoint_every: Duration,
-}
-
-/// Summary of a run that has ended.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct RunSummary {
-    /// Time and steps at the end.
-    pub clock: Clock,
-    /// Wall time of this process.
-    pub elapsed: Duration,
-    /// Steps of this process.
-    pub steps: u64,
-    /// Particles moved, summed over the steps of this process.
-    pub particle_steps: u64,
-    /// Sub-steps of the membranes in the steps of this process; 0 without any.
-    pub substeps: u64,
-    /// Elements of membranes advanced, summed over these sub-steps.
-    pub element_steps: u64,
-    /// Seconds per stage: those of the solver, outputs and checkpoints.
-    pub stages: Vec<(&'static str, f64)>,
-    /// Energy that the ledger can't explain [J].
-    pub closure: f64,
-    /// The largest term of the ledger [J], to measure the closure by.
-    pub energy_scale: f64,
-    /// The part of it that errors have taken, where the ledger finds it as the remainder of all other terms.
-    pub energy_remainder: Option<f64>,
 }
 
 /// A solver on its way through time, with everything that watches it.
@@ -444,55 +425,5 @@ impl Simulation {
             energy_remainder: self.energy_remainder,
             ..self.pace.progress(self.clock, self.plan.end, counts)
         }
-    }
-
-    fn summary(&self) -> RunSummary {
-        let ledger = self.solver.snapshot().ledger;
-        RunSummary {
-            clock: self.clock,
-            elapsed: self.pace.elapsed(),
-            steps: self.steps,
-            particle_steps: self.particle_steps,
-            substeps: self.substeps,
-            element_steps: self.element_steps,
-            stages: self.solver.stage_times().into_iter().chain(self.timer.seconds()).collect(),
-            closure: ledger.closure(self.stored_at_start),
-            energy_scale: ledger.scale(self.stored_at_start),
-            energy_remainder: ledger.remainder(self.stored_at_start),
-        }
-    }
-
-    fn step_error(&self, what: &str, quantity: &'static str, value: f64, advice: String) -> StepError {
-        let (time, step) = (self.clock.time, self.clock.step + 1);
-        StepError { what: what.to_owned(), time, step, place: Place::Everywhere, quantity, value, advice }
-    }
-
-    fn collapsed(&self, dt: f64) -> StepError {
-        let advice = "something moves or stiffens without bound: look at the last fields, and lower `mpm.safety`";
-        self.step_error("the stable step became too small to go on", "dt", dt, advice.to_owned())
-    }
-
-    fn unstable(&self, fixed: f64, stable: f64) -> StepError {
-        let advice = format!("the stable step fell to {stable:.4e} s: lower `time.step` below it, or leave it out");
-        self.step_error("the fixed step became larger than the stable one", "dt", fixed, advice)
-    }
-}
-
-/// The state of the time loop that a checkpoint keeps.
-struct LoopState<'a> {
-    clock: &'a mut Clock,
-    stored_at_start: &'a mut f64,
-    impulses: &'a mut Impulses,
-}
-
-impl LoopState<'_> {
-    /// The loop's own columns, then the solver's.
-    fn columns(&mut self, solver: &mut dyn Solver, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        let mut reals = [self.clock.time, self.clock.dt, *self.stored_at_start];
-        visit("loop/time, dt, stored energy", Column::record(&mut reals));
-        [self.clock.time, self.clock.dt, *self.stored_at_start] = reals;
-        visit("loop/step", Column::scalar(&mut self.clock.step));
-        self.impulses.columns(visit);
-        solver.columns(visit);
     }
 }

@@ -1,7 +1,7 @@
 //! Sub-cells, channels and crowds; mirrors.
 
 use super::*;
-use crate::mesh::Cut;
+use crate::mesh::CellCut;
 use crate::pfem2::boundary::BoundaryKind;
 use crate::pfem2::convect::Flow;
 use crate::pfem2::level_set::LevelSet;
@@ -67,9 +67,9 @@ fn mirrored<const D: usize, const N: usize>(
 fn what_mirrors_itself_goes_on_doing_so() {
     let lines = |from: f64| (0..=8).map(|i| from + (1.0 - from) * f64::from(i) / 8.0).collect::<Vec<_>>();
     let vortices = |x: &[f64]| [-(PI * x[0]).sin() * (PI * x[1]).cos(), (PI * x[0]).cos() * (PI * x[1]).sin()];
-    let flat = Mesh::<2, 3>::lattice(&[lines(-1.0), lines(0.0)], Cut::Mirrored).unwrap();
+    let flat = Mesh::<2, 3>::lattice(&[lines(-1.0), lines(0.0)], CellCut::Mirrored).unwrap();
     mirrored(&flat, 3, |x| Vector(vortices(&x.0)));
-    let full = Mesh::<3, 4>::lattice(&[lines(-1.0), lines(0.0), lines(0.0)], Cut::Mirrored).unwrap();
+    let full = Mesh::<3, 4>::lattice(&[lines(-1.0), lines(0.0), lines(0.0)], CellCut::Mirrored).unwrap();
     mirrored(&full, 3, |x| {
         let [u, v] = vortices(&x.0);
         Vector([u, v, 0.3 * x[2] * (1.0 - x[2]) * (PI * x[0]).cos()])
