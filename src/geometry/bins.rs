@@ -81,7 +81,8 @@ mod tests {
         SpatialBins::for_each([-3; 3], [3; 3], |bin| listed.extend(bins.of(&bin).iter().map(|&thing| (thing, bin))));
         let touched = [-2, -1, 0].into_iter().flat_map(|x| [0, 1].map(|y| (1, [x, y, 0])));
         let mut expected: Vec<_> = touched.chain([(2, [0; 3])]).collect();
-        (listed.sort_unstable(), expected.sort_unstable());
+        listed.sort_unstable();
+        expected.sort_unstable();
         assert_eq!(listed, expected);
         assert_eq!(bins.at(Vector([0.01; 3])), [1, 2]);
         bins.clear(1.0);
