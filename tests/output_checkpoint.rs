@@ -241,3 +241,26 @@ fn a_column_of_another_size_is_an_error_that_names_it() {
         assert!(error.contains("`nodes` of 80 bytes"), "{error}");
     }
 }
+
+/// A record is read from its own column and from an array of the same numbers, however these are grouped.
+#[test]
+fn a_record_is_restored_from_as_many_numbers_of_its_type() {
+    let dir = tempfile::tempdir().unwrap();
+    let restored = || {
+        let mut works = [0.0_f64; 4];
+        store(dir.path()).restore(&mut |visit| visit("works", Column::record(&mut works))).map(|_| works)
+    };
+    let mut numbers = [1.0_f64, 2.0, 3.0, 4.0];
+    let mut packed = numbers.to_vec();
+    store(dir.path()).save(1, 0.1, &mut |visit| visit("works", Column::new(&mut packed))).unwrap();
+    assert_eq!(restored().unwrap(), numbers);
+    store(dir.path()).save(2, 0.1, &mut |visit| visit("works", Column::record(&mut numbers))).unwrap();
+    assert_eq!(restored().unwrap(), numbers);
+    packed.pop();
+    store(dir.path()).save(3, 0.1, &mut |visit| visit("works", Column::new(&mut packed))).unwrap();
+    let error = restored().unwrap_err().to_string();
+    assert!(error.contains("`works` of 24 bytes"), "{error}");
+    store(dir.path()).save(4, 0.1, &mut |visit| visit("works", Column::scalar(&mut 0_u64))).unwrap();
+    let error = restored().unwrap_err().to_string();
+    assert!(error.contains("of the kind that this model needs"), "{error}");
+}

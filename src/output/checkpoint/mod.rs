@@ -40,6 +40,20 @@ const GENERATIONS: usize = 2;
 const EXTENSION: &str = "checkpoint";
 
 /// Keeps the two newest checkpoints of one case in a directory.
+///
+/// ```
+/// use lateen::output::Checkpoints;
+/// use lateen::simulation::{CheckpointStore, Column};
+///
+/// let directory = tempfile::tempdir().unwrap();
+/// let mut store = Checkpoints::new(directory.path(), "hash of the case");
+/// let mut works = [1.0, 2.0];
+/// store.save(100, 0.1, &mut |visit| visit("works", Column::record(&mut works)))?;
+/// works = [0.0; 2];
+/// let path = store.restore(&mut |visit| visit("works", Column::record(&mut works)))?;
+/// assert!(path.is_some() && works == [1.0, 2.0]);
+/// # Ok::<(), lateen::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Checkpoints {
     directory: PathBuf,
