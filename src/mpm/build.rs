@@ -1,6 +1,6 @@
 //! From a description to a solver that is ready to step.
 
-use super::contact::{FrictionTable, nodes::FoldedStencil};
+use super::contact::{FoldedStencil, FrictionTable};
 use super::coupling::{Coupling, build_membranes};
 use super::ghost::Ghosts;
 use super::kernel::Kernel;

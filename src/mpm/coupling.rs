@@ -9,7 +9,7 @@
 //! (theory D.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
 //! loses energy for ever.
 
-use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::FoldedStencil, sample::Facet};
+use super::contact::{Contact, Facet, FoldedStencil, FrictionTable, SheetSource, Surface};
 use super::membrane::Membrane;
 use super::particles::Body;
 use super::proximity::Proximity;

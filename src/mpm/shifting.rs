@@ -21,7 +21,7 @@
 //! The room ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed takes up less
 //! space, as it should, and its volumes follow its energy (`volumes`).
 
-use super::contact::nodes::{FoldedStencil, flip};
+use super::contact::{FoldedStencil, flip};
 use super::coupling::Coupling;
 use super::ghost::{Fold, Limits};
 use super::kernel::{Kernel, Shape, with_shape};

@@ -4,8 +4,7 @@
 //! facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for good. A fluid that
 //! reaches farther to both sides of a closed membrane is meant to: it gets a velocity field on each ([`super::regions`]).
 
-use super::contact::locate::{Locator, Place};
-use super::contact::sample::Facet;
+use super::contact::{Facet, Locator, Place};
 use super::regions::Enclosure;
 use super::{BodySetup, Friction, MembraneSetup, Setup};
 use crate::error::Diagnostic;

@@ -20,7 +20,7 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
-use super::contact::nodes::FoldedStencil;
+use super::contact::FoldedStencil;
 use super::ghost::Limits;
 use super::wall::Walls;
 use super::{Body, Field, Grid, Mpm, Particles};

@@ -3,8 +3,8 @@
 
 use lateen::material::{PointBatch, PointLaw, PointState, StartState, Storage};
 use lateen::math::{SymTensor, Tensor, Vector};
-use lateen::mpm::contact::nodes::FoldedStencil;
-use lateen::mpm::contact::sample::Facet;
+use lateen::mpm::contact::FoldedStencil;
+use lateen::mpm::contact::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
 use lateen::mpm::wall::Walls;
 use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, GridSetup, Kernel, KernelKind, Part, Particles};

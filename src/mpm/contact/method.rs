@@ -5,18 +5,16 @@
 //! ([`super::at_particles`]).
 
 use super::at_nodes::AtNodes;
-use super::at_particles::AtParticles;
-use super::band::Shift;
-use super::guard::Near;
+use super::at_surface::AtParticles;
+use super::folded_stencil::FoldedStencil;
 use super::impulse::Settled;
-use super::nodes::FoldedStencil;
 use super::partner::Partners;
-use super::sheet::{Sheet, SheetSource, Surface};
+use super::sheet::{Near, Sheet, SheetSource, Shift, Surface};
 use crate::mpm::{Body, Grid, SheetContact, SubStep};
 use std::fmt::Debug;
 
 /// The bodies and the grid at the start of a step.
-pub(super) struct StepContext<'a, const D: usize> {
+pub struct StepContext<'a, const D: usize> {
     pub grid: &'a Grid<D>,
     pub lattice: &'a FoldedStencil<D>,
     pub bodies: &'a [Body<D>],
@@ -26,7 +24,7 @@ pub(super) struct StepContext<'a, const D: usize> {
 }
 
 /// A method of contact between one sheet and the bodies, in the order in which a step calls it.
-pub(super) trait ContactMethod<const D: usize>: Debug + Send + Sync {
+pub trait ContactMethod<const D: usize>: Debug + Send + Sync {
     /// Finds what may touch the sheet during the step. Labels the particles around it with their sides, and adds those that have
     /// one to `guarded`. Returns how many have crossed the sheet since the last step.
     fn find(
@@ -71,7 +69,7 @@ pub(super) trait ContactMethod<const D: usize>: Debug + Send + Sync {
 }
 
 /// The method by which a sheet meets so many fields at `place`; `tolerance` [m] is the gap below which contact acts.
-pub(super) fn build<const D: usize>(
+pub fn build<const D: usize>(
     place: SheetContact,
     source: &SheetSource<'_, D>,
     fields: usize,

@@ -3,14 +3,13 @@
 //! Bodies and membranes first move as if they were alone. Then they exchange impulses. Membranes do so with bodies by one of two
 //! methods, which the case chooses ([`SheetContact`]), with one interface (`method`):
 //!
-//! * `at_particles`: on the surface of the membrane, between its elements and the points of bodies near it (theory D.9), which are
-//!   found by `watch` and pushed by `solver`;
-//! * `at_nodes`: at the grid nodes, as in the paper (theory D.2 to D.8), to which `map` takes the membrane, and where `band` measures
-//!   the gaps to particles and `impulse` solves each node.
+//! * `at_nodes`: at the grid nodes, as in the paper (Lian, Liu & Zhang 2014, eqs. 49 to 59; theory D.2 to D.8);
+//! * `at_surface`: on the surface of the membrane, between its elements and the particles of bodies near it (theory D.9 to D.11).
 //!
-//! Both know the membrane as a `sheet`, which finds the closest point of its elements (`nearest`) and touches walls and obstacles
-//! (`rigid`), and the nodes of bodies on the grid as `partner`s. Bodies meet each other at grid nodes (`pairwise`), across the plane
-//! between their particles (`normal`, `margin`). The order of a step, and of the interface within it:
+//! Both know the membrane as a `sheet` (elements, closest points, sides of particles), which touches walls and obstacles
+//! (`rigid`), and the nodes of bodies on the grid as `partner`s. `bodies` is contact of bodies with each other at grid nodes. Common to
+//! all: `impulse` (the impulses at one node), `friction` (coefficients by name), `folded_stencil` (grid nodes around a point, with walls),
+//! `support_blocks` and `particle_size`, `ledger` (forces and losses). The order of a step, and of the interface within it:
 //!
 //! ```text
 //! begin_step     find: label particles, find who may touch; contact between bodies; choose: their nodes on the grid
@@ -18,8 +17,8 @@
 //!                in passes, as the nodes take up less than the grid gives (theory D.7)
 //! conclude       gaps and losses of the sub-step
 //! finish_step    finish: displacements that part what overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53)
-//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `books`)
-//! restore        (after particles and membranes moved) part what overlaps, keep particles on their sides (`guard`)
+//! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `ledger`)
+//! restore        (after particles and membranes moved) part what overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
 //!
 //! J is what the body gets, and of two bodies the second; the sheet gets −J (theory D).
@@ -27,46 +26,35 @@
 //! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory D.15).
 
 mod at_nodes;
-mod at_particles;
-mod band;
-mod books;
+mod at_surface;
+mod bodies;
+mod folded_stencil;
 mod friction;
-mod guard;
-pub mod impulse;
-pub mod locate;
-mod map;
-mod margin;
+mod impulse;
+mod ledger;
 mod method;
-mod nearest;
-pub mod nodes;
-pub mod normal;
-mod pairwise;
+mod particle_size;
 mod partner;
 mod rigid;
-mod row;
-pub mod sample;
 mod sheet;
-mod solver;
-mod watch;
+mod support_blocks;
 
-pub use band::Shift;
-pub use books::Losses;
+pub use folded_stencil::{Flips, FoldedStencil, flip};
 pub use friction::FrictionTable;
+pub use ledger::Losses;
 pub use rigid::Squeeze;
-pub use sheet::{SheetSource, Surface};
+pub use sheet::{Facet, Locator, Place, SheetSource, Shift, Surface};
 
 use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
-use books::Books;
-use guard::{Moved, Near};
+use bodies::Pairwise;
 use impulse::Settled;
+use ledger::Books;
 use method::{ContactMethod, StepContext};
-use nodes::FoldedStencil;
-use pairwise::Pairwise;
 use partner::Partners;
-use sheet::Sheet;
+use sheet::{Moved, Near, Sheet, keep_sides, suspects};
 use std::collections::BTreeMap;
 
 /// All contacts of a simulation.
@@ -286,13 +274,13 @@ impl<const D: usize> Contact<D> {
             shifts.iter().for_each(|shift| body.particles.position[shift.particle as usize] += shift.by);
         }
         let travel: Vec<f64> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.travel(at)).collect();
-        let suspects = guard::suspects(&self.guarded, &travel, bodies);
+        let suspects = suspects(&self.guarded, &travel, bodies);
         if suspects.is_empty() {
             return &self.shifts;
         }
         self.find_membranes(positions, self.cell);
         let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.moved(at)).collect();
-        let displaced = guard::keep_sides(&self.guarded, &suspects, &sheets, bodies, self.cell);
+        let displaced = keep_sides(&self.guarded, &suspects, &sheets, bodies, self.cell);
         self.counts[1 + self.sheets.len()] += displaced.len() as u64;
         for (body, shift) in displaced {
             bodies[body as usize].particles.position[shift.particle as usize] += shift.by;

@@ -7,10 +7,12 @@
 //! Mass and weights stay as they are; f is the force of everything but membranes. The sum is handed to the
 //! grid once, p ← p + ΣJ and f ← f + ΣJ/Δt, so that p⁻ = p − Δt f stays true.
 
-use super::nodes::FoldedStencil;
-use super::row::NONE;
+use super::folded_stencil::FoldedStencil;
 use crate::math::Vector;
 use crate::mpm::Grid;
+
+/// The number of an absent node or partner.
+pub const NONE: u32 = u32::MAX;
 
 #[derive(Debug, Clone)]
 struct Partner<const D: usize> {
@@ -29,7 +31,7 @@ struct Partner<const D: usize> {
 
 /// All of them, in the order in which they were met.
 #[derive(Debug, Default)]
-pub(super) struct Partners<const D: usize> {
+pub struct Partners<const D: usize> {
     dt: f64,
     list: Vec<Partner<D>>,
     /// Number of each node of each field, `NONE` where there is none.

@@ -2,7 +2,7 @@
 
 use super::distance::approach;
 use crate::math::Vector;
-use crate::mpm::contact::sample::Facet;
+use crate::mpm::contact::Facet;
 use hashbrown::{HashMap, HashSet};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;

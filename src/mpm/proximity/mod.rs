@@ -13,7 +13,7 @@ pub mod distance;
 mod layout;
 mod survey;
 
-use super::contact::sample::Facet;
+use super::contact::Facet;
 use super::{Membrane, Setup};
 use crate::error::Diagnostic;
 use crate::math::Vector;

@@ -2,9 +2,10 @@
 //! (Bærentzen & Aanæs 2005; theory D.3).
 //!
 //! Exact but not cheap: contact asks only when a particle comes near a sheet for the first time, and when
-//! the smooth distance of `band` says that one has crossed.
+//! the distance that the nodes see (theory (D.5)) says that one has crossed.
 
-use super::sample::Facet;
+use super::bins::{bin, for_each_bin};
+use super::facet::{Facet, borders, closest};
 use crate::math::Vector;
 use hashbrown::{HashMap, HashSet};
 
@@ -143,76 +144,6 @@ impl<const D: usize> Closest<D> {
         }
         Place::Beside(if height < 0.0 { -self.distance } else { self.distance })
     }
-}
-
-/// The free edges: those that belong to one facet only.
-pub(super) fn borders(facets: &[Facet]) -> HashSet<[u32; 2]> {
-    let mut count: HashMap<[u32; 2], u32> = HashMap::new();
-    for edge in facets.iter().flat_map(edges) {
-        *count.entry(edge).or_insert(0) += 1;
-    }
-    count.into_iter().filter(|&(_, n)| n == 1).map(|(edge, _)| edge).collect()
-}
-
-/// Edges of a facet with their nodes ascending; the ends of a segment count as edges of one node.
-fn edges(facet: &Facet) -> impl Iterator<Item = [u32; 2]> {
-    let nodes = facet.nodes().to_vec();
-    let segment = nodes.len() == 2;
-    (0..nodes.len()).map(move |k| {
-        let (a, b) = (nodes[k], if segment { nodes[k] } else { nodes[(k + 1) % nodes.len()] });
-        [a.min(b), a.max(b)]
-    })
-}
-
-fn bin<const D: usize>(x: Vector<D>, cell: f64) -> [i32; D] {
-    std::array::from_fn(|a| (x[a] / cell).floor() as i32)
-}
-
-pub(super) fn for_each_bin<const D: usize>(lower: [i32; D], upper: [i32; D], mut visit: impl FnMut([i32; D])) {
-    let mut at = lower;
-    loop {
-        visit(at);
-        let Some(axis) = (0..D).find(|&a| at[a] < upper[a]) else { return };
-        at[axis] += 1;
-        at[..axis].copy_from_slice(&lower[..axis]);
-    }
-}
-
-/// Barycentric weights of the point of the triangle (or, with two equal corners, the segment) closest to `x`
-/// (Ericson, Real-Time Collision Detection, 5.1.5). Weights are exactly 0 or 1 on edges and corners.
-pub(super) fn closest<const D: usize>([a, b, c]: [Vector<D>; 3], x: Vector<D>) -> [f64; 3] {
-    let (ab, ac, ax) = (b - a, c - a, x - a);
-    let (d1, d2) = (ab.dot(ax), ac.dot(ax));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bx = x - b;
-    let (d3, d4) = (ab.dot(bx), ac.dot(bx));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let v = d1 / (d1 - d3);
-        return [1.0 - v, v, 0.0];
-    }
-    let cx = x - c;
-    let (d5, d6) = (ab.dot(cx), ac.dot(cx));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let w = d2 / (d2 - d6);
-        return [1.0 - w, 0.0, w];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - w, w];
-    }
-    let total = va + vb + vc;
-    [1.0 - (vb + vc) / total, vb / total, vc / total]
 }
 
 #[cfg(test)]

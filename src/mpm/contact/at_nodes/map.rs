@@ -12,12 +12,13 @@
 //! if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if the map
 //! made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there none.
 
-use super::method::StepContext;
-use super::nodes::{Flips, flip};
-use super::row::{ContactNode, NONE};
-use super::sample::{Facet, Samples, Visit, corner_mass};
-use super::sheet::{Sheet, SheetSource, Surface};
+use super::contact_node::ContactNode;
+use super::samples::{Samples, Visit, corner_mass};
 use crate::math::Vector;
+use crate::mpm::contact::folded_stencil::{Flips, flip};
+use crate::mpm::contact::method::StepContext;
+use crate::mpm::contact::partner::NONE;
+use crate::mpm::contact::sheet::{Facet, Sheet, SheetSource, Surface};
 
 /// A row that a sample reaches.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +30,7 @@ struct Entry {
 
 /// A sheet on the grid.
 #[derive(Debug)]
-pub(super) struct Map<const D: usize> {
+pub struct Map<const D: usize> {
     /// The nodes that it shares with bodies.
     pub rows: Vec<ContactNode<D>>,
     /// Row of each grid node, `NONE` where there is none.
@@ -137,7 +138,7 @@ impl<const D: usize> Map<D> {
     }
 
     /// Where the sheet is folded, the normals become directions: the sums of arms to the particles around, each turned
-    /// to the side that it is on ([`super::band::Band::lean`]). Where the arms cancel, as those of a sheet along a mirror do, what is
+    /// to the side that it is on (`Band::lean`). Where the arms cancel, as those of a sheet along a mirror do, what is
     /// left of them is no direction.
     pub fn unfold(&mut self) {
         for row in self.rows.iter_mut().filter(|row| row.folded) {

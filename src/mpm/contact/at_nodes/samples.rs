@@ -8,9 +8,10 @@
 //! cells. Each node's lumped mass m_K is shared by its elements in proportion to their area (m_K,e), so
 //! that mass and momentum of the samples are exactly those of the nodes.
 
-use super::nodes::{Flips, FoldedStencil};
 use crate::math::Vector;
 use crate::mpm::Grid;
+use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
+use crate::mpm::contact::sheet::Facet;
 use crate::parallel;
 use std::ops::Range;
 
@@ -20,52 +21,7 @@ const MOST: u32 = 64;
 /// Samples per parallel task.
 const TASK: usize = 256;
 
-/// An element: its nodes (unused ones repeat the last) and their number, 2 to 4.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Facet {
-    /// Nodes.
-    pub nodes: [u32; 4],
-    /// How many.
-    pub count: usize,
-}
-
 impl Facet {
-    /// From 2 (segment), 3 (triangle) or 4 (quadrilateral) nodes.
-    pub fn new(nodes: &[u32]) -> Self {
-        let last = nodes.len().min(4) - 1;
-        Self { nodes: std::array::from_fn(|k| nodes[k.min(last)]), count: last + 1 }
-    }
-
-    /// Its nodes.
-    pub fn nodes(&self) -> &[u32] {
-        &self.nodes[..self.count]
-    }
-
-    /// Node values at the facet's corners.
-    pub fn corners<const D: usize>(&self, values: &[Vector<D>]) -> [Vector<D>; 4] {
-        self.nodes.map(|k| values[k as usize])
-    }
-
-    /// The vector area [m²] (2D: length [m]): ½ r₃₁ × r₄₂, ½ r₂₁ × r₃₁, or the segment's tangent × z.
-    pub fn area<const D: usize>(&self, position: &[Vector<D>]) -> Vector<D> {
-        let x = self.corners(position);
-        match self.count {
-            2 => {
-                let t = x[1] - x[0];
-                Vector::from_fn(|i| if i == 0 { t[1] } else { -t[0] })
-            }
-            3 => half_cross(x[1] - x[0], x[2] - x[0]),
-            _ => half_cross(x[2] - x[0], x[3] - x[1]),
-        }
-    }
-
-    /// Its longest side [m].
-    pub(super) fn size<const D: usize>(&self, position: &[Vector<D>]) -> f64 {
-        let next = |k: usize| if k + 1 < self.count { k + 1 } else { 0 };
-        let side = |k: usize| (position[self.nodes[k] as usize] - position[self.nodes[next(k)] as usize]).norm();
-        (0..self.count).map(side).fold(0.0, f64::max)
-    }
-
     /// Samples along the two directions of the facet for cells of size `cell` [m].
     fn divisions<const D: usize>(&self, position: &[Vector<D>], cell: f64) -> [u32; 2] {
         let x = self.corners(position);
@@ -77,10 +33,6 @@ impl Facet {
             _ => [number(side(0, 1).max(side(2, 3))), number(side(1, 2).max(side(3, 0)))],
         }
     }
-}
-
-fn half_cross<const D: usize>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
-    Vector::from3(Vector(a.to3()).cross(Vector(b.to3())).0) * 0.5
 }
 
 /// Shape functions N_K at the samples of a facet with `count` nodes and `n` samples per direction.
@@ -116,7 +68,7 @@ fn shape_functions(count: usize, [n, m]: [u32; 2], mut visit: impl FnMut([f64; 4
 
 /// A grid node that a sample reaches.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Visit {
+pub struct Visit {
     pub sample: u32,
     pub node: u32,
     pub flips: Flips,
@@ -159,13 +111,13 @@ impl Samples {
     }
 
     /// x_q [m].
-    pub(super) fn place<const D: usize>(&self, facets: &[Facet], position: &[Vector<D>], q: usize) -> Vector<D> {
+    pub fn place<const D: usize>(&self, facets: &[Facet], position: &[Vector<D>], q: usize) -> Vector<D> {
         let corners = facets[self.element[q] as usize].corners(position);
         corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
     }
 
     /// The part of a sample's mass that is held along each axis [kg], by the share of each node.
-    pub(super) fn held_mass<const D: usize>(
+    pub fn held_mass<const D: usize>(
         &self,
         facets: &[Facet],
         held: impl Fn(usize) -> Vector<D>,
@@ -176,7 +128,7 @@ impl Samples {
     }
 
     /// The nodes with bodies that each sample reaches, sample by sample.
-    pub(super) fn visits<const D: usize>(
+    pub fn visits<const D: usize>(
         &self,
         facets: &[Facet],
         position: &[Vector<D>],

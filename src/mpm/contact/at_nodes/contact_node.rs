@@ -1,12 +1,12 @@
 //! A grid node that a sheet shares with bodies, and what each body does there during the step.
 
-use super::impulse::Impulse;
-use super::partner::Partners;
 use crate::math::Vector;
+use crate::mpm::contact::impulse::Impulse;
+use crate::mpm::contact::partner::{NONE, Partners};
 
 /// A grid node that the sheet shares with bodies.
 #[derive(Debug, Clone)]
-pub(super) struct ContactNode<const D: usize> {
+pub struct ContactNode<const D: usize> {
     /// Number of the grid node.
     pub node: u32,
     /// m_I^r [kg].
@@ -38,7 +38,7 @@ pub(super) struct ContactNode<const D: usize> {
 
 /// A body at a row.
 #[derive(Debug, Clone)]
-pub(super) struct NodePair<const D: usize> {
+pub struct NodePair<const D: usize> {
     /// Gap to the particles labelled − and + [m]; infinite where there are none.
     pub gap: [f64; 2],
     /// Σ ± m_p N_Ip over the labelled particles: their majority decides the side.
@@ -62,9 +62,6 @@ pub(super) struct NodePair<const D: usize> {
 
 /// Share of a sheet that moves even where supports hold all of it: it stops what is up to 10⁶ times heavier.
 const YIELD: f64 = 1e-6;
-
-/// The number of an absent row or partner.
-pub(super) const NONE: u32 = u32::MAX;
 
 impl<const D: usize> Default for NodePair<D> {
     fn default() -> Self {
@@ -151,7 +148,7 @@ impl<const D: usize> ContactNode<D> {
 
 /// The gaps after the sub-step: what they were, changed by the motion relative to the sheet, which moves with
 /// `velocity` [m/s].
-pub(super) fn close<const D: usize>(
+pub fn close<const D: usize>(
     row: &ContactNode<D>,
     pairs: &mut [NodePair<D>],
     partners: &Partners<D>,

@@ -12,9 +12,8 @@
 //!
 //! Neither momentum nor energy changes; what the forces would have done on the way is booked (`shifting`).
 
-use super::band::Shift;
-use super::nearest::Nearest;
-use super::sample::Facet;
+use super::closest_point::Nearest;
+use super::facet::Facet;
 use crate::math::Vector;
 use crate::mpm::Body;
 use crate::parallel;
@@ -24,7 +23,7 @@ const CLOSEST: f64 = 0.5;
 
 /// By how much [cells] heights may be off that are not those of the particle from the facets: beside folds as the nodes see them, and where the
 /// point on a skin stands for its particles.
-pub(super) const DOUBT: f64 = 0.25;
+pub const DOUBT: f64 = 0.25;
 
 /// How often the least distance is halved where layers leave no room, and how often places are corrected for each.
 const HALVINGS: usize = 4;
@@ -36,9 +35,18 @@ const CLOSE: f64 = 1e-3;
 /// Particles per parallel task.
 const TASK: usize = 256;
 
+/// A particle that is to be displaced.
+#[derive(Debug, Clone, Copy)]
+pub struct Shift<const D: usize> {
+    /// Index of the particle.
+    pub particle: u32,
+    /// By how much [m].
+    pub by: Vector<D>,
+}
+
 /// A particle next to a sheet of which it has a side.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Near<const D: usize> {
+pub struct Near<const D: usize> {
     /// Index of the particle, of its body, and of the sheet.
     pub particle: u32,
     pub body: u32,
@@ -79,7 +87,7 @@ fn place<const D: usize>(near: &Near<D>, bodies: &[Body<D>]) -> Vector<D> {
 
 /// A sheet at the end of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Moved<'a, const D: usize> {
+pub struct Moved<'a, const D: usize> {
     pub nearest: &'a Nearest<D>,
     pub facets: &'a [Facet],
     /// Where its nodes were at the start of the step, and where they are now [m].
@@ -89,7 +97,7 @@ pub(super) struct Moved<'a, const D: usize> {
 
 /// Those of `near` that have left their room in the step, and may be too near to their sheets now: each once for a sheet, in the order of
 /// their bodies and particles. `travel` [m]: how far the nodes of each sheet moved at most.
-pub(super) fn suspects<const D: usize>(near: &[Near<D>], travel: &[f64], bodies: &[Body<D>]) -> Vec<(u32, u32, u32)> {
+pub fn suspects<const D: usize>(near: &[Near<D>], travel: &[f64], bodies: &[Body<D>]) -> Vec<(u32, u32, u32)> {
     let moved = |near: &Near<D>| (place(near, bodies) - near.from).norm() + travel[near.sheet as usize];
     let left = |n: usize| Some(&near[n]).filter(|near| near.room < moved(near)).map(Near::key);
     let mut left = parallel::collect_some(near.len(), TASK, left);
@@ -99,7 +107,7 @@ pub(super) fn suspects<const D: usize>(near: &[Near<D>], travel: &[f64], bodies:
 }
 
 /// The displacements that keep the suspected particles on their sides, in the order of `near`, in which a particle's sheets may be anywhere.
-pub(super) fn keep_sides<const D: usize>(
+pub fn keep_sides<const D: usize>(
     near: &[Near<D>],
     suspects: &[(u32, u32, u32)],
     sheets: &[Moved<'_, D>],

@@ -1,22 +1,18 @@
 //! What a body may touch a sheet with: its particles, or the points on its skin, near the sheet, and on which side.
 
-use super::band::{Label, radius};
-use super::nearest::{Foot, Nearest};
-use super::nodes::{Flips, FoldedStencil};
-use super::sample::Facet;
 use crate::geometry::SkinPoint;
 use crate::math::Vector;
+use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
+use crate::mpm::contact::particle_size::radius;
+use crate::mpm::contact::sheet::{Facet, Foot, Label, Nearest, WATCHED};
 use crate::mpm::{Body, Grid};
 use crate::parallel;
-
-/// How far from the sheet particles are watched [cells].
-pub(super) const WATCHED: f64 = 1.0;
 
 /// Particles per parallel task.
 const TASK: usize = 256;
 
 /// A particle, or a point on the skin of a body, within the watched distance.
-pub(super) struct Candidate<const D: usize> {
+pub struct Candidate<const D: usize> {
     /// Number of the particle or point, by which it is remembered, and index of (one of) its particles.
     pub key: u32,
     pub particle: usize,
@@ -33,7 +29,7 @@ pub(super) struct Candidate<const D: usize> {
 
 /// A particle that takes part of an impulse.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Member<const D: usize> {
+pub struct Member<const D: usize> {
     /// Its index.
     pub particle: u32,
     /// Its place [m].
@@ -43,7 +39,7 @@ pub(super) struct Member<const D: usize> {
 }
 
 /// A body next to a sheet.
-pub(super) struct CandidateSearch<'a, const D: usize> {
+pub struct CandidateSearch<'a, const D: usize> {
     nearest: &'a Nearest<D>,
     facets: &'a [Facet],
     /// Size of a cell [m].
@@ -114,7 +110,7 @@ impl<'a, const D: usize> CandidateSearch<'a, D> {
 }
 
 /// The side of what had the label `old` a step before, or has for good: kept while it stays near.
-pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Candidate<D>) -> Label {
+pub fn label<const D: usize>(old: Option<Label>, seen: &Candidate<D>) -> Label {
     let (distance, beyond) = (seen.distance, seen.beyond);
     match old.filter(|label| label.side != 0.0) {
         Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
@@ -125,7 +121,7 @@ pub(super) fn label<const D: usize>(old: Option<Label>, seen: &Candidate<D>) -> 
 }
 
 /// Σ_p w_p N_Ip at the nodes of a field around some particles, normalised over the nodes that have mass.
-pub(super) fn stencil<const D: usize>(
+pub fn stencil<const D: usize>(
     grid: &Grid<D>,
     lattice: &FoldedStencil<D>,
     field: usize,

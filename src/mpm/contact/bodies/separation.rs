@@ -9,7 +9,7 @@
 //! Against a flat face the normal is that of the face, whatever the other body looks like: a disc or the corner of a
 //! block that slides over it is not held back. Fits of a plane to whole clouds, and gradients of mass, tilt there.
 
-use super::normal::solve;
+use super::plane::solve;
 use crate::math::Vector;
 
 /// Relative accuracy of |v|²: normals to 10⁻⁴.
@@ -18,11 +18,7 @@ const ITERATIONS: usize = 64;
 
 /// The shortest vector from the hull of `first` to that of `second`, starting from a guess of its direction; `None`
 /// if the hulls meet or a cloud is empty.
-pub(super) fn shortest<const D: usize>(
-    first: &[Vector<D>],
-    second: &[Vector<D>],
-    guess: Vector<D>,
-) -> Option<Vector<D>> {
+pub fn shortest<const D: usize>(first: &[Vector<D>], second: &[Vector<D>], guess: Vector<D>) -> Option<Vector<D>> {
     let support = |direction: Vector<D>| {
         let height = |x: &&Vector<D>| x.dot(direction);
         let a = first.iter().max_by(|x, y| height(x).total_cmp(&height(y)))?;

@@ -1,12 +1,12 @@
 //! What a step does at the points where bodies meet obstacles (`surface`), in its order.
 
-use super::gap::Bodies;
-use super::keep_out::CLOSEST;
-use super::solid::Solid;
-use super::surface::{Law, Point, Solved, State};
-use super::{Pushes, Walls};
+use super::{Law, Point, Solved, State};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
+use crate::mpm::wall::gap::Bodies;
+use crate::mpm::wall::keep_out::CLOSEST;
+use crate::mpm::wall::solid::Solid;
+use crate::mpm::wall::{Pushes, Walls};
 use crate::mpm::{Grid, Node, Step, WallKind};
 use std::iter::zip;
 
@@ -15,7 +15,7 @@ const CLOSE: f64 = 0.02;
 
 impl<const D: usize> Walls<D> {
     /// Finds where a field, whose nodes hold (m, p⁻), may meet the surfaces of obstacles in this step.
-    pub(super) fn find_surface(
+    pub(in crate::mpm::wall) fn find_surface(
         &mut self,
         (grid, field): (&Grid<D>, usize),
         nodes: &[Node<D>],
@@ -90,7 +90,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Binding conditions on p⁻ at time `t` (theory (E.6)).
-    pub(super) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
+    pub(in crate::mpm::wall) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
         let law = |state: &State<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
@@ -105,7 +105,7 @@ impl<const D: usize> Walls<D> {
 
     /// Conditions on p̄ whose gaps close, on p⁻ too where they held in the step before. Returns the largest impulse at a
     /// point so far [N s].
-    pub(super) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
+    pub(in crate::mpm::wall) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         let law = |state: &State<'_, D>| {
             let allowed = if state.point.rests { 0.0 } else { state.point.gap.max(0.0) / dt };
@@ -136,7 +136,7 @@ impl<const D: usize> Walls<D> {
 
     /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. To
     /// let it approach by that gap all the same, p̄ but not p⁻, would give the particles that are stopped here more than they lost.
-    pub(super) fn hold_points(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    pub(in crate::mpm::wall) fn hold_points(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         if !surface.points.iter().any(|point| point.held) {
             return;
@@ -172,7 +172,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// As [`Self::constrain_velocity`], at the surface.
-    pub(super) fn surface_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
+    pub(in crate::mpm::wall) fn surface_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
         let law = |state: &State<'_, D>| {
             if !state.point.touches {
                 return state.impulse;
@@ -186,7 +186,12 @@ impl<const D: usize> Walls<D> {
     }
 
     /// As [`Self::constrain_correction`], at the surface.
-    pub(super) fn surface_correction(&self, field: usize, correction: &mut [Vector<D>], t: f64) -> Pushes<D> {
+    pub(in crate::mpm::wall) fn surface_correction(
+        &self,
+        field: usize,
+        correction: &mut [Vector<D>],
+        t: f64,
+    ) -> Pushes<D> {
         let law = |state: &State<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
@@ -195,7 +200,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// As [`Self::hold_velocity`], at the surface.
-    pub(super) fn hold_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
+    pub(in crate::mpm::wall) fn hold_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
         let law = |state: &State<'_, D>| {
             if state.point.held { state.stopped() } else { state.impulse }
         };
@@ -229,7 +234,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The particles whose feet are in contact, in order.
-    pub(super) fn note_resting(&mut self) {
+    pub(in crate::mpm::wall) fn note_resting(&mut self) {
         for reaction in &mut self.reactions {
             let touching = reaction.surface.points.iter().filter(|point| point.touches);
             reaction.resting.clear();
@@ -259,7 +264,7 @@ mod tests {
     use super::*;
     use crate::geometry::Region;
     use crate::math::Signal;
-    use crate::mpm::contact::nodes::FoldedStencil;
+    use crate::mpm::contact::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
     const CELL: f64 = 0.5;

@@ -20,8 +20,8 @@
 //! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at the same positions, and
 //! the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
-use super::locate::{borders, closest, for_each_bin};
-use super::sample::Facet;
+use super::bins::{bin, for_each_bin};
+use super::facet::{Facet, borders, closest};
 use crate::math::Vector;
 use crate::parallel;
 use hashbrown::{HashMap, HashSet};
@@ -43,7 +43,7 @@ const SMOOTH: f64 = 0.7;
 
 /// The closest point of a sheet.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Foot<const D: usize> {
+pub struct Foot<const D: usize> {
     /// Its facet.
     pub facet: u32,
     /// W_K of the facet's nodes.
@@ -60,7 +60,7 @@ pub(super) struct Foot<const D: usize> {
 
 /// Finds feet on one sheet.
 #[derive(Debug, Default)]
-pub(super) struct Nearest<const D: usize> {
+pub struct Nearest<const D: usize> {
     bins: HashMap<[i32; D], Vec<u32>>,
     size: f64,
     binned: Vec<Vector<D>>,
@@ -140,14 +140,10 @@ impl<const D: usize> Nearest<D> {
             let x = facet.corners(position);
             let end = |sign: f64| {
                 let corner = |a: usize| x.iter().map(|x| sign * x[a]).fold(f64::NEG_INFINITY, f64::max);
-                self.bin(Vector::from_fn(|a| sign * (corner(a) + reach + slack)))
+                bin(Vector::from_fn(|a| sign * (corner(a) + reach + slack)), cell)
             };
             for_each_bin(end(-1.0), end(1.0), |bin| self.bins.entry(bin).or_default().push(e as u32));
         }
-    }
-
-    fn bin(&self, x: Vector<D>) -> [i32; D] {
-        std::array::from_fn(|a| (x[a] / self.size).floor() as i32)
     }
 
     /// The foot of `x` [m] on the sheet where it was refreshed last, if it is within `reach` [m], which must not exceed that of
@@ -180,7 +176,7 @@ impl<const D: usize> Nearest<D> {
         x: Vector<D>,
         reach: f64,
     ) -> Option<Best<D>> {
-        let candidates = self.bins.get(&self.bin(x))?;
+        let candidates = self.bins.get(&bin(x, self.size))?;
         let middle = candidates.iter().map(|&e| (x - bounds(e).middle).norm_squared()).fold(f64::INFINITY, f64::min);
         let bound = middle * (1.0 + ROUNDING) + (TOUCHING * self.size).powi(2);
         let mut best =

@@ -1,4 +1,4 @@
-//! The plane between two bodies near a grid node: that of widest margin between their particles (`margin`),
+//! The plane between two bodies near a grid node: that of widest margin between their particles (`separation`),
 //! or where the bodies embrace, so that no plane separates them, by logistic regression (Nairn et al. 2020;
 //! theory (D.26)):
 //!
@@ -13,7 +13,7 @@
 //! support, a patch of contact would be wider by the support. With r = |Sᵀn| a particle is the ball that touched the
 //! body's surface at the start, deformed: a disc is round, not a staircase of particles, and stays so when it turns.
 
-use super::margin::shortest;
+use super::separation::shortest;
 use crate::math::{Tensor, Vector};
 
 /// A particle near the node.
@@ -145,7 +145,7 @@ fn accumulate(matrix: &mut [[f64; 4]; 4], right: &mut Beta, x: Beta, slope: f64,
 }
 
 /// Solves a symmetric positive semi-definite system; directions without information stay zero.
-pub(super) fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
+pub fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
     let scale = (0..4).map(|i| a[i][i]).fold(0.0, f64::max);
     let mut done = [false; 4];
     for _ in 0..4 {

@@ -1,17 +1,25 @@
 //! Contact between bodies, each in its own velocity field (theory D.14; Bardenhagen 2001, Nairn 2020).
 //!
-//! At every node with the mass of two bodies, the plane between their particles is found ([`super::normal`]); if
+//! ```text
+//! g − Δt max(0, (v̄_a − v̄_b)·n) ≤ tol                     detection: n from body a to body b, g the gap between their particles
+//! J = m_a m_b/(m_a + m_b) (v̄_a − v̄_b)·n n, no pulling, and friction    on b, −J on a          (theory (D.12), (D.13))
+//! ```
+//!
+//! At every node with the mass of two bodies, the plane between their particles is found (`plane`, `separation`); if
 //! they approach and the gap along its normal closes, they exchange an impulse. With three or more bodies at
 //! a node the pairs take turns, in a fixed order. Bodies on opposite sides of a sheet don't meet here.
 
-use super::band::Marks;
+mod plane;
+mod separation;
+
+use super::folded_stencil::FoldedStencil;
 use super::impulse::{self, Impulse, Touch};
 use super::method::ContactMethod;
-use super::nodes::FoldedStencil;
-use super::normal::{Interface, Point, separate};
+use super::support_blocks::Marks;
 use crate::math::{Tensor, Vector};
 use crate::mpm::{Body, Friction, Grid};
 use crate::parallel::{self, CHUNK};
+use plane::{Interface, Point, separate};
 
 /// Turns that the pairs at a node take when there are several.
 const SWEEPS: usize = 4;
@@ -28,7 +36,7 @@ struct Meeting<const D: usize> {
 
 /// Contact between bodies during one step.
 #[derive(Debug, Default)]
-pub(super) struct Pairwise<const D: usize> {
+pub struct Pairwise<const D: usize> {
     /// Pairs of fields that may meet, and their friction.
     pairs: Vec<([usize; 2], Friction)>,
     rows: Vec<usize>,

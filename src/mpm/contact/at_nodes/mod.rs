@@ -9,25 +9,29 @@
 //! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r                      the sheet          (59)
 //! ```
 //!
-//! The sheet comes to the nodes by its samples ([`super::map`]), the gaps from the particles around it ([`super::band`]), and the
-//! impulses from the masses that meet at a node ([`super::impulse`]). The nodes of the sheet take up less than the grid gives, so
+//! The sheet comes to the nodes by its samples (`samples`, `map`), the gaps from the particles around it (`band`), and the impulses
+//! from the masses at a node (`contact_node`, [`super::impulse`]). The nodes of the sheet take up less than the grid gives, so
 //! that contact is resolved in passes (theory D.7). Walls and obstacles follow in each.
 
-use super::band::{Band, Marks, Shift};
-use super::guard::Near;
+mod band;
+mod contact_node;
+mod map;
+mod samples;
+
 use super::impulse::{self, Impulse, Settled, Touch};
-use super::locate::Locator;
-use super::map::Map;
 use super::method::{ContactMethod, StepContext};
-use super::partner::Partners;
-use super::row::{NONE, NodePair, close};
-use super::sheet::{Sheet, SheetSource, Surface};
+use super::partner::{NONE, Partners};
+use super::sheet::{Locator, Near, Sheet, SheetSource, Shift, Surface};
+use super::support_blocks::Marks;
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
+use band::Band;
+use contact_node::{NodePair, close};
+use map::Map;
 
 /// Contact of one sheet at grid nodes.
 #[derive(Debug)]
-pub(super) struct AtNodes<const D: usize> {
+pub struct AtNodes<const D: usize> {
     map: Map<D>,
     /// One pair per row and field, fields running fastest.
     pairs: Vec<NodePair<D>>,

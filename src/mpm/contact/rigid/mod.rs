@@ -14,17 +14,19 @@
 //! to it at once ([`Rigid::give`]), since a light node between a heavy body and a wall would take as many sweeps to do so as
 //! it is lighter.
 
+mod contact_point;
+mod node_areas;
 mod squeeze;
-
 pub use squeeze::Squeeze;
 
-use super::impulse::Impulse;
-use super::sample::Facet;
-use super::sheet::Surface;
 use crate::math::Vector;
+use crate::mpm::contact::impulse::Impulse;
+use crate::mpm::contact::sheet::{Facet, Surface};
 use crate::mpm::wall::{SheetPush, Solid, Walls};
 use crate::mpm::{Friction, SubStep};
 use crate::parallel;
+use contact_point::Rest;
+use node_areas::Nodes;
 
 /// How near to a surface points are listed [cells]; the list is made anew when something may have moved that far.
 const REACH: f64 = 0.25;
@@ -37,52 +39,13 @@ const MOVED: f64 = 1e-3;
 const RECOVERY: f64 = 0.2;
 const MOST: f64 = 0.05;
 
-/// A sheet counts as at least this thick where overlaps are undone [element sizes].
-const THIN: f64 = 0.02;
-
-/// An element of size L may cut this deep into what is curved [L]: its nodes lie on a surface whose radius is above 2 L.
-const SAGITTA: f64 = 1.0 / 16.0;
-
-/// Points of a segment, a triangle and a quadrilateral besides the nodes: weights of the corners.
-const ON_SEGMENT: [[f64; 4]; 3] = [[0.75, 0.25, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0], [0.25, 0.75, 0.0, 0.0]];
-const ON_TRIANGLE: [[f64; 4]; 4] =
-    [[0.5, 0.5, 0.0, 0.0], [0.0, 0.5, 0.5, 0.0], [0.5, 0.0, 0.5, 0.0], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]];
-const ON_QUADRILATERAL: [[f64; 4]; 5] =
-    [[0.5, 0.5, 0.0, 0.0], [0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 0.5, 0.5], [0.5, 0.0, 0.0, 0.5], [0.25; 4]];
-
 /// Sweeps where nothing but walls acts, and the change of an impulse, relative to the largest one, that ends them.
 const SWEEPS: usize = 30;
 const SETTLED: f64 = 1e-10;
 
-/// A point of the sheet next to a wall or an obstacle.
-#[derive(Debug, Clone)]
-struct Rest<const D: usize> {
-    /// The wall or obstacle.
-    solid: u32,
-    /// K and W_K; a node has one.
-    nodes: [u32; 4],
-    weights: [f64; 4],
-    /// What of the thickness, less what an element may cut in, lies between it and the surface [m].
-    offset: f64,
-    /// The step in which overlaps are undone is measured by this length [m].
-    thickness: f64,
-    normal: Vector<D>,
-    /// g where it was measured last, relative to the solid [m].
-    measured: f64,
-    anchor: Vector<D>,
-    /// g at the start of the sub-step [m].
-    gap: f64,
-    /// v_w [m/s].
-    wall: Vector<D>,
-    friction: f64,
-    /// J of this sub-step on the sheet, and what of it the nodes have got [N s].
-    impulse: Impulse<D>,
-    given: Vector<D>,
-}
-
 /// A sheet next to walls and obstacles.
 #[derive(Debug, Default)]
-pub(super) struct Rigid<const D: usize> {
+pub struct Rigid<const D: usize> {
     /// Walls and obstacles whose friction with this sheet is not their own, by name.
     listed: Vec<(String, Friction)>,
     /// μ with each wall and obstacle; `None` where the sheet doesn't meet it.
@@ -324,193 +287,6 @@ impl<const D: usize> Rigid<D> {
         }
     }
 }
-
-impl<const D: usize> Rest<D> {
-    fn place(&self, position: &[Vector<D>]) -> Vector<D> {
-        self.at(position)
-    }
-
-    /// Σ W_K of values at the nodes.
-    fn at(&self, values: &[Vector<D>]) -> Vector<D> {
-        if self.weights[0] == 1.0 {
-            return values[self.nodes[0] as usize];
-        }
-        self.nodes.iter().zip(self.weights).map(|(&k, weight)| values[k as usize] * weight).sum()
-    }
-
-    /// The gap of the point at `x` [m] from a solid that has moved on by `ahead` [m]: from its surface, if the point has
-    /// moved further than `far` since it was last measured.
-    fn measure(&mut self, solid: Solid<'_, D>, x: Vector<D>, ahead: Vector<D>, far: f64) {
-        let there = x - ahead;
-        if (there - self.anchor).norm_squared() > far * far {
-            let (distance, normal) = solid.distance(x, ahead);
-            (self.measured, self.normal, self.anchor) = (distance - self.offset, normal, there);
-        }
-        self.gap = self.measured + (there - self.anchor).dot(self.normal);
-    }
-
-    /// g [m] at these positions [m], `elapsed` [s] after the start of the step.
-    fn gap_after(&self, position: &[Vector<D>], elapsed: f64) -> f64 {
-        self.measured + (self.place(position) - self.wall * elapsed - self.anchor).dot(self.normal)
-    }
-
-    /// Improves the impulse; returns its change [N s].
-    fn push(&mut self, v: &[Vector<D>], soft: &impl Fn(usize) -> Vector<D>, dt: f64) -> Vector<D> {
-        let n = self.normal;
-        let (mut along, mut across) = (0.0, 0.0_f64);
-        for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
-            let soft = soft(k as usize);
-            along += weight * weight * (0..D).map(|a| n[a] * n[a] * soft[a]).sum::<f64>();
-            across += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
-        }
-        if along == 0.0 {
-            return Vector::ZERO;
-        }
-        let (w, before) = (self.at(v) - self.wall, self.impulse);
-        let pressed = (before.normal.dot(n) - (w.dot(n) + self.gap.max(0.0) / dt) / along).max(0.0);
-        self.impulse.normal = n * pressed;
-        self.impulse.tangent = Vector::ZERO;
-        if self.friction > 0.0 && pressed > 0.0 {
-            let wanted = before.tangent - (w - n * w.dot(n)) / across;
-            let (size, most) = (wanted.norm(), self.friction * pressed);
-            self.impulse.tangent = if size > most { wanted * (most / size) } else { wanted };
-        }
-        self.impulse.total() - before.total()
-    }
-
-    /// True if friction holds the point.
-    fn sticks(&self) -> bool {
-        self.friction > 0.0 && self.impulse.tangent.norm() < self.friction * self.impulse.normal.norm()
-    }
-
-    /// Takes what the impulse `j` presses against the solid, as long as that doesn't pull; returns the rest [N s].
-    fn take(&mut self, j: Vector<D>) -> Vector<D> {
-        let n = self.normal;
-        let (along, pressed) = (j.dot(n), self.impulse.normal.dot(n));
-        if pressed - along < 0.0 {
-            return j;
-        }
-        let tangent = self.impulse.tangent - (j - n * along);
-        if self.sticks() && tangent.norm() <= self.friction * (pressed - along) {
-            self.impulse = Impulse { normal: n * (pressed - along), tangent };
-            return Vector::ZERO;
-        }
-        self.impulse.normal = n * (pressed - along);
-        j - n * along
-    }
-}
-
-/// Areas and thicknesses around the nodes of a sheet.
-struct Nodes<const D: usize> {
-    /// Sum of the area vectors, and of their sizes [m²].
-    area: Vec<Vector<D>>,
-    size: Vec<f64>,
-    /// Mean half thickness times the sum of areas [m³], and of element sizes [m].
-    thickness: Vec<f64>,
-    length: Vec<f64>,
-}
-
-impl<const D: usize> Nodes<D> {
-    fn of(facets: &[Facet], surface: &Surface<'_, D>) -> Self {
-        let count = surface.position.len();
-        let zeros = || vec![0.0; count];
-        let mut nodes = Self { area: vec![Vector::ZERO; count], size: zeros(), thickness: zeros(), length: zeros() };
-        for (e, facet) in facets.iter().enumerate() {
-            let (area, half) = (facet.area(surface.position), surface.offset.get(e).copied().unwrap_or(0.0));
-            let (size, length) = (area.norm(), facet.size(surface.position));
-            for &k in facet.nodes() {
-                let k = k as usize;
-                nodes.area[k] += area;
-                nodes.size[k] += size;
-                nodes.thickness[k] += half * size;
-                nodes.length[k] = nodes.length[k].max(length);
-            }
-        }
-        nodes
-    }
-
-    /// ½ t |n·ν| at a node; where the sheet is folded, it lies along everything [m].
-    fn offset(&self, k: usize, normal: Vector<D>) -> f64 {
-        let (area, size) = (self.area[k], self.size[k]);
-        if size == 0.0 {
-            return 0.0;
-        }
-        let along = if area.norm() > FOLDED * size { area.dot(normal).abs() / area.norm() } else { 1.0 };
-        self.thickness[k] / size * along
-    }
-
-    /// A node, if it is near.
-    fn rest(
-        &self,
-        solid: Solid<'_, D>,
-        k: usize,
-        surface: &Surface<'_, D>,
-        at: &SubStep<'_>,
-        cell: f64,
-    ) -> Option<Rest<D>> {
-        let weights = [1.0, 0.0, 0.0, 0.0];
-        self.near(solid, ([k as u32; 4], weights), (0.0, self.length[k]), surface, at, cell)
-    }
-
-    /// Points of an element that are near.
-    fn rests_within(
-        &self,
-        solid: Solid<'_, D>,
-        facet: &Facet,
-        surface: &Surface<'_, D>,
-        at: &SubStep<'_>,
-        cell: f64,
-    ) -> Vec<Rest<D>> {
-        let points: &[[f64; 4]] = match facet.count {
-            2 => &ON_SEGMENT,
-            3 => &ON_TRIANGLE,
-            _ => &ON_QUADRILATERAL,
-        };
-        let size = facet.size(surface.position);
-        let of_point =
-            |weights: &[f64; 4]| self.near(solid, (facet.nodes, *weights), (SAGITTA * size, size), surface, at, cell);
-        points.iter().filter_map(of_point).collect()
-    }
-
-    /// A point with these nodes and weights, if it is near; `less` [m] of the distance is let through.
-    fn near(
-        &self,
-        solid: Solid<'_, D>,
-        (nodes, weights): ([u32; 4], [f64; 4]),
-        (less, size): (f64, f64),
-        surface: &Surface<'_, D>,
-        at: &SubStep<'_>,
-        cell: f64,
-    ) -> Option<Rest<D>> {
-        let mean = |values: &[Vector<D>]| -> Vector<D> {
-            nodes.iter().zip(weights).map(|(&k, weight)| values[k as usize] * weight).sum()
-        };
-        let x = mean(surface.position);
-        let wall = solid.velocity(x, at.step);
-        let ahead = wall * at.elapsed;
-        let (distance, normal) = solid.distance(x, ahead);
-        let half: f64 = nodes.iter().zip(weights).map(|(&k, weight)| self.offset(k as usize, normal) * weight).sum();
-        let offset = half - less;
-        (distance - offset <= REACH * cell).then(|| Rest {
-            solid: solid.number() as u32,
-            nodes,
-            weights,
-            offset,
-            thickness: half.max(THIN * size),
-            normal,
-            measured: distance - offset,
-            anchor: x - ahead,
-            gap: distance - offset,
-            wall,
-            friction: 0.0,
-            impulse: Impulse::default(),
-            given: Vector::ZERO,
-        })
-    }
-}
-
-/// Where the vector area is less than this share of the area, the sheet is folded.
-const FOLDED: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {

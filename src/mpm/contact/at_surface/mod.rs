@@ -3,7 +3,7 @@
 //! ```text
 //! x_s = Σ_p w_p x_p                                      a point on the skin of a body that keeps its shape, or a
 //!                                                        particle of a fluid
-//! g   = c (d − δ) − r − t/2                              its gap: d, δ and n from `nearest`, c its side, r how far the
+//! g   = c (d − δ) − r − t/2                              its gap: d, δ and n from `sheet::closest_point`, c its side, r how far the
 //!                                                        body reaches from there
 //! w   = (Σ_I N_Is v̄_I − Σ_K W_K v̄_K)·n                   velocity at which it opens, N_Is = Σ_p w_p N_Ip
 //! J_n ≥ 0,  w + g/Δt ≥ 0,  J_n (w + g/Δt) = 0            the gap closes, at the earliest, at the end of the step
@@ -25,19 +25,23 @@
 //! Because Σ N = Σ W = 1 momentum is conserved to round-off, and because n lies along the line from foot to
 //! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
 
-use super::band::{Labels, Shift, radius};
-use super::guard::{DOUBT, Near};
+mod candidates;
+mod solver;
+mod surface_contact;
+
+use super::folded_stencil::{Flips, flip};
 use super::impulse::{Impulse, Settled};
 use super::method::{ContactMethod, StepContext};
-use super::nodes::{Flips, flip};
+use super::particle_size::radius;
 use super::partner::Partners;
-use super::sheet::{Sheet, Surface};
-use super::solver::{Moving, Solver, Stiffness, SupportNode, SurfaceContact};
-use super::watch::{Candidate, CandidateSearch, Member, label, stencil};
+use super::sheet::{DOUBT, Labels, Near, Sheet, Shift, Surface};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
+use candidates::{Candidate, CandidateSearch, Member, label, stencil};
 use hashbrown::HashMap;
+use solver::{Moving, Solver};
+use surface_contact::{Stiffness, SupportNode, SurfaceContact};
 
 /// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a particle.
 const RECOVERY: f64 = 0.2;
@@ -54,7 +58,7 @@ const LEAST_REACH: f64 = 0.1;
 
 /// Contact of one sheet at the particles of all bodies.
 #[derive(Debug)]
-pub(super) struct AtParticles<const D: usize> {
+pub struct AtParticles<const D: usize> {
     /// Gap below which contact acts [m].
     tolerance: f64,
     solver: Solver<D>,

@@ -1,58 +1,34 @@
-//! A membrane as all methods of contact know it.
+//! A membrane as all methods of contact know it: its elements (`facet`), points and distances (`closest_point`, `signed_distance`), and
+//! the sides of it on which particles are (`sides`, `guard`); theory D.3, D.12.
+//!
+//! ```text
+//! x_c = Σ_K W_K x_K,   ΣW_K = 1,      d = ±|x − x_c|                closest point and signed distance of x
+//! c = ±1                                                            side of a particle, kept while it is near
+//! ```
 
-use super::band::Labels;
-use super::guard::Moved;
-use super::nearest::{Foot, Nearest};
-use super::rigid::{Rigid, Squeeze};
-use super::sample::Facet;
-use super::watch::WATCHED;
+mod bins;
+mod closest_point;
+mod facet;
+mod guard;
+mod sides;
+mod signed_distance;
+mod surface;
+
+pub use closest_point::{Foot, Nearest};
+pub use facet::Facet;
+pub use guard::{DOUBT, Moved, Near, Shift, keep_sides, suspects};
+pub use sides::{Label, Labels};
+pub use signed_distance::{Locator, Place};
+pub use surface::{SheetSource, Surface};
+
 use crate::math::Vector;
+use crate::mpm::contact::rigid::{Rigid, Squeeze};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Friction, SubStep};
 
-/// A membrane as contact first sees it.
-#[derive(Debug, Clone)]
-pub struct SheetSource<'a, const D: usize> {
-    /// Name of the membrane.
-    pub name: &'a str,
-    /// Its elements.
-    pub facets: Vec<Facet>,
-    /// Node positions in the reference state [m].
-    pub reference: &'a [Vector<D>],
-    /// Lumped mass of each node [kg].
-    pub mass: &'a [f64],
-    /// Axes along which the motion of each node is prescribed.
-    pub held: Vec<[bool; D]>,
-}
-
-/// A membrane as contact sees it during a step.
-#[derive(Debug, Clone, Copy)]
-pub struct Surface<'a, const D: usize> {
-    /// Node positions [m].
-    pub position: &'a [Vector<D>],
-    /// Trial velocities v̄_K [m/s], with all forces but contact.
-    pub velocity: &'a [Vector<D>],
-    /// Velocities before the forces [m/s].
-    pub previous: &'a [Vector<D>],
-    /// Distance between the mid-surface and the face that bodies touch, per element [m]; empty: zero.
-    pub offset: &'a [f64],
-}
-
-impl<const D: usize> Surface<'_, D> {
-    /// The largest speed of its nodes [m/s].
-    pub(super) fn fastest(&self) -> f64 {
-        self.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt()
-    }
-
-    /// Distance between the mid-surface and the face that bodies touch at an element [m].
-    pub(super) fn offset_of(&self, element: usize) -> f64 {
-        self.offset.get(element).copied().unwrap_or(0.0)
-    }
-}
-
 /// A membrane, and the forces of contact on its nodes.
 #[derive(Debug)]
-pub(super) struct Sheet<const D: usize> {
+pub struct Sheet<const D: usize> {
     pub name: String,
     /// Its number among all sheets.
     pub number: usize,
@@ -76,6 +52,9 @@ pub(super) struct Sheet<const D: usize> {
     /// Node velocities after the impulses of the sub-step [m/s].
     pub after: Vec<Vector<D>>,
 }
+
+/// How far from the sheet particles are watched [cells].
+pub const WATCHED: f64 = 1.0;
 
 impl<const D: usize> Sheet<D> {
     /// The sheet of this number, its friction with each field, and what the case lists of its friction by name.

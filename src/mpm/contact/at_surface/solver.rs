@@ -18,13 +18,11 @@
 //!
 //! Vectors at nodes are padded to four numbers, which registers take at once.
 
-use super::impulse::{Impulse, limit};
-use super::nodes::Flips;
-use super::partner::Partners;
-use super::rigid::Rigid;
+use super::surface_contact::{Packed, SupportNode, SurfaceContact, add, pack, turned};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, widest};
-use crate::mpm::Friction;
+use crate::mpm::contact::partner::Partners;
+use crate::mpm::contact::rigid::Rigid;
 
 /// Most sweeps of the iteration, from zero and from the last sub-step, which it goes on from; and the change of an impulse, relative to the
 /// largest one, that ends it.
@@ -35,64 +33,9 @@ const SETTLED: f64 = 1e-4;
 /// The part of the best scale with which the impulses of the last sub-step begin.
 const START: f64 = 0.5;
 
-/// A vector at a node of the grid.
-type Packed = [f64; 4];
-
-/// A grid node in the support of a touching particle.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SupportNode {
-    pub partner: u32,
-    pub flips: Flips,
-    pub weight: f64,
-}
-
-/// A point close to the sheet, and what it does there during the step.
-#[derive(Debug, Clone)]
-pub(super) struct SurfaceContact<const D: usize> {
-    pub field: u32,
-    /// Index of its body, and the number by which it is remembered.
-    pub body: u32,
-    pub key: u32,
-    /// Its particles end here in the list of all.
-    pub members: u32,
-    /// Half the size of the particles there [m].
-    pub half_size: f64,
-    /// K, repeated where the facet has fewer than four nodes, and W_K.
-    pub nodes: [u32; 4],
-    pub weights: [f64; 4],
-    /// n, from the sheet to the particle.
-    pub normal: Vector<D>,
-    /// Distance along n from the sheet to where the body is pushed [m].
-    pub arm: f64,
-    /// g at the start of the sub-step [m], and a [m/s].
-    pub gap: f64,
-    pub allowed: f64,
-    /// Its nodes end here in the list of all.
-    pub end: u32,
-    /// What the body adds to M⁻¹ along each axis [1/kg].
-    pub softness: Vector<D>,
-    /// M along the normal [kg], and what the sheet adds to M⁻¹ across it [1/kg], where nothing holds the sheet.
-    pub free: Stiffness,
-    pub friction: Friction,
-    /// J of this sub-step, on the particle [N s]: what is along the normal, and friction.
-    pub pressed: f64,
-    pub tangent: Vector<D>,
-    /// Σ J over the sub-steps [N s], and Σ J·v̂ of the sheet [J]: normal part and friction.
-    pub total: Impulse<D>,
-    pub work: [f64; 2],
-}
-
-/// How a contact answers an impulse: M along the normal [kg], 0 where nothing can move; and what the sheet adds, at most, to M⁻¹ across
-/// it [1/kg].
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Stiffness {
-    along: f64,
-    across: f64,
-}
-
 /// All points that touch one sheet.
 #[derive(Debug, Default)]
-pub(super) struct Solver<const D: usize> {
+pub struct Solver<const D: usize> {
     pub spots: Vec<SurfaceContact<D>>,
     pub reached: Vec<SupportNode>,
     /// Velocities of the partners with the impulses so far [m/s], and their 1/m [1/kg].
@@ -104,7 +47,7 @@ pub(super) struct Solver<const D: usize> {
 }
 
 /// What a solver finds at a sheet in a sub-step: its nodes' velocities [m/s] and 1/m [1/kg].
-pub(super) struct Moving<'a, const D: usize> {
+pub struct Moving<'a, const D: usize> {
     pub velocity: &'a mut [Vector<D>],
     pub softness: &'a [Vector<D>],
 }
@@ -244,100 +187,6 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-impl<const D: usize> SurfaceContact<D> {
-    /// J of this sub-step, on the particle [N s].
-    pub fn impulse(&self) -> Impulse<D> {
-        Impulse { normal: self.normal * self.pressed, tangent: self.tangent }
-    }
-
-    /// v_p − v_c [m/s].
-    #[inline(always)]
-    fn opening(&self, near: &[SupportNode], body: &[Packed], sheet: &[Vector<D>]) -> Vector<D> {
-        let mut sums = [[0.0; 4]; 2];
-        let mut pairs = near.chunks_exact(2);
-        for pair in &mut pairs {
-            for (sum, at) in sums.iter_mut().zip(pair) {
-                add(sum, &turned(body[at.partner as usize], at.flips), at.weight);
-            }
-        }
-        for at in pairs.remainder() {
-            add(&mut sums[0], &turned(body[at.partner as usize], at.flips), at.weight);
-        }
-        let mut opening = Vector::from_fn(|a| sums[0][a] + sums[1][a]);
-        for (&k, weight) in self.nodes.iter().zip(self.weights) {
-            opening -= sheet[k as usize] * weight;
-        }
-        opening
-    }
-
-    /// How it answers where the nodes of the sheet have 1/m `softness` [1/kg], and n·(1/m)·n `compliance` [1/kg].
-    #[inline(always)]
-    fn stiffness(&self, softness: &[Vector<D>], compliance: impl Fn(usize, Vector<D>, Vector<D>) -> f64) -> Stiffness {
-        let n = self.normal;
-        let (mut along, mut across) = ((0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>(), 0.0);
-        for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
-            let soft = softness[k as usize];
-            along += weight * weight * compliance(k as usize, soft, n);
-            across += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
-        }
-        Stiffness { along: if along > 0.0 { 1.0 / along } else { 0.0 }, across }
-    }
-
-    /// Finds how it answers where nothing holds the sheet, whose nodes have 1/m `softness` [1/kg].
-    pub fn stiffen(&mut self, softness: &[Vector<D>]) {
-        self.free = self.stiffness(softness, |_, soft, n| (0..D).map(|a| n[a] * n[a] * soft[a]).sum());
-    }
-
-    /// True if a wall or an obstacle that holds a node of the sheet would let go under the change `delta` of the impulse
-    /// [N s]: the sheet is softer then than it is while held.
-    fn loosens(&self, rigid: &Rigid<D>, delta: Vector<D>) -> bool {
-        let mut nodes = self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0);
-        delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.loosens(k as usize, delta * -weight))
-    }
-
-    /// Improves the impulse for the relative velocity `w` [m/s] where walls and obstacles may hold the sheet; returns its change [N s].
-    fn push_held(&mut self, w: Vector<D>, softness: &[Vector<D>], rigid: &Rigid<D>) -> Vector<D> {
-        let before = (self.pressed, self.tangent);
-        let held = self.stiffness(softness, |k, soft, n| rigid.compliance(k, soft, n));
-        let delta = self.push(w, held);
-        if !self.loosens(rigid, delta) {
-            return delta;
-        }
-        (self.pressed, self.tangent) = before;
-        self.push(w, self.free)
-    }
-
-    /// Improves the impulse for the relative velocity `w` [m/s]; returns its change [N s].
-    #[inline(always)]
-    fn push(&mut self, w: Vector<D>, mass: Stiffness) -> Vector<D> {
-        if mass.along == 0.0 {
-            return Vector::ZERO;
-        }
-        let (n, before) = (self.normal, self.pressed);
-        self.pressed = (before - (w.dot(n) + self.allowed) * mass.along).max(0.0);
-        let delta = n * (self.pressed - before);
-        let most = limit(self.friction, self.pressed);
-        if most == 0.0 && self.tangent == Vector::ZERO {
-            return delta;
-        }
-        delta + self.rub(w - n * w.dot(n), mass.across, most)
-    }
-
-    /// Improves the friction, up to `most` [N s], for the velocity of slip [m/s]; returns its change [N s].
-    fn rub(&mut self, slip: Vector<D>, across: f64, most: f64) -> Vector<D> {
-        let before = self.tangent;
-        self.tangent = if most > 0.0 {
-            let soft = across + (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
-            let wanted = before - slip / soft;
-            let size = wanted.norm();
-            if size > most { wanted * (most / size) } else { wanted }
-        } else {
-            Vector::ZERO
-        };
-        self.tangent - before
-    }
-}
-
 /// One sweep over all points of a sheet: the largest change of an impulse, and the largest impulse [N s].
 struct Sweep<'a, const D: usize> {
     spots: &'a mut [SurfaceContact<D>],
@@ -382,27 +231,6 @@ impl<const D: usize> Task for Sweep<'_, D> {
             }
         }
         (change.sqrt(), largest)
-    }
-}
-
-#[inline(always)]
-fn pack<const D: usize>(v: Vector<D>) -> Packed {
-    std::array::from_fn(|a| if a < D { v[a] } else { 0.0 })
-}
-
-/// `v` with the components of the axes in `flips` reversed.
-#[inline(always)]
-fn turned(v: Packed, flips: Flips) -> Packed {
-    if flips == 0 {
-        return v;
-    }
-    std::array::from_fn(|axis| if flips >> axis & 1 == 1 { -v[axis] } else { v[axis] })
-}
-
-#[inline(always)]
-fn add(sum: &mut Packed, v: &Packed, weight: f64) {
-    for a in 0..4 {
-        sum[a] += v[a] * weight;
     }
 }
 

@@ -1,0 +1,134 @@
+//! Nodes of a sheet, and points of its elements, near a wall or an obstacle.
+
+use super::REACH;
+use super::contact_point::Rest;
+use crate::math::Vector;
+use crate::mpm::SubStep;
+use crate::mpm::contact::impulse::Impulse;
+use crate::mpm::contact::sheet::{Facet, Surface};
+use crate::mpm::wall::Solid;
+
+/// A sheet counts as at least this thick where overlaps are undone [element sizes].
+const THIN: f64 = 0.02;
+
+/// An element of size L may cut this deep into what is curved [L]: its nodes lie on a surface whose radius is above 2 L.
+const SAGITTA: f64 = 1.0 / 16.0;
+
+/// Points of a segment, a triangle and a quadrilateral besides the nodes: weights of the corners.
+const ON_SEGMENT: [[f64; 4]; 3] = [[0.75, 0.25, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0], [0.25, 0.75, 0.0, 0.0]];
+const ON_TRIANGLE: [[f64; 4]; 4] =
+    [[0.5, 0.5, 0.0, 0.0], [0.0, 0.5, 0.5, 0.0], [0.5, 0.0, 0.5, 0.0], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0.0]];
+const ON_QUADRILATERAL: [[f64; 4]; 5] =
+    [[0.5, 0.5, 0.0, 0.0], [0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 0.5, 0.5], [0.5, 0.0, 0.0, 0.5], [0.25; 4]];
+
+/// Areas and thicknesses around the nodes of a sheet.
+pub struct Nodes<const D: usize> {
+    /// Sum of the area vectors, and of their sizes [m²].
+    area: Vec<Vector<D>>,
+    size: Vec<f64>,
+    /// Mean half thickness times the sum of areas [m³], and of element sizes [m].
+    thickness: Vec<f64>,
+    length: Vec<f64>,
+}
+
+impl<const D: usize> Nodes<D> {
+    pub fn of(facets: &[Facet], surface: &Surface<'_, D>) -> Self {
+        let count = surface.position.len();
+        let zeros = || vec![0.0; count];
+        let mut nodes = Self { area: vec![Vector::ZERO; count], size: zeros(), thickness: zeros(), length: zeros() };
+        for (e, facet) in facets.iter().enumerate() {
+            let (area, half) = (facet.area(surface.position), surface.offset.get(e).copied().unwrap_or(0.0));
+            let (size, length) = (area.norm(), facet.size(surface.position));
+            for &k in facet.nodes() {
+                let k = k as usize;
+                nodes.area[k] += area;
+                nodes.size[k] += size;
+                nodes.thickness[k] += half * size;
+                nodes.length[k] = nodes.length[k].max(length);
+            }
+        }
+        nodes
+    }
+
+    /// ½ t |n·ν| at a node; where the sheet is folded, it lies along everything [m].
+    fn offset(&self, k: usize, normal: Vector<D>) -> f64 {
+        let (area, size) = (self.area[k], self.size[k]);
+        if size == 0.0 {
+            return 0.0;
+        }
+        let along = if area.norm() > FOLDED * size { area.dot(normal).abs() / area.norm() } else { 1.0 };
+        self.thickness[k] / size * along
+    }
+
+    /// A node, if it is near.
+    pub fn rest(
+        &self,
+        solid: Solid<'_, D>,
+        k: usize,
+        surface: &Surface<'_, D>,
+        at: &SubStep<'_>,
+        cell: f64,
+    ) -> Option<Rest<D>> {
+        let weights = [1.0, 0.0, 0.0, 0.0];
+        self.near(solid, ([k as u32; 4], weights), (0.0, self.length[k]), surface, at, cell)
+    }
+
+    /// Points of an element that are near.
+    pub fn rests_within(
+        &self,
+        solid: Solid<'_, D>,
+        facet: &Facet,
+        surface: &Surface<'_, D>,
+        at: &SubStep<'_>,
+        cell: f64,
+    ) -> Vec<Rest<D>> {
+        let points: &[[f64; 4]] = match facet.count {
+            2 => &ON_SEGMENT,
+            3 => &ON_TRIANGLE,
+            _ => &ON_QUADRILATERAL,
+        };
+        let size = facet.size(surface.position);
+        let of_point =
+            |weights: &[f64; 4]| self.near(solid, (facet.nodes, *weights), (SAGITTA * size, size), surface, at, cell);
+        points.iter().filter_map(of_point).collect()
+    }
+
+    /// A point with these nodes and weights, if it is near; `less` [m] of the distance is let through.
+    fn near(
+        &self,
+        solid: Solid<'_, D>,
+        (nodes, weights): ([u32; 4], [f64; 4]),
+        (less, size): (f64, f64),
+        surface: &Surface<'_, D>,
+        at: &SubStep<'_>,
+        cell: f64,
+    ) -> Option<Rest<D>> {
+        let mean = |values: &[Vector<D>]| -> Vector<D> {
+            nodes.iter().zip(weights).map(|(&k, weight)| values[k as usize] * weight).sum()
+        };
+        let x = mean(surface.position);
+        let wall = solid.velocity(x, at.step);
+        let ahead = wall * at.elapsed;
+        let (distance, normal) = solid.distance(x, ahead);
+        let half: f64 = nodes.iter().zip(weights).map(|(&k, weight)| self.offset(k as usize, normal) * weight).sum();
+        let offset = half - less;
+        (distance - offset <= REACH * cell).then(|| Rest {
+            solid: solid.number() as u32,
+            nodes,
+            weights,
+            offset,
+            thickness: half.max(THIN * size),
+            normal,
+            measured: distance - offset,
+            anchor: x - ahead,
+            gap: distance - offset,
+            wall,
+            friction: 0.0,
+            impulse: Impulse::default(),
+            given: Vector::ZERO,
+        })
+    }
+}
+
+/// Where the vector area is less than this share of the area, the sheet is folded.
+const FOLDED: f64 = 0.1;
