@@ -2,6 +2,6 @@
 
 mod conservation;
 mod laws;
+mod model;
 mod passes;
 mod sides;
-mod world;
