@@ -9,7 +9,7 @@
 //! (theory D.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
 //! loses energy for ever.
 
-use super::contact::{Contact, Facet, FoldedStencil, FrictionTable, SheetSource, Surface};
+use super::contact::{Contact, ContactPass, Facet, FoldedStencil, FrictionTable, NodePositions, SheetSource, Surface};
 use super::membrane::Membrane;
 use super::particles::Body;
 use super::proximity::Proximity;
@@ -87,7 +87,7 @@ impl<const D: usize> Coupling<D> {
         (safety, max_substeps, passes): (f64, usize, usize),
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contact::new(lattice, friction, gap, bodies, &sources);
+        let contact = Contact::new(lattice, friction, gap.0, gap.1, bodies, &sources);
         Self { membranes, contact, safety, max_substeps: max_substeps.max(1), passes: passes.max(1) }
     }
 
@@ -117,7 +117,7 @@ impl<const D: usize> Coupling<D> {
         let Self { membranes, contact, passes, .. } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
-        timed!(timer, "contact", contact.begin_step((grid, walls), bodies, &surfaces, step.momentum_dt));
+        timed!(timer, "contact", contact.begin_step(grid, walls, bodies, &surfaces, step.momentum_dt));
 
         membranes.iter_mut().for_each(Membrane::begin_step);
         let dt = step.dt / count as f64;
@@ -137,7 +137,11 @@ impl<const D: usize> Coupling<D> {
                 timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
                 for pass in 0..*passes {
                     let surface = surface(membrane, &previous, &offsets[index]);
-                    let force = timed!(timer, "contact", contact.resolve((index, pass), &surface, walls, &at));
+                    let force = timed!(
+                        timer,
+                        "contact",
+                        contact.resolve(ContactPass { sheet: index, pass }, &surface, walls, &at)
+                    );
                     timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
                 }
                 let surface = surface(membrane, &previous, &offsets[index]);
@@ -154,7 +158,8 @@ impl<const D: usize> Coupling<D> {
     /// Sees that walls, obstacles and supports leave every node a way out.
     fn leave_a_way_out(&self, walls: &Walls<D>, step: &Step) -> Result<(), StepError> {
         self.membranes.iter().enumerate().try_for_each(|(index, membrane)| {
-            let squeeze = self.contact.squeezed(index, [&membrane.position, &membrane.reference], (walls, step.dt));
+            let positions = NodePositions { position: &membrane.position, reference: &membrane.reference };
+            let squeeze = self.contact.squeezed(index, positions, walls, step.dt);
             squeeze.map_or(Ok(()), |squeeze| Err(health::squeezed(membrane, &squeeze)))
         })
     }
@@ -172,7 +177,7 @@ impl<const D: usize> Coupling<D> {
     /// distance `distance` [m].
     pub fn lies_between(&self, (cell, field): (f64, usize), x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
         (0..self.membranes.len()).any(|index| {
-            let to = self.contact.way_to((index, field), x, cell);
+            let to = self.contact.way_to(index, field, x, cell);
             to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + AMONG * cell)
         })
     }

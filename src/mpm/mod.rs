@@ -17,7 +17,7 @@ mod ambient;
 mod average;
 mod build;
 mod columns;
-pub mod contact;
+mod contact;
 mod coupling;
 mod filter;
 pub mod ghost;

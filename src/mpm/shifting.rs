@@ -97,7 +97,7 @@ impl<const D: usize> Mpm<D> {
         for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
             let filled =
                 |node: usize| if rooms[node] > LEAST_ROOM { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
-            close_voids(grid, coupling.contact.lattice(), body, filled);
+            close_voids(grid, coupling.contact.stencil(), body, filled);
         }
         let known = |node: usize| reached(node) && rooms[node] > LEAST_ROOM;
         let filling = |node: usize| if known(node) { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
@@ -176,7 +176,7 @@ impl<const D: usize> Mpm<D> {
                 }
             };
             parallel::for_each_chunk(&mut shifts[..], CHUNK, |start, part| (start..).zip(part).for_each(keep));
-            work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.lattice(), p, shifts[p]));
+            work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.stencil(), p, shifts[p]));
             parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
                 x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
             });
@@ -188,7 +188,7 @@ impl<const D: usize> Mpm<D> {
         let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
         let shifts = coupling.contact.restore(bodies, &positions).to_vec();
         for ((body, bins), shifts) in bodies.iter().zip(bins).zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
-            let lattice = coupling.contact.lattice();
+            let lattice = coupling.contact.stencil();
             work += shifts.iter().map(|s| work_over(grid, body, lattice, s.particle as usize, s.by)).sum::<f64>();
             bins.disorder.drift += largest(shifts.iter().map(|shift| &shift.by)) / grid.cell;
         }
@@ -207,10 +207,11 @@ fn keep_out<const D: usize>(
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {
         let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-        let shifts = walls.keep_out((grid.cell, field), &Bodies::of_field(bodies, bins, field, &shielded), step);
+        let shifts =
+            walls.position_corrections(grid.cell, field, &Bodies::of_field(bodies, bins, field, &shielded), step);
         for (number, particle, by) in shifts {
             let body = &mut bodies[number];
-            work += work_over(grid, body, coupling.contact.lattice(), particle as usize, by);
+            work += work_over(grid, body, coupling.contact.stencil(), particle as usize, by);
             body.particles.position[particle as usize] += by;
             farthest[number] = farthest[number].max(by.norm() / grid.cell);
         }

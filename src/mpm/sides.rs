@@ -4,7 +4,7 @@
 //! facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for good. A fluid that
 //! reaches farther to both sides of a closed membrane is meant to: it gets a velocity field on each ([`super::regions`]).
 
-use super::contact::{Facet, Locator, Place};
+use super::contact::{Facet, Locator, SheetPosition};
 use super::regions::Enclosure;
 use super::{BodySetup, Friction, MembraneSetup, Setup};
 use crate::error::Diagnostic;
@@ -63,8 +63,8 @@ impl<const D: usize> Sheet<'_, D> {
     fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>, reach: f64) -> [Beside; 2] {
         let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
         for &x in particles {
-            match self.locator.place(&self.facets, &self.membrane.position, self.cell, x) {
-                Place::Beside(d) if d.abs() <= reach => {
+            match self.locator.locate(&self.facets, &self.membrane.position, self.cell, x) {
+                SheetPosition::Beside(d) if d.abs() <= reach => {
                     let side = &mut sides[usize::from(d >= 0.0)];
                     *side = Beside { count: side.count + 1, nearest: side.nearest.min(d.abs()) };
                 }
@@ -83,9 +83,9 @@ impl<const D: usize> Sheet<'_, D> {
         let outside = held.len() - inside;
         let (fewer, side) = if inside < outside { (inside, "inside") } else { (outside, "outside") };
         let spacing = body.volume.first()?.powf(1.0 / D as f64);
-        let next_to = |x: &Vector<D>| match self.locator.place(&self.facets, &self.membrane.position, self.cell, *x) {
-            Place::Beside(d) => d.abs() <= spacing,
-            Place::Beyond | Place::Away => false,
+        let next_to = |x: &Vector<D>| match self.locator.locate(&self.facets, &self.membrane.position, self.cell, *x) {
+            SheetPosition::Beside(d) => d.abs() <= spacing,
+            SheetPosition::Beyond | SheetPosition::Away => false,
         };
         let mut few = body.position.iter().zip(&held).filter(|(_, held)| **held == (side == "inside"));
         if fewer == 0 || !(body.law.keeps_shape() || few.all(|(x, _)| next_to(x))) {
@@ -155,7 +155,9 @@ mod tests {
         locator.refresh(&facets, &position, 0.1);
         let middle = std::f64::consts::FRAC_PI_6;
         for (x, outside) in [(around(middle, 0.9), true), (around(middle, 0.84), false), (corner(1) * 0.95, false)] {
-            let Place::Beside(d) = locator.place(&facets, &position, 0.1, x) else { panic!("{x:?} lies near") };
+            let SheetPosition::Beside(d) = locator.locate(&facets, &position, 0.1, x) else {
+                panic!("{x:?} lies near")
+            };
             assert_eq!(d > 0.0, outside, "{x:?}: {d}");
         }
     }

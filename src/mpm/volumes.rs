@@ -60,7 +60,7 @@ impl<const D: usize> Mpm<D> {
             ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
             let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
             let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
-            lead(grid, contact.lattice(), &pressure, body);
+            lead(grid, contact.stencil(), &pressure, body);
         }
     }
 }

@@ -21,7 +21,7 @@ pub fn flip<const D: usize>(v: Vector<D>, flips: Flips) -> Vector<D> {
     Vector::from_fn(|axis| if flips >> axis & 1 == 1 { -v[axis] } else { v[axis] })
 }
 
-/// What contact needs to know of the shape functions and the walls.
+/// Shape functions of the bodies with the folding at walls, and the axes along which walls let contact act.
 #[derive(Debug, Clone, Copy)]
 pub struct FoldedStencil<const D: usize> {
     kernel: Kernel,
@@ -202,7 +202,7 @@ mod tests {
     use crate::math::Signal;
     use crate::mpm::KernelKind;
 
-    fn lattice(kind: WallKind) -> FoldedStencil<2> {
+    fn stencil(kind: WallKind) -> FoldedStencil<2> {
         let wall = || Wall { kind, ..Wall::default() };
         FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &std::array::from_fn(|_| [wall(), wall()]))
     }
@@ -214,7 +214,7 @@ mod tests {
         grid.set_blocks(vec![[0, 0], [1, 0], [0, 1], [1, 1]]);
         for x in [Vector([0.05, 0.3]), Vector([1.95, 1.99]), Vector([1.0, 0.0])] {
             let (mut sum, mut centre) = (0.0, Vector::ZERO);
-            lattice(WallKind::Separate).for_each(&grid, x, |node, weight, flips| {
+            stencil(WallKind::Separate).for_each(&grid, x, |node, weight, flips| {
                 assert!(flips == 0 && grid.contains(grid.coordinates(node)));
                 sum += weight;
                 centre += grid.position(node) * weight;
@@ -228,23 +228,23 @@ mod tests {
     fn symmetry_planes_are_read_back_as_mirror_images() {
         let mut grid = Grid::<2>::new(Vector::ZERO, 0.5, [4, 4], 1);
         grid.set_blocks(vec![[0, 0], [1, 0], [0, 1], [1, 1]]);
-        let lattice = lattice(WallKind::Slip);
+        let stencil = stencil(WallKind::Slip);
         for x in [Vector([0.05, 0.3]), Vector([1.95, 1.99]), Vector([1.0, 0.0])] {
             let (mut sum, mut centre) = (0.0, Vector::ZERO);
-            lattice.for_each(&grid, x, |node, weight, flips| {
+            stencil.for_each(&grid, x, |node, weight, flips| {
                 sum += weight;
-                centre += lattice.mirror(&grid, grid.position(node), flips) * weight;
+                centre += stencil.mirror(&grid, grid.position(node), flips) * weight;
             });
             assert!((sum - 1.0).abs() < 1e-14 && (centre - x).norm() < 1e-14, "{x:?} {centre:?}");
         }
-        assert_eq!(lattice.free(&grid, grid.find([0, 2]).unwrap()), [false, true]);
+        assert_eq!(stencil.free(&grid, grid.find([0, 2]).unwrap()), [false, true]);
     }
 
     /// A slip wall that moves along its normal is no mirror: its ghosts extrapolate, as the bodies' do.
     #[test]
     fn slip_walls_that_move_along_their_normal_extrapolate() {
         let moving = Wall { kind: WallKind::Slip, velocity: std::array::from_fn(|_| Signal::Constant(1.0)) };
-        let lattice = FoldedStencil::<2>::new(
+        let stencil = FoldedStencil::<2>::new(
             Kernel::new(KernelKind::Quadratic, 0.25),
             &std::array::from_fn(|_| [moving.clone(), moving.clone()]),
         );
@@ -252,7 +252,7 @@ mod tests {
         grid.set_blocks(vec![[0, 0], [1, 0], [0, 1], [1, 1]]);
         let x = Vector([0.05, 0.3]);
         let (mut sum, mut centre) = (0.0, Vector::ZERO);
-        lattice.for_each(&grid, x, |node, weight, flips| {
+        stencil.for_each(&grid, x, |node, weight, flips| {
             assert_eq!(flips, 0);
             sum += weight;
             centre += grid.position(node) * weight;
@@ -266,7 +266,7 @@ mod tests {
         let mut grid = Grid::<2>::new(Vector::ZERO, 1.0, [40, 40], 1);
         grid.set_blocks(vec![[1, 1]]);
         let mut visited = Vec::new();
-        lattice(WallKind::Open).for_each(&grid, Vector([3.9, 4.2]), |node, weight, _| {
+        stencil(WallKind::Open).for_each(&grid, Vector([3.9, 4.2]), |node, weight, _| {
             visited.push((grid.coordinates(node), weight));
         });
         let nodes: Vec<_> = visited.iter().map(|v| v.0).collect();

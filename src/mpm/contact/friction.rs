@@ -1,4 +1,4 @@
-//! Friction of what touches, by name.
+//! Friction between bodies and membranes, by name.
 
 use crate::mpm::Friction;
 
@@ -28,8 +28,8 @@ impl FrictionTable {
         self.listed.iter().find(|(x, y, _)| names(x, y)).map_or(self.default, |(_, _, friction)| *friction)
     }
 
-    /// The pairs of fields that meet each other, and their friction, where each field has the names of its bodies.
-    pub(super) fn pairs_that_meet(&self, names: &[Vec<String>]) -> Vec<([usize; 2], Friction)> {
+    /// Pairs of fields with contact, and their friction; `names` has the bodies of each field.
+    pub(super) fn pairs_in_contact(&self, names: &[Vec<String>]) -> Vec<([usize; 2], Friction)> {
         let mut pairs = Vec::new();
         for (b, second) in names.iter().enumerate() {
             for (a, first) in names[..b].iter().enumerate() {

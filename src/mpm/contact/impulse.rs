@@ -45,21 +45,21 @@ impl<const D: usize> Impulse<D> {
     }
 }
 
-/// What contact with one body came to in a step.
+/// Sums over the contact with one body in a step.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Settled<const D: usize> {
+pub struct ContactTotals<const D: usize> {
     /// Σ J on the body [N s].
     pub impulse: Vector<D>,
-    /// What was lost along the normals and by friction [J].
+    /// Energy lost along the normals and by friction [J].
     pub lost: [f64; 2],
     /// Angular momentum that appeared because the two impulses of a pair act at different places: Σ (x_s − x_r) × J
     /// [N m s] (theory (D.28)).
     pub spin: Vector<3>,
 }
 
-impl<const D: usize> Settled<D> {
-    /// Adds the impulses `j` of one pair: the work that the middle partner received, the mean velocity `v` of the body
-    /// [m/s], and the arm from the middle partner to the body [m].
+impl<const D: usize> ContactTotals<D> {
+    /// Adds the impulses `j` on the body of one pair, with their `work` J·v̂ at the velocity of the middle partner [J], the mean velocity `v`
+    /// of the body [m/s], and the arm from the middle partner to the body [m]: lost is J·(v̂_r − v̂_b) (theory (D.29)).
     pub fn add(&mut self, j: &Impulse<D>, work: [f64; 2], v: Vector<D>, arm: Vector<D>) {
         self.impulse += j.total();
         self.lost[0] += work[0] - j.normal.dot(v);
@@ -80,12 +80,12 @@ pub fn solve<const D: usize>(
     let common = common_velocity(mass, velocity.dot(normal), normal, touches);
     impulses.clear();
     impulses.extend(touches.iter().map(|touch| {
-        let pressed = touch.side * (common - touch.velocity.dot(normal));
-        Impulse { normal: normal * (touch.side * touch.mass * pressed.max(0.0)), tangent: Vector::ZERO }
+        let approach = touch.side * (common - touch.velocity.dot(normal));
+        Impulse { normal: normal * (touch.side * touch.mass * approach.max(0.0)), tangent: Vector::ZERO }
     }));
     let rough = touches.iter().any(|t| t.friction != Friction::Slip(0.0));
     if rough {
-        rub(mass, velocity, normal, touches, impulses);
+        add_friction(mass, velocity, normal, touches, impulses);
     }
 }
 
@@ -117,7 +117,7 @@ fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches
 }
 
 /// Friction (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick again (theory D.6).
-fn rub<const D: usize>(
+fn add_friction<const D: usize>(
     mass: f64,
     velocity: Vector<D>,
     normal: Vector<D>,
@@ -156,12 +156,12 @@ fn rub<const D: usize>(
     }
 }
 
-/// The largest friction impulse [N s] under the normal impulse `pressed` [N s].
-pub(super) fn limit(friction: Friction, pressed: f64) -> f64 {
+/// The largest friction impulse [N s] under the normal impulse [N s].
+pub(super) fn limit(friction: Friction, normal_impulse: f64) -> f64 {
     match friction {
         Friction::None => 0.0,
-        Friction::Slip(coefficient) => coefficient * pressed,
-        Friction::Stick if pressed > 0.0 => f64::INFINITY,
+        Friction::Slip(coefficient) => coefficient * normal_impulse,
+        Friction::Stick if normal_impulse > 0.0 => f64::INFINITY,
         Friction::Stick => 0.0,
     }
 }

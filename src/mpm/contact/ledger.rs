@@ -1,6 +1,6 @@
 //! Named contact forces, and the energy that contact has dissipated.
 
-use super::impulse::Settled;
+use super::impulse::ContactTotals;
 use crate::math::Vector;
 use std::collections::BTreeMap;
 
@@ -27,16 +27,16 @@ struct NamedForce<const D: usize> {
 
 /// Forces and losses of all pairs that touch: each field with each sheet, then fields with each other.
 #[derive(Debug)]
-pub(super) struct Books<const D: usize> {
+pub(super) struct ContactLedger<const D: usize> {
     forces: Vec<NamedForce<D>>,
-    /// Which of the forces each pair adds to: parts of one body share them.
+    /// Index of the force of each pair: parts of one body share one.
     force_of: Vec<usize>,
     sheets: usize,
     /// Losses of each pair (normal, friction), then the mapping loss of each sheet, then the spin.
     pub losses: Vec<f64>,
 }
 
-impl<const D: usize> Books<D> {
+impl<const D: usize> ContactLedger<D> {
     /// For pairs with these names, of so many sheets.
     pub fn new(pairs: Vec<[Vec<String>; 2]>, sheets: usize) -> Self {
         let mut numbers: BTreeMap<[Vec<String>; 2], usize> = BTreeMap::new();
@@ -52,20 +52,20 @@ impl<const D: usize> Books<D> {
         Self { losses: vec![0.0; 2 * force_of.len() + sheets + 3], forces, force_of, sheets }
     }
 
-    /// Books the energy [J] that a sheet has lost in mapping.
-    pub fn lose_in_mapping(&mut self, sheet: usize, lost: f64) {
+    /// Records the energy [J] that a sheet has lost in mapping.
+    pub fn record_mapping_loss(&mut self, sheet: usize, lost: f64) {
         self.losses[2 * self.force_of.len() + sheet] += lost;
     }
 
-    /// Books what all pairs did in a step of length `dt` [s].
-    pub fn settle(&mut self, pairs: impl Iterator<Item = Settled<D>>, dt: f64) {
+    /// Records forces and losses of all pairs in a step of length `dt` [s].
+    pub fn record_step(&mut self, pairs: impl Iterator<Item = ContactTotals<D>>, dt: f64) {
         let spin = 2 * self.force_of.len() + self.sheets;
         self.forces.iter_mut().for_each(|force| force.value = Vector::ZERO);
-        for (index, settled) in pairs.enumerate() {
-            self.forces[self.force_of[index]].value += settled.impulse / dt;
-            self.losses[2 * index] += settled.lost[0];
-            self.losses[2 * index + 1] += settled.lost[1];
-            (0..3).for_each(|axis| self.losses[spin + axis] += settled.spin[axis]);
+        for (index, totals) in pairs.enumerate() {
+            self.forces[self.force_of[index]].value += totals.impulse / dt;
+            self.losses[2 * index] += totals.lost[0];
+            self.losses[2 * index + 1] += totals.lost[1];
+            (0..3).for_each(|axis| self.losses[spin + axis] += totals.spin[axis]);
         }
     }
 

@@ -1,22 +1,22 @@
 //! The interface of the methods of contact between a sheet and the bodies.
 //!
 //! All methods know the sheet as [`Sheet`] and the bodies' nodes as [`Partners`], and exchange impulses between the two. They
-//! differ in the places at which they look for contact: at grid nodes ([`super::at_nodes`]) or at the particles
-//! ([`super::at_particles`]).
+//! differ in the places at which contact is detected and resolved: at grid nodes ([`super::at_nodes`]) or on the surface of the sheet
+//! ([`super::at_surface`]).
 
 use super::at_nodes::AtNodes;
-use super::at_surface::AtParticles;
+use super::at_surface::AtSurface;
 use super::folded_stencil::FoldedStencil;
-use super::impulse::Settled;
+use super::impulse::ContactTotals;
 use super::partner::Partners;
-use super::sheet::{Near, Sheet, SheetSource, Shift, Surface};
+use super::sheet::{GuardedParticle, ParticleShift, Sheet, SheetSource, Surface};
 use crate::mpm::{Body, Grid, SheetContact, SubStep};
 use std::fmt::Debug;
 
 /// The bodies and the grid at the start of a step.
 pub struct StepContext<'a, const D: usize> {
     pub grid: &'a Grid<D>,
-    pub lattice: &'a FoldedStencil<D>,
+    pub stencil: &'a FoldedStencil<D>,
     pub bodies: &'a [Body<D>],
     /// Number of the step, from 1, and its length [s].
     pub step: u64,
@@ -25,21 +25,21 @@ pub struct StepContext<'a, const D: usize> {
 
 /// A method of contact between one sheet and the bodies, in the order in which a step calls it.
 pub trait ContactMethod<const D: usize>: Debug + Send + Sync {
-    /// Finds what may touch the sheet during the step. Labels the particles around it with their sides, and adds those that have
+    /// Finds the particles that may touch the sheet during the step. Labels the particles around it with their sides, and adds those that have
     /// one to `guarded`. Returns how many have crossed the sheet since the last step.
     fn find(
         &mut self,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &StepContext<'_, D>,
-        guarded: &mut Vec<Near<D>>,
+        context: &StepContext<'_, D>,
+        guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64;
 
     /// True if the sheet runs between two fields at a grid node.
-    fn parts(&self, node: usize, fields: [usize; 2]) -> bool;
+    fn separates(&self, node: usize, fields: [usize; 2]) -> bool;
 
     /// Adds the bodies' nodes that may take impulses to the partners.
-    fn choose(&mut self, sheet: &Sheet<D>, scene: &StepContext<'_, D>, partners: &mut Partners<D>);
+    fn choose(&mut self, sheet: &Sheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>);
 
     /// Resolves contact at the end of a sub-step, with walls and obstacles, in the pass of this number, from 0: adds the forces on
     /// the sheet's nodes, in further passes their change, to [`Sheet::forces`].
@@ -57,18 +57,18 @@ pub trait ContactMethod<const D: usize>: Debug + Send + Sync {
     -> f64;
 
     /// Ends the step. Adds the displacements that part the particles of each body from the sheet to `shifts`, and keeps with their
-    /// labels what the next step starts from.
-    fn finish(&self, sheet: &mut Sheet<D>, shifts: &mut [Vec<Shift<D>>]);
+    /// labels the forces from which the next step starts.
+    fn finish(&self, sheet: &mut Sheet<D>, shifts: &mut [Vec<ParticleShift<D>>]);
 
-    /// Adds the impulses of the step, field by field, and what was lost, to `sums`, when the momentum on the grid is final. The step
+    /// Adds the impulses and losses of the step to `sums`, field by field, when the momentum on the grid is final. The step
     /// was of the length `dt` [s].
-    fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [Settled<D>]);
+    fn add_totals(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [ContactTotals<D>]);
 
     /// True if contact acts at grid nodes, and the sheet lies in the support of this one.
     fn meets(&self, node: usize) -> bool;
 }
 
-/// The method by which a sheet meets so many fields at `place`; `tolerance` [m] is the gap below which contact acts.
+/// The method at `place` for contact of a sheet with so many fields; `tolerance` [m] is the gap below which contact acts.
 pub fn build<const D: usize>(
     place: SheetContact,
     source: &SheetSource<'_, D>,
@@ -77,6 +77,6 @@ pub fn build<const D: usize>(
 ) -> Box<dyn ContactMethod<D>> {
     match place {
         SheetContact::Nodes => Box::new(AtNodes::new(source, fields, tolerance)),
-        SheetContact::Particles => Box::new(AtParticles::new(tolerance)),
+        SheetContact::Particles => Box::new(AtSurface::new(tolerance)),
     }
 }

@@ -12,16 +12,17 @@
 //! `support_blocks` and `particle_size`, `ledger` (forces and losses). The order of a step, and of the interface within it:
 //!
 //! ```text
-//! begin_step     find: label particles, find who may touch; contact between bodies; choose: their nodes on the grid
+//! begin_step     find: label particles, find the pairs that may touch; contact between bodies; choose: their nodes on the grid
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
 //!                in passes, as the nodes take up less than the grid gives (theory D.7)
 //! conclude       gaps and losses of the sub-step
-//! finish_step    finish: displacements that part what overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53)
+//! finish_step    finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53)
 //! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `ledger`)
-//! restore        (after particles and membranes moved) part what overlaps, keep particles on their sides (`sheet::guard`)
+//! restore        (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
 //!
-//! J is what the body gets, and of two bodies the second; the sheet gets −J (theory D).
+//! J is the impulse on the body, of two bodies on the second; the sheet gets −J (theory D). Only in contact of a sheet with walls and
+//! obstacles (`rigid`) J acts on the sheet (theory E).
 //! Linear momentum is conserved to round-off, because both sides of every impulse use the same weights.
 //! Angular momentum is conserved up to Σ (x_s − x_r) × J, which is booked (theory D.15).
 
@@ -39,28 +40,37 @@ mod rigid;
 mod sheet;
 mod support_blocks;
 
-pub use folded_stencil::{Flips, FoldedStencil, flip};
+pub use folded_stencil::{FoldedStencil, flip};
 pub use friction::FrictionTable;
 pub use ledger::Losses;
-pub use rigid::Squeeze;
-pub use sheet::{Facet, Locator, Place, SheetSource, Shift, Surface};
+pub use rigid::{NodePositions, Squeeze};
+pub use sheet::{Facet, Locator, ParticleShift, SheetPosition, SheetSource, Surface};
 
 use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Walls};
 use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
 use bodies::Pairwise;
-use impulse::Settled;
-use ledger::Books;
+use impulse::ContactTotals;
+use ledger::ContactLedger;
 use method::{ContactMethod, StepContext};
 use partner::Partners;
-use sheet::{Moved, Near, Sheet, keep_sides, suspects};
+use sheet::{GuardedParticle, MovedSheet, Sheet, keep_sides, particles_to_check};
 use std::collections::BTreeMap;
+
+/// A pass of contact of a sheet in a sub-step.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactPass {
+    /// Number of the sheet.
+    pub sheet: usize,
+    /// Number of the pass in the sub-step, from 0.
+    pub pass: usize,
+}
 
 /// All contacts of a simulation.
 #[derive(Debug)]
 pub struct Contact<const D: usize> {
-    lattice: FoldedStencil<D>,
+    stencil: FoldedStencil<D>,
     /// Gap below which contact acts [m].
     tolerance: f64,
     dt: f64,
@@ -73,23 +83,24 @@ pub struct Contact<const D: usize> {
     bodies: Vec<(String, usize)>,
     partners: Partners<D>,
     pairwise: Pairwise<D>,
-    /// How far particles of each body are displaced at the end of the step.
-    shifts: Vec<Vec<Shift<D>>>,
+    /// Displacements of each body's particles at the end of the step.
+    shifts: Vec<Vec<ParticleShift<D>>>,
     /// Particles next to sheets during the step.
-    guarded: Vec<Near<D>>,
-    books: Books<D>,
+    guarded: Vec<GuardedParticle<D>>,
+    ledger: ContactLedger<D>,
     /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
     counts: Vec<u64>,
-    /// Sheets of which it was said that particles have crossed them.
-    said: Vec<bool>,
+    /// Sheets with a notice that particles have crossed them.
+    noticed: Vec<bool>,
 }
 
 impl<const D: usize> Contact<D> {
     /// Contact between `bodies` and `sheets` at `place`; `tolerance` [m] is the gap below which it acts.
     pub fn new(
-        lattice: FoldedStencil<D>,
+        stencil: FoldedStencil<D>,
         friction: &FrictionTable,
-        (place, tolerance): (SheetContact, f64),
+        place: SheetContact,
+        tolerance: f64,
         bodies: &[Body<D>],
         sheets: &[SheetSource<'_, D>],
     ) -> Self {
@@ -103,11 +114,11 @@ impl<const D: usize> Contact<D> {
             let with_bodies = names.iter().map(|body| friction.between(body, &own(sheet))).collect();
             Sheet::new(number, sheet, bodies, with_bodies, friction.listed_with(sheet.name))
         };
-        let pairs = friction.pairs_that_meet(&names);
+        let pairs = friction.pairs_in_contact(&names);
         let with_sheets = sheets.iter().flat_map(|sheet| names.iter().map(|body| [body.clone(), own(sheet).to_vec()]));
         let with_bodies = pairs.iter().map(|(fields, _)| fields.map(|field| names[field].clone()));
         Self {
-            lattice,
+            stencil,
             tolerance,
             dt: 0.0,
             cell: 0.0,
@@ -115,21 +126,22 @@ impl<const D: usize> Contact<D> {
             sheets: sheets.iter().enumerate().map(built).collect(),
             methods: sheets.iter().map(|sheet| method::build(place, sheet, fields, tolerance)).collect(),
             partners: Partners::default(),
-            books: Books::new(with_sheets.chain(with_bodies).collect(), sheets.len()),
+            ledger: ContactLedger::new(with_sheets.chain(with_bodies).collect(), sheets.len()),
             pairwise: Pairwise::new(pairs),
             shifts: vec![Vec::new(); bodies.len()],
             guarded: Vec::new(),
             counts: vec![0; 2 + sheets.len()],
-            said: vec![false; sheets.len()],
+            noticed: vec![false; sheets.len()],
         }
     }
 
-    /// Finds out who may touch whom during the step of length `dt` [s] whose trial state (m, p̄, f) is on
+    /// Finds the pairs that may touch during the step of length `dt` [s] whose trial state (m, p̄, f) is on
     /// the grid, and resolves the contact between bodies. One surface per sheet; their velocities are not
     /// used yet.
     pub fn begin_step(
         &mut self,
-        (grid, walls): (&mut Grid<D>, &Walls<D>),
+        grid: &mut Grid<D>,
+        walls: &Walls<D>,
         bodies: &[Body<D>],
         surfaces: &[Surface<'_, D>],
         dt: f64,
@@ -139,27 +151,27 @@ impl<const D: usize> Contact<D> {
         self.partners.begin(dt);
         self.shifts.iter_mut().for_each(Vec::clear);
         self.guarded.clear();
-        let Self { lattice, sheets, methods, partners, guarded, counts, .. } = self;
+        let Self { stencil, sheets, methods, partners, guarded, counts, .. } = self;
         let step = counts[0];
-        let scene = StepContext { grid: &*grid, lattice, bodies, step, dt };
+        let context = StepContext { grid: &*grid, stencil, bodies, step, dt };
         for ((sheet, method), surface) in sheets.iter_mut().zip(&mut *methods).zip(surfaces) {
             sheet.begin_step(surface, walls);
-            counts[1 + sheet.number] += method.find(sheet, surface, &scene, guarded);
+            counts[1 + sheet.number] += method.find(sheet, surface, &context, guarded);
         }
-        self.pairwise.resolve(grid, lattice, bodies, methods, self.tolerance, dt);
+        self.pairwise.resolve(grid, stencil, bodies, methods, self.tolerance, dt);
         // The grid has changed.
-        let scene = StepContext { grid: &*grid, lattice, bodies, step, dt };
+        let context = StepContext { grid: &*grid, stencil, bodies, step, dt };
         for (sheet, method) in sheets.iter().zip(methods) {
-            method.choose(sheet, &scene, partners);
+            method.choose(sheet, &context, partners);
         }
     }
 
-    /// Contact of one sheet at the end of a sub-step: in `pass` 0, who touches, and the forces on the sheet's nodes [N]; in
+    /// Contact of one sheet at the end of a sub-step: in pass 0 the detection, and the forces on the sheet's nodes [N]; in
     /// further passes, after the nodes have taken up the forces of the last, their change (theory D.7). The supports'
     /// share is included; the membrane leaves it to them.
     pub fn resolve(
         &mut self,
-        (sheet, pass): (usize, usize),
+        ContactPass { sheet, pass }: ContactPass,
         surface: &Surface<'_, D>,
         walls: &Walls<D>,
         at: &SubStep<'_>,
@@ -175,26 +187,26 @@ impl<const D: usize> Contact<D> {
     pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, at: &SubStep<'_>) {
         self.sheets[sheet].rigid.conclude(surface);
         let lost = self.methods[sheet].conclude(&self.sheets[sheet], surface, &self.partners, at);
-        self.books.lose_in_mapping(sheet, lost);
+        self.ledger.record_mapping_loss(sheet, lost);
     }
 
-    /// Parts a sheet from walls and obstacles, after its nodes have moved to `position` [m].
+    /// Undoes a part of the overlaps of a sheet with walls and obstacles, after its nodes have moved to `position` [m].
     pub fn part(&self, sheet: usize, position: &mut [Vector<D>], at: &SubStep<'_>) {
         self.sheets[sheet].part(position, at);
     }
 
-    /// A point of a sheet that has no way out `elapsed` [s] after the start of the step, when its nodes have these positions, now and
-    /// at the start of the run [m].
+    /// A point of a sheet that is squeezed between walls, obstacles and supports `elapsed` [s] after the start of the step.
     pub fn squeezed(
         &self,
         sheet: usize,
-        positions: [&[Vector<D>]; 2],
-        (walls, elapsed): (&Walls<D>, f64),
+        positions: NodePositions<'_, D>,
+        walls: &Walls<D>,
+        elapsed: f64,
     ) -> Option<Squeeze<D>> {
-        self.sheets[sheet].squeezed(positions, (walls, elapsed))
+        self.sheets[sheet].squeezed(positions, walls, elapsed)
     }
 
-    /// What walls and obstacles gave all sheets during the step, by boundary.
+    /// Impulse and work of walls and obstacles on all sheets during the step, by boundary.
     pub fn wall_pushes(&self) -> Vec<SheetPush<D>> {
         let mut sums: Vec<SheetPush<D>> = Vec::new();
         for pushes in self.sheets.iter().map(|sheet| &sheet.rigid.pushes) {
@@ -204,35 +216,36 @@ impl<const D: usize> Contact<D> {
         sums
     }
 
-    /// Hands the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53).
+    /// Adds the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53).
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
         for (sheet, method) in self.sheets.iter_mut().zip(&self.methods) {
             method.finish(sheet, &mut self.shifts);
-            sheet.rigid.note();
+            sheet.rigid.record_held_shares();
         }
-        self.partners.commit(grid);
+        self.partners.apply_to_grid(grid);
     }
 
-    /// Books forces and losses of the step, when p̄ and f on the grid are final.
+    /// Records forces and losses of the step, when p̄ and f on the grid are final.
     pub fn account(&mut self, grid: &Grid<D>) {
         let sheets = self.sheets.iter().zip(&self.methods).flat_map(|(sheet, method)| {
-            let mut sums = vec![Settled::default(); sheet.friction.len()];
-            method.settle(&self.partners, grid, self.dt, &mut sums);
+            let mut sums = vec![ContactTotals::default(); sheet.friction.len()];
+            method.add_totals(&self.partners, grid, self.dt, &mut sums);
             sums
         });
-        let pairs = self.pairwise.settle(grid, self.dt).into_iter();
-        let pairs = pairs.map(|(impulse, lost)| Settled { impulse, lost, spin: Vector::ZERO });
-        self.books.settle(sheets.chain(pairs), self.dt);
+        let pairs = self.pairwise.totals(grid, self.dt).into_iter();
+        let pairs = pairs.map(|(impulse, lost)| ContactTotals { impulse, lost, spin: Vector::ZERO });
+        self.ledger.record_step(sheets.chain(pairs), self.dt);
     }
 
     /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets on the side of most
     /// of these particles [m].
     pub fn limit_rooms(&mut self, grid: &Grid<D>, bodies: &[Body<D>], field: usize, mut visit: impl FnMut(usize, f64)) {
         for (number, sheet) in self.sheets.iter_mut().enumerate() {
-            let own = |near: &&Near<D>| near.sheet as usize == number && bodies[near.body as usize].field == field;
+            let own =
+                |near: &&GuardedParticle<D>| near.sheet as usize == number && bodies[near.body as usize].field == field;
             let mut votes: BTreeMap<usize, f64> = BTreeMap::new();
             for near in self.guarded.iter().filter(own) {
-                self.lattice.for_each(grid, near.from, |node, weight, _| {
+                self.stencil.for_each(grid, near.start, |node, weight, _| {
                     *votes.entry(node).or_insert(0.0) += near.side * weight;
                 });
             }
@@ -245,21 +258,22 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Follows the sheets to `positions` [m], for [`Self::way_to`].
+    /// Sets the positions of the sheets' nodes [m] for [`Self::way_to`].
     pub fn find_membranes(&mut self, positions: &[&[Vector<D>]], cell: f64) {
         for (sheet, position) in self.sheets.iter_mut().zip(positions) {
             sheet.refresh(position, cell);
         }
     }
 
-    /// The way from `x` [m] to a sheet within a cell, where it was found last, that has contact with a field.
-    pub fn way_to(&self, (sheet, field): (usize, usize), x: Vector<D>, cell: f64) -> Option<Vector<D>> {
+    /// The vector from `x` to the closest point of a sheet within a cell, at the positions of [`Self::find_membranes`] [m]; `None` if the
+    /// sheet has no contact with the field.
+    pub fn way_to(&self, sheet: usize, field: usize, x: Vector<D>, cell: f64) -> Option<Vector<D>> {
         let sheet = self.sheets.get(sheet).filter(|sheet| sheet.friction[field] != Friction::None)?;
         let foot = sheet.foot(x, cell)?;
         Some(foot.normal * -foot.distance)
     }
 
-    /// What is left of the displacements `by` [m] of a body's particles: none goes towards a sheet next to it.
+    /// Removes from the displacements `by` [m] of a body's particles the parts towards the sheets next to them.
     pub fn keep_off(&self, body: usize, by: &mut [Vector<D>]) {
         for near in self.guarded.iter().filter(|near| near.body as usize == body) {
             let by = &mut by[near.particle as usize];
@@ -267,20 +281,21 @@ impl<const D: usize> Contact<D> {
         }
     }
 
-    /// Parts the particles that overlap with a sheet, and keeps all on their sides of the sheets, whose nodes have moved to `positions` [m].
-    /// Comes after the particles have moved, and before they are sorted. Returns the displacements of each body.
-    pub fn restore(&mut self, bodies: &mut [Body<D>], positions: &[&[Vector<D>]]) -> &[Vec<Shift<D>>] {
+    /// Undoes a part of the overlaps of particles with sheets, and keeps all particles on their sides of the sheets, whose nodes have
+    /// moved to `positions` [m]. Comes after the particles have moved, and before they are sorted. Returns the displacements of each body.
+    pub fn restore(&mut self, bodies: &mut [Body<D>], positions: &[&[Vector<D>]]) -> &[Vec<ParticleShift<D>>] {
         for (body, shifts) in bodies.iter_mut().zip(&self.shifts) {
             shifts.iter().for_each(|shift| body.particles.position[shift.particle as usize] += shift.by);
         }
         let travel: Vec<f64> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.travel(at)).collect();
-        let suspects = suspects(&self.guarded, &travel, bodies);
-        if suspects.is_empty() {
+        let to_check = particles_to_check(&self.guarded, &travel, bodies);
+        if to_check.is_empty() {
             return &self.shifts;
         }
         self.find_membranes(positions, self.cell);
-        let sheets: Vec<Moved<'_, D>> = self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.moved(at)).collect();
-        let displaced = keep_sides(&self.guarded, &suspects, &sheets, bodies, self.cell);
+        let sheets: Vec<MovedSheet<'_, D>> =
+            self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.moved(at)).collect();
+        let displaced = keep_sides(&self.guarded, &to_check, &sheets, bodies, self.cell);
         self.counts[1 + self.sheets.len()] += displaced.len() as u64;
         for (body, shift) in displaced {
             bodies[body as usize].particles.position[shift.particle as usize] += shift.by;
@@ -291,7 +306,7 @@ impl<const D: usize> Contact<D> {
 
     /// Named contact forces `contact:<body>-<other>`: mean over the last step [N], on the first of the two.
     pub fn forces(&self) -> impl Iterator<Item = (&str, [f64; 3])> {
-        self.books.forces()
+        self.ledger.forces()
     }
 
     /// Since the start: particles found on the wrong side of each sheet, `crossed:<sheet>`, and how often one
@@ -302,11 +317,11 @@ impl<const D: usize> Contact<D> {
         names.zip(self.counts[1..].iter().copied()).collect()
     }
 
-    /// Says once of each sheet that particles have crossed it.
+    /// A notice for each sheet that particles have crossed, once in a run.
     pub fn notices(&mut self) -> Vec<String> {
-        let sheets = self.sheets.iter().zip(&self.counts[1..]).zip(&mut self.said);
-        let news = sheets.filter_map(|((sheet, &count), said)| {
-            (count > 0 && !std::mem::replace(said, count > 0)).then(|| sheet.name.clone())
+        let sheets = self.sheets.iter().zip(&self.counts[1..]).zip(&mut self.noticed);
+        let news = sheets.filter_map(|((sheet, &count), noticed)| {
+            (count > 0 && !std::mem::replace(noticed, count > 0)).then(|| sheet.name.clone())
         });
         news.map(|name| {
             format!(
@@ -317,24 +332,24 @@ impl<const D: usize> Contact<D> {
         .collect()
     }
 
-    /// After a restore: what has been counted by then was said before.
+    /// After a restore: crossings that are counted by then have had their notice.
     pub fn restored(&mut self) {
-        self.said.iter_mut().zip(&self.counts[1..]).for_each(|(said, &count)| *said = count > 0);
+        self.noticed.iter_mut().zip(&self.counts[1..]).for_each(|(noticed, &count)| *noticed = count > 0);
     }
 
     /// The shape functions of the bodies, folded at walls.
-    pub fn lattice(&self) -> &FoldedStencil<D> {
-        &self.lattice
+    pub fn stencil(&self) -> &FoldedStencil<D> {
+        &self.stencil
     }
 
-    /// True if a sheet that meets bodies at the nodes lies in the support of this one.
+    /// True if a sheet with contact at nodes lies in the support of this one.
     pub fn meets(&self, node: usize) -> bool {
         self.methods.iter().any(|method| method.meets(node))
     }
 
-    /// What contact has dissipated since the start.
+    /// Energy that contact has dissipated since the start.
     pub fn losses(&self) -> Losses {
-        self.books.losses()
+        self.ledger.losses()
     }
 
     /// The largest of the counters that a checkpoint keeps.
@@ -342,7 +357,7 @@ impl<const D: usize> Contact<D> {
         self.counts.iter().copied().max().unwrap_or(0)
     }
 
-    /// What a checkpoint must keep: the particles' sides, how hard they were pressed, counts and losses.
+    /// Columns of a checkpoint: sides of particles and normal forces on them, shares held by walls, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for Sheet { name: sheet, labels, .. } in &mut self.sheets {
             for (labels, (body, part)) in labels.iter_mut().zip(&self.bodies) {
@@ -355,6 +370,6 @@ impl<const D: usize> Contact<D> {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));
         }
         visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
-        visit(&format!("{prefix}losses"), Column::new(&mut self.books.losses));
+        visit(&format!("{prefix}losses"), Column::new(&mut self.ledger.losses));
     }
 }

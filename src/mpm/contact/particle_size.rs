@@ -7,7 +7,7 @@ use crate::mpm::Particles;
 ///
 /// From its deformation gradient where it has one; else half the edge of its volume, kept within 0.3 to 1
 /// half cells.
-pub fn radius<const D: usize>(particles: &Particles<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
+pub fn half_size<const D: usize>(particles: &Particles<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
     let edge = |volume: f64| if D == 2 { volume.sqrt() } else { volume.cbrt() };
     match particles.deformation.get(p) {
         Some(f) => {
@@ -28,10 +28,10 @@ mod tests {
     #[test]
     fn particle_sizes_follow_the_deformation() {
         let mut particles = Particles::<3> { volume: vec![2.0 * 0.001], ..Particles::default() };
-        assert!((radius(&particles, 0, Vector::unit(0), 1.0) - 0.15).abs() < 1e-15);
-        assert!((radius(&particles, 0, Vector::unit(0), 0.1) - 0.05).abs() < 1e-15);
+        assert!((half_size(&particles, 0, Vector::unit(0), 1.0) - 0.15).abs() < 1e-15);
+        assert!((half_size(&particles, 0, Vector::unit(0), 0.1) - 0.05).abs() < 1e-15);
         particles.deformation = vec![Tensor([[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])];
-        assert!((radius(&particles, 0, Vector::unit(0), 1.0) - 0.1).abs() < 1e-15);
-        assert!((radius(&particles, 0, Vector::unit(1), 1.0) - 0.05).abs() < 1e-15);
+        assert!((half_size(&particles, 0, Vector::unit(0), 1.0) - 0.1).abs() < 1e-15);
+        assert!((half_size(&particles, 0, Vector::unit(1), 1.0) - 0.05).abs() < 1e-15);
     }
 }

@@ -20,7 +20,7 @@ struct Partner<const D: usize> {
     node: u32,
     mass: f64,
     /// 1/m along the axes that contact may push, 0 along the others [1/kg].
-    softness: Vector<D>,
+    inverse_mass: Vector<D>,
     /// p⁻ [N s].
     momentum: Vector<D>,
     /// f [N].
@@ -29,7 +29,7 @@ struct Partner<const D: usize> {
     impulse: Vector<D>,
 }
 
-/// All of them, in the order in which they were met.
+/// All of them, in the order in which contact has found them.
 #[derive(Debug, Default)]
 pub struct Partners<const D: usize> {
     dt: f64,
@@ -47,8 +47,8 @@ impl<const D: usize> Partners<D> {
         }
     }
 
-    /// The number of a node of a field; a new one if it is met for the first time.
-    pub fn add(&mut self, grid: &Grid<D>, lattice: &FoldedStencil<D>, field: usize, node: usize) -> u32 {
+    /// The number of a node of a field; added if it is new.
+    pub fn add(&mut self, grid: &Grid<D>, stencil: &FoldedStencil<D>, field: usize, node: usize) -> u32 {
         if self.index.len() <= field {
             self.index.resize(field + 1, Vec::new());
         }
@@ -60,12 +60,12 @@ impl<const D: usize> Partners<D> {
         if *known == NONE {
             *known = self.list.len() as u32;
             let value = &grid.fields[field].nodes[node];
-            let free = lattice.free(grid, node);
+            let free = stencil.free(grid, node);
             self.list.push(Partner {
                 field: field as u32,
                 node: node as u32,
                 mass: value.mass,
-                softness: Vector::from_fn(|a| if free[a] { 1.0 / value.mass } else { 0.0 }),
+                inverse_mass: Vector::from_fn(|a| if free[a] { 1.0 / value.mass } else { 0.0 }),
                 momentum: value.momentum - value.force * self.dt,
                 force: value.force,
                 impulse: Vector::ZERO,
@@ -83,23 +83,23 @@ impl<const D: usize> Partners<D> {
 
     /// 1/m along the axes that contact may push, 0 along the others [1/kg].
     #[inline]
-    pub fn softness(&self, partner: u32) -> Vector<D> {
-        self.list[partner as usize].softness
+    pub fn inverse_mass(&self, partner: u32) -> Vector<D> {
+        self.list[partner as usize].inverse_mass
     }
 
-    /// How many there are.
+    /// Their number.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
     /// Adds a contact impulse [N s].
     #[inline]
-    pub fn push(&mut self, partner: u32, impulse: Vector<D>) {
+    pub fn add_impulse(&mut self, partner: u32, impulse: Vector<D>) {
         self.list[partner as usize].impulse += impulse;
     }
 
     /// Hands the impulses to the grid (Lian, Liu & Zhang 2014, eq. 53; theory (D.1)).
-    pub fn commit(&self, grid: &mut Grid<D>) {
+    pub fn apply_to_grid(&self, grid: &mut Grid<D>) {
         for p in &self.list {
             let node = &mut grid.fields[p.field as usize].nodes[p.node as usize];
             node.momentum += p.impulse;

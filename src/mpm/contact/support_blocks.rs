@@ -5,24 +5,24 @@ use crate::math::Vector;
 use crate::mpm::{EDGE, Grid};
 use crate::parallel;
 
-/// Particles whose support reaches a marked node.
+/// Marked blocks of a grid.
 #[derive(Debug, Default)]
-pub struct Marks {
+pub struct SupportBlocks {
     blocks: Vec<bool>,
 }
 
-impl Marks {
-    /// Nothing marked on this grid.
+impl SupportBlocks {
+    /// Unmarks all blocks of this grid.
     pub fn clear<const D: usize>(&mut self, grid: &Grid<D>) {
         self.blocks.clear();
         self.blocks.resize(grid.blocks().len(), false);
     }
 
-    /// Marks the blocks in which the support of a particle that reaches `node` may start.
-    pub fn mark<const D: usize>(&mut self, grid: &Grid<D>, lattice: &FoldedStencil<D>, node: usize) {
+    /// SupportBlocks the blocks in which the support of a particle that reaches `node` may start.
+    pub fn mark<const D: usize>(&mut self, grid: &Grid<D>, stencil: &FoldedStencil<D>, node: usize) {
         let ijk = grid.coordinates(node);
         for corner in 0..1 << D {
-            let first = std::array::from_fn(|a| ijk[a] - (corner >> a & 1) * (lattice.support() - 1));
+            let first = std::array::from_fn(|a| ijk[a] - (corner >> a & 1) * (stencil.support() - 1));
             if let Some(start) = grid.find(first) {
                 self.blocks[start / Grid::<D>::BLOCK] = true;
             }
@@ -30,14 +30,19 @@ impl Marks {
     }
 
     /// Indices of the particles whose support starts in a marked block, ascending.
-    pub fn near<const D: usize>(&self, grid: &Grid<D>, lattice: &FoldedStencil<D>, position: &[Vector<D>]) -> Vec<u32> {
+    pub fn particles<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        stencil: &FoldedStencil<D>,
+        position: &[Vector<D>],
+    ) -> Vec<u32> {
         if !self.blocks.contains(&true) {
             return Vec::new();
         }
         let collect = |range: std::ops::Range<usize>| {
             let (mut found, mut last, mut marked) = (Vec::new(), None, false);
             for p in range {
-                let first = lattice.first(grid, position[p]);
+                let first = stencil.first(grid, position[p]);
                 let block = first.map(|i| i.div_euclid(EDGE as i32));
                 if last != Some(block) {
                     last = Some(block);

@@ -1,4 +1,4 @@
-//! How near two elements are: segments in the plane; triangles and quadrilaterals in space.
+//! Distance between two elements: segments in the plane; triangles and quadrilaterals in space.
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, as contact sees it. Two triangles that don't cross are
 //! nearest to each other at points of two edges, or at a corner of one and its foot inside the other; if they cross, an edge of
@@ -9,18 +9,18 @@ use crate::math::Vector;
 /// Two segments of the plane this near, over their lengths, cross.
 const CROSSING: f64 = 1e-9;
 
-/// Where two elements are nearest to each other.
+/// The shortest line between two elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
-    /// How far they are apart [m]; 0 if they cross.
+    /// Distance [m]; 0 if they cross.
     pub distance: f64,
     /// The middle of the shortest line between them [m].
     pub place: Vector<3>,
 }
 
-/// Where two elements, each given by its corners [m], are nearest to each other; `None` if that is not nearer than `within` [m].
+/// The shortest line between two elements, each given by its corners [m]; `None` if it is not shorter than `within` [m].
 pub fn approach(a: &[Vector<3>], b: &[Vector<3>], within: f64) -> Option<Approach> {
-    let mut best = Best { square: within * within, place: None };
+    let mut best = ShortestLine { square: within * within, place: None };
     let (pieces, others) = (Fan::new(a), Fan::new(b));
     for piece in pieces.all() {
         for other in others.all() {
@@ -35,7 +35,7 @@ pub fn approach(a: &[Vector<3>], b: &[Vector<3>], within: f64) -> Option<Approac
 /// The segment or triangles that an element consists of.
 struct Fan {
     corners: [[Vector<3>; 3]; 4],
-    /// How many, of how many corners each.
+    /// Number of pieces, and of corners of each.
     counts: [usize; 2],
 }
 
@@ -58,12 +58,12 @@ impl Fan {
 }
 
 /// The shortest line so far.
-struct Best {
+struct ShortestLine {
     square: f64,
     place: Option<Vector<3>>,
 }
 
-impl Best {
+impl ShortestLine {
     fn offer(&mut self, p: Vector<3>, q: Vector<3>) {
         let square = (p - q).norm_squared();
         if square < self.square {
@@ -82,7 +82,7 @@ fn sides(piece: &[Vector<3>]) -> impl Iterator<Item = [Vector<3>; 2]> {
     (0..if n == 2 { 1 } else { n }).map(move |k| [piece[k], piece[(k + 1) % n]])
 }
 
-fn compare(a: &[Vector<3>], b: &[Vector<3>], best: &mut Best) {
+fn compare(a: &[Vector<3>], b: &[Vector<3>], best: &mut ShortestLine) {
     for [p, q] in sides(a) {
         for [r, s] in sides(b) {
             let (x, y) = between_segments([p, q], [r, s]);

@@ -1,4 +1,4 @@
-//! What of all sheets doesn't change: their elements, what is sewn together, and how near to each other elements began.
+//! Constants of all sheets during a run: elements, nodes at the same places, and distances of elements at the start.
 
 use super::distance::approach;
 use crate::math::Vector;
@@ -7,10 +7,10 @@ use hashbrown::{HashMap, HashSet};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-/// Nodes this near to each other at the start, over the length of elements, are one: sheets are sewn together there.
-const SEWN: f64 = 1e-6;
+/// Nodes this near to each other at the start, over the length of elements, are one: sheets are joined there.
+const COINCIDENT: f64 = 1e-6;
 
-/// Elements of one sheet that began this near to each other, in thicknesses, are neighbours.
+/// Distance at the start below which elements of one sheet are neighbours [thicknesses].
 const BESIDE: f64 = 2.0;
 
 /// Elements of a patch.
@@ -37,23 +37,23 @@ impl Corners {
 
 /// One sheet.
 #[derive(Debug)]
-pub struct Layer {
+pub struct SheetLayout {
     pub name: String,
     pub facets: Vec<Facet>,
     /// Positions of the nodes at the start [m].
     pub reference: Vec<Vector<3>>,
     /// Length of each element at the start: the root of its area, in 2D its length [m].
     pub length: Vec<f64>,
-    /// Number of each node; those that are sewn together have the same one.
+    /// Number of each node; those at the same place have the same one.
     nodes: Vec<u32>,
-    /// Sheets that are sewn together have the same number.
+    /// Sheets that are joined have the same number.
     part: usize,
 }
 
 /// All sheets.
 #[derive(Debug, Default)]
 pub struct Layout {
-    pub layers: Vec<Layer>,
+    pub sheets: Vec<SheetLayout>,
     /// The least mean length of elements of a sheet [m].
     pub length: f64,
     /// Elements next to each other, in groups.
@@ -65,7 +65,7 @@ pub struct Layout {
 impl Layout {
     /// Of sheets with these names, elements and positions of nodes at the start [m].
     pub fn new<'a, const D: usize>(sheets: impl Iterator<Item = (&'a str, Vec<Facet>, &'a [Vector<D>])>) -> Self {
-        let layer = |(name, facets, reference): (&str, Vec<Facet>, &[Vector<D>])| Layer {
+        let layer = |(name, facets, reference): (&str, Vec<Facet>, &[Vector<D>])| SheetLayout {
             name: name.to_owned(),
             length: facets.iter().map(|facet| facet.area(reference).norm().powf(1.0 / (D - 1) as f64)).collect(),
             facets,
@@ -73,26 +73,26 @@ impl Layout {
             nodes: Vec::new(),
             part: 0,
         };
-        let layers: Vec<Layer> = sheets.map(layer).collect();
-        let mean = |layer: &Layer| layer.length.iter().sum::<f64>() / layer.length.len() as f64;
-        let length = layers.iter().map(mean).fold(f64::INFINITY, f64::min);
-        let mut layout = Self { layers, length, ..Self::default() };
-        layout.sew();
+        let sheets: Vec<SheetLayout> = sheets.map(layer).collect();
+        let mean = |layer: &SheetLayout| layer.length.iter().sum::<f64>() / layer.length.len() as f64;
+        let length = sheets.iter().map(mean).fold(f64::INFINITY, f64::min);
+        let mut layout = Self { sheets, length, ..Self::default() };
+        layout.join_coincident_nodes();
         let elements: Vec<Element> = layout.elements().collect();
         elements.chunk_by(|a, b| a.sheet == b.sheet).for_each(|own| layout.part(own.to_vec()));
         layout.join();
         layout
     }
 
-    /// Finds nodes at the same place, and the sheets that they hold together.
-    fn sew(&mut self) {
-        let places = self.layers.iter().flat_map(|layer| &layer.reference).zip(0_u32..);
+    /// Finds nodes at the same place, and the sheets that they join.
+    fn join_coincident_nodes(&mut self) {
+        let places = self.sheets.iter().flat_map(|layer| &layer.reference).zip(0_u32..);
         let tree = RTree::bulk_load(places.map(|(x, k)| GeomWithData::new(x.0, k)).collect());
-        let square = (SEWN * self.length).powi(2);
+        let square = (COINCIDENT * self.length).powi(2);
         let number = |x: &Vector<3>| tree.locate_within_distance(x.0, square).map(|node| node.data).min().unwrap_or(0);
-        let mut parts: Vec<usize> = (0..self.layers.len()).collect();
+        let mut parts: Vec<usize> = (0..self.sheets.len()).collect();
         let mut ends = Vec::new();
-        for (sheet, layer) in self.layers.iter_mut().enumerate() {
+        for (sheet, layer) in self.sheets.iter_mut().enumerate() {
             layer.nodes = layer.reference.iter().map(number).collect();
             let first = ends.last().copied().unwrap_or(0);
             for &node in layer.nodes.iter().filter(|&&node| node < first) {
@@ -102,7 +102,7 @@ impl Layout {
             }
             ends.push(first + layer.nodes.len() as u32);
         }
-        self.layers.iter_mut().zip(parts).for_each(|(layer, part)| layer.part = part);
+        self.sheets.iter_mut().zip(parts).for_each(|(layer, part)| layer.part = part);
     }
 
     /// Parts elements of a sheet into patches, across their longest side in the state at the start.
@@ -149,7 +149,7 @@ impl Layout {
 
     /// The middle of an element at the start [m].
     fn start(&self, e: Element) -> Vector<3> {
-        let corners = self.corners(e, &self.layers[e.sheet as usize].reference);
+        let corners = self.corners(e, &self.sheets[e.sheet as usize].reference);
         corners.all().iter().copied().sum::<Vector<3>>() / corners.all().len() as f64
     }
 
@@ -164,29 +164,29 @@ impl Layout {
         area.normalized().unwrap_or_default()
     }
 
-    /// How many elements all sheets have.
+    /// Number of elements of all sheets.
     pub fn count(&self) -> usize {
-        self.layers.iter().map(|layer| layer.facets.len()).sum()
+        self.sheets.iter().map(|layer| layer.facets.len()).sum()
     }
 
     /// Every element.
     pub fn elements(&self) -> impl Iterator<Item = Element> {
-        let of = |(sheet, layer): (usize, &Layer)| {
+        let of = |(sheet, layer): (usize, &SheetLayout)| {
             let sheet = sheet as u32;
             (0..layer.facets.len() as u32).map(move |index| Element { sheet, index })
         };
-        self.layers.iter().enumerate().flat_map(of)
+        self.sheets.iter().enumerate().flat_map(of)
     }
 
-    /// Where the corners of an element are, from the positions of its sheet's nodes [m].
+    /// Corners of an element, from the positions of its sheet's nodes [m].
     pub fn corners(&self, e: Element, position: &[Vector<3>]) -> Corners {
-        let facet = &self.layers[e.sheet as usize].facets[e.index as usize];
+        let facet = &self.sheets[e.sheet as usize].facets[e.index as usize];
         Corners { places: facet.corners(position), count: facet.count }
     }
 
-    /// Numbers of the nodes of an element, by which sewn ones are the same.
+    /// Numbers of the nodes of an element, the same for nodes at the same place.
     fn nodes(&self, e: Element) -> impl Iterator<Item = u32> {
-        let layer = &self.layers[e.sheet as usize];
+        let layer = &self.sheets[e.sheet as usize];
         layer.facets[e.index as usize].nodes().iter().map(|&k| layer.nodes[k as usize])
     }
 
@@ -195,16 +195,16 @@ impl Layout {
         self.nodes(a).any(|k| self.nodes(b).any(|other| other == k))
     }
 
-    /// True if two elements belong to one sheet, or to sheets that are sewn together.
+    /// True if two elements belong to one sheet, or to sheets that are joined.
     pub fn together(&self, a: Element, b: Element) -> bool {
-        self.layers[a.sheet as usize].part == self.layers[b.sheet as usize].part
+        self.sheets[a.sheet as usize].part == self.sheets[b.sheet as usize].part
     }
 
-    /// True if two elements whose thickness counts with `reach` [m] were too near to each other at the start to tell
-    /// anything now.
+    /// True if two elements with the mean thickness `reach` [m] were so near to each other at the start that their distance now tells
+    /// nothing.
     pub fn began_near(&self, a: Element, b: Element, reach: f64) -> bool {
         let within = if self.together(a, b) { BESIDE * reach } else { reach };
-        let [x, y] = [a, b].map(|e| self.corners(e, &self.layers[e.sheet as usize].reference));
+        let [x, y] = [a, b].map(|e| self.corners(e, &self.sheets[e.sheet as usize].reference));
         approach(x.all(), y.all(), within).is_some()
     }
 
@@ -219,15 +219,15 @@ impl Layout {
 
     /// True if a way from `a` to `b` along the sheet stays within two elements and two thicknesses `reach` [m] of `a`.
     pub fn neighbours(&self, around: &HashMap<u32, Vec<Element>>, [a, b]: [Element; 2], reach: f64) -> bool {
-        let within = BESIDE * (reach + self.layers[a.sheet as usize].length[a.index as usize]);
-        let (mut seen, mut front) = (HashSet::<Element>::from_iter([a]), vec![a]);
+        let within = BESIDE * (reach + self.sheets[a.sheet as usize].length[a.index as usize]);
+        let (mut visited, mut front) = (HashSet::<Element>::from_iter([a]), vec![a]);
         while let Some(e) = front.pop() {
             for &next in self.nodes(e).flat_map(|node| &around[&node]) {
-                if (self.start(next) - self.start(a)).norm() <= within && seen.insert(next) {
+                if (self.start(next) - self.start(a)).norm() <= within && visited.insert(next) {
                     front.push(next);
                 }
             }
         }
-        seen.contains(&b)
+        visited.contains(&b)
     }
 }

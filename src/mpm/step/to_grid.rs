@@ -83,7 +83,7 @@ impl<const D: usize> Mpm<D> {
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
-                walls.hold_velocity(grid, field, velocity, step.before());
+                walls.bind_lasting_velocities(grid, field, velocity, step.before());
                 ghosts.fill(limits, velocity);
             }
             let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };

@@ -39,7 +39,7 @@ impl<const D: usize> Mpm<D> {
             books.add(accounts.gravity, sum.weight);
             books.push((gravity * (sum.mass * dt)).to3());
             ghosts.fill(limits, nodes);
-            let done = walls.settle(grid, field, &own.nodes, step, share);
+            let done = walls.finish_reactions(grid, field, &own.nodes, step, share);
             books.add(accounts.wall, done.work);
             books.add(accounts.wall_loss, done.dissipation);
             books.push(done.impulse.to3());
@@ -217,7 +217,7 @@ impl<const D: usize> Mpm<D> {
 
     /// Moves the obstacles, and sees that the membranes are sound.
     pub(super) fn finish_step(&mut self, step: &Step) -> Result<(), StepError> {
-        self.walls.note_contacts(&self.grid);
+        self.walls.record_contacts(&self.grid);
         self.walls.advance(step.t, step.dt);
         let mut membranes = self.coupling.membranes.iter();
         membranes.try_for_each(|membrane| health::check_membrane(&self.grid, &self.walls, membrane))

@@ -1,18 +1,19 @@
 //! Nodes and points of surfaces where walls and obstacles act, found anew when the active blocks or an obstacle have changed.
 
-use super::{Walls, constrain, gap, surface};
+use super::surface::{SurfaceFoot, SurfacePoint};
+use super::{Walls, constrain, gap};
 use crate::math::Vector;
 use crate::mpm::WallKind;
 use crate::mpm::grid::{EDGE, Grid};
 use crate::parallel::{self, CHUNK};
 
-/// Nodes up to this far from the surface of an obstacle have their foot among the points where it binds [cells].
+/// Distance from the surface of an obstacle of the nodes whose feet are points where it binds [cells].
 const BAND: f64 = 0.5;
 
-/// The rounding of distances from it [cells]: a row of nodes on the surface of a box must not be left out because of how −0.3 + 6 · 0.05 is rounded.
+/// Rounding error of distances from it [cells]: nodes on the surface of a box must count although −0.3 + 6 · 0.05 is not exactly 0.
 const ROUNDING: f64 = 1e-6;
 
-/// Blocks of the grid up to this far from an obstacle may hold particles whose nodes meet it [cells].
+/// Distance from an obstacle of blocks of the grid that may hold particles near it [cells].
 const NEAR: f64 = 4.0;
 
 /// One node under one condition.
@@ -27,18 +28,19 @@ impl<const D: usize> Walls<D> {
     /// Finds the nodes under a condition, after the active blocks or an obstacle changed.
     pub fn find_nodes(&mut self, grid: &Grid<D>) {
         self.conditions = parallel::collect_all(grid.node_count(), CHUNK, |node| self.conditions_of(grid, node));
-        self.parts = constrain::parts(&self.conditions);
+        self.ranges = constrain::ranges(&self.conditions);
         let has_gap = |condition: &Condition<D>| self.has_gap(condition);
-        self.places = gap::Places::new(grid, &self.conditions, has_gap);
-        self.feet = parallel::collect_all(grid.node_count(), CHUNK, |node| self.feet_of(grid, node));
+        self.gap_conditions = gap::GapConditions::new(grid, &self.conditions, has_gap);
+        self.binding_points =
+            parallel::collect_all(grid.node_count(), CHUNK, |node| self.binding_points_of(grid, node));
         let reach = (0.5 * EDGE as f64 * (D as f64).sqrt() + NEAR) * grid.cell;
         let middle =
             |block: &[i32; D]| grid.origin + Vector::from_fn(|a| f64::from(block[a]) + 0.5) * (EDGE as f64 * grid.cell);
         self.near = grid.blocks().iter().map(|block| self.clearance_of_surfaces(middle(block)) < reach).collect();
     }
 
-    /// Where obstacles bind next to a node.
-    fn feet_of(&self, grid: &Grid<D>, node: usize) -> Vec<surface::Point<D>> {
+    /// The points of surfaces next to a node at which obstacles bind.
+    fn binding_points_of(&self, grid: &Grid<D>, node: usize) -> Vec<SurfacePoint<D>> {
         let (x, cell) = (grid.position(node), grid.cell);
         let binding = (0..self.regions.len()).filter(|obstacle| self.boundaries[2 * D + obstacle].kind.binds());
         let foot = |obstacle: usize| {
@@ -48,7 +50,8 @@ impl<const D: usize> Walls<D> {
             }
             let normal = self.obstacle_normal(obstacle, x, cell);
             let onto = |x: Vector<D>| x - normal * self.obstacle_distance(obstacle, x);
-            Some(surface::Point::new(((2 * D + obstacle) as u32, None), [onto(onto(x)), normal], f64::NEG_INFINITY))
+            let foot = SurfaceFoot { boundary: (2 * D + obstacle) as u32, place: onto(onto(x)), normal };
+            Some(SurfacePoint::new(foot, None, f64::NEG_INFINITY))
         };
         binding.filter_map(foot).collect()
     }
@@ -75,7 +78,7 @@ impl<const D: usize> Walls<D> {
         for obstacle in 0..self.regions.len() {
             // Nodes that no body outside reaches hold what has entered; nearer ones hold a body that started there.
             let boundary = 2 * D + obstacle;
-            let reach = if self.holds_a_body(boundary) { 0.0 } else { 0.5 * f64::from(self.lattice.support()) };
+            let reach = if self.holds_a_body(boundary) { 0.0 } else { 0.5 * f64::from(self.stencil.support()) };
             if self.obstacle_distance(obstacle, x) < (ROUNDING - reach) * grid.cell {
                 let normal = self.obstacle_normal(obstacle, x, grid.cell);
                 conditions.push(Condition { node: node as u32, boundary: boundary as u32, normal });
@@ -94,16 +97,16 @@ mod tests {
     use crate::mpm::contact::FoldedStencil;
     use crate::mpm::{GridSetup, Kernel, KernelKind, Obstacle, Wall};
 
-    /// −0.3 + 6 · 0.05 is rounded to 6 · 10⁻¹⁷, and a surface halfway between two rows is as near to both: there is one point per node along it
-    /// all the same.
+    /// There is one point per node along a surface, also where a node lies on it (−0.3 + 6 · 0.05 is rounded to 6 · 10⁻¹⁷), and where it is
+    /// halfway between two nodes.
     #[test]
     fn obstacles_bind_at_one_point_per_node_along_their_surface() {
         for top in [0.0, 0.01, 0.025, 0.04] {
             let walls = walls_with_a_floor(top);
-            let places: Vec<_> = walls.feet.iter().map(|point| point.place).collect();
+            let places: Vec<_> = walls.binding_points.iter().map(|point| point.place).collect();
             assert_eq!(places.len(), 4, "{places:?}");
             assert!(places.iter().all(|place| (place[1] - top).abs() < 1e-12), "{places:?}");
-            assert!(walls.feet.iter().all(|point| (point.normal - Vector([0.0, 1.0])).norm() < 1e-9));
+            assert!(walls.binding_points.iter().all(|point| (point.normal - Vector([0.0, 1.0])).norm() < 1e-9));
         }
     }
 
@@ -118,8 +121,8 @@ mod tests {
         };
         let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
         grid.set_blocks(vec![[0, 0], [0, 1], [0, 2]]);
-        let lattice = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
-        let mut walls = Walls::new(&setup, vec![floor], 1, lattice);
+        let stencil = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        let mut walls = Walls::new(&setup, vec![floor], 1, stencil);
         walls.find_nodes(&grid);
         walls
     }

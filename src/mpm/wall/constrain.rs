@@ -13,20 +13,20 @@ const PART: usize = 1024;
 
 /// Consecutive conditions, and the range of their nodes.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
+pub(super) struct ConditionRange {
     conditions: Range<usize>,
     nodes: Range<usize>,
 }
 
-/// Times that walls and the surfaces of obstacles take turns where they share nodes.
+/// Most alternations between conditions at nodes and at surfaces of obstacles that share nodes.
 const TURNS: usize = 5;
 
-/// They agree where conditions at nodes change impulses by less than this share of the largest one at a surface.
+/// Change of impulses by conditions at nodes, relative to the largest impulse at a surface, that ends the alternations.
 const AGREED: f64 = 1e-4;
 
 /// A condition at its node's place [m], with the gap there [m]; `held` if it was in contact in the step before.
 #[derive(Debug, Clone, Copy)]
-struct Meeting<'a, const D: usize> {
+struct GapCondition<'a, const D: usize> {
     condition: &'a Condition<D>,
     x: Vector<D>,
     gap: f64,
@@ -34,12 +34,13 @@ struct Meeting<'a, const D: usize> {
 }
 
 /// Parts the conditions so that no node is in two of them.
-pub(super) fn parts<const D: usize>(conditions: &[Condition<D>]) -> Vec<Part> {
+pub(super) fn ranges<const D: usize>(conditions: &[Condition<D>]) -> Vec<ConditionRange> {
     let (mut parts, mut start) = (Vec::new(), 0);
     while start < conditions.len() {
         let last = conditions[(start + PART).min(conditions.len()) - 1].node;
         let end = start + conditions[start..].partition_point(|condition| condition.node <= last);
-        parts.push(Part { conditions: start..end, nodes: conditions[start].node as usize..last as usize + 1 });
+        parts
+            .push(ConditionRange { conditions: start..end, nodes: conditions[start].node as usize..last as usize + 1 });
         start = end;
     }
     parts
@@ -47,16 +48,16 @@ pub(super) fn parts<const D: usize>(conditions: &[Condition<D>]) -> Vec<Part> {
 
 impl<const D: usize> Walls<D> {
     /// Calls `run` with every part's conditions and the values of its nodes, which begin with the node of that number.
-    fn for_each_part<'a, T: Send, R: Send>(
+    fn for_each_range<'a, T: Send, R: Send>(
         &'a self,
         values: &'a mut [T],
-        run: impl Fn(&Part, usize, &mut [T]) -> R + Sync,
+        run: impl Fn(&ConditionRange, usize, &mut [T]) -> R + Sync,
     ) -> Vec<R> {
-        let values = parts_mut(values, self.parts.iter().map(|part| part.nodes.clone()));
-        map_parts(self.parts.iter().zip(values), |(part, values)| run(part, part.nodes.start, values))
+        let values = parts_mut(values, self.ranges.iter().map(|part| part.nodes.clone()));
+        map_parts(self.ranges.iter().zip(values), |(part, values)| run(part, part.nodes.start, values))
     }
 
-    /// Finds where the bodies of a field may meet the surfaces of obstacles; binding conditions on p⁻ (Lian, Liu & Zhang 2014,
+    /// Finds the points at which bodies of a field may touch surfaces of obstacles; applies the binding conditions on p⁻ (Lian, Liu & Zhang 2014,
     /// section 6, 2 b; theory E.1).
     pub(in crate::mpm) fn constrain_start(
         &mut self,
@@ -66,9 +67,9 @@ impl<const D: usize> Walls<D> {
         step: &Step,
     ) {
         let t = step.before();
-        self.find_surface((grid, field), nodes, bodies, step);
+        self.find_surface(grid, field, nodes, bodies, step);
         self.surface_start(field, nodes, t);
-        let changes = self.for_each_part(nodes, |part, first, nodes| {
+        let changes = self.for_each_range(nodes, |part, first, nodes| {
             let mut start = vec![Vector::ZERO; self.boundaries.len()];
             for &Condition { node, boundary, normal } in &self.conditions[part.conditions.clone()] {
                 let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
@@ -83,7 +84,7 @@ impl<const D: usize> Walls<D> {
             start
         });
         for change in changes {
-            self.reactions[field].start.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
+            self.reactions[field].start_change.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
         }
     }
 
@@ -91,7 +92,7 @@ impl<const D: usize> Walls<D> {
     /// step 2 e, and once more after contact.
     pub fn constrain_trial(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) {
         self.constrain_nodes(grid, field, nodes, step);
-        self.hold_points(field, nodes, step);
+        self.bind_lasting_contacts(field, nodes, step);
         for _ in 0..TURNS {
             let pushed = self.surface_trial(field, nodes, step);
             if pushed == 0.0 || self.constrain_nodes(grid, field, nodes, step) <= AGREED * pushed {
@@ -103,20 +104,20 @@ impl<const D: usize> Walls<D> {
     /// The conditions at nodes among them; returns the largest change of a node's momentum [N s].
     fn constrain_nodes(&mut self, grid: &Grid<D>, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
         let mut reaction = std::mem::take(&mut self.reactions[field]);
-        let conditions = || self.parts.iter().map(|part| part.conditions.clone());
+        let conditions = || self.ranges.iter().map(|part| part.conditions.clone());
         let (force, closed) =
             (parts_mut(&mut reaction.force, conditions()), parts_mut(&mut reaction.closed, conditions()));
-        let nodes = parts_mut(nodes, self.parts.iter().map(|part| part.nodes.clone()));
-        let parts = self.parts.iter().zip(nodes).zip(force.into_iter().zip(closed));
+        let nodes = parts_mut(nodes, self.ranges.iter().map(|part| part.nodes.clone()));
+        let parts = self.ranges.iter().zip(nodes).zip(force.into_iter().zip(closed));
         let (gap, held) = (&reaction.gap, &reaction.held);
         let changes = map_parts(parts, |((part, nodes), (forces, closed))| {
             let (mut start, mut most) = (vec![Vector::ZERO; self.boundaries.len()], 0.0_f64);
             for (k, (sum, closed)) in part.conditions.clone().zip(forces.iter_mut().zip(closed)) {
                 let condition = &self.conditions[k];
                 let node = &mut nodes[condition.node as usize - part.nodes.start];
-                let meeting =
-                    Meeting { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
-                let [bound, force] = self.push(&meeting, node, closed, step);
+                let condition_with_gap =
+                    GapCondition { condition, x: grid.position(condition.node as usize), gap: gap[k], held: held[k] };
+                let [bound, force] = self.impulse_and_force(&condition_with_gap, node, closed, step);
                 let change = bound + force * step.momentum_dt;
                 most = most.max(change.norm());
                 node.momentum += change;
@@ -128,16 +129,22 @@ impl<const D: usize> Walls<D> {
         });
         let mut largest = 0.0_f64;
         for (change, most) in changes {
-            reaction.start.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
+            reaction.start_change.iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
             largest = largest.max(most);
         }
         self.reactions[field] = reaction;
         largest
     }
 
-    /// What a condition does to a node with (m, p̄), if its gap closes: change of p⁻ [N s], and force [N].
-    fn push(&self, meeting: &Meeting<'_, D>, node: &Node<D>, closed: &mut bool, step: &Step) -> [Vector<D>; 2] {
-        let &Meeting { condition, x, gap, held } = meeting;
+    /// Change of p⁻ [N s] and force [N] of a condition on a node with (m, p̄), if its gap closes.
+    fn impulse_and_force(
+        &self,
+        condition_with_gap: &GapCondition<'_, D>,
+        node: &Node<D>,
+        closed: &mut bool,
+        step: &Step,
+    ) -> [Vector<D>; 2] {
+        let &GapCondition { condition, x, gap, held } = condition_with_gap;
         if node.mass <= 0.0 {
             return [Vector::ZERO; 2];
         }
@@ -158,12 +165,11 @@ impl<const D: usize> Walls<D> {
         [bound, (kind.constrain(trial / node.mass, wall, normal) * node.mass - trial) / dt]
     }
 
-    /// The conditions that acted on a field's momentum on bare velocities at time `t` [s]. Returns what they push if the
-    /// particles take these velocities; nothing if the velocities only strain them.
+    /// Applies the conditions that acted on a field's momentum to velocities at time `t` [s]. Returns their impulses on particles that
+    /// take these velocities; velocities that only strain particles have none.
     ///
-    /// Where a contact pushed in this step, the velocity along its normal is that of the wall, whatever its sign: to
-    /// take away only what goes into the wall would leave of noise about zero what goes out of it, and a body at rest
-    /// would be strained without end.
+    /// Where a contact acted in this step, the velocity along its normal is that of the wall, whatever its sign: if only velocities into
+    /// the wall were removed, the noise about zero would keep its other half, and a body at rest would be strained without end.
     pub fn constrain_velocity(
         &self,
         (grid, field): (&Grid<D>, usize),
@@ -173,7 +179,7 @@ impl<const D: usize> Walls<D> {
     ) -> Pushes<D> {
         let at_surface = self.surface_velocity(field, velocity, t);
         let Reaction { closed, force, .. } = &self.reactions[field];
-        let parts = self.for_each_part(velocity, |part, first, velocity| {
+        let parts = self.for_each_range(velocity, |part, first, velocity| {
             let mut pushes = self.pushes();
             let own = part.conditions.clone().filter(|&k| closed[k]);
             for (condition, force) in own.map(|k| (&self.conditions[k], force[k])) {
@@ -201,7 +207,7 @@ impl<const D: usize> Walls<D> {
         t: f64,
     ) -> Pushes<D> {
         let at_surface = self.surface_correction(field, correction, t);
-        let parts = self.for_each_part(correction, |part, first, correction| {
+        let parts = self.for_each_range(correction, |part, first, correction| {
             let mut pushes = self.pushes();
             for condition in &self.conditions[part.conditions.clone()] {
                 let (node, boundary) = (condition.node as usize, condition.boundary as usize);

@@ -1,9 +1,9 @@
 //! Walls of the domain: how the grid ends there, field by field.
 //!
 //! Walls lie on nodes, and most of them are the end of the grid: ghosts beyond follow the domain (`ghost`), conditions act at the nodes of the wall.
-//! That suits what fills the cells up to the wall, and what it holds for ever. A solid that comes to a wall and leaves it again has gaps there of any
-//! width, corners and rounded edges: shape functions that are folded back feel the wall one and a half cells ahead, and the body rests or rolls on
-//! a cushion of a cell. Such walls are surfaces like those of obstacles, in a grid that goes on beyond them:
+//! That suits materials that fill the cells up to the wall, and walls that always bind. A solid that comes to a wall and leaves it again
+//! has gaps there of any width, corners and rounded edges: shape functions that are folded back interact with the wall one and a half cells
+//! ahead, and the body would rest or roll up to a cell above it. Such walls are surfaces like those of obstacles, in a grid that goes on beyond them:
 //!
 //! ```text
 //! mirror        slip, at rest along its normal
@@ -18,8 +18,7 @@ use crate::mpm::ghost::Fold;
 use crate::mpm::particles::Body;
 
 impl WallKind {
-    /// How the ghosts beyond a wall of this kind follow that moves with `speed` along its normal: slip walls that
-    /// stand still are exact mirrors.
+    /// The rule for the ghosts beyond a wall of this kind that moves with `speed` along its normal: slip walls at rest are exact mirrors.
     pub(in crate::mpm) fn fold(self, speed: &Signal) -> Fold {
         if self == Self::Slip && speed.is_zero() { Fold::Mirror } else { Fold::Extrapolate }
     }
@@ -31,14 +30,14 @@ impl WallKind {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Notes which fields have none but bodies that keep their shape.
+    /// Records the fields all of whose bodies keep their shape.
     pub fn note_solids(&mut self, bodies: &[Body<D>]) {
         let own = |field: usize| bodies.iter().filter(move |body| body.field == field);
         self.solid_fields =
             (0..self.reactions.len()).map(|field| own(field).all(|body| body.law.keeps_shape())).collect();
     }
 
-    /// How the ghosts beyond each side follow.
+    /// The rule for the ghosts beyond each side.
     pub fn folds(&self) -> [[Fold; 2]; D] {
         std::array::from_fn(|axis| {
             std::array::from_fn(|end| {
@@ -48,7 +47,7 @@ impl<const D: usize> Walls<D> {
         })
     }
 
-    /// How those of a field do.
+    /// The rule for the ghosts of a field beyond each side.
     pub fn folds_in(&self, field: usize) -> [[Fold; 2]; D] {
         let mut folds = self.folds();
         for side in (0..2 * D).filter(|&side| self.continues(field, side)) {
@@ -67,7 +66,7 @@ impl<const D: usize> Walls<D> {
         (0..self.solid_fields.len()).any(|field| self.continues(field, boundary))
     }
 
-    /// The obstacles and walls that a field meets at their surface.
+    /// The obstacles and walls with contact at their surface for a field.
     pub(super) fn surfaces(&self, field: usize) -> Vec<Solid<'_, D>> {
         let met = |boundary: usize| boundary >= 2 * D || self.continues(field, boundary);
         self.solids().filter(|solid| met(solid.number())).collect()

@@ -1,15 +1,15 @@
-//! How far bodies are from the walls and obstacles that they may leave (theory E.3).
+//! Gaps between bodies and the walls and obstacles that they may leave (theory E.3).
 //!
 //! ```text
 //! g_I = min_p [ d(x_p) − r_p(n) ]          over the particles that show the surface next to the node along the obstacle
 //! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0
 //! ```
 //!
-//! Particles with a membrane between them and the obstacle don't count: the membrane meets the obstacle, and they meet the membrane.
-//!
 //! with the distance d from the obstacle and the reach r of the body around a particle. A node knows that a body is near as
 //! soon as it lies in a particle's support, one and a half cells ahead; without the gap the body would float there, and a
 //! disc that rolls would be held far from where it touches.
+//!
+//! Particles with a membrane between them and the obstacle don't count: the membrane has contact with both.
 
 use super::{Condition, Walls};
 use crate::math::Vector;
@@ -22,9 +22,9 @@ use crate::parallel;
 /// Bins of particles per parallel task.
 const BINS: usize = 4;
 
-/// Where the conditions with gaps are, by node; rebuilt with the conditions.
+/// The conditions with gaps, by node; rebuilt with the conditions.
 #[derive(Debug, Default)]
-pub(super) struct Places {
+pub(super) struct GapConditions {
     /// First condition with a gap of each node that has one; empty without any.
     first: Vec<u32>,
     /// Grid blocks with such nodes.
@@ -33,24 +33,24 @@ pub(super) struct Places {
 
 const NONE: u32 = u32::MAX;
 
-impl Places {
-    /// For conditions in the order of their nodes; `has_gap` is true for those that wait for a gap to close.
+impl GapConditions {
+    /// For conditions in the order of their nodes; `has_gap` is true for those that act only where a gap closes.
     pub fn new<const D: usize>(
         grid: &Grid<D>,
         conditions: &[Condition<D>],
         has_gap: impl Fn(&Condition<D>) -> bool,
     ) -> Self {
-        let mut places = Self::default();
+        let mut gap_conditions = Self::default();
         for (k, condition) in conditions.iter().enumerate().filter(|(_, condition)| has_gap(condition)) {
-            if places.first.is_empty() {
-                places.first = vec![NONE; grid.node_count()];
-                places.blocks = vec![false; grid.blocks().len()];
+            if gap_conditions.first.is_empty() {
+                gap_conditions.first = vec![NONE; grid.node_count()];
+                gap_conditions.blocks = vec![false; grid.blocks().len()];
             }
             let node = condition.node as usize;
-            places.first[node] = places.first[node].min(k as u32);
-            places.blocks[node / Grid::<D>::BLOCK] = true;
+            gap_conditions.first[node] = gap_conditions.first[node].min(k as u32);
+            gap_conditions.blocks[node / Grid::<D>::BLOCK] = true;
         }
-        places
+        gap_conditions
     }
 
     /// True if there are any.
@@ -79,8 +79,8 @@ impl<'a, const D: usize> Bodies<'a, D> {
         Self { all: numbered.filter(|(_, body, _)| body.field == field).collect(), shielded }
     }
 
-    /// What `visit` finds of the particles that show the surface of their body (number and body, particle), where `near` is true
-    /// for the grid block of their bin; in order.
+    /// The results of `visit` for the particles that show the surface of their body (number and body, particle) and for whose bin's
+    /// grid block `near` is true, in order.
     pub fn collect<T: Send>(
         &self,
         near: impl Fn(usize) -> bool + Sync,
@@ -106,9 +106,9 @@ impl<const D: usize> Walls<D> {
         let mut gaps = std::mem::take(&mut self.reactions[field].gap);
         gaps.clear();
         gaps.resize(self.conditions.len(), f64::INFINITY);
-        if self.places.any() {
+        if self.gap_conditions.any() {
             for &(_, body, bins) in &bodies.all {
-                for (condition, gap) in self.gaps(grid, (body, bins), bodies.shielded) {
+                for (condition, gap) in self.gaps(grid, body, bins, bodies.shielded) {
                     let least = &mut gaps[condition as usize];
                     *least = least.min(gap);
                 }
@@ -121,16 +121,17 @@ impl<const D: usize> Walls<D> {
     fn gaps(
         &self,
         grid: &Grid<D>,
-        (body, bins): (&Body<D>, &Bins<D>),
+        body: &Body<D>,
+        bins: &Bins<D>,
         shielded: &(dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Vec<(u32, f64)> {
-        let near = |slots: &[u32]| slots.iter().any(|&slot| self.places.blocks[slot as usize]);
+        let near = |slots: &[u32]| slots.iter().any(|&slot| self.gap_conditions.blocks[slot as usize]);
         parallel::collect_all(bins.slots.len(), BINS, |n| {
             let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
             let range = if near(slots) { bin.range.clone() } else { 0..0 };
             range.filter(|&p| body.shows_surface(p)).flat_map(move |p| {
-                let node = |ijk: [i32; D]| place(bin.block, slots, ijk);
-                self.gaps_of(grid, (body, p), shielded, node)
+                let node = |ijk: [i32; D]| node_number(bin.block, slots, ijk);
+                self.gaps_of(grid, body, p, shielded, node)
             })
         })
     }
@@ -139,7 +140,8 @@ impl<const D: usize> Walls<D> {
     fn gaps_of(
         &self,
         grid: &Grid<D>,
-        (body, p): (&Body<D>, usize),
+        body: &Body<D>,
+        p: usize,
         shielded: &dyn Fn(Vector<D>, Vector<D>, f64) -> bool,
         node: impl Fn([i32; D]) -> usize,
     ) -> Vec<(u32, f64)> {
@@ -149,7 +151,7 @@ impl<const D: usize> Walls<D> {
         let mut measured = (u32::MAX, 0.0, false);
         for n in 0..support.pow(D as u32) {
             let node = node(std::array::from_fn(|a| first[a] + n / support.pow(a as u32) % support));
-            let from = self.places.first[node];
+            let from = self.gap_conditions.first[node];
             if from == NONE {
                 continue;
             }
@@ -187,7 +189,7 @@ fn first<const D: usize>(grid: &Grid<D>, kernel: Kernel, x: Vector<D>) -> [i32; 
 }
 
 /// Number of the node `ijk` in one of the 3ᴰ blocks around `block` with these slots.
-fn place<const D: usize>(block: [i32; D], slots: &[u32], ijk: [i32; D]) -> usize {
+fn node_number<const D: usize>(block: [i32; D], slots: &[u32], ijk: [i32; D]) -> usize {
     let edge = EDGE as i32;
     let (mut around, mut local) = (0, 0);
     for a in (0..D).rev() {

@@ -11,21 +11,21 @@
 //! ```
 //!
 //! `fixed` and `slip` bind always: they act on p⁻ too. The others are contact: they act on p̄ only, and on p⁻ where they held in the
-//! step before (`hold`). Every change of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
+//! step before (`lasting`). Every change of p̄ changes f with it, so that p⁻ = p̄ − Δt f; the sums of these forces are the reactions.
 //! A mirror carries further force in the ghosts beyond it (their normal parts change sign when folded).
 //!
 //! Walls of the domain lie on nodes and act there, but for solids that may leave them (`domain`). Obstacles lie anywhere, and act at points of
 //! their surface (`surface`); nodes deeper in them than half a support have conditions too. `conditions` lists both, `kind` is the table above,
-//! `constrain` applies it to nodes, `gap` measures gaps, `hold` follows contacts that last. `reaction` and `pushes` sum what walls do, `solid` is
-//! what membranes meet. At the end of a step no particle is within an obstacle (`keep_out`).
+//! `constrain` applies it to nodes, `gap` measures gaps, `lasting` follows contacts that last. `reaction` and `pushes` sum what walls do, `solid` is
+//! the rigid surface for contact of membranes. At the end of a step no particle is within an obstacle (`position_correction`).
 
 mod conditions;
 mod constrain;
 mod domain;
 mod gap;
-mod hold;
-mod keep_out;
 mod kind;
+mod lasting;
+mod position_correction;
 mod pushes;
 mod reaction;
 mod solid;
@@ -35,7 +35,7 @@ use super::contact::FoldedStencil;
 use super::{GridSetup, Obstacle, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use conditions::Condition;
-use constrain::Part;
+use constrain::ConditionRange;
 pub(in crate::mpm) use gap::Bodies;
 pub use pushes::Pushes;
 use reaction::Reaction;
@@ -45,7 +45,7 @@ pub use solid::{SheetPush, Solid};
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
 
-/// Something rigid that grid nodes meet.
+/// A wall of the domain or an obstacle.
 #[derive(Debug)]
 struct Boundary {
     /// `wall:left`, `obstacle:floor`.
@@ -62,22 +62,22 @@ pub struct Walls<const D: usize> {
     bounds: [Vector<D>; 2],
     /// Shapes of the obstacles, which follow the 2·D sides among the boundaries.
     regions: Vec<crate::geometry::Region>,
-    /// How far each obstacle has moved [m].
+    /// Displacement of each obstacle since the start of the run [m].
     pub displacement: Vec<Vector<3>>,
     conditions: Vec<Condition<D>>,
-    /// Parts of the conditions with nodes of their own.
-    parts: Vec<Part>,
-    places: gap::Places,
-    /// Where obstacles bind.
-    feet: Vec<surface::Point<D>>,
+    /// Ranges of conditions without common nodes.
+    ranges: Vec<ConditionRange>,
+    gap_conditions: gap::GapConditions,
+    /// Points of surfaces at which obstacles bind.
+    binding_points: Vec<surface::SurfacePoint<D>>,
     /// Bodies that start within an obstacle: number of the body, and of the boundary.
     overlaps: Vec<[u32; 2]>,
-    /// Grid blocks near obstacles, and near walls that some field meets at their surface.
+    /// Grid blocks near obstacles, and near walls with contact at the surface for some field.
     near: Vec<bool>,
     /// Fields all of whose bodies keep their shape.
     solid_fields: Vec<bool>,
     /// Shape functions of the bodies.
-    lattice: FoldedStencil<D>,
+    stencil: FoldedStencil<D>,
     reactions: Vec<Reaction<D>>,
     /// Reaction of each boundary during the last step: force on the material [N].
     pub force: Vec<Vector<D>>,
@@ -90,8 +90,8 @@ pub fn side_name(dimension: usize, axis: usize, end: usize) -> &'static str {
 }
 
 impl<const D: usize> Walls<D> {
-    /// The walls of `grid` and the obstacles; `lattice`: the shape functions of the bodies.
-    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, lattice: FoldedStencil<D>) -> Self {
+    /// The walls of `grid` and the obstacles; `stencil`: the shape functions of the bodies.
+    pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, stencil: FoldedStencil<D>) -> Self {
         let side = |axis: usize, end: usize, wall: &Wall| Boundary {
             name: format!("wall:{}", side_name(D, axis, end)),
             kind: wall.kind,
@@ -114,13 +114,13 @@ impl<const D: usize> Walls<D> {
             regions,
             displacement,
             conditions: Vec::new(),
-            parts: Vec::new(),
-            places: gap::Places::default(),
-            feet: Vec::new(),
+            ranges: Vec::new(),
+            gap_conditions: gap::GapConditions::default(),
+            binding_points: Vec::new(),
             overlaps: Vec::new(),
             near: Vec::new(),
             solid_fields: Vec::new(),
-            lattice,
+            stencil,
             reactions,
             force,
         }
@@ -131,9 +131,9 @@ impl<const D: usize> Walls<D> {
         self.boundaries[2 * D..].iter().any(|b| b.velocity.iter().any(|v| !v.is_zero()))
     }
 
-    /// True if bodies may meet walls or obstacles across gaps on the active grid, so that it matters what lies between.
+    /// True if there are conditions with gaps on the active grid: membranes may lie within these gaps.
     pub fn have_gaps(&self) -> bool {
-        self.places.any() || self.near.contains(&true)
+        self.gap_conditions.any() || self.near.contains(&true)
     }
 
     /// The outward normal of an obstacle at `x`.

@@ -1,4 +1,4 @@
-//! What walls give to velocities that the noise filter makes (`filter`).
+//! Impulses of walls on the velocities of the noise filter (`filter`; theory E.9).
 //!
 //! With masses m_I, changes Δw_jI by conditions, and ghosts g of mass m_g and momentum p_g beyond mirrors of normal ν, a
 //! filter of order k hands the particles the impulse
@@ -7,8 +7,8 @@
 //! J = s(v_p) − Σ_{j<k} s(Σ N w_j) + Σ_{j≤k} Σ_I m_I Δw_jI + Σ_g 2 m_g (w_kg·ν) ν,      s(v) = −Σ_g 2 (p_g·ν) ν
 //! ```
 //!
-//! since w_{j+1} takes from w_j what the particles would bring back of it: of the sum of all w_j remains what conditions
-//! and mirrors did.
+//! since w_{j+1} removes from w_j the part that the particles would bring back: of the sum of all w_j the changes by conditions and
+//! mirrors remain.
 
 use super::{WallWork, Walls};
 use crate::math::Vector;
@@ -35,7 +35,7 @@ impl<const D: usize> Pushes<D> {
         self.work += impulse.dot(wall);
     }
 
-    /// Folds momentum [N s], and counts `times` what mirrors make of it.
+    /// Folds momentum [N s], and adds `times` its change by mirrors.
     pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), momentum: &mut [Vector<D>], times: f64) {
         ghosts.fold(limits, momentum, |side, _, ghost| {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
@@ -44,12 +44,12 @@ impl<const D: usize> Pushes<D> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Nothing yet.
+    /// Zero impulses and work.
     pub fn pushes(&self) -> Pushes<D> {
         Pushes { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0 }
     }
 
-    /// What mirrors give to the particles of a field that take the velocities `w` [m/s], ghosts filled.
+    /// Impulses of mirrors on the particles of a field that take the velocities `w` [m/s], ghosts filled.
     pub fn reflect(&self, field: usize, w: &[Vector<D>]) -> Pushes<D> {
         let mut pushes = self.pushes();
         for &(side, ghost, mass) in &self.reactions[field].ghosts {
@@ -59,7 +59,7 @@ impl<const D: usize> Walls<D> {
         pushes
     }
 
-    /// Adds what was counted during a step of the momentum `dt` [s] to the reactions.
+    /// Adds impulses and work during a step of the momentum `dt` [s] to the reactions.
     pub fn book(&mut self, pushes: Pushes<D>, dt: f64) -> WallWork<D> {
         for (force, &impulse) in self.force.iter_mut().zip(&pushes.impulse) {
             *force += impulse / dt;

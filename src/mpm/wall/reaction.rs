@@ -1,12 +1,13 @@
 //! Forces of walls and obstacles on one velocity field during a step, their work and losses (theory E.9).
 
-use super::{Walls, hold, surface};
+use super::surface::{SurfacePoint, SurfacePoints};
+use super::{Walls, lasting};
 use crate::math::Vector;
 use crate::mpm::ghost::{Ghosts, Limits};
 use crate::mpm::{Grid, Node, Step};
 use crate::parallel;
 
-/// What the walls did to one velocity field during a step.
+/// Forces and impulses of the walls on one velocity field during a step.
 #[derive(Debug, Clone, Default)]
 pub struct Reaction<const D: usize> {
     /// Force of each condition [N].
@@ -14,18 +15,18 @@ pub struct Reaction<const D: usize> {
     /// Gap at the node of each condition [m], and whether it closes in this step.
     pub gap: Vec<f64>,
     pub closed: Vec<bool>,
-    /// The contacts that held at the end of the last step; the conditions of them are true.
-    pub holding: Vec<hold::Holding>,
+    /// The contacts that held at the end of the last step, and for each condition true if it is one of them.
+    pub contacts_before: Vec<lasting::NodeContact>,
     pub held: Vec<bool>,
     /// Changes of p⁻ per boundary [N s].
-    pub start: Vec<Vector<D>>,
+    pub start_change: Vec<Vector<D>>,
     /// Mirrored force and momentum per side, and the masses of the mirrored ghosts.
     pub mirrored: Vec<Vector<D>>,
     pub mirrored_start: Vec<Vector<D>>,
     pub ghosts: Vec<(u32, u32, f64)>,
-    /// Where the field meets the surfaces of obstacles, and what was in contact there at the end of the last step.
-    pub surface: surface::Surface<D>,
-    pub resting: Vec<hold::Resting>,
+    /// Contact of the field with surfaces of obstacles, and the particles in contact at the end of the last step.
+    pub surface: SurfacePoints<D>,
+    pub particle_contacts_before: Vec<lasting::ParticleContact>,
 }
 
 /// Work of a step [J], and the impulse on the particles [N s].
@@ -46,15 +47,21 @@ struct Sums<const D: usize> {
     total: f64,
 }
 
+/// Force of a boundary on the material at one place during a step.
+struct BoundaryForce<const D: usize> {
+    boundary: u32,
+    /// Place [m].
+    x: Vector<D>,
+    /// Force [N].
+    force: Vector<D>,
+    /// Mean velocity of the material there [m/s].
+    velocity: Vector<D>,
+}
+
 impl<const D: usize> Sums<D> {
-    /// Adds what a boundary did at `x` [m] with a force [N] on what moved with `velocity` [m/s] on average.
-    fn add(
-        &mut self,
-        walls: &Walls<D>,
-        (boundary, x): (u32, Vector<D>),
-        (force, velocity): (Vector<D>, Vector<D>),
-        step: &Step,
-    ) {
+    /// Adds impulse and work of a force during a step.
+    fn add(&mut self, walls: &Walls<D>, at: BoundaryForce<D>, step: &Step) {
+        let BoundaryForce { boundary, x, force, velocity } = at;
         let (boundary, dt) = (boundary as usize, step.momentum_dt);
         let wall = |t: f64| walls.velocity(boundary, x, t);
         self.impulse[boundary] += force * dt;
@@ -71,7 +78,7 @@ impl<const D: usize> Sums<D> {
 impl<const D: usize> Walls<D> {
     /// Starts a step: no reactions yet.
     pub fn start_step(&mut self, grid: &Grid<D>) {
-        self.recall_contacts(grid);
+        self.find_lasting_contacts(grid);
         self.force.fill(Vector::ZERO);
         for reaction in &mut self.reactions {
             let zero = |column: &mut Vec<Vector<D>>, len: usize| {
@@ -81,14 +88,14 @@ impl<const D: usize> Walls<D> {
             zero(&mut reaction.force, self.conditions.len());
             reaction.closed.clear();
             reaction.closed.resize(self.conditions.len(), false);
-            zero(&mut reaction.start, self.boundaries.len());
+            zero(&mut reaction.start_change, self.boundaries.len());
             zero(&mut reaction.mirrored, 2 * D);
             zero(&mut reaction.mirrored_start, 2 * D);
             reaction.ghosts.clear();
         }
     }
 
-    /// Folds the ghosts of a field's nodes into the domain and books what mirrors reflect.
+    /// Folds the ghosts of a field's nodes into the domain, and records the momentum and force that mirrors reflect.
     pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), field: usize, nodes: &mut [Node<D>]) {
         let reaction = &mut self.reactions[field];
         ghosts.fold(limits, nodes, |side, node, ghost| {
@@ -103,11 +110,18 @@ impl<const D: usize> Walls<D> {
 
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
     /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
-    pub fn settle(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
+    pub fn finish_reactions(
+        &mut self,
+        grid: &Grid<D>,
+        field: usize,
+        nodes: &[Node<D>],
+        step: &Step,
+        share: f64,
+    ) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.reactions[field];
         let Sums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
-        for (boundary, &start) in reaction.start.iter().enumerate() {
+        for (boundary, &start) in reaction.start_change.iter().enumerate() {
             impulse[boundary] += start * share;
         }
         let mirrored = reaction.mirrored.iter().zip(&reaction.mirrored_start);
@@ -125,7 +139,7 @@ impl<const D: usize> Walls<D> {
         WallWork { work, dissipation: work - total, impulse: impulse.into_iter().sum() }
     }
 
-    /// What the conditions of a field did, summed over their nodes.
+    /// Impulses and work of the conditions of a field, summed over nodes and points.
     fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
         let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
         let force = &self.reactions[field].force;
@@ -133,14 +147,15 @@ impl<const D: usize> Walls<D> {
         let sum = |range: std::ops::Range<usize>| {
             let mut sums = none();
             for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {
-                let node = condition.node as usize;
-                sums.add(self, (condition.boundary, grid.position(node)), (force, mean(node)), step);
+                let (node, boundary) = (condition.node as usize, condition.boundary);
+                sums.add(self, BoundaryForce { boundary, x: grid.position(node), force, velocity: mean(node) }, step);
             }
             sums
         };
         let mut sums = parallel::reduce(self.conditions.len(), sum, Sums::and).unwrap_or_else(none);
         for (point, velocity) in self.reactions[field].surface.velocities(mean) {
-            sums.add(self, (point.boundary, point.place), (point.force, velocity), step);
+            let SurfacePoint { boundary, place, force, .. } = *point;
+            sums.add(self, BoundaryForce { boundary, x: place, force, velocity }, step);
         }
         sums
     }

@@ -1,10 +1,10 @@
-//! Walls and obstacles as membranes meet them: rigid surfaces with a distance, a normal, a velocity and friction.
+//! Walls and obstacles in contact with membranes: rigid surfaces with a distance, a normal, a velocity and friction.
 
 use super::{Boundary, WallKind, WallWork, Walls};
 use crate::math::Vector;
 use crate::mpm::Step;
 
-/// What sheets gave a wall or an obstacle during a step, summed over their contacts.
+/// Impulse and work of a wall or an obstacle on sheets during a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SheetPush<const D: usize> {
     /// Σ J on the sheets [N s].
@@ -24,7 +24,7 @@ impl<const D: usize> SheetPush<D> {
     }
 }
 
-/// A wall of the domain or an obstacle that sheets meet.
+/// A wall of the domain or an obstacle.
 #[derive(Debug, Clone, Copy)]
 pub struct Solid<'a, const D: usize> {
     walls: &'a Walls<D>,
@@ -32,7 +32,7 @@ pub struct Solid<'a, const D: usize> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// All that sheets meet: obstacles, and the walls that aren't open.
+    /// The solids that sheets have contact with: obstacles, and the walls that aren't open.
     pub fn solids(&self) -> impl Iterator<Item = Solid<'_, D>> {
         let closed = |boundary: &usize| self.boundaries[*boundary].kind != WallKind::Open;
         (0..self.boundaries.len()).filter(closed).map(|boundary| Solid { walls: self, boundary })
@@ -48,7 +48,7 @@ impl<const D: usize> Walls<D> {
         self.is_closed(axis, end) && self.boundaries[2 * axis + end].velocity[axis].is_zero()
     }
 
-    /// What histories call a wall or an obstacle: `wall:left`, `obstacle:floor`.
+    /// The name of a wall or an obstacle in histories: `wall:left`, `obstacle:floor`.
     pub fn boundary_name(&self, boundary: usize) -> &str {
         &self.boundaries[boundary].name
     }
@@ -84,7 +84,7 @@ impl<'a, const D: usize> Solid<'a, D> {
         full == name || full.split_once(':').is_some_and(|(_, own)| own == name)
     }
 
-    /// Whether a plane bounds it, so that an element whose nodes lie outside does so, too.
+    /// True if a plane bounds it, so that an element whose nodes lie outside does so, too.
     pub fn is_flat(self) -> bool {
         self.boundary < 2 * D || matches!(self.region(), Some(crate::geometry::Region::HalfSpace { .. }))
     }
@@ -102,7 +102,7 @@ impl<'a, const D: usize> Solid<'a, D> {
         (distance, Vector::from3(normal).normalized().unwrap_or(Vector::unit(D - 1)))
     }
 
-    /// Whether anything within `reach` [m] of it may lie between these corners [m].
+    /// True if places within `reach` [m] of it may lie between these corners [m].
     pub fn is_near(self, lower: Vector<D>, upper: Vector<D>, reach: f64) -> bool {
         let Some(region) = self.region() else {
             let (axis, end) = (self.boundary / 2, self.boundary % 2);

@@ -16,14 +16,16 @@ use super::map::Map;
 use crate::math::Vector;
 use crate::mpm::contact::folded_stencil::flip;
 use crate::mpm::contact::method::StepContext;
-use crate::mpm::contact::particle_size::radius;
-use crate::mpm::contact::sheet::{DOUBT, Facet, Label, Labels, Locator, Near, Place, Surface};
+use crate::mpm::contact::particle_size::half_size;
+use crate::mpm::contact::sheet::{
+    Facet, GuardedParticle, HEIGHT_ERROR, Label, Labels, Locator, ParticleAtSheet, SheetPosition, SideOfSheet, Surface,
+};
 use crate::mpm::{Body, Particles};
 use crate::parallel;
 
-/// Distance of a particle from the sheet [m], its half size [m], and the direction of the distance.
+/// Signed distance δ_p of a particle from the planes of the sheet at the nodes around it [m], its half size r_p [m], and the mean normal.
 #[derive(Debug, Clone, Copy)]
-struct Reading<const D: usize> {
+struct PlaneDistance<const D: usize> {
     distance: f64,
     radius: f64,
     normal: Vector<D>,
@@ -32,126 +34,136 @@ struct Reading<const D: usize> {
 /// Particles per parallel task.
 const TASK: usize = 1024;
 
-/// One sheet and the particles around it.
+/// The measurement of gaps between one sheet and the particles around it.
 pub struct Band<'a, const D: usize> {
-    pub scene: &'a StepContext<'a, D>,
+    pub context: &'a StepContext<'a, D>,
     pub surface: &'a Surface<'a, D>,
     pub facets: &'a [Facet],
     /// Number of the sheet.
     pub number: usize,
     pub map: &'a mut Map<D>,
-    /// One pair per row and field, fields running fastest.
+    /// One pair per contact node and field, fields running fastest.
     pub pairs: &'a mut [NodePair<D>],
     pub locator: &'a mut Locator<D>,
 }
 
 impl<const D: usize> Band<'_, D> {
-    /// Where the sheet is folded, adds the arms to the particles of a body `near` it, each turned to the side that it is on.
-    pub fn lean(&mut self, body: usize, near: &[u32], labels: &Labels) {
-        let StepContext { grid, lattice, step, .. } = *self.scene;
-        let body = &self.scene.bodies[body];
+    /// Adds the arms to the particles of a body `near` the sheet to the normals of nodes where it is folded, each with the sign of the
+    /// particle's side (theory (D.9)).
+    pub fn add_arms(&mut self, body: usize, near: &[u32], labels: &Labels) {
+        let StepContext { grid, stencil, step, .. } = *self.context;
+        let body = &self.context.bodies[body];
         for &p in near {
             let (x, id) = (body.particles.position[p as usize], body.particles.id[p as usize]);
             let mut side = None;
-            lattice.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
-                let Some(row) = self.map.row(node).filter(|&row| self.map.rows[row].folded) else { return };
+            stencil.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
+                let index = self.map.contact_node(node).filter(|&index| self.map.nodes[index].folded);
+                let Some(index) = index else { return };
                 let side = *side.get_or_insert_with(|| match labels.recall(id, step - 1) {
                     Some(label) if label.side != 0.0 => label.side,
-                    _ => match self.place(x) {
-                        Place::Beside(d) => d.signum(),
-                        Place::Beyond | Place::Away => 0.0,
+                    _ => match self.position_of(x) {
+                        SheetPosition::Beside(d) => d.signum(),
+                        SheetPosition::Beyond | SheetPosition::Away => 0.0,
                     },
                 });
-                let row = &mut self.map.rows[row];
-                let arm = lattice.mirror(grid, x, flips) - row.centre;
+                let contact_node = &mut self.map.nodes[index];
+                let arm = stencil.mirror(grid, x, flips) - contact_node.centre;
                 let share = body.particles.mass[p as usize] * weight;
-                row.normal += arm * (side * share);
-                row.arms += arm.norm() * share;
+                contact_node.normal += arm * (side * share);
+                contact_node.arm_length += arm.norm() * share;
             });
         }
     }
 
-    /// Labels the particles of a body `near` the sheet and lowers the gaps at its rows; returns how many have crossed,
-    /// and adds those that may come too close to `guarded`.
-    pub fn measure(&mut self, index: usize, near: &[u32], labels: &mut Labels, guarded: &mut Vec<Near<D>>) -> u64 {
-        let (scene, body) = (self.scene, &self.scene.bodies[index]);
+    /// Labels the particles of a body `near` the sheet and lowers the gaps at the contact nodes; adds those with
+    /// a side to `guarded`. Returns how many have crossed the sheet since the last step.
+    pub fn measure_gaps(
+        &mut self,
+        index: usize,
+        near: &[u32],
+        labels: &mut Labels,
+        guarded: &mut Vec<GuardedParticle<D>>,
+    ) -> u64 {
+        let (context, body) = (self.context, &self.context.bodies[index]);
         let particles = &body.particles;
         let band = &*self;
-        let readings: Vec<_> = parallel::collect(near.len(), TASK, |n| band.read(particles, near[n] as usize));
+        let distances: Vec<_> =
+            parallel::collect(near.len(), TASK, |n| band.distance_from_planes(particles, near[n] as usize));
         let mut crossed = 0;
-        for (&p, reading) in near.iter().zip(readings) {
-            let Some(Reading { distance, radius, normal }) = reading else { continue };
+        for (&p, distance) in near.iter().zip(distances) {
+            let Some(PlaneDistance { distance, radius, normal }) = distance else { continue };
             let (p, id) = (p as usize, particles.id[p as usize]);
-            let old = labels.recall(id, scene.step - 1);
+            let old = labels.recall(id, context.step - 1);
             let label = self.label(particles.position[p], old, distance);
             crossed += u64::from(label.crossed && old.is_none_or(|old| !old.crossed));
-            labels.keep(id, scene.step, label);
+            labels.keep(id, context.step, label);
             if label.side != 0.0 {
                 let height = label.side * distance;
                 self.lower_gaps(body, p, label.side, height - radius);
-                let (least, from) = (height - DOUBT * scene.grid.cell, particles.position[p]);
-                guarded.push(Near::new([p, index, self.number], (label.side, normal), (least, radius), from));
+                let at = ParticleAtSheet { particle: p, body: index, sheet: self.number };
+                let height = height - HEIGHT_ERROR * context.grid.cell;
+                let beside = SideOfSheet { side: label.side, normal, height };
+                guarded.push(GuardedParticle::new(at, beside, radius, particles.position[p]));
             }
         }
         crossed
     }
 
-    /// δ_p and r_p, if a row with a normal is in reach.
-    fn read(&self, particles: &Particles<D>, p: usize) -> Option<Reading<D>> {
-        let StepContext { grid, lattice, .. } = *self.scene;
+    /// δ_p and r_p, if a contact node with a normal is in the support.
+    fn distance_from_planes(&self, particles: &Particles<D>, p: usize) -> Option<PlaneDistance<D>> {
+        let StepContext { grid, stencil, .. } = *self.context;
         let (map, x) = (&*self.map, particles.position[p]);
         let (mut height, mut share, mut normal) = (0.0, 0.0, Vector::ZERO);
-        lattice.for_each(grid, x, |node, weight, flips| {
-            let Some(row) = map.row(node).map(|r| &map.rows[r]).filter(|row| row.normal != Vector::ZERO) else {
-                return;
-            };
-            height += (lattice.mirror(grid, x, flips) - row.centre).dot(row.normal) * weight;
+        stencil.for_each(grid, x, |node, weight, flips| {
+            let known = map.contact_node(node).map(|index| &map.nodes[index]);
+            let Some(contact_node) = known.filter(|node| node.normal != Vector::ZERO) else { return };
+            height += (stencil.mirror(grid, x, flips) - contact_node.centre).dot(contact_node.normal) * weight;
             share += weight;
-            normal += flip(row.normal, flips) * weight;
+            normal += flip(contact_node.normal, flips) * weight;
         });
         let normal = normal.normalized()?;
-        let radius = radius(particles, p, normal, grid.cell);
-        (share > 0.0).then(|| Reading { distance: height / share, radius, normal })
+        let radius = half_size(particles, p, normal, grid.cell);
+        (share > 0.0).then(|| PlaneDistance { distance: height / share, radius, normal })
     }
 
     fn label(&mut self, x: Vector<D>, old: Option<Label>, distance: f64) -> Label {
         match old.filter(|label| label.side != 0.0) {
             Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
             Some(label) if label.crossed => label,
-            Some(Label { side, .. }) => match self.place(x) {
-                Place::Beside(d) => Label { side, crossed: d * side < 0.0 },
-                Place::Beyond => Label { side: 0.0, crossed: false },
-                Place::Away => Label { side, crossed: false },
+            Some(Label { side, .. }) => match self.position_of(x) {
+                SheetPosition::Beside(d) => Label { side, crossed: d * side < 0.0 },
+                SheetPosition::Beyond => Label { side: 0.0, crossed: false },
+                SheetPosition::Away => Label { side, crossed: false },
             },
             None => {
-                let side = match self.place(x) {
-                    Place::Beside(d) => d.signum(),
-                    Place::Beyond => 0.0,
-                    Place::Away => distance.signum(),
+                let side = match self.position_of(x) {
+                    SheetPosition::Beside(d) => d.signum(),
+                    SheetPosition::Beyond => 0.0,
+                    SheetPosition::Away => distance.signum(),
                 };
                 Label { side, crossed: false }
             }
         }
     }
 
-    /// Where `x` is, measured from the closest point of the sheet.
-    fn place(&mut self, x: Vector<D>) -> Place {
-        let cell = self.scene.grid.cell;
+    /// The position of `x` [m] relative to the closest point of the sheet.
+    fn position_of(&mut self, x: Vector<D>) -> SheetPosition {
+        let cell = self.context.grid.cell;
         self.locator.refresh(self.facets, self.surface.position, cell);
-        self.locator.place(self.facets, self.surface.position, cell, x)
+        self.locator.locate(self.facets, self.surface.position, cell, x)
     }
 
     fn lower_gaps(&mut self, body: &Body<D>, p: usize, side: f64, gap: f64) {
-        let StepContext { grid, lattice, .. } = *self.scene;
+        let StepContext { grid, stencil, .. } = *self.context;
         let (mass, x) = (body.particles.mass[p], body.particles.position[p]);
-        lattice.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
-            let Some(row) = self.map.row(node) else { return };
-            let pair = &mut self.pairs[row * grid.fields.len() + body.field];
+        stencil.of_field(grid, body.field).for_each(grid, x, |node, weight, flips| {
+            let Some(index) = self.map.contact_node(node) else { return };
+            let pair = &mut self.pairs[index * grid.fields.len() + body.field];
             let lowest = &mut pair.gap[usize::from(side > 0.0)];
             *lowest = lowest.min(gap);
             pair.vote += side * mass * weight;
             pair.mass += mass * weight;
-            pair.moment += lattice.mirror(grid, x, flips) * (mass * weight);
+            pair.moment += stencil.mirror(grid, x, flips) * (mass * weight);
         });
     }
 }

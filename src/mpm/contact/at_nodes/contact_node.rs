@@ -1,6 +1,7 @@
-//! A grid node that a sheet shares with bodies, and what each body does there during the step.
+//! A grid node that a sheet shares with bodies, and the contact of each body with the sheet there during the step.
 
 use crate::math::Vector;
+use crate::mpm::SubStep;
 use crate::mpm::contact::impulse::Impulse;
 use crate::mpm::contact::partner::{NONE, Partners};
 
@@ -8,19 +9,19 @@ use crate::mpm::contact::partner::{NONE, Partners};
 #[derive(Debug, Clone)]
 pub struct ContactNode<const D: usize> {
     /// Number of the grid node.
-    pub node: u32,
+    pub grid_node: u32,
     /// m_I^r [kg].
     pub mass: f64,
-    /// The part of it that belongs to nodes whose motion along an axis is prescribed [kg].
-    pub held: Vector<D>,
+    /// Part of m_I^r that belongs to nodes whose motion along an axis is prescribed [kg].
+    pub held_mass: Vector<D>,
     /// Normal impulse over the change of normal velocity [kg].
     pub inertia: f64,
     /// Unit normal; zero where the sheet has no direction or contact may not push.
     pub normal: Vector<D>,
     /// True where the areas around the node cancel: the normal then comes from the bodies (theory (D.9)).
     pub folded: bool,
-    /// Where it is folded, the sum of the lengths of the arms whose sum gives the normal [kg m].
-    pub arms: f64,
+    /// Where the sheet is folded, Σ of the lengths of the arms whose sum gives the normal [kg m].
+    pub arm_length: f64,
     /// Centre of mass of the sheet around the node, x̄_I^r [m].
     pub centre: Vector<D>,
     /// Half thickness around the node [m].
@@ -31,12 +32,12 @@ pub struct ContactNode<const D: usize> {
     pub average: Vector<D>,
     /// Contact impulse of this pass on the sheet [N s].
     pub impulse: Vector<D>,
-    /// Velocity that the impulse gives the row's own mass [m/s].
-    pub pushed: Vector<D>,
+    /// Velocity of the sheet's mass at the node after the impulse [m/s].
+    pub impulse_velocity: Vector<D>,
     pub free: [bool; D],
 }
 
-/// A body at a row.
+/// A body and the sheet at a contact node.
 #[derive(Debug, Clone)]
 pub struct NodePair<const D: usize> {
     /// Gap to the particles labelled − and + [m]; infinite where there are none.
@@ -53,15 +54,15 @@ pub struct NodePair<const D: usize> {
     /// True if the two touch in this sub-step.
     pub touching: bool,
     /// J of this sub-step on the body, all passes together [N s].
-    pub held: Impulse<D>,
+    pub impulse: Impulse<D>,
     /// Σ J over the sub-steps on the body: normal part and friction [N s].
     pub total: Impulse<D>,
-    /// Σ J·v̂_I^r: normal part and friction [J].
+    /// Σ J·v̂_I^r with the mean velocity of the sheet: normal part and friction [J].
     pub work: [f64; 2],
 }
 
-/// Share of a sheet that moves even where supports hold all of it: it stops what is up to 10⁶ times heavier.
-const YIELD: f64 = 1e-6;
+/// Least 1 − σ of theory (D.17): the share of a sheet that moves even where supports hold all of it.
+const LEAST_FREE_SHARE: f64 = 1e-6;
 
 impl<const D: usize> Default for NodePair<D> {
     fn default() -> Self {
@@ -73,7 +74,7 @@ impl<const D: usize> Default for NodePair<D> {
             side: 1.0,
             partner: NONE,
             touching: false,
-            held: Impulse::default(),
+            impulse: Impulse::default(),
             total: Impulse::default(),
             work: [0.0; 2],
         }
@@ -82,32 +83,32 @@ impl<const D: usize> Default for NodePair<D> {
 
 impl<const D: usize> NodePair<D> {
     /// The lesser of the two gaps [m].
-    pub fn distance(&self) -> f64 {
+    pub fn least_gap(&self) -> f64 {
         self.gap[0].min(self.gap[1])
     }
 
     /// The side of most of the body's particles near the node, 0 if there are none.
-    pub fn present(&self) -> f64 {
-        match self.distance().is_finite() {
+    pub fn majority_side(&self) -> f64 {
+        match self.least_gap().is_finite() {
             true if self.vote >= 0.0 => 1.0,
             true => -1.0,
             false => 0.0,
         }
     }
 
-    /// Turns to the side that matters while the body moves with `w` [m/s] along the normal relative to the sheet: a
-    /// body on both sides comes from the one that it moves away from. Returns the gap there [m].
-    pub fn turn(&mut self, w: f64) -> f64 {
+    /// Sets the side of contact for a body that moves with `w` [m/s] along the normal relative to the sheet: a body with particles on
+    /// both sides comes from the one that it moves away from. Returns the gap there [m].
+    pub fn choose_side(&mut self, w: f64) -> f64 {
         let [minus, plus] = self.gap.map(f64::is_finite);
         self.side = if plus && !(minus && w > 0.0) { 1.0 } else { -1.0 };
         self.gap[usize::from(self.side > 0.0)]
     }
 
-    /// Books the impulse of the sub-step at a row that moved with `mean` [m/s]; returns J·v̂ [J].
-    pub fn receive(&mut self, mean: Vector<D>) -> f64 {
-        let work = [self.held.normal.dot(mean), self.held.tangent.dot(mean)];
-        self.total.normal += self.held.normal;
-        self.total.tangent += self.held.tangent;
+    /// Adds impulse and work of the sub-step, in which the sheet had the mean velocity `mean` [m/s] at the node; returns J·v̂ [J].
+    pub fn add_work(&mut self, mean: Vector<D>) -> f64 {
+        let work = [self.impulse.normal.dot(mean), self.impulse.tangent.dot(mean)];
+        self.total.normal += self.impulse.normal;
+        self.total.tangent += self.impulse.tangent;
         self.work[0] += work[0];
         self.work[1] += work[1];
         work[0] + work[1]
@@ -115,29 +116,29 @@ impl<const D: usize> NodePair<D> {
 }
 
 impl<const D: usize> ContactNode<D> {
-    pub fn at(node: usize) -> Self {
+    pub fn new(node: usize) -> Self {
         Self {
-            node: node as u32,
+            grid_node: node as u32,
             mass: 0.0,
-            held: Vector::ZERO,
+            held_mass: Vector::ZERO,
             inertia: 0.0,
             normal: Vector::ZERO,
             folded: false,
-            arms: 0.0,
+            arm_length: 0.0,
             centre: Vector::ZERO,
             offset: 0.0,
             momentum: Vector::ZERO,
             average: Vector::ZERO,
             impulse: Vector::ZERO,
-            pushed: Vector::ZERO,
+            impulse_velocity: Vector::ZERO,
             free: [true; D],
         }
     }
 
     /// m_I^r/(1 − s) (theory (D.17)) with the share s of the mass that supports hold along the normal.
     pub fn find_inertia(&mut self) {
-        let held: f64 = (0..D).map(|a| self.normal[a].powi(2) * self.held[a]).sum();
-        self.inertia = self.mass / (1.0 - held / self.mass).max(YIELD);
+        let held: f64 = (0..D).map(|a| self.normal[a].powi(2) * self.held_mass[a]).sum();
+        self.inertia = self.mass / (1.0 - held / self.mass).max(LEAST_FREE_SHARE);
     }
 
     /// `v` without the components that contact may not push.
@@ -146,18 +147,17 @@ impl<const D: usize> ContactNode<D> {
     }
 }
 
-/// The gaps after the sub-step: what they were, changed by the motion relative to the sheet, which moves with
-/// `velocity` [m/s].
-pub fn close<const D: usize>(
-    row: &ContactNode<D>,
+/// Advances the gaps over the sub-step by the motion of the bodies relative to the sheet, which moves with `velocity` [m/s].
+pub fn update_gaps<const D: usize>(
+    node: &ContactNode<D>,
     pairs: &mut [NodePair<D>],
     partners: &Partners<D>,
     velocity: Vector<D>,
-    [t, dt]: [f64; 2],
+    at: &SubStep<'_>,
 ) {
     for pair in pairs.iter_mut().filter(|pair| pair.partner != NONE) {
-        let (_, v) = partners.trial(pair.partner, t);
-        let opening = (row.project(v) - velocity).dot(row.normal) * dt;
+        let (_, v) = partners.trial(pair.partner, at.momentum_end);
+        let opening = (node.project(v) - velocity).dot(node.normal) * at.momentum_dt;
         pair.gap = [pair.gap[0] - opening, pair.gap[1] + opening];
     }
 }

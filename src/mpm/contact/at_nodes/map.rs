@@ -13,17 +13,17 @@
 //! made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there none.
 
 use super::contact_node::ContactNode;
-use super::samples::{Samples, Visit, corner_mass};
+use super::samples::{SampleWeight, Samples, corner_mass};
 use crate::math::Vector;
 use crate::mpm::contact::folded_stencil::{Flips, flip};
 use crate::mpm::contact::method::StepContext;
 use crate::mpm::contact::partner::NONE;
 use crate::mpm::contact::sheet::{Facet, Sheet, SheetSource, Surface};
 
-/// A row that a sample reaches.
+/// Weight of a contact node at a sample.
 #[derive(Debug, Clone, Copy)]
-struct Entry {
-    row: u32,
+struct NodeWeight {
+    contact_node: u32,
     flips: Flips,
     weight: f64,
 }
@@ -32,144 +32,145 @@ struct Entry {
 #[derive(Debug)]
 pub struct Map<const D: usize> {
     /// The nodes that it shares with bodies.
-    pub rows: Vec<ContactNode<D>>,
-    /// Row of each grid node, `NONE` where there is none.
+    pub nodes: Vec<ContactNode<D>>,
+    /// Index of the contact node at each grid node, `NONE` where there is none.
     lookup: Vec<u32>,
     corner_mass: Vec<[f64; 4]>,
     samples: Samples,
-    entries: Vec<Entry>,
-    /// Samples that reach rows, and where their entries end.
-    spans: Vec<(u32, u32)>,
+    weights: Vec<NodeWeight>,
+    /// Samples with weights, and the end of their weights in the list.
+    sample_ends: Vec<(u32, u32)>,
 }
 
 impl<const D: usize> Map<D> {
     pub fn new(source: &SheetSource<'_, D>) -> Self {
         Self {
-            rows: Vec::new(),
+            nodes: Vec::new(),
             lookup: Vec::new(),
             corner_mass: corner_mass(&source.facets, source.reference, source.mass),
             samples: Samples::default(),
-            entries: Vec::new(),
-            spans: Vec::new(),
+            weights: Vec::new(),
+            sample_ends: Vec::new(),
         }
     }
 
-    /// True if the sheet reaches no row.
+    /// True if the sheet reaches no node.
     pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+        self.weights.is_empty()
     }
 
-    /// The row of a grid node.
+    /// Index of the contact node at a grid node.
     #[inline]
-    pub fn row(&self, node: usize) -> Option<usize> {
+    pub fn contact_node(&self, node: usize) -> Option<usize> {
         match self.lookup.get(node) {
-            Some(&row) if row != NONE => Some(row as usize),
+            Some(&index) if index != NONE => Some(index as usize),
             _ => None,
         }
     }
 
-    /// Maps mass, area and place of the sheet to the nodes that it shares with bodies.
-    pub fn lay(&mut self, sheet: &Sheet<D>, surface: &Surface<'_, D>, scene: &StepContext<'_, D>) {
-        let (grid, facets) = (scene.grid, &sheet.facets);
-        for row in self.rows.drain(..) {
-            self.lookup[row.node as usize] = NONE;
+    /// Maps mass, area and position of the sheet to the nodes that it shares with bodies.
+    pub fn map_mass(&mut self, sheet: &Sheet<D>, surface: &Surface<'_, D>, context: &StepContext<'_, D>) {
+        let (grid, facets) = (context.grid, &sheet.facets);
+        for node in self.nodes.drain(..) {
+            self.lookup[node.grid_node as usize] = NONE;
         }
         self.lookup.resize(grid.node_count(), NONE);
-        self.entries.clear();
-        self.spans.clear();
-        self.samples.lay(facets, surface.position, &self.corner_mass, grid.cell);
-        let visits = self.samples.visits(facets, surface.position, grid, scene.lattice);
+        self.weights.clear();
+        self.sample_ends.clear();
+        self.samples.divide(facets, surface.position, &self.corner_mass, grid.cell);
+        let sample_weights = self.samples.weights(facets, surface.position, grid, context.stencil);
         let mut areas = Vec::new();
-        for visits in visits.iter().flat_map(|list| list.chunk_by(|a, b| a.sample == b.sample)) {
-            self.add_sample(sheet, surface, scene, visits, &mut areas);
+        for sample_weights in sample_weights.iter().flat_map(|list| list.chunk_by(|a, b| a.sample == b.sample)) {
+            self.add_sample(sheet, surface, context, sample_weights, &mut areas);
         }
-        self.close_rows(scene, &areas);
+        self.find_normals(context, &areas);
     }
 
-    /// Adds what one sample brings to the nodes that it reaches.
+    /// Adds the contributions of one sample to the nodes in its support.
     fn add_sample(
         &mut self,
         sheet: &Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &StepContext<'_, D>,
-        visits: &[Visit],
+        context: &StepContext<'_, D>,
+        sample_weights: &[SampleWeight],
         areas: &mut Vec<f64>,
     ) {
-        let (q, facets) = (visits[0].sample as usize, &sheet.facets);
+        let (q, facets) = (sample_weights[0].sample as usize, &sheet.facets);
         let e = self.samples.element[q] as usize;
-        let x = self.samples.place(facets, surface.position, q);
+        let x = self.samples.position(facets, surface.position, q);
         let mass: f64 = self.samples.mass[q].iter().sum();
         let held = self.samples.held_mass(facets, |k: usize| sheet.held_share(k), q);
         let area = facets[e].area(surface.position) * self.samples.share[q];
         let offset = surface.offset_of(e);
-        for &Visit { node, flips, weight, .. } in visits {
-            let row = &mut self.lookup[node as usize];
-            if *row == NONE {
-                *row = self.rows.len() as u32;
-                self.rows.push(ContactNode::at(node as usize));
+        for &SampleWeight { node: grid_node, flips, weight, .. } in sample_weights {
+            let node = &mut self.lookup[grid_node as usize];
+            if *node == NONE {
+                *node = self.nodes.len() as u32;
+                self.nodes.push(ContactNode::new(grid_node as usize));
                 areas.push(0.0);
             }
-            self.entries.push(Entry { row: *row, flips, weight });
-            areas[*row as usize] += area.norm() * weight;
-            let row = &mut self.rows[*row as usize];
-            row.mass += mass * weight;
-            row.held += held * weight;
-            row.normal += flip(area, flips) * weight;
-            row.centre += scene.lattice.mirror(scene.grid, x, flips) * (mass * weight);
-            row.offset += offset * mass * weight;
+            self.weights.push(NodeWeight { contact_node: *node, flips, weight });
+            areas[*node as usize] += area.norm() * weight;
+            let node = &mut self.nodes[*node as usize];
+            node.mass += mass * weight;
+            node.held_mass += held * weight;
+            node.normal += flip(area, flips) * weight;
+            node.centre += context.stencil.mirror(context.grid, x, flips) * (mass * weight);
+            node.offset += offset * mass * weight;
         }
-        self.spans.push((q as u32, self.entries.len() as u32));
+        self.sample_ends.push((q as u32, self.weights.len() as u32));
     }
 
-    /// Turns sums into means, and areas into normals (51); rows with a negligible share of the sheet get no normal and never
-    /// act, those where it is folded get theirs from [`Self::unfold`].
-    fn close_rows(&mut self, scene: &StepContext<'_, D>, areas: &[f64]) {
-        let heaviest = self.rows.iter().map(|row| row.mass).fold(0.0, f64::max);
-        for (row, area) in self.rows.iter_mut().zip(areas) {
-            row.free = scene.lattice.free(scene.grid, row.node as usize);
-            row.centre = row.centre / row.mass;
-            row.offset /= row.mass;
-            let normal = row.project(row.normal);
-            let (heavy, clear) = (row.mass > LEAST * heaviest, normal.norm() > FOLDED * area);
-            row.folded = heavy && !clear;
-            row.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
-            row.find_inertia();
-        }
-    }
-
-    /// Where the sheet is folded, the normals become directions: the sums of arms to the particles around, each turned
-    /// to the side that it is on (`Band::lean`). Where the arms cancel, as those of a sheet along a mirror do, what is
-    /// left of them is no direction.
-    pub fn unfold(&mut self) {
-        for row in self.rows.iter_mut().filter(|row| row.folded) {
-            let normal = row.project(row.normal);
-            let clear = normal.norm() > FOLDED * row.arms;
-            row.normal = if clear { normal / normal.norm() } else { Vector::ZERO };
-            row.find_inertia();
+    /// Turns sums into means, and areas into normals (51); nodes with a negligible share of the sheet get no normal and
+    /// never act, those where it is folded get theirs from [`Self::find_folded_normals`].
+    fn find_normals(&mut self, context: &StepContext<'_, D>, areas: &[f64]) {
+        let heaviest = self.nodes.iter().map(|node| node.mass).fold(0.0, f64::max);
+        for (node, area) in self.nodes.iter_mut().zip(areas) {
+            node.free = context.stencil.free(context.grid, node.grid_node as usize);
+            node.centre = node.centre / node.mass;
+            node.offset /= node.mass;
+            let normal = node.project(node.normal);
+            let (heavy, clear) = (node.mass > LEAST * heaviest, normal.norm() > FOLDED * area);
+            node.folded = heavy && !clear;
+            node.normal = if heavy && clear { normal / normal.norm() } else { Vector::ZERO };
+            node.find_inertia();
         }
     }
 
-    /// Drops all entries of other rows than those that act.
-    pub fn keep(&mut self, acts: impl Fn(usize) -> bool) {
-        let (mut kept, mut spans, mut start) = (Vec::new(), Vec::new(), 0);
-        for &(q, end) in &self.spans {
+    /// Normals where the sheet is folded: directions of the sums of arms to the particles around, each with the sign of its side
+    /// (`Band::add_arms`; theory (D.9)). Where the arms cancel, as those of a sheet along a mirror do, the normal is zero.
+    pub fn find_folded_normals(&mut self) {
+        for node in self.nodes.iter_mut().filter(|node| node.folded) {
+            let normal = node.project(node.normal);
+            let clear = normal.norm() > FOLDED * node.arm_length;
+            node.normal = if clear { normal / normal.norm() } else { Vector::ZERO };
+            node.find_inertia();
+        }
+    }
+
+    /// Keeps the weights of the contact nodes that act, by their index.
+    pub fn retain(&mut self, acts: impl Fn(usize) -> bool) {
+        let (mut kept, mut sample_ends, mut start) = (Vec::new(), Vec::new(), 0);
+        for &(q, end) in &self.sample_ends {
             let before = kept.len();
-            kept.extend(self.entries[start as usize..end as usize].iter().filter(|entry| acts(entry.row as usize)));
+            kept.extend(
+                self.weights[start as usize..end as usize].iter().filter(|entry| acts(entry.contact_node as usize)),
+            );
             if kept.len() > before {
-                spans.push((q, kept.len() as u32));
+                sample_ends.push((q, kept.len() as u32));
             }
             start = end;
         }
-        (self.entries, self.spans) = (kept, spans);
+        (self.weights, self.sample_ends) = (kept, sample_ends);
     }
 
     /// p̄_I^r (49), and the mean with the momentum before the forces.
     pub fn map_momentum(&mut self, facets: &[Facet], surface: &Surface<'_, D>) {
-        for row in &mut self.rows {
-            (row.momentum, row.average) = (Vector::ZERO, Vector::ZERO);
+        for node in &mut self.nodes {
+            (node.momentum, node.average) = (Vector::ZERO, Vector::ZERO);
         }
         let mut start = 0;
-        for &(q, end) in &self.spans {
+        for &(q, end) in &self.sample_ends {
             let nodes = facets[self.samples.element[q as usize] as usize].nodes;
             let (mut momentum, mut average) = (Vector::ZERO, Vector::ZERO);
             for (k, mass) in nodes.into_iter().zip(self.samples.mass[q as usize]) {
@@ -177,23 +178,23 @@ impl<const D: usize> Map<D> {
                 momentum += after * mass;
                 average += (after + before) * (0.5 * mass);
             }
-            for entry in &self.entries[start as usize..end as usize] {
-                let row = &mut self.rows[entry.row as usize];
-                row.momentum += flip(momentum, entry.flips) * entry.weight;
-                row.average += flip(average, entry.flips) * entry.weight;
+            for entry in &self.weights[start as usize..end as usize] {
+                let node = &mut self.nodes[entry.contact_node as usize];
+                node.momentum += flip(momentum, entry.flips) * entry.weight;
+                node.average += flip(average, entry.flips) * entry.weight;
             }
             start = end;
         }
     }
 
-    /// Adds the impulses of the rows to the forces F_K [N] by the adjoint of the map (59); they act for `dt` [s].
+    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map (59); they act for `dt` [s].
     pub fn map_back(&self, facets: &[Facet], forces: &mut [Vector<D>], dt: f64) {
         let mut start = 0;
-        for &(q, end) in &self.spans {
+        for &(q, end) in &self.sample_ends {
             let mut pull = Vector::ZERO;
-            for entry in &self.entries[start as usize..end as usize] {
-                let row = &self.rows[entry.row as usize];
-                pull += flip(row.impulse, entry.flips) * (entry.weight / row.mass);
+            for entry in &self.weights[start as usize..end as usize] {
+                let node = &self.nodes[entry.contact_node as usize];
+                pull += flip(node.impulse, entry.flips) * (entry.weight / node.mass);
             }
             start = end;
             let nodes = facets[self.samples.element[q as usize] as usize].nodes;

@@ -2,7 +2,7 @@
 //! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange an impulse.
 //!
 //! ```text
-//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection          (50, 52)
+//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection, n from the sheet r to the body s  (50, 52)
 //! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                           stick, on s        (54, 55)
 //! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip, on s         (56–58)
 //! p_s ← p_s + J                                                          the body           (53)
@@ -18,29 +18,29 @@ mod contact_node;
 mod map;
 mod samples;
 
-use super::impulse::{self, Impulse, Settled, Touch};
+use super::impulse::{self, ContactTotals, Impulse, Touch};
 use super::method::{ContactMethod, StepContext};
 use super::partner::{NONE, Partners};
-use super::sheet::{Locator, Near, Sheet, SheetSource, Shift, Surface};
-use super::support_blocks::Marks;
+use super::sheet::{GuardedParticle, Locator, ParticleShift, Sheet, SheetSource, Surface};
+use super::support_blocks::SupportBlocks;
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use band::Band;
-use contact_node::{NodePair, close};
+use contact_node::{NodePair, update_gaps};
 use map::Map;
 
 /// Contact of one sheet at grid nodes.
 #[derive(Debug)]
 pub struct AtNodes<const D: usize> {
     map: Map<D>,
-    /// One pair per row and field, fields running fastest.
+    /// One pair per node and field, fields running fastest.
     pairs: Vec<NodePair<D>>,
     fields: usize,
     /// Gap below which contact acts [m].
     tolerance: f64,
-    /// Particles near the rows.
-    marks: Marks,
-    /// True distances from the sheet, where those to its rows are in doubt.
+    /// Blocks from which particles reach contact nodes.
+    support_blocks: SupportBlocks,
+    /// True distances from the sheet, for particles that come near it or seem to have crossed it.
     locator: Locator<D>,
     /// Forces on the nodes in the sub-step [N].
     received: Vec<Vector<D>>,
@@ -54,62 +54,63 @@ impl<const D: usize> AtNodes<D> {
             pairs: Vec::new(),
             fields,
             tolerance,
-            marks: Marks::default(),
+            support_blocks: SupportBlocks::default(),
             locator: Locator::new(&source.facets),
             received: vec![Vector::ZERO; source.mass.len()],
         }
     }
 
-    /// The particles of each body whose support reaches a row.
-    fn near(&mut self, scene: &StepContext<'_, D>) -> Vec<Vec<u32>> {
-        self.marks.clear(scene.grid);
-        for row in &self.map.rows {
-            self.marks.mark(scene.grid, scene.lattice, row.node as usize);
+    /// The particles of each body whose support reaches a node.
+    fn particles_near(&mut self, context: &StepContext<'_, D>) -> Vec<Vec<u32>> {
+        self.support_blocks.clear(context.grid);
+        for node in &self.map.nodes {
+            self.support_blocks.mark(context.grid, context.stencil, node.grid_node as usize);
         }
-        let near = |body: &Body<D>| self.marks.near(scene.grid, scene.lattice, &body.particles.position);
-        scene.bodies.iter().map(near).collect()
+        let near =
+            |body: &Body<D>| self.support_blocks.particles(context.grid, context.stencil, &body.particles.position);
+        context.bodies.iter().map(near).collect()
     }
 
-    /// Marks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
+    /// SupportBlocks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
     /// length `dt` [s] (50, 52; theory (D.10)); they have exchanged nothing yet.
-    fn meet(&mut self, partners: &Partners<D>, [t, dt]: [f64; 2]) {
+    fn detect(&mut self, partners: &Partners<D>, at: &SubStep<'_>) {
         self.received.fill(Vector::ZERO);
         let fields = self.fields;
-        for (r, row) in self.map.rows.iter().enumerate() {
-            let velocity = row.project(row.momentum) / row.mass;
+        for (r, node) in self.map.nodes.iter().enumerate() {
+            let velocity = node.project(node.momentum) / node.mass;
             for pair in self.pairs[r * fields..][..fields].iter_mut().filter(|pair| pair.partner != NONE) {
-                let (_, v) = partners.trial(pair.partner, t);
-                let w = (row.project(v) - velocity).dot(row.normal);
-                let gap = pair.turn(w);
-                pair.touching = gap - row.offset + (w * pair.side * dt).min(0.0) <= self.tolerance;
-                pair.held = Impulse::default();
+                let (_, v) = partners.trial(pair.partner, at.momentum_end);
+                let w = (node.project(v) - velocity).dot(node.normal);
+                let gap = pair.choose_side(w);
+                pair.touching = gap - node.offset + (w * pair.side * at.momentum_dt).min(0.0) <= self.tolerance;
+                pair.impulse = Impulse::default();
             }
         }
     }
 
-    /// Solves every row for the impulses of the whole sub-step, as if its last were not there yet: they may shrink,
-    /// but never pull (53–58; theory (D.12), (D.15)). The rows get the change.
-    fn push(&mut self, partners: &mut Partners<D>, friction: &[Friction], t: f64) {
+    /// Solves every node for the impulses of the whole sub-step, without the impulses of the last pass, so that they
+    /// may shrink but never pull (53–58; theory (D.12), (D.15)). The contact nodes get the change.
+    fn solve_nodes(&mut self, partners: &mut Partners<D>, friction: &[Friction], t: f64) {
         let fields = self.fields;
         let (mut touches, mut impulses) = (Vec::new(), Vec::new());
-        for (r, row) in self.map.rows.iter_mut().enumerate() {
+        for (r, node) in self.map.nodes.iter_mut().enumerate() {
             let pairs = &mut self.pairs[r * fields..][..fields];
-            let velocity = row.project(row.momentum) / row.mass;
-            let held: Vector<D> = pairs.iter().filter(|pair| pair.touching).map(|pair| pair.held.total()).sum();
+            let velocity = node.project(node.momentum) / node.mass;
+            let before: Vector<D> = pairs.iter().filter(|pair| pair.touching).map(|pair| pair.impulse.total()).sum();
             touches.clear();
             for (field, pair) in pairs.iter().enumerate().filter(|(_, pair)| pair.touching) {
                 let (mass, v) = partners.trial(pair.partner, t);
                 let (side, friction) = (pair.side, friction[field]);
-                touches.push(Touch { mass, velocity: row.project(v) - pair.held.total() / mass, side, friction });
+                touches.push(Touch { mass, velocity: node.project(v) - pair.impulse.total() / mass, side, friction });
             }
-            impulse::solve(row.inertia, velocity + held / row.inertia, row.normal, &touches, &mut impulses);
-            row.impulse = held;
+            impulse::solve(node.inertia, velocity + before / node.inertia, node.normal, &touches, &mut impulses);
+            node.impulse = before;
             for (pair, &j) in pairs.iter_mut().filter(|pair| pair.touching).zip(&impulses) {
-                row.impulse -= j.total();
-                partners.push(pair.partner, j.total() - pair.held.total());
-                pair.held = j;
+                node.impulse -= j.total();
+                partners.add_impulse(pair.partner, j.total() - pair.impulse.total());
+                pair.impulse = j;
             }
-            row.pushed = velocity + row.impulse / row.inertia;
+            node.impulse_velocity = velocity + node.impulse / node.inertia;
         }
     }
 
@@ -126,46 +127,46 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
         &mut self,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &StepContext<'_, D>,
-        guarded: &mut Vec<Near<D>>,
+        context: &StepContext<'_, D>,
+        guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
-        self.map.lay(sheet, surface, scene);
+        self.map.map_mass(sheet, surface, context);
         self.pairs.clear();
-        self.pairs.resize(self.map.rows.len() * self.fields, NodePair::default());
-        let near = self.near(scene);
+        self.pairs.resize(self.map.nodes.len() * self.fields, NodePair::default());
+        let near = self.particles_near(context);
         let Sheet { facets, labels, number, .. } = sheet;
         let Self { map, pairs, locator, .. } = self;
-        let mut band = Band { scene, surface, facets, number: *number, map, pairs, locator };
-        if band.map.rows.iter().any(|row| row.folded) {
-            near.iter().enumerate().for_each(|(body, near)| band.lean(body, near, &labels[body]));
-            band.map.unfold();
+        let mut band = Band { context, surface, facets, number: *number, map, pairs, locator };
+        if band.map.nodes.iter().any(|node| node.folded) {
+            near.iter().enumerate().for_each(|(body, near)| band.add_arms(body, near, &labels[body]));
+            band.map.find_folded_normals();
         }
-        let measure = |(body, near): (usize, &Vec<u32>)| band.measure(body, near, &mut labels[body], guarded);
+        let measure = |(body, near): (usize, &Vec<u32>)| band.measure_gaps(body, near, &mut labels[body], guarded);
         near.iter().enumerate().map(measure).sum()
     }
 
-    fn parts(&self, node: usize, fields: [usize; 2]) -> bool {
-        self.map.row(node).is_some_and(|row| {
-            let [a, b] = fields.map(|field| self.pairs[row * self.fields + field].present());
+    fn separates(&self, node: usize, fields: [usize; 2]) -> bool {
+        self.map.contact_node(node).is_some_and(|node| {
+            let [a, b] = fields.map(|field| self.pairs[node * self.fields + field].majority_side());
             a * b < 0.0
         })
     }
 
-    /// Takes the bodies that are close enough to touch during this step, and drops everything else from the map.
-    fn choose(&mut self, sheet: &Sheet<D>, scene: &StepContext<'_, D>, partners: &mut Partners<D>) {
-        let (grid, lattice) = (scene.grid, scene.lattice);
+    /// Pairs with bodies that are close enough to touch during this step; all other contact nodes are dropped from the map.
+    fn choose(&mut self, sheet: &Sheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
+        let (grid, stencil) = (context.grid, context.stencil);
         let (fields, reach) = (self.fields, self.tolerance + grid.cell);
-        for (r, row) in self.map.rows.iter().enumerate() {
+        for (r, node) in self.map.nodes.iter().enumerate() {
             for (field, pair) in self.pairs[r * fields..][..fields].iter_mut().enumerate() {
-                let heavy =
-                    grid.fields[field].nodes[row.node as usize].mass > lattice.cutoff && row.normal != Vector::ZERO;
-                if heavy && sheet.friction[field] != Friction::None && pair.distance() < reach + row.offset {
-                    pair.partner = partners.add(grid, lattice, field, row.node as usize);
+                let heavy = grid.fields[field].nodes[node.grid_node as usize].mass > stencil.cutoff
+                    && node.normal != Vector::ZERO;
+                if heavy && sheet.friction[field] != Friction::None && pair.least_gap() < reach + node.offset {
+                    pair.partner = partners.add(grid, stencil, field, node.grid_node as usize);
                 }
             }
         }
         let pairs = &self.pairs;
-        self.map.keep(|row| pairs[row * fields..][..fields].iter().any(|pair| pair.partner != NONE));
+        self.map.retain(|node| pairs[node * fields..][..fields].iter().any(|pair| pair.partner != NONE));
     }
 
     fn resolve(
@@ -180,13 +181,13 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
             let (t, dt) = (at.momentum_end, at.momentum_dt);
             self.map.map_momentum(&sheet.facets, surface);
             if pass == 0 {
-                self.meet(partners, [t, dt]);
+                self.detect(partners, at);
             }
-            self.push(partners, &sheet.friction, t);
+            self.solve_nodes(partners, &sheet.friction, t);
             self.map.map_back(&sheet.facets, &mut sheet.forces, dt);
             self.received.iter_mut().zip(&sheet.forces).for_each(|(sum, force)| *sum += *force);
         }
-        sheet.meet_walls(surface, at);
+        sheet.resolve_rigid_contact(surface, at);
     }
 
     /// Gaps follow the velocities.
@@ -200,34 +201,34 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
         if self.map.is_empty() {
             return 0.0;
         }
-        let (t, dt) = (at.momentum_end, at.momentum_dt);
+        let dt = at.momentum_dt;
         self.map.map_momentum(&sheet.facets, surface);
         let mut work = 0.0;
-        for (r, row) in self.map.rows.iter().enumerate() {
+        for (r, node) in self.map.nodes.iter().enumerate() {
             let pairs = &mut self.pairs[r * self.fields..][..self.fields];
-            let after = row.project(row.momentum) / row.mass;
-            let mean = row.project(row.average) / row.mass + (row.pushed - after) * 0.5;
+            let after = node.project(node.momentum) / node.mass;
+            let mean = node.project(node.average) / node.mass + (node.impulse_velocity - after) * 0.5;
             for pair in pairs.iter_mut().filter(|pair| pair.touching) {
-                work -= pair.receive(mean);
+                work -= pair.add_work(mean);
             }
-            close(row, pairs, partners, after, [t, dt]);
+            update_gaps(node, pairs, partners, after, at);
         }
         work - self.received_work(surface, dt)
     }
 
-    /// Nothing is left to do: nodes don't see particles that overlap, and remember no forces.
-    fn finish(&self, _: &mut Sheet<D>, _: &mut [Vec<Shift<D>>]) {}
+    /// No displacements and no forces to keep: contact at nodes knows no overlaps of particles, and has no warm start.
+    fn finish(&self, _: &mut Sheet<D>, _: &mut [Vec<ParticleShift<D>>]) {}
 
-    fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [Settled<D>]) {
+    fn add_totals(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [ContactTotals<D>]) {
         for (index, pair) in self.pairs.iter().enumerate().filter(|(_, pair)| pair.partner != NONE) {
             let mean = partners.mean_velocity(pair.partner, grid, dt);
-            let centre = self.map.rows[index / self.fields].centre;
+            let centre = self.map.nodes[index / self.fields].centre;
             let arm = if pair.mass > 0.0 { pair.moment / pair.mass - centre } else { Vector::ZERO };
             sums[index % self.fields].add(&pair.total, pair.work, mean, arm);
         }
     }
 
     fn meets(&self, node: usize) -> bool {
-        self.map.row(node).is_some()
+        self.map.contact_node(node).is_some()
     }
 }

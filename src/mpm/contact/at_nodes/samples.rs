@@ -68,7 +68,7 @@ fn shape_functions(count: usize, [n, m]: [u32; 2], mut visit: impl FnMut([f64; 4
 
 /// A grid node that a sample reaches.
 #[derive(Debug, Clone, Copy)]
-pub struct Visit {
+pub struct SampleWeight {
     pub sample: u32,
     pub node: u32,
     pub flips: Flips,
@@ -92,7 +92,7 @@ pub struct Samples {
 impl Samples {
     /// Lays the samples out anew if an element has stretched into another number of them.
     /// `corner_mass`: the mass [kg] of each element corner, 4 per element.
-    pub fn lay<const D: usize>(
+    pub fn divide<const D: usize>(
         &mut self,
         facets: &[Facet],
         position: &[Vector<D>],
@@ -111,7 +111,7 @@ impl Samples {
     }
 
     /// x_q [m].
-    pub fn place<const D: usize>(&self, facets: &[Facet], position: &[Vector<D>], q: usize) -> Vector<D> {
+    pub fn position<const D: usize>(&self, facets: &[Facet], position: &[Vector<D>], q: usize) -> Vector<D> {
         let corners = facets[self.element[q] as usize].corners(position);
         corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
     }
@@ -128,23 +128,23 @@ impl Samples {
     }
 
     /// The nodes with bodies that each sample reaches, sample by sample.
-    pub fn visits<const D: usize>(
+    pub fn weights<const D: usize>(
         &self,
         facets: &[Facet],
         position: &[Vector<D>],
         grid: &Grid<D>,
-        lattice: &FoldedStencil<D>,
-    ) -> Vec<Vec<Visit>> {
+        stencil: &FoldedStencil<D>,
+    ) -> Vec<Vec<SampleWeight>> {
         let visit = |samples: Range<usize>| {
-            let mut visits = Vec::new();
+            let mut weights = Vec::new();
             for sample in samples {
-                lattice.for_each(grid, self.place(facets, position, sample), |node, weight, flips| {
-                    if grid.fields.iter().any(|field| field.nodes[node].mass > lattice.cutoff) {
-                        visits.push(Visit { sample: sample as u32, node: node as u32, flips, weight });
+                stencil.for_each(grid, self.position(facets, position, sample), |node, weight, flips| {
+                    if grid.fields.iter().any(|field| field.nodes[node].mass > stencil.cutoff) {
+                        weights.push(SampleWeight { sample: sample as u32, node: node as u32, flips, weight });
                     }
                 });
             }
-            visits
+            weights
         };
         parallel::map_ranges(self.count(), TASK, visit)
     }
@@ -197,7 +197,7 @@ mod tests {
         let corners = corner_mass(&facets, &position, &mass);
         for cell in [3.0, 0.5, 0.21] {
             let mut samples = Samples::default();
-            samples.lay(&facets, &position, &corners, cell);
+            samples.divide(&facets, &position, &corners, cell);
             let mut sums = [0.0; 5];
             for q in 0..samples.count() {
                 let facet = facets[samples.element[q] as usize];
@@ -218,10 +218,10 @@ mod tests {
         let mut position = [Vector([0.0, 0.0]), Vector([1.0, 0.0])];
         let corners = corner_mass(&facets, &position, &[1.0, 1.0]);
         let mut samples = Samples::default();
-        samples.lay(&facets, &position, &corners, 1.0);
+        samples.divide(&facets, &position, &corners, 1.0);
         assert_eq!(samples.count(), 2);
         position[1] = Vector([2.2, 0.0]);
-        samples.lay(&facets, &position, &corners, 1.0);
+        samples.divide(&facets, &position, &corners, 1.0);
         assert_eq!(samples.count(), 5);
         assert!((samples.share.iter().sum::<f64>() - 1.0).abs() < 1e-14);
         assert_eq!(facets[0].area(&position), Vector([0.0, -2.2]));

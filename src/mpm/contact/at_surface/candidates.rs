@@ -1,35 +1,35 @@
-//! What a body may touch a sheet with: its particles, or the points on its skin, near the sheet, and on which side.
+//! Candidates for contact: particles of a body, or points on its skin, near a sheet, and their sides.
 
 use crate::geometry::SkinPoint;
 use crate::math::Vector;
 use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
-use crate::mpm::contact::particle_size::radius;
-use crate::mpm::contact::sheet::{Facet, Foot, Label, Nearest, WATCHED};
+use crate::mpm::contact::particle_size::half_size;
+use crate::mpm::contact::sheet::{Facet, Foot, Label, Nearest, SEARCH_DISTANCE};
 use crate::mpm::{Body, Grid};
 use crate::parallel;
 
 /// Particles per parallel task.
 const TASK: usize = 256;
 
-/// A particle, or a point on the skin of a body, within the watched distance.
+/// A particle, or a point on the skin of a body, within the search distance.
 pub struct Candidate<const D: usize> {
-    /// Number of the particle or point, by which it is remembered, and index of (one of) its particles.
+    /// Number of the particle or point, the key of its label, and index of (one of) its particles.
     pub key: u32,
     pub particle: usize,
-    /// Where it is inside its body, to tell its side [m].
+    /// Its place inside the body, which tells its side [m].
     pub inside: Vector<D>,
     /// Signed distance of that place from the sheet, and whether it is beyond an edge.
     pub distance: f64,
     pub beyond: bool,
     /// Foot of the place that touches.
     pub foot: Foot<D>,
-    /// How far the body reaches from there [m].
+    /// Distance from there to the surface of the body [m].
     pub radius: f64,
 }
 
 /// A particle that takes part of an impulse.
 #[derive(Debug, Clone, Copy)]
-pub struct Member<const D: usize> {
+pub struct WeightedParticle<const D: usize> {
     /// Its index.
     pub particle: u32,
     /// Its place [m].
@@ -38,7 +38,7 @@ pub struct Member<const D: usize> {
     pub weight: f64,
 }
 
-/// A body next to a sheet.
+/// Search for candidates of a body next to a sheet.
 pub struct CandidateSearch<'a, const D: usize> {
     nearest: &'a Nearest<D>,
     facets: &'a [Facet],
@@ -59,44 +59,46 @@ impl<'a, const D: usize> CandidateSearch<'a, D> {
         Self { nearest, facets, cell, body, index }
     }
 
-    /// What of the body is within the watched distance, in a fixed order.
-    pub fn seen(&self) -> Vec<Candidate<D>> {
+    /// The candidates of the body, in a fixed order.
+    pub fn all(&self) -> Vec<Candidate<D>> {
         let skin = &self.body.skin;
         let count = if skin.is_empty() { self.body.particles.len() } else { skin.len() };
-        let see = |key: usize| match skin.get(key) {
-            Some(point) => self.see_skin(key, point),
-            None => self.see_particle(key),
+        let find = |key: usize| match skin.get(key) {
+            Some(point) => self.at_skin_point(key, point),
+            None => self.at_particle(key),
         };
-        parallel::collect_some(count, TASK, see)
+        parallel::collect_some(count, TASK, find)
     }
 
     /// The particles that take the impulse.
-    pub fn members(&self, seen: &Candidate<D>) -> Vec<Member<D>> {
-        match self.body.skin.get(seen.key as usize).filter(|_| !self.index.is_empty()) {
-            Some(point) => self.place(point).collect(),
-            None => vec![Member { particle: seen.particle as u32, place: seen.inside, weight: 1.0 }],
+    pub fn members(&self, candidate: &Candidate<D>) -> Vec<WeightedParticle<D>> {
+        match self.body.skin.get(candidate.key as usize).filter(|_| !self.index.is_empty()) {
+            Some(point) => self.particles_of(point).collect(),
+            None => {
+                vec![WeightedParticle { particle: candidate.particle as u32, place: candidate.inside, weight: 1.0 }]
+            }
         }
     }
 
-    fn place(&self, point: &SkinPoint) -> impl Iterator<Item = Member<D>> {
+    fn particles_of(&self, point: &SkinPoint) -> impl Iterator<Item = WeightedParticle<D>> {
         point.members.iter().map(|&(id, weight)| {
             let particle = self.index[id as usize];
-            Member { particle, place: self.body.particles.position[particle as usize], weight }
+            WeightedParticle { particle, place: self.body.particles.position[particle as usize], weight }
         })
     }
 
-    fn see_particle(&self, p: usize) -> Option<Candidate<D>> {
+    fn at_particle(&self, p: usize) -> Option<Candidate<D>> {
         let inside = self.body.particles.position[p];
         let foot = self.foot(inside)?;
-        let radius = radius(&self.body.particles, p, foot.normal, self.cell);
+        let radius = half_size(&self.body.particles, p, foot.normal, self.cell);
         let (distance, beyond) = (foot.distance, foot.beyond);
         Some(Candidate { key: self.body.particles.id[p], particle: p, inside, distance, beyond, foot, radius })
     }
 
-    fn see_skin(&self, key: usize, point: &SkinPoint) -> Option<Candidate<D>> {
-        let tip: Vector<D> = self.place(point).map(|member| member.place * member.weight).sum();
+    fn at_skin_point(&self, key: usize, point: &SkinPoint) -> Option<Candidate<D>> {
+        let tip: Vector<D> = self.particles_of(point).map(|member| member.place * member.weight).sum();
         let foot = self.foot(tip)?;
-        let particles = self.place(point).map(|member| member.place);
+        let particles = self.particles_of(point).map(|member| member.place);
         let inside = particles.sum::<Vector<D>>() / point.members.len() as f64;
         let within = self.foot(inside)?;
         let particle = self.index[point.members[0].0 as usize] as usize;
@@ -105,13 +107,13 @@ impl<'a, const D: usize> CandidateSearch<'a, D> {
     }
 
     fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
-        self.nearest.foot(self.facets, x, WATCHED * self.cell)
+        self.nearest.foot(self.facets, x, SEARCH_DISTANCE * self.cell)
     }
 }
 
-/// The side of what had the label `old` a step before, or has for good: kept while it stays near.
-pub fn label<const D: usize>(old: Option<Label>, seen: &Candidate<D>) -> Label {
-    let (distance, beyond) = (seen.distance, seen.beyond);
+/// The label of a candidate with the label `old` a step before, or with that of its region: kept while it stays near.
+pub fn side_label<const D: usize>(old: Option<Label>, candidate: &Candidate<D>) -> Label {
+    let (distance, beyond) = (candidate.distance, candidate.beyond);
     match old.filter(|label| label.side != 0.0) {
         Some(Label { side, .. }) if side * distance >= 0.0 => Label { side, crossed: false },
         Some(label) if label.crossed => label,
@@ -121,16 +123,16 @@ pub fn label<const D: usize>(old: Option<Label>, seen: &Candidate<D>) -> Label {
 }
 
 /// Σ_p w_p N_Ip at the nodes of a field around some particles, normalised over the nodes that have mass.
-pub fn stencil<const D: usize>(
+pub fn support_of<const D: usize>(
     grid: &Grid<D>,
-    lattice: &FoldedStencil<D>,
+    stencil: &FoldedStencil<D>,
     field: usize,
-    members: &[Member<D>],
+    members: &[WeightedParticle<D>],
 ) -> Vec<(u32, Flips, f64)> {
-    let (mut all, lattice) = (Vec::new(), lattice.of_field(grid, field));
+    let (mut all, stencil) = (Vec::new(), stencil.of_field(grid, field));
     for member in members {
-        lattice.for_each(grid, member.place, |node, weight, flips| {
-            if grid.fields[field].nodes[node].mass > lattice.cutoff {
+        stencil.for_each(grid, member.place, |node, weight, flips| {
+            if grid.fields[field].nodes[node].mass > stencil.cutoff {
                 all.push((node as u32, flips, member.weight * weight));
             }
         });

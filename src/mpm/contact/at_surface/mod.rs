@@ -3,8 +3,8 @@
 //! ```text
 //! x_s = Σ_p w_p x_p                                      a point on the skin of a body that keeps its shape, or a
 //!                                                        particle of a fluid
-//! g   = c (d − δ) − r − t/2                              its gap: d, δ and n from `sheet::closest_point`, c its side, r how far the
-//!                                                        body reaches from there
+//! g   = c (d − δ) − r − t/2                              its gap: d, δ and n from `sheet::closest_point`, c its side, r the distance
+//!                                                        from there to the surface of the body
 //! w   = (Σ_I N_Is v̄_I − Σ_K W_K v̄_K)·n                   velocity at which it opens, N_Is = Σ_p w_p N_Ip
 //! J_n ≥ 0,  w + g/Δt ≥ 0,  J_n (w + g/Δt) = 0            the gap closes, at the earliest, at the end of the step
 //! M⁻¹ = Σ_I N_Is²/m_I + Σ_K W_K²/m_K
@@ -12,16 +12,15 @@
 //! ```
 //!
 //! All points together are one complementarity problem (`solver`; theory D.10). Where g < 0
-//! nothing is asked of the velocities but that the overlap does not grow, so that contact takes energy and never adds any. Velocities
-//! that undo overlaps do add some, even where none exceeds that at which the two came together: of a light node between heavy particles
-//! each contact throws back what the other has thrown. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
+//! the condition on velocities is only that the overlap does not grow, so that contact dissipates energy and never adds any. Velocities
+//! that undo overlaps do add some, even where none exceeds that of the approach: a light node between heavy particles rebounds from one
+//! contact to the other. Friction follows the normal impulse: ‖J_t‖ ≤ μ_f J_n.
 //!
-//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r_p) with half the size
-//! r_p of its particles. Only the particles move, for a sheet
-//! is light and stiff, and its strains are its positions: moved, it would throw off what it got.
+//! Overlaps are undone at the end of the step, by positions alone: u_p = w_p n min(β |g|, ξ r_p) with half the size r_p of the
+//! particles. Only the particles move, for a sheet is light and stiff: displacements of its nodes would be strains, and rebound.
 //!
-//! The load on the sheet sits where the body touches it, whatever the cell: contact at grid nodes spreads it over
-//! the support of the shape functions, and a sheet that meets a ball of a few cells wraps around a blunter one.
+//! The load on the sheet acts where the body touches it, for any size of cells: contact at grid nodes spreads it over
+//! the support of the shape functions, and a sheet on a ball of a few cells takes the shape of a blunter one.
 //! Because Σ N = Σ W = 1 momentum is conserved to round-off, and because n lies along the line from foot to
 //! particle, so is angular momentum of the normal impulses. Nothing is mapped, so that no energy is lost on the way.
 
@@ -30,18 +29,20 @@ mod solver;
 mod surface_contact;
 
 use super::folded_stencil::{Flips, flip};
-use super::impulse::{Impulse, Settled};
+use super::impulse::{ContactTotals, Impulse};
 use super::method::{ContactMethod, StepContext};
-use super::particle_size::radius;
+use super::particle_size::half_size;
 use super::partner::Partners;
-use super::sheet::{DOUBT, Labels, Near, Sheet, Shift, Surface};
+use super::sheet::{
+    GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, Sheet, SideOfSheet, Surface,
+};
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
-use candidates::{Candidate, CandidateSearch, Member, label, stencil};
+use candidates::{Candidate, CandidateSearch, WeightedParticle, side_label, support_of};
 use hashbrown::HashMap;
-use solver::{Moving, Solver};
-use surface_contact::{Stiffness, SupportNode, SurfaceContact};
+use solver::{SheetMotion, Solver};
+use surface_contact::{EffectiveMass, SupportNode, SurfaceContact};
 
 /// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a particle.
 const RECOVERY: f64 = 0.2;
@@ -53,82 +54,89 @@ const STENCILS: usize = 64;
 /// Allowance for forces when particles that may touch are chosen [cells].
 const CLOSE: f64 = 0.02;
 
-/// Part of its half size that is guarded of a particle on the skin itself.
+/// Least part of its half size that the guard of positions gives a particle on the skin.
 const LEAST_REACH: f64 = 0.1;
 
 /// Contact of one sheet at the particles of all bodies.
 #[derive(Debug)]
-pub struct AtParticles<const D: usize> {
+pub struct AtSurface<const D: usize> {
     /// Gap below which contact acts [m].
     tolerance: f64,
     solver: Solver<D>,
     /// The particles of all contacts.
-    members: Vec<Member<D>>,
-    /// Σ ± m_p N_Ip of the watched particles, by node and field.
+    members: Vec<WeightedParticle<D>>,
+    /// Σ ± m_p N_Ip of the candidates, by node and field.
     sides: HashMap<(u32, u32), f64>,
-    /// The momentum's time of the last sub-step [s].
+    /// Length of the last sub-step of the momentum [s].
     dt: f64,
 }
 
-impl<const D: usize> AtParticles<D> {
+impl<const D: usize> AtSurface<D> {
     /// Contact that acts below the gap `tolerance` [m].
     pub fn new(tolerance: f64) -> Self {
         Self { tolerance, solver: Solver::default(), members: Vec::new(), sides: HashMap::default(), dt: 0.0 }
     }
 
-    /// Labels what the body of this index touches with around the sheet, and takes note of what may touch it during the step, and of
-    /// what may come too close. Returns how much has crossed it since the last step.
+    /// Labels the candidates of the body of this index, adds the contacts that may act during the step, and the particles with a side to
+    /// `guarded`. Returns how many candidates have crossed the sheet since the last step.
     fn find_of(
         &mut self,
         index: usize,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &StepContext<'_, D>,
-        guarded: &mut Vec<Near<D>>,
+        context: &StepContext<'_, D>,
+        guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
-        let (body, cell, fastest) = (&scene.bodies[index], scene.grid.cell, surface.fastest());
+        let (body, cell, fastest) = (&context.bodies[index], context.grid.cell, surface.fastest());
         let Sheet { nearest, facets, friction, labels, number, .. } = sheet;
         let (labels, friction) = (&mut labels[index], friction[body.field]);
-        let watch = CandidateSearch::new(nearest, facets, body, cell);
+        let search = CandidateSearch::new(nearest, facets, body, cell);
         let mut crossed = 0;
-        for seen in watch.seen() {
-            let force = labels.take_force(seen.key, scene.step - 1);
-            let (side, crosses) = relabel(labels, &seen, scene.step);
+        for candidate in search.all() {
+            let force = labels.take_force(candidate.key, context.step - 1);
+            let (side, crosses) = relabel(labels, &candidate, context.step);
             crossed += u64::from(crosses);
             if side == 0.0 {
                 continue;
             }
-            let travel = 2.0 * (body.particles.velocity[seen.particle].norm() + fastest) * scene.dt;
-            let found = Found { members: watch.members(&seen), seen, side, force };
-            self.vote(scene, body, &found);
-            guarded.extend(found.members.iter().map(|member| found.guard([index, *number], body, member, cell)));
-            let facet = found.seen.foot.facet as usize;
-            let gap = found.height() - found.seen.radius - surface.offset_of(facet) - self.tolerance;
+            let travel = 2.0 * (body.particles.velocity[candidate.particle].norm() + fastest) * context.dt;
+            let found = SidedCandidate { members: search.members(&candidate), candidate, side, force };
+            self.add_to_sides(context, body, &found);
+            guarded.extend(found.members.iter().map(|member| {
+                let at = ParticleAtSheet { particle: member.particle as usize, body: index, sheet: *number };
+                found.guard(at, body, cell)
+            }));
+            let facet = found.candidate.foot.facet as usize;
+            let gap = found.height() - found.candidate.radius - surface.offset_of(facet) - self.tolerance;
             if friction != Friction::None && gap < travel + CLOSE * cell {
                 self.members.extend_from_slice(&found.members);
                 let members = self.members.len() as u32;
-                let half_size = radius(&body.particles, found.seen.particle, found.seen.foot.normal, cell);
-                let spot = found.spot(index, body, facets[facet].nodes, gap, friction);
-                self.solver.spots.push(SurfaceContact { members, half_size, ..spot });
+                let half_size = half_size(&body.particles, found.candidate.particle, found.candidate.foot.normal, cell);
+                let contact = found.contact(index, body, facets[facet].nodes, gap, friction);
+                self.solver.contacts.push(SurfaceContact { members, half_size, ..contact });
             }
         }
         crossed
     }
 
-    /// Where there are several bodies, the nodes remember on which side of the sheet each of them is.
-    fn vote(&mut self, scene: &StepContext<'_, D>, body: &Body<D>, found: &Found<D>) {
-        if scene.grid.fields.len() < 2 {
+    /// Adds a candidate to the sums by which nodes tell on which side of the sheet each body is, if there are several.
+    fn add_to_sides(&mut self, context: &StepContext<'_, D>, body: &Body<D>, found: &SidedCandidate<D>) {
+        if context.grid.fields.len() < 2 {
             return;
         }
-        let (seen, mass) = (&found.seen, body.particles.mass[found.seen.particle]);
-        scene.lattice.of_field(scene.grid, body.field).for_each(scene.grid, seen.inside, |node, weight, _| {
-            *self.sides.entry((node as u32, body.field as u32)).or_insert(0.0) += found.side * mass * weight;
-        });
+        let (candidate, mass) = (&found.candidate, body.particles.mass[found.candidate.particle]);
+        context.stencil.of_field(context.grid, body.field).for_each(
+            context.grid,
+            candidate.inside,
+            |node, weight, _| {
+                *self.sides.entry((node as u32, body.field as u32)).or_insert(0.0) += found.side * mass * weight;
+            },
+        );
     }
 
-    /// Books the work on the sheet, whose nodes had the mean velocities `mean` [m/s] during the sub-step.
-    fn book(&mut self, mean: impl Fn(usize) -> Vector<D>) {
-        for contact in self.solver.spots.iter_mut().filter(|spot| spot.impulse() != Impulse::default()) {
+    /// Adds the work on the sheet, whose nodes had the mean velocities `mean` [m/s] during the sub-step.
+    fn add_work(&mut self, mean: impl Fn(usize) -> Vector<D>) {
+        for contact in self.solver.contacts.iter_mut().filter(|contact| contact.impulse() != Impulse::default()) {
             let nodes = contact.nodes.iter().zip(contact.weights);
             let v: Vector<D> = nodes.map(|(&k, weight)| mean(k as usize) * weight).sum();
             contact.work[0] += contact.impulse().normal.dot(v);
@@ -137,47 +145,47 @@ impl<const D: usize> AtParticles<D> {
     }
 }
 
-impl<const D: usize> ContactMethod<D> for AtParticles<D> {
+impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     fn find(
         &mut self,
         sheet: &mut Sheet<D>,
         surface: &Surface<'_, D>,
-        scene: &StepContext<'_, D>,
-        guarded: &mut Vec<Near<D>>,
+        context: &StepContext<'_, D>,
+        guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
         self.solver.begin();
         self.members.clear();
         self.sides.clear();
-        sheet.refresh(surface.position, scene.grid.cell);
-        (0..scene.bodies.len()).map(|index| self.find_of(index, sheet, surface, scene, guarded)).sum()
+        sheet.refresh(surface.position, context.grid.cell);
+        (0..context.bodies.len()).map(|index| self.find_of(index, sheet, surface, context, guarded)).sum()
     }
 
-    fn parts(&self, node: usize, fields: [usize; 2]) -> bool {
+    fn separates(&self, node: usize, fields: [usize; 2]) -> bool {
         let [a, b] = fields.map(|field| self.sides.get(&(node as u32, field as u32)).copied().unwrap_or(0.0));
         a * b < 0.0
     }
 
-    /// Finds how far an impulse moves the particles and the sheet, too.
-    fn choose(&mut self, sheet: &Sheet<D>, scene: &StepContext<'_, D>, partners: &mut Partners<D>) {
-        let (grid, lattice) = (scene.grid, scene.lattice);
-        let Self { solver: Solver { spots, reached, .. }, members, .. } = self;
-        let stencils: Vec<Vec<(u32, Flips, f64)>> = parallel::collect(spots.len(), STENCILS, |c| {
-            let start = if c == 0 { 0 } else { spots[c - 1].members };
-            let members = &members[start as usize..spots[c].members as usize];
-            stencil(grid, lattice, spots[c].field as usize, members)
+    /// Finds the effective masses of the contacts, too.
+    fn choose(&mut self, sheet: &Sheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
+        let (grid, stencil) = (context.grid, context.stencil);
+        let Self { solver: Solver { contacts, support_nodes, .. }, members, .. } = self;
+        let supports: Vec<Vec<(u32, Flips, f64)>> = parallel::collect(contacts.len(), STENCILS, |c| {
+            let start = if c == 0 { 0 } else { contacts[c - 1].members };
+            let members = &members[start as usize..contacts[c].members as usize];
+            support_of(grid, stencil, contacts[c].field as usize, members)
         });
-        for (spot, stencil) in spots.iter_mut().zip(stencils) {
-            for (node, flips, weight) in stencil {
-                let partner = partners.add(grid, lattice, spot.field as usize, node as usize);
-                spot.softness += partners.softness(partner) * (weight * weight);
-                reached.push(SupportNode { partner, flips, weight });
+        for (contact, support) in contacts.iter_mut().zip(supports) {
+            for (node, flips, weight) in support {
+                let partner = partners.add(grid, stencil, contact.field as usize, node as usize);
+                contact.inverse_mass += partners.inverse_mass(partner) * (weight * weight);
+                support_nodes.push(SupportNode { partner, flips, weight });
             }
-            spot.end = reached.len() as u32;
-            spot.stiffen(&sheet.softness);
+            contact.end = support_nodes.len() as u32;
+            contact.find_effective_mass(&sheet.inverse_mass);
         }
     }
 
-    /// Walls and obstacles come last in each sweep. Nothing is mapped, so that the nodes take up what the bodies give, and one pass is
+    /// Walls and obstacles come last in each sweep. Nothing is mapped, so that the nodes take up the impulses exactly, and one pass is
     /// enough.
     fn resolve(
         &mut self,
@@ -187,49 +195,50 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
         pass: usize,
         at: &SubStep<'_>,
     ) {
-        if self.solver.spots.is_empty() {
-            return sheet.meet_walls(surface, at);
+        if self.solver.contacts.is_empty() {
+            return sheet.resolve_rigid_contact(surface, at);
         }
         if pass > 0 {
             return;
         }
-        let Sheet { rigid, softness, forces, after, .. } = sheet;
+        let Sheet { rigid, inverse_mass, forces, after, .. } = sheet;
         after.clear();
         after.extend_from_slice(surface.velocity);
         self.dt = at.momentum_dt;
-        self.solver.load(partners, at.momentum_end);
-        self.solver.solve(&mut Moving { velocity: after, softness }, rigid, [self.dt, at.dt]);
-        rigid.hand_over(forces, self.dt);
-        self.solver.hand_over(partners, after, forces, self.dt);
-        self.book(|k| (surface.previous[k] + after[k]) * 0.5);
+        self.solver.begin_substep(partners, at.momentum_end);
+        self.solver.solve(&mut SheetMotion { velocity: after, inverse_mass }, rigid, at);
+        rigid.apply_impulses(forces, self.dt);
+        self.solver.apply_impulses(partners, after, forces, self.dt);
+        self.add_work(|k| (surface.previous[k] + after[k]) * 0.5);
     }
 
-    /// Nothing is mapped and nothing lost, and gaps have followed the velocities already.
+    /// Gaps have been advanced with the impulses, and nothing is lost in a mapping.
     fn conclude(&mut self, _: &Sheet<D>, _: &Surface<'_, D>, _: &Partners<D>, _: &SubStep<'_>) -> f64 {
         0.0
     }
 
-    /// Undoes a part of what overlaps, and keeps how hard each point was pressed in the last sub-step.
-    fn finish(&self, sheet: &mut Sheet<D>, shifts: &mut [Vec<Shift<D>>]) {
+    /// Undoes a part of the overlaps, and keeps the normal force of each contact in the last sub-step.
+    fn finish(&self, sheet: &mut Sheet<D>, shifts: &mut [Vec<ParticleShift<D>>]) {
         let mut first = 0;
-        for contact in &self.solver.spots {
+        for contact in &self.solver.contacts {
             let own = &self.members[first..contact.members as usize];
             first = contact.members as usize;
             if contact.gap < 0.0 {
                 let by = contact.normal * (-RECOVERY * contact.gap).min(MOST * contact.half_size);
-                let shift = |member: &Member<D>| Shift { particle: member.particle, by: by * member.weight };
+                let shift =
+                    |member: &WeightedParticle<D>| ParticleShift { particle: member.particle, by: by * member.weight };
                 shifts[contact.body as usize].extend(own.iter().map(shift));
             }
         }
-        for spot in self.solver.spots.iter().filter(|spot| spot.pressed > 0.0) {
-            sheet.labels[spot.body as usize].put_force(spot.key, spot.pressed / self.dt);
+        for contact in self.solver.contacts.iter().filter(|contact| contact.normal_impulse > 0.0) {
+            sheet.labels[contact.body as usize].put_force(contact.key, contact.normal_impulse / self.dt);
         }
     }
 
-    fn settle(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [Settled<D>]) {
+    fn add_totals(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [ContactTotals<D>]) {
         let mut start = 0;
-        for contact in &self.solver.spots {
-            let near = &self.solver.reached[start as usize..contact.end as usize];
+        for contact in &self.solver.contacts {
+            let near = &self.solver.support_nodes[start as usize..contact.end as usize];
             start = contact.end;
             if contact.total == Impulse::default() {
                 continue;
@@ -246,60 +255,68 @@ impl<const D: usize> ContactMethod<D> for AtParticles<D> {
     }
 }
 
-/// Labels what was seen in a step: its side, and true if it has crossed the sheet since the last one.
-fn relabel<const D: usize>(labels: &mut Labels, seen: &Candidate<D>, step: u64) -> (f64, bool) {
-    let old = labels.recall(seen.key, step - 1);
-    let label = label(old, seen);
-    labels.keep(seen.key, step, label);
+/// Labels a candidate in a step: its side, and true if it has crossed the sheet since the last one.
+fn relabel<const D: usize>(labels: &mut Labels, candidate: &Candidate<D>, step: u64) -> (f64, bool) {
+    let old = labels.recall(candidate.key, step - 1);
+    let label = side_label(old, candidate);
+    labels.keep(candidate.key, step, label);
     (label.side, label.crossed && old.is_none_or(|old| !old.crossed))
 }
 
-/// A point of a body near the sheet, on a side of it.
-struct Found<const D: usize> {
-    seen: Candidate<D>,
+/// A candidate with a side.
+struct SidedCandidate<const D: usize> {
+    candidate: Candidate<D>,
     /// Its particles.
-    members: Vec<Member<D>>,
+    members: Vec<WeightedParticle<D>>,
     /// +1 where the normals of the sheet point.
     side: f64,
-    /// How hard it was pressed in the last step [N].
+    /// Normal contact force in the last step [N].
     force: f64,
 }
 
-impl<const D: usize> Found<D> {
-    /// Its height above the curved surface that the sheet stands for [m].
+impl<const D: usize> SidedCandidate<D> {
+    /// Height above the curved surface of the sheet (theory (D.8)) [m].
     fn height(&self) -> f64 {
-        self.side * (self.seen.foot.distance - self.seen.foot.bulge)
+        self.side * (self.candidate.foot.distance - self.candidate.foot.bulge)
     }
 
-    /// One of its particles, of the body and the sheet with these indices, for the guard of positions.
-    fn guard(&self, [index, sheet]: [usize; 2], body: &Body<D>, member: &Member<D>, cell: f64) -> Near<D> {
-        let (p, normal) = (member.particle as usize, self.seen.foot.normal);
-        let doubt = if body.skin.is_empty() { 0.0 } else { DOUBT * cell };
-        let heights = (self.side * self.seen.foot.distance - doubt, guarded_size(body, p, normal, cell));
-        Near::new([p, index, sheet], (self.side, normal), heights, body.particles.position[p])
+    /// One of its particles for the guard of positions.
+    fn guard(&self, at: ParticleAtSheet, body: &Body<D>, cell: f64) -> GuardedParticle<D> {
+        let (p, normal) = (at.particle, self.candidate.foot.normal);
+        let error = if body.skin.is_empty() { 0.0 } else { HEIGHT_ERROR * cell };
+        let height = self.side * self.candidate.foot.distance - error;
+        let beside = SideOfSheet { side: self.side, normal, height };
+        GuardedParticle::new(at, beside, guarded_size(body, p, normal, cell), body.particles.position[p])
     }
 
     /// The contact of the body of this index with an element of these nodes, from the gap [m] at the start of the step.
-    fn spot(&self, index: usize, body: &Body<D>, nodes: [u32; 4], gap: f64, friction: Friction) -> SurfaceContact<D> {
-        let (seen, side) = (&self.seen, self.side);
+    fn contact(
+        &self,
+        index: usize,
+        body: &Body<D>,
+        nodes: [u32; 4],
+        gap: f64,
+        friction: Friction,
+    ) -> SurfaceContact<D> {
+        let (candidate, side) = (&self.candidate, self.side);
         SurfaceContact {
             field: body.field as u32,
             body: index as u32,
-            key: seen.key,
+            key: candidate.key,
             members: 0,
             half_size: 0.0,
             nodes,
-            weights: seen.foot.weights,
-            normal: seen.foot.normal * side,
-            arm: side * seen.foot.distance,
+            weights: candidate.foot.weights,
+            normal: candidate.foot.normal * side,
+            arm: side * candidate.foot.distance,
             gap,
             allowed: 0.0,
             end: 0,
-            softness: Vector::ZERO,
-            free: Stiffness::default(),
+            inverse_mass: Vector::ZERO,
+            free: EffectiveMass::default(),
             friction,
-            // The impulse of a second: only the ratios of what a sub-step starts from count.
-            pressed: self.force,
+            // The impulse of a second: the warm start depends on the ratios of impulses alone.
+            normal_impulse: self.force,
             tangent: Vector::ZERO,
             total: Impulse::default(),
             work: [0.0; 2],
@@ -307,9 +324,9 @@ impl<const D: usize> Found<D> {
     }
 }
 
-/// Half the size of a particle that the guard of positions knows [m]: no more than what the body reaches from its centre, or the guard would
-/// move particles, and with them the skin, that touch the sheet as they should.
+/// Half size of a particle for the guard of positions [m]: no more than the distance from its centre to the surface of the body, or the
+/// guard would move particles, and with them the skin, that touch the sheet without overlap.
 fn guarded_size<const D: usize>(body: &Body<D>, p: usize, normal: Vector<D>, cell: f64) -> f64 {
-    let whole = radius(&body.particles, p, normal, cell);
+    let whole = half_size(&body.particles, p, normal, cell);
     if body.skin.is_empty() { whole } else { body.reach(p, normal, cell).max(LEAST_REACH * whole).min(whole) }
 }

@@ -1,10 +1,10 @@
-//! One point close to a sheet.
+//! One point of a body close to a sheet, and the law of its contact (theory (D.19), (D.20)).
 
 use crate::math::Vector;
 use crate::mpm::Friction;
 use crate::mpm::contact::folded_stencil::Flips;
 use crate::mpm::contact::impulse::{Impulse, limit};
-use crate::mpm::contact::rigid::Rigid;
+use crate::mpm::contact::rigid::RigidContacts;
 
 /// A vector at a node of the grid.
 pub type Packed = [f64; 4];
@@ -17,14 +17,14 @@ pub struct SupportNode {
     pub weight: f64,
 }
 
-/// A point close to the sheet, and what it does there during the step.
+/// A point of a body close to the sheet, and its contact during the step.
 #[derive(Debug, Clone)]
 pub struct SurfaceContact<const D: usize> {
     pub field: u32,
-    /// Index of its body, and the number by which it is remembered.
+    /// Index of its body, and the key of its label.
     pub body: u32,
     pub key: u32,
-    /// Its particles end here in the list of all.
+    /// End of its particles in the list of all.
     pub members: u32,
     /// Half the size of the particles there [m].
     pub half_size: f64,
@@ -38,33 +38,32 @@ pub struct SurfaceContact<const D: usize> {
     /// g at the start of the sub-step [m], and a [m/s].
     pub gap: f64,
     pub allowed: f64,
-    /// Its nodes end here in the list of all.
+    /// End of its support nodes in the list of all.
     pub end: u32,
-    /// What the body adds to M⁻¹ along each axis [1/kg].
-    pub softness: Vector<D>,
+    /// Contribution of the body to M⁻¹ along each axis [1/kg].
+    pub inverse_mass: Vector<D>,
     /// M along the normal [kg], and what the sheet adds to M⁻¹ across it [1/kg], where nothing holds the sheet.
-    pub free: Stiffness,
+    pub free: EffectiveMass,
     pub friction: Friction,
     /// J of this sub-step, on the particle [N s]: what is along the normal, and friction.
-    pub pressed: f64,
+    pub normal_impulse: f64,
     pub tangent: Vector<D>,
     /// Σ J over the sub-steps [N s], and Σ J·v̂ of the sheet [J]: normal part and friction.
     pub total: Impulse<D>,
     pub work: [f64; 2],
 }
 
-/// How a contact answers an impulse: M along the normal [kg], 0 where nothing can move; and what the sheet adds, at most, to M⁻¹ across
-/// it [1/kg].
+/// M of a contact along the normal [kg], 0 where nothing can move; and the largest contribution of the sheet to M⁻¹ across it [1/kg].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Stiffness {
-    along: f64,
-    across: f64,
+pub struct EffectiveMass {
+    normal: f64,
+    tangential: f64,
 }
 
 impl<const D: usize> SurfaceContact<D> {
     /// J of this sub-step, on the particle [N s].
     pub fn impulse(&self) -> Impulse<D> {
-        Impulse { normal: self.normal * self.pressed, tangent: self.tangent }
+        Impulse { normal: self.normal * self.normal_impulse, tangent: self.tangent }
     }
 
     /// v_p − v_c [m/s].
@@ -87,65 +86,76 @@ impl<const D: usize> SurfaceContact<D> {
         opening
     }
 
-    /// How it answers where the nodes of the sheet have 1/m `softness` [1/kg], and n·(1/m)·n `compliance` [1/kg].
+    /// M for nodes of the sheet with 1/m `inverse_mass` [1/kg] and n·(1/m)·n `compliance` [1/kg].
     #[inline(always)]
-    fn stiffness(&self, softness: &[Vector<D>], compliance: impl Fn(usize, Vector<D>, Vector<D>) -> f64) -> Stiffness {
+    fn effective_mass(
+        &self,
+        inverse_mass: &[Vector<D>],
+        compliance: impl Fn(usize, Vector<D>, Vector<D>) -> f64,
+    ) -> EffectiveMass {
         let n = self.normal;
-        let (mut along, mut across) = ((0..D).map(|a| n[a] * n[a] * self.softness[a]).sum::<f64>(), 0.0);
+        let (mut along, mut across) = ((0..D).map(|a| n[a] * n[a] * self.inverse_mass[a]).sum::<f64>(), 0.0);
         for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
-            let soft = softness[k as usize];
-            along += weight * weight * compliance(k as usize, soft, n);
-            across += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
+            let inverse_mass = inverse_mass[k as usize];
+            along += weight * weight * compliance(k as usize, inverse_mass, n);
+            across += weight * weight * (0..D).map(|a| inverse_mass[a]).fold(0.0, f64::max);
         }
-        Stiffness { along: if along > 0.0 { 1.0 / along } else { 0.0 }, across }
+        EffectiveMass { normal: if along > 0.0 { 1.0 / along } else { 0.0 }, tangential: across }
     }
 
-    /// Finds how it answers where nothing holds the sheet, whose nodes have 1/m `softness` [1/kg].
-    pub fn stiffen(&mut self, softness: &[Vector<D>]) {
-        self.free = self.stiffness(softness, |_, soft, n| (0..D).map(|a| n[a] * n[a] * soft[a]).sum());
+    /// Finds M where no wall holds the sheet, whose nodes have 1/m `inverse_mass` [1/kg].
+    pub fn find_effective_mass(&mut self, inverse_mass: &[Vector<D>]) {
+        self.free =
+            self.effective_mass(inverse_mass, |_, inverse_mass, n| (0..D).map(|a| n[a] * n[a] * inverse_mass[a]).sum());
     }
 
-    /// True if a wall or an obstacle that holds a node of the sheet would let go under the change `delta` of the impulse
-    /// [N s]: the sheet is softer then than it is while held.
-    fn loosens(&self, rigid: &Rigid<D>, delta: Vector<D>) -> bool {
+    /// True if a wall or an obstacle that holds a node of the sheet would release it under the change `delta` of the impulse
+    /// [N s]: M is larger while it is held.
+    fn releases(&self, rigid: &RigidContacts<D>, delta: Vector<D>) -> bool {
         let mut nodes = self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0);
-        delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.loosens(k as usize, delta * -weight))
+        delta != Vector::ZERO && nodes.any(|(&k, weight)| rigid.releases(k as usize, delta * -weight))
     }
 
     /// Improves the impulse for the relative velocity `w` [m/s] where walls and obstacles may hold the sheet; returns its change [N s].
-    pub fn push_held(&mut self, w: Vector<D>, softness: &[Vector<D>], rigid: &Rigid<D>) -> Vector<D> {
-        let before = (self.pressed, self.tangent);
-        let held = self.stiffness(softness, |k, soft, n| rigid.compliance(k, soft, n));
-        let delta = self.push(w, held);
-        if !self.loosens(rigid, delta) {
+    pub fn improve_where_held(
+        &mut self,
+        w: Vector<D>,
+        inverse_mass: &[Vector<D>],
+        rigid: &RigidContacts<D>,
+    ) -> Vector<D> {
+        let before = (self.normal_impulse, self.tangent);
+        let held = self.effective_mass(inverse_mass, |k, inverse_mass, n| rigid.compliance(k, inverse_mass, n));
+        let delta = self.improve(w, held);
+        if !self.releases(rigid, delta) {
             return delta;
         }
-        (self.pressed, self.tangent) = before;
-        self.push(w, self.free)
+        (self.normal_impulse, self.tangent) = before;
+        self.improve(w, self.free)
     }
 
     /// Improves the impulse for the relative velocity `w` [m/s]; returns its change [N s].
     #[inline(always)]
-    pub fn push(&mut self, w: Vector<D>, mass: Stiffness) -> Vector<D> {
-        if mass.along == 0.0 {
+    pub fn improve(&mut self, w: Vector<D>, mass: EffectiveMass) -> Vector<D> {
+        if mass.normal == 0.0 {
             return Vector::ZERO;
         }
-        let (n, before) = (self.normal, self.pressed);
-        self.pressed = (before - (w.dot(n) + self.allowed) * mass.along).max(0.0);
-        let delta = n * (self.pressed - before);
-        let most = limit(self.friction, self.pressed);
+        let (n, before) = (self.normal, self.normal_impulse);
+        self.normal_impulse = (before - (w.dot(n) + self.allowed) * mass.normal).max(0.0);
+        let delta = n * (self.normal_impulse - before);
+        let most = limit(self.friction, self.normal_impulse);
         if most == 0.0 && self.tangent == Vector::ZERO {
             return delta;
         }
-        delta + self.rub(w - n * w.dot(n), mass.across, most)
+        delta + self.improve_friction(w - n * w.dot(n), mass.tangential, most)
     }
 
     /// Improves the friction, up to `most` [N s], for the velocity of slip [m/s]; returns its change [N s].
-    fn rub(&mut self, slip: Vector<D>, across: f64, most: f64) -> Vector<D> {
+    #[inline]
+    fn improve_friction(&mut self, slip: Vector<D>, across: f64, most: f64) -> Vector<D> {
         let before = self.tangent;
         self.tangent = if most > 0.0 {
-            let soft = across + (0..D).map(|a| self.softness[a]).fold(0.0, f64::max);
-            let wanted = before - slip / soft;
+            let inverse_mass = across + (0..D).map(|a| self.inverse_mass[a]).fold(0.0, f64::max);
+            let wanted = before - slip / inverse_mass;
             let size = wanted.norm();
             if size > most { wanted * (most / size) } else { wanted }
         } else {

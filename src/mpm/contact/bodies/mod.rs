@@ -7,7 +7,7 @@
 //!
 //! At every node with the mass of two bodies, the plane between their particles is found (`plane`, `separation`); if
 //! they approach and the gap along its normal closes, they exchange an impulse. With three or more bodies at
-//! a node the pairs take turns, in a fixed order. Bodies on opposite sides of a sheet don't meet here.
+//! a node the pairs take turns, in a fixed order. Bodies on opposite sides of a sheet have no contact at that node.
 
 mod plane;
 mod separation;
@@ -15,21 +15,35 @@ mod separation;
 use super::folded_stencil::FoldedStencil;
 use super::impulse::{self, Impulse, Touch};
 use super::method::ContactMethod;
-use super::support_blocks::Marks;
+use super::support_blocks::SupportBlocks;
 use crate::math::{Tensor, Vector};
 use crate::mpm::{Body, Friction, Grid};
 use crate::parallel::{self, CHUNK};
-use plane::{Interface, Point, separate};
+use plane::{ContactPlane, NodeParticle, contact_plane};
 
 /// Turns that the pairs at a node take when there are several.
 const SWEEPS: usize = 4;
 
-/// What one pair of fields did at one node.
+/// Shared nodes per parallel task.
+const NODES: usize = 16;
+
+/// The state in which contacts are searched.
+struct ContactSearch<'a, const D: usize> {
+    grid: &'a Grid<D>,
+    stencil: &'a FoldedStencil<D>,
+    sheets: &'a [Box<dyn ContactMethod<D>>],
+    /// Gap below which contact acts [m].
+    tolerance: f64,
+    /// Length of the step [s].
+    dt: f64,
+}
+
+/// Contact of one pair of fields at one node.
 #[derive(Debug, Clone, Copy)]
-struct Meeting<const D: usize> {
+struct BodyContact<const D: usize> {
     node: usize,
     fields: [usize; 2],
-    interface: Interface<D>,
+    plane: ContactPlane<D>,
     /// On the second field.
     impulse: Impulse<D>,
 }
@@ -37,15 +51,17 @@ struct Meeting<const D: usize> {
 /// Contact between bodies during one step.
 #[derive(Debug, Default)]
 pub struct Pairwise<const D: usize> {
-    /// Pairs of fields that may meet, and their friction.
+    /// Pairs of fields with contact, and their friction.
     pairs: Vec<([usize; 2], Friction)>,
-    rows: Vec<usize>,
+    /// Grid nodes with mass of both fields of a pair.
+    nodes: Vec<usize>,
+    /// Index among these of each grid node, `NONE` where there is none.
     lookup: Vec<u32>,
-    meetings: Vec<Meeting<D>>,
+    contacts: Vec<BodyContact<D>>,
 }
 
-/// A particle near a node: the node's row, the field, and the point relative to the node.
-type Near<const D: usize> = (u32, u32, Point<D>);
+/// A particle near a shared node: index of the node, field, and the particle relative to the node.
+type PointAtNode<const D: usize> = (u32, u32, NodeParticle<D>);
 
 const NONE: u32 = u32::MAX;
 
@@ -60,169 +76,172 @@ impl<const D: usize> Pairwise<D> {
     pub fn resolve(
         &mut self,
         grid: &mut Grid<D>,
-        lattice: &FoldedStencil<D>,
+        stencil: &FoldedStencil<D>,
         bodies: &[Body<D>],
         sheets: &[Box<dyn ContactMethod<D>>],
         tolerance: f64,
         dt: f64,
     ) {
-        self.meetings.clear();
-        self.find_shared(grid, lattice.cutoff);
-        if self.rows.is_empty() {
+        self.contacts.clear();
+        self.find_shared_nodes(grid, stencil.cutoff);
+        if self.nodes.is_empty() {
             return;
         }
-        let (starts, cloud) = self.gather(grid, lattice, bodies);
-        let met: Vec<Vec<Meeting<D>>> = parallel::collect(self.rows.len(), 16, |row| {
-            let near = &cloud[starts[row] as usize..starts[row + 1] as usize];
-            self.meet(grid, lattice, sheets, self.rows[row], near, tolerance, dt)
+        let (starts, cloud) = self.points_at_nodes(grid, stencil, bodies);
+        let search = ContactSearch { grid: &*grid, stencil, sheets, tolerance, dt };
+        let found: Vec<Vec<BodyContact<D>>> = parallel::collect(self.nodes.len(), NODES, |index| {
+            let near = &cloud[starts[index] as usize..starts[index + 1] as usize];
+            self.contacts_at(&search, self.nodes[index], near)
         });
-        for mut meetings in met {
-            let sweeps = if meetings.len() > 1 { SWEEPS } else { 1 };
+        for mut contacts in found {
+            let sweeps = if contacts.len() > 1 { SWEEPS } else { 1 };
             for _ in 0..sweeps {
-                for meeting in &mut meetings {
-                    self.exchange(grid, meeting, dt);
+                for contact in &mut contacts {
+                    self.exchange_impulse(grid, contact, dt);
                 }
             }
-            self.meetings.append(&mut meetings);
+            self.contacts.append(&mut contacts);
         }
     }
 
     /// Nodes with mass of both fields of a pair.
-    fn find_shared(&mut self, grid: &Grid<D>, cutoff: f64) {
+    fn find_shared_nodes(&mut self, grid: &Grid<D>, cutoff: f64) {
         let shared = |node: usize| {
             let heavy = |field: usize| grid.fields[field].nodes[node].mass > cutoff;
             self.pairs.iter().any(|&([a, b], _)| heavy(a) && heavy(b))
         };
-        self.rows = if self.pairs.is_empty() {
+        self.nodes = if self.pairs.is_empty() {
             Vec::new()
         } else {
             parallel::collect_some(grid.node_count(), CHUNK, |node| shared(node).then_some(node))
         };
         self.lookup.clear();
-        self.lookup.resize(if self.rows.is_empty() { 0 } else { grid.node_count() }, NONE);
-        for (row, &node) in self.rows.iter().enumerate() {
-            self.lookup[node] = row as u32;
+        self.lookup.resize(if self.nodes.is_empty() { 0 } else { grid.node_count() }, NONE);
+        for (index, &node) in self.nodes.iter().enumerate() {
+            self.lookup[node] = index as u32;
         }
     }
 
     /// The particles around the shared nodes, node by node: starts, and the particles with their fields.
-    fn gather(
+    fn points_at_nodes(
         &self,
         grid: &Grid<D>,
-        lattice: &FoldedStencil<D>,
+        stencil: &FoldedStencil<D>,
         bodies: &[Body<D>],
-    ) -> (Vec<u32>, Vec<(u32, Point<D>)>) {
-        let mut marks = Marks::default();
-        marks.clear(grid);
-        for &node in &self.rows {
-            marks.mark(grid, lattice, node);
+    ) -> (Vec<u32>, Vec<(u32, NodeParticle<D>)>) {
+        let mut marked = SupportBlocks::default();
+        marked.clear(grid);
+        for &node in &self.nodes {
+            marked.mark(grid, stencil, node);
         }
-        let mut found: Vec<Near<D>> = Vec::new();
+        let mut found: Vec<PointAtNode<D>> = Vec::new();
         for body in bodies {
-            let near = marks.near(grid, lattice, &body.particles.position);
-            let around = |n: usize| self.around(grid, lattice, body, near[n] as usize);
+            let near = marked.particles(grid, stencil, &body.particles.position);
+            let around = |n: usize| self.points_of_particle(grid, stencil, body, near[n] as usize);
             found.extend(parallel::collect_all(near.len(), 256, around));
         }
-        let mut starts = vec![0_u32; self.rows.len() + 1];
-        for (row, ..) in &found {
-            starts[*row as usize + 1] += 1;
+        let mut starts = vec![0_u32; self.nodes.len() + 1];
+        for (index, ..) in &found {
+            starts[*index as usize + 1] += 1;
         }
-        for row in 0..self.rows.len() {
-            starts[row + 1] += starts[row];
+        for index in 0..self.nodes.len() {
+            starts[index + 1] += starts[index];
         }
         let mut next = starts.clone();
-        let empty = Point { position: Vector::ZERO, shape: Tensor::ZERO, width: 0.0, second: false };
+        let empty = NodeParticle { position: Vector::ZERO, shape: Tensor::ZERO, width: 0.0, second: false };
         let mut cloud = vec![(0, empty); found.len()];
-        for (row, field, point) in found {
-            cloud[next[row as usize] as usize] = (field, point);
-            next[row as usize] += 1;
+        for (index, field, point) in found {
+            cloud[next[index as usize] as usize] = (field, point);
+            next[index as usize] += 1;
         }
         (starts, cloud)
     }
 
-    fn around(&self, grid: &Grid<D>, lattice: &FoldedStencil<D>, body: &Body<D>, p: usize) -> Vec<Near<D>> {
+    fn points_of_particle(
+        &self,
+        grid: &Grid<D>,
+        stencil: &FoldedStencil<D>,
+        body: &Body<D>,
+        p: usize,
+    ) -> Vec<PointAtNode<D>> {
         let (x, h) = (body.particles.position[p], grid.cell);
-        // A deeper particle lies within the body; that is all it says.
+        // Particles below the surface count as points.
         let shape = if body.shows_surface(p) { body.ball(p, h) * (1.0 / h) } else { Tensor::ZERO };
         let width = body.patch(p) / h;
         let mut list = Vec::new();
-        lattice.of_field(grid, body.field).for_each(grid, x, |node, _, flips| {
-            let row = self.lookup[node];
-            if row != NONE {
-                let position = (lattice.mirror(grid, x, flips) - grid.position(node)) / h;
-                list.push((row, body.field as u32, Point { position, shape, width, second: false }));
+        stencil.of_field(grid, body.field).for_each(grid, x, |node, _, flips| {
+            let index = self.lookup[node];
+            if index != NONE {
+                let position = (stencil.mirror(grid, x, flips) - grid.position(node)) / h;
+                list.push((index, body.field as u32, NodeParticle { position, shape, width, second: false }));
             }
         });
         list
     }
 
-    /// The pairs that touch at a node.
-    #[allow(clippy::too_many_arguments)]
-    fn meet(
+    /// The pairs in contact at a node.
+    fn contacts_at(
         &self,
-        grid: &Grid<D>,
-        lattice: &FoldedStencil<D>,
-        sheets: &[Box<dyn ContactMethod<D>>],
+        search: &ContactSearch<'_, D>,
         node: usize,
-        near: &[(u32, Point<D>)],
-        tolerance: f64,
-        dt: f64,
-    ) -> Vec<Meeting<D>> {
-        let free = lattice.free(grid, node);
-        let mut meetings = Vec::new();
+        near: &[(u32, NodeParticle<D>)],
+    ) -> Vec<BodyContact<D>> {
+        let &ContactSearch { grid, stencil, sheets, tolerance, dt } = search;
+        let free = stencil.free(grid, node);
+        let mut contacts = Vec::new();
         for &(fields, _) in &self.pairs {
             let [a, b] = fields.map(|field| grid.fields[field].nodes[node]);
-            let light = a.mass.min(b.mass) <= lattice.cutoff;
-            if light || sheets.iter().any(|sheet| sheet.parts(node, fields)) {
+            let light = a.mass.min(b.mass) <= stencil.cutoff;
+            if light || sheets.iter().any(|sheet| sheet.separates(node, fields)) {
                 continue;
             }
-            let cloud: Vec<Point<D>> = near
+            let cloud: Vec<NodeParticle<D>> = near
                 .iter()
                 .filter(|(field, _)| fields.contains(&(*field as usize)))
-                .map(|(field, point)| Point { second: *field as usize == fields[1], ..*point })
+                .map(|(field, point)| NodeParticle { second: *field as usize == fields[1], ..*point })
                 .collect();
             let slip = a.momentum / a.mass - b.momentum / b.mass;
-            if let Some(interface) = separate(&cloud, free) {
-                let gap = interface.gap * grid.cell - slip.dot(interface.normal).max(0.0) * dt;
+            if let Some(plane) = contact_plane(&cloud, free) {
+                let gap = plane.gap * grid.cell - slip.dot(plane.normal).max(0.0) * dt;
                 if gap <= tolerance {
-                    meetings.push(Meeting { node, fields, interface, impulse: Impulse::default() });
+                    contacts.push(BodyContact { node, fields, plane, impulse: Impulse::default() });
                 }
             }
         }
-        meetings
+        contacts
     }
 
-    /// Gives the pair its impulse and adds it to the meeting.
-    fn exchange(&self, grid: &mut Grid<D>, meeting: &mut Meeting<D>, dt: f64) {
-        let [a, b] = meeting.fields.map(|field| grid.fields[field].nodes[meeting.node]);
-        let friction = self.pairs.iter().find(|(fields, _)| *fields == meeting.fields).map_or(Friction::None, |p| p.1);
+    /// Applies the impulse of the pair to both nodes and adds it to the contact.
+    fn exchange_impulse(&self, grid: &mut Grid<D>, contact: &mut BodyContact<D>, dt: f64) {
+        let [a, b] = contact.fields.map(|field| grid.fields[field].nodes[contact.node]);
+        let friction = self.pairs.iter().find(|(fields, _)| *fields == contact.fields).map_or(Friction::None, |p| p.1);
         let touch = Touch { mass: b.mass, velocity: b.momentum / b.mass, side: 1.0, friction };
         let mut impulses = Vec::with_capacity(1);
-        impulse::solve(a.mass, a.momentum / a.mass, meeting.interface.normal, &[touch], &mut impulses);
+        impulse::solve(a.mass, a.momentum / a.mass, contact.plane.normal, &[touch], &mut impulses);
         for j in impulses {
-            meeting.impulse.normal += j.normal;
-            meeting.impulse.tangent += j.tangent;
-            for (field, sign) in meeting.fields.into_iter().zip([-1.0, 1.0]) {
-                let node = &mut grid.fields[field].nodes[meeting.node];
+            contact.impulse.normal += j.normal;
+            contact.impulse.tangent += j.tangent;
+            for (field, sign) in contact.fields.into_iter().zip([-1.0, 1.0]) {
+                let node = &mut grid.fields[field].nodes[contact.node];
                 node.momentum += j.total() * sign;
                 node.force += j.total() * (sign / dt);
             }
         }
     }
 
-    /// Per pair of fields: Σ J on the first [N s], and normal and friction dissipation J·(v̂_b − v̂_a) [J].
-    pub fn settle(&self, grid: &Grid<D>, dt: f64) -> Vec<(Vector<D>, [f64; 2])> {
+    /// Per pair of fields: the impulse −Σ J on the first [N s], and normal and friction dissipation J·(v̂_a − v̂_b) [J] (theory (D.29)).
+    pub fn totals(&self, grid: &Grid<D>, dt: f64) -> Vec<(Vector<D>, [f64; 2])> {
         let mut sums = vec![(Vector::ZERO, [0.0; 2]); self.pairs.len()];
-        for meeting in &self.meetings {
-            let [a, b] = meeting.fields.map(|field| {
-                let node = &grid.fields[field].nodes[meeting.node];
+        for contact in &self.contacts {
+            let [a, b] = contact.fields.map(|field| {
+                let node = &grid.fields[field].nodes[contact.node];
                 (node.momentum - node.force * (0.5 * dt)) / node.mass
             });
-            let Some(pair) = self.pairs.iter().position(|(fields, _)| *fields == meeting.fields) else { continue };
+            let Some(pair) = self.pairs.iter().position(|(fields, _)| *fields == contact.fields) else { continue };
             let (impulse, lost) = &mut sums[pair];
-            *impulse -= meeting.impulse.total();
-            lost[0] += meeting.impulse.normal.dot(a - b);
-            lost[1] += meeting.impulse.tangent.dot(a - b);
+            *impulse -= contact.impulse.total();
+            lost[0] += contact.impulse.normal.dot(a - b);
+            lost[1] += contact.impulse.tangent.dot(a - b);
         }
         sums
     }

@@ -13,17 +13,17 @@
 //! support, a patch of contact would be wider by the support. With r = |Sᵀn| a particle is the ball that touched the
 //! body's surface at the start, deformed: a disc is round, not a staircase of particles, and stays so when it turns.
 
-use super::separation::shortest;
+use super::separation::separation;
 use crate::math::{Tensor, Vector};
 
 /// A particle near the node.
 #[derive(Debug, Clone, Copy)]
-pub struct Point<const D: usize> {
+pub struct NodeParticle<const D: usize> {
     /// Position relative to the node [cells].
     pub position: Vector<D>,
-    /// What the unit ball was deformed to [cells].
+    /// Linear map of the unit ball to the particle [cells].
     pub shape: Tensor<D>,
-    /// How far along the surface from its centre it says where the surface is [cells].
+    /// Half width along the surface within which the particle stands for it [cells].
     pub width: f64,
     /// False: body a; true: body b.
     pub second: bool,
@@ -32,9 +32,9 @@ pub struct Point<const D: usize> {
 /// Round-off of positions at the edge of a particle's patch [cells].
 const NEAR: f64 = 1e-9;
 
-/// Where two bodies face each other.
+/// The plane between two bodies at a node.
 #[derive(Debug, Clone, Copy)]
-pub struct Interface<const D: usize> {
+pub struct ContactPlane<const D: usize> {
     /// Unit normal from a to b.
     pub normal: Vector<D>,
     /// Distance between the two along the normal [cells]; negative when they overlap.
@@ -48,24 +48,29 @@ const ITERATIONS: usize = 15;
 
 /// The plane that separates the two bodies best; `None` if one of them is missing or they coincide.
 /// Components along axes where `free` is false (symmetry planes through the node) are zero.
-pub fn separate<const D: usize>(cloud: &[Point<D>], free: [bool; D]) -> Option<Interface<D>> {
+pub fn contact_plane<const D: usize>(cloud: &[NodeParticle<D>], free: [bool; D]) -> Option<ContactPlane<D>> {
     let fit = linear(cloud, free)?;
     let guess = direction(&fit, free)?;
     let normal = widest(cloud, guess, free).unwrap_or_else(|| fitted(cloud, fit, guess, free));
-    Some(Interface { normal, gap: gap(cloud, normal)? })
+    Some(ContactPlane { normal, gap: gap(cloud, normal)? })
 }
 
 /// The normal of widest margin, if a plane separates the particles.
-fn widest<const D: usize>(cloud: &[Point<D>], guess: Vector<D>, free: [bool; D]) -> Option<Vector<D>> {
+fn widest<const D: usize>(cloud: &[NodeParticle<D>], guess: Vector<D>, free: [bool; D]) -> Option<Vector<D>> {
     let body = |second: bool| -> Vec<Vector<D>> {
         let own = cloud.iter().filter(|point| point.second == second);
         own.map(|point| Vector::from_fn(|a| if free[a] { point.position[a] } else { 0.0 })).collect()
     };
-    shortest(&body(false), &body(true), guess)?.normalized()
+    separation(&body(false), &body(true), guess)?.normalized()
 }
 
 /// The normal of the regression, starting from a linear fit and its direction.
-fn fitted<const D: usize>(cloud: &[Point<D>], mut beta: Beta, mut normal: Vector<D>, free: [bool; D]) -> Vector<D> {
+fn fitted<const D: usize>(
+    cloud: &[NodeParticle<D>],
+    mut beta: Beta,
+    mut normal: Vector<D>,
+    free: [bool; D],
+) -> Vector<D> {
     for _ in 0..ITERATIONS {
         improve(cloud, &mut beta);
         let Some(next) = direction(&beta, free) else { break };
@@ -81,7 +86,7 @@ fn fitted<const D: usize>(cloud: &[Point<D>], mut beta: Beta, mut normal: Vector
 /// Coefficients: D of the normal and the offset at index 3.
 type Beta = [f64; 4];
 
-fn extended<const D: usize>(point: &Point<D>) -> Beta {
+fn extended<const D: usize>(point: &NodeParticle<D>) -> Beta {
     let [x, y, z] = point.position.to3();
     [x, y, z, 1.0]
 }
@@ -91,7 +96,7 @@ fn direction<const D: usize>(beta: &Beta, free: [bool; D]) -> Option<Vector<D>> 
 }
 
 /// Start: twice the linear least-squares fit of c, or the line between the centroids where that has no direction.
-fn linear<const D: usize>(cloud: &[Point<D>], free: [bool; D]) -> Option<Beta> {
+fn linear<const D: usize>(cloud: &[NodeParticle<D>], free: [bool; D]) -> Option<Beta> {
     let mut sums = [(0.0, Vector::<D>::ZERO); 2];
     let (mut matrix, mut right) = ([[0.0; 4]; 4], [0.0; 4]);
     for point in cloud {
@@ -115,7 +120,7 @@ fn linear<const D: usize>(cloud: &[Point<D>], free: [bool; D]) -> Option<Beta> {
 }
 
 /// One Gauss–Newton step.
-fn improve<const D: usize>(cloud: &[Point<D>], beta: &mut Beta) {
+fn improve<const D: usize>(cloud: &[NodeParticle<D>], beta: &mut Beta) {
     let (mut matrix, mut right) = ([[0.0; 4]; 4], [0.0; 4]);
     for point in cloud {
         let x = extended(point);
@@ -162,7 +167,7 @@ pub fn solve(mut a: [[f64; 4]; 4], mut b: Beta) -> Beta {
 }
 
 /// The gap next to the node along the surface; `None` if a body has no particle there.
-fn gap<const D: usize>(cloud: &[Point<D>], normal: Vector<D>) -> Option<f64> {
+fn gap<const D: usize>(cloud: &[NodeParticle<D>], normal: Vector<D>) -> Option<f64> {
     let (mut first, mut second) = (f64::NEG_INFINITY, f64::INFINITY);
     for point in cloud {
         let height = point.position.dot(normal);
@@ -184,7 +189,7 @@ fn gap<const D: usize>(cloud: &[Point<D>], normal: Vector<D>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A half-space of lattice points against another, rotated: the fitted normal is the known one.
+    /// A half-space of stencil points against another, rotated: the fitted normal is the known one.
     #[test]
     fn the_normal_of_an_oblique_plane_is_found() {
         for degrees in [0.0, 17.0, 45.0, 80.0_f64] {
@@ -194,7 +199,7 @@ mod tests {
                 for j in -8..8 {
                     let x = Vector([f64::from(i), f64::from(j)]) * 0.19 + Vector([0.07, 0.03]);
                     if x.dot(n).abs() > 0.1 && x.norm() < 1.5 {
-                        cloud.push(Point {
+                        cloud.push(NodeParticle {
                             position: x,
                             shape: Tensor::identity() * 0.1,
                             width: 0.5,
@@ -203,9 +208,9 @@ mod tests {
                     }
                 }
             }
-            let interface = separate(&cloud, [true; 2]).unwrap();
-            assert!(interface.normal.dot(n) > 0.998, "{degrees}: {:?}", interface.normal);
-            assert!((interface.gap - gap(&cloud, n).unwrap()).abs() < 0.06, "{degrees}: {}", interface.gap);
+            let plane = contact_plane(&cloud, [true; 2]).unwrap();
+            assert!(plane.normal.dot(n) > 0.998, "{degrees}: {:?}", plane.normal);
+            assert!((plane.gap - gap(&cloud, n).unwrap()).abs() < 0.06, "{degrees}: {}", plane.gap);
         }
     }
 
@@ -216,24 +221,28 @@ mod tests {
         let b = Vector([0.5, 0.4, -0.1]);
         let ball = |radius| Tensor::identity() * radius;
         let cloud = [
-            Point { position: a, shape: ball(0.2), width: 0.5, second: false },
-            Point { position: b, shape: ball(0.1), width: 0.5, second: true },
+            NodeParticle { position: a, shape: ball(0.2), width: 0.5, second: false },
+            NodeParticle { position: b, shape: ball(0.1), width: 0.5, second: true },
         ];
-        let interface = separate(&cloud, [true; 3]).unwrap();
+        let plane = contact_plane(&cloud, [true; 3]).unwrap();
         let line = (b - a).normalized().unwrap();
-        assert!(interface.normal.dot(line) > 1.0 - 1e-6);
-        assert!((interface.gap - ((b - a).norm() - 0.3)).abs() < 1e-5);
+        assert!(plane.normal.dot(line) > 1.0 - 1e-6);
+        assert!((plane.gap - ((b - a).norm() - 0.3)).abs() < 1e-5);
     }
 
-    /// On a symmetry plane the normal lies in the plane; a single body has no interface.
+    /// On a symmetry plane the normal lies in the plane; a single body has no plane.
     #[test]
     fn symmetry_and_absence_are_respected() {
-        let point =
-            |x, y, second| Point { position: Vector([x, y]), shape: Tensor::identity() * 0.1, width: 0.5, second };
+        let point = |x, y, second| NodeParticle {
+            position: Vector([x, y]),
+            shape: Tensor::identity() * 0.1,
+            width: 0.5,
+            second,
+        };
         let cloud = [point(0.3, -0.5, false), point(0.4, 0.5, true)];
-        let interface = separate(&cloud, [false, true]).unwrap();
-        assert_eq!(interface.normal, Vector([0.0, 1.0]));
-        assert!(separate(&cloud[..1], [true; 2]).is_none());
+        let plane = contact_plane(&cloud, [false, true]).unwrap();
+        assert_eq!(plane.normal, Vector([0.0, 1.0]));
+        assert!(contact_plane(&cloud[..1], [true; 2]).is_none());
     }
 
     /// Next to the leading corner of a block that lies on a slab the normal is that of the slab; a fit tilts.
@@ -245,7 +254,7 @@ mod tests {
                 for j in -6..6 {
                     let x = Vector([(f64::from(i) + 0.5) * 0.25, (f64::from(j) + 0.5) * 0.25]);
                     if x[1] < 0.0 || x[0] < -node {
-                        cloud.push(Point {
+                        cloud.push(NodeParticle {
                             position: x,
                             shape: Tensor::identity() * 0.125,
                             width: 0.5,
@@ -254,13 +263,13 @@ mod tests {
                     }
                 }
             }
-            let Some(interface) = separate(&cloud, [true; 2]) else {
+            let Some(plane) = contact_plane(&cloud, [true; 2]) else {
                 assert!(node > 0.5, "the block lies above this node's strip");
                 continue;
             };
             assert!(node < 0.5, "the block lies beside this node's strip");
-            assert!((interface.normal - Vector([0.0, 1.0])).norm() < 1e-4, "{node}: {:?}", interface.normal);
-            assert!(interface.gap.abs() < 1e-4, "{node}: {}", interface.gap);
+            assert!((plane.normal - Vector([0.0, 1.0])).norm() < 1e-4, "{node}: {:?}", plane.normal);
+            assert!(plane.gap.abs() < 1e-4, "{node}: {}", plane.gap);
         }
     }
 
@@ -270,8 +279,8 @@ mod tests {
         let turned = Tensor::from_fn(|i, j| [[0.6, -0.8], [0.8, 0.6]][i][j] * 0.1);
         let long = Tensor::from_fn(|i, j| if i != j { 0.0 } else { [0.3, 0.05][i] });
         let gap_of = |shape| {
-            let point = |x, second| Point { position: Vector([x, 0.0]), shape, width: 0.5, second };
-            separate(&[point(0.0, false), point(1.0, true)], [true; 2]).unwrap().gap
+            let point = |x, second| NodeParticle { position: Vector([x, 0.0]), shape, width: 0.5, second };
+            contact_plane(&[point(0.0, false), point(1.0, true)], [true; 2]).unwrap().gap
         };
         assert!((gap_of(turned) - 0.8).abs() < 1e-12 && (gap_of(long) - 0.4).abs() < 1e-12);
     }

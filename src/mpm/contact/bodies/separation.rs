@@ -6,8 +6,8 @@
 //! w = argmin v·(b − a)                          until  |v|² − v·w ≤ ε |v|²;   v ← point of hull S next to 0
 //! ```
 //!
-//! Against a flat face the normal is that of the face, whatever the other body looks like: a disc or the corner of a
-//! block that slides over it is not held back. Fits of a plane to whole clouds, and gradients of mass, tilt there.
+//! Against a flat face the normal is that of the face, for any shape of the other body: a disc or the corner of a block slides over it
+//! without resistance. Fits of a plane to whole clouds, and gradients of mass, are tilted there.
 
 use super::plane::solve;
 use crate::math::Vector;
@@ -18,7 +18,7 @@ const ITERATIONS: usize = 64;
 
 /// The shortest vector from the hull of `first` to that of `second`, starting from a guess of its direction; `None`
 /// if the hulls meet or a cloud is empty.
-pub fn shortest<const D: usize>(first: &[Vector<D>], second: &[Vector<D>], guess: Vector<D>) -> Option<Vector<D>> {
+pub fn separation<const D: usize>(first: &[Vector<D>], second: &[Vector<D>], guess: Vector<D>) -> Option<Vector<D>> {
     let support = |direction: Vector<D>| {
         let height = |x: &&Vector<D>| x.dot(direction);
         let a = first.iter().max_by(|x, y| height(x).total_cmp(&height(y)))?;
@@ -96,11 +96,11 @@ mod tests {
             ([0.3, -0.2, -4.0], [0.0, 0.0, -3.0]),
         ] {
             let b = corners(centre);
-            let v = shortest(&a, &b, Vector([0.3, 0.2, 0.9])).unwrap();
+            let v = separation(&a, &b, Vector([0.3, 0.2, 0.9])).unwrap();
             assert!((v - Vector(expected)).norm() < 1e-7, "{centre:?}: {v:?}");
         }
         let b = corners([0.7, 0.3, 0.2]);
-        assert!(shortest(&a, &b, Vector([0.3, 0.2, 0.9])).is_none(), "they overlap");
+        assert!(separation(&a, &b, Vector([0.3, 0.2, 0.9])).is_none(), "they overlap");
     }
 
     /// The nearest points of two polygons on circles lie within a sagitta of the centre line, over many turns.
@@ -112,7 +112,7 @@ mod tests {
         };
         for k in 0..20 {
             let (a, b) = (circle(Vector::ZERO, 0.01 * f64::from(k)), circle(Vector([1.8, 1.6]), 0.003 * f64::from(k)));
-            let v = shortest(&a, &b, Vector([1.0, 0.0])).unwrap();
+            let v = separation(&a, &b, Vector([1.0, 0.0])).unwrap();
             let expected = 1.8_f64.hypot(1.6) - 2.0;
             assert!((0.0..0.005).contains(&(v.norm() - expected)), "{}", v.norm() - expected);
             let widest = a.iter().map(|x| x.dot(v)).fold(f64::MIN, f64::max);

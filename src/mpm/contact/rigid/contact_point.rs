@@ -1,4 +1,4 @@
-//! One point of a sheet next to a wall or an obstacle.
+//! One point of a sheet next to a wall or an obstacle, and the law of its contact (theory E.10).
 
 use crate::math::Vector;
 use crate::mpm::contact::impulse::Impulse;
@@ -6,13 +6,13 @@ use crate::mpm::wall::Solid;
 
 /// A point of the sheet next to a wall or an obstacle.
 #[derive(Debug, Clone)]
-pub struct Rest<const D: usize> {
+pub struct RigidContact<const D: usize> {
     /// The wall or obstacle.
     pub solid: u32,
     /// K and W_K; a node has one.
     pub nodes: [u32; 4],
     pub weights: [f64; 4],
-    /// What of the thickness, less what an element may cut in, lies between it and the surface [m].
+    /// Distance from the surface at which the gap is zero: half the thickness, less the depth to which an element may cut in [m].
     pub offset: f64,
     /// The step in which overlaps are undone is measured by this length [m].
     pub thickness: f64,
@@ -25,13 +25,13 @@ pub struct Rest<const D: usize> {
     /// v_w [m/s].
     pub wall: Vector<D>,
     pub friction: f64,
-    /// J of this sub-step on the sheet, and what of it the nodes have got [N s].
+    /// J of this sub-step on the sheet, and the part of it that the nodes have got [N s].
     pub impulse: Impulse<D>,
-    pub given: Vector<D>,
+    pub applied: Vector<D>,
 }
 
-impl<const D: usize> Rest<D> {
-    pub fn place(&self, position: &[Vector<D>]) -> Vector<D> {
+impl<const D: usize> RigidContact<D> {
+    pub fn position(&self, position: &[Vector<D>]) -> Vector<D> {
         self.at(position)
     }
 
@@ -56,28 +56,28 @@ impl<const D: usize> Rest<D> {
 
     /// g [m] at these positions [m], `elapsed` [s] after the start of the step.
     pub fn gap_after(&self, position: &[Vector<D>], elapsed: f64) -> f64 {
-        self.measured + (self.place(position) - self.wall * elapsed - self.anchor).dot(self.normal)
+        self.measured + (self.position(position) - self.wall * elapsed - self.anchor).dot(self.normal)
     }
 
     /// Improves the impulse; returns its change [N s].
-    pub fn push(&mut self, v: &[Vector<D>], soft: &impl Fn(usize) -> Vector<D>, dt: f64) -> Vector<D> {
+    pub fn push(&mut self, v: &[Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, dt: f64) -> Vector<D> {
         let n = self.normal;
         let (mut along, mut across) = (0.0, 0.0_f64);
         for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {
-            let soft = soft(k as usize);
-            along += weight * weight * (0..D).map(|a| n[a] * n[a] * soft[a]).sum::<f64>();
-            across += weight * weight * (0..D).map(|a| soft[a]).fold(0.0, f64::max);
+            let inverse_mass = inverse_mass(k as usize);
+            along += weight * weight * (0..D).map(|a| n[a] * n[a] * inverse_mass[a]).sum::<f64>();
+            across += weight * weight * (0..D).map(|a| inverse_mass[a]).fold(0.0, f64::max);
         }
         if along == 0.0 {
             return Vector::ZERO;
         }
         let (w, before) = (self.at(v) - self.wall, self.impulse);
-        let pressed = (before.normal.dot(n) - (w.dot(n) + self.gap.max(0.0) / dt) / along).max(0.0);
-        self.impulse.normal = n * pressed;
+        let normal_impulse = (before.normal.dot(n) - (w.dot(n) + self.gap.max(0.0) / dt) / along).max(0.0);
+        self.impulse.normal = n * normal_impulse;
         self.impulse.tangent = Vector::ZERO;
-        if self.friction > 0.0 && pressed > 0.0 {
+        if self.friction > 0.0 && normal_impulse > 0.0 {
             let wanted = before.tangent - (w - n * w.dot(n)) / across;
-            let (size, most) = (wanted.norm(), self.friction * pressed);
+            let (size, most) = (wanted.norm(), self.friction * normal_impulse);
             self.impulse.tangent = if size > most { wanted * (most / size) } else { wanted };
         }
         self.impulse.total() - before.total()
@@ -88,19 +88,20 @@ impl<const D: usize> Rest<D> {
         self.friction > 0.0 && self.impulse.tangent.norm() < self.friction * self.impulse.normal.norm()
     }
 
-    /// Takes what the impulse `j` presses against the solid, as long as that doesn't pull; returns the rest [N s].
-    pub fn take(&mut self, j: Vector<D>) -> Vector<D> {
+    /// Takes the part of the impulse `j` that presses against the solid, as long as the normal impulse stays positive; returns the rest
+    /// [N s].
+    pub fn absorb(&mut self, j: Vector<D>) -> Vector<D> {
         let n = self.normal;
-        let (along, pressed) = (j.dot(n), self.impulse.normal.dot(n));
-        if pressed - along < 0.0 {
+        let (along, normal_impulse) = (j.dot(n), self.impulse.normal.dot(n));
+        if normal_impulse - along < 0.0 {
             return j;
         }
         let tangent = self.impulse.tangent - (j - n * along);
-        if self.sticks() && tangent.norm() <= self.friction * (pressed - along) {
-            self.impulse = Impulse { normal: n * (pressed - along), tangent };
+        if self.sticks() && tangent.norm() <= self.friction * (normal_impulse - along) {
+            self.impulse = Impulse { normal: n * (normal_impulse - along), tangent };
             return Vector::ZERO;
         }
-        self.impulse.normal = n * (pressed - along);
+        self.impulse.normal = n * (normal_impulse - along);
         j - n * along
     }
 }

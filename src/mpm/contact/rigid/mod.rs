@@ -5,19 +5,19 @@
 //! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K += W_K J/m_K
 //! ```
 //!
-//! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, what meets stays
-//! together (restitution 0), and nothing is pulled. The sheet's edge counts with its thickness only as far as it lies along the
+//! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, restitution is zero, and there is
+//! no adhesion. The sheet's edge counts with its thickness only as far as it lies along the
 //! surface, so that one that stands on a plane of symmetry is not pushed off. Overlaps are undone by positions alone, a
 //! fifth of them in each sub-step.
 //!
-//! The wall has the last word in each sweep of the iteration: the impulses of bodies that press a sheet against it go through
-//! to it at once ([`Rigid::give`]), since a light node between a heavy body and a wall would take as many sweeps to do so as
+//! Walls come last in each sweep of the iteration, and take the impulses of bodies that press a sheet against them at once
+//! ([`RigidContacts::apply_impulse`]), since a light node between a heavy body and a wall would take as many sweeps to do so as
 //! it is lighter.
 
 mod contact_point;
 mod node_areas;
 mod squeeze;
-pub use squeeze::Squeeze;
+pub use squeeze::{NodePositions, Squeeze};
 
 use crate::math::Vector;
 use crate::mpm::contact::impulse::Impulse;
@@ -25,10 +25,10 @@ use crate::mpm::contact::sheet::{Facet, Surface};
 use crate::mpm::wall::{SheetPush, Solid, Walls};
 use crate::mpm::{Friction, SubStep};
 use crate::parallel;
-use contact_point::Rest;
-use node_areas::Nodes;
+use contact_point::RigidContact;
+use node_areas::NodeAreas;
 
-/// How near to a surface points are listed [cells]; the list is made anew when something may have moved that far.
+/// Distance from a surface within which points are listed [cells]; the list is made anew when sheet and solid may have moved that far.
 const REACH: f64 = 0.25;
 
 /// A point that has moved this far [cells] is measured again: on its way along a tangent it leaves what is curved, and what falls
@@ -45,15 +45,15 @@ const SETTLED: f64 = 1e-10;
 
 /// A sheet next to walls and obstacles.
 #[derive(Debug, Default)]
-pub struct Rigid<const D: usize> {
+pub struct RigidContacts<const D: usize> {
     /// Walls and obstacles whose friction with this sheet is not their own, by name.
     listed: Vec<(String, Friction)>,
-    /// μ with each wall and obstacle; `None` where the sheet doesn't meet it.
+    /// μ with each wall and obstacle; `None` without contact.
     friction: Vec<Option<f64>>,
-    rests: Vec<Rest<D>>,
-    /// The first of a node's rests, which follow each other; `NONE` without.
+    contacts: Vec<RigidContact<D>>,
+    /// The first of a node's contacts, which follow each other; `NONE` without.
     first: Vec<u32>,
-    /// How far anything may have moved since the list was made [m].
+    /// Upper bound of the displacement of sheet and solids since the list was made [m].
     travel: f64,
     /// Sums of the step, by boundary.
     pub pushes: Vec<SheetPush<D>>,
@@ -63,7 +63,7 @@ pub struct Rigid<const D: usize> {
 
 const NONE: u32 = u32::MAX;
 
-impl<const D: usize> Rigid<D> {
+impl<const D: usize> RigidContacts<D> {
     /// For a sheet of so many nodes, and what the case says of its friction.
     pub fn new(nodes: usize, listed: Vec<(String, Friction)>) -> Self {
         Self { held: vec![Vector::ZERO; nodes], listed, ..Self::default() }
@@ -71,7 +71,7 @@ impl<const D: usize> Rigid<D> {
 
     /// True if nothing is near.
     pub fn is_empty(&self) -> bool {
-        self.rests.is_empty()
+        self.contacts.is_empty()
     }
 
     /// Starts a step: no sums yet, and a new list.
@@ -104,21 +104,21 @@ impl<const D: usize> Rigid<D> {
         let solid = walls.solids().map(|solid| solid.velocity(origin, at.step).norm()).fold(0.0, f64::max);
         self.travel += (sheet + solid) * at.dt;
         if self.travel.is_nan() || self.travel > REACH * cell {
-            self.list(walls, facets, surface, at, cell);
+            self.find_contacts(walls, facets, surface, at, cell);
             self.travel = (sheet + solid) * at.dt;
         }
-        if self.rests.is_empty() {
+        if self.contacts.is_empty() {
             return;
         }
         let solids: Vec<Option<Solid<'_, D>>> = self.by_number(walls);
-        for rest in &mut self.rests {
-            let Some(solid) = solids[rest.solid as usize] else { continue };
-            let x = rest.place(surface.position);
-            rest.wall = solid.velocity(x, at.step);
-            rest.friction = self.friction[rest.solid as usize].unwrap_or(0.0);
-            rest.measure(solid, x, rest.wall * at.elapsed, MOVED * cell);
-            rest.impulse = Impulse::default();
-            rest.given = Vector::ZERO;
+        for contact in &mut self.contacts {
+            let Some(solid) = solids[contact.solid as usize] else { continue };
+            let x = contact.position(surface.position);
+            contact.wall = solid.velocity(x, at.step);
+            contact.friction = self.friction[contact.solid as usize].unwrap_or(0.0);
+            contact.measure(solid, x, contact.wall * at.elapsed, MOVED * cell);
+            contact.impulse = Impulse::default();
+            contact.applied = Vector::ZERO;
         }
     }
 
@@ -129,8 +129,15 @@ impl<const D: usize> Rigid<D> {
     }
 
     /// Lists what is near to walls and obstacles: nodes, and points of elements over what isn't flat.
-    fn list(&mut self, walls: &Walls<D>, facets: &[Facet], surface: &Surface<'_, D>, at: &SubStep<'_>, cell: f64) {
-        self.rests.clear();
+    fn find_contacts(
+        &mut self,
+        walls: &Walls<D>,
+        facets: &[Facet],
+        surface: &Surface<'_, D>,
+        at: &SubStep<'_>,
+        cell: f64,
+    ) {
+        self.contacts.clear();
         self.first.clear();
         self.first.resize(surface.position.len(), NONE);
         let corner = |pick: fn(f64, f64) -> f64| {
@@ -142,38 +149,39 @@ impl<const D: usize> Rigid<D> {
         if near.is_empty() {
             return;
         }
-        let nodes = Nodes::of(facets, surface);
-        let of_node = |k: usize| near.iter().filter_map(|&solid| nodes.rest(solid, k, surface, at, cell)).collect();
-        let lists: Vec<Vec<Rest<D>>> = parallel::collect(surface.position.len(), 256, of_node);
-        for (k, rests) in lists.into_iter().enumerate().filter(|(_, rests)| !rests.is_empty()) {
-            self.first[k] = self.rests.len() as u32;
-            self.rests.extend(rests);
+        let areas = NodeAreas::of(facets, surface);
+        let of_node =
+            |k: usize| near.iter().filter_map(|&solid| areas.contact_at_node(solid, k, surface, at, cell)).collect();
+        let lists: Vec<Vec<RigidContact<D>>> = parallel::collect(surface.position.len(), 256, of_node);
+        for (k, contacts) in lists.into_iter().enumerate().filter(|(_, contacts)| !contacts.is_empty()) {
+            self.first[k] = self.contacts.len() as u32;
+            self.contacts.extend(contacts);
         }
         let first = &self.first;
-        let of_facet = |e: usize| -> Vec<Rest<D>> {
+        let of_facet = |e: usize| -> Vec<RigidContact<D>> {
             let facet = &facets[e];
             let close = facet.nodes().iter().any(|&k| first[k as usize] != NONE);
             let size = facet.size(surface.position);
             near.iter()
                 .filter(|solid| !solid.is_flat() && (close || size > REACH * cell))
-                .flat_map(|&solid| nodes.rests_within(solid, facet, surface, at, cell))
+                .flat_map(|&solid| areas.contacts_within(solid, facet, surface, at, cell))
                 .collect()
         };
-        self.rests.extend(parallel::collect_all(facets.len(), 256, of_facet));
+        self.contacts.extend(parallel::collect_all(facets.len(), 256, of_facet));
     }
 
     /// One sweep over all contacts: the largest change of an impulse, and the largest impulse [N s]. The nodes have the
-    /// velocities `v` [m/s] and 1/m `soft` [1/kg].
-    pub fn sweep(&mut self, v: &mut [Vector<D>], soft: &impl Fn(usize) -> Vector<D>, dt: f64) -> (f64, f64) {
+    /// velocities `v` [m/s] and 1/m `inverse_mass` [1/kg].
+    pub fn sweep(&mut self, v: &mut [Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, dt: f64) -> (f64, f64) {
         let (mut change, mut largest) = (0.0_f64, 0.0_f64);
-        for rest in &mut self.rests {
-            let delta = rest.push(v, soft, dt);
+        for contact in &mut self.contacts {
+            let delta = contact.push(v, inverse_mass, dt);
             change = change.max(delta.norm());
-            largest = largest.max(rest.impulse.normal.norm());
+            largest = largest.max(contact.impulse.normal.norm());
             if delta != Vector::ZERO {
-                for (&k, &weight) in rest.nodes.iter().zip(&rest.weights).filter(|(_, weight)| **weight > 0.0) {
-                    let soft = soft(k as usize);
-                    v[k as usize] += Vector::from_fn(|a| delta[a] * weight * soft[a]);
+                for (&k, &weight) in contact.nodes.iter().zip(&contact.weights).filter(|(_, weight)| **weight > 0.0) {
+                    let inverse_mass = inverse_mass(k as usize);
+                    v[k as usize] += Vector::from_fn(|a| delta[a] * weight * inverse_mass[a]);
                 }
             }
         }
@@ -181,9 +189,9 @@ impl<const D: usize> Rigid<D> {
     }
 
     /// Sweeps until nothing changes.
-    pub fn settle(&mut self, v: &mut [Vector<D>], soft: &impl Fn(usize) -> Vector<D>, dt: f64) {
+    pub fn solve(&mut self, v: &mut [Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, dt: f64) {
         for _ in 0..SWEEPS {
-            let (change, largest) = self.sweep(v, soft, dt);
+            let (change, largest) = self.sweep(v, inverse_mass, dt);
             if change <= SETTLED * largest {
                 break;
             }
@@ -193,35 +201,36 @@ impl<const D: usize> Rigid<D> {
     /// True if one of these nodes is next to a wall or an obstacle.
     #[inline(always)]
     pub fn touches_any(&self, nodes: &[u32; 4]) -> bool {
-        !self.rests.is_empty() && nodes.iter().any(|&k| self.first.get(k as usize).is_some_and(|&first| first != NONE))
+        !self.contacts.is_empty()
+            && nodes.iter().any(|&k| self.first.get(k as usize).is_some_and(|&first| first != NONE))
     }
 
-    /// The rests of a node that hold it.
-    fn holding(&self, node: usize) -> impl Iterator<Item = &Rest<D>> {
+    /// The contacts of a node that hold it.
+    fn pressed_contacts(&self, node: usize) -> impl Iterator<Item = &RigidContact<D>> {
         let first = self.first.get(node).copied().unwrap_or(NONE) as usize;
-        let own = self.rests.iter().skip(first).take_while(move |rest| rest.nodes == [node as u32; 4]);
-        own.filter(|rest| rest.impulse.normal != Vector::ZERO)
+        let own = self.contacts.iter().skip(first).take_while(move |contact| contact.nodes == [node as u32; 4]);
+        own.filter(|contact| contact.impulse.normal != Vector::ZERO)
     }
 
-    /// n·(1/m)·n of a node that may be pressed against a wall [1/kg].
-    pub fn compliance(&self, node: usize, soft: Vector<D>, n: Vector<D>) -> f64 {
+    /// n·(1/m)·n of a node that may be normal_impulse against a wall [1/kg].
+    pub fn compliance(&self, node: usize, inverse_mass: Vector<D>, n: Vector<D>) -> f64 {
         let mut free = n;
-        for rest in self.holding(node) {
-            if rest.sticks() {
+        for contact in self.pressed_contacts(node) {
+            if contact.sticks() {
                 return 0.0;
             }
-            free -= rest.normal * free.dot(rest.normal);
+            free -= contact.normal * free.dot(contact.normal);
         }
-        (0..D).map(|a| n[a] * soft[a] * free[a]).sum::<f64>().max(0.0)
+        (0..D).map(|a| n[a] * inverse_mass[a] * free[a]).sum::<f64>().max(0.0)
     }
 
-    /// True if a rest that holds a node would let go of it under the impulse `j` [N s], or slip.
-    pub fn loosens(&self, node: usize, j: Vector<D>) -> bool {
+    /// True if a contact that holds a node would let go of it under the impulse `j` [N s], or slip.
+    pub fn releases(&self, node: usize, j: Vector<D>) -> bool {
         let mut left = j;
-        for rest in self.holding(node) {
-            let mut after = rest.clone();
-            left = after.take(left);
-            if left != Vector::ZERO && (after.impulse == rest.impulse || rest.sticks()) {
+        for contact in self.pressed_contacts(node) {
+            let mut after = contact.clone();
+            left = after.absorb(left);
+            if left != Vector::ZERO && (after.impulse == contact.impulse || contact.sticks()) {
                 return true;
             }
         }
@@ -230,59 +239,63 @@ impl<const D: usize> Rigid<D> {
 
     /// Gives the impulse `j` [N s] to a node; what it presses against a wall, the wall takes. Returns the change of the node's
     /// velocity [m/s].
-    pub fn give(&mut self, node: usize, j: Vector<D>, soft: Vector<D>) -> Vector<D> {
+    pub fn apply_impulse(&mut self, node: usize, j: Vector<D>, inverse_mass: Vector<D>) -> Vector<D> {
         let mut left = j;
         let first = self.first.get(node).copied().unwrap_or(NONE) as usize;
-        let own = self.rests.iter_mut().skip(first).take_while(|rest| rest.nodes == [node as u32; 4]);
-        for rest in own.filter(|rest| rest.impulse.normal != Vector::ZERO) {
-            left = rest.take(left);
+        let own = self.contacts.iter_mut().skip(first).take_while(|contact| contact.nodes == [node as u32; 4]);
+        for contact in own.filter(|contact| contact.impulse.normal != Vector::ZERO) {
+            left = contact.absorb(left);
         }
-        Vector::from_fn(|a| left[a] * soft[a])
+        Vector::from_fn(|a| left[a] * inverse_mass[a])
     }
 
     /// Adds what the nodes have not got yet to their forces in a sub-step of the momentum `dt` [N, s].
-    pub fn hand_over(&mut self, forces: &mut [Vector<D>], dt: f64) {
-        for rest in &mut self.rests {
-            let total = rest.impulse.total();
-            let force = (total - rest.given) / dt;
-            rest.given = total;
-            for (&k, &weight) in rest.nodes.iter().zip(&rest.weights).filter(|(_, weight)| **weight > 0.0) {
+    pub fn apply_impulses(&mut self, forces: &mut [Vector<D>], dt: f64) {
+        for contact in &mut self.contacts {
+            let total = contact.impulse.total();
+            let force = (total - contact.applied) / dt;
+            contact.applied = total;
+            for (&k, &weight) in contact.nodes.iter().zip(&contact.weights).filter(|(_, weight)| **weight > 0.0) {
                 forces[k as usize] += force * weight;
             }
         }
     }
 
-    /// Books the sub-step, with the velocities that the nodes have in the end.
+    /// Adds impulses and work of the sub-step, with the final velocities of the nodes.
     pub fn conclude(&mut self, surface: &Surface<'_, D>) {
-        for rest in self.rests.iter().filter(|rest| rest.impulse.normal != Vector::ZERO) {
-            let j = rest.impulse.total();
-            let push = &mut self.pushes[rest.solid as usize];
+        for contact in self.contacts.iter().filter(|contact| contact.impulse.normal != Vector::ZERO) {
+            let j = contact.impulse.total();
+            let push = &mut self.pushes[contact.solid as usize];
             push.impulse += j;
-            push.work += j.dot(rest.wall);
-            push.received += j.dot((rest.at(surface.velocity) + rest.at(surface.previous)) * 0.5);
+            push.work += j.dot(contact.wall);
+            push.received += j.dot((contact.at(surface.velocity) + contact.at(surface.previous)) * 0.5);
         }
     }
 
-    /// Undoes a part of what overlaps after the nodes have moved until `elapsed` [s] after the start of the step, except along the axes on which they are held.
-    pub fn part(&self, position: &mut [Vector<D>], soft: &impl Fn(usize) -> Vector<D>, elapsed: f64) {
-        for rest in &self.rests {
-            let gap = rest.gap_after(position, elapsed);
+    /// Undoes a part of what overlaps after the nodes have moved until `elapsed` [s] after the start of the step, except along the axes on
+    /// which they are held.
+    pub fn undo_overlaps(&self, position: &mut [Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, elapsed: f64) {
+        for contact in &self.contacts {
+            let gap = contact.gap_after(position, elapsed);
             if gap < 0.0 {
-                let by = rest.normal * (-RECOVERY * gap).min(MOST * rest.thickness);
-                for (&k, &weight) in rest.nodes.iter().zip(&rest.weights).filter(|(_, weight)| **weight > 0.0) {
-                    let soft = soft(k as usize);
-                    position[k as usize] += Vector::from_fn(|a| if soft[a] > 0.0 { by[a] * weight } else { 0.0 });
+                let by = contact.normal * (-RECOVERY * gap).min(MOST * contact.thickness);
+                for (&k, &weight) in contact.nodes.iter().zip(&contact.weights).filter(|(_, weight)| **weight > 0.0) {
+                    let inverse_mass = inverse_mass(k as usize);
+                    position[k as usize] +=
+                        Vector::from_fn(|a| if inverse_mass[a] > 0.0 { by[a] * weight } else { 0.0 });
                 }
             }
         }
     }
 
     /// Notes which nodes solids hold at the end of a step.
-    pub fn note(&mut self) {
+    pub fn record_held_shares(&mut self) {
         self.held.fill(Vector::ZERO);
-        for rest in self.rests.iter().filter(|rest| rest.impulse.normal != Vector::ZERO && rest.weights[0] == 1.0) {
-            let held = &mut self.held[rest.nodes[0] as usize];
-            let share = |a: usize| if rest.sticks() { 1.0 } else { rest.normal[a] * rest.normal[a] };
+        for contact in
+            self.contacts.iter().filter(|contact| contact.impulse.normal != Vector::ZERO && contact.weights[0] == 1.0)
+        {
+            let held = &mut self.held[contact.nodes[0] as usize];
+            let share = |a: usize| if contact.sticks() { 1.0 } else { contact.normal[a] * contact.normal[a] };
             *held = Vector::from_fn(|a| (held[a] + share(a)).min(1.0));
         }
     }
@@ -292,12 +305,12 @@ impl<const D: usize> Rigid<D> {
 mod tests {
     use super::*;
 
-    /// A node that is pressed on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and against
+    /// A node that is normal_impulse on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and against
     /// pulls up to 2 N s and slides up to half of what is left.
     #[test]
     fn a_floor_lets_go_of_what_is_pulled_or_slides() {
         let impulse = Impulse { normal: Vector([0.0, 2.0]), tangent: Vector::ZERO };
-        let rest = Rest {
+        let contact = RigidContact {
             solid: 0,
             nodes: [0; 4],
             weights: [1.0, 0.0, 0.0, 0.0],
@@ -310,13 +323,13 @@ mod tests {
             wall: Vector::ZERO,
             friction: 0.5,
             impulse,
-            given: Vector::ZERO,
+            applied: Vector::ZERO,
         };
-        let rigid = Rigid { rests: vec![rest], first: vec![0], ..Rigid::default() };
-        for (j, loosens) in
+        let rigid = RigidContacts { contacts: vec![contact], first: vec![0], ..RigidContacts::default() };
+        for (j, releases) in
             [([0.0, -5.0], false), ([0.0, 1.5], false), ([0.0, 2.5], true), ([0.9, 0.0], false), ([1.1, 0.0], true)]
         {
-            assert_eq!(rigid.loosens(0, Vector(j)), loosens, "{j:?}");
+            assert_eq!(rigid.releases(0, Vector(j)), releases, "{j:?}");
         }
     }
 }

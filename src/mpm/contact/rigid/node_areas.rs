@@ -1,7 +1,7 @@
 //! Nodes of a sheet, and points of its elements, near a wall or an obstacle.
 
 use super::REACH;
-use super::contact_point::Rest;
+use super::contact_point::RigidContact;
 use crate::math::Vector;
 use crate::mpm::SubStep;
 use crate::mpm::contact::impulse::Impulse;
@@ -21,8 +21,18 @@ const ON_TRIANGLE: [[f64; 4]; 4] =
 const ON_QUADRILATERAL: [[f64; 4]; 5] =
     [[0.5, 0.5, 0.0, 0.0], [0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 0.5, 0.5], [0.5, 0.0, 0.0, 0.5], [0.25; 4]];
 
+/// A point of a sheet that may touch a solid.
+struct SheetPoint {
+    nodes: [u32; 4],
+    weights: [f64; 4],
+    /// Depth to which it may lie in the solid [m].
+    depth: f64,
+    /// Size of the element [m].
+    size: f64,
+}
+
 /// Areas and thicknesses around the nodes of a sheet.
-pub struct Nodes<const D: usize> {
+pub struct NodeAreas<const D: usize> {
     /// Sum of the area vectors, and of their sizes [m²].
     area: Vec<Vector<D>>,
     size: Vec<f64>,
@@ -31,7 +41,7 @@ pub struct Nodes<const D: usize> {
     length: Vec<f64>,
 }
 
-impl<const D: usize> Nodes<D> {
+impl<const D: usize> NodeAreas<D> {
     pub fn of(facets: &[Facet], surface: &Surface<'_, D>) -> Self {
         let count = surface.position.len();
         let zeros = || vec![0.0; count];
@@ -61,48 +71,50 @@ impl<const D: usize> Nodes<D> {
     }
 
     /// A node, if it is near.
-    pub fn rest(
+    pub fn contact_at_node(
         &self,
         solid: Solid<'_, D>,
         k: usize,
         surface: &Surface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
-    ) -> Option<Rest<D>> {
+    ) -> Option<RigidContact<D>> {
         let weights = [1.0, 0.0, 0.0, 0.0];
-        self.near(solid, ([k as u32; 4], weights), (0.0, self.length[k]), surface, at, cell)
+        let point = SheetPoint { nodes: [k as u32; 4], weights, depth: 0.0, size: self.length[k] };
+        self.contact_at(solid, point, surface, at, cell)
     }
 
     /// Points of an element that are near.
-    pub fn rests_within(
+    pub fn contacts_within(
         &self,
         solid: Solid<'_, D>,
         facet: &Facet,
         surface: &Surface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
-    ) -> Vec<Rest<D>> {
+    ) -> Vec<RigidContact<D>> {
         let points: &[[f64; 4]] = match facet.count {
             2 => &ON_SEGMENT,
             3 => &ON_TRIANGLE,
             _ => &ON_QUADRILATERAL,
         };
         let size = facet.size(surface.position);
-        let of_point =
-            |weights: &[f64; 4]| self.near(solid, (facet.nodes, *weights), (SAGITTA * size, size), surface, at, cell);
+        let of_point = |&weights: &[f64; 4]| {
+            let point = SheetPoint { nodes: facet.nodes, weights, depth: SAGITTA * size, size };
+            self.contact_at(solid, point, surface, at, cell)
+        };
         points.iter().filter_map(of_point).collect()
     }
 
-    /// A point with these nodes and weights, if it is near; `less` [m] of the distance is let through.
-    fn near(
+    /// A point, if it is near.
+    fn contact_at(
         &self,
         solid: Solid<'_, D>,
-        (nodes, weights): ([u32; 4], [f64; 4]),
-        (less, size): (f64, f64),
+        SheetPoint { nodes, weights, depth, size }: SheetPoint,
         surface: &Surface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
-    ) -> Option<Rest<D>> {
+    ) -> Option<RigidContact<D>> {
         let mean = |values: &[Vector<D>]| -> Vector<D> {
             nodes.iter().zip(weights).map(|(&k, weight)| values[k as usize] * weight).sum()
         };
@@ -111,8 +123,8 @@ impl<const D: usize> Nodes<D> {
         let ahead = wall * at.elapsed;
         let (distance, normal) = solid.distance(x, ahead);
         let half: f64 = nodes.iter().zip(weights).map(|(&k, weight)| self.offset(k as usize, normal) * weight).sum();
-        let offset = half - less;
-        (distance - offset <= REACH * cell).then(|| Rest {
+        let offset = half - depth;
+        (distance - offset <= REACH * cell).then(|| RigidContact {
             solid: solid.number() as u32,
             nodes,
             weights,
@@ -125,7 +137,7 @@ impl<const D: usize> Nodes<D> {
             wall,
             friction: 0.0,
             impulse: Impulse::default(),
-            given: Vector::ZERO,
+            applied: Vector::ZERO,
         })
     }
 }

@@ -1,13 +1,13 @@
-//! Where a sheet has no way out: between two solids that close on it, or where supports hold it in the way of one.
+//! Points of a sheet that are squeezed: between two solids that close on it, or held by supports in the way of one (theory E.11).
 //!
 //! ```text
 //! n₁·n₂ ≈ −1:   φ₁ + φ₂ < t,   −(g₁ + g₂) = t − (φ₁ + φ₂) > 0             wherever between them the point is
 //! ```
 //!
-//! No impulse satisfies both contacts then, and a sheet that goes on leaves one of the solids on its other side, without a word where
-//! that is thin. What supports hold along a normal, no impulse moves either.
+//! No impulse satisfies both contacts then, and the sheet would pass through one of the solids, unnoticed where that is thin. Nor does
+//! an impulse move a node that supports hold along the normal.
 
-use super::{Rest, Rigid};
+use super::{RigidContact, RigidContacts};
 use crate::math::Vector;
 use crate::mpm::wall::Walls;
 
@@ -21,52 +21,63 @@ const MOST: f64 = 0.4;
 /// A point is held along a normal if the axes that are free take up less than this of it.
 const HELD: f64 = 1e-6;
 
-/// A point of a sheet that has no way out.
+/// Positions of a sheet's nodes now, and at the start of the run [m].
+#[derive(Debug, Clone, Copy)]
+pub struct NodePositions<'a, const D: usize> {
+    /// Now.
+    pub position: &'a [Vector<D>],
+    /// At the start of the run.
+    pub reference: &'a [Vector<D>],
+}
+
+/// A point of a sheet that is squeezed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Squeeze<const D: usize> {
     /// Its node, of a point within an element the first.
     pub node: usize,
-    /// Where it is [m].
+    /// Position [m].
     pub place: Vector<D>,
     /// The wall or obstacle that it is in, as histories name it.
     pub solid: String,
     /// The other one; without, supports hold the point.
     pub other: Option<String>,
-    /// How far the two are apart, negative where they overlap; or how deep the point lies in the one [m].
+    /// Distance between the two, negative where they overlap; or depth of the point in the one [m].
     pub distance: f64,
 }
 
-impl<const D: usize> Rigid<D> {
-    /// The first point that has no way out, `elapsed` [s] after the start of the step. Nodes have these positions, now and at the
-    /// start of the run [m], and are `held` along some axes: those that were held in an obstacle from the start may stay there.
+impl<const D: usize> RigidContacts<D> {
+    /// The first squeezed point, `elapsed` [s] after the start of the step. Nodes are `held` along some axes: those that were held in an
+    /// obstacle from the start of the run may stay there.
     pub fn squeezed(
         &self,
-        (walls, elapsed): (&Walls<D>, f64),
-        [position, reference]: [&[Vector<D>]; 2],
+        NodePositions { position, reference }: NodePositions<'_, D>,
+        walls: &Walls<D>,
+        elapsed: f64,
         held: &[[bool; D]],
     ) -> Option<Squeeze<D>> {
-        let gap = |rest: &Rest<D>| rest.gap_after(position, elapsed);
-        let distance = |rest: &Rest<D>| gap(rest) + rest.offset;
-        let found = |rest: &Rest<D>, other: Option<&Rest<D>>, distance: f64| Squeeze {
-            node: rest.nodes[0] as usize,
-            place: rest.place(position),
-            solid: walls.boundary_name(rest.solid as usize).to_owned(),
+        let gap = |contact: &RigidContact<D>| contact.gap_after(position, elapsed);
+        let distance = |contact: &RigidContact<D>| gap(contact) + contact.offset;
+        let found = |contact: &RigidContact<D>, other: Option<&RigidContact<D>>, distance: f64| Squeeze {
+            node: contact.nodes[0] as usize,
+            place: contact.position(position),
+            solid: walls.boundary_name(contact.solid as usize).to_owned(),
             other: other.map(|other| walls.boundary_name(other.solid as usize).to_owned()),
             distance,
         };
-        // The rests of a node, and those of an element, follow each other.
-        for near in self.rests.chunk_by(|a, b| a.nodes == b.nodes) {
-            for rest in near.iter().filter(|rest| -gap(rest) > MOST * rest.thickness) {
-                let too_near = |other: &&Rest<D>| {
-                    rest.is_opposite(other) && -(gap(rest) + gap(other)) > MOST * (rest.thickness + other.thickness)
+        // The contacts of a node, and those of an element, follow each other.
+        for near in self.contacts.chunk_by(|a, b| a.nodes == b.nodes) {
+            for contact in near.iter().filter(|contact| -gap(contact) > MOST * contact.thickness) {
+                let too_near = |other: &&RigidContact<D>| {
+                    contact.is_opposite(other)
+                        && -(gap(contact) + gap(other)) > MOST * (contact.thickness + other.thickness)
                 };
                 if let Some(other) = near.iter().find(too_near) {
-                    return Some(found(rest, Some(other), distance(rest) + distance(other)));
+                    return Some(found(contact, Some(other), distance(contact) + distance(other)));
                 }
-                let depth = -distance(rest);
-                let began = || walls.distance_at_the_start(rest.solid as usize, rest.place(reference));
-                if depth > rest.thickness && rest.is_held(held) && began() > -rest.thickness {
-                    return Some(found(rest, None, depth));
+                let depth = -distance(contact);
+                let began = || walls.distance_at_the_start(contact.solid as usize, contact.position(reference));
+                if depth > contact.thickness && contact.is_held(held) && began() > -contact.thickness {
+                    return Some(found(contact, None, depth));
                 }
             }
         }
@@ -74,7 +85,7 @@ impl<const D: usize> Rigid<D> {
     }
 }
 
-impl<const D: usize> Rest<D> {
+impl<const D: usize> RigidContact<D> {
     /// True if `other` is the same point, at a solid opposite to this one.
     fn is_opposite(&self, other: &Self) -> bool {
         self.weights == other.weights && self.normal.dot(other.normal) < OPPOSITE

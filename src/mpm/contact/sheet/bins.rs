@@ -3,6 +3,7 @@
 use crate::math::Vector;
 
 /// The bin of `x` [m].
+#[inline]
 pub fn bin<const D: usize>(x: Vector<D>, cell: f64) -> [i32; D] {
     std::array::from_fn(|a| (x[a] / cell).floor() as i32)
 }

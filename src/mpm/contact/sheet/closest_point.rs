@@ -21,18 +21,18 @@
 //! the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
 use super::bins::{bin, for_each_bin};
-use super::facet::{Facet, borders, closest};
+use super::facet::{Facet, closest_on_triangle, free_edges};
 use crate::math::Vector;
 use crate::parallel;
 use hashbrown::{HashMap, HashSet};
 
-/// How far, in cells, the sheet may move before its facets are binned anew.
+/// Displacement of the sheet after which its facets are binned anew [cells].
 const SLACK: f64 = 0.5;
 
 /// Nodes and facets per parallel task.
 const TASK: usize = 1024;
 
-/// What rounding may add to the distance from the mean point of a facet, relative to that.
+/// Relative rounding error of the distance from the mean point of a facet.
 const ROUNDING: f64 = 1e-9;
 
 /// Closer than this [cells] the direction to the foot is lost in rounding, and the sheet's normal stands in.
@@ -52,7 +52,7 @@ pub struct Foot<const D: usize> {
     pub distance: f64,
     /// Unit vector n.
     pub normal: Vector<D>,
-    /// How far the curved surface lies above the facet, δ [m].
+    /// Height of the curved surface above the facet, δ [m].
     pub bulge: f64,
     /// True if the point is beyond a free edge rather than beside the sheet.
     pub beyond: bool,
@@ -64,15 +64,15 @@ pub struct Nearest<const D: usize> {
     bins: HashMap<[i32; D], Vec<u32>>,
     size: f64,
     binned: Vec<Vector<D>>,
-    borders: HashSet<[u32; 2]>,
+    free_edges: HashSet<[u32; 2]>,
     /// Facets around each node: starts, and the facets.
     around: (Vec<u32>, Vec<u32>),
-    placed: Placed<D>,
+    current: CurrentShape<D>,
 }
 
-/// A sheet at the positions of the last refresh.
+/// The shape of a sheet at the last refresh.
 #[derive(Debug, Default)]
-struct Placed<const D: usize> {
+struct CurrentShape<const D: usize> {
     position: Vec<Vector<D>>,
     bounds: Vec<Bounds<D>>,
     normals: Vec<NodeNormal<D>>,
@@ -111,18 +111,18 @@ impl<const D: usize> Nearest<D> {
                 next[k as usize] += 1;
             }
         }
-        Self { borders: borders(facets), around: (starts, around), ..Self::default() }
+        Self { free_edges: free_edges(facets), around: (starts, around), ..Self::default() }
     }
 
-    /// Follows the sheet to `position` [m]. Feet are found within `reach` [m].
+    /// Sets the positions of the nodes [m]. Feet are found within `reach` [m].
     pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
         self.bin_facets(facets, position, reach, cell);
-        if self.placed.position != position {
+        if self.current.position != position {
             let bounds = parallel::collect(facets.len(), TASK, |e| Bounds::of(&facets[e], position));
             let areas = parallel::collect(facets.len(), TASK, |e| facets[e].area(position));
             let normal = |node: usize| self.node_normal(|e| areas[e as usize], node as u32);
             let normals = parallel::collect(position.len(), TASK, normal);
-            self.placed = Placed { position: position.to_vec(), bounds, normals };
+            self.current = CurrentShape { position: position.to_vec(), bounds, normals };
         }
     }
 
@@ -149,15 +149,15 @@ impl<const D: usize> Nearest<D> {
     /// The foot of `x` [m] on the sheet where it was refreshed last, if it is within `reach` [m], which must not exceed that of
     /// [`Self::refresh`].
     pub fn foot(&self, facets: &[Facet], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
-        let Placed { position, bounds, normals } = &self.placed;
+        let CurrentShape { position, bounds, normals } = &self.current;
         let best = self.closest(facets, position, |e| bounds[e as usize], x, reach)?;
-        Some(self.close(facets, position, |node| normals[node as usize], x, &best))
+        Some(self.foot_from(facets, position, |node| normals[node as usize], x, &best))
     }
 
     /// The same on the sheet at other positions [m], within the slack of those.
     pub fn foot_at(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
         let best = self.closest(facets, position, |e| Bounds::of(&facets[e as usize], position), x, reach)?;
-        Some(self.close(
+        Some(self.foot_from(
             facets,
             position,
             |node| self.node_normal(|e| facets[e as usize].area(position), node),
@@ -175,12 +175,12 @@ impl<const D: usize> Nearest<D> {
         bounds: impl Fn(u32) -> Bounds<D>,
         x: Vector<D>,
         reach: f64,
-    ) -> Option<Best<D>> {
+    ) -> Option<ClosestSoFar<D>> {
         let candidates = self.bins.get(&bin(x, self.size))?;
         let middle = candidates.iter().map(|&e| (x - bounds(e).middle).norm_squared()).fold(f64::INFINITY, f64::min);
         let bound = middle * (1.0 + ROUNDING) + (TOUCHING * self.size).powi(2);
         let mut best =
-            Best { square: bound.min(reach * reach), facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
+            ClosestSoFar { square: bound.min(reach * reach), facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
         for &e in candidates {
             if bounds(e).square_to(x) <= best.square {
                 let facet = &facets[e as usize];
@@ -190,13 +190,13 @@ impl<const D: usize> Nearest<D> {
         (best.facet != u32::MAX).then_some(best)
     }
 
-    fn close(
+    fn foot_from(
         &self,
         facets: &[Facet],
         position: &[Vector<D>],
         node_normal: impl Fn(u32) -> NodeNormal<D>,
         x: Vector<D>,
-        best: &Best<D>,
+        best: &ClosestSoFar<D>,
     ) -> Foot<D> {
         let facet = &facets[best.facet as usize];
         let normals = facet.nodes.map(node_normal);
@@ -207,7 +207,7 @@ impl<const D: usize> Nearest<D> {
         let height = arm.dot(mean);
         let side = if height < 0.0 { -1.0 } else { 1.0 };
         let lost = distance <= TOUCHING * self.size;
-        let border = on_border(facet, &best.weights, &self.borders);
+        let border = on_free_edge(facet, &best.weights, &self.free_edges);
         let normal = if lost { mean } else { arm * (side / distance) };
         Foot {
             facet: best.facet,
@@ -263,14 +263,14 @@ fn bulge<const D: usize>(
 }
 
 /// The closest point so far.
-struct Best<const D: usize> {
+struct ClosestSoFar<const D: usize> {
     square: f64,
     facet: u32,
     weights: [f64; 4],
     point: Vector<D>,
 }
 
-impl<const D: usize> Best<D> {
+impl<const D: usize> ClosestSoFar<D> {
     fn compare(&mut self, e: u32, count: usize, corners: [Vector<D>; 4], x: Vector<D>) {
         match count {
             2 => self.offer(e, [0, 1, 1], [corners[0], corners[1], corners[1]], x),
@@ -286,7 +286,7 @@ impl<const D: usize> Best<D> {
     }
 
     fn offer(&mut self, e: u32, nodes: [usize; 3], corners: [Vector<D>; 3], x: Vector<D>) {
-        let shares = closest(corners, x);
+        let shares = closest_on_triangle(corners, x);
         let point = corners.iter().zip(shares).map(|(&corner, w)| corner * w).sum::<Vector<D>>();
         let square = (x - point).norm_squared();
         if square < self.square {
@@ -307,15 +307,15 @@ impl<const D: usize> Best<D> {
 const MIDDLE: usize = 4;
 
 /// True if the point with these weights lies on a free edge: all nodes but those of the edge have no weight.
-fn on_border(facet: &Facet, weights: &[f64; 4], borders: &HashSet<[u32; 2]>) -> bool {
+fn on_free_edge(facet: &Facet, weights: &[f64; 4], free_edges: &HashSet<[u32; 2]>) -> bool {
     let (nodes, n) = (facet.nodes(), facet.count);
     if n == 2 {
-        return (0..2).any(|k| weights[k] == 1.0 && borders.contains(&[nodes[k]; 2]));
+        return (0..2).any(|k| weights[k] == 1.0 && free_edges.contains(&[nodes[k]; 2]));
     }
     (0..n).any(|k| {
         let next = (k + 1) % n;
         let (a, b) = (nodes[k], nodes[next]);
-        (0..n).all(|j| j == k || j == next || weights[j] == 0.0) && borders.contains(&[a.min(b), a.max(b)])
+        (0..n).all(|j| j == k || j == next || weights[j] == 0.0) && free_edges.contains(&[a.min(b), a.max(b)])
     })
 }
 
@@ -367,7 +367,7 @@ mod tests {
             for (position, found) in
                 [(&now, nearest.foot(&facets, x, 0.2)), (&then, nearest.foot_at(&facets, &then, x, 0.2))]
             {
-                let mut best = Best { square: 0.04, facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
+                let mut best = ClosestSoFar { square: 0.04, facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
                 (0..).zip(&facets).for_each(|(e, facet)| best.compare(e, facet.count, facet.corners(position), x));
                 let expected = (best.facet != u32::MAX).then_some((best.facet, best.weights));
                 assert_eq!(found.map(|foot| (foot.facet, foot.weights)), expected, "{x:?}");

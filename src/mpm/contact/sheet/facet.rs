@@ -8,7 +8,7 @@ use hashbrown::{HashMap, HashSet};
 pub struct Facet {
     /// Nodes.
     pub nodes: [u32; 4],
-    /// How many.
+    /// Number of nodes.
     pub count: usize,
 }
 
@@ -55,7 +55,7 @@ fn half_cross<const D: usize>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
 }
 
 /// The free edges: those that belong to one facet only.
-pub fn borders(facets: &[Facet]) -> HashSet<[u32; 2]> {
+pub fn free_edges(facets: &[Facet]) -> HashSet<[u32; 2]> {
     let mut count: HashMap<[u32; 2], u32> = HashMap::new();
     for edge in facets.iter().flat_map(edges) {
         *count.entry(edge).or_insert(0) += 1;
@@ -75,7 +75,7 @@ fn edges(facet: &Facet) -> impl Iterator<Item = [u32; 2]> {
 
 /// Barycentric weights of the point of the triangle (or, with two equal corners, the segment) closest to `x`
 /// (Ericson, Real-Time Collision Detection, 5.1.5). Weights are exactly 0 or 1 on edges and corners.
-pub fn closest<const D: usize>([a, b, c]: [Vector<D>; 3], x: Vector<D>) -> [f64; 3] {
+pub fn closest_on_triangle<const D: usize>([a, b, c]: [Vector<D>; 3], x: Vector<D>) -> [f64; 3] {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(ax), ac.dot(ax));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -16,13 +16,16 @@ mod surface;
 
 pub use closest_point::{Foot, Nearest};
 pub use facet::Facet;
-pub use guard::{DOUBT, Moved, Near, Shift, keep_sides, suspects};
+pub use guard::{
+    GuardedParticle, HEIGHT_ERROR, MovedSheet, ParticleAtSheet, ParticleShift, SideOfSheet, keep_sides,
+    particles_to_check,
+};
 pub use sides::{Label, Labels};
-pub use signed_distance::{Locator, Place};
+pub use signed_distance::{Locator, SheetPosition};
 pub use surface::{SheetSource, Surface};
 
 use crate::math::Vector;
-use crate::mpm::contact::rigid::{Rigid, Squeeze};
+use crate::mpm::contact::rigid::{NodePositions, RigidContacts, Squeeze};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Friction, SubStep};
 
@@ -33,28 +36,28 @@ pub struct Sheet<const D: usize> {
     /// Its number among all sheets.
     pub number: usize,
     pub facets: Vec<Facet>,
-    /// Finds the points of the sheet that are closest to others, where it was refreshed last.
+    /// Search for the closest points of the sheet.
     pub nearest: Nearest<D>,
-    /// What the particles of each body remember of it.
+    /// Sides of the particles of each body.
     pub labels: Vec<Labels>,
     /// Walls and obstacles that it touches.
-    pub rigid: Rigid<D>,
-    /// Where its nodes were at the start of the step [m].
+    pub rigid: RigidContacts<D>,
+    /// Positions of its nodes at the start of the step [m].
     pub before: Vec<Vector<D>>,
     /// Friction with each field.
     pub friction: Vec<Friction>,
     /// Axes along which supports hold each node.
     held: Vec<[bool; D]>,
     /// 1/m_K along the axes that are free, 0 along the others [1/kg].
-    pub softness: Vec<Vector<D>>,
+    pub inverse_mass: Vec<Vector<D>>,
     /// Change of the forces on the nodes in the last pass [N].
     pub forces: Vec<Vector<D>>,
     /// Node velocities after the impulses of the sub-step [m/s].
     pub after: Vec<Vector<D>>,
 }
 
-/// How far from the sheet particles are watched [cells].
-pub const WATCHED: f64 = 1.0;
+/// Distance from a sheet within which particles may touch it [cells].
+pub const SEARCH_DISTANCE: f64 = 1.0;
 
 impl<const D: usize> Sheet<D> {
     /// The sheet of this number, its friction with each field, and what the case lists of its friction by name.
@@ -72,11 +75,11 @@ impl<const D: usize> Sheet<D> {
             facets: source.facets.clone(),
             nearest: Nearest::new(&source.facets, nodes),
             labels: bodies.iter().map(|body| labels(body, number)).collect(),
-            rigid: Rigid::new(nodes, listed),
+            rigid: RigidContacts::new(nodes, listed),
             before: Vec::new(),
             friction,
             held: source.held.clone(),
-            softness: (0..nodes).map(|k| softness(source.mass, &source.held, k)).collect(),
+            inverse_mass: (0..nodes).map(|k| inverse_mass(source.mass, &source.held, k)).collect(),
             forces: vec![Vector::ZERO; nodes],
             after: Vec::new(),
         }
@@ -89,14 +92,14 @@ impl<const D: usize> Sheet<D> {
         self.before.extend_from_slice(surface.position);
     }
 
-    /// Follows the sheet to `position` [m], for [`Self::foot`].
+    /// Sets the positions of the nodes [m] for [`Self::foot`].
     pub fn refresh(&mut self, position: &[Vector<D>], cell: f64) {
-        self.nearest.refresh(&self.facets, position, WATCHED * cell, cell);
+        self.nearest.refresh(&self.facets, position, SEARCH_DISTANCE * cell, cell);
     }
 
-    /// Follows the sheet to where it was at the start of the step.
+    /// Sets the positions of the nodes for [`Self::foot`] to those at the start of the step.
     pub fn refresh_to_start(&mut self, cell: f64) {
-        self.nearest.refresh(&self.facets, &self.before, WATCHED * cell, cell);
+        self.nearest.refresh(&self.facets, &self.before, SEARCH_DISTANCE * cell, cell);
     }
 
     /// The closest point to `x` [m] where the sheet was refreshed last, within `cell` [m], the size of a cell.
@@ -111,8 +114,8 @@ impl<const D: usize> Sheet<D> {
     }
 
     /// The sheet, refreshed where its nodes have moved to, `position` [m].
-    pub fn moved<'a>(&'a self, position: &'a [Vector<D>]) -> Moved<'a, D> {
-        Moved { nearest: &self.nearest, facets: &self.facets, before: &self.before, position }
+    pub fn moved<'a>(&'a self, position: &'a [Vector<D>]) -> MovedSheet<'a, D> {
+        MovedSheet { nearest: &self.nearest, facets: &self.facets, before: &self.before, position }
     }
 
     /// The share of a node's mass that supports, walls and obstacles hold along each axis.
@@ -129,40 +132,39 @@ impl<const D: usize> Sheet<D> {
     }
 
     /// Contact with walls and obstacles alone, after the forces of this pass.
-    pub fn meet_walls(&mut self, surface: &Surface<'_, D>, at: &SubStep<'_>) {
+    pub fn resolve_rigid_contact(&mut self, surface: &Surface<'_, D>, at: &SubStep<'_>) {
         if self.rigid.is_empty() {
             return;
         }
-        let Self { rigid, softness, forces, after, .. } = self;
-        let soft = |k: usize| softness[k];
+        let Self { rigid, inverse_mass, forces, after, .. } = self;
+        let of_node = |k: usize| inverse_mass[k];
         after.clear();
-        after.extend((0..softness.len()).map(|k| {
-            let (v, soft) = (surface.velocity[k], soft(k));
-            Vector::from_fn(|a| v[a] + soft[a] * forces[k][a] * at.momentum_dt)
+        after.extend((0..inverse_mass.len()).map(|k| {
+            let (v, inverse_mass) = (surface.velocity[k], inverse_mass[k]);
+            Vector::from_fn(|a| v[a] + inverse_mass[a] * forces[k][a] * at.momentum_dt)
         }));
-        rigid.settle(after, &soft, at.dt);
-        rigid.hand_over(forces, at.momentum_dt);
+        rigid.solve(after, &of_node, at.dt);
+        rigid.apply_impulses(forces, at.momentum_dt);
     }
 
-    /// Parts the sheet from walls and obstacles that it overlaps with, after its nodes have moved to `position` [m].
+    /// Undoes a part of the overlaps with walls and obstacles, after the nodes have moved to `position` [m].
     pub fn part(&self, position: &mut [Vector<D>], at: &SubStep<'_>) {
-        self.rigid.part(position, &|k: usize| self.softness[k], at.elapsed + at.dt);
+        self.rigid.undo_overlaps(position, &|k: usize| self.inverse_mass[k], at.elapsed + at.dt);
     }
 
-    /// A point that has no way out between walls, obstacles and supports `elapsed` [s] after the start of the step; positions of the
-    /// nodes now and at the start of the run [m].
-    pub fn squeezed(&self, positions: [&[Vector<D>]; 2], (walls, elapsed): (&Walls<D>, f64)) -> Option<Squeeze<D>> {
-        self.rigid.squeezed((walls, elapsed), positions, &self.held)
+    /// A point that is squeezed between walls, obstacles and supports `elapsed` [s] after the start of the step.
+    pub fn squeezed(&self, positions: NodePositions<'_, D>, walls: &Walls<D>, elapsed: f64) -> Option<Squeeze<D>> {
+        self.rigid.squeezed(positions, walls, elapsed, &self.held)
     }
 }
 
 /// 1/m_K along the axes that are free, 0 along the others [1/kg].
-fn softness<const D: usize>(mass: &[f64], held: &[[bool; D]], k: usize) -> Vector<D> {
+fn inverse_mass<const D: usize>(mass: &[f64], held: &[[bool; D]], k: usize) -> Vector<D> {
     Vector::from_fn(|axis| if held[k][axis] { 0.0 } else { 1.0 / mass[k] })
 }
 
-/// The memory of a body's particles at the start of the run: the side that their region has of the sheet with this number.
+/// Sides of a body's particles at the start of the run: that of their region with respect to the sheet with this number.
 fn labels<const D: usize>(body: &Body<D>, sheet: usize) -> Labels {
-    let known = body.part.sides.get(sheet).copied().filter(|&side| side != 0.0);
-    Labels { known, ..Labels::default() }
+    let region_side = body.part.sides.get(sheet).copied().filter(|&side| side != 0.0);
+    Labels { region_side, ..Labels::default() }
 }

@@ -5,25 +5,25 @@
 //! the distance that the nodes see (theory (D.5)) says that one has crossed.
 
 use super::bins::{bin, for_each_bin};
-use super::facet::{Facet, borders, closest};
+use super::facet::{Facet, closest_on_triangle, free_edges};
 use crate::math::Vector;
 use hashbrown::{HashMap, HashSet};
 
-/// Where a point lies relative to a sheet.
+/// The position of a point relative to a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum SheetPosition {
     /// Beside the sheet, at a signed distance [m], positive on the side that the normals point to.
     Beside(f64),
     /// Beyond a free edge.
     Beyond,
-    /// Too far to say.
+    /// Farther away than facets are searched.
     Away,
 }
 
-/// How far, in cells, the sheet may move before its facets are binned anew.
+/// Displacement of the sheet after which its facets are binned anew [cells].
 const SLACK: f64 = 0.5;
 
-/// How far, in cells, a point looks for facets.
+/// Distance within which facets are searched [cells].
 const RANGE: i32 = 4;
 
 /// Finds the facets near a point.
@@ -31,18 +31,18 @@ const RANGE: i32 = 4;
 pub struct Locator<const D: usize> {
     bins: HashMap<[i32; D], Vec<u32>>,
     binned: Vec<Vector<D>>,
-    borders: HashSet<[u32; 2]>,
+    free_edges: HashSet<[u32; 2]>,
 }
 
 impl<const D: usize> Locator<D> {
     /// For these facets; edges that belong to one facet only are free edges.
     pub fn new(facets: &[Facet]) -> Self {
-        Self { bins: HashMap::new(), binned: Vec::new(), borders: borders(facets) }
+        Self { bins: HashMap::new(), binned: Vec::new(), free_edges: free_edges(facets) }
     }
 
     /// True if the sheet has no free edges.
     pub fn is_closed(&self) -> bool {
-        self.borders.is_empty()
+        self.free_edges.is_empty()
     }
 
     /// Bins the facets again if the sheet has moved too far.
@@ -61,15 +61,15 @@ impl<const D: usize> Locator<D> {
         }
     }
 
-    /// Where `x` [m] lies relative to the sheet, seen from at most a few cells away.
-    pub fn place(&self, facets: &[Facet], position: &[Vector<D>], cell: f64, x: Vector<D>) -> Place {
+    /// The position of `x` [m] relative to the sheet, if that is at most a few cells away.
+    pub fn locate(&self, facets: &[Facet], position: &[Vector<D>], cell: f64, x: Vector<D>) -> SheetPosition {
         let centre = bin(x, cell);
         let mut best = Closest::default();
-        let mut seen = HashSet::new();
+        let mut compared = HashSet::new();
         for range in 1..=RANGE {
             for_each_bin(centre.map(|i| i - range), centre.map(|i| i + range), |bin| {
                 for &e in self.bins.get(&bin).into_iter().flatten() {
-                    if seen.insert(e) {
+                    if compared.insert(e) {
                         self.compare(&facets[e as usize], position, x, &mut best);
                     }
                 }
@@ -90,21 +90,21 @@ impl<const D: usize> Locator<D> {
             _ => &[[0, 1, 2], [0, 2, 3]],
         };
         for piece in pieces {
-            let weights = closest(piece.map(|k| corners[k]), x);
+            let weights = closest_on_triangle(piece.map(|k| corners[k]), x);
             let point = piece.iter().zip(weights).map(|(&k, w)| corners[k] * w).sum::<Vector<D>>();
-            let border = self.on_border(facet, *piece, weights);
+            let border = self.on_free_edge(facet, *piece, weights);
             best.offer((x - point).norm(), point, normal, border);
         }
     }
 
     /// True if the point with these weights lies on a free edge.
-    fn on_border(&self, facet: &Facet, piece: [usize; 3], weights: [f64; 3]) -> bool {
+    fn on_free_edge(&self, facet: &Facet, piece: [usize; 3], weights: [f64; 3]) -> bool {
         if facet.count == 2 {
-            return (0..2).any(|k| weights[k] == 1.0 && self.borders.contains(&[facet.nodes[piece[k]]; 2]));
+            return (0..2).any(|k| weights[k] == 1.0 && self.free_edges.contains(&[facet.nodes[piece[k]]; 2]));
         }
         (0..3).any(|k| {
             let [a, b] = [piece[(k + 1) % 3], piece[(k + 2) % 3]].map(|c| facet.nodes[c]);
-            weights[k] == 0.0 && self.borders.contains(&[a.min(b), a.max(b)])
+            weights[k] == 0.0 && self.free_edges.contains(&[a.min(b), a.max(b)])
         })
     }
 }
@@ -134,15 +134,15 @@ impl<const D: usize> Closest<D> {
         }
     }
 
-    fn place(&self, x: Vector<D>) -> Place {
+    fn place(&self, x: Vector<D>) -> SheetPosition {
         if self.distance.is_infinite() {
-            return Place::Away;
+            return SheetPosition::Away;
         }
         let height = (x - self.point).dot(self.normal);
         if self.border && height.abs() < 0.5 * self.distance * self.normal.norm() {
-            return Place::Beyond;
+            return SheetPosition::Beyond;
         }
-        Place::Beside(if height < 0.0 { -self.distance } else { self.distance })
+        SheetPosition::Beside(if height < 0.0 { -self.distance } else { self.distance })
     }
 }
 
@@ -150,10 +150,10 @@ impl<const D: usize> Closest<D> {
 mod tests {
     use super::*;
 
-    fn place<const D: usize>(facets: &[Facet], position: &[Vector<D>], x: Vector<D>) -> Place {
+    fn place<const D: usize>(facets: &[Facet], position: &[Vector<D>], x: Vector<D>) -> SheetPosition {
         let mut locator = Locator::new(facets);
         locator.refresh(facets, position, 0.3);
-        locator.place(facets, position, 0.3, x)
+        locator.locate(facets, position, 0.3, x)
     }
 
     /// A loop that runs counter-clockwise: outside is positive, also across its corners.
@@ -165,11 +165,11 @@ mod tests {
             [([0.9, 0.8], -0.1), ([1.1, 0.5], 0.1), ([1.03, 1.04], 0.05), ([0.97, 0.99], -0.01), ([-0.3, -0.4], 0.5)]
         {
             match place(&facets, &position, Vector(x)) {
-                Place::Beside(d) => assert!((d - expected).abs() < 1e-12, "{x:?}: {d}"),
+                SheetPosition::Beside(d) => assert!((d - expected).abs() < 1e-12, "{x:?}: {d}"),
                 other => panic!("{x:?}: {other:?}"),
             }
         }
-        assert_eq!(place(&facets, &position, Vector([9.0, 9.0])), Place::Away);
+        assert_eq!(place(&facets, &position, Vector([9.0, 9.0])), SheetPosition::Away);
     }
 
     /// Beside a square sheet the distance is the height; beyond its edge there is no side.
@@ -177,10 +177,10 @@ mod tests {
     fn free_edges_have_no_side() {
         let position = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(Vector);
         for facets in [vec![Facet::new(&[0, 1, 2, 3])], vec![Facet::new(&[0, 1, 2]), Facet::new(&[0, 2, 3])]] {
-            assert_eq!(place(&facets, &position, Vector([0.5, 0.5, 0.25])), Place::Beside(0.25));
-            assert_eq!(place(&facets, &position, Vector([0.25, 0.75, -0.25])), Place::Beside(-0.25));
-            assert_eq!(place(&facets, &position, Vector([1.3, 0.5, 0.01])), Place::Beyond);
-            assert_eq!(place(&facets, &position, Vector([0.999, 0.5, 0.2])), Place::Beside(0.2));
+            assert_eq!(place(&facets, &position, Vector([0.5, 0.5, 0.25])), SheetPosition::Beside(0.25));
+            assert_eq!(place(&facets, &position, Vector([0.25, 0.75, -0.25])), SheetPosition::Beside(-0.25));
+            assert_eq!(place(&facets, &position, Vector([1.3, 0.5, 0.01])), SheetPosition::Beyond);
+            assert_eq!(place(&facets, &position, Vector([0.999, 0.5, 0.2])), SheetPosition::Beside(0.2));
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A body meets an obstacle at points x_c of its surface. There, with the shape functions of the bodies,
 //!
 //! ```text
-//! u = Σ_I N_I(x_c) v_I,   M⁻¹ = Σ_I N_I(x_c)²/m_I,   p_I ← p_I + N_I(x_c) J          J: what makes u meet the condition
+//! u = Σ_I N_I(x_c) v_I,   M⁻¹ = Σ_I N_I(x_c)²/m_I,   p_I ← p_I + N_I(x_c) J          J on the body: so that u satisfies the condition
 //! ```
 //!
 //! Of an obstacle that binds, x_c are the feet of the nodes within half a cell: on average one per cell of the surface, however it is
@@ -18,25 +18,26 @@
 //! Particles that creep towards an obstacle that binds, between its points, are stopped at half their reach, as by contact without friction.
 //!
 //! A body with the pressure p that ends at the surface has the forces p ∫ ∇N_I dV = p N_I(x_c) ν on its nodes: the impulses give back just that.
-//! Conditions at the nodes themselves would leave p N_I on those in front, and the body would come to rest where its particles balance that,
-//! up to half a cell off.
+//! Conditions at the nodes themselves would leave the forces p N_I on those in front, and the body would come to rest up to half a cell off,
+//! where its particles balance them.
 //!
-//! A node that particles barely reach has next to no mass, but not next to no N_I(x_c): the impulses would be spent on it, and the body pass. No particle that
-//! lies at the point has more of a node than m_I/m_p; nor has the point:
+//! A node at the edge of the particles' supports has very little mass, but not very little N_I(x_c): it would take up the impulses, and the
+//! body pass through. No particle that lies at the point has a larger share of a node than m_I/m_p; nor has the point:
 //!
 //! ```text
-//! N_I(x_c) ← min(N_I(x_c), m_I/m̄),   m̄ = 2⁻ᴰ Σ N_I(x_c) m_I: what a particle has, two per cell and direction; then Σ N_I = 1 again
+//! N_I(x_c) ← min(N_I(x_c), m_I/m̄),   m̄ = 2⁻ᴰ Σ N_I(x_c) m_I: mass of a particle, two per cell and direction; then Σ N_I = 1 again
 //! ```
 //!
-//! The velocity that FLIP gives a node is that of the mean place of its particles, x̄_I = Σ m_p N_Ip x_p/m_I, which at the edge of a body lies inside of
-//! it: N_I(x_c) sees the body up to a quarter of a cell below its surface. What slides does so at the surface itself, with tilted weights
+//! The velocity that FLIP gives a node is that of the mean place of its particles, x̄_I = Σ m_p N_Ip x_p/m_I, which at the edge of a body
+//! lies inside of it: u is that of the body up to a quarter of a cell below its surface. Sliding velocities are those of the surface itself,
+//! with tilted weights
 //!
 //! ```text
 //! W_I = N_I (1 + γ (x̄_I − x̃)·ν),   x̃ = Σ N_I x̄_I,   γ so that Σ W_I x̄_I·ν = x_c·ν
 //! ```
 //!
-//! for the tangential parts of u and J: a rigid motion is exact, and so is the angular momentum that friction gives. A wheel would roll on a radius
-//! that is too short.
+//! for the tangential parts of u and J: a rigid motion is exact, and so is the angular momentum that friction gives.
+//! Without, a wheel would roll on a radius that is too short.
 //!
 //! All points together are solved by projected Gauss–Seidel in a fixed order. Each visit is a projection in the metric of the masses, so that
 //! obstacles at rest take energy and never give any, converged or not, without friction by proof (theory E.7).
@@ -47,7 +48,7 @@ mod step;
 use crate::math::Vector;
 use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::{Grid, Node};
-pub use point::{Law, Point, State, SupportNode};
+pub use point::{Law, PointState, SupportNode, SurfaceFoot, SurfacePoint};
 
 /// Least share of the support of a binding point that must have mass: else no body is there yet.
 const LEAST: f64 = 0.5;
@@ -56,7 +57,7 @@ const LEAST: f64 = 0.5;
 const SWEEPS: usize = 40;
 const SETTLED: f64 = 1e-4;
 
-/// Sweeps over the points that push, between two over all.
+/// Sweeps over the points with an impulse, between two over all.
 const ROUNDS: usize = 4;
 
 /// The most that tilting changes a weight, relative to it.
@@ -65,56 +66,64 @@ const TILT: f64 = 0.9;
 /// The number of what is absent.
 const NONE: u32 = u32::MAX;
 
-/// The points where a field meets the surfaces of obstacles during a step.
+/// The points of obstacles' surfaces with conditions for a field during a step.
 #[derive(Debug, Clone, Default)]
-pub struct Surface<const D: usize> {
-    pub points: Vec<Point<D>>,
-    reached: Vec<SupportNode<D>>,
+pub struct SurfacePoints<const D: usize> {
+    pub points: Vec<SurfacePoint<D>>,
+    support: Vec<SupportNode<D>>,
     /// Grid nodes, and their 1/m [1/kg].
     nodes: Vec<(u32, f64)>,
     /// Number of each grid node among `nodes`.
     number: Vec<u32>,
 }
 
-/// What a solution changes [N s]: the impulses at all points, and those of grid nodes.
-pub struct Solved<const D: usize> {
+/// Impulses of a solution [N s]: at all points, and on grid nodes.
+pub struct SurfaceImpulses<const D: usize> {
     pub points: Vec<Vector<D>>,
     pub nodes: Vec<(usize, Vector<D>)>,
-    /// What mirrors keep of the impulses at points next to them: by side, numbered 2 axis + end.
+    /// The parts of impulses at points next to mirrors that mirrors take, by side, numbered 2 axis + end.
     pub mirrored: Vec<(usize, Vector<D>)>,
 }
 
-impl<const D: usize> Surface<D> {
-    /// Takes these points instead of those of the step before, and finds the nodes around them, which hold (m, p). Points of obstacles that bind are left out
-    /// where no body is.
+/// The state of the iteration: impulses at the points [N s], velocities of the nodes [m/s] and their impulses [N s].
+struct Iterate<const D: usize> {
+    impulse: Vec<Vector<D>>,
+    velocity: Vec<Vector<D>>,
+    nodal_impulse: Vec<Vector<D>>,
+}
+
+impl<const D: usize> SurfacePoints<D> {
+    /// Replaces the points of the step before, and finds the nodes around them, which hold (m, p). Points of obstacles that bind are left
+    /// out where no body is.
     pub fn find(
         &mut self,
-        (grid, lattice): (&Grid<D>, &FoldedStencil<D>),
+        grid: &Grid<D>,
+        stencil: &FoldedStencil<D>,
         nodes: &[Node<D>],
-        points: impl Iterator<Item = Point<D>>,
+        points: impl Iterator<Item = SurfacePoint<D>>,
     ) {
         let known = self.number.len();
         self.nodes.iter().filter(|(n, _)| (*n as usize) < known).for_each(|&(n, _)| self.number[n as usize] = NONE);
         self.number.resize(nodes.len(), NONE);
         self.nodes.clear();
         self.points.clear();
-        self.reached.clear();
+        self.support.clear();
         for mut point in points {
-            let start = self.reach((grid, lattice), nodes, point.place);
+            let start = self.add_support(grid, stencil, nodes, point.place);
             let cover = self.limit(start);
             if cover <= 0.0 || point.binds() && cover < LEAST {
-                self.reached.truncate(start);
+                self.support.truncate(start);
                 continue;
             }
-            for SupportNode { number, weight, .. } in &mut self.reached[start..] {
+            for SupportNode { number, weight, .. } in &mut self.support[start..] {
                 *weight = *weight / cover;
-                let soft = self.nodes[*number as usize].1;
-                point.softness += Vector::from_fn(|a| weight[a] * weight[a] * soft);
+                let inverse_mass = self.nodes[*number as usize].1;
+                point.inverse_mass += Vector::from_fn(|a| weight[a] * weight[a] * inverse_mass);
             }
-            point.sliding_softness = (0..D).map(|a| point.softness[a]).fold(0.0, f64::max);
-            let mirrored = self.reached[start..].iter().any(|at| (1..D).any(|a| at.weight[a] != at.weight[0]));
+            point.sliding_inverse_mass = (0..D).map(|a| point.inverse_mass[a]).fold(0.0, f64::max);
+            let mirrored = self.support[start..].iter().any(|at| (1..D).any(|a| at.weight[a] != at.weight[0]));
             point.mirrors = mirrored.then(|| nearer_sides(grid, point.place));
-            (point.start, point.end) = (start as u32, self.reached.len() as u32);
+            (point.start, point.end) = (start as u32, self.support.len() as u32);
             self.points.push(point);
         }
     }
@@ -122,19 +131,19 @@ impl<const D: usize> Surface<D> {
     /// Tilts the weights for what slides, where the nodes stand for these mean places of their particles [m].
     pub fn tilt(&mut self, means: &[Vector<D>]) {
         for point in &mut self.points {
-            let near = &mut self.reached[point.start as usize..point.end as usize];
+            let near = &mut self.support[point.start as usize..point.end as usize];
             let height = |at: &SupportNode<D>| (means[at.number as usize] - point.place).dot(point.normal);
             let mean: f64 = near.iter().map(|at| at.share() * height(at)).sum();
             let spread: f64 = near.iter().map(|at| at.share() * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
             let slope = if spread > 0.0 { (-mean / spread).max(-TILT / most).min(TILT / most) } else { 0.0 };
-            let mut softness = Vector::<D>::ZERO;
+            let mut inverse_mass = Vector::<D>::ZERO;
             for at in near {
                 at.tilt = 1.0 + slope * (height(at) - mean);
-                let soft = self.nodes[at.number as usize].1 * at.tilt * at.tilt;
-                softness += Vector::from_fn(|a| at.weight[a] * at.weight[a] * soft);
+                let nodal = self.nodes[at.number as usize].1 * at.tilt * at.tilt;
+                inverse_mass += Vector::from_fn(|a| at.weight[a] * at.weight[a] * nodal);
             }
-            point.sliding_softness = (0..D).map(|a| softness[a]).fold(0.0, f64::max);
+            point.sliding_inverse_mass = (0..D).map(|a| inverse_mass[a]).fold(0.0, f64::max);
         }
     }
 
@@ -151,11 +160,11 @@ impl<const D: usize> Surface<D> {
     }
 
     /// Lists the nodes around `x` [m] that have mass; returns where they begin.
-    fn reach(&mut self, (grid, lattice): (&Grid<D>, &FoldedStencil<D>), nodes: &[Node<D>], x: Vector<D>) -> usize {
-        let start = self.reached.len();
-        lattice.for_each(grid, x, |node, weight, flips| {
+    fn add_support(&mut self, grid: &Grid<D>, stencil: &FoldedStencil<D>, nodes: &[Node<D>], x: Vector<D>) -> usize {
+        let start = self.support.len();
+        stencil.for_each(grid, x, |node, weight, flips| {
             let mass = nodes[node].mass;
-            if mass <= lattice.cutoff {
+            if mass <= stencil.cutoff {
                 return;
             }
             let number = &mut self.number[node];
@@ -164,9 +173,9 @@ impl<const D: usize> Surface<D> {
                 self.nodes.push((node as u32, 1.0 / mass));
             }
             let (number, weight) = (*number, flip(Vector::from_fn(|_| weight), flips));
-            match self.reached[start..].iter_mut().find(|reached| reached.number == number) {
-                Some(reached) => reached.weight += weight,
-                None => self.reached.push(SupportNode { number, weight, tilt: 1.0 }),
+            match self.support[start..].iter_mut().find(|support| support.number == number) {
+                Some(support) => support.weight += weight,
+                None => self.support.push(SupportNode { number, weight, tilt: 1.0 }),
             }
         });
         start
@@ -174,9 +183,9 @@ impl<const D: usize> Surface<D> {
 
     /// Limits the weights of the nodes listed from `start` on by their masses; returns Σ N_I.
     fn limit(&mut self, start: usize) -> f64 {
-        let Self { reached, nodes, .. } = self;
+        let Self { support, nodes, .. } = self;
         let mass = |at: &SupportNode<D>| 1.0 / nodes[at.number as usize].1;
-        let near = &mut reached[start..];
+        let near = &mut support[start..];
         let [cover, sum] = near.iter().fold([0.0; 2], |[n, nm], at| [n + at.share(), nm + at.share() * mass(at)]);
         let particle = sum / cover / f64::from(1 << D);
         for at in near.iter_mut() {
@@ -189,9 +198,9 @@ impl<const D: usize> Surface<D> {
     pub fn velocities<'a>(
         &'a self,
         nodal: impl Fn(usize) -> Vector<D> + 'a,
-    ) -> impl Iterator<Item = (&'a Point<D>, Vector<D>)> + 'a {
+    ) -> impl Iterator<Item = (&'a SurfacePoint<D>, Vector<D>)> + 'a {
         self.points.iter().map(move |point| {
-            let near = &self.reached[point.start as usize..point.end as usize];
+            let near = &self.support[point.start as usize..point.end as usize];
             let read = |at: &SupportNode<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
             (point, near.iter().map(read).sum())
         })
@@ -202,41 +211,42 @@ impl<const D: usize> Surface<D> {
     pub fn solve(
         &self,
         nodal: impl Fn(usize) -> Vector<D>,
-        walls: impl Fn(&Point<D>) -> Vector<D>,
-        given: impl Fn(&Point<D>) -> Vector<D>,
+        walls: impl Fn(&SurfacePoint<D>) -> Vector<D>,
+        given: impl Fn(&SurfacePoint<D>) -> Vector<D>,
         law: Law<'_, D>,
-    ) -> Solved<D> {
+    ) -> SurfaceImpulses<D> {
         let walls: Vec<_> = self.points.iter().map(walls).collect();
-        let mut velocity: Vec<_> = self.nodes.iter().map(|&(node, _)| nodal(node as usize)).collect();
-        let mut sums = vec![Vector::ZERO; velocity.len()];
+        let velocity: Vec<_> = self.nodes.iter().map(|&(node, _)| nodal(node as usize)).collect();
+        let nodal_impulse = vec![Vector::ZERO; velocity.len()];
         let first: Vec<_> = self.points.iter().map(given).collect();
-        let mut impulses = first.clone();
+        let mut solution = Iterate { impulse: first.clone(), velocity, nodal_impulse };
         let all: Vec<u32> = (0..self.points.len() as u32).collect();
         for _ in 0..SWEEPS / (1 + ROUNDS) {
-            let (change, largest) = self.sweep((&all, &walls), &mut impulses, (&mut velocity, &mut sums), law);
+            let (change, largest) = self.sweep(&all, &walls, &mut solution, law);
             if change <= SETTLED * largest {
                 break;
             }
-            let pushing: Vec<u32> = all.iter().copied().filter(|&k| impulses[k as usize] != Vector::ZERO).collect();
+            let pushing: Vec<u32> =
+                all.iter().copied().filter(|&k| solution.impulse[k as usize] != Vector::ZERO).collect();
             for _ in 0..ROUNDS {
-                let (change, largest) = self.sweep((&pushing, &walls), &mut impulses, (&mut velocity, &mut sums), law);
+                let (change, largest) = self.sweep(&pushing, &walls, &mut solution, law);
                 if change <= SETTLED * largest {
                     break;
                 }
             }
         }
-        let nodes = self.nodes.iter().zip(sums).map(|(&(node, _), sum)| (node as usize, sum));
-        let points: Vec<_> = impulses.into_iter().zip(first).map(|(after, before)| after - before).collect();
+        let nodes = self.nodes.iter().zip(solution.nodal_impulse).map(|(&(node, _), sum)| (node as usize, sum));
+        let points: Vec<_> = solution.impulse.into_iter().zip(first).map(|(after, before)| after - before).collect();
         let nodes = nodes.filter(|(_, sum)| *sum != Vector::ZERO).collect();
-        Solved { mirrored: self.mirrored(&points), points, nodes }
+        SurfaceImpulses { mirrored: self.mirrored(&points), points, nodes }
     }
 
-    /// What the nodes don't get of these impulses at the points [N s], by side: the parts along a mirror's normal that go to the images of nodes.
+    /// The parts of these impulses at the points that nodes don't get [N s], by side: those along a mirror's normal on the images of nodes.
     fn mirrored(&self, impulses: &[Vector<D>]) -> Vec<(usize, Vector<D>)> {
         let mut kept = Vec::new();
         for (point, &j) in self.points.iter().zip(impulses).filter(|(_, j)| **j != Vector::ZERO) {
             let Some(sides) = point.mirrors else { continue };
-            let near = &self.reached[point.start as usize..point.end as usize];
+            let near = &self.support[point.start as usize..point.end as usize];
             let rest = j - near.iter().map(|at| at.give(j, point.normal)).sum::<Vector<D>>();
             kept.extend((0..D).map(|a| (sides[a], Vector::unit(a) * rest[a])));
         }
@@ -244,19 +254,14 @@ impl<const D: usize> Surface<D> {
     }
 
     /// One sweep over some points: the largest change of an impulse, and the largest impulse [N s].
-    fn sweep(
-        &self,
-        (points, walls): (&[u32], &[Vector<D>]),
-        impulses: &mut [Vector<D>],
-        (velocity, sums): (&mut [Vector<D>], &mut [Vector<D>]),
-        law: Law<'_, D>,
-    ) -> (f64, f64) {
+    fn sweep(&self, points: &[u32], walls: &[Vector<D>], solution: &mut Iterate<D>, law: Law<'_, D>) -> (f64, f64) {
+        let Iterate { impulse: impulses, velocity, nodal_impulse } = solution;
         let (mut change, mut largest) = (0.0_f64, 0.0_f64);
         for &k in points {
             let (point, impulse) = (&self.points[k as usize], &mut impulses[k as usize]);
-            let near = &self.reached[point.start as usize..point.end as usize];
+            let near = &self.support[point.start as usize..point.end as usize];
             let u = near.iter().map(|at| at.read(velocity[at.number as usize], point.normal)).sum();
-            let wanted = law(&State { point, wall: walls[k as usize], velocity: u, impulse: *impulse });
+            let wanted = law(&PointState { point, wall: walls[k as usize], velocity: u, impulse: *impulse });
             let delta = wanted - *impulse;
             *impulse = wanted;
             largest = largest.max(wanted.norm());
@@ -266,7 +271,7 @@ impl<const D: usize> Surface<D> {
             change = change.max(delta.norm());
             for at in near {
                 let (part, node) = (at.give(delta, point.normal), at.number as usize);
-                sums[node] += part;
+                nodal_impulse[node] += part;
                 velocity[node] += part * self.nodes[node].1;
             }
         }
@@ -274,7 +279,7 @@ impl<const D: usize> Surface<D> {
     }
 
     /// 1/m of a grid node around a point [1/kg].
-    pub fn softness_of(&self, node: usize) -> f64 {
+    pub fn inverse_mass_of(&self, node: usize) -> f64 {
         self.nodes[self.number[node] as usize].1
     }
 }

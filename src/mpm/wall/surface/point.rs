@@ -1,14 +1,24 @@
-//! One point of a surface where a body meets it, and the laws there.
+//! One point of an obstacle's surface with a condition for a body, and the laws there (theory E.5 to E.7).
 
 use crate::math::Vector;
 use crate::mpm::WallKind;
 
-/// A point of a surface where a body meets it.
+/// A place on the surface of a wall or an obstacle.
 #[derive(Debug, Clone, Copy)]
-pub struct Point<const D: usize> {
+pub struct SurfaceFoot<const D: usize> {
     pub boundary: u32,
-    /// Body and particle whose foot it is; nothing where the obstacle binds.
-    pub foot_of: Option<[u32; 2]>,
+    /// x_c [m].
+    pub place: Vector<D>,
+    /// ν, out of the obstacle.
+    pub normal: Vector<D>,
+}
+
+/// A point of a surface with a condition for a body during a step.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfacePoint<const D: usize> {
+    pub boundary: u32,
+    /// Body and particle whose foot it is; `None` where the obstacle binds.
+    pub particle: Option<[u32; 2]>,
     /// x_c [m].
     pub place: Vector<D>,
     /// ν, out of the obstacle.
@@ -17,15 +27,15 @@ pub struct Point<const D: usize> {
     pub gap: f64,
     /// True if it was in contact in the step before.
     pub held: bool,
-    /// True if what was in contact there stays so in this step: p⁻ is bound, too.
-    pub rests: bool,
+    /// True if that contact lasts in this step: p⁻ is bound, too.
+    pub lasts: bool,
     /// True if it is in contact in this step.
     pub touches: bool,
     /// Force in this step [N].
     pub force: Vector<D>,
-    /// M⁻¹ along each axis [1/kg], and the largest one for what slides.
-    pub softness: Vector<D>,
-    pub sliding_softness: f64,
+    /// M⁻¹ along each axis [1/kg], and the largest one with the weights for sliding.
+    pub inverse_mass: Vector<D>,
+    pub sliding_inverse_mass: f64,
     /// The nearer side of the grid by axis, numbered 2 axis + end, where a mirror is close.
     pub mirrors: Option<[usize; D]>,
     /// Its nodes in the list of all: from and to.
@@ -51,14 +61,14 @@ impl<const D: usize> SupportNode<D> {
         (0..D).map(|a| self.weight[a]).fold(0.0, |most, n: f64| if n.abs() > most.abs() { n } else { most })
     }
 
-    /// What the velocity `v` of the node adds to that of the point, whose normal is `n`.
+    /// Contribution of the velocity `v` of the node to that of the point, whose normal is `n`.
     #[inline]
     pub fn read(&self, v: Vector<D>, n: Vector<D>) -> Vector<D> {
         let part = Vector::from_fn(|a| v[a] * self.weight[a]);
         part * self.tilt + n * (part.dot(n) * (1.0 - self.tilt))
     }
 
-    /// What the node gets of an impulse `j` at the point.
+    /// Impulse on the node of an impulse `j` at the point, whose normal is `n`.
     #[inline]
     pub fn give(&self, j: Vector<D>, n: Vector<D>) -> Vector<D> {
         let part = j * self.tilt + n * (j.dot(n) * (1.0 - self.tilt));
@@ -67,33 +77,34 @@ impl<const D: usize> SupportNode<D> {
 }
 
 /// A point while its impulse is sought: its velocity u and that of the wall there [m/s], and J so far [N s].
-pub struct State<'a, const D: usize> {
-    pub point: &'a Point<D>,
+pub struct PointState<'a, const D: usize> {
+    pub point: &'a SurfacePoint<D>,
     pub wall: Vector<D>,
     pub velocity: Vector<D>,
     pub impulse: Vector<D>,
 }
 
 /// The impulse [N s] that a point in such a state should have.
-pub type Law<'a, const D: usize> = &'a dyn Fn(&State<'_, D>) -> Vector<D>;
+pub type Law<'a, const D: usize> = &'a dyn Fn(&PointState<'_, D>) -> Vector<D>;
 
-impl<const D: usize> Point<D> {
-    /// Where nothing has happened yet.
-    pub fn new((boundary, foot_of): (u32, Option<[u32; 2]>), [place, normal]: [Vector<D>; 2], gap: f64) -> Self {
-        let (held, rests, touches) = (false, false, false);
-        let (force, softness, sliding_softness) = (Vector::ZERO, Vector::ZERO, 0.0);
+impl<const D: usize> SurfacePoint<D> {
+    /// A point without contact and impulse yet.
+    pub fn new(foot: SurfaceFoot<D>, particle: Option<[u32; 2]>, gap: f64) -> Self {
+        let SurfaceFoot { boundary, place, normal } = foot;
+        let (held, lasts, touches) = (false, false, false);
+        let (force, inverse_mass, sliding_inverse_mass) = (Vector::ZERO, Vector::ZERO, 0.0);
         Self {
             boundary,
-            foot_of,
+            particle,
             place,
             normal,
             gap,
             held,
-            rests,
+            lasts,
             touches,
             force,
-            softness,
-            sliding_softness,
+            inverse_mass,
+            sliding_inverse_mass,
             mirrors: None,
             start: 0,
             end: 0,
@@ -102,21 +113,21 @@ impl<const D: usize> Point<D> {
 
     /// True if the obstacle binds.
     pub fn binds(&self) -> bool {
-        self.foot_of.is_none()
+        self.particle.is_none()
     }
 
-    /// The condition there of an obstacle of this kind: what creeps towards one that binds is only stopped.
+    /// The condition there of an obstacle of this kind: particles that creep towards one that binds are only stopped.
     pub fn law(&self, kind: WallKind) -> WallKind {
         if self.binds() || !kind.binds() { kind } else { WallKind::Separate }
     }
 
     /// 1/M along the normal [1/kg].
     fn compliance(&self) -> f64 {
-        (0..D).map(|a| self.normal[a] * self.normal[a] * self.softness[a]).sum()
+        (0..D).map(|a| self.normal[a] * self.normal[a] * self.inverse_mass[a]).sum()
     }
 }
 
-impl<const D: usize> State<'_, D> {
+impl<const D: usize> PointState<'_, D> {
     /// The impulse after which the velocity along the normal is that of the wall.
     pub fn stopped(&self) -> Vector<D> {
         let normal = self.point.normal;
@@ -126,7 +137,7 @@ impl<const D: usize> State<'_, D> {
     /// The impulse of a condition of this kind; one that may be left lets the body approach by `allowed` [m/s].
     pub fn constrained(&self, kind: WallKind, allowed: f64) -> Vector<D> {
         let (relative, n) = (self.velocity - self.wall, self.point.normal);
-        let sliding = (relative - n * relative.dot(n)) / self.point.sliding_softness;
+        let sliding = (relative - n * relative.dot(n)) / self.point.sliding_inverse_mass;
         let coefficient = match kind {
             WallKind::Open => return self.impulse,
             WallKind::Slip => return self.stopped(),
@@ -135,13 +146,13 @@ impl<const D: usize> State<'_, D> {
             WallKind::Friction { coefficient } => coefficient,
         };
         let before = self.impulse.dot(n);
-        let pressed = (before - (relative.dot(n) + allowed) / self.point.compliance()).max(0.0);
-        let most = coefficient * pressed;
+        let normal_impulse = (before - (relative.dot(n) + allowed) / self.point.compliance()).max(0.0);
+        let most = coefficient * normal_impulse;
         if most == 0.0 {
-            return n * pressed;
+            return n * normal_impulse;
         }
         let wanted = self.impulse - n * before - sliding;
         let size = wanted.norm();
-        n * pressed + if size > most { wanted * (most / size) } else { wanted }
+        n * normal_impulse + if size > most { wanted * (most / size) } else { wanted }
     }
 }

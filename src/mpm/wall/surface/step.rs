@@ -1,23 +1,24 @@
-//! What a step does at the points where bodies meet obstacles (`surface`), in its order.
+//! The stages of a step at the points of obstacles' surfaces, in their order.
 
-use super::{Law, Point, Solved, State};
+use super::{Law, PointState, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
 use crate::mpm::wall::gap::Bodies;
-use crate::mpm::wall::keep_out::CLOSEST;
+use crate::mpm::wall::position_correction::CLOSEST;
 use crate::mpm::wall::solid::Solid;
 use crate::mpm::wall::{Pushes, Walls};
 use crate::mpm::{Grid, Node, Step, WallKind};
 use std::iter::zip;
 
-/// Bodies may come nearer during a step than their particles' velocities tell by so much [cells].
+/// Allowance for the approach of bodies beyond that of their particles' velocities during a step [cells].
 const CLOSE: f64 = 0.02;
 
 impl<const D: usize> Walls<D> {
-    /// Finds where a field, whose nodes hold (m, p⁻), may meet the surfaces of obstacles in this step.
+    /// Finds the points at which a field, whose nodes hold (m, p⁻), may touch surfaces of obstacles in this step.
     pub(in crate::mpm::wall) fn find_surface(
         &mut self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &[Node<D>],
         bodies: &Bodies<'_, D>,
         step: &Step,
@@ -25,15 +26,16 @@ impl<const D: usize> Walls<D> {
         if !self.has_surfaces(field) {
             return;
         }
-        let lattice = self.lattice.of_field(grid, field);
-        let mut points = self.feet_of_particles((grid, field), bodies, step);
-        let resting = &self.reactions[field].resting;
+        let stencil = self.stencil.of_field(grid, field);
+        let mut points = self.points_of_particles(grid, field, bodies, step);
+        let particle_contacts_before = &self.reactions[field].particle_contacts_before;
         for point in &mut points {
-            point.held =
-                point.foot_of.is_some_and(|[body, id]| resting.binary_search(&[point.boundary, body, id]).is_ok());
+            point.held = point
+                .particle
+                .is_some_and(|[body, id]| particle_contacts_before.binary_search(&[point.boundary, body, id]).is_ok());
         }
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
-        surface.find((grid, &lattice), nodes, self.feet.iter().copied().chain(points));
+        surface.find(grid, &stencil, nodes, self.binding_points.iter().copied().chain(points));
         // With APIC a node has the velocity of its own place.
         let flip = bodies.all.iter().all(|(_, body, _)| body.particles.affine.is_empty());
         if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
@@ -44,8 +46,8 @@ impl<const D: usize> Walls<D> {
             });
             let means = surface.mean_places(|add| {
                 for (m, x) in near.clone() {
-                    let give = |node, weight, flips| add(node, m * weight, lattice.mirror(grid, x, flips));
-                    lattice.for_each(grid, x, give);
+                    let give = |node, weight, flips| add(node, m * weight, stencil.mirror(grid, x, flips));
+                    stencil.for_each(grid, x, give);
                 }
             });
             surface.tilt(&means);
@@ -53,8 +55,8 @@ impl<const D: usize> Walls<D> {
         self.reactions[field].surface = surface;
     }
 
-    /// True where what slides along an obstacle meets a resistance.
-    fn resists_sliding(&self, point: &Point<D>) -> bool {
+    /// True where sliding along an obstacle is resisted.
+    fn resists_sliding(&self, point: &SurfacePoint<D>) -> bool {
         match self.boundaries[point.boundary as usize].kind {
             WallKind::Fixed => true,
             WallKind::Friction { coefficient } => coefficient > 0.0,
@@ -64,12 +66,13 @@ impl<const D: usize> Walls<D> {
 
     /// The feet of the particles that may touch an obstacle during the step; one that binds holds the body between them, and only stops
     /// particles that creep towards it.
-    fn feet_of_particles(
+    fn points_of_particles(
         &self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         bodies: &Bodies<'_, D>,
         step: &Step,
-    ) -> Vec<Point<D>> {
+    ) -> Vec<SurfacePoint<D>> {
         let obstacles = self.surfaces(field);
         let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &Solid<'_, D>| {
             let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
@@ -77,11 +80,12 @@ impl<const D: usize> Walls<D> {
             let share = if self.boundaries[obstacle.number()].kind.binds() { CLOSEST } else { 1.0 };
             let gap = distance - share * body.reach(p, normal, grid.cell);
             let travel = 2.0 * step.longer() * (v - obstacle.velocity(x, step)).norm() + CLOSE * grid.cell;
-            let foot_of = [number as u32, id];
+            let boundary = obstacle.number() as u32;
             let meets = gap < travel
                 && !self.starts_within(number, obstacle.number())
                 && !(bodies.shielded)(x, normal, distance);
-            meets.then(|| Point::new((obstacle.number() as u32, Some(foot_of)), [x - normal * distance, normal], gap))
+            let foot = SurfaceFoot { boundary, place: x - normal * distance, normal };
+            meets.then(|| SurfacePoint::new(foot, Some([number as u32, id]), gap))
         };
         bodies.collect(
             |block| self.near[block],
@@ -91,7 +95,7 @@ impl<const D: usize> Walls<D> {
 
     /// Binding conditions on p⁻ at time `t` (theory (E.6)).
     pub(in crate::mpm::wall) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
-        let law = |state: &State<'_, D>| {
+        let law = |state: &PointState<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
         let solved = self.reactions[field].surface.solve(
@@ -107,8 +111,8 @@ impl<const D: usize> Walls<D> {
     /// point so far [N s].
     pub(in crate::mpm::wall) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
-        let law = |state: &State<'_, D>| {
-            let allowed = if state.point.rests { 0.0 } else { state.point.gap.max(0.0) / dt };
+        let law = |state: &PointState<'_, D>| {
+            let allowed = if state.point.lasts { 0.0 } else { state.point.gap.max(0.0) / dt };
             state.constrained(state.point.law(self.kind(state.point)), allowed)
         };
         let solved = surface.solve(
@@ -134,22 +138,22 @@ impl<const D: usize> Walls<D> {
         largest
     }
 
-    /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. To
-    /// let it approach by that gap all the same, p̄ but not p⁻, would give the particles that are stopped here more than they lost.
-    pub(in crate::mpm::wall) fn hold_points(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
+    /// Binds p⁻ at the points that held in the step before and would close: the body is at rest there, whatever its gap is by rounding. If
+    /// p̄ but not p⁻ might approach by that gap, the particles that are stopped here would get more than they lost.
+    pub(in crate::mpm::wall) fn bind_lasting_contacts(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
         if !surface.points.iter().any(|point| point.held) {
             return;
         }
-        let rests = |(point, u): (&Point<D>, Vector<D>)| {
+        let lasts = |(point, u): (&SurfacePoint<D>, Vector<D>)| {
             let approach = (u - self.wall_at(point, step.after())).dot(point.normal);
-            point.rests || point.held && approach < 0.0 && point.gap + dt * approach <= 0.0
+            point.lasts || point.held && approach < 0.0 && point.gap + dt * approach <= 0.0
         };
-        let rests: Vec<bool> = surface.velocities(|node| velocity(&nodes[node])).map(rests).collect();
+        let lasts: Vec<bool> = surface.velocities(|node| velocity(&nodes[node])).map(lasts).collect();
         let surface = &mut self.reactions[field].surface;
-        zip(&mut surface.points, rests).for_each(|(point, rests)| point.rests = rests);
-        let law = |state: &State<'_, D>| {
-            if state.point.rests { state.stopped() } else { state.impulse }
+        zip(&mut surface.points, lasts).for_each(|(point, lasts)| point.lasts = lasts);
+        let law = |state: &PointState<'_, D>| {
+            if state.point.lasts { state.stopped() } else { state.impulse }
         };
         let before = |node: usize| (nodes[node].momentum - nodes[node].force * dt) / nodes[node].mass;
         let solved = self.reactions[field].surface.solve(
@@ -162,18 +166,18 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Changes p⁻, and p̄ with it.
-    fn change_start(&mut self, field: usize, nodes: &mut [Node<D>], solved: &Solved<D>) {
+    fn change_start(&mut self, field: usize, nodes: &mut [Node<D>], solved: &SurfaceImpulses<D>) {
         solved.nodes.iter().for_each(|&(node, sum)| nodes[node].momentum += sum);
         let reaction = &mut self.reactions[field];
         for (point, &change) in zip(&reaction.surface.points, &solved.points) {
-            reaction.start[point.boundary as usize] += change;
+            reaction.start_change[point.boundary as usize] += change;
         }
         solved.mirrored.iter().for_each(|&(side, kept)| reaction.mirrored_start[side] -= kept);
     }
 
     /// As [`Self::constrain_velocity`], at the surface.
     pub(in crate::mpm::wall) fn surface_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
-        let law = |state: &State<'_, D>| {
+        let law = |state: &PointState<'_, D>| {
             if !state.point.touches {
                 return state.impulse;
             }
@@ -192,16 +196,16 @@ impl<const D: usize> Walls<D> {
         correction: &mut [Vector<D>],
         t: f64,
     ) -> Pushes<D> {
-        let law = |state: &State<'_, D>| {
+        let law = |state: &PointState<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
         let solved = self.solve_velocity(field, correction, &|_| Vector::ZERO, &law);
         self.pushes_of(field, &solved, t)
     }
 
-    /// As [`Self::hold_velocity`], at the surface.
-    pub(in crate::mpm::wall) fn hold_surface(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
-        let law = |state: &State<'_, D>| {
+    /// As [`Self::bind_lasting_velocities`], at the surface.
+    pub(in crate::mpm::wall) fn bind_lasting_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
+        let law = |state: &PointState<'_, D>| {
             if state.point.held { state.stopped() } else { state.impulse }
         };
         self.solve_velocity(field, velocity, &|point| self.wall_at(point, t), &law);
@@ -212,19 +216,19 @@ impl<const D: usize> Walls<D> {
         &self,
         field: usize,
         velocity: &mut [Vector<D>],
-        walls: &dyn Fn(&Point<D>) -> Vector<D>,
+        walls: &dyn Fn(&SurfacePoint<D>) -> Vector<D>,
         law: Law<'_, D>,
-    ) -> Solved<D> {
+    ) -> SurfaceImpulses<D> {
         let surface = &self.reactions[field].surface;
         let solved = surface.solve(|node| velocity[node], walls, |_| Vector::ZERO, law);
         for &(node, sum) in &solved.nodes {
-            velocity[node] += sum * surface.softness_of(node);
+            velocity[node] += sum * surface.inverse_mass_of(node);
         }
         solved
     }
 
-    /// What impulses at points push at time `t`.
-    fn pushes_of(&self, field: usize, solved: &Solved<D>, t: f64) -> Pushes<D> {
+    /// The impulses at points, with the velocity of the boundaries at time `t`.
+    fn pushes_of(&self, field: usize, solved: &SurfaceImpulses<D>, t: f64) -> Pushes<D> {
         let mut pushes = self.pushes();
         for (point, &impulse) in zip(&self.reactions[field].surface.points, &solved.points) {
             pushes.push(point.boundary, impulse, self.wall_at(point, t));
@@ -234,22 +238,24 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The particles whose feet are in contact, in order.
-    pub(in crate::mpm::wall) fn note_resting(&mut self) {
+    pub(in crate::mpm::wall) fn record_particle_contacts(&mut self) {
         for reaction in &mut self.reactions {
             let touching = reaction.surface.points.iter().filter(|point| point.touches);
-            reaction.resting.clear();
-            reaction.resting.extend(touching.filter_map(|p| p.foot_of.map(|[body, id]| [p.boundary, body, id])));
-            reaction.resting.sort_unstable();
+            reaction.particle_contacts_before.clear();
+            reaction
+                .particle_contacts_before
+                .extend(touching.filter_map(|p| p.particle.map(|[body, id]| [p.boundary, body, id])));
+            reaction.particle_contacts_before.sort_unstable();
         }
     }
 
     /// The kind of the obstacle at a point.
-    fn kind(&self, point: &Point<D>) -> WallKind {
+    fn kind(&self, point: &SurfacePoint<D>) -> WallKind {
         self.boundaries[point.boundary as usize].kind
     }
 
     /// Its velocity there at time `t` [m/s].
-    fn wall_at(&self, point: &Point<D>, t: f64) -> Vector<D> {
+    fn wall_at(&self, point: &SurfacePoint<D>, t: f64) -> Vector<D> {
         self.velocity(point.boundary as usize, point.place, t)
     }
 }
@@ -277,10 +283,10 @@ mod tests {
         let region = Region::Box { lower: [-9.0, -9.0, -9.0], upper: [99.0, top, 9.0] };
         let velocity = std::array::from_fn(|_| Signal::ZERO);
         let floor = Obstacle { name: "floor".into(), region, kind, velocity };
-        let lattice = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
+        let stencil = FoldedStencil::new(Kernel::new(KernelKind::Quadratic, 0.25), &setup.walls);
         let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, 1);
         grid.set_blocks((0..4).flat_map(|i| (0..3).map(move |j| [i, j])).collect());
-        let mut walls = Walls::new(&setup, vec![floor], 1, lattice);
+        let mut walls = Walls::new(&setup, vec![floor], 1, stencil);
         walls.find_nodes(&grid);
         walls.start_step(&grid);
         let inside = |node: usize| grid.contains(grid.coordinates(node));
@@ -300,25 +306,25 @@ mod tests {
         Step { t: 0.0, dt: 0.1, dt_before: 0.1, momentum_dt: 0.1 }
     }
 
-    /// A body with a constant pressure that ends at the surface pushes its nodes by p N_I(x_c) per point: the surface gives all of it back, wherever it lies
-    /// and whatever the masses.
+    /// A body with a constant pressure that ends at the surface pushes its nodes by p N_I(x_c) per point: the surface balances all of
+    /// it, at any height between the nodes and for any masses.
     #[test]
     fn a_constant_pressure_is_given_back_at_every_node() {
         for height in [0.0, 0.2, 0.5, 0.9] {
             let (grid, mut walls, mut nodes) = floor(WallKind::Slip, height);
             let none = Bodies { all: Vec::new(), shielded: &|_, _, _| false };
-            walls.find_surface((&grid, 0), &nodes, &none, &step());
+            walls.find_surface(&grid, 0, &nodes, &none, &step());
             let points = walls.reactions[0].surface.points.clone();
             assert_eq!(points.len(), 13, "one point per node along the floor");
             for point in &points {
-                walls.lattice.for_each(&grid, point.place, |node, weight, _| {
+                walls.stencil.for_each(&grid, point.place, |node, weight, _| {
                     nodes[node].momentum -= Vector([0.0, 7.0 * weight]);
                 });
             }
             walls.surface_start(0, &mut nodes, 0.0);
             let left = nodes.iter().map(|node| node.momentum.norm()).fold(0.0, f64::max);
             assert!(left < 7e-3, "{left} at {height}");
-            assert!((walls.reactions[0].start[4][1] - 7.0 * 13.0).abs() < 0.02 * 7.0);
+            assert!((walls.reactions[0].start_change[4][1] - 7.0 * 13.0).abs() < 0.02 * 7.0);
         }
     }
 
@@ -334,11 +340,12 @@ mod tests {
             }
             let point = |k: u64| {
                 let (x, gap) = (0.4 + 5.2 * random(77 * k), 0.02 * (random(k) - 0.5));
-                let foot_of = (!kind.binds()).then_some([0, k as u32]);
-                Point::new((4, foot_of), [Vector([x, 2.3 * CELL]), Vector([0.0, 1.0])], gap)
+                let particle = (!kind.binds()).then_some([0, k as u32]);
+                let foot = SurfaceFoot { boundary: 4, place: Vector([x, 2.3 * CELL]), normal: Vector([0.0, 1.0]) };
+                SurfacePoint::new(foot, particle, gap)
             };
             let mut surface = std::mem::take(&mut walls.reactions[0].surface);
-            surface.find((&grid, &walls.lattice), &nodes, (0..40).map(point));
+            surface.find(&grid, &walls.stencil, &nodes, (0..40).map(point));
             walls.reactions[0].surface = surface;
             let energy = |nodes: &[Node<2>]| -> f64 {
                 let moving = nodes.iter().filter(|node| node.mass > 0.0);

@@ -1,13 +1,16 @@
-//! Bodies stay out of obstacles, and of walls that they meet at their surface: what guards it at the end of a step, after both have moved.
+//! Positions of particles within obstacles, or beyond walls with contact at the surface, are corrected at the end of a step, after both
+//! have moved (theory E.8).
 //!
 //! ```text
-//! d(x_p) ≥ r_min:   else   x_p ← x_p + (r_min − d) ν          d, ν: exact distance and normal of the obstacle; r_min: half the reach of the body there
+//! d(x_p) ≥ r_min:   else   x_p ← x_p + (r_min − d) ν          d, ν: exact distance and normal of the obstacle; r_min: half the reach of
+//! the body there
 //! ```
 //!
 //! Conditions stop velocities at points of the surface, not the positions of particles: under pressure these creep in between, as they do at
-//! sheets (`contact::guard`). Neither momentum nor energy changes; what the forces would have done on the way is booked (`shifting`).
+//! sheets (`contact::sheet::guard`). Neither momentum nor energy changes; the work that the forces would have done along the displacement is
+//! booked (`shifting`).
 //!
-//! A body that starts within an obstacle, one that is clamped by it, say, is left where it is.
+//! A body that starts within an obstacle, clamped by it, say, is not corrected.
 
 use super::{Bodies, Walls};
 use crate::math::Vector;
@@ -20,11 +23,11 @@ pub(super) const CLOSEST: f64 = 0.5;
 /// A particle lies within an obstacle at the start if it is so deep below its surface [edges of its volume].
 const WITHIN: f64 = 0.25;
 
-/// How often places are corrected where several obstacles push.
+/// Corrections of a particle that several obstacles displace.
 const TRIES: usize = 4;
 
 impl<const D: usize> Walls<D> {
-    /// Notes which of the bodies start within which obstacles.
+    /// Records which of the bodies start within which obstacles.
     pub fn note_overlaps(&mut self, bodies: &[Body<D>]) {
         let within = |body: &Body<D>, obstacle: usize| {
             let particles = &body.particles;
@@ -46,10 +49,11 @@ impl<const D: usize> Walls<D> {
         self.overlaps.iter().any(|overlap| overlap[1] as usize == boundary)
     }
 
-    /// How far particles have to move to be out of the obstacles at the end of a step: number of the body, particle, displacement [m].
-    pub(in crate::mpm) fn keep_out(
+    /// The displacements of particles out of the obstacles at the end of a step: number of the body, particle, displacement [m].
+    pub(in crate::mpm) fn position_corrections(
         &self,
-        (cell, field): (f64, usize),
+        cell: f64,
+        field: usize,
         bodies: &Bodies<'_, D>,
         step: &Step,
     ) -> Vec<(usize, u32, Vector<D>)> {
@@ -69,9 +73,9 @@ impl<const D: usize> Walls<D> {
                             continue;
                         }
                         let (distance, normal) = obstacle.distance(x, obstacle.velocity(x, step) * step.dt);
-                        let lack = CLOSEST * body.reach(p, normal, cell) - distance;
-                        if lack > 0.0 && !(bodies.shielded)(x, normal, distance) {
-                            (x, fits) = (x + normal * lack, false);
+                        let missing = CLOSEST * body.reach(p, normal, cell) - distance;
+                        if missing > 0.0 && !(bodies.shielded)(x, normal, distance) {
+                            (x, fits) = (x + normal * missing, false);
                         }
                     }
                     if fits {

@@ -7,47 +7,47 @@
 //! held and (p̄ − m v_w)·ν < 0:   p⁻ ← p⁻ − ((p⁻ − m v_w)·ν) ν,   p̄ likewise;   v⁻ that strains, too
 //! ```
 //!
-//! What particles above the wall show it of their own motion is no approach. To stop that anew in every step takes their momentum, and the
-//! wall's force f works by Δt f·½v⁻ on nodes that don't move: it takes energy from bodies that it compresses, and gives more to those that
-//! it throws back, since Δt a of the nodes above points away from it all the time.
+//! The motion of particles above the wall relative to it shows at its nodes, but is no approach of the body. If it is stopped anew in every
+//! step, the particles lose their momentum, and the wall's force f does the work Δt f·½v⁻ on nodes that don't move: it takes energy from bodies
+//! that it compresses, and gives more to those that rebound, since Δt a of the nodes above always points away from it.
 
 use super::{Condition, Walls};
 use crate::math::Vector;
 use crate::mpm::Grid;
 use crate::simulation::Column;
 
-/// A contact that held: boundary and place of the node, i, j, k.
-pub(super) type Holding = [u32; 4];
+/// A contact that held: boundary and indices of the node, i, j, k.
+pub(super) type NodeContact = [u32; 4];
 
-/// A particle whose foot on an obstacle was in contact: boundary, number of the body, and of the particle.
-pub(super) type Resting = [u32; 3];
+/// A particle in contact with an obstacle: boundary, number of the body, and of the particle.
+pub(super) type ParticleContact = [u32; 3];
 
 impl<const D: usize> Walls<D> {
-    /// Notes which contacts hold at the end of a step.
-    pub fn note_contacts(&mut self, grid: &Grid<D>) {
-        self.note_resting();
+    /// Records the contacts that hold at the end of a step.
+    pub fn record_contacts(&mut self, grid: &Grid<D>) {
+        self.record_particle_contacts();
         for reaction in &mut self.reactions {
-            reaction.holding.clear();
+            reaction.contacts_before.clear();
             let acts = |k: &usize| reaction.closed[*k] && reaction.force[*k] != Vector::ZERO;
             for Condition { node, boundary, .. } in (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k])
             {
                 if !self.boundaries[boundary as usize].kind.binds() {
-                    let mut holding = [boundary, 0, 0, 0];
-                    for (index, place) in holding[1..].iter_mut().zip(grid.coordinates(node as usize)) {
+                    let mut contacts_before = [boundary, 0, 0, 0];
+                    for (index, place) in contacts_before[1..].iter_mut().zip(grid.coordinates(node as usize)) {
                         *index = place as u32;
                     }
-                    reaction.holding.push(holding);
+                    reaction.contacts_before.push(contacts_before);
                 }
             }
         }
     }
 
     /// Finds the conditions of the contacts that held in the step before.
-    pub(super) fn recall_contacts(&mut self, grid: &Grid<D>) {
+    pub(super) fn find_lasting_contacts(&mut self, grid: &Grid<D>) {
         for reaction in &mut self.reactions {
             reaction.held.clear();
             reaction.held.resize(self.conditions.len(), false);
-            for &[boundary, ref place @ ..] in &reaction.holding {
+            for &[boundary, ref place @ ..] in &reaction.contacts_before {
                 let node = grid.find(std::array::from_fn(|a| place[a] as i32));
                 let Some(node) = node.and_then(|node| u32::try_from(node).ok()) else { continue };
                 let first = self.conditions.partition_point(|condition| condition.node < node);
@@ -61,8 +61,8 @@ impl<const D: usize> Walls<D> {
 
     /// The velocity along the normal of contacts that held is that of the wall at time `t` [s]: of velocities at the start of a step that
     /// strain the particles.
-    pub fn hold_velocity(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
-        self.hold_surface(field, velocity, t);
+    pub fn bind_lasting_velocities(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
+        self.bind_lasting_velocity(field, velocity, t);
         let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);
         for (&Condition { node, boundary, normal }, _) in held {
             let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
@@ -74,8 +74,8 @@ impl<const D: usize> Walls<D> {
     /// The contacts that hold, for checkpoints.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         for (field, reaction) in self.reactions.iter_mut().enumerate() {
-            visit(&format!("mpm.contacts.{field}"), Column::growing(&mut reaction.holding));
-            visit(&format!("mpm.resting.{field}"), Column::growing(&mut reaction.resting));
+            visit(&format!("mpm.contacts.{field}"), Column::growing(&mut reaction.contacts_before));
+            visit(&format!("mpm.resting.{field}"), Column::growing(&mut reaction.particle_contacts_before));
         }
     }
 }
