@@ -1,17 +1,17 @@
-//! Random cases of each kind of contact with sheets, from the case file on, with what must hold in every one of them: nothing crosses, contact takes
-//! energy and gives none back, momentum changes by what acts from outside, the ledger closes, and the run has nothing to say against its books.
+//! Random cases of each kind of contact with sheets, from the case file on. In every one of them no particle crosses a sheet, contact dissipates
+//! energy and returns none, momentum changes by the external impulse, the ledger closes, and there is no notice about the balances.
 
 use lateen::case::{Case, Source};
 use lateen::simulation::{Snapshot, Solver};
 use std::f64::consts::PI;
 
-/// Part of the work done that contact, friction and walls may give.
+/// Part of the work done that contact, friction and walls may return.
 const GIVEN: f64 = 1e-3;
 
 /// Part of the largest momentum, and of the largest energy, that may be unexplained.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Steps between two looks at the books.
+/// Steps between two checks of the ledger.
 const EVERY: usize = 8;
 
 /// Numbers from a seed (Knuth's linear congruential generator).
@@ -233,18 +233,18 @@ kind = {kind}
     )
 }
 
-/// What the ledger says at one time.
-struct Books {
+/// The ledger at one time.
+struct LedgerTerms {
     terms: Vec<(String, f64)>,
     closure: f64,
 }
 
-impl Books {
+impl LedgerTerms {
     fn of(snapshot: &Snapshot<'_>) -> Self {
         let terms: Vec<_> = snapshot.ledger.terms.iter().map(|term| (term.name.to_string(), term.value)).collect();
-        let mut books = Self { terms, closure: 0.0 };
-        books.closure = snapshot.ledger.closure(books.get("stored energy at the start"));
-        books
+        let mut ledger = Self { terms, closure: 0.0 };
+        ledger.closure = snapshot.ledger.closure(ledger.get("stored energy at the start"));
+        ledger
     }
 
     /// A term, 0 where there is none.
@@ -258,20 +258,20 @@ impl Books {
     }
 }
 
-/// What holds of the energy that contact has taken.
+/// The condition on the energy that contact has dissipated.
 #[derive(Clone, Copy)]
-enum Takes {
+enum Dissipation {
     /// It never falls: at particles, and of sheets with walls and obstacles.
-    More,
+    NeverFalls,
     /// It is never below zero: at nodes.
-    Something,
+    NeverNegative,
 }
 
-/// What is followed over a run.
-struct Watch {
+/// Conditions that are checked throughout a run.
+struct Invariants {
     seed: u64,
-    takes: Takes,
-    start: Books,
+    dissipation: Dissipation,
+    start: LedgerTerms,
     /// The largest kinetic energy, work of gravity or of the bodies' stresses so far [J], and the largest momentum [N s].
     work: f64,
     momentum: f64,
@@ -282,80 +282,84 @@ struct Watch {
 const TAKEN: [&str; 3] = ["contact dissipation", "friction dissipation", "wall dissipation"];
 const MOMENTA: [[&str; 2]; 2] = [["momentum x", "external impulse x"], ["momentum y", "external impulse y"]];
 
-impl Watch {
-    fn look(&mut self, books: &Books, t: f64) {
-        let stored = books.all("internal energy") - self.start.all("internal energy");
-        let works = [books.all("kinetic energy"), books.get("work of gravity").abs(), stored.abs()];
+impl Invariants {
+    fn check(&mut self, ledger: &LedgerTerms, t: f64) {
+        let stored = ledger.all("internal energy") - self.start.all("internal energy");
+        let works = [ledger.all("kinetic energy"), ledger.get("work of gravity").abs(), stored.abs()];
         self.work = works.into_iter().fold(self.work, f64::max);
         let seed = self.seed;
         for (name, taken) in TAKEN.iter().zip(&mut self.taken) {
-            let now = books.get(name);
-            let least = match self.takes {
-                Takes::More => *taken,
-                Takes::Something => 0.0,
+            let now = ledger.get(name);
+            let least = match self.dissipation {
+                Dissipation::NeverFalls => *taken,
+                Dissipation::NeverNegative => 0.0,
             };
             let (low, work) = (least - GIVEN * self.work, self.work);
             assert!(now >= low, "seed {seed}, t = {t}: {name} {now} J after {taken} J, work {work} J");
             *taken = taken.max(now);
         }
         for [momentum, impulse] in MOMENTA {
-            let (p, j) = (books.get(momentum), books.get(impulse));
+            let (p, j) = (ledger.get(momentum), ledger.get(impulse));
             self.momentum = self.momentum.max(p.abs()).max(j.abs());
             let off = p - self.start.get(momentum) - j;
             assert!(off.abs() <= ROUND_OFF * self.momentum, "seed {seed}, t = {t}: {momentum} off by {off} N s");
         }
-        let scale = books.all("internal energy").abs().max(self.work);
-        assert!(books.closure.abs() <= ROUND_OFF * scale, "seed {seed}, t = {t}: closure {} J", books.closure);
+        let scale = ledger.all("internal energy").abs().max(self.work);
+        assert!(ledger.closure.abs() <= ROUND_OFF * scale, "seed {seed}, t = {t}: closure {} J", ledger.closure);
     }
 }
 
-/// Runs the case of a seed and holds it against what must hold.
-fn hold(make: fn(&mut Draw) -> String, takes: Takes, seed: u64) {
+/// Runs the case of a seed and checks its conditions.
+fn run_case(make: fn(&mut Draw) -> String, dissipation: Dissipation, seed: u64) {
     let text = make(&mut Draw::new(seed));
     let case =
         Case::read(Source::new("case.toml", "", text), &[]).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
     let (end, mut solver) = (case.file.time.end, case.build().unwrap_or_else(|error| panic!("seed {seed}: {error}")));
-    let start = Books::of(&solver.snapshot());
-    let mut watch = Watch { seed, takes, start, work: 0.0, momentum: 0.0, taken: [0.0; 3] };
+    let start = LedgerTerms::of(&solver.snapshot());
+    let mut invariants = Invariants { seed, dissipation, start, work: 0.0, momentum: 0.0, taken: [0.0; 3] };
     let (mut t, mut steps) = (0.0, 0);
     while t < end * (1.0 - 1e-12) {
         let dt = solver.stable_dt().min(end - t).min(end / 100.0);
         solver.step(t, dt).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         (t, steps) = (t + dt, steps + 1);
         if steps % EVERY == 0 || t >= end {
-            watch.look(&Books::of(&solver.snapshot()), t);
+            invariants.check(&LedgerTerms::of(&solver.snapshot()), t);
         }
     }
-    conclude(solver, &watch);
+    conclude(solver, &invariants);
 }
 
 /// At the end nothing has crossed, contact has happened, and no notice says that something gave energy.
-fn conclude(mut solver: Box<dyn Solver>, watch: &Watch) {
-    let seed = watch.seed;
+fn conclude(mut solver: Box<dyn Solver>, invariants: &Invariants) {
+    let seed = invariants.seed;
     let crossed = |(name, count): &(String, u64)| name.starts_with("crossed") && *count > 0;
     let counts = solver.snapshot().counts.to_vec();
     assert!(!counts.iter().any(crossed), "seed {seed}: {counts:?}");
-    assert!(watch.taken.iter().sum::<f64>() > 1e-6 * watch.work, "seed {seed}: nothing has met: {:?}", watch.taken);
+    assert!(
+        invariants.taken.iter().sum::<f64>() > 1e-6 * invariants.work,
+        "seed {seed}: nothing has met: {:?}",
+        invariants.taken
+    );
     let said = solver.notices();
     assert!(!said.iter().any(|text| text.contains("below zero") || text.contains("crossed")), "seed {seed}: {said:?}");
 }
 
 #[test]
-fn gas_in_a_sheet_contact_at_nodes() {
-    (1..=8).for_each(|seed| hold(gas, Takes::Something, seed));
+fn contact_of_gas_with_sheets_at_nodes_keeps_the_balances_and_sides() {
+    (1..=8).for_each(|seed| run_case(gas, Dissipation::NeverNegative, seed));
 }
 
 #[test]
-fn liquid_in_a_sheet_contact_at_particles() {
-    (1..=8).for_each(|seed| hold(liquid, Takes::More, seed));
+fn contact_of_liquid_with_sheets_keeps_the_balances_and_sides() {
+    (1..=8).for_each(|seed| run_case(liquid, Dissipation::NeverFalls, seed));
 }
 
 #[test]
-fn solid_in_a_sheet_contact_at_its_skin() {
-    (1..=8).for_each(|seed| hold(solid, Takes::More, seed));
+fn contact_of_solids_with_sheets_keeps_the_balances_and_sides() {
+    (1..=8).for_each(|seed| run_case(solid, Dissipation::NeverFalls, seed));
 }
 
 #[test]
-fn sheets_on_obstacles_and_walls() {
-    (1..=8).for_each(|seed| hold(wall, Takes::More, seed));
+fn contact_of_sheets_with_obstacles_and_walls_keeps_the_balances() {
+    (1..=8).for_each(|seed| run_case(wall, Dissipation::NeverFalls, seed));
 }

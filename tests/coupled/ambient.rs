@@ -95,7 +95,7 @@ fn blown_up(mpm: &mut Mpm<2>) -> [f64; 3] {
 /// The tension is (p − p_a) R, and the same as where the atmosphere is a load on the sheet (0.75, 4 % longer than at the start). Volumes
 /// are known to 2 %, and with them pressures.
 #[test]
-fn a_round_bag_bears_what_the_gas_has_above_the_atmosphere() {
+fn the_hoop_tension_of_a_round_bag_is_gauge_pressure_times_radius() {
     let mut mpm = loop_in_air(1.0, 0.0);
     let [tension, radius, pressure] = blown_up(&mut mpm);
     let expected = (pressure - 1.0) * radius;

@@ -1,4 +1,4 @@
-//! What membranes enclose, and what bodies exert on them.
+//! Volumes that membranes enclose, and pressures of bodies on them.
 
 use crate::model::*;
 use lateen::material::StartState;
@@ -60,7 +60,7 @@ fn volume<const D: usize>(sheet: MembraneSetup<D>) -> Option<f64> {
 
 /// A cube, also sheared, and whichever way its normals point; a ball to second order in its elements.
 #[test]
-fn the_volume_of_a_closed_membrane_is_what_it_encloses() {
+fn closed_membranes_enclose_the_volumes_of_cube_and_ball() {
     let shear = |x: Vector<3>| Vector([x[0] + 0.3 * x[1], x[1] - 0.2 * x[2], 0.5 * x[2]]);
     let mut inward = cube(3, shear);
     inward.elements.iter_mut().for_each(|nodes| nodes.reverse());
@@ -74,7 +74,7 @@ fn the_volume_of_a_closed_membrane_is_what_it_encloses() {
 
 /// A corner of a cube's face with 2 by 2 elements is lifted by h: two of the fan's four triangles of each of three elements have it.
 #[test]
-fn quadrilaterals_that_are_not_flat_count_with_their_fan() {
+fn volume_under_warped_quadrilaterals_is_that_of_their_fan_of_triangles() {
     let lifted =
         |h: f64| volume(cube(2, |x| if x == Vector([0.0, 0.0, 1.0]) { Vector([0.0, 0.0, 1.0 + h]) } else { x }));
     // The middle of a face belongs to four squares with sides of 1. In each, its lifting by h lifts the mean point by h/4: the mean

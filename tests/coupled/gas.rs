@@ -1,4 +1,4 @@
-//! Gas in membranes: nothing leaks, and the paper's loop oscillates as it should.
+//! Gas in membranes: no particle crosses, and the paper's loop oscillates with the extrema and the period of independent results.
 
 use crate::model::*;
 use lateen::material::StartState;
@@ -35,10 +35,13 @@ fn expansion(dissipation: Dissipation) -> Mpm<2> {
     start(Setup { dissipation, ..setup })
 }
 
-/// The first extrema of the oscillation (theory D.18: r(0°) 0.50/1.13, 0.97/0.805, r(90°) 0.48/0.733), about
-/// 5 % of the energy lost (about 3 % of it in the impact of the gas), and everything accounted for.
+/// The first extrema of the oscillation, times and radii, are those of an independent program (theory D.18), which knows them to 0.02.
+///
+/// The energy that is lost has no closed form. That program loses 3.1 to 5.1 % with cells of 0.1, depending on shape functions and gap, and
+/// 3.0 % in contact (`cases/mpm/gas-expansion`). The bounds are a quarter above the most of it, and a third around its part in contact: they
+/// guard against a regression that dissipates more, or misses the impact of the gas.
 #[test]
-fn the_loop_of_gas_oscillates_and_loses_what_contact_takes() {
+fn extrema_and_losses_of_the_gas_loop_agree_with_an_independent_program() {
     let mut mpm = expansion(Dissipation::Lost);
     let (mut widest, mut flattest, mut narrowest) = ([0.0; 2], [0.0, 9.0], [0.0, 9.0]);
     run(&mut mpm, 1.1, |t, mpm| {
@@ -66,10 +69,10 @@ fn the_loop_of_gas_oscillates_and_loses_what_contact_takes() {
     assert_eq!(crossed(&mpm), 0);
 }
 
-/// With the heat of the transfer, what is lost is lost in contact and in the stresses of the sheet: 1.5 % more of the energy
-/// stays.
+/// With the heat of the transfer, energy is lost in contact and in the stresses of the sheet alone: an identity of the ledger. That the
+/// transfer dissipates more than 1 %, as in an independent program (`cases/mpm/gas-expansion`), shows that there is something to keep.
 #[test]
-fn what_the_transfer_takes_in_the_loop_is_heat() {
+fn transfer_dissipation_heats_the_gas_in_the_loop() {
     let mut mpm = expansion(Dissipation::Heat);
     run(&mut mpm, 1.1, |_, _| {});
     let energy = term(&mpm, "stored energy at the start");
@@ -83,10 +86,10 @@ fn what_the_transfer_takes_in_the_loop_is_heat() {
     assert!(closure(&mpm).abs() < 1e-12);
 }
 
-/// The membrane is inextensible, so it swings about a circle of perimeter 6 with the period 0.988 of the second ring
+/// The membrane is inextensible, so it oscillates about a circle of perimeter 6 with the period 0.988 of the second ring
 /// mode of a gas-filled loop (theory (D.32)).
 #[test]
-fn the_loop_of_gas_swings_in_its_ring_mode() {
+fn the_gas_loop_oscillates_with_the_period_of_its_ring_mode() {
     let mut mpm = expansion(Dissipation::Lost);
     let (mut crossings, mut last) = (Vec::new(), 0.0);
     run(&mut mpm, 3.0, |t, mpm| {
@@ -104,10 +107,10 @@ fn the_loop_of_gas_swings_in_its_ring_mode() {
     assert!((mean / 0.9554 - 1.0).abs() < 0.02, "radius {mean}");
 }
 
-/// A heavy sheet, held at its ends and as strongly pressed from outside as from inside, closes a box of gas: it stays
-/// where it is, also next to its supports.
+/// A heavy sheet, held at its ends and under the same pressure from outside as from inside, closes a box of gas: it stays at rest, also
+/// next to its supports.
 #[test]
-fn a_sheet_between_equal_pressures_rests_up_to_its_supports() {
+fn a_sheet_between_equal_pressures_stays_at_rest_up_to_its_supports() {
     let (points, elements) = chain(&[[0.0, 0.0], [0.6, 0.0]], &[12]);
     let lid = membrane(points, elements, [20.0, 1.0, 0.0, 0.05], vec![support(vec![0, 12], [true; 3])]);
     let lid = MembraneSetup { pressure: Signal::Constant(1.0), follower: false, ..lid };

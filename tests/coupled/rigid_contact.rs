@@ -51,7 +51,7 @@ fn mean_velocity(mpm: &Mpm<2>) -> Vector<2> {
 
 /// On an incline a strip slides with g (sin θ − μ cos θ) if tan θ > μ, else it stays: to the last digits, since every node does the same.
 #[test]
-fn a_strip_on_an_incline_slides_as_coulomb_says() {
+fn a_strip_on_an_incline_slides_by_coulombs_law() {
     let (sin, cos) = (30.0_f64.to_radians().sin(), 30.0_f64.to_radians().cos());
     for coefficient in [0.0, 0.3, 0.57, 0.58, 0.9] {
         let mut mpm = on_plane(30.0, WallKind::Friction { coefficient }, [0.0; 2]);
@@ -91,7 +91,7 @@ fn a_strip_that_falls_on_a_floor_comes_to_rest() {
 
 /// A floor that rises carries a strip at its own speed, does the work for it, and a belt that starts drags it along by friction.
 #[test]
-fn what_moves_does_work_on_a_strip() {
+fn moving_obstacles_do_work_on_a_strip() {
     // In short steps: momentum begins half of one later than positions, and the weight of that is not lifted.
     let mut mpm = on_plane(0.0, WallKind::Separate, [0.0, 0.5]);
     run_in_steps(&mut mpm, 0.1, 1e-4);

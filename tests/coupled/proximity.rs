@@ -1,4 +1,4 @@
-//! Membranes that meet membranes, or themselves: nothing stops them, and it is said.
+//! Membranes that come near each other, or themselves, which is reported.
 
 use crate::bits::{restore, state};
 use crate::model::*;
@@ -35,7 +35,7 @@ fn square(n: u32, z: f64) -> MembraneSetup<3> {
 }
 
 /// Everything that a run says about membranes that meet, with its times.
-fn said<const D: usize>(mpm: &mut Mpm<D>, end: f64) -> Vec<(f64, String)> {
+fn notices<const D: usize>(mpm: &mut Mpm<D>, end: f64) -> Vec<(f64, String)> {
     let (mut t, mut all) = (0.0, Vec::new());
     while t < end {
         let dt = mpm.stable_dt().min(end - t);
@@ -54,14 +54,14 @@ fn time(text: &str) -> f64 {
 /// Two flat sheets face to face, 0.1 m apart and 4 mm thick, approach each other at 2 m/s: at 48 ms they are a thickness
 /// apart, at 52 ms they have passed.
 #[test]
-fn sheets_that_pass_each_other_face_to_face_are_seen_within_a_thickness() {
+fn sheets_that_approach_face_to_face_are_reported_within_a_thickness() {
     let pair = || {
         let down = named("upper", Vector([0.0, 0.0, -1.0]), square(6, 0.5));
         vec![named("lower", Vector([0.0, 0.0, 1.0]), square(6, 0.4)), down]
     };
     let mut mpm = start(setup(open([-0.5; 3], 0.25, [8, 8, 8]), Vec::new(), pair()));
-    let said = said(&mut mpm, 0.1);
-    let [(t, text)] = &said[..] else { panic!("{said:?}") };
+    let notices = notices(&mut mpm, 0.1);
+    let [(t, text)] = &notices[..] else { panic!("{notices:?}") };
     assert!((0.048..0.052).contains(t), "{t}");
     assert!(text.starts_with("the membranes `lower` and `upper` come within"), "{text}");
     let height: f64 = text.split(['(', ')']).nth(1).unwrap().split(", ").nth(2).unwrap().parse().unwrap();
@@ -69,9 +69,9 @@ fn sheets_that_pass_each_other_face_to_face_are_seen_within_a_thickness() {
 }
 
 /// The sheets that approach each other face to face, saved as soon as they are known to meet: they do so for a millisecond more, in
-/// the run that goes on from there, too, and it is not said a second time.
+/// the run that goes on from there, too, and there is no second notice.
 #[test]
-fn a_resumed_run_does_not_say_again_who_has_met() {
+fn a_resumed_run_does_not_repeat_notices_of_contact_between_sheets() {
     let pair = || {
         let down = named("upper", Vector([0.0, 0.0, -1.0]), square(6, 0.5));
         let sheets = vec![named("lower", Vector([0.0, 0.0, 1.0]), square(6, 0.4)), down];
@@ -100,12 +100,12 @@ fn a_resumed_run_does_not_say_again_who_has_met() {
 
 /// A line of 1 m that falls with its end first onto another at 1 m/s from a height of 0.105 m: after 101 ms it is a thickness away.
 #[test]
-fn lines_that_meet_are_named_with_time_and_place() {
+fn contact_between_lines_is_reported_with_time_and_place() {
     let floor = named("floor", Vector::ZERO, line(20, |s| [s, 0.2]));
     let pole = named("pole", Vector([0.0, -1.0]), line(20, |s| [0.52, 0.305 + s]));
     let mut mpm = start(setup(open([-0.5; 2], 0.25, [8, 8]), Vec::new(), vec![floor, pole]));
-    let said = said(&mut mpm, 0.2);
-    let [(t, text)] = &said[..] else { panic!("{said:?}") };
+    let notices = notices(&mut mpm, 0.2);
+    let [(t, text)] = &notices[..] else { panic!("{notices:?}") };
     assert!((0.101..0.105).contains(t), "{t}: {text}");
     assert!(text.contains("`floor` and `pole`") && text.contains("at (5.2"), "{text}");
 }
@@ -113,7 +113,7 @@ fn lines_that_meet_are_named_with_time_and_place() {
 /// Two arms of 0.5 m at 60 degrees swing towards each other about their hinge at 1 rad/s each: after
 /// π/6 s they would be one. An element away from the hinge they are a thickness apart when the angle is 0.04 to each side.
 #[test]
-fn a_sheet_that_folds_onto_itself_is_said_once() {
+fn a_sheet_that_folds_onto_itself_is_reported_once() {
     let angle = std::f64::consts::PI / 6.0;
     let arm = |s: f64| [(1.0 - 2.0 * s).abs() * 0.5 * angle.cos(), (0.5 - s) * angle.sin()];
     let mut sheet = line(20, arm);
@@ -122,15 +122,15 @@ fn a_sheet_that_folds_onto_itself_is_said_once() {
         *v = Vector([x[1].abs(), -x[0] * x[1].signum()]);
     }
     let mut mpm = start(setup(open([-1.0; 2], 0.25, [8, 8]), Vec::new(), vec![sheet]));
-    let said = said(&mut mpm, 0.6);
-    let [(t, text)] = &said[..] else { panic!("{said:?}") };
+    let notices = notices(&mut mpm, 0.6);
+    let [(t, text)] = &notices[..] else { panic!("{notices:?}") };
     assert!((angle - 0.1..angle).contains(t), "{t}: {text}");
     assert!(text.contains("the membrane `sheet`"), "{text}");
 }
 
 /// Two squares sewn together at their edges, and blown up; and a thick sheet squeezed along itself: nobody meets.
 #[test]
-fn neighbours_and_sewn_sheets_do_not_meet() {
+fn neighbours_and_joined_sheets_are_not_reported() {
     let bulge = |sign: f64| {
         let mut sheet = square(6, 0.5);
         let height = |x: &Vector<3>| 0.3 * x[0] * (1.0 - x[0]) * x[1] * (1.0 - x[1]);
@@ -150,12 +150,12 @@ fn neighbours_and_sewn_sheets_do_not_meet() {
     };
     let sheets = vec![bulge(1.0), bulge(-1.0), squeezed];
     let mut mpm = start(setup(open([-0.5; 3], 0.25, [8, 8, 8]), Vec::new(), sheets));
-    assert_eq!(said(&mut mpm, 0.2), []);
+    assert_eq!(notices(&mut mpm, 0.2), []);
 }
 
 /// Triangles and quadrilaterals in any place, against the distances of an independent program.
 #[test]
-fn distances_of_elements_are_those_of_parry() {
+fn distances_of_elements_agree_with_parry() {
     let mut seed = 7_u64;
     let mut number = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -180,7 +180,7 @@ fn distances_of_elements_are_those_of_parry() {
 
 /// A segment over a quadrilateral that is not flat: its fan has its top in the middle.
 #[test]
-fn a_quadrilateral_is_the_fan_around_its_mean_point() {
+fn the_distance_of_a_quadrilateral_is_that_of_the_fan_around_its_mean_point() {
     let saddle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.4], [1.0, 1.0, 0.0], [0.0, 1.0, 0.4]].map(Vector);
     let over = [[0.4, 0.4, 0.3], [0.6, 0.4, 0.3], [0.5, 0.6, 0.3]].map(Vector);
     let found = approach(&saddle, &over, 1.0).unwrap();

@@ -33,7 +33,7 @@ fn error(setup: Setup<2>) -> StepError {
 }
 
 #[test]
-fn a_node_beyond_the_end_of_the_grid_is_named() {
+fn a_node_beyond_the_end_of_the_grid_stops_the_run() {
     let error = error(falling());
     assert_eq!((error.what.as_str(), error.quantity), ("a node of a membrane left the grid", "y"));
     assert!(error.value < 0.0 && (error.time - 0.5).abs() < 0.1, "{error}");
@@ -42,7 +42,7 @@ fn a_node_beyond_the_end_of_the_grid_is_named() {
 }
 
 #[test]
-fn a_node_in_an_obstacle_is_named() {
+fn a_node_in_an_obstacle_without_contact_stops_the_run() {
     let mut setup = falling();
     let region = Region::HalfSpace { point: [0.0, 0.3, 0.0], normal: [0.0, 1.0, 0.0] };
     let velocity = std::array::from_fn(|_| Signal::ZERO);
@@ -88,7 +88,7 @@ fn plate(name: &str, [low, high]: [f64; 2], speed: f64) -> Obstacle {
 /// Plates at the heights 0.3 + t and 0.7 − t close on the chain: the lower one takes it along from 0.1 on, at 0.15 nothing is left but its
 /// thickness, at 0.17 three fifths of that. Steps are 0.02 long. (Without a stop it ends up on the other side of one of them.)
 #[test]
-fn plates_that_close_on_a_sheet_are_named() {
+fn two_plates_that_squeeze_a_sheet_stop_the_run() {
     let closing = || {
         let mut setup = resting(0.45);
         setup.obstacles = vec![plate("lower", [0.25, 0.3], 1.0), plate("upper", [0.7, 0.75], -1.0)];
@@ -110,7 +110,7 @@ fn plates_that_close_on_a_sheet_are_named() {
 
 /// The same between a plate and a wall: 0.5 − t apart.
 #[test]
-fn a_plate_that_closes_on_a_sheet_on_a_wall_is_named() {
+fn a_plate_that_squeezes_a_sheet_against_a_wall_stops_the_run() {
     let mut setup = resting(0.05);
     setup.grid.walls[1][0].kind = WallKind::Separate;
     setup.obstacles = vec![plate("press", [0.5, 0.55], -1.0)];
@@ -121,7 +121,7 @@ fn a_plate_that_closes_on_a_sheet_on_a_wall_is_named() {
 
 /// Contact at the mid-surface: the node is out of the grid before the plate overlaps with the wall by anything that counts.
 #[test]
-fn a_plate_that_presses_a_sheet_through_a_wall_is_named() {
+fn a_plate_that_presses_a_sheet_through_a_wall_stops_the_run() {
     let mut setup = resting(0.0);
     setup.membranes[0].contact_thickness = false;
     setup.grid.walls[1][0].kind = WallKind::Separate;
@@ -134,7 +134,7 @@ fn a_plate_that_presses_a_sheet_through_a_wall_is_named() {
 
 /// A chain that lies on an obstacle and runs out of an open end of the grid: that is no fault of the obstacle.
 #[test]
-fn a_node_that_leaves_along_an_obstacle_is_not_pressed_out() {
+fn a_node_that_leaves_the_grid_along_an_obstacle_is_not_blamed_on_it() {
     let mut setup = resting(0.5);
     setup.membranes[0].contact_thickness = false;
     setup.membranes[0].velocity.fill(Vector([-2.0, 0.0]));
@@ -149,7 +149,7 @@ fn a_node_that_leaves_along_an_obstacle_is_not_pressed_out() {
 /// Nobody gives way where a plate at the height 0.3 + t meets a node that is held at 0.5. One that is held in an obstacle from the start
 /// stays in it.
 #[test]
-fn a_plate_that_goes_over_a_held_node_is_named() {
+fn a_plate_that_overruns_a_held_node_stops_the_run() {
     let held = |start: f64, speed: f64| {
         let mut setup = resting(0.5);
         setup.membranes[0].contact_thickness = false;
