@@ -2,17 +2,18 @@
 
 use super::contact::{FrictionTable, nodes::FoldedStencil};
 use super::coupling::{Coupling, build_membranes};
-use super::ghost::Ghosts;
-use super::kernel::Kernel;
-use super::light::Cutoff;
-use super::notices::Notices;
+use super::grid::small_mass::MassCutoffs;
+use super::grid::{Ghosts, Kernel};
+use super::particles::regions;
 use super::particles::{Body, Part, Particles, Work};
-use super::proximity::Proximity;
-use super::sweep::{Bins, CHUNK, View};
+use super::state::energy::{Accounts, Tally};
+use super::state::notices::Notices;
+use super::state::proximity::Proximity;
+use super::state::stability;
+use super::stress::ambient;
+use super::transfer::{Bins, CHUNK, View};
 use super::wall::Walls;
-use super::{
-    Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, ambient, regions, stability,
-};
+use super::{BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -44,7 +45,7 @@ impl<const D: usize> Mpm<D> {
         let bodies = regions::divide(bodies, &membranes, &friction)?;
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
         let cutoff = cutoffs(&bodies, field_count, (setup.kernel, &setup.transfer));
-        let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
+        let touching = cutoff.iter().map(|cutoff| cutoff.contact).fold(f64::INFINITY, f64::min);
         let lattice =
             FoldedStencil::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(
@@ -86,7 +87,7 @@ impl<const D: usize> Mpm<D> {
             accounts,
             energy: [0.0; 2],
             displaced: 0.0,
-            tally: super::Tally::default(),
+            tally: Tally::default(),
             notices: Notices::default(),
             dt_before: 0.0,
             bound: 0.0,
@@ -244,17 +245,17 @@ fn build_body<const D: usize>(
     })
 }
 
-/// Which nodes of each field are light: by the lightest particle among its bodies.
+/// The masses below which the nodes of each field are small, from the lightest particle among its bodies.
 fn cutoffs<const D: usize>(
     bodies: &[Body<D>],
     fields: usize,
     (kernel, transfer): (super::KernelKind, &Transfer),
-) -> Vec<Cutoff> {
+) -> Vec<MassCutoffs> {
     let masses = |field: usize| {
         let own = bodies.iter().filter(move |body| body.field == field);
         own.flat_map(|body| body.particles.mass.iter().copied())
     };
-    (0..fields).map(|field| Cutoff::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
+    (0..fields).map(|field| MassCutoffs::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the

@@ -12,9 +12,10 @@
 use super::contact::{Contact, FrictionTable, SheetSource, Surface, nodes::FoldedStencil, sample::Facet};
 use super::membrane::Membrane;
 use super::particles::Body;
-use super::proximity::Proximity;
+use super::state::health;
+use super::state::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, MembraneSetup, SheetContact, Step, health};
+use super::{Grid, MembraneSetup, SheetContact, Step};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;

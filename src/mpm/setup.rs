@@ -1,7 +1,6 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
-use super::heat::Dissipation;
-use super::traction::Traction;
+use super::particles::traction::Traction;
 use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
 use crate::math::{Signal, Tensor, Vector};
@@ -130,6 +129,15 @@ pub enum Transfer {
     },
     /// Affine particle-in-cell: conserves angular momentum.
     Apic,
+}
+
+/// Where the kinetic energy goes that FLIP and its filter dissipate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dissipation {
+    /// Into the internal energy of bodies whose pressure depends on it.
+    Heat,
+    /// Nowhere (the paper).
+    Lost,
 }
 
 /// When stresses are updated (theory A.8).

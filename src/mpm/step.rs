@@ -3,24 +3,23 @@
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
 
-mod books;
 mod to_grid;
 mod to_particles;
 
-pub(super) use books::{Accounts, Tally};
-
 use super::coupling::Coupling;
-use super::ghost::Ghosts;
-use super::ledger::Books;
-use super::light::Cutoff;
-use super::motion::Summary;
-use super::notices::Notices;
+use super::grid::Ghosts;
+use super::grid::small_mass::MassCutoffs;
 use super::particles::Body;
-use super::proximity::Proximity;
-use super::stability::GROWTH;
-use super::sweep::Bins;
+use super::particles::motion::Summary;
+use super::state::energy::{Accounts, Tally};
+use super::state::ledger::Books;
+use super::state::notices::Notices;
+use super::state::proximity::Proximity;
+use super::state::stability::GROWTH;
+use super::state::{columns, health, snapshot};
+use super::transfer::Bins;
 use super::wall::Walls;
-use super::{Dissipation, Grid, Locking, StressUpdate, Transfer, columns, health, snapshot};
+use super::{Dissipation, Grid, Locking, StressUpdate, Transfer};
 use crate::error::StepError;
 use crate::math::Signal;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
@@ -88,8 +87,8 @@ pub struct Mpm<const D: usize> {
     pub(super) locking: Locking,
     pub(super) safety: f64,
     pub(super) gravity: [Signal; D],
-    /// Which nodes of each field are light.
-    pub(super) cutoff: Vec<Cutoff>,
+    /// The masses below which the nodes of each field are small.
+    pub(super) cutoff: Vec<MassCutoffs>,
     pub(super) books: Books,
     pub(super) accounts: Accounts,
     /// Kinetic and internal energy of the bodies [J].

@@ -29,8 +29,7 @@ mod solid;
 mod surface;
 
 use super::contact::nodes::FoldedStencil;
-use super::ghost::{Ghosts, Limits};
-use super::grid::{EDGE, Grid, Node};
+use super::grid::{EDGE, Ghosts, Grid, Limits, Node};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use crate::parallel::{self, CHUNK};

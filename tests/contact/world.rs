@@ -7,7 +7,7 @@ use lateen::mpm::contact::nodes::FoldedStencil;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
 use lateen::mpm::wall::Walls;
-use lateen::mpm::{ActiveBlocks, Body, Friction, Grid, GridSetup, Kernel, KernelKind, Part, Particles};
+use lateen::mpm::{Body, EDGE, Friction, Grid, GridSetup, Kernel, KernelKind, Part, Particles};
 use lateen::mpm::{SheetContact, Step, SubStep, Wall, Work};
 use std::sync::Arc;
 
@@ -158,6 +158,28 @@ pub struct Totals<const D: usize> {
     pub kinetic: f64,
 }
 
+/// The blocks in the supports of points [m], and those that ghosts in these are folded into, the last axis slowest.
+fn blocks_around<const D: usize>(
+    grid: &Grid<D>,
+    kernel: Kernel,
+    points: impl Iterator<Item = Vector<D>>,
+) -> Vec<[i32; D]> {
+    let mut blocks = Vec::new();
+    for x in points {
+        let first: [i32; D] = std::array::from_fn(|a| kernel.first((x[a] - grid.origin[a]) * (1.0 / grid.cell)));
+        let last = first.map(|i| i + kernel.support() - 1);
+        let block = |i: i32| i.div_euclid(EDGE as i32);
+        let lower: [i32; D] =
+            std::array::from_fn(|a| block(first[a].min(2 * grid.cells[a] - last[a]).max(first[a] - 1)));
+        let upper: [i32; D] = std::array::from_fn(|a| block(last[a].max(-first[a]).min(last[a] + 1)));
+        let corner = |n: usize| std::array::from_fn(|a| if n >> a & 1 == 0 { lower[a] } else { upper[a] });
+        blocks.extend((0..1 << D).map(corner));
+    }
+    blocks.sort_unstable_by(|a: &[i32; D], b| a.iter().rev().cmp(b.iter().rev()));
+    blocks.dedup();
+    blocks
+}
+
 impl<const D: usize> World<D> {
     pub fn new(
         cells: [i32; D],
@@ -230,11 +252,8 @@ impl<const D: usize> World<D> {
     }
 
     fn scatter(&mut self, dt: f64) -> f64 {
-        let mut active = ActiveBlocks::new(&self.grid);
-        for body in &self.bodies {
-            body.particles.position.iter().for_each(|&x| active.touch(self.kernel, x));
-        }
-        self.grid.set_blocks(active.into_sorted());
+        let positions = self.bodies.iter().flat_map(|body| body.particles.position.iter().copied());
+        self.grid.set_blocks(blocks_around(&self.grid, self.kernel, positions));
         for body in &self.bodies {
             let p = &body.particles;
             let mut field = std::mem::take(&mut self.grid.fields[body.field].nodes);

@@ -3,13 +3,14 @@
 use super::{Step, in_field};
 use crate::error::StepError;
 use crate::math::{Signal, Vector};
-use crate::mpm::average::Average;
-use crate::mpm::ghost::Ghosts;
-use crate::mpm::light;
-use crate::mpm::stress::{Strain, update_stress_and_push};
-use crate::mpm::sweep::{Bins, Content, Sweep};
+use crate::mpm::grid::Ghosts;
+use crate::mpm::grid::small_mass::{self, TrialMomentum};
+use crate::mpm::state::health;
+use crate::mpm::stress::average::Average;
+use crate::mpm::stress::update::{Strain, update_stress_and_push};
+use crate::mpm::transfer::{Bins, Content, Sweep};
 use crate::mpm::wall::Bodies;
-use crate::mpm::{Field, Locking, Mpm, StressUpdate, health};
+use crate::mpm::{Field, Locking, Mpm, StressUpdate};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -57,7 +58,7 @@ impl<const D: usize> Mpm<D> {
             }
             own.limits.measure(ghosts, grid.folds_in(field), &own.nodes);
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
-            own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
+            own.small = small_mass::find(grid, &mut own.nodes, &cutoff[field]);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
             let bodies = Bodies::of_field(bodies, bins, field, &shielded);
             walls.constrain_start((grid, field), &mut own.nodes, &bodies, step);
@@ -103,7 +104,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// Gravity that is the same everywhere at time `t` acts on the nodes [m/s²]; other gravity on the particles.
-    pub(super) fn uniform_gravity(&self, t: f64) -> Vector<D> {
+    pub(in crate::mpm) fn uniform_gravity(&self, t: f64) -> Vector<D> {
         let uniform = self.gravity.iter().all(Signal::is_uniform);
         Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
     }
@@ -115,7 +116,7 @@ impl<const D: usize> Mpm<D> {
         grid.with_field(field, |grid, own| {
             let Field { nodes, applied, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
-            light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
+            TrialMomentum { gravity, dt, cutoffs: cutoff[field] }.advance(grid, nodes, applied);
             let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
             walls.measure(grid, field, &Bodies::of_field(bodies, bins, field, &shielded));
             walls.constrain_trial(grid, field, nodes, step);

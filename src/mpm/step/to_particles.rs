@@ -1,16 +1,17 @@
 //! From the grid back to the particles: velocities, stresses, places, Lian (65, 19), and what the step has done.
 
-use super::books::NodeWork;
 use super::{Step, of_field};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::mpm::average::Average;
-use crate::mpm::filter::{Filter, divide_by_mass, velocity_on_grid};
-use crate::mpm::heat;
-use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
-use crate::mpm::stress::{Strain, strain_and_land, update_stress};
-use crate::mpm::sweep::{Sweep, View};
-use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate, Transfer, health};
+use crate::mpm::particles::motion::{Landing, Transport, gather_mean, gather_motion};
+use crate::mpm::state::energy::NodeWork;
+use crate::mpm::state::health;
+use crate::mpm::stress::average::Average;
+use crate::mpm::stress::filter::{Filter, divide_by_mass, velocity_on_grid};
+use crate::mpm::stress::heat;
+use crate::mpm::stress::update::{Strain, strain_and_land, update_stress};
+use crate::mpm::transfer::{Sweep, View};
+use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate, Transfer};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -47,7 +48,7 @@ impl<const D: usize> Mpm<D> {
     }
 
     /// The part of the particles' velocity that comes from v⁺ itself.
-    pub(super) fn pic_share(&self, dt: f64) -> f64 {
+    pub(in crate::mpm) fn pic_share(&self, dt: f64) -> f64 {
         match self.transfer {
             Transfer::Flip { relaxation, .. } => -(-dt / relaxation).exp_m1(),
             Transfer::Apic => 1.0,

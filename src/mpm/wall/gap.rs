@@ -15,7 +15,7 @@ use super::{Condition, Walls};
 use crate::math::Vector;
 use crate::mpm::grid::EDGE;
 use crate::mpm::particles::Body;
-use crate::mpm::sweep::Bins;
+use crate::mpm::transfer::Bins;
 use crate::mpm::{Grid, Kernel};
 use crate::parallel;
 

@@ -1,7 +1,7 @@
 //! Single elements and patches: constant strain, rigid motion, hourglass modes.
 
-use super::super::build::bisector_axes;
 use super::*;
+use crate::mpm::membrane::build::bisector_axes;
 
 /// A 4 × 4 patch with skewed quadrilaterals, the last row split into triangles; and its inner nodes.
 fn skewed_patch() -> (Vec<Vector<3>>, Vec<Vec<u32>>, Vec<usize>) {

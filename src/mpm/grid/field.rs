@@ -1,0 +1,79 @@
+//! A velocity field of the grid: its nodes, and what a step knows of them.
+//!
+//! During a step a node holds, in this order: (m, p⁻, f) after the particles' scatter, then (m, p̄, f) with
+//! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always — and at last
+//! (m, v⁺, a) for the gather.
+
+use crate::math::Vector;
+
+/// One velocity field.
+#[derive(Debug, Clone, Default)]
+pub struct Field<const D: usize> {
+    /// Nodes of all active blocks, 4ᴰ per block.
+    pub nodes: Vec<Node<D>>,
+    /// The velocity that gradients are taken of [m/s]: v⁻, v⁺ or the re-mapped one, by the stress update.
+    pub velocity: Vec<Vector<D>>,
+    /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
+    pub applied: Vec<Vector<D>>,
+    /// The shares by which the ghosts extrapolate, in this step.
+    pub limits: Limits,
+    /// Nodes of which only rounding is left, in this step.
+    pub small: Vec<SmallMassNode>,
+    /// Room for averages over the nodes, Σ V N and Σ V q N.
+    pub sums: Vec<[f64; 2]>,
+    /// Room for their quotients.
+    pub means: Vec<[f64; 1]>,
+}
+
+/// One node of one field: a cache line.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Node<const D: usize> {
+    /// Mass m_I [kg].
+    pub mass: f64,
+    /// Momentum [N s]; velocity v⁺ [m/s] after the nodes have been finished (`finish_nodes`).
+    pub momentum: Vector<D>,
+    /// Force [N], walls and contact included; acceleration [m/s²] after that.
+    pub force: Vector<D>,
+}
+
+/// How the ghosts beyond one end of an axis follow the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fold {
+    /// A symmetry plane.
+    Mirror,
+    /// Linear extrapolation.
+    Extrapolate,
+    /// Not at all: the grid goes on beyond the wall.
+    Continue,
+}
+
+/// The shares θ by which the ghosts of one velocity field extrapolate (`ghost::limit`); the default: all of them one.
+#[derive(Debug, Clone, Default)]
+pub struct Limits {
+    /// By axis, in the order of its ghosts; nothing where the grid goes on.
+    pub(super) shares: Vec<Vec<Option<f64>>>,
+}
+
+impl Limits {
+    /// The share of a ghost, by its number among those of the axis; nothing if it is none in this field.
+    #[inline]
+    pub(super) fn share(&self, axis: usize, number: usize) -> Option<f64> {
+        self.shares.get(axis).map_or(Some(1.0), |shares| shares[number])
+    }
+}
+
+/// A node whose mass is nothing but rounding, and the neighbours whose mean velocity it takes (`small_mass`).
+#[derive(Debug, Clone)]
+pub struct SmallMassNode {
+    pub(super) node: u32,
+    /// Neighbours with their shares of the mass of all of them.
+    pub(super) hosts: Vec<(u32, f64)>,
+}
+
+impl SmallMassNode {
+    /// Gives the node the mean of its neighbours' values.
+    pub fn follow<const D: usize>(&self, values: &mut [Vector<D>]) {
+        values[self.node as usize] = self.hosts.iter().map(|&(host, share)| values[host as usize] * share).sum();
+    }
+}

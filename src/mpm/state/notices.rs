@@ -1,0 +1,199 @@
+//! What a user should hear of while a run goes on: books that show that errors rule.
+//!
+//! What bodies dissipate, and the energy that strains or hourglass control take up, can't be below zero; what stress updates make
+//! up and transfers lose should be small beside the work W that is done: the largest of the works from outside, of the kinetic
+//! energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
+
+use crate::mpm::Mpm;
+use crate::simulation::{Column, SaidOnce};
+
+/// Steps between two looks at the books.
+const EVERY: u64 = 16;
+
+/// Part of the largest term by which a loss or a stored energy may be below zero.
+const BELOW: f64 = 0.01;
+
+/// Part of the work done that errors may reach.
+const LARGE: f64 = 0.2;
+
+/// Part of the largest term below which an error is of no account: gas at rest does no work.
+const SMALL: f64 = 1e-6;
+
+/// Terms of the ledger at one time [J].
+#[derive(Debug, Clone, Default)]
+struct Reading {
+    /// Works, and energies exchanged.
+    work: f64,
+    /// The largest of all terms.
+    largest: f64,
+    /// What can't be below zero, by name.
+    positive: Vec<(String, f64)>,
+    /// What stress updates made up, by name.
+    made: Vec<(String, f64)>,
+    /// What transfers lost and nobody got back.
+    lost: f64,
+}
+
+/// What was found, each kind said once.
+#[derive(Debug, Clone, Default)]
+pub(in crate::mpm) struct Notices {
+    /// Internal energy of the bodies at the start, the largest W, and the largest term so far [J].
+    scales: [f64; 3],
+    said: SaidOnce,
+}
+
+impl Notices {
+    /// For bodies that begin with this internal energy [J].
+    pub fn new(internal: f64) -> Self {
+        Self { scales: [internal, 0.0, 0.0], ..Self::default() }
+    }
+
+    /// What is new since the last call.
+    pub fn take(&mut self) -> Vec<String> {
+        self.said.take()
+    }
+
+    /// What a checkpoint must keep: the scales that the next look compares with, and what was said.
+    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let mut scales = self.scales.to_vec();
+        visit("mpm.scales", Column::new(&mut scales));
+        if let [internal, work, largest] = scales[..] {
+            self.scales = [internal, work, largest];
+        }
+        self.said.column("mpm.said", visit);
+    }
+
+    /// What doesn't fit together in columns that were just restored.
+    pub fn misfit(&self) -> Option<String> {
+        self.said.misfit()
+    }
+
+    /// Looks at the ledger at time `t` [s].
+    fn look(&mut self, reading: &Reading, t: f64) {
+        let [_, work, largest] = &mut self.scales;
+        *work = work.max(reading.work);
+        *largest = largest.max(reading.largest).max(*work);
+        let (work, largest) = (*work, *largest);
+        for (name, value) in reading.positive.iter().filter(|(_, value)| *value < -BELOW * largest) {
+            self.say(name, format!(
+                "`{name}` is below zero by {:.1} % of the largest energy at t = {t:.4} s, which nothing real does: contact or \
+                 elements give energy; take shorter steps (`mpm.safety`, `mpm.membrane-safety`), or elements and cells of one size",
+                -100.0 * value / largest
+            ));
+        }
+        let too_large = |value: f64| value.abs() > LARGE * work && value.abs() > SMALL * largest;
+        for (name, value) in reading.made.iter().filter(|(_, value)| too_large(*value)) {
+            self.say(name, format!(
+                "`{name}` has reached {:.0} % of the work done at t = {t:.4} s: stresses store what motion has not given; take \
+                 smaller cells, a smoother `mpm.kernel` or shorter steps (`mpm.safety`)",
+                100.0 * value / work
+            ));
+        }
+        if too_large(reading.lost) {
+            self.say("transfer dissipation", format!(
+                "`transfer dissipation` has reached {:.0} % of the work done at t = {t:.4} s: the way through the grid takes \
+                 motion that is as small as its cells, and nobody gets it; take smaller cells, or a `mpm.transfer` that damps less",
+                100.0 * reading.lost / work
+            ));
+        }
+    }
+
+    fn say(&mut self, name: &str, text: String) {
+        self.said.say(name, || format!("{text} (`history/balance.csv`)"));
+    }
+}
+
+impl<const D: usize> Mpm<D> {
+    /// Looks at the books now and then; `t` is the end of the step [s].
+    pub(in crate::mpm) fn watch(&mut self, t: f64) {
+        if self.steps.is_multiple_of(EVERY) {
+            let reading = self.reading();
+            self.notices.look(&reading, t);
+        }
+    }
+
+    fn reading(&self) -> Reading {
+        let (books, accounts) = (&self.books, &self.accounts);
+        let [mut kinetic, internal] = self.energy;
+        let taken = internal - self.notices.scales[0];
+        let from_outside = [accounts.gravity, accounts.traction, accounts.wall, accounts.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| books.value(id).abs()).sum();
+        let losses = self.coupling.contact.losses();
+        let mut positive = vec![
+            ("contact dissipation".to_owned(), losses.normal),
+            ("friction dissipation".to_owned(), losses.friction),
+        ];
+        let mut made = vec![("stress update error".to_owned(), books.value(accounts.stress))];
+        let mut strain = 0.0f64;
+        for membrane in &self.coupling.membranes {
+            let (name, balance) = (&membrane.name, membrane.balance());
+            works += balance.pressure.abs() + balance.gravity.abs() + balance.supports.abs();
+            kinetic += balance.kinetic;
+            strain = strain.max((balance.strain - balance.strain_start).abs());
+            positive.push((format!("strain energy: {name}"), balance.strain));
+            positive.push((format!("hourglass energy: {name}"), balance.hourglass));
+            made.push((format!("stress update error: {name}"), balance.mismatch));
+        }
+        let work = works.max(kinetic).max(taken.abs()).max(strain);
+        let lost = books.value(accounts.transfer) - books.value(accounts.heat);
+        Reading { work, largest: work.max(internal.abs()), positive, made, lost }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Notices, Reading};
+
+    fn reading(contact: f64, made: f64, lost: f64) -> Reading {
+        let (positive, made) =
+            (vec![("contact dissipation".into(), contact)], vec![("stress update error".into(), made)]);
+        Reading { work: 2.0, largest: 10.0, positive, made, lost }
+    }
+
+    #[test]
+    fn what_errors_rule_is_said_once_with_its_time() {
+        let mut notices = Notices::new(0.0);
+        notices.look(&reading(-0.09, 0.39, 0.39), 0.5);
+        assert_eq!(notices.take(), Vec::<String>::new());
+        notices.look(&reading(-0.11, -0.42, 0.42), 0.75);
+        let said = notices.take();
+        assert_eq!(said.len(), 3, "{said:?}");
+        for (text, [name, percent]) in said.iter().zip([
+            ["`contact dissipation`", "1.1 %"],
+            ["`stress update error`", "-21 %"],
+            ["`transfer dissipation`", "21 %"],
+        ]) {
+            assert!(text.starts_with(name) && text.contains(percent) && text.contains("t = 0.7500 s"), "{text}");
+        }
+        notices.look(&reading(-0.2, 0.5, 0.5), 1.0);
+        assert!(notices.take().is_empty());
+    }
+
+    /// A run that goes on from a checkpoint knows what was said, and by what it was measured.
+    #[test]
+    fn what_was_said_before_a_checkpoint_is_not_said_again() {
+        let mut first = Notices::new(3.0);
+        first.look(&reading(0.0, 0.5, 0.0), 0.5);
+        assert_eq!(first.take().len(), 1);
+        let mut saved = Vec::new();
+        first.columns(&mut |_, column| saved.push(column.data.bytes().to_vec()));
+        let mut second = Notices::new(3.0);
+        let mut next = saved.iter();
+        second.columns(&mut |_, column| assert!(column.data.replace(next.next().unwrap())));
+        assert_eq!((second.misfit(), second.scales), (None, first.scales));
+        second.look(&reading(0.0, 0.6, 0.6), 0.75);
+        let said = second.take();
+        assert!(said.len() == 1 && said[0].starts_with("`transfer dissipation`"), "{said:?}");
+    }
+
+    /// What was done stays done, where the work comes back; and gas at rest, which does none, has nothing to say.
+    #[test]
+    fn the_work_done_is_the_largest_so_far() {
+        let mut notices = Notices::new(0.0);
+        notices.look(&reading(0.0, 0.3, 0.3), 0.5);
+        notices.look(&Reading { work: 1e-3, ..reading(0.0, 0.3, 0.3) }, 1.0);
+        let mut rest = Notices::new(0.0);
+        rest.look(&Reading { work: 1e-14, ..reading(0.0, 1e-13, 1e-13) }, 1.0);
+        assert!(notices.take().is_empty() && rest.take().is_empty());
+    }
+}
