@@ -44,10 +44,10 @@ impl<const D: usize> Mpm<D> {
         let friction = FrictionTable { listed: setup.friction, default: setup.default_friction };
         let bodies = regions::divide(bodies, &membranes, &friction)?;
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
-        let cutoff = cutoffs(&bodies, field_count, (setup.kernel, &setup.transfer));
+        let kernel = Kernel::new(setup.kernel, 0.25);
+        let cutoff = cutoffs(&bodies, field_count, (kernel, &setup.transfer));
         let touching = cutoff.iter().map(|cutoff| cutoff.contact).fold(f64::INFINITY, f64::min);
-        let lattice =
-            FoldedStencil::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
+        let lattice = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(
             membranes,
             &bodies,
@@ -249,7 +249,7 @@ fn build_body<const D: usize>(
 fn cutoffs<const D: usize>(
     bodies: &[Body<D>],
     fields: usize,
-    (kernel, transfer): (super::KernelKind, &Transfer),
+    (kernel, transfer): (Kernel, &Transfer),
 ) -> Vec<MassCutoffs> {
     let masses = |field: usize| {
         let own = bodies.iter().filter(move |body| body.field == field);

@@ -34,18 +34,19 @@ mod setup;
 mod state;
 mod step;
 mod stress;
-pub mod transfer;
+mod transfer;
 pub mod wall;
 
 pub use coupling::SubStep;
+pub use grid::kernel::KernelKind;
 pub use grid::{EDGE, Field, Grid, Kernel, Node};
 pub use membrane::{Balance, Elements, Membrane};
 pub use particles::sides::astray;
 pub use particles::traction::{self, Load, Traction};
 pub use particles::{Body, Part, Particles, Work};
 pub use setup::{
-    BodySetup, Dissipation, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, SheetContact,
-    StressUpdate, SupportSetup, Transfer, Wall, WallKind,
+    BodySetup, Dissipation, Friction, GridSetup, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
+    SupportSetup, Transfer, Wall, WallKind,
 };
 pub use state::proximity;
 pub use step::{Mpm, Step};

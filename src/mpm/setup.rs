@@ -1,5 +1,6 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
+use super::grid::kernel::KernelKind;
 use super::particles::traction::Traction;
 use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
@@ -98,19 +99,6 @@ pub struct Obstacle {
     pub kind: WallKind,
     /// Its velocity [m/s] (rigid translation).
     pub velocity: [Signal; 3],
-}
-
-/// Shape functions (theory A.2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum KernelKind {
-    /// Tensor-product hat functions (the paper).
-    Linear,
-    /// Uniform generalised interpolation.
-    Gimp,
-    /// Quadratic B-spline.
-    Quadratic,
-    /// Cubic B-spline.
-    Cubic,
 }
 
 /// Particle–grid transfer (theory A.6, A.7).

@@ -57,7 +57,7 @@ const WALLS: [WallKind; 4] =
 #[test]
 fn ledger_closes_for_every_kernel_and_transfer() {
     let damped = Transfer::Flip { relaxation: 0.02, filter_order: 0, filter_interval: 0 };
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for transfer in [FLIP, damped, Transfer::Apic] {
             for kind in WALLS {
                 let mpm = thrown(kernel, transfer, StressUpdate::Average, kind);
@@ -98,7 +98,7 @@ fn ledger_closes_for_every_stress_update() {
 /// below the energy that there is. Rows of particles lie on planes of nodes.
 #[test]
 fn free_flight_keeps_momentum_and_modest_books() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast, StressUpdate::Average] {
             for lower in [0.75, 0.6875, 0.7] {
                 let mut setup = setup(grid([0.0, 0.0], 0.25, [16, 12], WallKind::Open));
@@ -152,7 +152,7 @@ fn filter_conserves_momentum_and_is_booked() {
 /// What walls of every kind give to filtered velocities is booked, the work of moving ones and the forces of all of them, too.
 #[test]
 fn filters_book_what_walls_give() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for kind in WALLS {
             for (filter_order, speed) in [(1, 0.0), (2, 0.0), (3, 0.4)] {
                 let transfer = Transfer::Flip { relaxation: f64::INFINITY, filter_order, filter_interval: 4 };

@@ -161,7 +161,7 @@ impl Assembly<'_> {
         let mpm = &file.mpm;
         Some(Setup {
             grid: grid.filter(|_| complete)?,
-            kernel: mpm.kernel.into(),
+            kernel: mpm.kernel,
             transfer: (&mpm.transfer).into(),
             dissipation: mpm.dissipation.into(),
             stress_update: mpm.stress_update.into(),

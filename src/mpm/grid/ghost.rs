@@ -216,8 +216,6 @@ mod tests {
     use crate::mpm::grid::testing::activate;
     use crate::mpm::{Kernel, KernelKind};
 
-    const KINDS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
-
     fn grid_around(kernel: Kernel, x: Vector<2>) -> Grid<2> {
         let mut grid = Grid::new(Vector([1.0, -2.0]), 0.5, [4, 6], 1);
         activate(&mut grid, kernel, &[x]);
@@ -233,7 +231,7 @@ mod tests {
     /// At every wall: weights folded into the domain are a partition of unity that reproduces linear fields.
     #[test]
     fn extrapolation_keeps_linear_completeness() {
-        for kind in KINDS {
+        for &kind in KernelKind::ALL {
             let kernel = Kernel::new(kind, 0.25);
             for x in points() {
                 let mut grid = grid_around(kernel, x);
@@ -259,7 +257,7 @@ mod tests {
     /// A mirror gives what a twice as large problem with a mirrored twin particle would give.
     #[test]
     fn mirrors_equal_the_symmetric_problem() {
-        for kind in KINDS {
+        for &kind in KernelKind::ALL {
             let kernel = Kernel::new(kind, 0.25);
             for x in points().into_iter().filter(|x| x[0] < 2.0) {
                 let twin = Vector([2.0 - x[0], x[1]]);

@@ -14,9 +14,9 @@
 //! leaves them their mass (`ghost/limit.rs`). Such a node moves as its neighbours do on average, v_I = Σ m_J v_J / Σ m_J.
 
 use super::ghost::Ghosted;
-use super::{Grid, Node, SmallMassNode};
+use super::{Grid, Kernel, Node, SmallMassNode};
 use crate::math::Vector;
-use crate::mpm::{KernelKind, Transfer};
+use crate::mpm::Transfer;
 use crate::parallel::{self, CHUNK};
 
 /// m_cut over the mass of the lightest particle, for shape functions with kinks at the ends of their supports.
@@ -43,16 +43,14 @@ pub struct MassCutoffs {
 
 impl MassCutoffs {
     /// For the lightest particle of a field [kg].
-    pub fn new(kernel: KernelKind, transfer: &Transfer, particle: f64) -> Self {
+    pub fn new(kernel: Kernel, transfer: &Transfer, particle: f64) -> Self {
         let rounding = ROUNDING * particle;
         let force = if *transfer == Transfer::Apic { FORCE_CUTOFF_AFFINE } else { FORCE_CUTOFF };
-        match kernel {
-            // Its weights are positive wherever their slopes are not zero; only a particle on a wall has folded ones.
-            KernelKind::Linear => Self { force: force * particle, velocity: 0.0, contact: rounding },
-            KernelKind::Gimp | KernelKind::Quadratic | KernelKind::Cubic => {
-                Self { force: rounding, velocity: rounding, contact: rounding }
-            }
+        if kernel.is_smooth() {
+            return Self { force: rounding, velocity: rounding, contact: rounding };
         }
+        // Its weights are positive wherever their slopes are not zero; only a particle on a wall has folded ones.
+        Self { force: force * particle, velocity: 0.0, contact: rounding }
     }
 }
 

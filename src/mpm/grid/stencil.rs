@@ -6,7 +6,7 @@ use crate::math::Vector;
 
 /// The Sᴰ nodes around a point, as products over the axes.
 #[derive(Debug, Clone, Copy)]
-pub struct Stencil<const D: usize, const S: usize> {
+pub(crate) struct Stencil<const D: usize, const S: usize> {
     /// Weights and slopes per axis; slopes per metre.
     axes: [Axis<S>; D],
     /// First node of the blocks b + {0, 1}ᴰ, b the block of the first node.
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn stencils_visit_the_nodes_around_a_point_across_blocks() {
         let mut grid = Grid::<2>::new(Vector::ZERO, 0.25, [40, 40], 1);
-        for kind in [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic] {
+        for &kind in KernelKind::ALL {
             let kernel = Kernel::new(kind, 0.25);
             for x in [Vector([0.9, 1.02]), Vector([0.01, 0.99]), Vector([1.88, 3.12])] {
                 activate(&mut grid, kernel, &[x]);

@@ -4,7 +4,6 @@
 //! A particle may leave its block by the kernel's slack before the body must be sorted again. It is sorted sooner when
 //! so many particles have left their cells that reading the nodes of each run of particles anew has cost more than a sort.
 
-use super::shape::{slack, window};
 use super::sort::{slowest_last, sort};
 use super::tile::{Extent, TILE};
 use crate::math::Vector;
@@ -109,7 +108,7 @@ impl<const D: usize> Bins<D> {
 
     /// True if the bins follow each other, and each holds particles that a sweep of `kernel` may find there.
     pub fn hold(&self, position: &[Vector<D>], kernel: Kernel, origin: Vector<D>, cell: f64) -> bool {
-        let (window, slack) = (window(kernel), slack(kernel));
+        let (window, slack) = (kernel.window(), kernel.slack());
         let reach = window - slack..=window + EDGE as f64 + slack;
         let near = |block: [i32; D], x: &Vector<D>| {
             (0..D).all(|a| reach.contains(&((x[a] - origin[a]) / cell - f64::from(block[a]) * EDGE as f64)))
@@ -135,7 +134,7 @@ impl<const D: usize> Bins<D> {
     /// True if the particles must be sorted before the next sweep of `kernel`.
     pub fn stale(&self, kernel: Kernel, particles: usize) -> bool {
         let Disorder { drift, excess, .. } = self.disorder;
-        drift > 0.99 * slack(kernel) || excess > SORT_COST * particles as f64 || self.sorted() != particles
+        drift > 0.99 * kernel.slack() || excess > SORT_COST * particles as f64 || self.sorted() != particles
     }
 
     /// True if the slots must be looked up.

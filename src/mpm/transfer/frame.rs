@@ -3,11 +3,11 @@
 use super::Sweep;
 use super::bins::tile_origin;
 use super::group::Group;
-use super::shape::{Shape, Weights};
 use super::tile::{PLANE, TILE};
 use crate::math::Vector;
 use crate::math::simd::Lanes;
 use crate::mpm::grid::Fold;
+use crate::mpm::grid::kernel::{Shape, Weights};
 
 /// Positions to tile coordinates: s = x · scale − shift.
 #[derive(Clone, Copy)]

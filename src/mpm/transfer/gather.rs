@@ -5,11 +5,11 @@ use super::frame::Frame;
 use super::kernel::{self, Gathered, Sums};
 use super::place::{Places, put};
 use super::rows::{CHUNK, Rows};
-use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape};
 use super::tile::{Extent, Record, TILE_NODES, Tile, for_each_run};
 use super::view::View;
-use super::{Kernel, Sweep, with_shape};
+use super::{Kernel, Sweep};
 use crate::math::simd::{Lanes, Task, widest};
+use crate::mpm::grid::kernel::{Shape, with_shape};
 
 /// Few enough bins for one thread.
 const FEW: usize = 16;

@@ -10,9 +10,9 @@
 //! row and plane by plane. The particles are the lanes, since they read the same numbers. A scatter ([`super::parcels`])
 //! is its adjoint.
 
-use super::shape::Weights;
 use super::tile::{TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, WIDTH};
+use crate::mpm::grid::kernel::Weights;
 
 /// Which sums a gather forms, as a type: unused ones are never computed.
 pub(crate) trait Sums: Copy {

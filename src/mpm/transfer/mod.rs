@@ -12,11 +12,11 @@ mod group;
 mod kernel;
 mod parcels;
 mod place;
-pub mod plain;
+#[cfg(test)]
+mod plain;
 mod relay;
 mod rows;
 mod scatter;
-mod shape;
 mod sort;
 mod source;
 #[cfg(test)]
@@ -60,28 +60,3 @@ impl<'a, const D: usize> Sweep<'a, D> {
         Self { bins, kernel: body.kernel, origin: grid.origin, cell: grid.cell, cells: grid.cells, folds }
     }
 }
-
-/// Runs an expression with the kernel's shape function.
-macro_rules! with_shape {
-    ($kernel:expr, $shape:ident => $body:expr) => {
-        match $kernel {
-            Kernel::Linear(_) => {
-                let $shape = Linear;
-                $body
-            }
-            Kernel::Gimp(gimp) => {
-                let $shape = Gimp { half: gimp.half };
-                $body
-            }
-            Kernel::Quadratic(_) => {
-                let $shape = Quadratic;
-                $body
-            }
-            Kernel::Cubic(_) => {
-                let $shape = Cubic;
-                $body
-            }
-        }
-    };
-}
-use with_shape;

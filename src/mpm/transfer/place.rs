@@ -1,13 +1,13 @@
 //! Where the particles of a chunk lie in their tile: found once for all that a visit does.
 
+use super::Kernel;
 use super::frame::{self, Frame};
 use super::group::Group;
 use super::rows::{CHUNK, Column};
-use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape, Weights};
 use super::tile::Extent;
-use super::{Kernel, with_shape};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
+use crate::mpm::grid::kernel::{Shape, Weights, with_shape};
 
 /// The first node of what is no particle.
 const NOWHERE: f64 = -1.0;

@@ -5,13 +5,13 @@ use super::group::Group;
 use super::parcels::{self, Alone, Packing, Paired, Parcels, Slope};
 use super::place::Places;
 use super::rows::CHUNK;
-use super::shape::{Cubic, Gimp, Linear, Quadratic, Shape};
 use super::source::{Content, Source};
 use super::tile::{Extent, Record, ScalarTile, TILE_NODES, Tile, for_each_run};
-use super::{Kernel, Sweep, with_shape};
+use super::{Kernel, Sweep};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mpm::grid::Node;
+use crate::mpm::grid::kernel::{Shape, with_shape};
 use crate::mpm::particles::Body;
 use rayon::prelude::*;
 

@@ -3,7 +3,6 @@
 //! A counting sort: particles are nearly in order from the last time, so that its reads and writes are nearly
 //! sequential.
 
-use super::shape::window;
 use crate::math::Vector;
 use crate::mpm::Kernel;
 use crate::mpm::grid::EDGE;
@@ -77,7 +76,7 @@ fn place_after(counts: &mut [Vec<u32>]) {
 /// Block and cell of a position in cells.
 #[inline(always)]
 fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> Place<D> {
-    let window = window(kernel);
+    let window = kernel.window();
     let block: [i32; D] = std::array::from_fn(|a| ((s[a] - window).floor() as i32).div_euclid(EDGE as i32));
     let begin = |a: usize| (kernel.first(s[a]) - kernel.first(window) - block[a] * EDGE as i32) as u32;
     (block, (0..D).rev().fold(0, |local, a| local * CELLS as u32 + begin(a)))

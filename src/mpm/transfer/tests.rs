@@ -8,7 +8,6 @@ use crate::mpm::grid::kernel::with_shape;
 use crate::mpm::grid::{Ghosts, Limits, Node};
 use crate::mpm::particles::{Body, Part, Particles, Work};
 
-const KINDS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
 const CELL: f64 = 0.25;
 
 /// Numbers without a pattern in −1..1.
@@ -56,7 +55,7 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
 fn prepare<const D: usize>(body: &mut Body<D>) -> (Grid<D>, Bins<D>) {
     let mut grid = Grid::new(Vector::splat(-0.1), CELL, [20; D], 1);
     let mut bins = Bins::sort(&mut body.particles, body.kernel, grid.origin, CELL);
-    let shift = 0.98 * shape::slack(body.kernel) * CELL;
+    let shift = 0.98 * body.kernel.slack() * CELL;
     for (p, x) in body.particles.position.iter_mut().enumerate() {
         *x += Vector::from_fn(|a| if (p + a) % 2 == 0 { shift } else { -shift });
     }
@@ -198,7 +197,7 @@ fn scalars_agree<const D: usize>(kind: KernelKind) {
 
 #[test]
 fn relays_do_what_a_gather_and_a_scatter_do() {
-    for kind in KINDS {
+    for &kind in KernelKind::ALL {
         for affine in [false, true] {
             relays_agree::<2>(kind, affine);
             relays_agree::<3>(kind, affine);
@@ -208,7 +207,7 @@ fn relays_do_what_a_gather_and_a_scatter_do() {
 
 #[test]
 fn scalars_are_summed_with_the_weights() {
-    for kind in KINDS {
+    for &kind in KernelKind::ALL {
         scalars_agree::<2>(kind);
         scalars_agree::<3>(kind);
     }
@@ -216,7 +215,7 @@ fn scalars_are_summed_with_the_weights() {
 
 #[test]
 fn sweeps_scatter_what_plain_loops_scatter() {
-    for kind in KINDS {
+    for &kind in KernelKind::ALL {
         for (stress, affine) in [(false, false), (true, false), (false, true), (true, true)] {
             scatters_agree::<2>(kind, stress, affine);
             scatters_agree::<3>(kind, stress, affine);
@@ -226,7 +225,7 @@ fn sweeps_scatter_what_plain_loops_scatter() {
 
 #[test]
 fn sweeps_gather_what_plain_loops_gather() {
-    for kind in KINDS {
+    for &kind in KernelKind::ALL {
         gathers_agree::<2>(kind);
         gathers_agree::<3>(kind);
     }
@@ -251,7 +250,7 @@ fn tiles_of_one_colour_share_no_node() {
 /// it to the nodes exactly, at the corners, too; so momentum and angular momentum arrive unchanged.
 #[test]
 fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
-    for kind in KINDS {
+    for &kind in KernelKind::ALL {
         let mut body = body::<2>(kind, false, true);
         let spin = Tensor::from_fn(|i, j| [[0.3, -1.2], [0.7, 0.4]][i][j]);
         let field = |x: Vector<2>| Vector([0.5, -0.2]) + spin.apply(x);
