@@ -7,8 +7,8 @@ use lateen::mpm::contact::nodes::FoldedStencil;
 use lateen::mpm::contact::sample::Facet;
 use lateen::mpm::contact::{Contact, FrictionTable, SheetSource, Surface};
 use lateen::mpm::wall::Walls;
-use lateen::mpm::{Body, EDGE, Friction, Grid, GridSetup, Kernel, KernelKind, Part, Particles};
-use lateen::mpm::{SheetContact, Step, SubStep, Wall, Work};
+use lateen::mpm::{Body, EDGE, Friction, Grid, GridSetup, Kernel, KernelKind, Particles};
+use lateen::mpm::{SheetContact, Step, SubStep, Wall};
 use std::sync::Arc;
 
 /// A law without stress.
@@ -67,9 +67,9 @@ pub fn block<const D: usize>(
         ..Particles::default()
     };
     let kernel = Kernel::new(KernelKind::Quadratic, 0.25);
-    let (traction, work, skin, depth) = (Vec::new(), Work::default(), Vec::new(), Vec::new());
-    let (name, part) = (name.to_owned(), Part::default());
-    Body { name, part, law: Arc::new(Dust), field, kernel, particles, skin, depth, traction, ambient: 0.0, work }
+    let mut body = Body::new(name.to_owned(), Arc::new(Dust), kernel, particles);
+    body.field = field;
+    body
 }
 
 /// A membrane reduced to its nodes.

@@ -10,5 +10,6 @@ mod floors;
 mod heat;
 mod manufactured;
 mod model;
+mod plain;
 mod resume;
 mod spray;

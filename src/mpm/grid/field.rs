@@ -19,9 +19,13 @@ pub struct Field<const D: usize> {
     pub limits: Limits,
     /// Nodes of which only rounding is left, in this step.
     pub small: Vec<SmallMassNode>,
-    /// Room for averages over the nodes, Σ V N and Σ V q N.
+    /// The masses up to which its nodes are small.
+    pub cutoffs: MassCutoffs,
+    /// The heat per mass that re-mapped nodes hand to the particles [J/kg], ghosts filled; empty: none.
+    pub heat: Vec<[f64; 1]>,
+    /// Sums over the particles around each node, Σ V N and Σ V q N.
     pub sums: Vec<[f64; 2]>,
-    /// Room for their quotients.
+    /// Their quotients, ghosts filled.
     pub means: Vec<[f64; 1]>,
 }
 
@@ -61,6 +65,17 @@ impl Limits {
     pub(super) fn share(&self, axis: usize, number: usize) -> Option<f64> {
         self.shares.get(axis).map_or(Some(1.0), |shares| shares[number])
     }
+}
+
+/// The masses [kg] up to which nodes have no force, velocity or contact of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MassCutoffs {
+    /// Nodes up to this mass leave the forces of particles to their neighbours.
+    pub force: f64,
+    /// Nodes up to this mass take the mean velocity of their neighbours.
+    pub velocity: f64,
+    /// Nodes up to this mass have no contact.
+    pub contact: f64,
 }
 
 /// A node whose mass is nothing but rounding, and the neighbours whose mean velocity it takes (`small_mass`).

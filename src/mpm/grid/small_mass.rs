@@ -14,7 +14,7 @@
 //! leaves them their mass (`ghost/limit.rs`). Such a node moves as its neighbours do on average, v_I = Σ m_J v_J / Σ m_J.
 
 use super::ghost::Ghosted;
-use super::{Grid, Kernel, Node, SmallMassNode};
+use super::{Grid, Kernel, MassCutoffs, Node, SmallMassNode};
 use crate::math::Vector;
 use crate::mpm::Transfer;
 use crate::parallel::{self, CHUNK};
@@ -29,17 +29,6 @@ const FORCE_CUTOFF_AFFINE: f64 = 1.0 / 16.0;
 /// The same for smooth ones, whose f²/m stays bounded as m vanishes: just above the rounding of a node's mass. Below, nodes
 /// take their neighbours' velocity and have no contact.
 const ROUNDING: f64 = 1e-15;
-
-/// The masses [kg] up to which nodes have no force, velocity or contact of their own.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MassCutoffs {
-    /// Nodes up to this mass leave the forces of particles to their neighbours.
-    pub force: f64,
-    /// Nodes up to this mass take the mean velocity of their neighbours.
-    pub velocity: f64,
-    /// Nodes up to this mass have no contact.
-    pub contact: f64,
-}
 
 impl MassCutoffs {
     /// For the lightest particle of a field [kg].

@@ -1,10 +1,12 @@
 //! Material points, column by column.
 
+use super::motion::Summary;
 use super::traction::Traction;
 use crate::geometry::SkinPoint;
 use crate::material::{PointLaw, Storage};
 use crate::math::{Signal, SymTensor, Tensor, Vector};
 use crate::mpm::grid::kernel::Kernel;
+use crate::mpm::transfer::Bins;
 use crate::parallel;
 use std::sync::Arc;
 
@@ -33,8 +35,14 @@ pub struct Body<const D: usize> {
     pub traction: Vec<Traction>,
     /// Pressure of the atmosphere around a gas [Pa], from which its forces count (`ambient`).
     pub ambient: f64,
-    /// What lives during a step only.
+    /// Columns that live during a step only.
     pub work: Work<D>,
+    /// How its particles are sorted by blocks of the grid.
+    pub(in crate::mpm) bins: Bins<D>,
+    /// The largest wave speed + |v| of its particles [m/s].
+    pub(in crate::mpm) largest_wave_speed: f64,
+    /// What the visits of the step so far have told.
+    pub(in crate::mpm) summary: Summary,
 }
 
 /// A part of a body that lies on both sides of closed membranes; of other bodies, all of it (theory D.13).
@@ -106,6 +114,29 @@ pub struct Particles<const D: usize> {
 const SURFACE: f64 = 1.5;
 
 impl<const D: usize> Body<D> {
+    /// A body without a surface layer and loads in the velocity field 0, its particles not yet sorted.
+    pub fn new(name: String, law: Arc<dyn PointLaw>, kernel: Kernel, particles: Particles<D>) -> Self {
+        let n = particles.len();
+        // With APIC the velocity is the rate of the position.
+        let rate = vec![Vector::ZERO; if particles.affine.is_empty() { n } else { 0 }];
+        Self {
+            name,
+            part: Part::default(),
+            law,
+            field: 0,
+            kernel,
+            particles,
+            skin: Vec::new(),
+            depth: Vec::new(),
+            traction: Vec::new(),
+            ambient: 0.0,
+            work: Work { volume_ratio: vec![1.0; n], rate, ..Work::default() },
+            bins: Bins::default(),
+            largest_wave_speed: 0.0,
+            summary: Summary::default(),
+        }
+    }
+
     /// How deep particle `p` was below the body's surface at the start [edges of its volume].
     #[inline]
     pub fn depth(&self, p: usize) -> f64 {

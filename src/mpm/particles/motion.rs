@@ -26,26 +26,23 @@
 //! **Walls of the domain hold positions.** Where a film or a single particle is next to a wall, velocities there keep up to a sixth of that of
 //! the row of nodes inside (`ghost::limit`). What it would carry beyond the wall stays on it.
 
-use super::Body;
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::math::{Tensor, Vector};
+use crate::mpm::grid::Grid;
 use crate::mpm::grid::kernel::Kernel;
-use crate::mpm::grid::{Grid, Node};
-use crate::mpm::transfer::{
-    Answer, CHUNK, Chunk, Column, Content, Record, Rows, Sweep, View, Wanted, put_acceleration, put_velocity,
-};
+use crate::mpm::transfer::{CHUNK, Chunk, Column, GatherFields, Reduce, Rows, View};
 
-/// What the end of a step tells about a body.
+/// What the visits of a step tell about a body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::mpm) struct Summary {
     /// Kinetic energy [J].
     pub kinetic: f64,
     /// Internal energy [J].
     pub internal: f64,
-    /// What of it the transfer has dissipated on the grid in this step [J].
+    /// The part of it that the transfer has dissipated on the grid in this step [J].
     pub heat: f64,
-    /// Largest signal + |v| [m/s].
-    pub fastest: f64,
+    /// Largest wave speed + |v| [m/s].
+    pub largest_wave_speed: f64,
     /// Largest displacement along an axis [m].
     pub shift: f64,
     /// A particle was turned inside out.
@@ -61,20 +58,15 @@ impl Summary {
     pub fn inverted() -> Self {
         Self { inverted: true, ..Self::default() }
     }
-
-    /// What a chunk's landing adds, unless a particle was turned inside out; `visits` of nodes were made.
-    pub fn then(self, land: impl FnOnce() -> Self, visits: usize) -> Self {
-        if self.inverted { self } else { Self { visits, ..land() } }
-    }
 }
 
-impl Answer for Summary {
+impl Reduce for Summary {
     fn and(self, other: Self) -> Self {
         Self {
             kinetic: self.kinetic + other.kinetic,
             internal: self.internal + other.internal,
             heat: self.heat + other.heat,
-            fastest: self.fastest.max(other.fastest),
+            largest_wave_speed: self.largest_wave_speed.max(other.largest_wave_speed),
             shift: self.shift.max(other.shift),
             inverted: self.inverted | other.inverted,
             lost: self.lost | other.lost,
@@ -195,7 +187,7 @@ impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
         Summary {
             kinetic: fold::<L>(&kinetic, L::add, |a, b| a + b),
             internal: fold::<L>(&internal, L::add, |a, b| a + b),
-            fastest: fold::<L>(&speed, L::max, larger),
+            largest_wave_speed: fold::<L>(&speed, L::max, larger),
             shift: fold::<L>(&shift, L::max, larger),
             lost: fold::<L>(&lost, L::max, larger) > 0.0,
             ..Summary::default()
@@ -238,14 +230,14 @@ impl Transport {
         Self { dt, share, per_inertia: kernel.inertia().map(|inertia| 1.0 / (inertia * cell * cell)) }
     }
 
-    /// What must be gathered for particles with or without an affine matrix, and with a gradient if `strained`.
-    pub fn wanted(&self, affine: bool, strained: bool) -> Wanted {
+    /// The sums for particles with or without an affine matrix, and with a gradient if `strained`.
+    pub fn fields(&self, affine: bool, strained: bool) -> GatherFields {
         match (affine, strained) {
-            (true, false) if self.per_inertia.is_some() => Wanted::Moment,
-            (true, false) => Wanted::Gradient,
-            (true, true) => Wanted::GradientAndMoment,
-            (false, true) => Wanted::MotionAndGradient,
-            (false, false) => Wanted::Motion,
+            (true, false) if self.per_inertia.is_some() => GatherFields::Moment,
+            (true, false) => GatherFields::Gradient,
+            (true, true) => GatherFields::GradientAndMoment,
+            (false, true) => GatherFields::MotionAndGradient,
+            (false, false) => GatherFields::Motion,
         }
     }
 
@@ -332,47 +324,4 @@ impl<const D: usize> Task for Carry<'_, D> {
 /// Sets a column of vectors to what was gathered as velocity.
 pub(in crate::mpm) fn keep_velocity<const D: usize>(column: &mut [Vector<D>], rows: &Rows<D>) {
     column.iter_mut().enumerate().for_each(|(p, v)| *v = rows.velocity(p));
-}
-
-/// New velocities of a body and the rates of its positions, from nodes that hold (m, v⁺, a). The new momentum is
-/// scattered to `momentum` in the same visit, if that is wanted.
-pub(in crate::mpm) fn gather_motion<const D: usize>(
-    sweep: &Sweep<'_, D>,
-    nodes: &[Node<D>],
-    transport: Transport,
-    body: &mut Body<D>,
-    momentum: Option<&mut [Vector<D>]>,
-) {
-    let wanted = transport.wanted(!body.particles.affine.is_empty(), false);
-    let accelerations = wanted == Wanted::Motion;
-    let node = |n: usize, record: &mut Record| {
-        put_velocity(record, &nodes[n].momentum);
-        if accelerations {
-            put_acceleration(record, &nodes[n].force);
-        }
-    };
-    let visit = |chunk: &mut Chunk<'_, D>| {
-        keep_velocity(chunk.particles.rate, chunk.rows);
-        transport.carry(chunk);
-    };
-    let view = body.view().1;
-    match momentum {
-        Some(momentum) => sweep.relay(node, view, (wanted, Content::Momentum), momentum, visit),
-        None => sweep.gather(node, view, wanted, visit),
-    }
-}
-
-/// Σ N v̂ of the particles on which external forces work, v̂ = v⁺ − ½ Δt a.
-pub(in crate::mpm) fn gather_mean<const D: usize>(
-    sweep: &Sweep<'_, D>,
-    nodes: &[Node<D>],
-    dt: f64,
-    body: &mut Body<D>,
-) {
-    if !body.work.mean.is_empty() {
-        let node = |n: usize, record: &mut Record| {
-            put_velocity(record, &(nodes[n].momentum - nodes[n].force * (0.5 * dt)));
-        };
-        sweep.gather(node, body.view().1, Wanted::Motion, |chunk| keep_velocity(chunk.particles.mean, chunk.rows));
-    }
 }

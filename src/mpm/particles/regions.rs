@@ -13,7 +13,7 @@
 //! A solid keeps its shape, and is not cut in two. Where it reaches through a membrane the places of its particles tell their sides.
 
 use super::traction::{Load, Traction};
-use super::{Body, Part, Work};
+use super::{Body, Part};
 use crate::error::Diagnostic;
 use crate::geometry::{Simplex, Winding};
 use crate::math::Vector;
@@ -222,13 +222,9 @@ fn cut<const D: usize>(body: &Body<D>, own: &[u32], part: Part, field: usize) ->
     let traction = traction.ok_or_else(|| {
         format!("the surface of `{}` that bears a pressure reaches through a closed membrane", body.name)
     })?;
-    let count = own.len();
-    particles.id = (0..count as u32).collect();
-    let rate = vec![Vector::ZERO; if body.work.rate.is_empty() { 0 } else { count }];
-    let work = Work { volume_ratio: vec![1.0; count], rate, ..Work::default() };
-    let (name, law, kernel, skin) = (body.name.clone(), Arc::clone(&body.law), body.kernel, Vec::new());
-    let ambient = body.ambient;
-    Ok(Body { name, part, law, field, kernel, particles, skin, depth, traction, ambient, work })
+    particles.id = (0..own.len() as u32).collect();
+    let own = Body::new(body.name.clone(), Arc::clone(&body.law), body.kernel, particles);
+    Ok(Body { part, field, depth, traction, ambient: body.ambient, ..own })
 }
 
 /// A load with new identities; `None` if a neighbour that its area is spanned by is in another part.

@@ -22,14 +22,14 @@
 //! space, as it should, and its volumes follow its energy (`volumes`).
 
 use crate::math::{Tensor, Vector};
+use crate::mpm::contact::Contact;
 use crate::mpm::contact::nodes::{FoldedStencil, flip};
 use crate::mpm::coupling::Coupling;
 use crate::mpm::grid::kernel::{Kernel, Shape, with_shape};
-use crate::mpm::grid::{Fold, Limits};
-use crate::mpm::step::of_field;
-use crate::mpm::transfer::{Bins, Content, Record, Sweep, Wanted, put_scalar, put_velocity};
+use crate::mpm::grid::{Fold, Ghosts, Limits};
+use crate::mpm::transfer::{Content, GatherFields, Record, Sweep, put_scalar, put_velocity};
 use crate::mpm::wall::{Bodies, Walls};
-use crate::mpm::{Body, Field, Grid, Mpm, Node, Step};
+use crate::mpm::{Body, Field, Grid, Node, Step};
 use crate::parallel::{self, CHUNK};
 
 /// Steps between two corrections.
@@ -57,157 +57,185 @@ const ROWS: usize = 3;
 /// ∫N_I dx / hᴰ of the rows of nodes next to the ends of each axis.
 type Rooms<const D: usize> = [[[f64; ROWS]; 2]; D];
 
-impl<const D: usize> Mpm<D> {
-    /// Finds out, every few steps, where the particles of liquids are to go at the end of this step, and corrects their volumes.
-    pub(in crate::mpm) fn even_out(&mut self, step: &Step) {
-        self.bodies.iter_mut().for_each(|body| body.work.shift.clear());
-        if !self.steps.is_multiple_of(EVERY) {
-            return;
-        }
-        for field in 0..self.grid.fields.len() {
-            let liquids = self.bodies.iter().filter(|body| body.field == field && is_liquid(body));
-            if let Some(kernel) = liquids.map(|body| body.kernel).next() {
-                let excess = self.excess(field, kernel);
-                self.follow(field, &excess, step.dt * EVERY as f64);
-            }
+/// The grid, and what surrounds the bodies on it.
+#[derive(Clone, Copy)]
+pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
+    /// The grid.
+    pub grid: &'a Grid<D>,
+    /// Its ghosts.
+    pub ghosts: &'a Ghosts<D>,
+    /// Walls and obstacles.
+    pub walls: &'a Walls<D>,
+}
+
+/// Finds, every few steps, where the particles of liquids are to go at the end of this step, and corrects their volumes;
+/// returns the work of that, field by field [J].
+pub(in crate::mpm) fn even_out<const D: usize>(
+    (steps, dt): (u64, f64),
+    around: Surroundings<'_, D>,
+    bodies: &mut [Body<D>],
+    contact: &mut Contact<D>,
+) -> Vec<f64> {
+    bodies.iter_mut().for_each(|body| body.work.shift.clear());
+    if !steps.is_multiple_of(EVERY) {
+        return Vec::new();
+    }
+    let mut works = Vec::new();
+    for field in 0..around.grid.fields.len() {
+        let liquids = bodies.iter().filter(|body| body.field == field && is_liquid(body));
+        if let Some(kernel) = liquids.map(|body| body.kernel).next() {
+            let excess = find_excess(around, (field, kernel), bodies, contact);
+            works.push(follow(around, field, bodies, &excess, dt * EVERY as f64));
         }
     }
+    works
+}
 
-    /// c_I of a field, ghosts filled.
-    fn excess(&mut self, field: usize, kernel: Kernel) -> Vec<[f64; 1]> {
-        let Self { grid, bodies, bins, ghosts, walls, coupling, .. } = self;
-        let mut sums = vec![[0.0; 2]; grid.node_count()];
-        for (body, bins) in of_field(bodies, bins, field) {
-            Sweep::new(grid, body, bins).scatter(&mut sums, body, Content::Pressures);
+/// c_I of a field, ghosts filled.
+fn find_excess<const D: usize>(
+    Surroundings { grid, ghosts, walls }: Surroundings<'_, D>,
+    (field, kernel): (usize, Kernel),
+    bodies: &mut [Body<D>],
+    contact: &mut Contact<D>,
+) -> Vec<[f64; 1]> {
+    let mut sums = vec![[0.0; 2]; grid.node_count()];
+    for body in bodies.iter().filter(|body| body.field == field) {
+        Sweep::new(grid, body).scatter(&mut sums, body, Content::Pressures);
+    }
+    ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
+    let (rows, reached) = (rooms(grid, kernel), |node: usize| sums[node][0] > 0.0);
+    let free = |node| {
+        if !reached(node) {
+            return 0.0;
         }
-        ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
-        let (rows, reached) = (rooms(grid, kernel), |node: usize| sums[node][0] > 0.0);
-        let free = |node| {
-            if !reached(node) {
-                return 0.0;
+        let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
+        room(grid, &rows, node).min(share_beside(beside))
+    };
+    let mut rooms: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
+    contact.limit_rooms(grid, bodies, field, |node, distance| {
+        rooms[node] = rooms[node].min(share_beside(distance / grid.cell));
+    });
+    let volume = grid.cell.powi(D as i32);
+    for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
+        let filled = |node: usize| if rooms[node] > LEAST_ROOM { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
+        close_voids(grid, contact.lattice(), body, filled);
+    }
+    let known = |node: usize| reached(node) && rooms[node] > LEAST_ROOM;
+    let filling = |node: usize| if known(node) { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
+    let own: Vec<f64> = parallel::collect(rooms.len(), CHUNK, filling);
+    // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
+    let around = |node: usize| {
+        let around = grid.neighbours(node).filter(|&other| known(other)).map(|other| (own[other] - 1.0).max(0.0));
+        let (sum, count) = around.fold((0.0, 0.0), |(sum, count), other| (sum + other, count + 1.0));
+        if count > 0.0 { sum / count } else { 0.0 }
+    };
+    let excess = |node: usize| match reached(node) {
+        true if known(node) => [(own[node] - 1.0).max(0.0)],
+        true => [around(node)],
+        false => [0.0],
+    };
+    let mut excess: Vec<[f64; 1]> = parallel::collect(rooms.len(), CHUNK, excess);
+    ghosts.fill(&Limits::default(), &mut excess);
+    excess
+}
+
+/// Sets the shifts of the liquids in a field [m], and takes from their volumes; returns the work of that [J].
+fn follow<const D: usize>(
+    Surroundings { grid, ghosts, .. }: Surroundings<'_, D>,
+    field: usize,
+    bodies: &mut [Body<D>],
+    excess: &[[f64; 1]],
+    dt: f64,
+) -> f64 {
+    let mut velocity = velocities(&grid.fields[field]);
+    ghosts.fill(&grid.fields[field].limits, &mut velocity);
+    let (square, mut work) = (grid.cell * grid.cell, 0.0);
+    for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
+        body.work.shift.resize(body.particles.len(), Vector::ZERO);
+        let node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
+        let (sweep, _, view) = body.sweep(grid);
+        sweep.gather(node, view, GatherFields::Gradient, |chunk| {
+            for p in 0..chunk.particles.len() {
+                let rate = rate_of_strain(&chunk.rows.gradient(p));
+                chunk.particles.shift[p][0] = (PACE * rate * dt).min(MOST);
             }
-            let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
-            room(grid, &rows, node).min(share_beside(beside))
-        };
-        let mut rooms: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
-        coupling.contact.limit_rooms(grid, bodies, field, |node, distance| {
-            rooms[node] = rooms[node].min(share_beside(distance / grid.cell));
         });
-        let volume = grid.cell.powi(D as i32);
-        for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
-            let filled =
-                |node: usize| if rooms[node] > LEAST_ROOM { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
-            close_voids(grid, coupling.contact.lattice(), body, filled);
-        }
-        let known = |node: usize| reached(node) && rooms[node] > LEAST_ROOM;
-        let filling = |node: usize| if known(node) { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
-        let own: Vec<f64> = parallel::collect(rooms.len(), CHUNK, filling);
-        // Around nodes that say nothing, as beyond a sheet, goes on what is next to them.
-        let around = |node: usize| {
-            let around = grid.neighbours(node).filter(|&other| known(other)).map(|other| (own[other] - 1.0).max(0.0));
-            let (sum, count) = around.fold((0.0, 0.0), |(sum, count), other| (sum + other, count + 1.0));
-            if count > 0.0 { sum / count } else { 0.0 }
+        let node = |n: usize, record: &mut Record| {
+            put_scalar(record, excess[n][0]);
+            put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
         };
-        let excess = |node: usize| match reached(node) {
-            true if known(node) => [(own[node] - 1.0).max(0.0)],
-            true => [around(node)],
-            false => [0.0],
+        let (sweep, law, view) = body.sweep(grid);
+        let sound = law.reference_sound_speed();
+        work += sweep.gather(node, view, GatherFields::Gradient, |chunk| {
+            let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
+            for p in 0..particles.len() {
+                let pace = particles.shift[p][0];
+                let pressed = if particles.pressure[p] > 0.0 { pace + SHARE } else { 0.0 };
+                let (volume, share) = (particles.volume[p], (pressed * rows.scalar[p]).clamp(0.0, MOST_TAKEN));
+                // The mean of the pressures before and after it.
+                let stiff = particles.mass[p] / volume * sound * sound;
+                let done = (particles.pressure[p] + 0.5 * stiff * share) * share * volume;
+                particles.volume[p] -= share * volume;
+                particles.energy[p] += done;
+                work += done;
+                particles.shift[p] = Vector::from_fn(|b| rows.gradient[b][0][p]) * (-square * pace);
+            }
+            work
+        });
+    }
+    work
+}
+
+/// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on their sides of
+/// the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after particles and sheets have moved.
+pub(in crate::mpm) fn displace<const D: usize>(
+    Surroundings { grid, walls, .. }: Surroundings<'_, D>,
+    bodies: &mut [Body<D>],
+    coupling: &mut Coupling<D>,
+    step: &Step,
+) -> f64 {
+    let mut work = 0.0;
+    let shifted = bodies.iter_mut().enumerate().filter(|(_, body)| !body.work.shift.is_empty());
+    for (index, body) in shifted {
+        let mut shifts = std::mem::take(&mut body.work.shift);
+        coupling.contact.keep_off(index, &mut shifts);
+        let keep = |(p, by): (usize, &mut Vector<D>)| {
+            let margin = MARGIN * body.particles.volume[p].powf(1.0 / D as f64);
+            if *by != Vector::ZERO && walls.obstruct(body.particles.position[p], *by, margin) {
+                *by = Vector::ZERO;
+            }
         };
-        let mut excess: Vec<[f64; 1]> = parallel::collect(rooms.len(), CHUNK, excess);
-        ghosts.fill(&Limits::default(), &mut excess);
-        excess
+        parallel::for_each_chunk(&mut shifts[..], CHUNK, |start, part| (start..).zip(part).for_each(keep));
+        work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.lattice(), p, shifts[p]));
+        parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
+            x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
+        });
+        body.bins.disorder.drift += largest(shifts.iter()) / grid.cell;
+        body.work.shift = shifts;
     }
-
-    /// Sets the shifts of the liquids in a field [m], and takes from their volumes.
-    fn follow(&mut self, field: usize, excess: &[[f64; 1]], dt: f64) {
-        let Self { grid, bodies, bins, ghosts, .. } = self;
-        let mut velocity = velocities(&grid.fields[field]);
-        ghosts.fill(&grid.fields[field].limits, &mut velocity);
-        let (square, mut work) = (grid.cell * grid.cell, 0.0);
-        for (body, bins) in bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field && is_liquid(body)) {
-            body.work.shift.resize(body.particles.len(), Vector::ZERO);
-            let (sweep, sound) = (Sweep::new(grid, body, bins), body.law.reference_sound_speed());
-            let node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
-            sweep.gather(node, body.view().1, Wanted::Gradient, |chunk| {
-                for p in 0..chunk.particles.len() {
-                    let rate = rate_of_strain(&chunk.rows.gradient(p));
-                    chunk.particles.shift[p][0] = (PACE * rate * dt).min(MOST);
-                }
-            });
-            let node = |n: usize, record: &mut Record| {
-                put_scalar(record, excess[n][0]);
-                put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
-            };
-            work += sweep.gather(node, body.view().1, Wanted::Gradient, |chunk| {
-                let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
-                for p in 0..particles.len() {
-                    let pace = particles.shift[p][0];
-                    let pressed = if particles.pressure[p] > 0.0 { pace + SHARE } else { 0.0 };
-                    let (volume, share) = (particles.volume[p], (pressed * rows.scalar[p]).clamp(0.0, MOST_TAKEN));
-                    // The mean of the pressures before and after it.
-                    let stiff = particles.mass[p] / volume * sound * sound;
-                    let done = (particles.pressure[p] + 0.5 * stiff * share) * share * volume;
-                    particles.volume[p] -= share * volume;
-                    particles.energy[p] += done;
-                    work += done;
-                    particles.shift[p] = Vector::from_fn(|b| rows.gradient[b][0][p]) * (-square * pace);
-                }
-                work
-            });
-        }
-        self.books.add(self.accounts.volume, work);
-        self.energy[1] += work;
+    coupling.find_membranes(walls, grid.cell);
+    work += keep_out((grid, walls), bodies, coupling, step);
+    let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
+    let shifts = coupling.contact.restore(bodies, &positions).to_vec();
+    for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
+        let lattice = coupling.contact.lattice();
+        work += shifts.iter().map(|s| work_over(grid, body, lattice, s.particle as usize, s.by)).sum::<f64>();
+        body.bins.disorder.drift += largest(shifts.iter().map(|shift| &shift.by)) / grid.cell;
     }
-
-    /// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on their sides of
-    /// the sheets; books what the forces on nodes would have done on the way. Comes after particles and sheets have moved.
-    pub(in crate::mpm) fn displace_particles(&mut self, step: &Step) {
-        let Self { grid, bodies, bins, walls, coupling, .. } = self;
-        let mut work = 0.0;
-        let shifted =
-            bodies.iter_mut().zip(&mut *bins).enumerate().filter(|(_, (body, _))| !body.work.shift.is_empty());
-        for (index, (body, bins)) in shifted {
-            let mut shifts = std::mem::take(&mut body.work.shift);
-            coupling.contact.keep_off(index, &mut shifts);
-            let keep = |(p, by): (usize, &mut Vector<D>)| {
-                let margin = MARGIN * body.particles.volume[p].powf(1.0 / D as f64);
-                if *by != Vector::ZERO && walls.obstruct(body.particles.position[p], *by, margin) {
-                    *by = Vector::ZERO;
-                }
-            };
-            parallel::for_each_chunk(&mut shifts[..], CHUNK, |start, part| (start..).zip(part).for_each(keep));
-            work += parallel::sum(shifts.len(), |p| work_over(grid, body, coupling.contact.lattice(), p, shifts[p]));
-            parallel::for_each_chunk((&mut body.particles.position[..], &shifts[..]), CHUNK, |_, (x, by)| {
-                x.iter_mut().zip(by).for_each(|(x, by)| *x += *by);
-            });
-            bins.disorder.drift += largest(shifts.iter()) / grid.cell;
-            body.work.shift = shifts;
-        }
-        coupling.find_membranes(walls, grid.cell);
-        work += keep_out((grid, walls), bodies, bins, coupling, step);
-        let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
-        let shifts = coupling.contact.restore(bodies, &positions).to_vec();
-        for ((body, bins), shifts) in bodies.iter().zip(bins).zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
-            let lattice = coupling.contact.lattice();
-            work += shifts.iter().map(|s| work_over(grid, body, lattice, s.particle as usize, s.by)).sum::<f64>();
-            bins.disorder.drift += largest(shifts.iter().map(|shift| &shift.by)) / grid.cell;
-        }
-        self.books.add(self.accounts.displacement, work);
-    }
+    work
 }
 
 /// Moves particles out of obstacles; returns what the forces on nodes would have done on the way [J].
 fn keep_out<const D: usize>(
     (grid, walls): (&Grid<D>, &Walls<D>),
     bodies: &mut [Body<D>],
-    bins: &mut [Bins<D>],
     coupling: &Coupling<D>,
     step: &Step,
 ) -> f64 {
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {
         let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-        let shifts = walls.keep_out((grid.cell, field), &Bodies::of_field(bodies, bins, field, &shielded), step);
+        let shifts = walls.keep_out((grid.cell, field), &Bodies::of_field(bodies, field, &shielded), step);
         for (number, particle, by) in shifts {
             let body = &mut bodies[number];
             work += work_over(grid, body, coupling.contact.lattice(), particle as usize, by);
@@ -215,7 +243,7 @@ fn keep_out<const D: usize>(
             farthest[number] = farthest[number].max(by.norm() / grid.cell);
         }
     }
-    bins.iter_mut().zip(farthest).for_each(|(bins, by)| bins.disorder.drift += by);
+    bodies.iter_mut().zip(farthest).for_each(|(body, by)| body.bins.disorder.drift += by);
     work
 }
 

@@ -20,12 +20,14 @@
 //! e_p ← e_p (1 − (r − 1) w),   p_p ← p_p (1 − (r − 1) w)/r
 //! ```
 
+use super::shifting::Surroundings;
 use crate::math::{SymTensor, Vector};
+use crate::mpm::contact::Contact;
 use crate::mpm::contact::nodes::FoldedStencil;
 use crate::mpm::grid::Limits;
 use crate::mpm::transfer::{Content, Sweep};
 use crate::mpm::wall::Walls;
-use crate::mpm::{Body, Field, Grid, Mpm, Particles};
+use crate::mpm::{Body, Field, Grid, Particles};
 use crate::parallel;
 
 /// Steps between two corrections, and the power β of each.
@@ -41,27 +43,28 @@ const CLEAR: f64 = 1.5;
 /// Particles per parallel task.
 const TASK: usize = 1024;
 
-impl<const D: usize> Mpm<D> {
-    /// Leads the volumes of ideal gases to the grid's, every few steps, in fields that such a gas has to itself.
-    pub(in crate::mpm) fn lead_volumes(&mut self) {
-        if !self.steps.is_multiple_of(EVERY) {
-            return;
+/// Leads the volumes of ideal gases to the grid's, every few steps, in fields that such a gas has to itself.
+pub(in crate::mpm) fn correct<const D: usize>(
+    steps: u64,
+    Surroundings { grid, ghosts, walls }: Surroundings<'_, D>,
+    bodies: &mut [Body<D>],
+    contact: &Contact<D>,
+) {
+    if !steps.is_multiple_of(EVERY) {
+        return;
+    }
+    for field in 0..grid.fields.len() {
+        let mut own = bodies.iter_mut().filter(|body| body.field == field);
+        let (Some(body), None) = (own.next(), own.next()) else { continue };
+        if !body.law.is_ideal_gas() || body.particles.is_empty() {
+            continue;
         }
-        for field in 0..self.grid.fields.len() {
-            let Self { grid, walls, bodies, bins, ghosts, coupling, .. } = self;
-            let mut own = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field);
-            let (Some((body, bins)), None) = (own.next(), own.next()) else { continue };
-            if !body.law.is_ideal_gas() || body.particles.is_empty() {
-                continue;
-            }
-            let contact = &coupling.contact;
-            let mut sums = vec![[0.0; 2]; grid.node_count()];
-            Sweep::new(grid, body, bins).scatter(&mut sums, body, Content::Pressures);
-            ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
-            let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
-            let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
-            lead(grid, contact.lattice(), &pressure, body);
-        }
+        let mut sums = vec![[0.0; 2]; grid.node_count()];
+        Sweep::new(grid, body).scatter(&mut sums, body, Content::Pressures);
+        ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
+        let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
+        let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
+        lead(grid, contact.lattice(), &pressure, body);
     }
 }
 

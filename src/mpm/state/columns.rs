@@ -1,4 +1,4 @@
-//! What a checkpoint stores and restores: everything that the next step depends on.
+//! The columns of a checkpoint: everything that the next step depends on.
 
 use crate::math::Vector;
 use crate::mpm::Mpm;
@@ -15,7 +15,7 @@ where
     visit(&format!("{body}.{name}"), Column::new(data));
 }
 
-/// What the names of a body's columns begin with. Those of its further parts have a beginning of their own: whatever bodies are
+/// The beginning of the names of a body's columns. Those of its further parts have a beginning of their own: whatever bodies are
 /// called, no two columns have one name.
 fn prefix<const D: usize>(body: &Body<D>) -> String {
     match body.part.number {
@@ -52,16 +52,16 @@ fn bin_columns<const D: usize>(body: &str, bins: &mut Bins<D>, visit: &mut dyn F
     *bins = Bins::from_numbers(&blocks, &starts, &drift);
 }
 
-/// What doesn't fit together in restored columns.
+/// The first contradiction among restored columns, if there is one.
 pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
-    if mpm.steps > MOST_COUNTED || mpm.coupling.contact.counted() > MOST_COUNTED {
+    if mpm.clock.steps > MOST_COUNTED || mpm.coupling.contact.counted() > MOST_COUNTED {
         return Some("it counts more than any run does".to_owned());
     }
     if let Some(misfit) = mpm.notices.misfit().or_else(|| mpm.proximity.misfit()) {
         return Some(misfit);
     }
-    mpm.bodies.iter().zip(&mpm.bins).find_map(|(body, bins)| {
-        let (name, count) = (&body.name, body.particles.id.len());
+    mpm.bodies.iter().find_map(|body| {
+        let (name, count, bins) = (&body.name, body.particles.id.len(), &body.bins);
         if body.particles.id.iter().any(|&id| id as usize >= count) {
             return Some(format!("a particle of `{name}` has a number beyond the {count} there are"));
         }
@@ -82,30 +82,31 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
 
 /// Every array of the state, each with a unique name.
 pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    for (body, bins) in mpm.bodies.iter_mut().zip(&mut mpm.bins) {
+    for body in &mut mpm.bodies {
         body_columns(body, visit);
-        bin_columns(&prefix(body), bins, visit);
+        bin_columns(&prefix(body), &mut body.bins, visit);
     }
-    let mut fastest = mpm.fastest.clone();
-    visit("mpm.fastest", Column::new(&mut fastest));
-    mpm.fastest = fastest;
+    let mut speeds: Vec<f64> = mpm.bodies.iter().map(|body| body.largest_wave_speed).collect();
+    visit("mpm.fastest", Column::new(&mut speeds));
+    mpm.bodies.iter_mut().zip(speeds).for_each(|(body, speed)| body.largest_wave_speed = speed);
     for membrane in &mut mpm.coupling.membranes {
         let prefix = format!("membrane.{}.", membrane.name);
         membrane.columns(&prefix, visit);
     }
     mpm.coupling.contact.columns("contact.", visit);
-    let mut clock = vec![mpm.dt_before, mpm.bound, mpm.energy[0], mpm.energy[1], mpm.displaced];
-    visit("mpm.clock", Column::new(&mut clock));
-    if let [dt_before, bound, kinetic, internal, displaced] = clock[..] {
-        (mpm.dt_before, mpm.bound, mpm.displaced) = (dt_before, bound, displaced);
-        mpm.energy = [kinetic, internal];
+    let (clock, energy) = (&mut mpm.clock, &mut mpm.energy);
+    let mut numbers = vec![clock.dt_before, clock.bound, energy.kinetic, energy.internal, energy.displaced];
+    visit("mpm.clock", Column::new(&mut numbers));
+    if let [dt_before, bound, kinetic, internal, displaced] = numbers[..] {
+        (clock.dt_before, clock.bound) = (dt_before, bound);
+        (energy.kinetic, energy.internal, energy.displaced) = (kinetic, internal, displaced);
     }
-    let mut steps = vec![mpm.steps];
+    let mut steps = vec![clock.steps];
     visit("mpm.steps", Column::new(&mut steps));
-    mpm.steps = steps.first().copied().unwrap_or(mpm.steps);
-    let mut books = mpm.books.to_numbers();
-    visit("mpm.ledger", Column::new(&mut books));
-    mpm.books.set_numbers(&books);
+    clock.steps = steps.first().copied().unwrap_or(clock.steps);
+    let mut ledger = energy.ledger.to_numbers();
+    visit("mpm.ledger", Column::new(&mut ledger));
+    energy.ledger.set_numbers(&ledger);
     mpm.notices.columns(visit);
     mpm.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));

@@ -42,49 +42,49 @@ impl Total {
 
 /// A running gain or loss.
 #[derive(Debug, Clone)]
-struct Account {
+struct Term {
     name: String,
     kind: TermKind,
     total: Total,
 }
 
-/// Which account of the [`Books`].
+/// The number of a term of the [`EnergyLedger`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AccountId(usize);
+pub struct TermId(usize);
 
-/// The accounts of a run and the energy that it started with.
+/// The gains and losses of a run and the energy that it started with.
 #[derive(Debug, Clone, Default)]
-pub struct Books {
-    accounts: Vec<Account>,
+pub struct EnergyLedger {
+    terms: Vec<Term>,
     /// Stored energy at the start [J].
     start: f64,
     /// Impulse of gravity, tractions, walls and supports since the start [N s].
     impulse: [Total; 3],
 }
 
-impl Books {
-    /// Opens an account for a gain or a loss.
-    pub fn open(&mut self, name: impl Into<String>, kind: TermKind) -> AccountId {
-        self.accounts.push(Account { name: name.into(), kind, total: Total::default() });
-        AccountId(self.accounts.len() - 1)
+impl EnergyLedger {
+    /// Opens a term for a gain or a loss.
+    pub fn open(&mut self, name: impl Into<String>, kind: TermKind) -> TermId {
+        self.terms.push(Term { name: name.into(), kind, total: Total::default() });
+        TermId(self.terms.len() - 1)
     }
 
-    /// Books energy [J].
-    pub fn add(&mut self, account: AccountId, energy: f64) {
-        self.accounts[account.0].total.add(energy);
+    /// EnergyLedger energy [J].
+    pub fn add(&mut self, term: TermId, energy: f64) {
+        self.terms[term.0].total.add(energy);
     }
 
-    /// What an account holds [J].
-    pub fn value(&self, account: AccountId) -> f64 {
-        self.accounts[account.0].total.value()
+    /// The value of a term so far [J].
+    pub fn value(&self, term: TermId) -> f64 {
+        self.terms[term.0].total.value()
     }
 
-    /// All that was booked [J]: finite as long as every term is.
+    /// The sum of all terms [J]: finite as long as each is.
     pub fn sum(&self) -> f64 {
-        self.accounts.iter().map(|account| account.total.value()).sum()
+        self.terms.iter().map(|term| term.total.value()).sum()
     }
 
-    /// Books an external impulse [N s].
+    /// EnergyLedger an external impulse [N s].
     pub fn push(&mut self, impulse: [f64; 3]) {
         for (total, part) in self.impulse.iter_mut().zip(impulse) {
             total.add(part);
@@ -103,11 +103,11 @@ impl Books {
 
     /// Completes the ledger: `terms` holds the stored energies, gains and losses kept elsewhere, and other terms.
     pub fn ledger(&self, mut terms: Vec<BalanceTerm>) -> Ledger {
-        terms.extend(self.accounts.iter().map(|account| BalanceTerm {
-            name: account.name.clone(),
+        terms.extend(self.terms.iter().map(|term| BalanceTerm {
+            name: term.name.clone(),
             unit: "J",
-            kind: account.kind,
-            value: account.total.value(),
+            kind: term.kind,
+            value: term.total.value(),
         }));
         terms.push(other("stored energy at the start".into(), "J", self.start));
         Ledger { terms, largest: 0.0 }
@@ -115,7 +115,7 @@ impl Books {
 
     /// The state as numbers, for checkpoints.
     pub fn to_numbers(&self) -> Vec<f64> {
-        let totals = self.accounts.iter().map(|account| account.total).chain(self.impulse);
+        let totals = self.terms.iter().map(|term| term.total).chain(self.impulse);
         std::iter::once(self.start).chain(totals.flat_map(|total| [total.sum, total.lost])).collect()
     }
 
@@ -123,7 +123,7 @@ impl Books {
     pub fn set_numbers(&mut self, numbers: &[f64]) {
         let Some((&start, rest)) = numbers.split_first() else { return };
         self.start = start;
-        let totals = self.accounts.iter_mut().map(|account| &mut account.total).chain(&mut self.impulse);
+        let totals = self.terms.iter_mut().map(|term| &mut term.total).chain(&mut self.impulse);
         for (total, pair) in totals.zip(rest.chunks_exact(2)) {
             *total = Total { sum: pair[0], lost: pair[1] };
         }
@@ -154,17 +154,17 @@ mod tests {
     }
 
     #[test]
-    fn closure_is_what_no_account_explains() {
-        let mut books = Books::default();
-        let work = books.open("work", TermKind::Gain);
-        let loss = books.open("loss", TermKind::Loss);
-        books.start(10.0);
-        books.add(work, 5.0);
-        books.add(loss, 2.0);
-        let ledger = books.ledger(vec![energy(TermKind::Stored, "energy".into(), 13.5)]);
+    fn closure_is_what_no_term_explains() {
+        let mut sums = EnergyLedger::default();
+        let work = sums.open("work", TermKind::Gain);
+        let loss = sums.open("loss", TermKind::Loss);
+        sums.start(10.0);
+        sums.add(work, 5.0);
+        sums.add(loss, 2.0);
+        let ledger = sums.ledger(vec![energy(TermKind::Stored, "energy".into(), 13.5)]);
         assert_eq!(ledger.closure(10.0), 0.5);
-        let mut copy = books.clone();
-        copy.set_numbers(&books.to_numbers());
-        assert_eq!(copy.to_numbers(), books.to_numbers());
+        let mut copy = sums.clone();
+        copy.set_numbers(&sums.to_numbers());
+        assert_eq!(copy.to_numbers(), sums.to_numbers());
     }
 }

@@ -1,13 +1,14 @@
-//! What a user should hear of while a run goes on: books that show that errors rule.
+//! Notices for the user while a run goes on: energies that show that errors rule.
 //!
 //! What bodies dissipate, and the energy that strains or hourglass control take up, can't be below zero; what stress updates make
 //! up and transfers lose should be small beside the work W that is done: the largest of the works from outside, of the kinetic
 //! energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
 
-use crate::mpm::Mpm;
+use super::energy::Energy;
+use crate::mpm::coupling::Coupling;
 use crate::simulation::{Column, SaidOnce};
 
-/// Steps between two looks at the books.
+/// Steps between two looks at the ledger.
 const EVERY: u64 = 16;
 
 /// Part of the largest term by which a loss or a stored energy may be below zero.
@@ -68,6 +69,13 @@ impl Notices {
         self.said.misfit()
     }
 
+    /// Looks at the ledger every few steps; `t` is the end of step number `steps` [s].
+    pub fn watch<const D: usize>(&mut self, (steps, t): (u64, f64), energy: &Energy, coupling: &Coupling<D>) {
+        if steps.is_multiple_of(EVERY) {
+            self.look(&Reading::new(energy, coupling, self.scales[0]), t);
+        }
+    }
+
     /// Looks at the ledger at time `t` [s].
     fn look(&mut self, reading: &Reading, t: f64) {
         let [_, work, largest] = &mut self.scales;
@@ -103,29 +111,22 @@ impl Notices {
     }
 }
 
-impl<const D: usize> Mpm<D> {
-    /// Looks at the books now and then; `t` is the end of the step [s].
-    pub(in crate::mpm) fn watch(&mut self, t: f64) {
-        if self.steps.is_multiple_of(EVERY) {
-            let reading = self.reading();
-            self.notices.look(&reading, t);
-        }
-    }
-
-    fn reading(&self) -> Reading {
-        let (books, accounts) = (&self.books, &self.accounts);
-        let [mut kinetic, internal] = self.energy;
-        let taken = internal - self.notices.scales[0];
-        let from_outside = [accounts.gravity, accounts.traction, accounts.wall, accounts.atmosphere];
-        let mut works: f64 = from_outside.iter().map(|&id| books.value(id).abs()).sum();
-        let losses = self.coupling.contact.losses();
+impl Reading {
+    /// The terms of a run.
+    fn new<const D: usize>(energy: &Energy, coupling: &Coupling<D>, internal_start: f64) -> Self {
+        let Energy { ledger, terms, kinetic, internal, .. } = energy;
+        let (mut kinetic, internal) = (*kinetic, *internal);
+        let taken = internal - internal_start;
+        let from_outside = [terms.gravity, terms.traction, terms.wall, terms.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| ledger.value(id).abs()).sum();
+        let losses = coupling.contact.losses();
         let mut positive = vec![
             ("contact dissipation".to_owned(), losses.normal),
             ("friction dissipation".to_owned(), losses.friction),
         ];
-        let mut made = vec![("stress update error".to_owned(), books.value(accounts.stress))];
+        let mut made = vec![("stress update error".to_owned(), ledger.value(terms.stress))];
         let mut strain = 0.0f64;
-        for membrane in &self.coupling.membranes {
+        for membrane in &coupling.membranes {
             let (name, balance) = (&membrane.name, membrane.balance());
             works += balance.pressure.abs() + balance.gravity.abs() + balance.supports.abs();
             kinetic += balance.kinetic;
@@ -135,8 +136,8 @@ impl<const D: usize> Mpm<D> {
             made.push((format!("stress update error: {name}"), balance.mismatch));
         }
         let work = works.max(kinetic).max(taken.abs()).max(strain);
-        let lost = books.value(accounts.transfer) - books.value(accounts.heat);
-        Reading { work, largest: work.max(internal.abs()), positive, made, lost }
+        let lost = ledger.value(terms.transfer) - ledger.value(terms.heat);
+        Self { work, largest: work.max(internal.abs()), positive, made, lost }
     }
 }
 

@@ -100,8 +100,8 @@ fn points_of_part<const D: usize>(body: &Body<D>) -> PointSet<'_> {
 pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
     let membranes = &mpm.coupling.membranes;
     Snapshot {
-        step: mpm.steps,
-        dt: mpm.dt_before,
+        step: mpm.clock.steps,
+        dt: mpm.clock.dt_before,
         dimension: D,
         points: wholes(&mpm.bodies).map(points).collect(),
         surfaces: membranes.iter().map(Membrane::surface_set).collect(),
@@ -147,7 +147,7 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
             terms.push(other(format!("affine kinetic energy: {name}"), "J", affine));
         }
     }
-    let mut impulse = Vector(mpm.books.impulse());
+    let mut impulse = Vector(mpm.energy.ledger.impulse());
     for membrane in &mpm.coupling.membranes {
         membrane_terms(membrane, &mut terms);
         let [external, _, supports] = membrane.impulses();
@@ -158,7 +158,7 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     terms.push(energy(Loss, "friction dissipation".into(), losses.friction));
     terms.push(energy(Loss, "contact mapping loss".into(), losses.mapping));
     moment_terms(mpm, impulse, &mut terms);
-    mpm.books.ledger(terms)
+    mpm.energy.ledger.ledger(terms)
 }
 
 /// Kinetic energy of the motion about the particles that APIC carries, Σ ½ m D C:C with its inertia D [J]. The books count it

@@ -17,10 +17,10 @@
 //! to what the gas fills, the internal energy pays for it, so that e + p_a V stays.
 
 use crate::error::Diagnostic;
-use crate::mpm::{Body, BodySetup, Mpm};
+use crate::mpm::{Body, BodySetup};
 use crate::parallel;
 
-/// What can't be: an atmosphere without a pressure, or around what is no gas.
+/// Findings about atmospheres without a pressure, or around bodies that are no gas.
 pub(in crate::mpm) fn check<const D: usize>(bodies: &[BodySetup<D>]) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
@@ -39,16 +39,9 @@ pub(in crate::mpm) fn check<const D: usize>(bodies: &[BodySetup<D>]) -> Vec<Diag
 
 impl<const D: usize> Body<D> {
     /// Σ p_a V_p [J].
-    fn displaced_atmosphere(&self) -> f64 {
+    pub(in crate::mpm) fn displaced_atmosphere(&self) -> f64 {
         let volume = &self.particles.volume;
         if self.ambient > 0.0 { self.ambient * parallel::sum(volume.len(), |p| volume[p]) } else { 0.0 }
-    }
-}
-
-impl<const D: usize> Mpm<D> {
-    /// What the volumes of all gases hold off of their atmosphere, Σ p_a V_p [J].
-    pub(in crate::mpm) fn displaced_atmosphere(&self) -> f64 {
-        self.bodies.iter().map(Body::displaced_atmosphere).sum()
     }
 }
 

@@ -13,5 +13,5 @@ pub(in crate::mpm) mod ambient;
 pub(in crate::mpm) mod average;
 pub(in crate::mpm) mod filter;
 pub(in crate::mpm) mod heat;
-mod strain;
+pub(in crate::mpm) mod strain;
 pub(in crate::mpm) mod update;

@@ -2,18 +2,18 @@
 //! an averaged volume ratio (`update` has the equations).
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
-use crate::mpm::transfer::{CHUNK, Chunk, Column, Rows};
+use crate::mpm::transfer::{CHUNK, Chunk, Column, Positions, Rows};
 
 /// Sets the volume ratios of a chunk: det(1 + Δt L), or 1/det(1 − Δt L) for gradients over the positions at the end.
-pub(in crate::mpm) fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, backwards: bool) {
-    widest(Measure { rows: chunk.rows, volume_ratio: chunk.particles.volume_ratio, dt, backwards });
+pub(in crate::mpm) fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, positions: Positions) {
+    widest(Measure { rows: chunk.rows, volume_ratio: chunk.particles.volume_ratio, dt, positions });
 }
 
 struct Measure<'a, const D: usize> {
     rows: &'a Rows<D>,
     volume_ratio: &'a mut [f64],
     dt: f64,
-    backwards: bool,
+    positions: Positions,
 }
 
 impl<const D: usize> Task for Measure<'_, D> {
@@ -23,7 +23,7 @@ impl<const D: usize> Task for Measure<'_, D> {
     fn run<L: Lanes>(self) {
         let n = self.volume_ratio.len().min(CHUNK);
         let volume_ratio = &mut self.volume_ratio[..n];
-        if self.backwards {
+        if self.positions == Positions::End {
             for (p, j) in volume_ratio.iter_mut().enumerate() {
                 *j = 1.0 / determinant(self.rows, p, -self.dt);
             }

@@ -9,7 +9,7 @@ use super::tile::{Extent, TILE};
 use crate::math::Vector;
 use crate::mpm::Kernel;
 use crate::mpm::grid::{EDGE, Grid};
-use crate::mpm::particles::Particles;
+use crate::mpm::particles::{Body, Particles};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -143,9 +143,9 @@ impl<const D: usize> Bins<D> {
     }
 
     /// The blocks that the tiles of all bodies reach, each bin's block and its neighbours, z slowest.
-    pub fn blocks(bodies: &[Self]) -> Vec<[i32; D]> {
-        let mut blocks: Vec<_> =
-            bodies.iter().flat_map(|bins| &bins.bins).flat_map(|bin| neighbours(bin.block)).collect();
+    pub fn blocks(bodies: &[Body<D>]) -> Vec<[i32; D]> {
+        let bins = bodies.iter().flat_map(|body| &body.bins.bins);
+        let mut blocks: Vec<_> = bins.flat_map(|bin| neighbours(bin.block)).collect();
         blocks.par_sort_unstable_by(slowest_last);
         blocks.dedup();
         blocks

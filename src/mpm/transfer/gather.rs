@@ -2,7 +2,7 @@
 
 use super::bins::Bin;
 use super::frame::Frame;
-use super::kernel::{self, Gathered, Sums};
+use super::gather_kernel::{self, Gathered, Sums};
 use super::place::{Places, put};
 use super::rows::{CHUNK, Rows};
 use super::tile::{Extent, Record, TILE_NODES, Tile, for_each_run};
@@ -24,9 +24,9 @@ pub(crate) struct Chunk<'a, const D: usize> {
     pub visits: usize,
 }
 
-/// What a gather computes.
+/// The sums that a gather forms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Wanted {
+pub(crate) enum GatherFields {
     /// Scalar.
     Scalar,
     /// Velocity and acceleration.
@@ -39,6 +39,13 @@ pub(crate) enum Wanted {
     Moment,
     /// Velocity, its gradient and its affine moment.
     GradientAndMoment,
+}
+
+impl GatherFields {
+    /// True if accelerations are among them.
+    pub fn has_acceleration(self) -> bool {
+        matches!(self, Self::Motion | Self::MotionAndGradient)
+    }
 }
 
 /// Makes the types of [`Sums`].
@@ -64,18 +71,18 @@ sums! {
     GradientAndMomentSums: 1, |d| 1 + d, [true, true];
 }
 
-/// An answer of visitors that can be combined; combined in a fixed order.
-pub(crate) trait Answer: Send + Default {
+/// Sums over particles, added in a fixed order.
+pub(crate) trait Reduce: Send + Default {
     /// Both.
     fn and(self, other: Self) -> Self;
 }
 
-impl Answer for () {
+impl Reduce for () {
     fn and(self, (): ()) {}
 }
 
 /// A sum.
-impl Answer for f64 {
+impl Reduce for f64 {
     fn and(self, other: Self) -> Self {
         self + other
     }
@@ -84,26 +91,26 @@ impl Answer for f64 {
 impl<const D: usize> Sweep<'_, D> {
     /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's record:
     /// a scalar, the velocity, the acceleration.
-    pub fn gather<A: Answer>(
+    pub fn gather<A: Reduce>(
         &self,
         node: impl Fn(usize, &mut Record) + Sync,
         particles: View<'_, D>,
-        wanted: Wanted,
+        fields: GatherFields,
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
     ) -> A {
         let all = Part { bins: &self.bins.bins, slots: &self.bins.slots, extents: &self.bins.extents };
         split(all, particles, &|part: Part<'_, D>, particles: View<'_, D>| {
-            let mut desk = Reader::default();
-            let mut answer = A::default();
+            let mut reader = Reader::default();
+            let mut sum = A::default();
             let (bins, mut rest) = (part.bins.iter().zip(part.slots).zip(part.extents), particles);
             for ((bin, slots), extent) in bins {
                 let (mine, others) = rest.split_at(bin.range.len());
                 rest = others;
-                desk.fill(slots, extent, &node);
+                reader.fill(slots, extent, &node);
                 let frame = Frame::new(self, bin.block);
-                answer = answer.and(desk.read(self.kernel, frame, mine, wanted, |chunk, _| visit(chunk)));
+                sum = sum.and(reader.read(self.kernel, frame, mine, fields, |chunk, _| visit(chunk)));
             }
-            answer
+            sum
         })
     }
 }
@@ -132,25 +139,25 @@ impl<const D: usize> Reader<D> {
     }
 
     /// Visits the particles of a block, a chunk at a time.
-    pub fn read<A: Answer>(
+    pub fn read<A: Reduce>(
         &mut self,
         kernel: Kernel,
         frame: Frame<D>,
         mut particles: View<'_, D>,
-        wanted: Wanted,
+        fields: GatherFields,
         mut visit: impl FnMut(&mut Chunk<'_, D>, &Places<D>) -> A,
     ) -> A {
         let Self { tile, places, rows } = self;
-        let mut answer = A::default();
+        let mut sum = A::default();
         while particles.len() > 0 {
             let len = CHUNK.min(particles.len());
             let (chunk, rest) = particles.split_at(len);
             particles = rest;
             places.locate(kernel, frame, chunk.position);
-            let visits = gather_chunk(kernel, tile, (places, frame.scale), wanted, rows);
-            answer = answer.and(visit(&mut Chunk { particles: chunk, rows, visits }, places));
+            let visits = gather_chunk(kernel, tile, (places, frame.scale), fields, rows);
+            sum = sum.and(visit(&mut Chunk { particles: chunk, rows, visits }, places));
         }
-        answer
+        sum
     }
 }
 
@@ -159,10 +166,10 @@ fn gather_chunk<const D: usize>(
     kernel: Kernel,
     tile: &Tile,
     (places, per_cell): (&Places<D>, f64),
-    wanted: Wanted,
+    fields: GatherFields,
     rows: &mut Rows<D>,
 ) -> usize {
-    with_shape!(kernel, shape => widest(ChunkGather { tile, shape, places, per_cell, wanted, rows }))
+    with_shape!(kernel, shape => widest(ChunkGather { tile, shape, places, per_cell, fields, rows }))
 }
 
 /// Consecutive bins.
@@ -184,7 +191,7 @@ impl<const D: usize> Part<'_, D> {
 }
 
 /// Hands halves of the bins to other threads until few are left; the tree depends on the number of bins only.
-fn split<const D: usize, A: Answer>(
+fn split<const D: usize, A: Reduce>(
     part: Part<'_, D>,
     particles: View<'_, D>,
     work: &(impl Fn(Part<'_, D>, View<'_, D>) -> A + Sync),
@@ -204,7 +211,7 @@ struct ChunkGather<'a, S, const W: usize, const D: usize> {
     places: &'a Places<D>,
     /// 1/h [1/m].
     per_cell: f64,
-    wanted: Wanted,
+    fields: GatherFields,
     rows: &'a mut Rows<D>,
 }
 
@@ -213,13 +220,13 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W,
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        match self.wanted {
-            Wanted::Scalar => self.sums::<L, ScalarSums>(),
-            Wanted::Motion => self.sums::<L, MotionSums>(),
-            Wanted::Gradient => self.sums::<L, GradientSums>(),
-            Wanted::MotionAndGradient => self.sums::<L, MotionAndGradientSums>(),
-            Wanted::Moment => self.sums::<L, MomentSums>(),
-            Wanted::GradientAndMoment => self.sums::<L, GradientAndMomentSums>(),
+        match self.fields {
+            GatherFields::Scalar => self.sums::<L, ScalarSums>(),
+            GatherFields::Motion => self.sums::<L, MotionSums>(),
+            GatherFields::Gradient => self.sums::<L, GradientSums>(),
+            GatherFields::MotionAndGradient => self.sums::<L, MotionAndGradientSums>(),
+            GatherFields::Moment => self.sums::<L, MomentSums>(),
+            GatherFields::GradientAndMoment => self.sums::<L, GradientAndMomentSums>(),
         }
     }
 }
@@ -232,7 +239,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
         let (mut p, mut visits) = (0, 0);
         while p < self.places.len() {
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
-            let sums = kernel::gather::<L, Q, W, D>(self.tile, self.places.first(p), &weights);
+            let sums = gather_kernel::gather::<L, Q, W, D>(self.tile, self.places.first(p), &weights);
             put_rows::<L, Q, D>(&sums, self.per_cell, p, self.rows);
             p += self.places.run(p);
             visits += 1;

@@ -1,22 +1,75 @@
-//! The transfers as plain loops over unsorted particles, one particle at a time: the specification.
+//! The visits as plain loops over the particles, one at a time: the specification.
 //!
 //! ```text
 //! m_I = Σ m_p N_Ip                                           Lian (60)
 //! p_I = Σ m_p N_Ip (v_p + C_p (x_I − x_p))                   Lian (61); C = 0 for FLIP
-//! f_I = Σ −V_p σ_p ∇N_Ip + F_p N_Ip                          Lian (17, 18); F: external force
+//! f_I = Σ −V_p (σ_p + p_a 1) ∇N_Ip + F_p N_Ip                Lian (17, 18); F: external force, p_a: atmosphere
 //! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC          Lian (65)
 //! ẋ_p = Σ N_Ip v_I⁺                                                                         Lian (19)
 //! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
 //! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62)
+//! ΔJ_p = det(1 + Δt L_p),  or 1/det(1 − Δt L_p) for gradients over the positions at the end
 //! ```
 //!
-//! The step uses the sweeps of this room, which compute the same sums over sorted particles; tests compare the two.
+//! Runs use [`super::tiles`], which compute the same sums over sorted particles, many at a time. Tests compare the two, sum by
+//! sum and whole steps (`Mpm::with_plain_transfers`).
 
-use crate::math::{Tensor, Vector};
-use crate::mpm::grid::kernel::Shape;
+use super::executor::{Executor, Nodal, Targets};
+use super::gather::Reduce;
+use super::operations::Operations;
+use super::source::{Content, mean_pressure};
+use super::tile::Extent;
+use super::view::View;
+use super::visit::{MoveBy, Operation, Positions};
+use crate::material::PointLaw;
+use crate::math::{SymTensor, Tensor, Vector};
+use crate::mpm::Grid;
+use crate::mpm::grid::Node;
+use crate::mpm::grid::kernel::{Shape, with_shape};
 use crate::mpm::grid::stencil::Stencil;
-use crate::mpm::grid::{Grid, Node};
-use crate::mpm::particles::Particles;
+use crate::mpm::particles::motion::Summary;
+use crate::mpm::particles::{Body, Particles};
+
+/// Executes visits particle by particle.
+#[derive(Debug)]
+pub(in crate::mpm) struct Plain;
+
+impl<const D: usize> Executor<D> for Plain {
+    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, content: Content, targets: Targets<'_, D>) {
+        // The sweeps that correct volumes and spacing go on with tiles.
+        body.bins.extents.fill(Extent::whole::<D>());
+        with_shape!(body.kernel, shape => match targets {
+            Targets::Nodes(nodes) => {
+                if content != Content::Force {
+                    scatter_mass_and_momentum(shape, grid, &body.particles, nodes);
+                }
+                if content != Content::Momentum {
+                    scatter_force(shape, grid, body, nodes);
+                }
+            }
+            Targets::Momentum(momentum) => scatter_momentum(shape, grid, &body.particles, momentum),
+            Targets::Sums(sums) => scatter_sums(shape, grid, body, content, sums),
+        });
+    }
+
+    fn gather(
+        &self,
+        grid: &Grid<D>,
+        body: &mut Body<D>,
+        nodal: Nodal<'_, D>,
+        operations: &Operations<'_, D>,
+    ) -> Summary {
+        let (count, kernel) = (body.particles.len(), body.kernel);
+        let (law, view) = body.view();
+        let mut summary = Summary::default();
+        for mut particle in view.in_parts(std::iter::repeat_n(1, count)) {
+            let x = particle.position[0];
+            let sums = with_shape!(kernel, shape => gather(shape, grid, x, nodal));
+            summary = summary.and(perform(operations, law, sums, &mut particle));
+        }
+        summary
+    }
+}
 
 /// The stencil of a particle, whose blocks the step has activated.
 #[inline(always)]
@@ -25,7 +78,7 @@ fn stencil<const D: usize, const S: usize>(grid: &Grid<D>, shape: impl Shape<S>,
 }
 
 /// Mass and momentum of the particles, Lian (60, 61).
-pub fn scatter_mass_and_momentum<const D: usize, const S: usize>(
+pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
     particles: &Particles<D>,
@@ -40,17 +93,33 @@ pub fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     }
 }
 
-/// Forces of stresses and of `external` forces per particle [N], Lian (17, 18); `external` is empty where there are none.
-pub fn scatter_force<const D: usize, const S: usize>(
+/// Their momentum alone.
+fn scatter_momentum<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
     particles: &Particles<D>,
-    external: &[Vector<D>],
-    nodes: &mut [Node<D>],
+    momentum: &mut [Vector<D>],
 ) {
     for p in 0..particles.len() {
-        let v_sigma = particles.stress(p).full() * particles.volume[p];
-        let f = external.get(p).copied().unwrap_or_default();
+        let (m, v, c) = (particles.mass[p], particles.velocity[p], particles.affine(p));
+        stencil(grid, shape, particles.position[p])
+            .for_each_offset(|i, n, dx| momentum[i] += (v + c.apply(dx)) * (m * n));
+    }
+}
+
+/// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces, Lian (17, 18).
+pub(super) fn scatter_force<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    nodes: &mut [Node<D>],
+) {
+    let (particles, work) = (&body.particles, &body.work);
+    for p in 0..particles.len() {
+        let excess = work.excess.get(p).copied().unwrap_or_default();
+        let sigma = particles.stress(p) + SymTensor::isotropic(body.ambient - excess);
+        let v_sigma = sigma.full() * particles.volume[p];
+        let f = work.external.get(p).copied().unwrap_or_default();
         stencil(grid, shape, particles.position[p]).for_each_gradient(|i, n, dn| {
             let internal = Vector::from_fn(|a| (0..D).map(|b| v_sigma[a][b] * dn[b]).sum());
             nodes[i].force += f * n - internal;
@@ -58,59 +127,144 @@ pub fn scatter_force<const D: usize, const S: usize>(
     }
 }
 
-/// New velocities, Lian (65), and the rates of the positions, Lian (19), from nodes that hold (m, v⁺, a); `share` is the PIC share.
-pub fn gather_motion<const D: usize, const S: usize>(
+/// Σ V N and Σ V q N, where q is the volume ratio or the pressure (theory A.10).
+fn scatter_sums<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
-    nodes: &[Node<D>],
-    (dt, share): (f64, f64),
-    position: &[Vector<D>],
-    velocity: &mut [Vector<D>],
-    rate: &mut [Vector<D>],
+    body: &Body<D>,
+    content: Content,
+    sums: &mut [[f64; 2]],
 ) {
-    for ((&x, v), rate) in position.iter().zip(velocity).zip(rate) {
-        let (mut v_plus, mut a) = (Vector::ZERO, Vector::ZERO);
-        stencil(grid, shape, x).for_each(|i, n| {
-            v_plus += nodes[i].momentum * n;
-            a += nodes[i].force * n;
+    let particles = &body.particles;
+    for p in 0..particles.len() {
+        let q = match content {
+            Content::Volumes => body.work.volume_ratio[p],
+            _ => pressure(particles.pressure[p], particles.stress.get(p), D),
+        };
+        let v = particles.volume[p];
+        stencil(grid, shape, particles.position[p]).for_each(|i, n| {
+            sums[i][0] += v * n;
+            sums[i][1] += v * q * n;
         });
-        *v = (*v + a * dt) * (1.0 - share) + v_plus * share;
-        *rate = v_plus;
     }
 }
 
-/// The affine matrices of APIC, from nodes that hold (m, v⁺, a).
-pub fn gather_affine<const D: usize, const S: usize, K: Shape<S>>(
-    shape: K,
+/// Minus the mean of the normal stresses along the axes [Pa].
+fn pressure(pressure: f64, stress: Option<&SymTensor>, axes: usize) -> f64 {
+    stress.filter(|_| axes < 3).map_or(pressure, |stress| mean_pressure(stress, axes))
+}
+
+/// The sums over the nodes around a particle.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sums<const D: usize> {
+    /// Σ N s of a scalar.
+    pub scalar: f64,
+    /// Σ N v [m/s].
+    pub velocity: Vector<D>,
+    /// Σ N a [m/s²].
+    pub acceleration: Vector<D>,
+    /// Σ v ⊗ ∇N [1/s], Lian (62).
+    pub gradient: Tensor<D>,
+    /// Σ N v ⊗ (x_I − x) [m²/s].
+    pub moment: Tensor<D>,
+}
+
+/// Gathers at the place `x` [m].
+pub(super) fn gather<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
     grid: &Grid<D>,
-    nodes: &[Node<D>],
-    position: &[Vector<D>],
-    affine: &mut [Tensor<D>],
-) {
-    for (&x, c) in position.iter().zip(affine) {
-        let stencil = stencil(grid, shape, x);
-        *c = Tensor::ZERO;
-        match K::INERTIA {
-            Some(inertia) => {
-                let scale = 1.0 / (inertia * grid.cell * grid.cell);
-                stencil.for_each_offset(|i, n, dx| *c += Tensor::outer(nodes[i].momentum, dx) * (n * scale));
+    x: Vector<D>,
+    nodal: Nodal<'_, D>,
+) -> Sums<D> {
+    let mut sums = Sums::default();
+    let node = |i: usize| match nodal {
+        Nodal::Motion(nodes) => (0.0, nodes[i].momentum, nodes[i].force),
+        Nodal::MidstepVelocity(nodes, dt) => (0.0, nodes[i].momentum - nodes[i].force * (0.5 * dt), Vector::ZERO),
+        Nodal::Velocity { velocity, scalar } => {
+            (scalar.get(i).map_or(0.0, |s| s[0]), velocity.get(i).copied().unwrap_or_default(), Vector::ZERO)
+        }
+    };
+    let stencil = stencil(grid, shape, x);
+    stencil.for_each_gradient(|i, n, dn| {
+        let (scalar, v, a) = node(i);
+        sums.scalar += scalar * n;
+        sums.velocity += v * n;
+        sums.acceleration += a * n;
+        sums.gradient += Tensor::outer(v, dn);
+    });
+    stencil.for_each_offset(|i, n, dx| sums.moment += Tensor::outer(node(i).1, dx) * n);
+    sums
+}
+
+/// Performs operations on one particle, the only one of the view, with the sums at its place.
+fn perform<const D: usize>(
+    operations: &Operations<'_, D>,
+    law: &dyn PointLaw,
+    sums: Sums<D>,
+    particle: &mut View<'_, D>,
+) -> Summary {
+    let (mut summary, mut sums, dt) = (Summary::default(), sums, operations.strain_dt);
+    for operation in operations.list {
+        match operation {
+            Operation::MidstepVelocity => particle.mean[0] = sums.velocity,
+            Operation::Rate => particle.rate.iter_mut().for_each(|rate| *rate = sums.velocity),
+            Operation::Velocity => move_with(operations, &sums, particle),
+            Operation::VolumeRatio(Positions::Start) => {
+                particle.volume_ratio[0] = (Tensor::identity() + sums.gradient * dt).embed(1.0).determinant();
             }
-            None => stencil.for_each_gradient(|i, _, dn| *c += Tensor::outer(nodes[i].momentum, dn)),
+            Operation::VolumeRatio(Positions::End) => {
+                particle.volume_ratio[0] = 1.0 / (Tensor::identity() - sums.gradient * dt).embed(1.0).determinant();
+            }
+            Operation::Heat if operations.heated => {
+                particle.energy[0] += particle.mass[0] * sums.scalar;
+                summary.heat += particle.mass[0] * sums.scalar;
+            }
+            Operation::Heat => {}
+            Operation::ReferToStart => {
+                let back = (Tensor::identity() - sums.gradient * dt).embed(1.0).inverse().unwrap_or_default();
+                let start = sums.gradient.embed(0.0).dot(&back);
+                sums.gradient = Tensor::from_fn(|a, b| start[a][b]);
+            }
+            Operation::AverageVolumeRatio => {
+                let own = particle.volume_ratio[0];
+                let blended = own + operations.blend * (sums.scalar - own);
+                let growth = (blended / own).powf(1.0 / D as f64);
+                particle.volume_ratio[0] = blended;
+                sums.gradient = ((Tensor::identity() + sums.gradient * dt) * growth - Tensor::identity()) * (1.0 / dt);
+            }
+            Operation::Stress => {
+                let ratio = particle.volume_ratio[0];
+                if !(ratio > 0.0 && ratio.is_finite()) {
+                    return Summary::inverted();
+                }
+                let gradient = [sums.gradient.embed(0.0)];
+                let gradient = if law.needs_gradient() { &gradient[..] } else { &[] };
+                particle.update_law(law, gradient, dt, operations.cell);
+            }
+            Operation::AveragePressure => {
+                particle.excess[0] = operations.blend * (sums.scalar - particle.mean_pressure(0));
+            }
+            Operation::Land(by) => {
+                let gathered = *by == MoveBy::Gathered || operations.strain_moves;
+                let landed = if gathered {
+                    operations.landing.land_by(particle, &[sums.velocity][..])
+                } else {
+                    operations.landing.land(particle)
+                };
+                summary = Summary { heat: summary.heat, ..landed };
+            }
         }
     }
+    summary
 }
 
-/// The velocity gradients, Lian (62), embedded in three dimensions (plane strain).
-pub fn gather_gradient<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
-    grid: &Grid<D>,
-    velocity: &[Vector<D>],
-    position: &[Vector<D>],
-    gradient: &mut [Tensor<3>],
-) {
-    for (&x, out) in position.iter().zip(gradient) {
-        let mut l = Tensor::<D>::ZERO;
-        stencil(grid, shape, x).for_each_gradient(|i, _, dn| l += Tensor::outer(velocity[i], dn));
-        *out = l.embed(0.0);
+/// v_p and C_p of one particle, Lian (65).
+fn move_with<const D: usize>(operations: &Operations<'_, D>, sums: &Sums<D>, particle: &mut View<'_, D>) {
+    let transport = operations.transport;
+    let share = if particle.affine.is_empty() { transport.share } else { 1.0 };
+    let v = particle.velocity[0];
+    particle.velocity[0] = (v + sums.acceleration * transport.dt) * (1.0 - share) + sums.velocity * share;
+    for c in particle.affine.iter_mut() {
+        *c = transport.per_inertia.map_or(sums.gradient, |scale| sums.moment * scale);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Sweep;
 use super::frame::Frame;
-use super::gather::{Answer, Chunk, Reader, Wanted};
+use super::gather::{Chunk, GatherFields, Reader, Reduce};
 use super::scatter::{SharedNodes, Target};
 use super::source::{Content, Source};
 use super::tile::Record;
@@ -13,40 +13,40 @@ use rayon::prelude::*;
 impl<const D: usize> Sweep<'_, D> {
     /// Visits all particles, a chunk at a time, with what the nodes say there (as [`Self::gather`] does), and then
     /// scatters them to `targets` (as [`Self::scatter`]), whose nodes are others than those that are read.
-    pub fn relay<T: Target<D>, A: Answer>(
+    pub fn relay<T: Target<D>, A: Reduce>(
         &self,
         node: impl Fn(usize, &mut Record) + Sync,
         particles: View<'_, D>,
-        (wanted, content): (Wanted, Content),
+        (fields, content): (GatherFields, Content),
         targets: &mut [T],
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
     ) -> A {
         let bins = self.bins;
         let targets = SharedNodes::new(targets);
         let mut views = particles.in_parts(bins.bins.iter().map(|bin| bin.range.len()));
-        let mut answers: Vec<A> = bins.bins.iter().map(|_| A::default()).collect();
+        let mut sums: Vec<A> = bins.bins.iter().map(|_| A::default()).collect();
         for colour in &bins.colours {
             let views = parts_mut(&mut views, colour.iter().map(|&b| b..b + 1));
-            let desk = || (Reader::default(), T::tile());
+            let scratch = || (Reader::default(), T::tile());
             let work = colour.par_iter().zip(views).with_min_len(4);
-            let done = work.map_init(desk, |(reader, tile), (&b, view)| {
+            let done = work.map_init(scratch, |(reader, tile), (&b, view)| {
                 let frame = Frame::new(self, bins.bins[b].block);
                 let (slots, extent) = (&bins.slots[b], &bins.extents[b]);
                 reader.fill(slots, extent, &node);
                 let mine = std::mem::take(&mut view[0]);
-                let answer = reader.read(self.kernel, frame, mine, wanted, |chunk, places| {
-                    let answer = visit(chunk);
+                let sum = reader.read(self.kernel, frame, mine, fields, |chunk, places| {
+                    let sum = visit(chunk);
                     T::collect(tile, self.kernel, frame, places, &Source::of_view(&chunk.particles, content));
-                    answer
+                    sum
                 });
                 targets.add(slots, extent, tile, content);
-                answer
+                sum
             });
             let done: Vec<A> = done.collect();
-            for (&b, answer) in colour.iter().zip(done) {
-                answers[b] = answer;
+            for (&b, sum) in colour.iter().zip(done) {
+                sums[b] = sum;
             }
         }
-        answers.into_iter().fold(A::default(), A::and)
+        sums.into_iter().fold(A::default(), A::and)
     }
 }

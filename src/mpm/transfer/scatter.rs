@@ -2,9 +2,9 @@
 
 use super::frame::Frame;
 use super::group::Group;
-use super::parcels::{self, Alone, Packing, Paired, Parcels, Slope};
 use super::place::Places;
 use super::rows::CHUNK;
+use super::scatter_kernel::{self, Alone, Packing, Paired, ScatterKernel, Slope};
 use super::source::{Content, Source};
 use super::tile::{Extent, Record, ScalarTile, TILE_NODES, Tile, for_each_run};
 use super::{Kernel, Sweep};
@@ -115,8 +115,8 @@ impl<const D: usize> Sweep<'_, D> {
         let nodes = SharedNodes::new(nodes);
         let mut extents = vec![Extent::EMPTY; self.bins.bins.len()];
         for colour in &self.bins.colours {
-            let desk = || (T::tile(), Box::<Places<D>>::default());
-            let reached = colour.par_iter().with_min_len(4).map_init(desk, |(tile, places), &b| {
+            let scratch = || (T::tile(), Box::<Places<D>>::default());
+            let reached = colour.par_iter().with_min_len(4).map_init(scratch, |(tile, places), &b| {
                 let bin = &self.bins.bins[b];
                 let frame = Frame::new(self, bin.block);
                 let mut extent = Extent::EMPTY;
@@ -173,15 +173,15 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
     /// One particle at a time, mass, momentum and the force of a pressure at once.
     #[inline(always)]
     fn whole<L: Lanes>(self) {
-        let (mut parcels, slope) = (Parcels::<W>::default(), self.slope());
+        let (mut kernel, slope) = (ScatterKernel::<W>::default(), self.slope());
         let mut p = 0;
         while p < self.places.len() {
             let count = self.places.run(p);
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
-            parcels.weigh(&weights, slope);
+            kernel.weigh(&weights, slope);
             let values = L::transpose(self.source.whole(Group::new(p, count), self.frame.scale));
-            parcels.pack_products::<L, Alone, D>(&values[..count.min(WIDTH)]);
-            parcels.add_products::<L, D>(self.tile, self.places.first(p), count);
+            kernel.pack_products::<L, Alone, D>(&values[..count.min(WIDTH)]);
+            kernel.add_products::<L, D>(self.tile, self.places.first(p), count);
             p += count;
         }
     }
@@ -189,16 +189,16 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
     /// Two particles at a time, products.
     #[inline(always)]
     fn products<L: Lanes>(self) {
-        let (mut parcels, slope, zero) = (Parcels::<W>::default(), self.slope(), [L::splat(0.0); 4]);
+        let (mut kernel, slope, zero) = (ScatterKernel::<W>::default(), self.slope(), [L::splat(0.0); 4]);
         let mut p = 0;
         while p < self.places.len() {
             let count = self.places.run(p);
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
-            parcels.weigh(&weights, slope);
+            kernel.weigh(&weights, slope);
             let [values, _] = pairs(self.source.product(Group::new(p, count), self.frame.scale), zero, count);
             let pairs = count.div_ceil(Paired::PARTICLES);
-            parcels.pack_products::<L, Paired, D>(&values[..pairs]);
-            parcels.add_products::<L, D>(self.tile, self.places.first(p), pairs);
+            kernel.pack_products::<L, Paired, D>(&values[..pairs]);
+            kernel.add_products::<L, D>(self.tile, self.places.first(p), pairs);
             p += count;
         }
     }
@@ -206,7 +206,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
     /// Two particles at a time, values and slopes.
     #[inline(always)]
     fn slopes<L: Lanes>(self) {
-        let (mut parcels, slope) = (Parcels::<W>::default(), self.slope());
+        let (mut kernel, slope) = (ScatterKernel::<W>::default(), self.slope());
         let mut p = 0;
         while p < self.places.len() {
             let count = self.places.run(p);
@@ -214,15 +214,15 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
             if self.source.is_affine() {
                 self.frame.fold_moments(&mut weights, &base);
             }
-            parcels.weigh(&weights, slope);
+            kernel.weigh(&weights, slope);
             let (value, by) = self.source.sloped::<L>(Group::new(p, count), self.frame.scale);
             let mut slopes = [[L::splat(0.0); WIDTH / 2]; D];
             let [values, along_x] = pairs(value, by[0], count);
             slopes[0] = along_x;
             [slopes[1], slopes[D - 1]] = pairs(by[1], by[D - 1], count);
             let pairs = count.div_ceil(Paired::PARTICLES);
-            parcels.pack_slopes::<L, D>(&values[..pairs], &slopes);
-            parcels.add_slopes::<L, D>(self.tile, self.places.first(p), pairs);
+            kernel.pack_slopes::<L, D>(&values[..pairs], &slopes);
+            kernel.add_slopes::<L, D>(self.tile, self.places.first(p), pairs);
             p += count;
         }
     }
@@ -259,7 +259,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterScalars<'_, '_
             let count = self.places.run(p);
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
             let scalars = self.source.scalars::<L>(Group::new(p, count));
-            parcels::add_scalars::<L, W, D>(self.tile, &weights, self.places.first(p), scalars, count);
+            scatter_kernel::add_scalars::<L, W, D>(self.tile, &weights, self.places.first(p), scalars, count);
             p += count;
         }
     }

@@ -1,8 +1,9 @@
 //! Mutable columns of consecutive particles, which can be split between threads.
 
-use super::{Answer, CHUNK, mean_pressure};
+use super::{CHUNK, Reduce, Sweep, mean_pressure};
 use crate::material::{PointBatch, PointLaw};
 use crate::math::{SymTensor, Tensor, Vector};
+use crate::mpm::Grid;
 use crate::mpm::particles::{Body, Particles, Work};
 
 macro_rules! view {
@@ -66,45 +67,63 @@ view! {
 impl<const D: usize> Body<D> {
     /// The law and all particles.
     pub(crate) fn view(&mut self) -> (&dyn PointLaw, View<'_, D>) {
-        let Particles {
-            position,
-            velocity,
-            mass,
-            volume,
-            energy,
-            pressure,
-            stress,
-            deformation,
-            affine,
-            history,
-            signal,
-            ..
-        } = &mut self.particles;
-        let Work { volume_ratio, excess, rate, mean, noise, shift, external, .. } = &mut self.work;
         let stride = self.law.storage().history.len();
-        let view = View {
-            position,
-            velocity,
-            volume,
-            energy,
-            pressure,
-            stress,
-            deformation,
-            affine,
-            signal,
-            volume_ratio,
-            excess,
-            rate,
-            mean,
-            noise,
-            shift,
-            history,
-            mass,
-            external,
-            ambient: self.ambient,
-            stride,
-        };
-        (&*self.law, view)
+        (&*self.law, columns(&mut self.particles, &mut self.work, stride, self.ambient))
+    }
+}
+
+/// All columns of a body, with so many history variables per particle and the pressure of the atmosphere [Pa].
+fn columns<'a, const D: usize>(
+    particles: &'a mut Particles<D>,
+    work: &'a mut Work<D>,
+    stride: usize,
+    ambient: f64,
+) -> View<'a, D> {
+    let Particles {
+        position,
+        velocity,
+        mass,
+        volume,
+        energy,
+        pressure,
+        stress,
+        deformation,
+        affine,
+        history,
+        signal,
+        ..
+    } = particles;
+    let Work { volume_ratio, excess, rate, mean, noise, shift, external, .. } = work;
+    View {
+        position,
+        velocity,
+        volume,
+        energy,
+        pressure,
+        stress,
+        deformation,
+        affine,
+        signal,
+        volume_ratio,
+        excess,
+        rate,
+        mean,
+        noise,
+        shift,
+        history,
+        mass,
+        external,
+        ambient,
+        stride,
+    }
+}
+
+impl<const D: usize> Body<D> {
+    /// A sweep over all particles, the law, and the particles.
+    pub(crate) fn sweep(&mut self, grid: &Grid<D>) -> (Sweep<'_, D>, &dyn PointLaw, View<'_, D>) {
+        let Self { law, particles, work, bins, kernel, field, ambient, .. } = self;
+        let view = columns(particles, work, law.storage().history.len(), *ambient);
+        (Sweep::over(grid, (*field, *kernel), bins), &**law, view)
     }
 }
 
@@ -157,21 +176,21 @@ impl<const D: usize> View<'_, D> {
 const GRAIN: usize = 32 * CHUNK;
 
 impl<const D: usize> View<'_, D> {
-    /// Visits all particles, a chunk at a time, in parallel; the answers are combined in a fixed order.
-    pub fn visit<A: Answer>(mut self, visit: &(impl Fn(&mut View<'_, D>) -> A + Sync)) -> A {
+    /// Visits all particles, a chunk at a time, in parallel; the sums are combined in a fixed order.
+    pub fn visit<A: Reduce>(mut self, visit: &(impl Fn(&mut View<'_, D>) -> A + Sync)) -> A {
         let len = self.len();
         if len > GRAIN {
             let (left, right) = self.split_at(len / 2);
             let (a, b) = rayon::join(|| left.visit(visit), || right.visit(visit));
             return a.and(b);
         }
-        let mut answer = A::default();
+        let mut sum = A::default();
         while self.len() > 0 {
             let len = CHUNK.min(self.len());
             let (mut chunk, rest) = self.split_at(len);
-            answer = answer.and(visit(&mut chunk));
+            sum = sum.and(visit(&mut chunk));
             self = rest;
         }
-        answer
+        sum
     }
 }

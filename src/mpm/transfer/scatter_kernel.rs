@@ -1,4 +1,4 @@
-//! What a run of particles with the same support sends to a tile.
+//! The scatter of a run of particles with the same support into a tile.
 //!
 //! With the weights N_i of the axes, the shape function is a product, and a scatter of a value V and of
 //! slopes H_d along the axes is a sum over nodes (i, j, k)
@@ -23,8 +23,8 @@ pub(crate) trait Packing {
     /// Particles per record.
     const PARTICLES: usize;
 
-    /// A number of each particle of parcel `parcel` in its lanes.
-    fn spread<L: Lanes>(numbers: &Row, parcel: usize) -> L;
+    /// A number of each particle of record `record` in its lanes.
+    fn spread<L: Lanes>(numbers: &Row, record: usize) -> L;
 
     /// The lanes of the force along `axis` in `dimension` dimensions.
     fn force_lanes(axis: usize, dimension: usize) -> u8;
@@ -37,8 +37,8 @@ impl Packing for Alone {
     const PARTICLES: usize = 1;
 
     #[inline(always)]
-    fn spread<L: Lanes>(numbers: &Row, parcel: usize) -> L {
-        L::splat(numbers.0[parcel])
+    fn spread<L: Lanes>(numbers: &Row, record: usize) -> L {
+        L::splat(numbers.0[record])
     }
 
     #[inline(always)]
@@ -54,8 +54,8 @@ impl Packing for Paired {
     const PARTICLES: usize = 2;
 
     #[inline(always)]
-    fn spread<L: Lanes>(numbers: &Row, parcel: usize) -> L {
-        L::pair(numbers.0[2 * parcel], numbers.0[2 * parcel + 1])
+    fn spread<L: Lanes>(numbers: &Row, record: usize) -> L {
+        L::pair(numbers.0[2 * record], numbers.0[2 * record + 1])
     }
 
     #[inline(always)]
@@ -75,33 +75,33 @@ pub(crate) enum Slope {
     Moment,
 }
 
-/// What one or two particles send: factors of the axes, and what belongs to them.
+/// One or two particles as factors of the axes and their slopes, a record per node.
 #[derive(Clone, Copy)]
-struct Parcel<const W: usize> {
+struct Factors<const W: usize> {
     x: [Row; W],
     y: [Row; W],
     z: [Row; W],
-    /// Along x and y: N_i of sloped parcels and K_j H_y. Along z: K_k H_z.
+    /// Along x and y: N_i of sloped records and K_j H_y. Along z: K_k H_z.
     slopes: [[Row; W]; 3],
 }
 
-/// A run of particles on its way to a tile.
-pub(crate) struct Parcels<const W: usize> {
+/// A run of particles, weighted and packed into records.
+pub(crate) struct ScatterKernel<const W: usize> {
     /// N and slope weights per axis and node, of eight particles.
     n: [[Row; W]; 3],
     slope: [[Row; W]; 3],
-    parcels: [Parcel<W>; WIDTH],
+    records: [Factors<W>; WIDTH],
 }
 
-impl<const W: usize> Default for Parcels<W> {
+impl<const W: usize> Default for ScatterKernel<W> {
     fn default() -> Self {
         let rows = [Row::default(); W];
-        let parcel = Parcel { x: rows, y: rows, z: rows, slopes: [rows; 3] };
-        Self { n: [rows; 3], slope: [rows; 3], parcels: [parcel; WIDTH] }
+        let record = Factors { x: rows, y: rows, z: rows, slopes: [rows; 3] };
+        Self { n: [rows; 3], slope: [rows; 3], records: [record; WIDTH] }
     }
 }
 
-impl<const W: usize> Parcels<W> {
+impl<const W: usize> ScatterKernel<W> {
     /// Takes the weights of a run.
     #[inline(always)]
     pub fn weigh<L: Lanes, const D: usize>(&mut self, weights: &[Weights<L, W>; D], slope: Slope) {
@@ -119,14 +119,14 @@ impl<const W: usize> Parcels<W> {
         }
     }
 
-    /// N of a parcel's particles, but the slope weight in the force lanes of the axis.
+    /// N of a record's particles, but the slope weight in the force lanes of the axis.
     #[inline(always)]
-    fn product_weight<L: Lanes, P: Packing, const D: usize>(&self, axis: usize, i: usize, parcel: usize) -> L {
-        let slope = P::spread::<L>(&self.slope[axis][i], parcel);
-        P::spread::<L>(&self.n[axis][i], parcel).blend(slope, P::force_lanes(axis, D))
+    fn product_weight<L: Lanes, P: Packing, const D: usize>(&self, axis: usize, i: usize, record: usize) -> L {
+        let slope = P::spread::<L>(&self.slope[axis][i], record);
+        P::spread::<L>(&self.n[axis][i], record).blend(slope, P::force_lanes(axis, D))
     }
 
-    /// Makes parcels of values that are multiplied by one weight of each axis.
+    /// Makes records of values that are multiplied by one weight of each axis.
     #[inline(always)]
     pub fn pack_products<L: Lanes, P: Packing, const D: usize>(&mut self, values: &[L]) {
         for (k, value) in values.iter().enumerate() {
@@ -134,15 +134,15 @@ impl<const W: usize> Parcels<W> {
                 let x = self.product_weight::<L, P, D>(0, i, k);
                 let y = self.product_weight::<L, P, D>(1, i, k);
                 let z = if D == 3 { self.product_weight::<L, P, D>(2, i, k).mul(*value) } else { *value };
-                let parcel = &mut self.parcels[k];
-                x.store(&mut parcel.x[i].0);
-                y.store(&mut parcel.y[i].0);
-                z.store(&mut parcel.z[i].0);
+                let record = &mut self.records[k];
+                x.store(&mut record.x[i].0);
+                y.store(&mut record.y[i].0);
+                z.store(&mut record.z[i].0);
             }
         }
     }
 
-    /// Makes parcels of pairs of particles from values and slopes along the axes.
+    /// Makes records of pairs of particles from values and slopes along the axes.
     #[inline(always)]
     pub fn pack_slopes<L: Lanes, const D: usize>(&mut self, values: &[L], slopes: &[[L; WIDTH / 2]; D]) {
         for (k, value) in values.iter().enumerate() {
@@ -151,31 +151,31 @@ impl<const W: usize> Parcels<W> {
                 let x = n.mul_add(*value, Paired::spread::<L>(&self.slope[0][i], k).mul(slopes[0][k]));
                 let y = Paired::spread::<L>(&self.n[1][i], k);
                 let by_y = Paired::spread::<L>(&self.slope[1][i], k).mul(slopes[1][k]);
-                let parcel = &mut self.parcels[k];
-                x.store(&mut parcel.x[i].0);
-                y.store(&mut parcel.y[i].0);
-                n.store(&mut parcel.slopes[0][i].0);
-                by_y.store(&mut parcel.slopes[1][i].0);
+                let record = &mut self.records[k];
+                x.store(&mut record.x[i].0);
+                y.store(&mut record.y[i].0);
+                n.store(&mut record.slopes[0][i].0);
+                by_y.store(&mut record.slopes[1][i].0);
                 if D == 3 {
                     let by_z = Paired::spread::<L>(&self.slope[2][i], k).mul(slopes[D - 1][k]);
-                    Paired::spread::<L>(&self.n[2][i], k).store(&mut parcel.z[i].0);
-                    by_z.store(&mut parcel.slopes[2][i].0);
+                    Paired::spread::<L>(&self.n[2][i], k).store(&mut record.z[i].0);
+                    by_z.store(&mut record.slopes[2][i].0);
                 }
             }
         }
     }
 
-    /// node(i, j, k) += X_i Y_j Z_k of the first `count` parcels; `first` is the first node of their support.
+    /// node(i, j, k) += X_i Y_j Z_k of the first `count` records; `first` is the first node of their support.
     #[inline(always)]
     pub fn add_products<L: Lanes, const D: usize>(&self, tile: &mut Tile, first: usize, count: usize) {
         for k in 0..if D == 3 { W } else { 1 } {
             let mut sums = Plane::<L, W>::load(tile, first + tile_index(0, 0, k));
-            for parcel in &self.parcels[..count] {
-                let z = L::load(&parcel.z[k].0);
+            for record in &self.records[..count] {
+                let z = L::load(&record.z[k].0);
                 for j in 0..W {
-                    let row = L::load(&parcel.y[j].0).mul(z);
+                    let row = L::load(&record.y[j].0).mul(z);
                     for i in 0..W {
-                        sums.0[j][i] = L::load(&parcel.x[i].0).mul_add(row, sums.0[j][i]);
+                        sums.0[j][i] = L::load(&record.x[i].0).mul_add(row, sums.0[j][i]);
                     }
                 }
             }
@@ -183,24 +183,24 @@ impl<const W: usize> Parcels<W> {
         }
     }
 
-    /// The sum of values and slopes of the first `count` parcels; `first` is the first node of their support.
+    /// The sum of values and slopes of the first `count` records; `first` is the first node of their support.
     #[inline(always)]
     pub fn add_slopes<L: Lanes, const D: usize>(&self, tile: &mut Tile, first: usize, count: usize) {
         for k in 0..if D == 3 { W } else { 1 } {
             let mut sums = Plane::<L, W>::load(tile, first + tile_index(0, 0, k));
-            for parcel in &self.parcels[..count] {
-                let (z, by_z) = (L::load(&parcel.z[k].0), L::load(&parcel.slopes[2][k].0));
+            for record in &self.records[..count] {
+                let (z, by_z) = (L::load(&record.z[k].0), L::load(&record.slopes[2][k].0));
                 let mut n = [z; W];
                 let mut x = n;
                 for i in 0..W {
-                    n[i] = L::load(&parcel.slopes[0][i].0);
-                    x[i] = L::load(&parcel.x[i].0);
+                    n[i] = L::load(&record.slopes[0][i].0);
+                    x[i] = L::load(&record.x[i].0);
                     if D == 3 {
                         x[i] = x[i].mul_add(z, n[i].mul(by_z));
                     }
                 }
                 for j in 0..W {
-                    let (y, by_y) = (L::load(&parcel.y[j].0), L::load(&parcel.slopes[1][j].0));
+                    let (y, by_y) = (L::load(&record.y[j].0), L::load(&record.slopes[1][j].0));
                     let by_y = if D == 3 { by_y.mul(z) } else { by_y };
                     for i in 0..W {
                         sums.0[j][i] = by_y.mul_add(n[i], y.mul_add(x[i], sums.0[j][i]));

@@ -1,4 +1,4 @@
-//! What eight particles with the same support gather from a tile.
+//! The gather of eight particles with the same support from a tile.
 //!
 //! With the weights N_i of the axes, the shape function is a product, and the sums over nodes (i, j, k)
 //!
@@ -7,7 +7,7 @@
 //! ```
 //!
 //! of the records R and the velocities v in them, where K is h ∂N/∂x, Lian (62, 63), or N (x_I − x_p)/h (APIC), are formed row by
-//! row and plane by plane. The particles are the lanes, since they read the same numbers. A scatter ([`super::parcels`])
+//! row and plane by plane. The particles are the lanes, since they read the same numbers. A scatter ([`super::scatter_kernel`])
 //! is its adjoint.
 
 use super::tile::{TILE, Tile, tile_index};
