@@ -29,7 +29,7 @@ mod solid;
 mod surface;
 
 use super::contact::nodes::FoldedStencil;
-use super::grid::{EDGE, Ghosts, Grid, Limits, Node};
+use super::grid::{EDGE, Ghosts, Grid, Limits, Node, NodeMotion};
 use super::{GridSetup, Obstacle, Step, Wall, WallKind};
 use crate::math::{Signal, Vector};
 use crate::parallel::{self, CHUNK};
@@ -391,7 +391,14 @@ impl<const D: usize> Walls<D> {
 
     /// Closes a field's step: work, losses and impulses of the walls. Nodes hold (m, v⁺, a) with the ghosts
     /// filled; `share` is the part of the particles' velocity that comes from v⁺ itself (PIC, APIC).
-    pub fn settle(&mut self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step, share: f64) -> WallWork<D> {
+    pub fn settle(
+        &mut self,
+        grid: &Grid<D>,
+        field: usize,
+        nodes: &[NodeMotion<D>],
+        step: &Step,
+        share: f64,
+    ) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.reactions[field];
         let Sums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
@@ -403,7 +410,7 @@ impl<const D: usize> Walls<D> {
             *impulse += force * dt + start * share;
         }
         for &(side, node, mass) in &reaction.ghosts {
-            let Node { momentum: v, force: a, .. } = nodes[node as usize];
+            let (v, a) = (nodes[node as usize].velocity(), nodes[node as usize].acceleration());
             let carried = a * dt + (v - a * dt) * share;
             impulse[side as usize] += Vector::unit(side as usize / 2) * (2.0 * mass * carried[side as usize / 2]);
         }
@@ -414,10 +421,10 @@ impl<const D: usize> Walls<D> {
     }
 
     /// What the conditions of a field did, summed over their nodes.
-    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
+    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[NodeMotion<D>], step: &Step) -> Sums<D> {
         let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
         let force = &self.reactions[field].force;
-        let mean = |node: usize| nodes[node].momentum - nodes[node].force * (0.5 * step.momentum_dt);
+        let mean = |node: usize| nodes[node].midstep_velocity(step.momentum_dt);
         let sum = |range: std::ops::Range<usize>| {
             let mut sums = none();
             for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {

@@ -1,10 +1,11 @@
 //! A velocity field of the grid: its nodes, and what a step knows of them.
 //!
 //! During a step a node holds, in this order: (m, p⁻, f) after the particles' scatter, then (m, p̄, f) with
-//! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always — and at last
-//! (m, v⁺, a) for the gather.
+//! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always. When nothing changes them any
+//! more, nodes are finished: their memory then holds (m, v⁺, a), which is read as [`NodeMotion`].
 
 use crate::math::Vector;
+use bytemuck::TransparentWrapper;
 
 /// One velocity field.
 #[derive(Debug, Clone, Default)]
@@ -35,10 +36,55 @@ pub struct Field<const D: usize> {
 pub struct Node<const D: usize> {
     /// Mass m_I [kg].
     pub mass: f64,
-    /// Momentum [N s]; velocity v⁺ [m/s] after the nodes have been finished (`finish_nodes`).
+    /// Momentum [N s].
     pub momentum: Vector<D>,
-    /// Force [N], walls and contact included; acceleration [m/s²] after that.
+    /// Force [N], walls and contact included.
     pub force: Vector<D>,
+}
+
+impl<const D: usize> Node<D> {
+    /// Turns (m, p, f) of a node with mass into (m, v, a), which is read as [`NodeMotion`] from then on.
+    #[inline]
+    pub(in crate::mpm) fn finish(&mut self) -> &NodeMotion<D> {
+        (self.momentum, self.force) = (self.momentum / self.mass, self.force / self.mass);
+        NodeMotion::wrap_ref(self)
+    }
+}
+
+/// A finished node, in the memory of a [`Node`].
+#[derive(Debug, Clone, Copy, TransparentWrapper)]
+#[repr(transparent)]
+pub struct NodeMotion<const D: usize>(Node<D>);
+
+impl<const D: usize> NodeMotion<D> {
+    /// The nodes of a field, which have been finished.
+    pub fn of(nodes: &[Node<D>]) -> &[Self] {
+        Self::wrap_slice(nodes)
+    }
+
+    /// Mass m_I [kg].
+    #[inline(always)]
+    pub fn mass(&self) -> f64 {
+        self.0.mass
+    }
+
+    /// Velocity v_I⁺ [m/s].
+    #[inline(always)]
+    pub fn velocity(&self) -> Vector<D> {
+        self.0.momentum
+    }
+
+    /// Acceleration a_I [m/s²].
+    #[inline(always)]
+    pub fn acceleration(&self) -> Vector<D> {
+        self.0.force
+    }
+
+    /// Velocity in the middle of a step of the momentum `dt` [s], v̂_I = ½ (v_I⁻ + v_I⁺) [m/s].
+    #[inline(always)]
+    pub fn midstep_velocity(&self, dt: f64) -> Vector<D> {
+        self.velocity() - self.acceleration() * (0.5 * dt)
+    }
 }
 
 /// How the ghosts beyond one end of an axis follow the domain.

@@ -3,8 +3,7 @@
 
 use super::ledger::{EnergyLedger, TermId};
 use crate::math::Vector;
-use crate::mpm::Node;
-use crate::mpm::grid::Field;
+use crate::mpm::grid::{Field, NodeMotion};
 use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::Summary;
 use crate::mpm::transfer::Reduce;
@@ -164,12 +163,13 @@ impl Energy {
     /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost for good.
     pub fn leave_unspent<const D: usize>(&mut self, field: &Field<D>, gravity: Vector<D>, dt: f64, kept: f64) {
         let Field { nodes, applied, velocity, .. } = field;
+        let nodes = NodeMotion::of(nodes);
         let unspent = 0.5
             * kept
             * dt
             * parallel::sum(nodes.len(), |n| {
-                let Node { mass, momentum, .. } = nodes[n];
-                if mass > 0.0 { (applied[n] - gravity * mass).dot(momentum - velocity[n]) } else { 0.0 }
+                let mass = nodes[n].mass();
+                if mass > 0.0 { (applied[n] - gravity * mass).dot(nodes[n].velocity() - velocity[n]) } else { 0.0 }
             });
         self.work.nodes -= unspent;
         self.work.applied -= unspent;

@@ -4,6 +4,7 @@ use super::Step;
 use super::schedule::StrainVelocity;
 use crate::error::StepError;
 use crate::math::Vector;
+use crate::mpm::grid::NodeMotion;
 use crate::mpm::particles::motion::Landing;
 use crate::mpm::state::energy::ForceWork;
 use crate::mpm::state::health;
@@ -25,16 +26,15 @@ impl<const D: usize> Mpm<D> {
                 if node.mass <= 0.0 {
                     return ForceWork::default();
                 }
-                let force = node.force;
-                (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
-                let mean = node.momentum - node.force * (0.5 * dt);
-                let (all, applied, weight) = (force.dot(mean), applied.dot(mean), node.mass * gravity.dot(mean));
-                ForceWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass: node.mass }
+                let (mass, force) = (node.mass, node.force);
+                let mean = node.finish().midstep_velocity(dt);
+                let (all, applied, weight) = (force.dot(mean), applied.dot(mean), mass * gravity.dot(mean));
+                ForceWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass }
             };
             let work = parallel::reduce_pair_mut(nodes, applied, finish, ForceWork::and).unwrap_or_default();
             energy.add_nodes(work, gravity, dt);
             ghosts.fill(limits, nodes);
-            energy.add_walls(&walls.settle(grid, field, &own.nodes, step, share));
+            energy.add_walls(&walls.settle(grid, field, NodeMotion::of(&own.nodes), step, share));
         });
     }
 
@@ -83,7 +83,7 @@ impl<const D: usize> Mpm<D> {
             StrainVelocity::None => return Ok(()),
             StrainVelocity::Nodes => {
                 let Field { nodes, velocity, .. } = &mut self.grid.fields[field];
-                parallel::map_into(nodes, velocity, |node| node.momentum);
+                parallel::map_into(NodeMotion::of(nodes), velocity, NodeMotion::velocity);
             }
             StrainVelocity::Remapped => self.remap(field, step)?,
         }

@@ -28,7 +28,7 @@
 //! Heat enters the energy before the law is called, as viscous heating does, so that the pressure knows it.
 
 use crate::mpm::Dissipation;
-use crate::mpm::grid::{Field, Ghosts, Limits};
+use crate::mpm::grid::{Field, Ghosts, Limits, NodeMotion};
 use crate::mpm::particles::Body;
 use crate::mpm::transfer::Chunk;
 use crate::parallel::{self, CHUNK};
@@ -54,13 +54,14 @@ pub(in crate::mpm) fn nodal<const D: usize>(
 /// h_I/m_I [J/kg] of a field whose nodes hold (m, v⁺, a), and ṽ as velocities; `dt` is the step of the momentum [s].
 pub(in crate::mpm) fn of_contact<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, dt: f64) -> Vec<[f64; 1]> {
     let Field { nodes, applied, velocity, limits, .. } = field;
+    let nodes = NodeMotion::of(nodes);
     nodal((ghosts, limits), nodes.len(), |n| {
         let node = &nodes[n];
-        if node.mass <= 0.0 {
+        if node.mass() <= 0.0 {
             return 0.0;
         }
-        let by_others = node.force - applied[n] / node.mass;
-        0.5 * dt * by_others.dot(node.momentum - velocity[n])
+        let by_others = node.acceleration() - applied[n] / node.mass();
+        0.5 * dt * by_others.dot(node.velocity() - velocity[n])
     })
 }
 

@@ -7,7 +7,7 @@ use super::view::View;
 use super::visit::{Onto, Operation, Read, Visit};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::mpm::grid::{Field, Ghosts, Grid, Node};
+use crate::mpm::grid::{Field, Ghosts, Grid, Node, NodeMotion};
 use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::{Landing, Summary};
 use crate::mpm::state::health;
@@ -17,9 +17,9 @@ use crate::mpm::stress::average;
 #[derive(Clone, Copy)]
 pub(in crate::mpm) enum Nodal<'a, const D: usize> {
     /// v⁺ and a of finished nodes.
-    Motion(&'a [Node<D>]),
+    Motion(&'a [NodeMotion<D>]),
     /// v̂ = v⁺ − ½ Δt a of finished nodes, and Δt [s].
-    MidstepVelocity(&'a [Node<D>], f64),
+    MidstepVelocity(&'a [NodeMotion<D>], f64),
     /// A velocity [m/s], and a scalar; none where that is empty.
     Velocity { velocity: &'a [Vector<D>], scalar: &'a [[f64; 1]] },
 }
@@ -145,8 +145,8 @@ impl<const D: usize> Transfers<'_, D> {
             _ => &[],
         };
         match read {
-            Read::MidstepVelocity => Nodal::MidstepVelocity(lent.nodes, self.parameters.momentum_dt),
-            Read::Motion => Nodal::Motion(lent.nodes),
+            Read::MidstepVelocity => Nodal::MidstepVelocity(lent.motion, self.parameters.momentum_dt),
+            Read::Motion => Nodal::Motion(lent.motion),
             Read::Strain | Read::Averages => Nodal::Velocity { velocity: lent.velocity, scalar },
         }
     }
@@ -154,7 +154,8 @@ impl<const D: usize> Transfers<'_, D> {
 
 /// The arrays of a field, all but one to be read.
 struct Lent<'a, const D: usize> {
-    nodes: &'a [Node<D>],
+    /// Of finished nodes.
+    motion: &'a [NodeMotion<D>],
     velocity: &'a [Vector<D>],
     heat: &'a [[f64; 1]],
     means: &'a [[f64; 1]],
@@ -170,7 +171,7 @@ impl<'a, const D: usize> Lent<'a, D> {
 /// Lends the arrays of a field, one of them to be added to; sums start from zero.
 fn lend<const D: usize>(field: &mut Field<D>, onto: Option<Onto>) -> Lent<'_, D> {
     let Field { nodes, velocity, heat, sums, means, .. } = field;
-    let (nodes, velocity, targets): (&[Node<D>], &[Vector<D>], _) = match onto {
+    let (motion, velocity, targets): (&[Node<D>], &[Vector<D>], _) = match onto {
         None => (nodes, velocity, None),
         Some(Onto::Nodes) => (&[], velocity, Some(Targets::Nodes(nodes))),
         Some(Onto::Velocity) => (nodes, &[], Some(Targets::Momentum(velocity))),
@@ -180,5 +181,5 @@ fn lend<const D: usize>(field: &mut Field<D>, onto: Option<Onto>) -> Lent<'_, D>
             (nodes, velocity, Some(Targets::Sums(sums)))
         }
     };
-    Lent { nodes, velocity, heat, means, targets }
+    Lent { motion: NodeMotion::of(motion), velocity, heat, means, targets }
 }

@@ -178,8 +178,8 @@ pub(super) fn gather<const D: usize, const S: usize>(
 ) -> Sums<D> {
     let mut sums = Sums::default();
     let node = |i: usize| match nodal {
-        Nodal::Motion(nodes) => (0.0, nodes[i].momentum, nodes[i].force),
-        Nodal::MidstepVelocity(nodes, dt) => (0.0, nodes[i].momentum - nodes[i].force * (0.5 * dt), Vector::ZERO),
+        Nodal::Motion(nodes) => (0.0, nodes[i].velocity(), nodes[i].acceleration()),
+        Nodal::MidstepVelocity(nodes, dt) => (0.0, nodes[i].midstep_velocity(dt), Vector::ZERO),
         Nodal::Velocity { velocity, scalar } => {
             (scalar.get(i).map_or(0.0, |s| s[0]), velocity.get(i).copied().unwrap_or_default(), Vector::ZERO)
         }

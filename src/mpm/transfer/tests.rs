@@ -6,7 +6,7 @@ use super::*;
 use crate::math::{SymTensor, Tensor};
 use crate::mpm::KernelKind;
 use crate::mpm::grid::kernel::with_shape;
-use crate::mpm::grid::{Ghosts, Limits, Node};
+use crate::mpm::grid::{Ghosts, Limits, Node, NodeMotion};
 use crate::mpm::particles::{Body, Particles};
 
 const CELL: f64 = 0.25;
@@ -91,7 +91,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     }
     let x = body.particles.position.clone();
     let at = |x: Vector<D>| {
-        let motion = Nodal::Motion(&nodes);
+        let motion = Nodal::Motion(NodeMotion::of(&nodes));
         with_shape!(body.kernel, shape => plain::gather(shape, &grid, x, motion))
     };
     let expected: Vec<plain::Sums<D>> = x.iter().map(|&x| at(x)).collect();

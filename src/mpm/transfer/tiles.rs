@@ -20,18 +20,18 @@ macro_rules! with_nodes {
         match $nodal {
             Nodal::Motion(nodes) if $fields.has_acceleration() => {
                 let $node = |n: usize, record: &mut Record| {
-                    put_velocity(record, &nodes[n].momentum);
-                    put_acceleration(record, &nodes[n].force);
+                    put_velocity(record, &nodes[n].velocity());
+                    put_acceleration(record, &nodes[n].acceleration());
                 };
                 $run
             }
             Nodal::Motion(nodes) => {
-                let $node = |n: usize, record: &mut Record| put_velocity(record, &nodes[n].momentum);
+                let $node = |n: usize, record: &mut Record| put_velocity(record, &nodes[n].velocity());
                 $run
             }
             Nodal::MidstepVelocity(nodes, dt) => {
                 let $node = |n: usize, record: &mut Record| {
-                    put_velocity(record, &(nodes[n].momentum - nodes[n].force * (0.5 * dt)));
+                    put_velocity(record, &nodes[n].midstep_velocity(dt));
                 };
                 $run
             }
