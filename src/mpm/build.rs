@@ -1,13 +1,12 @@
 //! From a description to a solver that is ready to step.
 
 use super::contact::{FrictionTable, nodes::FoldedStencil};
-use super::coupling::{Coupling, build_membranes};
+use super::coupling::{Coupling, SubCycling, build_membranes};
 use super::grid::{Ghosts, Kernel, MassCutoffs};
 use super::particles::regions;
 use super::particles::{Body, Particles};
 use super::state::energy::Energy;
 use super::state::notices::Notices;
-use super::state::proximity::Proximity;
 use super::state::stability;
 use super::step::method::{Clock, Method};
 use super::step::schedule::Schedule;
@@ -55,9 +54,12 @@ impl<const D: usize> Mpm<D> {
             lattice,
             &friction,
             (setup.sheet_contact, setup.gap_tolerance * cell),
-            (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
+            SubCycling {
+                safety: setup.membrane_safety,
+                max_substeps: setup.max_substeps,
+                passes: setup.contact_passes,
+            },
         );
-        let proximity = Proximity::new(&coupling.membranes);
         let filter_time = filter_time(setup.transfer, &bodies, cell);
         let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
         walls.note_overlaps(&bodies);
@@ -74,7 +76,6 @@ impl<const D: usize> Mpm<D> {
             members: (0..field_count).map(member).collect(),
             bodies,
             coupling,
-            proximity,
             method: Method {
                 transfer: setup.transfer,
                 schedule: Schedule::new(setup.stress_update, setup.locking),
@@ -206,7 +207,7 @@ fn build_body<const D: usize>(
         position: setup.position,
         velocity: setup.velocity,
         affine,
-        signal: vec![0.0; n],
+        wave_speed: vec![0.0; n],
         ..Particles::default()
     };
     particles.allocate(storage);
@@ -218,7 +219,7 @@ fn build_body<const D: usize>(
         particles.volume.push(volume);
         particles.energy.push(state.energy * mass / reference);
         particles.pressure.push(state.pressure);
-        particles.signal[p] = state.sound_speed;
+        particles.wave_speed[p] = state.sound_speed;
         if storage.stress {
             particles.stress[p] = state.stress;
         }
@@ -249,7 +250,7 @@ fn mass_cutoffs<const D: usize>(
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
 /// start, which the signals hold before the first step.
 fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
-    let sound = bodies.iter().flat_map(|body| &body.particles.signal).fold(0.0, |most: f64, &c| most.max(c));
+    let sound = bodies.iter().flat_map(|body| &body.particles.wave_speed).fold(0.0, |most: f64, &c| most.max(c));
     match transfer {
         Transfer::Flip { filter_interval: steps @ 1.., .. } if sound > 0.0 => f64::from(steps) * 0.3 * cell / sound,
         _ => f64::INFINITY,

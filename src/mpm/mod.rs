@@ -41,7 +41,7 @@ pub use coupling::SubStep;
 pub use grid::kernel::KernelKind;
 pub use grid::{EDGE, Field, Grid, Kernel, Node};
 pub use membrane::{Balance, Elements, Membrane};
-pub use particles::sides::astray;
+pub use particles::sides::check_sides;
 pub use particles::traction::{self, Load, Traction};
 pub use particles::{Body, Part, Particles, Work};
 pub use setup::{

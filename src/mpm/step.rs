@@ -30,7 +30,6 @@ use super::particles::shifting::{self, Surroundings};
 use super::particles::{Body, volumes};
 use super::state::energy::{Energy, GridWork};
 use super::state::notices::Notices;
-use super::state::proximity::Proximity;
 use super::state::stability::GROWTH;
 use super::state::{columns, health, snapshot};
 use super::transfer::Executor;
@@ -40,7 +39,7 @@ use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
 use method::{Clock, Method};
 
-/// How much steps may differ from one to the next where there are membranes.
+/// Largest ratio of two successive steps where there are membranes.
 const CHANGE: f64 = 1.5;
 
 /// The times of one step [s].
@@ -87,10 +86,8 @@ pub struct Mpm<const D: usize> {
     /// Numbers of the bodies in each velocity field.
     pub(super) members: Vec<Vec<usize>>,
     pub(super) coupling: Coupling<D>,
-    /// Membranes that meet each other or themselves.
-    pub(super) proximity: Proximity<D>,
     pub(super) method: Method<D>,
-    /// Who executes the sweeps over the particles.
+    /// The executor of the sweeps over the particles.
     pub(super) executor: Box<dyn Executor<D>>,
     /// Order of the noise filter in this step; 0: none.
     pub(super) filter_order: u32,
@@ -116,7 +113,7 @@ impl<const D: usize> Solver for Mpm<D> {
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
         let Clock { bound, steps, .. } = self.clock;
         self.clock = Clock { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
-        self.notices.watch((self.clock.steps, t + dt), &self.energy, &self.coupling);
+        self.notices.watch(self.clock.steps, t + dt, &self.energy, &self.coupling);
         Ok(())
     }
 
@@ -137,14 +134,14 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn restored(&mut self) {
-        self.proximity.forget();
+        self.coupling.proximity.forget();
         self.coupling.contact.restored();
     }
 
     fn notices(&mut self) -> Vec<String> {
         let mut said = self.coupling.contact.notices();
         said.extend(self.notices.take());
-        said.extend(self.proximity.take());
+        said.extend(self.coupling.proximity.take());
         said
     }
 
@@ -196,8 +193,8 @@ impl<const D: usize> Mpm<D> {
 
     /// The membranes take their steps and meet the bodies, walls and obstacles.
     fn advance_membranes(&mut self, step: &Step) -> Result<(), StepError> {
-        let Self { grid, walls, bodies, coupling, proximity, energy, timer, .. } = self;
-        coupling.advance((grid, walls), bodies, step, (proximity, timer))?;
+        let Self { grid, walls, bodies, coupling, energy, timer, .. } = self;
+        coupling.advance(grid, walls, bodies, step, timer)?;
         energy.add_walls(&walls.book_sheets(&coupling.contact.wall_pushes(), step.momentum_dt));
         Ok(())
     }
@@ -207,8 +204,8 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, .. } = self;
         let around = Surroundings { grid, ghosts, walls };
         timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
-        let times = (clock.steps, step.dt);
-        let works = timed!(timer, "shift", shifting::even_out(times, around, bodies, &mut coupling.contact));
+        let contact = &mut coupling.contact;
+        let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, around, bodies, contact));
         works.into_iter().for_each(|work| energy.add_volume_corrections(work));
     }
 

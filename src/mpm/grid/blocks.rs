@@ -19,9 +19,9 @@ pub struct Grid<const D: usize> {
     pub cell: f64,
     /// Cells of the domain along each axis.
     pub cells: [i32; D],
-    /// How the ghosts beyond both ends of each axis follow the domain; mirrors until told otherwise.
+    /// The rules of the ghosts beyond both ends of each axis; mirrors until told otherwise.
     pub folds: [[Fold; 2]; D],
-    /// How they follow it in each field, if that is not the same for all (`wall::domain`).
+    /// The rules of each field, if they are not the same for all (`wall::domain`).
     pub own_folds: Vec<[[Fold; 2]; D]>,
     /// Velocity fields.
     pub fields: Vec<Field<D>>,
@@ -52,7 +52,7 @@ impl<const D: usize> Grid<D> {
         }
     }
 
-    /// How the ghosts of a field follow the domain.
+    /// The rules of the ghosts of a field.
     pub fn folds_in(&self, field: usize) -> &[[Fold; 2]; D] {
         self.own_folds.get(field).unwrap_or(&self.folds)
     }

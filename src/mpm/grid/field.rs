@@ -87,7 +87,7 @@ impl<const D: usize> NodeMotion<D> {
     }
 }
 
-/// How the ghosts beyond one end of an axis follow the domain.
+/// The rule by which the ghosts beyond one end of an axis follow the domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fold {
     /// A symmetry plane.

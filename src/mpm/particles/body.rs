@@ -28,7 +28,7 @@ pub struct Body<const D: usize> {
     /// Points on the surface of a body that keeps its shape, carried along by particles (by identity); empty where
     /// there are none: then every particle may come to the surface, and reaches half its size.
     pub skin: Vec<SkinPoint>,
-    /// How deep each particle lay below the body's surface at the start, in edges of its volume, by identity; empty: half an
+    /// Depth of each particle below the body's surface at the start, in edges of its volume, by identity; empty: half an
     /// edge. The ball of this radius around the particle lies inside the body and touches its surface.
     pub depth: Vec<f64>,
     /// Loads on the surface.
@@ -37,11 +37,11 @@ pub struct Body<const D: usize> {
     pub ambient: f64,
     /// Columns that live during a step only.
     pub work: Work<D>,
-    /// How its particles are sorted by blocks of the grid.
+    /// The order of its particles by blocks of the grid.
     pub(in crate::mpm) bins: Bins<D>,
     /// The largest wave speed + |v| of its particles [m/s].
     pub(in crate::mpm) largest_wave_speed: f64,
-    /// What the visits of the step so far have told.
+    /// Sums over its particles of the visits of the step so far.
     pub(in crate::mpm) summary: Summary,
 }
 
@@ -50,7 +50,7 @@ pub struct Body<const D: usize> {
 pub struct Part {
     /// Its number among the parts of the body, which follow one another, from 0.
     pub number: usize,
-    /// How many particles the parts before it have: in outputs, identities go on from there.
+    /// Number of particles of the parts before it: in outputs, identities go on from there.
     pub before: u32,
     /// The side of each membrane on which all of it stays: +1 where normals point, −1 behind; 0, or none for a membrane, where only
     /// the place of a particle tells.
@@ -62,7 +62,7 @@ pub struct Part {
 pub struct Work<const D: usize> {
     /// Volume ratio of the increment.
     pub volume_ratio: Vec<f64>,
-    /// What averaging adds to the pressure that makes forces [Pa]; empty without the cure of locking.
+    /// Difference between the averaged pressure, which makes forces, and the particle's own [Pa]; empty without the cure of locking.
     pub excess: Vec<f64>,
     /// External force [N]; empty where there is none.
     pub external: Vec<Vector<D>>,
@@ -70,9 +70,9 @@ pub struct Work<const D: usize> {
     pub traction: Vec<(usize, Vector<D>)>,
     /// Rate of the position ẋ_p = Σ N v⁺ [m/s]; empty where that is the velocity (APIC).
     pub rate: Vec<Vector<D>>,
-    /// What the noise filter has not explained yet [m/s], u_j; empty but in the filter of bodies that keep its heat.
+    /// Rest of the velocity in the noise filter, u_j [m/s]; empty but in the filter of bodies that keep its heat.
     pub noise: Vec<Vector<D>>,
-    /// Where particle shifting moves the particles at the end of the step [m]; empty in most steps.
+    /// Displacement by particle shifting at the end of the step [m]; empty in most steps.
     pub shift: Vec<Vector<D>>,
     /// Σ N ½(v⁻ + v⁺) [m/s], what external forces work on; empty where there are none.
     pub mean: Vec<Vector<D>>,
@@ -105,8 +105,8 @@ pub struct Particles<const D: usize> {
     pub affine: Vec<Tensor<D>>,
     /// History variables of the law, a fixed number per particle.
     pub history: Vec<f64>,
-    /// Speed that bounds the step, dt ≤ h/(signal + |v|) [m/s].
-    pub signal: Vec<f64>,
+    /// Speed c of waves in the particle, which bounds the step, dt ≤ h/(c + |v|) [m/s].
+    pub wave_speed: Vec<f64>,
 }
 
 /// Depth [edges] of the particles that show where the surface is: a square of 1½ edges from the surface down, however it
@@ -137,7 +137,7 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// How deep particle `p` was below the body's surface at the start [edges of its volume].
+    /// Depth of particle `p` below the body's surface at the start [edges of its volume].
     #[inline]
     pub fn depth(&self, p: usize) -> f64 {
         self.depth.get(self.particles.id[p] as usize).copied().unwrap_or(0.5)
@@ -150,7 +150,7 @@ impl<const D: usize> Body<D> {
         self.depth(p) < SURFACE
     }
 
-    /// What particle `p` has made of the unit ball [m]: the ball around it that touched the surface at the start, which
+    /// The map of the unit ball to that of particle `p` [m]: the ball around it that touched the surface at the start, which
     /// follows the deformation where that is known; for fluids at most half the edge of its volume, kept within 0.3 to 1
     /// half cells (theory D.3).
     pub fn ball(&self, p: usize, cell: f64) -> Tensor<D> {
@@ -166,13 +166,13 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// How far the body reaches from the centre of particle `p` along the unit vector `normal` [m], rᵢ = |Sᵀn| with the
+    /// Reach of the body from the centre of particle `p` along the unit vector `normal` [m], rᵢ = |Sᵀn| with the
     /// ball S.
     pub fn reach(&self, p: usize, normal: Vector<D>, cell: f64) -> f64 {
         self.ball(p, cell).transpose().apply(normal).norm()
     }
 
-    /// How far along the surface from its centre particle `p` says where the surface is [m]: every such patch of the
+    /// Half size of the patch of the surface that particle `p` stands for [m]: every such patch of the
     /// surface, ¾ edges to each side, holds a particle that does, however the particles lie.
     pub fn patch(&self, p: usize) -> f64 {
         0.75 * ((D - 1) as f64).sqrt() * self.particles.volume[p].powf(1.0 / D as f64)
@@ -260,7 +260,7 @@ impl<const D: usize> Particles<D> {
         permuted(&mut self.stress, order);
         permuted(&mut self.deformation, order);
         permuted(&mut self.affine, order);
-        permuted(&mut self.signal, order);
+        permuted(&mut self.wave_speed, order);
         if stride > 0 {
             self.history =
                 order.iter().flat_map(|&p| &self.history[p as usize * stride..][..stride]).copied().collect();

@@ -1,4 +1,4 @@
-//! How particles move: velocities from the grid, Lian (65), then their places, Lian (19).
+//! The motion of the particles: velocities from the grid, Lian (65), then positions, Lian (19).
 //!
 //! ```text
 //! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC
@@ -32,7 +32,7 @@ use crate::mpm::grid::Grid;
 use crate::mpm::grid::kernel::Kernel;
 use crate::mpm::transfer::{CHUNK, Chunk, Column, GatherFields, Reduce, Rows, View};
 
-/// What the visits of a step tell about a body.
+/// Sums over the particles of a body, and the findings of a step about them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::mpm) struct Summary {
     /// Kinetic energy [J].
@@ -49,7 +49,7 @@ pub(in crate::mpm) struct Summary {
     pub inverted: bool,
     /// A particle is not finite, or not in the domain.
     pub lost: bool,
-    /// How many times nodes were read in the last gather: the fewer, the better the particles are sorted.
+    /// Number of times nodes were read in the last gather: the fewer, the better the particles are sorted.
     pub visits: usize,
 }
 
@@ -75,17 +75,17 @@ impl Reduce for Summary {
     }
 }
 
-/// How far beyond a wall a particle is set back onto it [cells]; what moves farther in a step is lost.
+/// A particle up to this far beyond a wall is set back onto it [cells]; one that moves farther in a step is lost.
 const HELD: f64 = 0.25;
 
-/// Where particles go at the end of a step: x += Δt ẋ, then the books.
+/// The end of a step: x += Δt ẋ, then the sums of the ledger.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::mpm) struct Landing<const D: usize> {
     /// Δt [s].
     dt: f64,
     /// Lower and upper corner of the domain [m].
     domain: [Vector<D>; 2],
-    /// How far beyond them walls hold what comes there [m]; no distance where there is none.
+    /// Distance beyond them up to which walls hold particles [m]; zero where there is no wall.
     held: [Vector<D>; 2],
 }
 
@@ -162,7 +162,7 @@ impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
         // Slices of one length: the loops are free of bounds checks, and without sums they become vectors.
         let n = self.particles.len().min(CHUNK);
         let (position, velocity) = (&mut self.particles.position[..n], &self.particles.velocity[..n]);
-        let (mass, signal) = (&self.particles.mass[..n], &self.particles.signal[..n]);
+        let (mass, wave_speed) = (&self.particles.mass[..n], &self.particles.wave_speed[..n]);
         let (pressure, energy) = (&self.particles.pressure[..n], &self.particles.energy[..n]);
         let [mut shift, mut lost, mut kinetic, mut internal, mut speed] = [[0.0; CHUNK]; 5];
         for p in 0..n {
@@ -182,7 +182,7 @@ impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
             lost[p] = if state.abs() < f64::INFINITY { outside } else { 1.0 };
             kinetic[p] = 0.5 * mass[p] * square;
             internal[p] = energy[p];
-            speed[p] = signal[p] + square.sqrt();
+            speed[p] = wave_speed[p] + square.sqrt();
         }
         Summary {
             kinetic: fold::<L>(&kinetic, L::add, |a, b| a + b),
@@ -213,7 +213,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// How a gather turns grid motion into particle motion.
+/// The motion of particles from that of the grid.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::mpm) struct Transport {
     /// Step of the momentum [s].

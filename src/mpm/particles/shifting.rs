@@ -1,4 +1,4 @@
-//! What keeps the particles of liquids evenly spaced, and their volumes those of the space that they fill.
+//! Particle shifting: keeps the particles of liquids evenly spaced, and their volumes those of the space that they fill (theory A.11).
 //!
 //! ```text
 //! φ_I = Σ_p V_p N_Ip / ∫N_I dx,     c_I = max(φ_I − 1, 0)          what particles fill of a node's share of space, and the excess
@@ -71,7 +71,8 @@ pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
 /// Finds, every few steps, where the particles of liquids are to go at the end of this step, and corrects their volumes;
 /// returns the work of that, field by field [J].
 pub(in crate::mpm) fn even_out<const D: usize>(
-    (steps, dt): (u64, f64),
+    steps: u64,
+    dt: f64,
     around: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
     contact: &mut Contact<D>,
@@ -84,7 +85,7 @@ pub(in crate::mpm) fn even_out<const D: usize>(
     for field in 0..around.grid.fields.len() {
         let liquids = bodies.iter().filter(|body| body.field == field && is_liquid(body));
         if let Some(kernel) = liquids.map(|body| body.kernel).next() {
-            let excess = find_excess(around, (field, kernel), bodies, contact);
+            let excess = find_excess(around, field, kernel, bodies, contact);
             works.push(follow(around, field, bodies, &excess, dt * EVERY as f64));
         }
     }
@@ -94,7 +95,8 @@ pub(in crate::mpm) fn even_out<const D: usize>(
 /// c_I of a field, ghosts filled.
 fn find_excess<const D: usize>(
     Surroundings { grid, ghosts, walls }: Surroundings<'_, D>,
-    (field, kernel): (usize, Kernel),
+    field: usize,
+    kernel: Kernel,
     bodies: &mut [Body<D>],
     contact: &mut Contact<D>,
 ) -> Vec<[f64; 1]> {
@@ -234,7 +236,7 @@ fn keep_out<const D: usize>(
 ) -> f64 {
     let (mut work, mut farthest) = (0.0, vec![0.0_f64; bodies.len()]);
     for field in 0..grid.fields.len() {
-        let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+        let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
         let shifts = walls.keep_out((grid.cell, field), &Bodies::of_field(bodies, field, &shielded), step);
         for (number, particle, by) in shifts {
             let body = &mut bodies[number];
@@ -249,7 +251,7 @@ fn keep_out<const D: usize>(
 
 /// Closes the voids of particles that have parted and are back among others.
 ///
-/// What particles fill with their voids and there is no room for is taken from the voids. Strain alone doesn't close them where pressure
+/// The volume of particles and voids beyond the room that there is, is taken from the voids. Strain alone doesn't close them where pressure
 /// holds the neighbours: a drop that fell back into a pool was a hole in it, for good.
 fn close_voids<const D: usize>(
     grid: &Grid<D>,
@@ -297,7 +299,7 @@ fn largest<'a, const D: usize>(shifts: impl Iterator<Item = &'a Vector<D>>) -> f
     shifts.map(|by| by.norm_squared()).fold(0.0, f64::max).sqrt()
 }
 
-/// What stresses, gravity and tractions would have done on the way `by` [m] of a particle, m_p Σ N_I a_I · u_p [J].
+/// Work that stresses, gravity and tractions would have done over the displacement `by` [m] of a particle, m_p Σ N_I a_I · u_p [J].
 fn work_over<const D: usize>(
     grid: &Grid<D>,
     body: &Body<D>,

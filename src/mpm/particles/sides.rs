@@ -1,4 +1,4 @@
-//! Whether bodies lie on one side of membranes at the start.
+//! Warnings about bodies on both sides of a membrane at the start.
 //!
 //! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ) for
 //! facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for good. A fluid that
@@ -12,12 +12,12 @@ use crate::mpm::contact::sample::Facet;
 use crate::mpm::{BodySetup, Friction, MembraneSetup, Setup};
 use crate::parallel;
 
-/// How far from an open membrane what flows counts as beside it [cells]: nodes between its two halves share what both bring.
+/// A fluid this near to an open membrane lies beside it [cells]: nodes between its two halves share what both bring.
 const BESIDE: f64 = 1.0;
 
 /// A warning for each body that a closed membrane cuts off a film next to it from, for each that keeps its shape and that a membrane
 /// cuts through, and for each that flows and touches both sides of a membrane with free edges; as far as the two have contact.
-pub fn astray<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
+pub fn check_sides<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for membrane in &setup.membranes {
         let facets: Vec<Facet> = membrane.elements.iter().map(|nodes| Facet::new(nodes)).collect();

@@ -15,11 +15,11 @@ use crate::math::{Signal, Vector};
 pub struct Traction {
     /// The particle's identity.
     pub particle: u32,
-    /// What it bears.
+    /// Its load.
     pub load: Load,
 }
 
-/// What a particle of the surface bears.
+/// The load of a particle of the surface.
 #[derive(Debug, Clone)]
 pub enum Load {
     /// A force that is fixed in direction.

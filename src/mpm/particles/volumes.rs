@@ -34,7 +34,7 @@ use crate::parallel;
 const EVERY: u64 = 10;
 const SHARE: f64 = 0.1;
 
-/// How many rows of nodes next to those that the gas fills take their neighbours' mean.
+/// Number of rows of nodes next to those that the gas fills which take their neighbours' mean.
 const ROWS: usize = 3;
 
 /// Obstacles and walls nearer than this [cells] take part of a node's volume.
@@ -140,7 +140,7 @@ fn lead<const D: usize>(grid: &Grid<D>, lattice: &FoldedStencil<D>, pressure: &[
 /// Leads the volume of particle `p` to where its pressure is `wanted` [Pa], within the atmosphere `ambient` [Pa].
 fn lead_particle<const D: usize>(particles: &mut Particles<D>, p: usize, wanted: f64, ambient: f64) {
     let (own, volume, energy) = (particles.pressure[p], particles.volume[p], particles.energy[p]);
-    // What the atmosphere's part of the volume is worth, over the energy.
+    // The energy p_a V of the atmosphere's part of the volume, over the internal energy.
     let worth = if energy > 0.0 { ambient * volume / energy } else { 0.0 };
     let share = SHARE * (1.0 - ambient / wanted).abs().min(1.0);
     // The energy changes the pressure, too; no more than half of it pays for room.

@@ -38,7 +38,7 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
     show(visit, name, "deformation", &mut particles.deformation);
     show(visit, name, "affine", &mut particles.affine);
     show(visit, name, "history", &mut particles.history);
-    show(visit, name, "signal", &mut particles.signal);
+    show(visit, name, "signal", &mut particles.wave_speed);
     // No step depends on it, but the pressure is shown with it. A model that hasn't taken a step has none.
     visit(&format!("{name}.excess"), Column::growing(&mut body.work.excess));
 }
@@ -57,7 +57,7 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
     if mpm.clock.steps > MOST_COUNTED || mpm.coupling.contact.counted() > MOST_COUNTED {
         return Some("it counts more than any run does".to_owned());
     }
-    if let Some(misfit) = mpm.notices.misfit().or_else(|| mpm.proximity.misfit()) {
+    if let Some(misfit) = mpm.notices.misfit().or_else(|| mpm.coupling.proximity.misfit()) {
         return Some(misfit);
     }
     mpm.bodies.iter().find_map(|body| {
@@ -108,7 +108,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     visit("mpm.ledger", Column::new(&mut ledger));
     energy.ledger.set_numbers(&ledger);
     mpm.notices.columns(visit);
-    mpm.proximity.columns(visit);
+    mpm.coupling.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));
     mpm.walls.columns(visit);
     visit("mpm.reactions", Column::new::<Vector<D>>(&mut mpm.walls.force));

@@ -1,4 +1,4 @@
-//! What must hold after each stage; the first violation stops the run with its place and advice.
+//! Checks after each stage; the first violation stops the run with its place and advice.
 
 use crate::error::{Place, StepError};
 use crate::math::Vector;
@@ -143,7 +143,7 @@ pub fn no_load(place: Place, value: f64) -> StepError {
     at(place, NO_FORCE, ("force", value), LOOK_AT_LOADS)
 }
 
-/// The energy and everything in the books of a step is a number.
+/// The energy and every term of the ledger is a number.
 ///
 /// # Errors
 /// If not: no particle need be broken, but a sum is.

@@ -27,15 +27,15 @@ struct Reading {
     work: f64,
     /// The largest of all terms.
     largest: f64,
-    /// What can't be below zero, by name.
+    /// Terms that can't be below zero, by name.
     positive: Vec<(String, f64)>,
-    /// What stress updates made up, by name.
+    /// Errors of stress updates, by name.
     made: Vec<(String, f64)>,
-    /// What transfers lost and nobody got back.
+    /// The part of the transfers' dissipation that did not become heat.
     lost: f64,
 }
 
-/// What was found, each kind said once.
+/// The findings so far, each kind said once.
 #[derive(Debug, Clone, Default)]
 pub(in crate::mpm) struct Notices {
     /// Internal energy of the bodies at the start, the largest W, and the largest term so far [J].
@@ -49,12 +49,12 @@ impl Notices {
         Self { scales: [internal, 0.0, 0.0], ..Self::default() }
     }
 
-    /// What is new since the last call.
+    /// The notices since the last call.
     pub fn take(&mut self) -> Vec<String> {
         self.said.take()
     }
 
-    /// What a checkpoint must keep: the scales that the next look compares with, and what was said.
+    /// The columns of a checkpoint: the scales that the next look compares with, and the notices that were given.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut scales = self.scales.to_vec();
         visit("mpm.scales", Column::new(&mut scales));
@@ -64,13 +64,13 @@ impl Notices {
         self.said.column("mpm.said", visit);
     }
 
-    /// What doesn't fit together in columns that were just restored.
+    /// The first contradiction among restored columns, if there is one.
     pub fn misfit(&self) -> Option<String> {
         self.said.misfit()
     }
 
     /// Looks at the ledger every few steps; `t` is the end of step number `steps` [s].
-    pub fn watch<const D: usize>(&mut self, (steps, t): (u64, f64), energy: &Energy, coupling: &Coupling<D>) {
+    pub fn watch<const D: usize>(&mut self, steps: u64, t: f64, energy: &Energy, coupling: &Coupling<D>) {
         if steps.is_multiple_of(EVERY) {
             self.look(&Reading::new(energy, coupling, self.scales[0]), t);
         }

@@ -1,4 +1,4 @@
-//! What outputs see: particles, ledger, reactions.
+//! The snapshot for outputs: particles, membranes, ledger, reactions.
 
 use super::ledger::{energy, other};
 use crate::math::{Tensor, Vector};
@@ -60,7 +60,7 @@ fn joined<'a>(parts: Vec<PointSet<'a>>) -> PointSet<'a> {
 /// The particles of a body, or of a part of it.
 fn points_of_part<const D: usize>(body: &Body<D>) -> PointSet<'_> {
     let particles = &body.particles;
-    // What averaging adds makes forces, too: next to walls the law's own pressure alternates about the one that acts.
+    // The averaged pressure makes the forces: next to walls the law's own alternates about it.
     let acting = || particles.pressure.iter().zip(&body.work.excess).map(|(p, more)| p + more).collect();
     let pressure = if body.work.excess.len() == particles.len() {
         Field::computed("pressure", "Pa", 1, acting)
@@ -115,7 +115,7 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
 /// Forces of the material on walls and obstacles, contact forces on the first of the two, forces of membranes on their supports:
 /// means over the last step [N].
 pub fn forces<const D: usize>(mpm: &Mpm<D>, visit: &mut dyn FnMut([f64; 3])) {
-    // What is kept are the reactions on the material; 0 − f has no negative zeros.
+    // Reactions are kept as forces on the material; 0 − f has no negative zeros.
     let on_support = |reaction: [f64; 3]| reaction.map(|f| 0.0 - f);
     mpm.walls.reactions().for_each(|(_, reaction)| visit(on_support(reaction.to3())));
     mpm.coupling.contact.forces().for_each(|(_, force)| visit(force));
@@ -161,7 +161,7 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     mpm.energy.ledger.ledger(terms)
 }
 
-/// Kinetic energy of the motion about the particles that APIC carries, Σ ½ m D C:C with its inertia D [J]. The books count it
+/// Kinetic energy of the motion about the particles that APIC carries, Σ ½ m D C:C with its inertia D [J]. The ledger counts it
 /// among what the transfer dissipates.
 fn affine_energy<const D: usize>(body: &Body<D>, cell: f64) -> f64 {
     let (particles, inertia) = (&body.particles, body.kernel.inertia().unwrap_or(0.0) * cell * cell);

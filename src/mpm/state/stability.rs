@@ -14,7 +14,7 @@ pub const GROWTH: f64 = 1.05;
 /// The largest wave speed + |v| of a body [m/s].
 pub fn largest_wave_speed<const D: usize>(body: &Body<D>) -> f64 {
     let particles = &body.particles;
-    -crate::parallel::min(particles.len(), |p| -(particles.signal[p] + particles.velocity[p].norm()))
+    -crate::parallel::min(particles.len(), |p| -(particles.wave_speed[p] + particles.velocity[p].norm()))
 }
 
 /// The bound of a body in cells of size `cell` [m], before the safety factor [s].

@@ -1,4 +1,4 @@
-//! What a case asks of the method, and the clock of a run.
+//! The choices of a case, and the clock of a run.
 
 use super::Step;
 use super::schedule::Schedule;
@@ -16,7 +16,7 @@ pub(in crate::mpm) struct Method<const D: usize> {
     pub locking: Locking,
     /// Time between two noise filters [s].
     pub filter_time: f64,
-    /// Where the energy goes that the transfer dissipates.
+    /// The fate of the energy that the transfer dissipates.
     pub dissipation: Dissipation,
     /// Fraction of the stable step of the bodies.
     pub safety: f64,
@@ -70,6 +70,6 @@ pub(in crate::mpm) struct Clock {
     pub dt_before: f64,
     /// The bound of the next step [s].
     pub bound: f64,
-    /// How many there were.
+    /// Number of steps so far.
     pub steps: u64,
 }

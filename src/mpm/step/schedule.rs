@@ -32,7 +32,7 @@ pub(in crate::mpm) enum StrainVelocity {
 
 /// The sweeps after contact, over nodes that hold (m, v⁺, a).
 #[derive(Debug, Clone)]
-pub(in crate::mpm) struct Return {
+pub(in crate::mpm) struct AfterContact {
     /// v_p and ẋ_p, Lian (65, 19).
     pub motion: Vec<Visit>,
     /// The particles' new momentum, where `motion` has not scattered it.
@@ -54,8 +54,8 @@ pub(in crate::mpm) struct Schedule {
     force: Vec<Visit>,
     /// The same before any time has passed: no volume has changed that could be averaged.
     force_at_the_start: Vec<Visit>,
-    back: Return,
-    back_with_filter: Return,
+    unfiltered: AfterContact,
+    filtered: AfterContact,
     /// Parts of the intervals before and after the positions over which stresses are updated; `None`: not at all.
     intervals: [Option<f64>; 2],
 }
@@ -78,8 +78,8 @@ impl Schedule {
             momentum: vec![Visit::Scatter(content, Onto::Nodes)],
             force: if strains { strain_and_force(averages, true) } else { force(averages) },
             force_at_the_start: if strains { strain_and_force(averages, false) } else { force(averages) },
-            back: back(update, averages),
-            back_with_filter: filtered(update, averages),
+            unfiltered: unfiltered(update, averages),
+            filtered: filtered(update, averages),
             intervals,
         }
     }
@@ -90,8 +90,8 @@ impl Schedule {
     }
 
     /// The sweeps after contact, in a step with a noise filter of this order; 0: without.
-    pub fn back(&self, filter_order: u32) -> &Return {
-        if filter_order == 0 { &self.back } else { &self.back_with_filter }
+    pub fn after_contact(&self, filter_order: u32) -> &AfterContact {
+        if filter_order == 0 { &self.unfiltered } else { &self.filtered }
     }
 
     /// The increment over which stresses are updated before the forces, of the interval that led here [s].
@@ -141,7 +141,7 @@ fn midstep_velocity() -> Visit {
 }
 
 /// The sweeps after contact without a noise filter.
-fn back(update: StressUpdate, averages: bool) -> Return {
+fn unfiltered(update: StressUpdate, averages: bool) -> AfterContact {
     use Operation::{Land, Rate, Stress, Velocity, VolumeRatio};
     let separate = filtered(update, averages);
     match update {
@@ -149,7 +149,7 @@ fn back(update: StressUpdate, averages: bool) -> Return {
         StressUpdate::Last if averages => separate,
         StressUpdate::Last => {
             let all = vec![Velocity, VolumeRatio(Positions::Start), Stress, Land(MoveBy::Gathered)];
-            Return {
+            AfterContact {
                 motion: vec![midstep_velocity(), Visit::Gather(Read::Motion, all)],
                 strain_velocity: StrainVelocity::None,
                 stress: Vec::new(),
@@ -158,13 +158,13 @@ fn back(update: StressUpdate, averages: bool) -> Return {
         }
         StressUpdate::ModifiedLast | StressUpdate::Average => {
             let relay = Visit::Relay(Read::Motion, vec![Rate, Velocity], Content::Momentum, Onto::Velocity);
-            Return { motion: vec![midstep_velocity(), relay], remap: Vec::new(), ..separate }
+            AfterContact { motion: vec![midstep_velocity(), relay], remap: Vec::new(), ..separate }
         }
     }
 }
 
 /// The sweeps after contact with a noise filter between motion and stress update.
-fn filtered(update: StressUpdate, averages: bool) -> Return {
+fn filtered(update: StressUpdate, averages: bool) -> AfterContact {
     let motion = vec![Operation::Rate, Operation::Velocity];
     let (strain_velocity, move_by) = match update {
         StressUpdate::First => (StrainVelocity::None, MoveBy::Kept),
@@ -174,7 +174,7 @@ fn filtered(update: StressUpdate, averages: bool) -> Return {
     let remapped = strain_velocity == StrainVelocity::Remapped;
     let strained = strain_velocity != StrainVelocity::None;
     let scatter = Visit::Scatter(Content::Momentum, Onto::Velocity);
-    Return {
+    AfterContact {
         motion: vec![midstep_velocity(), Visit::Gather(Read::Motion, motion)],
         remap: if remapped { vec![scatter] } else { Vec::new() },
         strain_velocity,
@@ -199,4 +199,53 @@ fn strain_and_land(averages: bool, remapped: bool, move_by: MoveBy) -> Vec<Visit
     }
     strain.extend([Stress, land]);
     vec![Visit::Gather(Read::Strain, strain)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sweeps of a step over bodies without external forces.
+    fn count(update: StressUpdate, locking: Locking, filter_order: u32) -> usize {
+        let schedule = Schedule::new(update, locking);
+        let AfterContact { motion, remap, stress, landing, .. } = schedule.after_contact(filter_order);
+        let idle = motion.iter().filter(|visit| matches!(visit, Visit::Gather(Read::MidstepVelocity, _))).count();
+        let stages = [&schedule.momentum[..], schedule.force(1.0), motion, remap, stress, landing];
+        stages.iter().map(|visits| visits.len()).sum::<usize>() - idle
+    }
+
+    #[test]
+    fn steps_make_few_sweeps() {
+        let averages = Locking::Average { blend: 1.0 };
+        let updates = [StressUpdate::First, StressUpdate::Last, StressUpdate::ModifiedLast, StressUpdate::Average];
+        assert_eq!(updates.map(|update| count(update, Locking::None, 0)), [4, 2, 3, 4]);
+        assert_eq!(updates.map(|update| count(update, averages, 0)), [6, 6, 6, 7]);
+        assert_eq!(updates.map(|update| count(update, Locking::None, 2)), [4, 3, 4, 5]);
+    }
+
+    /// Particles move once in a step, and stresses are updated as often as the scheme says.
+    #[test]
+    fn every_schedule_moves_once() {
+        for (update, updates) in [
+            (StressUpdate::First, 1),
+            (StressUpdate::Last, 1),
+            (StressUpdate::ModifiedLast, 1),
+            (StressUpdate::Average, 2),
+        ] {
+            for (locking, order) in [(Locking::None, 0), (Locking::None, 2), (Locking::Average { blend: 0.5 }, 0)] {
+                let schedule = Schedule::new(update, locking);
+                let AfterContact { motion, remap, stress, landing, .. } = schedule.after_contact(order);
+                let all = [&schedule.momentum[..], schedule.force(1.0), motion, remap, stress, landing].concat();
+                let operations = |visit: &Visit| match visit {
+                    Visit::Gather(_, list) | Visit::Relay(_, list, ..) => list.clone(),
+                    Visit::Scatter(..) => Vec::new(),
+                    Visit::Land => vec![Operation::Land(MoveBy::Kept)],
+                };
+                let all: Vec<Operation> = all.iter().flat_map(operations).collect();
+                let landings = all.iter().filter(|operation| matches!(operation, Operation::Land(_))).count();
+                let stresses = all.iter().filter(|operation| **operation == Operation::Stress).count();
+                assert_eq!((landings, stresses), (1, updates), "{update:?} {locking:?} {order}");
+            }
+        }
+    }
 }

@@ -55,7 +55,7 @@ impl<const D: usize> Mpm<D> {
             own.limits.measure(ghosts, grid.folds_in(field), &own.nodes);
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             own.small = small_mass::find(grid, &mut own.nodes, &own.cutoffs);
-            let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+            let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
             let bodies = Bodies::of_field(bodies, field, &shielded);
             walls.constrain_start((grid, field), &mut own.nodes, &bodies, step);
             Ok(())
@@ -96,7 +96,7 @@ impl<const D: usize> Mpm<D> {
             let Field { nodes, applied, cutoffs, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
             TrialMomentum { gravity, dt, cutoffs: *cutoffs }.advance(grid, nodes, applied);
-            let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
+            let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
             walls.measure(grid, field, &Bodies::of_field(bodies, field, &shielded));
             walls.constrain_trial(grid, field, nodes, step);
         });

@@ -48,15 +48,15 @@ impl<const D: usize> Mpm<D> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
         let Self { grid, bodies, ghosts, method, members, executor, energy, filter_order, .. } = self;
-        let back = method.schedule.back(*filter_order);
+        let sweeps = method.schedule.after_contact(*filter_order);
         grid.with_field(field, |grid, own| {
-            if back.strain_velocity == StrainVelocity::Remapped {
+            if sweeps.strain_velocity == StrainVelocity::Remapped {
                 own.velocity.clear();
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
             let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
             members[field].iter().try_for_each(|&number| {
-                transfers.run(&back.motion, own, &mut bodies[number])?;
+                transfers.run(&sweeps.motion, own, &mut bodies[number])?;
                 energy.add_external(&bodies[number], step.momentum_dt);
                 Ok(())
             })
@@ -65,13 +65,15 @@ impl<const D: usize> Mpm<D> {
 
     /// The noise filter, if it is due.
     pub(super) fn filter_noise(&mut self, field: usize, step: &Step) {
-        let (order, dissipation, t) = (self.filter_order, self.method.dissipation, step.after());
+        let (order, t) = (self.filter_order, step.after());
         if order == 0 {
             return;
         }
-        let Self { grid, bodies, ghosts, walls, energy, .. } = self;
+        let parameters = self.method.parameters(step, 0.0, self.landing(step));
+        let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
+        let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
         let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
-        let (heat, pushes) = Filter { grid, ghosts, walls, field, t, order, dissipation }.apply(&mut bodies);
+        let (heat, pushes) = Filter { transfers, walls, field, t, order }.apply(&mut bodies);
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
 
@@ -79,7 +81,7 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn update_stresses(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
         let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
         let parameters = self.method.parameters(step, strain_dt, self.landing(step));
-        match self.method.schedule.back(self.filter_order).strain_velocity {
+        match self.method.schedule.after_contact(self.filter_order).strain_velocity {
             StrainVelocity::None => return Ok(()),
             StrainVelocity::Nodes => {
                 let Field { nodes, velocity, .. } = &mut self.grid.fields[field];
@@ -88,7 +90,7 @@ impl<const D: usize> Mpm<D> {
             StrainVelocity::Remapped => self.remap(field, step)?,
         }
         let Self { grid, bodies, ghosts, method, members, executor, filter_order, .. } = self;
-        let visits = &method.schedule.back(*filter_order).stress;
+        let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
             let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
             members[field].iter().try_for_each(|&number| transfers.run(visits, own, &mut bodies[number]))
@@ -100,7 +102,7 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, bodies, ghosts, walls, method, members, executor, energy, filter_order, .. } = self;
-        let visits = &method.schedule.back(*filter_order).remap;
+        let visits = &method.schedule.after_contact(*filter_order).remap;
         grid.with_field(field, |grid, own| {
             let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
             members[field].iter().try_for_each(|&number| transfers.run(visits, own, &mut bodies[number]))?;
@@ -123,7 +125,7 @@ impl<const D: usize> Mpm<D> {
     pub(super) fn land_particles(&mut self, step: &Step) -> Result<(), StepError> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, ghosts, bodies, method, executor, filter_order, .. } = self;
-        let visits = &method.schedule.back(*filter_order).landing;
+        let visits = &method.schedule.after_contact(*filter_order).landing;
         for body in bodies {
             let field = body.field;
             grid.with_field(field, |grid, own| {

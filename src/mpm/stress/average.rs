@@ -20,7 +20,8 @@ use crate::parallel;
 
 /// q̃_I of the `sums` Σ V N and Σ V q N, ghosts filled; 0 where no particle is near.
 pub(in crate::mpm) fn divide<const D: usize>(
-    (ghosts, limits): (&Ghosts<D>, &Limits),
+    ghosts: &Ghosts<D>,
+    limits: &Limits,
     sums: &mut [[f64; 2]],
     means: &mut Vec<[f64; 1]>,
 ) {

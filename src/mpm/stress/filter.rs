@@ -13,23 +13,19 @@
 //! Order 1 is PIC; higher orders keep more of what the grid can see. Corrections don't act along axes
 //! that a wall binds.
 
-use super::heat::{nodal, warm_by_filter};
+use super::heat::nodal;
 use crate::math::Vector;
-use crate::mpm::Dissipation;
-use crate::mpm::grid::{Field, Ghosts, Grid, Limits, Node, SmallMassNode};
+use crate::mpm::grid::{Node, SmallMassNode};
 use crate::mpm::particles::Body;
-use crate::mpm::particles::motion::keep_velocity;
-use crate::mpm::transfer::{Content, GatherFields, Record, Sweep, put_scalar, put_velocity};
+use crate::mpm::transfer::{Content, Gathering, Nodal, Operation, Operations, Scattering, Targets, Transfers};
 use crate::mpm::wall::{Pushes, Walls};
 use crate::parallel::{self, CHUNK};
 
 /// The filter of one velocity field.
-pub struct Filter<'a, const D: usize> {
-    /// The grid, whose nodes hold (m, v⁺, a).
-    pub grid: &'a Grid<D>,
-    /// Its ghosts.
-    pub ghosts: &'a Ghosts<D>,
-    /// What binds its nodes.
+pub(in crate::mpm) struct Filter<'a, const D: usize> {
+    /// The sweeps over the particles; the nodes of the grid hold (m, v⁺, a).
+    pub transfers: Transfers<'a, D>,
+    /// The walls and obstacles that bind its nodes.
     pub walls: &'a Walls<D>,
     /// Number of the velocity field.
     pub field: usize,
@@ -37,67 +33,83 @@ pub struct Filter<'a, const D: usize> {
     pub t: f64,
     /// Order k.
     pub order: u32,
-    /// Where the energy goes that the filter takes.
-    pub dissipation: Dissipation,
 }
 
 impl<const D: usize> Filter<'_, D> {
     /// Replaces the velocities of the field's bodies by Σ N v⁽ᵏ⁾. Returns the heat [J] that it becomes in the bodies that keep
-    /// it, and what walls gave.
+    /// it, and the impulses of walls.
     pub fn apply(&self, bodies: &mut [&mut Body<D>]) -> (f64, Pushes<D>) {
-        let &Self { grid, ghosts, walls, field, t, order, .. } = self;
+        let &Self { walls, field, t, order, .. } = self;
+        let Transfers { grid, ghosts, parameters, .. } = self.transfers;
         let (nodes, limits, mut pushes) = (&grid.fields[field].nodes, &grid.fields[field].limits, walls.pushes());
-        let mut w = self.on_grid(bodies, Vec::new(), (&mut pushes, 1.0));
+        let mut w = self.on_grid(bodies, Vec::new(), &mut pushes, 1.0);
         pushes = pushes.and(walls.constrain_velocity((grid, field), nodes, &mut w, t));
         ghosts.fill(limits, &mut w);
         let (mut v, mut smooth) = (w.clone(), Vec::new());
-        for body in bodies.iter_mut().filter(|body| self.dissipation.warms(body)) {
+        for body in bodies.iter_mut().filter(|body| parameters.dissipation.warms(body)) {
             body.work.noise.clone_from(&body.particles.velocity);
         }
-        let mut heat = gather(grid, (ghosts, limits), &w, bodies, (1, order));
+        let mut heat = self.gather(&w, bodies, 1);
         for j in 2..=order {
-            smooth = self.on_grid(bodies, smooth, (&mut pushes, -1.0));
+            smooth = self.on_grid(bodies, smooth, &mut pushes, -1.0);
             w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= *s);
             pushes = pushes.and(walls.constrain_correction((grid, field), nodes, &mut w, t));
             ghosts.fill(limits, &mut w);
             v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
-            heat += gather(grid, (ghosts, limits), &w, bodies, (j, order));
+            heat += self.gather(&w, bodies, j);
         }
         for body in bodies {
             body.work.noise.clear();
-            gather_velocity(grid, &v, body);
+            self.gather_from(&v, &[], &[Operation::TakeVelocity], body);
         }
         (heat, pushes.and(walls.reflect(field, &w)))
     }
 
-    /// Σ m_p N_Ip v_p / m_I [m/s], in the memory of `velocity`; counts so many times what mirrors make of the momentum.
+    /// Σ m_p N_Ip v_p / m_I [m/s], in the memory of `velocity`; counts so many times the impulse of mirrors.
     fn on_grid(
         &self,
-        bodies: &[&mut Body<D>],
-        velocity: Vec<Vector<D>>,
-        (pushes, times): (&mut Pushes<D>, f64),
+        bodies: &mut [&mut Body<D>],
+        mut velocity: Vec<Vector<D>>,
+        pushes: &mut Pushes<D>,
+        times: f64,
     ) -> Vec<Vector<D>> {
-        let field = &self.grid.fields[self.field];
-        let mut velocity = momentum_on_grid(self.grid, field, bodies, velocity);
-        pushes.fold((self.ghosts, &field.limits), &mut velocity, times);
+        let Transfers { grid, ghosts, executor, .. } = self.transfers;
+        let field = &grid.fields[self.field];
+        velocity.clear();
+        velocity.resize(field.nodes.len(), Vector::ZERO);
+        for body in bodies {
+            let targets = Targets::Momentum(&mut velocity);
+            executor.scatter(grid, body, Scattering { content: Content::Momentum, targets });
+        }
+        pushes.fold((ghosts, &field.limits), &mut velocity, times);
         divide_by_mass(&field.nodes, &field.small, &mut velocity);
         velocity
     }
-}
 
-/// Σ m_p N_Ip v_p [N s] of the bodies of a field, in the memory of `momentum`; ghosts not yet folded.
-fn momentum_on_grid<const D: usize>(
-    grid: &Grid<D>,
-    field: &Field<D>,
-    bodies: &[&mut Body<D>],
-    mut momentum: Vec<Vector<D>>,
-) -> Vec<Vector<D>> {
-    momentum.clear();
-    momentum.resize(field.nodes.len(), Vector::ZERO);
-    for body in bodies {
-        Sweep::new(grid, body).scatter(&mut momentum, body, Content::Momentum);
+    /// v_p = Σ N w_j; returns the heat of the bodies that keep it [J].
+    fn gather(&self, w: &[Vector<D>], bodies: &mut [&mut Body<D>], j: u32) -> f64 {
+        let limits = &self.transfers.grid.fields[self.field].limits;
+        let warmed = bodies.iter().any(|body| !body.work.noise.is_empty());
+        let squares = |n: usize| w[n].norm_squared();
+        let squares = if warmed { nodal(self.transfers.ghosts, limits, w.len(), squares) } else { Vec::new() };
+        let warm = [Operation::TakeVelocity, Operation::FilterHeat { stage: j, order: self.order }];
+        let mut heat = 0.0;
+        for body in bodies {
+            if !body.work.noise.is_empty() {
+                heat += self.gather_from(w, &squares, &warm, body);
+            } else if j < self.order {
+                self.gather_from(w, &[], &warm[..1], body);
+            }
+        }
+        heat
     }
-    momentum
+
+    /// Performs operations with a velocity and a scalar of the nodes; returns the heat [J].
+    fn gather_from(&self, velocity: &[Vector<D>], scalar: &[[f64; 1]], list: &[Operation], body: &mut Body<D>) -> f64 {
+        let Transfers { grid, executor, parameters, .. } = &self.transfers;
+        let operations = Operations::new(list, parameters, grid, body);
+        executor.gather(grid, body, Gathering { nodal: Nodal::Velocity { velocity, scalar }, operations }).heat
+    }
 }
 
 /// Makes velocities of momentum that was scattered and folded; nodes of small mass follow their neighbours.
@@ -109,40 +121,4 @@ pub fn divide_by_mass<const D: usize>(nodes: &[Node<D>], small: &[SmallMassNode]
         momentum.iter_mut().zip(nodes).for_each(velocity);
     });
     small.iter().for_each(|node| node.follow(momentum));
-}
-
-/// v_p = Σ N w_j; of bodies that keep the heat, what that becomes [J].
-fn gather<const D: usize>(
-    grid: &Grid<D>,
-    (ghosts, limits): (&Ghosts<D>, &Limits),
-    w: &[Vector<D>],
-    bodies: &mut [&mut Body<D>],
-    (j, order): (u32, u32),
-) -> f64 {
-    let warmed = bodies.iter().any(|body| !body.work.noise.is_empty());
-    let squares = if warmed { nodal((ghosts, limits), w.len(), |n| w[n].norm_squared()) } else { Vec::new() };
-    let mut heat = 0.0;
-    for body in bodies {
-        if !body.work.noise.is_empty() {
-            let node = |n: usize, record: &mut Record| {
-                put_scalar(record, squares[n][0]);
-                put_velocity(record, &w[n]);
-            };
-            let (sweep, _, view) = body.sweep(grid);
-            heat += sweep.gather(node, view, GatherFields::Gradient, |chunk| {
-                keep_velocity(chunk.particles.velocity, chunk.rows);
-                warm_by_filter(chunk, j, order)
-            });
-        } else if j < order {
-            gather_velocity(grid, w, body);
-        }
-    }
-    heat
-}
-
-/// v_p = Σ N_Ip u_I.
-fn gather_velocity<const D: usize>(grid: &Grid<D>, nodal: &[Vector<D>], body: &mut Body<D>) {
-    let node = |n: usize, record: &mut Record| put_velocity(record, &nodal[n]);
-    let (sweep, _, view) = body.sweep(grid);
-    sweep.gather(node, view, GatherFields::Motion, |chunk| keep_velocity(chunk.particles.velocity, chunk.rows));
 }

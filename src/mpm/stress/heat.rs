@@ -1,4 +1,4 @@
-//! What the transfer dissipates, as heat of the particles that lost it (theory A.16).
+//! The dissipation of the transfer as heat of the particles that lost it (theory A.16).
 //!
 //! **FLIP.** Of the velocity v_I⁺ that forces f_I make on the grid, particles bring ṽ_I = Σ m_p N_Ip v_p/m_I back. With nodal
 //! accelerations a, lumped and consistent masses M_L and M, that dissipates
@@ -27,6 +27,7 @@
 //!
 //! Heat enters the energy before the law is called, as viscous heating does, so that the pressure knows it.
 
+use crate::math::Vector;
 use crate::mpm::Dissipation;
 use crate::mpm::grid::{Field, Ghosts, Limits, NodeMotion};
 use crate::mpm::particles::Body;
@@ -42,7 +43,8 @@ impl Dissipation {
 
 /// A number on each of `count` nodes, ghosts filled, for the scalar slot of a gather.
 pub(in crate::mpm) fn nodal<const D: usize>(
-    (ghosts, limits): (&Ghosts<D>, &Limits),
+    ghosts: &Ghosts<D>,
+    limits: &Limits,
     count: usize,
     number: impl Fn(usize) -> f64 + Sync + Send,
 ) -> Vec<[f64; 1]> {
@@ -55,7 +57,7 @@ pub(in crate::mpm) fn nodal<const D: usize>(
 pub(in crate::mpm) fn of_contact<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, dt: f64) -> Vec<[f64; 1]> {
     let Field { nodes, applied, velocity, limits, .. } = field;
     let nodes = NodeMotion::of(nodes);
-    nodal((ghosts, limits), nodes.len(), |n| {
+    nodal(ghosts, limits, nodes.len(), |n| {
         let node = &nodes[n];
         if node.mass() <= 0.0 {
             return 0.0;
@@ -79,21 +81,34 @@ pub(in crate::mpm) fn warm<const D: usize>(chunk: &mut Chunk<'_, D>) -> f64 {
 /// heat; returns its sum [J]. The scalar that was gathered is Σ N |w_j|².
 pub(in crate::mpm) fn warm_by_filter<const D: usize>(chunk: &mut Chunk<'_, D>, j: u32, order: u32) -> f64 {
     let (particles, rows) = (&mut chunk.particles, &chunk.rows);
-    let half = order.div_ceil(2);
     let mut sum = 0.0;
     for (p, noise) in particles.noise.iter_mut().enumerate() {
         let smooth = rows.velocity(p);
         *noise -= smooth;
-        // Rounding alone makes it negative.
-        let spread = (rows.scalar[p] - smooth.norm_squared()).max(0.0);
-        let per_mass = match j {
-            _ if j < half => 0.0,
-            _ if j > half => spread + 0.5 * smooth.norm_squared(),
-            _ if order % 2 == 1 => spread + 0.5 * noise.norm_squared(),
-            _ => 0.5 * noise.norm_squared(),
-        };
+        let per_mass = filter_heat(j, order, *noise, smooth, rows.scalar[p]);
         particles.energy[p] += particles.mass[p] * per_mass;
         sum += particles.mass[p] * per_mass;
     }
     sum
+}
+
+/// The part of q_p/m_p [J/kg] of stage `j` of a filter of order `order`, from the noise u_j, `smooth` = Σ N w_j, and
+/// `squares` = Σ N |w_j|².
+#[inline(always)]
+pub(in crate::mpm) fn filter_heat<const D: usize>(
+    j: u32,
+    order: u32,
+    noise: Vector<D>,
+    smooth: Vector<D>,
+    squares: f64,
+) -> f64 {
+    let half = order.div_ceil(2);
+    // Rounding alone makes it negative.
+    let spread = (squares - smooth.norm_squared()).max(0.0);
+    match j {
+        _ if j < half => 0.0,
+        _ if j > half => spread + 0.5 * smooth.norm_squared(),
+        _ if order % 2 == 1 => spread + 0.5 * noise.norm_squared(),
+        _ => 0.5 * noise.norm_squared(),
+    }
 }

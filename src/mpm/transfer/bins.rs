@@ -33,14 +33,14 @@ pub(crate) struct Bins<const D: usize> {
     pub extents: Vec<Extent>,
     /// Bin numbers per colour; tiles of one colour are disjoint.
     pub colours: Vec<Vec<usize>>,
-    /// What has become of the order since the sort.
+    /// The loss of order since the sort.
     pub disorder: Disorder,
 }
 
-/// How much a body has lost its order since it was sorted.
+/// The loss of order of a body since it was sorted.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Disorder {
-    /// How far any particle has moved along an axis, in cells, at most.
+    /// Largest distance that a particle may have moved along an axis [cells].
     pub drift: f64,
     /// Visits of nodes in the first gather; 0 before it.
     fresh: f64,
@@ -121,7 +121,7 @@ impl<const D: usize> Bins<D> {
         })
     }
 
-    /// How many particles the bins hold.
+    /// Number of particles in the bins.
     pub fn sorted(&self) -> usize {
         self.bins.last().map_or(0, |bin| bin.range.end)
     }

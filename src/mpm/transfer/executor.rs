@@ -1,4 +1,4 @@
-//! Who executes the visits of a step: the seam between the algorithm and the way in which its sums are computed.
+//! The executor of the visits of a step: the seam between the algorithm and the way in which its sums are computed.
 
 use super::gather::Reduce;
 use super::operations::{Operations, Parameters};
@@ -13,7 +13,7 @@ use crate::mpm::particles::motion::{Landing, Summary};
 use crate::mpm::state::health;
 use crate::mpm::stress::average;
 
-/// What a gather reads of the nodes.
+/// The nodal fields of a gather.
 #[derive(Clone, Copy)]
 pub(in crate::mpm) enum Nodal<'a, const D: usize> {
     /// v⁺ and a of finished nodes.
@@ -34,31 +34,38 @@ pub(in crate::mpm) enum Targets<'a, const D: usize> {
     Sums(&'a mut [[f64; 2]]),
 }
 
+/// A gather: the nodal fields that it reads, and the operations on the particles.
+#[derive(Clone, Copy)]
+pub(in crate::mpm) struct Gathering<'a, const D: usize> {
+    pub nodal: Nodal<'a, D>,
+    pub operations: Operations<'a, D>,
+}
+
+/// A scatter: the quantities, and the nodes that they are added to.
+pub(in crate::mpm) struct Scattering<'a, const D: usize> {
+    pub content: Content,
+    pub targets: Targets<'a, D>,
+}
+
 /// Computes the sums over the particles of a body, and performs operations with them.
 pub(in crate::mpm) trait Executor<const D: usize>: std::fmt::Debug + Send + Sync {
-    /// Adds what the particles send to the nodes.
-    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, content: Content, targets: Targets<'_, D>);
+    /// Adds the contributions of the particles to the nodes.
+    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>);
 
-    /// Performs operations on the particles with what the nodes say there.
-    fn gather(
-        &self,
-        grid: &Grid<D>,
-        body: &mut Body<D>,
-        nodal: Nodal<'_, D>,
-        operations: &Operations<'_, D>,
-    ) -> Summary;
+    /// Performs operations on the particles with the sums over the nodes around them.
+    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary;
 
     /// Does both, in one sweep where that is faster: the nodes that are read are others than those that are added to.
     fn relay(
         &self,
         grid: &Grid<D>,
         body: &mut Body<D>,
-        (nodal, operations): (Nodal<'_, D>, &Operations<'_, D>),
-        (content, targets): (Content, Targets<'_, D>),
+        gathering: Gathering<'_, D>,
+        scattering: Scattering<'_, D>,
     ) -> Summary {
-        let summary = self.gather(grid, body, nodal, operations);
+        let summary = self.gather(grid, body, gathering);
         if !summary.inverted {
-            self.scatter(grid, body, content, targets);
+            self.scatter(grid, body, scattering);
         }
         summary
     }
@@ -70,8 +77,9 @@ pub(in crate::mpm) trait Executor<const D: usize>: std::fmt::Debug + Send + Sync
 }
 
 /// All that the visits of a stage share.
+#[derive(Clone, Copy)]
 pub(in crate::mpm) struct Transfers<'a, const D: usize> {
-    /// Who executes them.
+    /// The executor.
     pub executor: &'a dyn Executor<D>,
     /// The grid, but for the field whose bodies are visited.
     pub grid: &'a Grid<D>,
@@ -101,20 +109,20 @@ impl<const D: usize> Transfers<'_, D> {
         let &Self { executor, grid, .. } = self;
         match visit {
             Visit::Scatter(content, onto) => {
-                executor.scatter(grid, body, *content, lend(field, Some(*onto)).targets());
+                executor.scatter(grid, body, lend(field, Some(*onto)).scattering(*content));
                 Summary::default()
             }
             Visit::Gather(Read::MidstepVelocity, _) if body.work.mean.is_empty() => Summary::default(),
             Visit::Gather(read, list) => {
                 let operations = self.prepare(*read, list, field, body);
                 let nodal = self.nodal(*read, operations.heated, &lend(field, None));
-                executor.gather(grid, body, nodal, &operations)
+                executor.gather(grid, body, Gathering { nodal, operations })
             }
             Visit::Relay(read, list, content, onto) => {
                 let operations = self.prepare(*read, list, field, body);
                 let lent = lend(field, Some(*onto));
                 let nodal = self.nodal(*read, operations.heated, &lent);
-                executor.relay(grid, body, (nodal, &operations), (*content, lent.targets()))
+                executor.relay(grid, body, Gathering { nodal, operations }, lent.scattering(*content))
             }
             Visit::Land => executor.land(body, &self.parameters.landing),
         }
@@ -129,7 +137,7 @@ impl<const D: usize> Transfers<'_, D> {
         body: &mut Body<D>,
     ) -> Operations<'a, D> {
         if read == Read::Averages {
-            average::divide((self.ghosts, &field.limits), &mut field.sums, &mut field.means);
+            average::divide(self.ghosts, &field.limits, &mut field.sums, &mut field.means);
         }
         if list.contains(&Operation::AveragePressure) {
             body.work.excess.resize(body.particles.len(), 0.0);
@@ -137,7 +145,7 @@ impl<const D: usize> Transfers<'_, D> {
         Operations::new(list, &self.parameters, self.grid, body)
     }
 
-    /// What a visit reads of the nodes.
+    /// The nodal fields that a visit reads.
     fn nodal<'a>(&self, read: Read, heated: bool, lent: &Lent<'a, D>) -> Nodal<'a, D> {
         let scalar = match read {
             Read::Averages => lent.means,
@@ -163,8 +171,8 @@ struct Lent<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Lent<'a, D> {
-    fn targets(self) -> Targets<'a, D> {
-        self.targets.expect("a scatter has nodes to add to")
+    fn scattering(self, content: Content) -> Scattering<'a, D> {
+        Scattering { content, targets: self.targets.expect("a scatter has nodes to add to") }
     }
 }
 

@@ -14,13 +14,13 @@ use crate::mpm::grid::kernel::{Shape, with_shape};
 /// Few enough bins for one thread.
 const FEW: usize = 16;
 
-/// A few consecutive particles, and what the grid says there.
+/// A few consecutive particles, and the sums over the nodes around them.
 pub(crate) struct Chunk<'a, const D: usize> {
     /// Their columns.
     pub particles: View<'a, D>,
-    /// What was gathered.
+    /// The sums that were gathered.
     pub rows: &'a mut Rows<D>,
-    /// How many times nodes were read: once per run of particles, up to eight, with the same nodes.
+    /// Number of times nodes were read: once per run of particles, up to eight, with the same nodes.
     pub visits: usize,
 }
 
@@ -115,7 +115,7 @@ impl<const D: usize> Sweep<'_, D> {
     }
 }
 
-/// What a thread needs to read nodes at particles.
+/// The memory in which a thread reads nodes at particles.
 pub(crate) struct Reader<const D: usize> {
     tile: Box<Tile>,
     places: Box<Places<D>>,
@@ -154,7 +154,7 @@ impl<const D: usize> Reader<D> {
             let (chunk, rest) = particles.split_at(len);
             particles = rest;
             places.locate(kernel, frame, chunk.position);
-            let visits = gather_chunk(kernel, tile, (places, frame.scale), fields, rows);
+            let visits = gather_chunk(kernel, tile, places, frame.scale, fields, rows);
             sum = sum.and(visit(&mut Chunk { particles: chunk, rows, visits }, places));
         }
         sum
@@ -165,7 +165,8 @@ impl<const D: usize> Reader<D> {
 fn gather_chunk<const D: usize>(
     kernel: Kernel,
     tile: &Tile,
-    (places, per_cell): (&Places<D>, f64),
+    places: &Places<D>,
+    per_cell: f64,
     fields: GatherFields,
     rows: &mut Rows<D>,
 ) -> usize {

@@ -36,9 +36,9 @@ mod view;
 mod visit;
 
 pub(crate) use bins::Bins;
-pub(in crate::mpm) use executor::{Executor, Transfers};
+pub(in crate::mpm) use executor::{Executor, Gathering, Nodal, Scattering, Targets, Transfers};
 pub(crate) use gather::{Chunk, GatherFields, Reduce};
-pub(in crate::mpm) use operations::Parameters;
+pub(in crate::mpm) use operations::{Operations, Parameters};
 pub(in crate::mpm) use plain::Plain;
 pub(crate) use rows::{CHUNK, Column, Rows};
 pub(crate) use source::{Content, mean_pressure};
@@ -51,7 +51,7 @@ use super::grid::{Fold, Grid, Kernel};
 use super::particles::Body;
 use crate::math::Vector;
 
-/// What all sweeps of a body over a grid share.
+/// The body and the grid of a sweep.
 #[derive(Clone, Copy)]
 pub(crate) struct Sweep<'a, const D: usize> {
     /// The body's blocks.
@@ -64,18 +64,18 @@ pub(crate) struct Sweep<'a, const D: usize> {
     pub cell: f64,
     /// Number of the last node of the domain along each axis.
     pub cells: [i32; D],
-    /// How ghosts follow the domain.
+    /// The rules of the ghosts.
     pub folds: [[Fold; 2]; D],
 }
 
 impl<'a, const D: usize> Sweep<'a, D> {
     /// A sweep of the particles of a body.
     pub fn new(grid: &Grid<D>, body: &'a Body<D>) -> Self {
-        Self::over(grid, (body.field, body.kernel), &body.bins)
+        Self::over(grid, body.field, body.kernel, &body.bins)
     }
 
     /// A sweep of particles in these bins, of a velocity field, with their kernel.
-    pub fn over(grid: &Grid<D>, (field, kernel): (usize, Kernel), bins: &'a Bins<D>) -> Self {
+    pub fn over(grid: &Grid<D>, field: usize, kernel: Kernel, bins: &'a Bins<D>) -> Self {
         let folds = *grid.folds_in(field);
         Self { bins, kernel, origin: grid.origin, cell: grid.cell, cells: grid.cells, folds }
     }

@@ -6,7 +6,7 @@ use crate::material::PointLaw;
 use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::{Landing, Summary, Transport, keep_velocity};
 use crate::mpm::stress::average::average_pressure;
-use crate::mpm::stress::heat::warm;
+use crate::mpm::stress::heat::{warm, warm_by_filter};
 use crate::mpm::stress::strain::{blend_volume_ratio, blend_volume_ratio_and_gradient, measure, refer_to_start};
 use crate::mpm::stress::update::update_stress;
 use crate::mpm::{Dissipation, Grid};
@@ -22,7 +22,7 @@ pub(in crate::mpm) struct Parameters<const D: usize> {
     pub strain_dt: f64,
     /// Weight β of averages over the nodes.
     pub blend: f64,
-    /// Where the energy goes that the transfer dissipates.
+    /// The fate of the energy that the transfer dissipates.
     pub dissipation: Dissipation,
     /// The end of the step.
     pub landing: Landing<D>,
@@ -33,7 +33,7 @@ pub(in crate::mpm) struct Parameters<const D: usize> {
 pub(in crate::mpm) struct Operations<'a, const D: usize> {
     /// In their order.
     pub list: &'a [Operation],
-    /// How the motion of the nodes becomes that of the particles.
+    /// The motion of the particles from that of the nodes.
     pub transport: Transport,
     /// Increment over which the stresses are updated [s].
     pub strain_dt: f64,
@@ -76,6 +76,7 @@ impl<'a, const D: usize> Operations<'a, D> {
         let averaged = has(Operation::AverageVolumeRatio);
         match self.list {
             [Operation::MidstepVelocity, ..] => GatherFields::Motion,
+            [Operation::TakeVelocity] => GatherFields::Motion,
             [Operation::AveragePressure, ..] => GatherFields::Scalar,
             _ if averaged && !law.needs_gradient() && !self.strain_moves => GatherFields::Scalar,
             _ => GatherFields::Gradient,
@@ -90,6 +91,8 @@ impl<'a, const D: usize> Operations<'a, D> {
                 Operation::MidstepVelocity => keep_velocity(chunk.particles.mean, chunk.rows),
                 Operation::Rate => keep_velocity(chunk.particles.rate, chunk.rows),
                 Operation::Velocity => self.transport.carry(chunk),
+                Operation::TakeVelocity => keep_velocity(chunk.particles.velocity, chunk.rows),
+                Operation::FilterHeat { stage, order } => summary.heat += warm_by_filter(chunk, *stage, *order),
                 Operation::VolumeRatio(positions) => measure(chunk, dt, *positions),
                 Operation::Heat if self.heated => summary.heat += warm(chunk),
                 Operation::ReferToStart if law.needs_gradient() => refer_to_start(chunk, dt),

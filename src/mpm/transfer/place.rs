@@ -1,4 +1,4 @@
-//! Where the particles of a chunk lie in their tile: found once for all that a visit does.
+//! The places of the particles of a chunk in their tile: found once for all that a visit does.
 
 use super::Kernel;
 use super::frame::{self, Frame};
@@ -9,7 +9,7 @@ use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::mpm::grid::kernel::{Shape, Weights, with_shape};
 
-/// The first node of what is no particle.
+/// The first node of an empty lane.
 const NOWHERE: f64 = -1.0;
 
 /// Tile coordinates of the particles of a chunk, and where their supports begin.
@@ -45,7 +45,7 @@ impl<const D: usize> Places<D> {
         self.first[p] as usize
     }
 
-    /// How many of the eight particles from `p` on have the same support as the first of them.
+    /// Number of the eight particles from `p` on with the same support as the first of them.
     #[inline(always)]
     pub fn run(&self, p: usize) -> usize {
         let mut same = 0u32;

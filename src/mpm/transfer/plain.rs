@@ -14,7 +14,7 @@
 //! Runs use [`super::tiles`], which compute the same sums over sorted particles, many at a time. Tests compare the two, sum by
 //! sum and whole steps (`Mpm::with_plain_transfers`).
 
-use super::executor::{Executor, Nodal, Targets};
+use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
 use super::gather::Reduce;
 use super::operations::Operations;
 use super::source::{Content, mean_pressure};
@@ -29,13 +29,15 @@ use crate::mpm::grid::kernel::{Shape, with_shape};
 use crate::mpm::grid::stencil::Stencil;
 use crate::mpm::particles::motion::Summary;
 use crate::mpm::particles::{Body, Particles};
+use crate::mpm::stress::heat::filter_heat;
 
 /// Executes visits particle by particle.
 #[derive(Debug)]
 pub(in crate::mpm) struct Plain;
 
 impl<const D: usize> Executor<D> for Plain {
-    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, content: Content, targets: Targets<'_, D>) {
+    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
+        let Scattering { content, targets } = scattering;
         // The sweeps that correct volumes and spacing go on with tiles.
         body.bins.extents.fill(Extent::whole::<D>());
         with_shape!(body.kernel, shape => match targets {
@@ -52,20 +54,15 @@ impl<const D: usize> Executor<D> for Plain {
         });
     }
 
-    fn gather(
-        &self,
-        grid: &Grid<D>,
-        body: &mut Body<D>,
-        nodal: Nodal<'_, D>,
-        operations: &Operations<'_, D>,
-    ) -> Summary {
+    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
+        let Gathering { nodal, operations } = gathering;
         let (count, kernel) = (body.particles.len(), body.kernel);
         let (law, view) = body.view();
         let mut summary = Summary::default();
         for mut particle in view.in_parts(std::iter::repeat_n(1, count)) {
             let x = particle.position[0];
             let sums = with_shape!(kernel, shape => gather(shape, grid, x, nodal));
-            summary = summary.and(perform(operations, law, sums, &mut particle));
+            summary = summary.and(perform(&operations, law, sums, &mut particle));
         }
         summary
     }
@@ -209,6 +206,13 @@ fn perform<const D: usize>(
             Operation::MidstepVelocity => particle.mean[0] = sums.velocity,
             Operation::Rate => particle.rate.iter_mut().for_each(|rate| *rate = sums.velocity),
             Operation::Velocity => move_with(operations, &sums, particle),
+            Operation::TakeVelocity => particle.velocity[0] = sums.velocity,
+            Operation::FilterHeat { stage, order } => {
+                particle.noise[0] -= sums.velocity;
+                let per_mass = filter_heat(*stage, *order, particle.noise[0], sums.velocity, sums.scalar);
+                particle.energy[0] += particle.mass[0] * per_mass;
+                summary.heat += particle.mass[0] * per_mass;
+            }
             Operation::VolumeRatio(Positions::Start) => {
                 particle.volume_ratio[0] = (Tensor::identity() + sums.gradient * dt).embed(1.0).determinant();
             }

@@ -17,7 +17,8 @@ impl<const D: usize> Sweep<'_, D> {
         &self,
         node: impl Fn(usize, &mut Record) + Sync,
         particles: View<'_, D>,
-        (fields, content): (GatherFields, Content),
+        fields: GatherFields,
+        content: Content,
         targets: &mut [T],
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
     ) -> A {

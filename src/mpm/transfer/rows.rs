@@ -1,4 +1,4 @@
-//! What the grid says at a few consecutive particles, number by number.
+//! The sums over the nodes around a few consecutive particles, number by number.
 
 use super::place::{get, put};
 use crate::math::simd::Lanes;

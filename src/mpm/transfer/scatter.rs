@@ -15,7 +15,7 @@ use crate::mpm::grid::kernel::{Shape, with_shape};
 use crate::mpm::particles::Body;
 use rayon::prelude::*;
 
-/// What particles scatter to: something at every node, and the tile that collects it.
+/// A quantity of every node to which particles scatter, and the tile that collects it.
 pub(crate) trait Target<const D: usize>: Copy + Send + Sync {
     /// The tile.
     type Tile: Send;

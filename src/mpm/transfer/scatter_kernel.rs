@@ -18,7 +18,7 @@ use super::tile::{ScalarTile, TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, Row, WIDTH};
 use crate::mpm::grid::kernel::Weights;
 
-/// How the numbers of particles lie in the lanes of a record.
+/// The places of particles' numbers in the lanes of a record.
 pub(crate) trait Packing {
     /// Particles per record.
     const PARTICLES: usize;

@@ -19,7 +19,7 @@ const PARTS: usize = 4;
 /// Block and cell in it.
 type Place<const D: usize> = ([i32; D], u32);
 
-/// Where particles belong.
+/// The order of the particles.
 pub(super) struct Order<const D: usize> {
     /// Old numbers of the particles in their new order.
     pub order: Vec<u32>,
@@ -53,7 +53,7 @@ pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vect
     Order { order: order.into_iter().map(AtomicU32::into_inner).collect(), blocks }
 }
 
-/// How many of a part's particles lie in each cell of each block.
+/// Numbers of a part's particles in each cell of each block.
 fn count<const D: usize>(part: &[Place<D>], slots: &HashMap<[i32; D], usize>, cells: usize) -> Vec<u32> {
     let mut counts = vec![0; slots.len() * cells];
     let mut last = LastSlot { slots, block: [i32::MIN; D], slot: 0 };

@@ -1,4 +1,4 @@
-//! What particles send to the grid, eight particles at a time.
+//! The contributions of particles to the grid, eight particles at a time.
 
 use super::View;
 use super::group::Group;
@@ -7,7 +7,7 @@ use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::particles::Body;
 use std::ops::Range;
 
-/// What a scatter sends.
+/// The quantities that a scatter adds to the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Content {
     /// Mass and momentum, with the affine part if the particles have one.
@@ -247,5 +247,5 @@ pub(crate) fn mean_pressure(stress: &SymTensor, axes: usize) -> f64 {
     -stress.0[..axes].iter().sum::<f64>() / axes as f64
 }
 
-/// Where the components of a symmetric tensor lie.
+/// Places of the components of a symmetric tensor.
 const VOIGT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];

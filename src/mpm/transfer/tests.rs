@@ -31,7 +31,7 @@ fn body<const D: usize>(kind: KernelKind, stress: bool, affine: bool) -> Body<D>
         pressure: (0..n).map(|p| 10.0 * noise(p + 3)).collect(),
         stress: (0..if stress { n } else { 0 }).map(|p| SymTensor(std::array::from_fn(|i| noise(p * 6 + i)))).collect(),
         affine: (0..if affine { n } else { 0 }).map(|p| Tensor::from_fn(|i, j| noise(p * 9 + 3 * i + j))).collect(),
-        signal: vec![0.0; n],
+        wave_speed: vec![0.0; n],
         ..Particles::default()
     };
     let law = crate::material::NeoHookean { elastic: crate::material::Elastic::new(1.0, 1.0, 0.3) };
@@ -138,9 +138,9 @@ fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
     };
     let mut momentum = vec![Vector::ZERO; grid.node_count()];
     let start = body.particles.velocity.clone();
-    let what = (GatherFields::Motion, Content::Momentum);
+    let (fields, content) = (GatherFields::Motion, Content::Momentum);
     let (sweep, _, view) = body.sweep(&grid);
-    let count = sweep.relay(node, view, what, &mut momentum, double);
+    let count = sweep.relay(node, view, fields, content, &mut momentum, double);
     assert_eq!(count, body.particles.len() as f64);
     let relayed = std::mem::replace(&mut body.particles.velocity, start);
     let (sweep, _, view) = body.sweep(&grid);

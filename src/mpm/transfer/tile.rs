@@ -25,7 +25,7 @@ pub(crate) type Tile = [Record; TILE_NODES];
 /// Two numbers per node; rows along x are read four nodes at a time, so the end may overrun.
 pub(crate) type ScalarTile = [[f64; 2]; TILE_NODES + 4];
 
-/// Where node (i, j, k) of a tile lies.
+/// The number of node (i, j, k) of a tile.
 #[inline(always)]
 pub(crate) fn tile_index(i: usize, j: usize, k: usize) -> usize {
     i + TILE * j + PLANE * k

@@ -1,10 +1,8 @@
 //! The visits over sorted particles, block by block: what a run uses.
 
 use super::Sweep;
-use super::executor::{Executor, Nodal, Targets};
+use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
 use super::gather::{Chunk, GatherFields};
-use super::operations::Operations;
-use super::source::Content;
 use super::tile::{Record, put_acceleration, put_scalar, put_velocity};
 use crate::mpm::Grid;
 use crate::mpm::particles::Body;
@@ -55,7 +53,8 @@ macro_rules! with_nodes {
 }
 
 impl<const D: usize> Executor<D> for Tiles {
-    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, content: Content, targets: Targets<'_, D>) {
+    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
+        let Scattering { content, targets } = scattering;
         let sweep = Sweep::new(grid, body);
         match targets {
             // The first scatter of a step finds the parts of the tiles that the particles reach.
@@ -65,13 +64,8 @@ impl<const D: usize> Executor<D> for Tiles {
         }
     }
 
-    fn gather(
-        &self,
-        grid: &Grid<D>,
-        body: &mut Body<D>,
-        nodal: Nodal<'_, D>,
-        operations: &Operations<'_, D>,
-    ) -> Summary {
+    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
+        let Gathering { nodal, operations } = gathering;
         let affine = !body.particles.affine.is_empty();
         let (sweep, law, view) = body.sweep(grid);
         let fields = operations.fields(law, affine);
@@ -83,18 +77,18 @@ impl<const D: usize> Executor<D> for Tiles {
         &self,
         grid: &Grid<D>,
         body: &mut Body<D>,
-        (nodal, operations): (Nodal<'_, D>, &Operations<'_, D>),
-        (content, targets): (Content, Targets<'_, D>),
+        gathering: Gathering<'_, D>,
+        scattering: Scattering<'_, D>,
     ) -> Summary {
+        let (Gathering { nodal, operations }, Scattering { content, targets }) = (gathering, scattering);
         let affine = !body.particles.affine.is_empty();
         let (sweep, law, view) = body.sweep(grid);
         let fields = operations.fields(law, affine);
         let perform = |chunk: &mut Chunk<'_, D>| operations.perform(law, chunk);
-        let both = (fields, content);
         with_nodes!(nodal, fields, node => match targets {
-            Targets::Nodes(nodes) => sweep.relay(node, view, both, nodes, perform),
-            Targets::Momentum(momentum) => sweep.relay(node, view, both, momentum, perform),
-            Targets::Sums(sums) => sweep.relay(node, view, both, sums, perform),
+            Targets::Nodes(nodes) => sweep.relay(node, view, fields, content, nodes, perform),
+            Targets::Momentum(momentum) => sweep.relay(node, view, fields, content, momentum, perform),
+            Targets::Sums(sums) => sweep.relay(node, view, fields, content, sums, perform),
         })
     }
 }

@@ -55,7 +55,7 @@ view! {
     stress: SymTensor,
     deformation: Tensor<3>,
     affine: Tensor<D>,
-    signal: f64,
+    wave_speed: f64,
     volume_ratio: f64,
     excess: f64,
     rate: Vector<D>,
@@ -90,7 +90,7 @@ fn columns<'a, const D: usize>(
         deformation,
         affine,
         history,
-        signal,
+        wave_speed,
         ..
     } = particles;
     let Work { volume_ratio, excess, rate, mean, noise, shift, external, .. } = work;
@@ -103,7 +103,7 @@ fn columns<'a, const D: usize>(
         stress,
         deformation,
         affine,
-        signal,
+        wave_speed,
         volume_ratio,
         excess,
         rate,
@@ -123,7 +123,7 @@ impl<const D: usize> Body<D> {
     pub(crate) fn sweep(&mut self, grid: &Grid<D>) -> (Sweep<'_, D>, &dyn PointLaw, View<'_, D>) {
         let Self { law, particles, work, bins, kernel, field, ambient, .. } = self;
         let view = columns(particles, work, law.storage().history.len(), *ambient);
-        (Sweep::over(grid, (*field, *kernel), bins), &**law, view)
+        (Sweep::over(grid, *field, *kernel, bins), &**law, view)
     }
 }
 
@@ -167,7 +167,7 @@ impl<const D: usize> View<'_, D> {
             stress: self.stress,
             deformation: self.deformation,
             history: self.history,
-            signal: self.signal,
+            signal: self.wave_speed,
         });
     }
 }
@@ -176,7 +176,7 @@ impl<const D: usize> View<'_, D> {
 const GRAIN: usize = 32 * CHUNK;
 
 impl<const D: usize> View<'_, D> {
-    /// Visits all particles, a chunk at a time, in parallel; the sums are combined in a fixed order.
+    /// Visits all particles, a chunk at a time, in parallel; the sums are added in a fixed order.
     pub fn visit<A: Reduce>(mut self, visit: &(impl Fn(&mut View<'_, D>) -> A + Sync)) -> A {
         let len = self.len();
         if len > GRAIN {

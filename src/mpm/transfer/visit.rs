@@ -39,7 +39,7 @@ pub(in crate::mpm) enum Onto {
     Sums,
 }
 
-/// What is done with the particles of a gather.
+/// An operation on the particles of a gather.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::mpm) enum Operation {
     /// Keeps Σ N_Ip v̂_I, on which external forces work; of bodies without them nothing is gathered.
@@ -48,6 +48,15 @@ pub(in crate::mpm) enum Operation {
     Rate,
     /// v_p, and C_p of APIC, Lian (65).
     Velocity,
+    /// v_p = Σ N_Ip w_I of the nodal velocity that is read, in the noise filter (theory A.7).
+    TakeVelocity,
+    /// The heat of what a stage of the noise filter of this order takes (theory A.16); after [`Operation::TakeVelocity`].
+    FilterHeat {
+        /// Stage j, from 1.
+        stage: u32,
+        /// Order k.
+        order: u32,
+    },
     /// ΔJ_p from the velocity gradient over these positions, Lian (62).
     VolumeRatio(Positions),
     /// e_p ← e_p + m_p Σ N_Ip h_I/m_I: the heat of what transfers dissipate (theory A.16).
@@ -58,7 +67,7 @@ pub(in crate::mpm) enum Operation {
     AverageVolumeRatio,
     /// σ_p, p_p and e_p by the law, Lian (63).
     Stress,
-    /// What averaging adds to the pressure that makes forces (theory A.10).
+    /// p̃ − p, the difference between the averaged pressure, which makes forces, and the particle's own (theory A.10).
     AveragePressure,
     /// x_p ← x_p + Δt ẋ_p, Lian (19), and the sums of the ledger.
     Land(MoveBy),

@@ -1,4 +1,4 @@
-//! How much ghosts extrapolate: they leave the rows inside most of their mass.
+//! The share by which ghosts extrapolate, which leaves the rows inside most of their mass (theory A.3).
 //!
 //! A particle of mass m at the distance s < ½ [cells] from a wall brings, with quadratic splines and all of its ghost extrapolated, s m to
 //! row 1, and its pressure pushes there with V p/h: the acceleration V p/(h s m) has no bound, no time step is short enough for it, and a

@@ -96,9 +96,9 @@ pub(crate) trait Shape<const S: usize>: Copy + Send + Sync {
     const INERTIA: Option<f64>;
     /// True if the slope vanishes with the function at the ends of its support.
     const SMOOTH: bool;
-    /// Where the positions of block 0 begin [cells]: where the support of a particle begins, as far as a tile allows.
+    /// The first position of block 0 [cells]: that at which the support of a particle begins, as far as a tile allows.
     const WINDOW: f64;
-    /// How far a particle may leave its block before its support leaves the tile of the block [cells] (`transfer::bins`).
+    /// Distance by which a particle may leave its block before its support leaves the block's tile [cells] (`transfer::bins`).
     const SLACK: f64;
 
     /// For particles of half length `half` [cells].
@@ -148,7 +148,7 @@ impl Kernel {
         with_shape!(self, shape => is_smooth(shape))
     }
 
-    /// Where the positions of block 0 begin [cells] ([`Shape::WINDOW`]).
+    /// The first position of block 0 [cells] ([`Shape::WINDOW`]).
     pub fn window(self) -> f64 {
         fn window<const S: usize, K: Shape<S>>(_: K) -> f64 {
             K::WINDOW
@@ -156,7 +156,7 @@ impl Kernel {
         with_shape!(self, shape => window(shape))
     }
 
-    /// How far a particle may leave its block [cells] ([`Shape::SLACK`]).
+    /// Distance by which a particle may leave its block [cells] ([`Shape::SLACK`]).
     pub fn slack(self) -> f64 {
         fn slack<const S: usize, K: Shape<S>>(_: K) -> f64 {
             K::SLACK

@@ -1,4 +1,4 @@
-//! How near two elements are: segments in the plane; triangles and quadrilaterals in space.
+//! The distance of two elements: segments in the plane; triangles and quadrilaterals in space.
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, as contact sees it. Two triangles that don't cross are
 //! nearest to each other at points of two edges, or at a corner of one and its foot inside the other; if they cross, an edge of
@@ -9,16 +9,16 @@ use crate::math::Vector;
 /// Two segments of the plane this near, over their lengths, cross.
 const CROSSING: f64 = 1e-9;
 
-/// Where two elements are nearest to each other.
+/// The nearest points of two elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
-    /// How far they are apart [m]; 0 if they cross.
+    /// Their distance [m]; 0 if they cross.
     pub distance: f64,
     /// The middle of the shortest line between them [m].
     pub place: Vector<3>,
 }
 
-/// Where two elements, each given by its corners [m], are nearest to each other; `None` if that is not nearer than `within` [m].
+/// The nearest points of two elements, each given by its corners [m]; `None` if that is not nearer than `within` [m].
 pub fn approach(a: &[Vector<3>], b: &[Vector<3>], within: f64) -> Option<Approach> {
     let mut best = Best { square: within * within, place: None };
     let (pieces, others) = (Fan::new(a), Fan::new(b));

@@ -1,4 +1,4 @@
-//! What of all sheets doesn't change: their elements, what is sewn together, and how near to each other elements began.
+//! The unchanging data of all sheets: their elements, the places where they are sewn together, and the distances between elements at the start.
 
 use super::distance::approach;
 use crate::math::Vector;
@@ -164,7 +164,7 @@ impl Layout {
         area.normalized().unwrap_or_default()
     }
 
-    /// How many elements all sheets have.
+    /// Number of elements of all sheets.
     pub fn count(&self) -> usize {
         self.layers.iter().map(|layer| layer.facets.len()).sum()
     }
@@ -178,7 +178,7 @@ impl Layout {
         self.layers.iter().enumerate().flat_map(of)
     }
 
-    /// Where the corners of an element are, from the positions of its sheet's nodes [m].
+    /// Positions of the corners of an element, from those of its sheet's nodes [m].
     pub fn corners(&self, e: Element, position: &[Vector<3>]) -> Corners {
         let facet = &self.layers[e.sheet as usize].facets[e.index as usize];
         Corners { places: facet.corners(position), count: facet.count }

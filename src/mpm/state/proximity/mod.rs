@@ -32,7 +32,7 @@ const SHARE: f64 = 60.0;
 /// Work that doesn't matter in any run [sub-steps of an element].
 const FREE: f64 = 1e6;
 
-/// What a look costs per element, per element that it compares, and per pair that it measures; and what it costs to see how far nodes
+/// The cost of a look per element, per element that it compares, and per pair that it measures; and what it costs to see how far nodes
 /// have moved, per element: in the time that a sub-step of an element, or a step of a particle, takes.
 const PRICE: [f64; 4] = [0.5, 0.5, 4.0, 0.05];
 
@@ -42,7 +42,7 @@ pub(in crate::mpm) struct Proximity<const D: usize> {
     layout: Layout,
     /// Positions of all nodes at the last look [m].
     seen: Vec<Vec<Vector<D>>>,
-    /// How far nodes may move until the next [m].
+    /// Distance that nodes may move until the next [m].
     room: f64,
     /// Work of the run that looks haven't taken their share of [sub-steps of an element].
     work: f64,
@@ -59,19 +59,19 @@ impl<const D: usize> Proximity<D> {
         Self { layout: Layout::new(sheets), work: FREE, ..Self::default() }
     }
 
-    /// What is new since the last call.
+    /// The notices since the last call.
     pub fn take(&mut self) -> Vec<String> {
         std::mem::take(&mut self.pending)
     }
 
-    /// What a checkpoint must keep: of whom it was said that they meet.
+    /// The columns of a checkpoint: the sheets of which it was said that they meet.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut said: Vec<[u32; 2]> = self.said.iter().copied().collect();
         visit("mpm.meetings", Column::growing(&mut said));
         self.said = said.into_iter().collect();
     }
 
-    /// What doesn't fit together in columns that were just restored.
+    /// The first contradiction among restored columns, if there is one.
     pub fn misfit(&self) -> Option<String> {
         let sheets = self.layout.layers.len();
         let none = self.said.iter().flatten().find(|&&sheet| sheet as usize >= sheets)?;
@@ -164,7 +164,7 @@ pub fn meetings_at_the_start<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic
     found.meetings.values().map(warn).collect()
 }
 
-/// Who meets whom, and where.
+/// The text about a meeting: the sheets, and the place.
 fn describe<const D: usize>(layout: &Layout, meeting: &Meeting) -> String {
     let [a, b] = meeting.sheets().map(|sheet| &layout.layers[sheet as usize].name);
     let place = meeting.place.0[..D].iter().map(|c| format!("{c:.4e}")).collect::<Vec<_>>().join(", ");

@@ -32,11 +32,11 @@ pub struct State {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meeting {
     pub elements: [Element; 2],
-    /// How far they are apart [m]; 0 if they cross.
+    /// Their distance [m]; 0 if they cross.
     pub distance: f64,
     /// The mean of their thicknesses [m].
     pub reach: f64,
-    /// Where they meet [m].
+    /// The place where they meet [m].
     pub place: Vector<3>,
 }
 
@@ -53,7 +53,7 @@ impl Meeting {
     }
 }
 
-/// What a look has found.
+/// The findings of a look.
 #[derive(Debug, Default)]
 pub struct Found {
     /// The nearest meeting of each two sheets, and of each with itself.
@@ -92,7 +92,7 @@ pub struct Survey<'a, F> {
     pub counts: F,
 }
 
-/// What an element or a patch reaches.
+/// The box that an element or a patch reaches.
 #[derive(Debug, Clone, Copy)]
 struct Reach {
     lower: [f64; 3],
@@ -124,7 +124,7 @@ struct Shape {
 type Boxed = GeomWithData<Rectangle<[f64; 3]>, usize>;
 
 impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
-    /// What there is to find.
+    /// The pairs that count.
     pub fn run(&self) -> Found {
         let patches = &self.layout.patches;
         let shapes: Vec<Shape> = parallel::collect(patches.len(), TASK, |p| self.shape(&patches[p]));
@@ -145,7 +145,7 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
         parts.into_iter().fold(Found::nothing(self.margin), Found::and)
     }
 
-    /// What an element's thickness counts for [m].
+    /// The distance that an element's thickness stands for [m].
     fn thickness(&self, e: Element) -> f64 {
         let (sheet, index) = (e.sheet as usize, e.index as usize);
         self.states[sheet].thickness[index].max(THIN * self.layout.layers[sheet].length[index])
