@@ -100,7 +100,7 @@ struct Regions<const D: usize> {
 }
 
 impl<const D: usize> Regions<D> {
-    /// How a body with particles at `position` [m] is shared between regions, in the order of its particles. Only membranes that it
+    /// Shares the particles of a body at `position` [m] between regions, in the order of its particles. Only membranes that it
     /// `meets` count. One that is not to be `divided` is one share, with no side of a membrane that it reaches through.
     fn share(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<Share> {
         let met = || (0..).zip(&self.enclosures).filter(|(_, enclosure)| meets[enclosure.sheet]);

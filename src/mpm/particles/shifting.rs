@@ -12,7 +12,7 @@
 //! there is less; since volumes add up, that fills the holes, and free surfaces, where φ < 1, keep their shape. The rate of strain ε̇
 //! is what makes clusters, and sets the pace at which they dissolve.
 //!
-//! What is squeezed has no less volume for it as long as the divergence doesn't see it: contact that parts overlapping particles
+//! A squeezed liquid keeps the volumes of its particles as long as the divergence of the velocity doesn't show it: contact that parts overlapping particles
 //! from a sheet, again and again, pressed a water balloon to five sixths of its volume within three seconds, at the same pressure. The
 //! excess is therefore taken from the volumes, slowly, and the pressure that follows makes the liquid take its space back. The work is booked.
 //!

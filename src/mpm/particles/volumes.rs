@@ -11,8 +11,8 @@
 //! share of V between particles; but pressures and densities are read from it, and how near a particle comes to a surface.
 //! The energy per volume of the grid is known, and volumes are led to it, slowly, so that waves stay as sharp as they are.
 //!
-//! Where an atmosphere p_a is around the gas (`ambient`), volume pushes and has a price. What drives particles apart that the grid holds
-//! together is p − p_a: volumes are led as fast as it lets them drift, and at p_a, where p_I has nothing but the noise of its
+//! Where an atmosphere p_a is around the gas (`ambient`), volume pushes and has a price. The difference p − p_a drives particles apart that the grid
+//! holds together: volumes are led as fast as it lets them drift, and at p_a, where p_I has nothing but the noise of its
 //! sum, not at all. And p_a dV has gone to the atmosphere for what was no volume of the gas: it comes back, e + p_a V stays.
 //!
 //! ```text

@@ -1,7 +1,7 @@
 //! Notices for the user while a run goes on: energies that show that errors rule.
 //!
-//! What bodies dissipate, and the energy that strains or hourglass control take up, can't be below zero; what stress updates make
-//! up and transfers lose should be small beside the work W that is done: the largest of the works from outside, of the kinetic
+//! The dissipation of bodies, and the energy that strains or hourglass control take up, can't be below zero; errors of stress updates
+//! and losses of transfers should be small beside the work W that is done: the largest of the works from outside, of the kinetic
 //! energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
 
 use super::energy::Energy;
@@ -187,7 +187,7 @@ mod tests {
         assert!(said.len() == 1 && said[0].starts_with("`transfer dissipation`"), "{said:?}");
     }
 
-    /// What was done stays done, where the work comes back; and gas at rest, which does none, has nothing to say.
+    /// The largest work so far stays the scale where the work comes back; and gas at rest, which does none, gives no notice.
     #[test]
     fn the_work_done_is_the_largest_so_far() {
         let mut notices = Notices::new(0.0);

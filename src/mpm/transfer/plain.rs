@@ -24,11 +24,11 @@ use super::visit::{MoveBy, Operation, Positions};
 use crate::material::PointLaw;
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::Grid;
-use crate::mpm::grid::Node;
 use crate::mpm::grid::kernel::{Shape, with_shape};
 use crate::mpm::grid::stencil::Stencil;
+use crate::mpm::grid::{Fold, Node};
+use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::Summary;
-use crate::mpm::particles::{Body, Particles};
 use crate::mpm::stress::heat::filter_heat;
 
 /// Executes visits particle by particle.
@@ -43,13 +43,13 @@ impl<const D: usize> Executor<D> for Plain {
         with_shape!(body.kernel, shape => match targets {
             Targets::Nodes(nodes) => {
                 if content != Content::Force {
-                    scatter_mass_and_momentum(shape, grid, &body.particles, nodes);
+                    scatter_mass_and_momentum(shape, grid, body, nodes);
                 }
                 if content != Content::Momentum {
                     scatter_force(shape, grid, body, nodes);
                 }
             }
-            Targets::Momentum(momentum) => scatter_momentum(shape, grid, &body.particles, momentum),
+            Targets::Momentum(momentum) => scatter_momentum(shape, grid, body, momentum),
             Targets::Sums(sums) => scatter_sums(shape, grid, body, content, sums),
         });
     }
@@ -78,15 +78,14 @@ fn stencil<const D: usize, const S: usize>(grid: &Grid<D>, shape: impl Shape<S>,
 pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
-    particles: &Particles<D>,
+    body: &Body<D>,
     nodes: &mut [Node<D>],
 ) {
+    let particles = &body.particles;
     for p in 0..particles.len() {
-        let (m, v, c) = (particles.mass[p], particles.velocity[p], particles.affine(p));
-        stencil(grid, shape, particles.position[p]).for_each_offset(|i, n, dx| {
-            nodes[i].mass += m * n;
-            nodes[i].momentum += (v + c.apply(dx)) * (m * n);
-        });
+        let m = particles.mass[p];
+        stencil(grid, shape, particles.position[p]).for_each(|i, n| nodes[i].mass += m * n);
+        momentum_of(shape, grid, body, p, |i, momentum| nodes[i].momentum += momentum);
     }
 }
 
@@ -94,14 +93,44 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
 fn scatter_momentum<const D: usize, const S: usize>(
     shape: impl Shape<S>,
     grid: &Grid<D>,
-    particles: &Particles<D>,
+    body: &Body<D>,
     momentum: &mut [Vector<D>],
 ) {
-    for p in 0..particles.len() {
-        let (m, v, c) = (particles.mass[p], particles.velocity[p], particles.affine(p));
-        stencil(grid, shape, particles.position[p])
-            .for_each_offset(|i, n, dx| momentum[i] += (v + c.apply(dx)) * (m * n));
+    for p in 0..body.particles.len() {
+        momentum_of(shape, grid, body, p, |i, part| momentum[i] += part);
     }
+}
+
+/// Calls `add(node, momentum)` for the parts of a particle's momentum, m_p N_Ip (v_p + C_p (x_I − x_p)).
+///
+/// A ghost beyond a wall that extrapolates hands 2 N_g to the node on the wall and −N_g to the next; there the affine part is
+/// that of the place of the node that receives it (theory A.3).
+fn momentum_of<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    p: usize,
+    mut add: impl FnMut(usize, Vector<D>),
+) {
+    let (particles, folds) = (&body.particles, grid.folds_in(body.field));
+    let (m, v, c) = (particles.mass[p], particles.velocity[p], particles.affine(p));
+    let stencil = stencil(grid, shape, particles.position[p]);
+    stencil.for_each_offset(|i, n, dx| add(i, (v + c.apply(dx)) * (m * n)));
+    stencil.for_each(|i, n| {
+        let ijk = grid.coordinates(i);
+        for (a, end) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
+            let (plane, inward) = if end == 0 { (0, 1) } else { (grid.cells[a], -1) };
+            if folds[a][end] != Fold::Extrapolate || ijk[a] != plane - inward {
+                continue;
+            }
+            for (depth, share) in [(1, 2.0), (2, -1.0)] {
+                let mut place = ijk;
+                place[a] += depth * inward;
+                let further = Vector::unit(a) * (share * f64::from(depth * inward) * grid.cell);
+                add(grid.find(place).expect("supports are active"), c.apply(further) * (m * n));
+            }
+        }
+    });
 }
 
 /// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces, Lian (17, 18).

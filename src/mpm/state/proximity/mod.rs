@@ -4,7 +4,7 @@
 //! a node, or lie at the same places and so are sewn together, don't; nor do those that were as near at the start: of one sheet twice
 //! as near, because a sheet that is compressed along itself brings its elements together, too.
 //!
-//! When to look follows from how far the nodes have moved since the last look, each by the *room* it had: with the least gap g
+//! The time of the next look follows from how far the nodes have moved since the last look, each by the *room* it had: with the least gap g
 //! between elements that may meet, and their thickness τ, it is ½ (g − τ), at most a quarter of an element, and at least ½ τ: two
 //! sheets that approach each other are seen while they are within τ, before they have passed. Where sheets are so fast that looks
 //! would cost more than 2 % of the run, they are rarer. All of this follows from counts, never from times.
