@@ -100,7 +100,7 @@ impl<const D: usize> Mpm<D> {
     /// The first bound of the step and the energy that the ledger starts from.
     fn start(&mut self) {
         for body in &mut self.bodies {
-            // An increment of no time leaves the state alone and tells how fast signals travel in it.
+            // An increment of no time leaves the state as it is and gives the wave speeds.
             let (law, view) = body.view();
             let still = [Tensor::ZERO; CHUNK];
             let cell = self.grid.cell;

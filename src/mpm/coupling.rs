@@ -135,8 +135,8 @@ impl<const D: usize> Coupling<D> {
         let particles: usize = bodies.iter().map(|body| body.particles.len()).sum();
         let elements: usize = membranes.iter().map(|membrane| membrane.elements.len()).sum();
         let work = (elements + particles / count) as u64;
-        // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
-        // change, above all in the first, half a step of momentum.
+        // Momentum advances over the same time as that of the bodies. Otherwise a sheet in balance with its gas would get an impulse
+        // wherever the step changes, above all in the first step, whose momentum advances by half of it.
         let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
             let elapsed = dt * substep as f64;

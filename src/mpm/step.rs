@@ -102,8 +102,8 @@ impl<const D: usize> Solver for Mpm<D> {
         self.clock.bound
     }
 
-    /// The momentum of a step takes half of it and half of the one before. A membrane that takes sub-steps feels forces
-    /// that long while its nodes move for the step alone: after a long step, a tiny one would be a blow.
+    /// The momentum of a step advances by half of it and half of the step before, while nodes of membranes move for the step
+    /// alone: a tiny step after a long one would accelerate a sub-cycled membrane by forces that act much longer than it moves.
     fn largest_change(&self) -> f64 {
         if self.coupling.membranes.is_empty() { f64::INFINITY } else { CHANGE }
     }

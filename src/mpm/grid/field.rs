@@ -1,4 +1,4 @@
-//! A velocity field of the grid: its nodes, and what a step knows of them.
+//! A velocity field of the grid: its nodes, and the other nodal data of a step.
 //!
 //! During a step a node holds, in this order: (m, p⁻, f) after the particles' scatter, then (m, p̄, f) with
 //! p̄ = p⁻ + Δt f — walls and contact change p̄ *and* f together, so that p⁻ = p − Δt f always. When nothing changes them any

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Extrapolation takes from row 1 what particles at the wall bring there: little where material fills the rows, all of it where a film or a
-//! single particle is, on which their forces still act; `limit` says how much a ghost may take.
+//! single particle is, on which their forces still act; `limit` has the share that a ghost may take.
 //!
 //! The affine part of a particle's momentum, N C (x_I − x_p), is that of the node that receives it: what a ghost
 //! hands to a node further inside belongs to the place of that node (`kernel::Weights`).

@@ -32,7 +32,7 @@ pub(super) struct Run<'a, const D: usize> {
     pub blocks: &'a mut [Block],
     /// Nodal forces, element by element [N].
     pub force: &'a mut [Vector<D>],
-    /// Area vectors over the number of nodes [m²]; empty if nobody asks.
+    /// Area vectors over the number of nodes [m²]; empty if they aren't needed.
     pub area: &'a mut [Vector<D>],
 }
 

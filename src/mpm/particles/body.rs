@@ -143,7 +143,7 @@ impl<const D: usize> Body<D> {
         self.depth.get(self.particles.id[p] as usize).copied().unwrap_or(0.5)
     }
 
-    /// True if particle `p` was so near the body's surface at the start that it says where the surface is. Between
+    /// True if particle `p` was so near the body's surface at the start that it shows where the surface is. Between
     /// deeper ones and the surface the body may be deformed differently.
     #[inline]
     pub fn shows_surface(&self, p: usize) -> bool {

@@ -36,7 +36,7 @@ pub fn check_sides<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     findings
 }
 
-/// True if a body and a membrane have contact: what a case says of one body of a group holds for all.
+/// True if a body and a membrane have contact: friction that a case lists for one body of a group holds for all.
 fn meet<const D: usize>(setup: &Setup<D>, body: &BodySetup<D>, membrane: &str) -> bool {
     let own = |name: &str| setup.bodies.iter().any(|other| other.group == body.group && other.name == name);
     let pair = |(a, b, _): &&(String, String, Friction)| (own(a) && b == membrane) || (a == membrane && own(b));

@@ -155,12 +155,12 @@ impl Energy {
         self.internal += work;
     }
 
-    /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes that nobody
-    /// gets; `kept` is the share of the velocities that is not PIC's.
+    /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes that neither
+    /// particles nor stresses get; `kept` is the share of the velocities that is not PIC's.
     ///
     /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f of stresses that are
     /// updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by one and made by the
-    /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost for good.
+    /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost.
     pub fn leave_unspent<const D: usize>(&mut self, field: &Field<D>, gravity: Vector<D>, dt: f64, kept: f64) {
         let Field { nodes, applied, velocity, .. } = field;
         let nodes = NodeMotion::of(nodes);

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f; of stresses that are updated with
-//!                                                            velocities mapped back, less what nobody gets (`energy`)
+//!                                                            velocities mapped back, less the part that particles don't get (`energy`)
 //! transfer loss  D    = Σ ΔK_I − ΔK_p                        FLIP, PIC, APIC, filter and bound p⁻
 //! its heat       Q    = Σ q_p                                what of D the particles keep (`heat`)
 //! atmosphere     W_a  = −Δ Σ p_a V_p                         work on gases whose forces count from p_a (`ambient`)

@@ -8,7 +8,7 @@ use super::energy::Energy;
 use crate::mpm::coupling::Coupling;
 use crate::simulation::{Column, SaidOnce};
 
-/// Steps between two looks at the ledger.
+/// Steps between two checks of the ledger.
 const EVERY: u64 = 16;
 
 /// Part of the largest term by which a loss or a stored energy may be below zero.
@@ -17,7 +17,7 @@ const BELOW: f64 = 0.01;
 /// Part of the work done that errors may reach.
 const LARGE: f64 = 0.2;
 
-/// Part of the largest term below which an error is of no account: gas at rest does no work.
+/// Part of the largest term below which an error is ignored: gas at rest does no work.
 const SMALL: f64 = 1e-6;
 
 /// Terms of the ledger at one time [J].
@@ -35,7 +35,7 @@ struct Reading {
     lost: f64,
 }
 
-/// The findings so far, each kind said once.
+/// The notices so far, each kind given once.
 #[derive(Debug, Clone, Default)]
 pub(in crate::mpm) struct Notices {
     /// Internal energy of the bodies at the start, the largest W, and the largest term so far [J].
@@ -170,7 +170,7 @@ mod tests {
         assert!(notices.take().is_empty());
     }
 
-    /// A run that goes on from a checkpoint knows what was said, and by what it was measured.
+    /// A run that goes on from a checkpoint keeps the notices that were given, and the scales of their measures.
     #[test]
     fn what_was_said_before_a_checkpoint_is_not_said_again() {
         let mut first = Notices::new(3.0);

@@ -7,7 +7,7 @@ use crate::mpm::grid::Ghosts;
 use crate::mpm::grid::small_mass::{self, TrialMomentum};
 use crate::mpm::particles::motion::Summary;
 use crate::mpm::state::health;
-use crate::mpm::transfer::{Bins, Transfers};
+use crate::mpm::transfer::{Bins, Visitor};
 use crate::mpm::wall::Bodies;
 use crate::mpm::{Field, Mpm};
 use crate::parallel;
@@ -45,12 +45,12 @@ impl<const D: usize> Mpm<D> {
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, method, coupling, members, executor, .. } = self;
         grid.with_field(field, |grid, own| {
-            let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
             for &number in &members[field] {
                 let body = &mut bodies[number];
                 body.find_external_forces(&method.gravity, step.t);
                 health::check_external(body)?;
-                transfers.run(&method.schedule.momentum, own, body)?;
+                visitor.run(&method.schedule.momentum, own, body)?;
             }
             own.limits.measure(ghosts, grid.folds_in(field), &own.nodes);
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
@@ -81,8 +81,8 @@ impl<const D: usize> Mpm<D> {
                 walls.hold_velocity(grid, field, velocity, step.before());
                 ghosts.fill(limits, velocity);
             }
-            let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| transfers.run(visits, own, &mut bodies[number]))?;
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             Ok(())
         })

@@ -10,12 +10,12 @@ use crate::mpm::state::energy::ForceWork;
 use crate::mpm::state::health;
 use crate::mpm::stress::filter::{Filter, divide_by_mass};
 use crate::mpm::stress::heat;
-use crate::mpm::transfer::Transfers;
+use crate::mpm::transfer::Visitor;
 use crate::mpm::{Field, Mpm, Node};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
-    /// Turns (m, p⁺, f) into (m, v⁺, a), books the work of the forces, and fills the ghosts.
+    /// Turns (m, p⁺, f) into (m, v⁺, a), adds the work of the forces to the ledger, and fills the ghosts.
     pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
         let (share, dt) = (self.method.pic_share(step.momentum_dt), step.momentum_dt);
         let gravity = self.method.uniform_gravity(step.t);
@@ -54,9 +54,9 @@ impl<const D: usize> Mpm<D> {
                 own.velocity.clear();
                 own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
-            let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
             members[field].iter().try_for_each(|&number| {
-                transfers.run(&sweeps.motion, own, &mut bodies[number])?;
+                visitor.run(&sweeps.motion, own, &mut bodies[number])?;
                 energy.add_external(&bodies[number], step.momentum_dt);
                 Ok(())
             })
@@ -71,9 +71,9 @@ impl<const D: usize> Mpm<D> {
         }
         let parameters = self.method.parameters(step, 0.0, self.landing(step));
         let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
-        let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
+        let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
         let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
-        let (heat, pushes) = Filter { transfers, walls, field, t, order }.apply(&mut bodies);
+        let (heat, pushes) = Filter { visitor, walls, field, t, order }.apply(&mut bodies);
         energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
 
@@ -92,8 +92,8 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, bodies, ghosts, method, members, executor, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
-            let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| transfers.run(visits, own, &mut bodies[number]))
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))
         })
     }
 
@@ -104,8 +104,8 @@ impl<const D: usize> Mpm<D> {
         let Self { grid, bodies, ghosts, walls, method, members, executor, energy, filter_order, .. } = self;
         let visits = &method.schedule.after_contact(*filter_order).remap;
         grid.with_field(field, |grid, own| {
-            let transfers = Transfers { executor: &**executor, grid, ghosts, parameters };
-            members[field].iter().try_for_each(|&number| transfers.run(visits, own, &mut bodies[number]))?;
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
             let Field { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
@@ -129,7 +129,7 @@ impl<const D: usize> Mpm<D> {
         for body in bodies {
             let field = body.field;
             grid.with_field(field, |grid, own| {
-                Transfers { executor: &**executor, grid, ghosts, parameters }.run(visits, own, body)
+                Visitor { executor: &**executor, grid, ghosts, parameters }.run(visits, own, body)
             })?;
             if body.summary.lost {
                 health::check_particles(grid, body)?;

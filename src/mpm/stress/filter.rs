@@ -17,14 +17,14 @@ use super::heat::nodal;
 use crate::math::Vector;
 use crate::mpm::grid::{Node, SmallMassNode};
 use crate::mpm::particles::Body;
-use crate::mpm::transfer::{Content, Gathering, Nodal, Operation, Operations, Scattering, Targets, Transfers};
+use crate::mpm::transfer::{Content, Gathering, Nodal, Operation, Operations, Scattering, Targets, Visitor};
 use crate::mpm::wall::{Pushes, Walls};
 use crate::parallel::{self, CHUNK};
 
 /// The filter of one velocity field.
 pub(in crate::mpm) struct Filter<'a, const D: usize> {
     /// The sweeps over the particles; the nodes of the grid hold (m, v⁺, a).
-    pub transfers: Transfers<'a, D>,
+    pub visitor: Visitor<'a, D>,
     /// The walls and obstacles that bind its nodes.
     pub walls: &'a Walls<D>,
     /// Number of the velocity field.
@@ -40,7 +40,7 @@ impl<const D: usize> Filter<'_, D> {
     /// it, and the impulses of walls.
     pub fn apply(&self, bodies: &mut [&mut Body<D>]) -> (f64, Pushes<D>) {
         let &Self { walls, field, t, order, .. } = self;
-        let Transfers { grid, ghosts, parameters, .. } = self.transfers;
+        let Visitor { grid, ghosts, parameters, .. } = self.visitor;
         let (nodes, limits, mut pushes) = (&grid.fields[field].nodes, &grid.fields[field].limits, walls.pushes());
         let mut w = self.on_grid(bodies, Vec::new(), &mut pushes, 1.0);
         pushes = pushes.and(walls.constrain_velocity((grid, field), nodes, &mut w, t));
@@ -73,7 +73,7 @@ impl<const D: usize> Filter<'_, D> {
         pushes: &mut Pushes<D>,
         times: f64,
     ) -> Vec<Vector<D>> {
-        let Transfers { grid, ghosts, executor, .. } = self.transfers;
+        let Visitor { grid, ghosts, executor, .. } = self.visitor;
         let field = &grid.fields[self.field];
         velocity.clear();
         velocity.resize(field.nodes.len(), Vector::ZERO);
@@ -88,10 +88,10 @@ impl<const D: usize> Filter<'_, D> {
 
     /// v_p = Σ N w_j; returns the heat of the bodies that keep it [J].
     fn gather(&self, w: &[Vector<D>], bodies: &mut [&mut Body<D>], j: u32) -> f64 {
-        let limits = &self.transfers.grid.fields[self.field].limits;
+        let limits = &self.visitor.grid.fields[self.field].limits;
         let warmed = bodies.iter().any(|body| !body.work.noise.is_empty());
         let squares = |n: usize| w[n].norm_squared();
-        let squares = if warmed { nodal(self.transfers.ghosts, limits, w.len(), squares) } else { Vec::new() };
+        let squares = if warmed { nodal(self.visitor.ghosts, limits, w.len(), squares) } else { Vec::new() };
         let warm = [Operation::TakeVelocity, Operation::FilterHeat { stage: j, order: self.order }];
         let mut heat = 0.0;
         for body in bodies {
@@ -106,7 +106,7 @@ impl<const D: usize> Filter<'_, D> {
 
     /// Performs operations with a velocity and a scalar of the nodes; returns the heat [J].
     fn gather_from(&self, velocity: &[Vector<D>], scalar: &[[f64; 1]], list: &[Operation], body: &mut Body<D>) -> f64 {
-        let Transfers { grid, executor, parameters, .. } = &self.transfers;
+        let Visitor { grid, executor, parameters, .. } = &self.visitor;
         let operations = Operations::new(list, parameters, grid, body);
         executor.gather(grid, body, Gathering { nodal: Nodal::Velocity { velocity, scalar }, operations }).heat
     }

@@ -25,7 +25,7 @@
 //!
 //! all of them ≥ 0, because N_Ip are the weights of a mean: the heat stays where the noise was, and nothing is cooled.
 //!
-//! Heat enters the energy before the law is called, as viscous heating does, so that the pressure knows it.
+//! Heat enters the energy before the law is called, as viscous heating does, so that the pressure follows it.
 
 use crate::math::Vector;
 use crate::mpm::Dissipation;

@@ -78,7 +78,7 @@ pub(in crate::mpm) trait Executor<const D: usize>: std::fmt::Debug + Send + Sync
 
 /// All that the visits of a stage share.
 #[derive(Clone, Copy)]
-pub(in crate::mpm) struct Transfers<'a, const D: usize> {
+pub(in crate::mpm) struct Visitor<'a, const D: usize> {
     /// The executor.
     pub executor: &'a dyn Executor<D>,
     /// The grid, but for the field whose bodies are visited.
@@ -89,7 +89,7 @@ pub(in crate::mpm) struct Transfers<'a, const D: usize> {
     pub parameters: Parameters<D>,
 }
 
-impl<const D: usize> Transfers<'_, D> {
+impl<const D: usize> Visitor<'_, D> {
     /// Visits the particles of a body of `field`, one visit after the other; what they tell is added to the body's summary.
     ///
     /// # Errors

@@ -36,7 +36,7 @@ mod view;
 mod visit;
 
 pub(crate) use bins::Bins;
-pub(in crate::mpm) use executor::{Executor, Gathering, Nodal, Scattering, Targets, Transfers};
+pub(in crate::mpm) use executor::{Executor, Gathering, Nodal, Scattering, Targets, Visitor};
 pub(crate) use gather::{Chunk, GatherFields, Reduce};
 pub(in crate::mpm) use operations::{Operations, Parameters};
 pub(in crate::mpm) use plain::Plain;

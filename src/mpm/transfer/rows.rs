@@ -10,7 +10,7 @@ pub(crate) const CHUNK: usize = 128;
 /// A number of each particle of a chunk. Eight are stored at a time, so the end may overrun.
 pub(crate) type Column = [f64; CHUNK + 8];
 
-/// Gathered numbers of a chunk of particles. Those that were not wanted have no meaning.
+/// Gathered numbers of a chunk of particles. Those that were not gathered have no meaning.
 #[repr(C, align(64))]
 pub(crate) struct Rows<const D: usize> {
     /// Σ N s of the scalar slot.

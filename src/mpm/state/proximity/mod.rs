@@ -1,4 +1,4 @@
-//! Sheets that meet sheets, or themselves: nothing stops them yet, so that at least it is said.
+//! Notices of sheets that meet sheets, or themselves: contact between them is not resolved.
 //!
 //! Two elements meet where they cross, or where they are nearer to each other than the mean of their thicknesses. Those that share
 //! a node, or lie at the same places and so are sewn together, don't; nor do those that were as near at the start: of one sheet twice
@@ -46,13 +46,13 @@ pub(in crate::mpm) struct Proximity<const D: usize> {
     room: f64,
     /// Work of the run that looks haven't taken their share of [sub-steps of an element].
     work: f64,
-    /// Sheets of which it was said that they meet.
+    /// Sheets for which a notice was given.
     said: BTreeSet<[u32; 2]>,
     pending: Vec<String>,
 }
 
 impl<const D: usize> Proximity<D> {
-    /// For these membranes, which nobody has looked at yet.
+    /// For these membranes, not yet looked at.
     pub fn new(membranes: &[Membrane<D>]) -> Self {
         let facets = |membrane: &Membrane<D>| membrane.elements.iter().map(Facet::new).collect();
         let sheets = membranes.iter().map(|m| (m.name.as_str(), facets(m), m.reference.as_slice()));
@@ -64,7 +64,7 @@ impl<const D: usize> Proximity<D> {
         std::mem::take(&mut self.pending)
     }
 
-    /// The columns of a checkpoint: the sheets of which it was said that they meet.
+    /// The columns of a checkpoint: the sheets for which a notice was given.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut said: Vec<[u32; 2]> = self.said.iter().copied().collect();
         visit("mpm.meetings", Column::growing(&mut said));
