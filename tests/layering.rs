@@ -127,7 +127,7 @@ fn modules_import_only_what_the_table_allows() {
 /// Loops go through `parallel`, so that sums have one place and one order; the transfers and the linear algebra cut their work themselves.
 #[test]
 fn only_parallel_sweep_and_linalg_use_rayon() {
-    let rooms = ["src/parallel", "src/mpm/sweep", "src/linalg"];
+    let rooms = ["src/parallel", "src/mpm/transfer", "src/linalg"];
     let mut files = Vec::new();
     sources(&root().join("src"), &mut files);
     let names = |path: &PathBuf| without_tests(&fs::read_to_string(path).unwrap()).contains("rayon");

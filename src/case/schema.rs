@@ -7,6 +7,7 @@ use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
 use super::signal::SignalSpec;
 use crate::mesh::domain::DomainMesh;
 use crate::mpm;
+pub use crate::mpm::KernelKind as KernelSpec;
 use crate::output::{PictureSpec, ProbeSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -213,20 +214,6 @@ pub enum SheetContactSpec {
     Particles,
 }
 
-/// Shape functions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum KernelSpec {
-    /// Hat functions (the paper).
-    Linear,
-    /// Uniform generalised interpolation.
-    Gimp,
-    /// Quadratic B-spline.
-    Quadratic,
-    /// Cubic B-spline.
-    Cubic,
-}
-
 /// Particle–grid transfer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
@@ -355,17 +342,6 @@ impl From<SheetContactSpec> for mpm::SheetContact {
         match place {
             SheetContactSpec::Nodes => Self::Nodes,
             SheetContactSpec::Particles => Self::Particles,
-        }
-    }
-}
-
-impl From<KernelSpec> for mpm::KernelKind {
-    fn from(kernel: KernelSpec) -> Self {
-        match kernel {
-            KernelSpec::Linear => Self::Linear,
-            KernelSpec::Gimp => Self::Gimp,
-            KernelSpec::Quadratic => Self::Quadratic,
-            KernelSpec::Cubic => Self::Cubic,
         }
     }
 }

@@ -1,18 +1,19 @@
 //! From a description to a solver that is ready to step.
 
 use super::contact::{FoldedStencil, FrictionTable};
-use super::coupling::{Coupling, build_membranes};
-use super::ghost::Ghosts;
-use super::kernel::Kernel;
-use super::light::Cutoff;
-use super::notices::Notices;
-use super::particles::{Body, Part, Particles, Work};
-use super::proximity::Proximity;
-use super::sweep::{Bins, CHUNK, View};
+use super::coupling::{Coupling, SubCycling, build_membranes};
+use super::grid::{Ghosts, Kernel, MassCutoffs};
+use super::particles::regions;
+use super::particles::{Body, Particles};
+use super::state::energy::Energy;
+use super::state::notices::Notices;
+use super::state::stability;
+use super::step::method::{Clock, Method};
+use super::step::schedule::Schedule;
+use super::stress::ambient;
+use super::transfer::{CHUNK, Plain, Tiles, View};
 use super::wall::Walls;
-use super::{
-    Accounts, BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer, ambient, regions, stability,
-};
+use super::{BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -43,57 +44,53 @@ impl<const D: usize> Mpm<D> {
         let friction = FrictionTable { listed: setup.friction, default: setup.default_friction };
         let bodies = regions::divide(bodies, &membranes, &friction)?;
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
-        let cutoff = cutoffs(&bodies, field_count, (setup.kernel, &setup.transfer));
-        let touching = cutoff.iter().map(|cutoff| cutoff.touching).fold(f64::INFINITY, f64::min);
-        let lattice =
-            FoldedStencil::new(Kernel::new(setup.kernel, 0.25), &setup.grid.walls).without_nodes_below(touching);
+        let kernel = Kernel::new(setup.kernel, 0.25);
+        let cutoffs = mass_cutoffs(&bodies, field_count, (kernel, &setup.transfer));
+        let touching = cutoffs.iter().map(|cutoffs| cutoffs.contact).fold(f64::INFINITY, f64::min);
+        let lattice = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
         let coupling = Coupling::new(
             membranes,
             &bodies,
             lattice,
             &friction,
             (setup.sheet_contact, setup.gap_tolerance * cell),
-            (setup.membrane_safety, setup.max_substeps, setup.contact_passes),
+            SubCycling {
+                safety: setup.membrane_safety,
+                max_substeps: setup.max_substeps,
+                passes: setup.contact_passes,
+            },
         );
-        let proximity = Proximity::new(&coupling.membranes);
         let filter_time = filter_time(setup.transfer, &bodies, cell);
         let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
         walls.note_overlaps(&bodies);
         walls.note_solids(&bodies);
-        let (books, accounts) = Accounts::open();
-        let bins = bodies.iter().map(|_| Bins::default()).collect();
         let mut grid = Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count);
         grid.folds = walls.folds();
         grid.own_folds = (0..field_count).map(|field| walls.folds_in(field)).collect();
+        grid.fields.iter_mut().zip(cutoffs).for_each(|(field, cutoffs)| field.cutoffs = cutoffs);
+        let member = |field: usize| (0..bodies.len()).filter(|&number| bodies[number].field == field).collect();
         let mut mpm = Self {
             grid,
             ghosts: Ghosts::default(),
             walls,
+            members: (0..field_count).map(member).collect(),
             bodies,
             coupling,
-            proximity,
-            transfer: setup.transfer,
-            filter_time,
-            // With APIC the nodes lose more than what their forces do.
-            dissipation: if setup.transfer == Transfer::Apic { Dissipation::Lost } else { setup.dissipation },
+            method: Method {
+                transfer: setup.transfer,
+                schedule: Schedule::new(setup.stress_update, setup.locking),
+                locking: setup.locking,
+                filter_time,
+                // With APIC the nodes lose more than what their forces do.
+                dissipation: if setup.transfer == Transfer::Apic { Dissipation::Lost } else { setup.dissipation },
+                safety: setup.safety,
+                gravity: setup.gravity,
+            },
+            executor: Box::new(Tiles),
             filter_order: 0,
-            stress_update: setup.stress_update,
-            locking: setup.locking,
-            safety: setup.safety,
-            gravity: setup.gravity,
-            cutoff,
-            books,
-            accounts,
-            energy: [0.0; 2],
-            displaced: 0.0,
-            tally: super::Tally::default(),
+            energy: Energy::new(),
             notices: Notices::default(),
-            dt_before: 0.0,
-            bound: 0.0,
-            steps: 0,
-            fastest: Vec::new(),
-            summaries: Vec::new(),
-            bins,
+            clock: Clock::default(),
             timer: Timer::default(),
         };
         mpm.start();
@@ -103,31 +100,37 @@ impl<const D: usize> Mpm<D> {
     /// The first bound of the step and the energy that the ledger starts from.
     fn start(&mut self) {
         for body in &mut self.bodies {
-            // An increment of no time leaves the state alone and tells how fast signals travel in it.
+            // An increment of no time leaves the state as it is and gives the wave speeds.
             let (law, view) = body.view();
             let still = [Tensor::ZERO; CHUNK];
             let cell = self.grid.cell;
             view.visit(&|chunk: &mut View<'_, D>| chunk.update_law(law, &still[..chunk.len()], 0.0, cell));
         }
-        self.fastest = self.bodies.iter().map(stability::fastest).collect();
-        self.bound = self.step_bound();
-        self.energy = self.body_energies();
-        self.displaced = self.displaced_atmosphere();
-        self.notices = Notices::new(self.energy[1]);
+        for body in &mut self.bodies {
+            body.largest_wave_speed = stability::largest_wave_speed(body);
+        }
+        self.clock.bound = self.step_bound();
         let membranes = self.coupling.membranes.iter().map(Membrane::balance);
         let stored = membranes.map(|balance| balance.kinetic_start + balance.strain_start).sum::<f64>();
-        self.books.start(stored + self.energy.iter().sum::<f64>());
+        self.energy.start(&self.bodies, stored);
+        self.notices = Notices::new(self.energy.internal);
     }
 
     /// The bound of all bodies and membranes [s].
     pub(super) fn step_bound(&self) -> f64 {
-        let bodies = self.bodies.iter().zip(&self.fastest);
-        let bounds = bodies.map(|(body, &fastest)| stability::bound(body, fastest, self.grid.cell));
-        (self.safety * bounds.fold(f64::INFINITY, f64::min)).min(self.coupling.bound())
+        let bounds = self.bodies.iter().map(|body| stability::bound(body, self.grid.cell));
+        (self.method.safety * bounds.fold(f64::INFINITY, f64::min)).min(self.coupling.bound())
+    }
+
+    /// The same with transfers as plain loops over the particles: the specification of the fast ones, to compare with.
+    #[must_use]
+    pub fn with_plain_transfers(mut self) -> Self {
+        self.executor = Box::new(Plain);
+        self
     }
 }
 
-/// What can't be run, whatever the laws say.
+/// Findings about descriptions that can't be run, whatever the laws say.
 fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     let mut require = |good: bool, key: &str, message: String| {
@@ -204,7 +207,7 @@ fn build_body<const D: usize>(
         position: setup.position,
         velocity: setup.velocity,
         affine,
-        signal: vec![0.0; n],
+        wave_speed: vec![0.0; n],
         ..Particles::default()
     };
     particles.allocate(storage);
@@ -216,7 +219,7 @@ fn build_body<const D: usize>(
         particles.volume.push(volume);
         particles.energy.push(state.energy * mass / reference);
         particles.pressure.push(state.pressure);
-        particles.signal[p] = state.sound_speed;
+        particles.wave_speed[p] = state.sound_speed;
         if storage.stress {
             particles.stress[p] = state.stress;
         }
@@ -226,41 +229,28 @@ fn build_body<const D: usize>(
     }
     let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
     let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
-    // With APIC the velocity is the rate of the position.
-    let rate = vec![Vector::ZERO; if transfer == Transfer::Apic { 0 } else { n }];
-    let work = Work { volume_ratio: vec![1.0; n], rate, ..Work::default() };
-    Ok(Body {
-        name: setup.name,
-        part: Part::default(),
-        law: setup.law.into(),
-        field,
-        kernel: Kernel::new(kernel, 0.5 * width / cell),
-        particles,
-        skin: setup.skin,
-        depth,
-        traction: setup.traction,
-        ambient: setup.ambient,
-        work,
-    })
+    let kernel = Kernel::new(kernel, 0.5 * width / cell);
+    let body = Body::new(setup.name, setup.law.into(), kernel, particles);
+    Ok(Body { field, skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
 }
 
-/// Which nodes of each field are light: by the lightest particle among its bodies.
-fn cutoffs<const D: usize>(
+/// The masses below which the nodes of each field are small, from the lightest particle among its bodies.
+fn mass_cutoffs<const D: usize>(
     bodies: &[Body<D>],
     fields: usize,
-    (kernel, transfer): (super::KernelKind, &Transfer),
-) -> Vec<Cutoff> {
+    (kernel, transfer): (Kernel, &Transfer),
+) -> Vec<MassCutoffs> {
     let masses = |field: usize| {
         let own = bodies.iter().filter(move |body| body.field == field);
         own.flat_map(|body| body.particles.mass.iter().copied())
     };
-    (0..fields).map(|field| Cutoff::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
+    (0..fields).map(|field| MassCutoffs::new(kernel, transfer, masses(field).fold(f64::INFINITY, f64::min))).collect()
 }
 
 /// Time between two noise filters [s], from the interval in steps of 0.3 h/c; c: the greatest speed of sound at the
 /// start, which the signals hold before the first step.
 fn filter_time<const D: usize>(transfer: Transfer, bodies: &[Body<D>], cell: f64) -> f64 {
-    let sound = bodies.iter().flat_map(|body| &body.particles.signal).fold(0.0, |most: f64, &c| most.max(c));
+    let sound = bodies.iter().flat_map(|body| &body.particles.wave_speed).fold(0.0, |most: f64, &c| most.max(c));
     match transfer {
         Transfer::Flip { filter_interval: steps @ 1.., .. } if sound > 0.0 => f64::from(steps) * 0.3 * cell / sound,
         _ => f64::INFINITY,

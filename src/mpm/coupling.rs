@@ -1,4 +1,4 @@
-//! Membranes take their steps and meet the bodies on the grid (theory C.9, D.1; Lian, Liu & Zhang 2014, section 6, 3 and 4).
+//! The steps of the membranes, which meet the bodies on the grid (theory C.9, D.1; Lian, Liu & Zhang 2014, section 6, 3 and 4).
 //!
 //! The stable step of a stiff membrane may be hundreds of times smaller than that of the bodies. Then it takes
 //! n sub-steps of Δt/n, each against the trial state p̄(τ) = p⁻ + τ f of the bodies at its time, with their
@@ -12,9 +12,10 @@
 use super::contact::{Contact, ContactPass, Facet, FoldedStencil, FrictionTable, NodePositions, SheetSource, Surface};
 use super::membrane::Membrane;
 use super::particles::Body;
-use super::proximity::Proximity;
+use super::state::health;
+use super::state::proximity::Proximity;
 use super::wall::Walls;
-use super::{Grid, MembraneSetup, SheetContact, Step, health};
+use super::{Grid, MembraneSetup, SheetContact, Step};
 use crate::error::{Diagnostic, StepError};
 use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
@@ -30,11 +31,11 @@ const AMONG: f64 = 0.1;
 pub struct SubStep<'a> {
     /// The step.
     pub step: &'a Step,
-    /// Where it begins, after the start of the step, and its length, for positions [s].
+    /// Its beginning after the start of the step, for positions [s].
     pub elapsed: f64,
     /// Length [s].
     pub dt: f64,
-    /// Where it ends, after the start of the step, and its length, for the momentum of bodies and sheets [s].
+    /// Its end after the start of the step, for the momentum of bodies and sheets [s].
     pub momentum_end: f64,
     /// Length for the momentum [s].
     pub momentum_dt: f64,
@@ -47,12 +48,20 @@ pub struct Coupling<const D: usize> {
     pub membranes: Vec<Membrane<D>>,
     /// Contact of membranes with bodies, and of bodies with each other.
     pub contact: Contact<D>,
+    /// Membranes that meet each other or themselves.
+    pub(in crate::mpm) proximity: Proximity<D>,
+    cycling: SubCycling,
+}
+
+/// The sub-steps of the membranes.
+#[derive(Debug, Clone, Copy)]
+pub struct SubCycling {
     /// Fraction of the stable step of a membrane.
-    safety: f64,
+    pub safety: f64,
     /// Most sub-steps per step.
-    max_substeps: usize,
+    pub max_substeps: usize,
     /// Passes of contact per sub-step.
-    passes: usize,
+    pub passes: usize,
 }
 
 /// The membranes of a case under gravity.
@@ -84,21 +93,22 @@ impl<const D: usize> Coupling<D> {
         lattice: FoldedStencil<D>,
         friction: &FrictionTable,
         gap: (SheetContact, f64),
-        (safety, max_substeps, passes): (f64, usize, usize),
+        cycling: SubCycling,
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
         let contact = Contact::new(lattice, friction, gap.0, gap.1, bodies, &sources);
-        Self { membranes, contact, safety, max_substeps: max_substeps.max(1), passes: passes.max(1) }
+        let proximity = Proximity::new(&membranes);
+        Self { membranes, contact, proximity, cycling }
     }
 
     /// The largest stable sub-step of the membranes [s]; infinity without any.
     fn substep_bound(&self) -> f64 {
-        self.membranes.iter().map(|membrane| self.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
+        self.membranes.iter().map(|membrane| self.cycling.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
     }
 
     /// The largest step that the membranes allow [s].
     pub fn bound(&self) -> f64 {
-        self.substep_bound() * self.max_substeps as f64
+        self.substep_bound() * self.cycling.max_substeps.max(1) as f64
     }
 
     /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid, and with walls and
@@ -108,13 +118,14 @@ impl<const D: usize> Coupling<D> {
     /// When an element collapses, a node is not finite, or walls, obstacles and supports leave one no way out.
     pub fn advance(
         &mut self,
-        (grid, walls): (&mut Grid<D>, &Walls<D>),
+        grid: &mut Grid<D>,
+        walls: &Walls<D>,
         bodies: &[Body<D>],
         step: &Step,
-        (proximity, timer): (&mut Proximity<D>, &mut Timer),
+        timer: &mut Timer,
     ) -> Result<(), StepError> {
         let count = self.substeps(step.longer());
-        let Self { membranes, contact, passes, .. } = self;
+        let Self { membranes, contact, proximity, cycling } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
         timed!(timer, "contact", contact.begin_step(grid, walls, bodies, &surfaces, step.momentum_dt));
@@ -124,8 +135,8 @@ impl<const D: usize> Coupling<D> {
         let particles: usize = bodies.iter().map(|body| body.particles.len()).sum();
         let elements: usize = membranes.iter().map(|membrane| membrane.elements.len()).sum();
         let work = (elements + particles / count) as u64;
-        // The same time of momentum as the bodies: or a sheet in balance with its gas would be kicked where steps
-        // change, above all in the first, half a step of momentum.
+        // Momentum advances over the same time as that of the bodies. Otherwise a sheet in balance with its gas would get an impulse
+        // wherever the step changes, above all in the first step, whose momentum advances by half of it.
         let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
             let elapsed = dt * substep as f64;
@@ -135,7 +146,7 @@ impl<const D: usize> Coupling<D> {
                 let previous = membrane.velocity.clone();
                 timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
                 timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
-                for pass in 0..*passes {
+                for pass in 0..cycling.passes.max(1) {
                     let surface = surface(membrane, &previous, &offsets[index]);
                     let force = timed!(
                         timer,
@@ -175,7 +186,7 @@ impl<const D: usize> Coupling<D> {
 
     /// True if a membrane that meets the bodies of this field lies between `x` [m] and something rigid with the normal `normal` at the
     /// distance `distance` [m].
-    pub fn lies_between(&self, (cell, field): (f64, usize), x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
+    pub fn lies_between(&self, cell: f64, field: usize, x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
         (0..self.membranes.len()).any(|index| {
             let to = self.contact.way_to(index, field, x, cell);
             to.is_some_and(|to| to.dot(normal) < -FACING * to.norm() && to.norm() <= distance + AMONG * cell)

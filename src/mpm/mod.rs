@@ -12,53 +12,41 @@
 //! J_I = M (v̄_r − v̄_s), M = m_r m_s / (m_r + m_s)      Lian (49–58), corrected; on the body
 //! v_p += Δt Σ N_Ip f_I / m_I,  x_p += Δt Σ N_Ip p_I / m_I   Lian (65, 19)
 //! ```
+//!
+//! | room | what it holds |
+//! |---|---|
+//! | `grid` | velocity fields on a sparse lattice, shape functions, ghosts, nodes of small mass |
+//! | `particles` | material points in columns, their motion, tractions, shifting, volumes, regions |
+//! | `stress` | strain, stress update, averages against locking, noise filter, heat, atmosphere |
+//! | `transfer` | scatter and gather over sorted particles, and the same sums as plain loops |
+//! | `membrane` | finite elements of membranes |
+//! | `contact` | impulses between membranes and bodies, and between bodies |
+//! | `wall` | walls of the domain and rigid obstacles |
+//! | `state` | ledger, checkpoints, snapshots, checks, the stable step |
 
-mod ambient;
-mod average;
 mod build;
-mod columns;
 mod contact;
 mod coupling;
-mod filter;
-pub mod ghost;
 pub mod grid;
-mod health;
-mod heat;
-pub mod kernel;
-mod ledger;
-mod light;
 mod membrane;
-mod motion;
-mod notices;
 mod particles;
-pub mod plain;
-pub mod proximity;
-mod regions;
 mod setup;
-mod shifting;
-mod sides;
-mod snapshot;
-mod stability;
-pub mod stencil;
+mod state;
 mod step;
-mod strain;
 mod stress;
-mod sweep;
-pub mod traction;
-mod volumes;
+mod transfer;
 pub mod wall;
 
 pub use coupling::SubStep;
-pub use grid::{ActiveBlocks, EDGE, Field, Grid, Node};
-pub use heat::Dissipation;
-pub use kernel::Kernel;
+pub use grid::kernel::KernelKind;
+pub use grid::{EDGE, Field, Grid, Kernel, Node};
 pub use membrane::{Balance, Elements, Membrane};
+pub use particles::sides::check_sides;
+pub use particles::traction::{self, Load, Traction};
 pub use particles::{Body, Part, Particles, Work};
 pub use setup::{
-    BodySetup, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
+    BodySetup, Dissipation, Friction, GridSetup, Locking, MembraneSetup, Obstacle, Setup, SheetContact, StressUpdate,
     SupportSetup, Transfer, Wall, WallKind,
 };
-pub use sides::astray;
-use step::{Accounts, Tally};
+pub use state::proximity;
 pub use step::{Mpm, Step};
-pub use traction::{Load, Traction};

@@ -1,7 +1,7 @@
-//! What the method needs to start: a complete, checked description, made by the case layer.
+//! The description of a run: complete and checked, made by the case layer.
 
-use super::heat::Dissipation;
-use super::traction::Traction;
+use super::grid::kernel::KernelKind;
+use super::particles::traction::Traction;
 use crate::geometry::{Region, SkinPoint};
 use crate::material::{PointLaw, Sheet, StartState};
 use crate::math::{Signal, Tensor, Vector};
@@ -15,9 +15,9 @@ pub struct Setup<const D: usize> {
     pub kernel: KernelKind,
     /// Particle–grid transfer.
     pub transfer: Transfer,
-    /// Where the energy goes that FLIP and its filter dissipate.
+    /// The fate of the energy that FLIP and its filter dissipate.
     pub dissipation: Dissipation,
-    /// When stresses are updated.
+    /// The time of the stress update in a step.
     pub stress_update: StressUpdate,
     /// Cure of volumetric locking.
     pub locking: Locking,
@@ -41,7 +41,7 @@ pub struct Setup<const D: usize> {
     pub friction: Vec<(String, String, Friction)>,
     /// Contact of pairs that are not listed.
     pub default_friction: Friction,
-    /// Where membranes meet bodies.
+    /// The method of contact between membranes and bodies.
     pub sheet_contact: SheetContact,
     /// Gap below which contact acts, in cells (theory D.3; default 0).
     pub gap_tolerance: f64,
@@ -63,13 +63,13 @@ pub struct GridSetup<const D: usize> {
 /// A domain wall.
 #[derive(Debug, Clone, Default)]
 pub struct Wall {
-    /// What it does.
+    /// Its effect on the grid velocity.
     pub kind: WallKind,
     /// Velocity of the wall along each axis (3 entries; unused ones zero) [m/s].
     pub velocity: [Signal; 3],
 }
 
-/// What a wall or obstacle does to the grid velocity relative to it.
+/// The effect of a wall or obstacle on the grid velocity relative to it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum WallKind {
     /// Nothing may pass; particles that leave stop the run with an error.
@@ -95,23 +95,10 @@ pub struct Obstacle {
     pub name: String,
     /// Its shape at the start.
     pub region: Region,
-    /// What it does.
+    /// Its effect on the grid velocity.
     pub kind: WallKind,
     /// Its velocity [m/s] (rigid translation).
     pub velocity: [Signal; 3],
-}
-
-/// Shape functions (theory A.2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum KernelKind {
-    /// Tensor-product hat functions (the paper).
-    Linear,
-    /// Uniform generalised interpolation.
-    Gimp,
-    /// Quadratic B-spline.
-    Quadratic,
-    /// Cubic B-spline.
-    Cubic,
 }
 
 /// Particle–grid transfer (theory A.6, A.7).
@@ -132,7 +119,16 @@ pub enum Transfer {
     Apic,
 }
 
-/// When stresses are updated (theory A.8).
+/// The fate of the kinetic energy that FLIP and its filter dissipate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dissipation {
+    /// Into the internal energy of bodies whose pressure depends on it.
+    Heat,
+    /// Nowhere (the paper).
+    Lost,
+}
+
+/// The time of the stress update in a step (theory A.8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StressUpdate {
     /// Before the forces (the paper; USF).
@@ -157,7 +153,7 @@ pub enum Locking {
     },
 }
 
-/// Where membranes meet bodies.
+/// The method of contact between membranes and bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SheetContact {
     /// At grid nodes (the paper; theory D.5).
@@ -190,7 +186,7 @@ pub struct BodySetup<const D: usize> {
     pub position: Vec<Vector<D>>,
     /// Points on its surface, for a body that keeps its shape; empty: any particle may come to the surface.
     pub skin: Vec<SkinPoint>,
-    /// How deep each particle lies below the body's surface [m]; empty: half an edge of its volume.
+    /// Depth of each particle below the body's surface [m]; empty: half an edge of its volume.
     pub depth: Vec<f64>,
     /// Volume of each particle at the start [m³].
     pub volume: Vec<f64>,

@@ -2,31 +2,44 @@
 //!
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
+//!
+//! Which sweeps over the particles each stage makes depends on the stress update (theory A.8); [`schedule::Schedule`] lists
+//! them, and stages without any do nothing:
+//!
+//! | stage | first | last | modified last | average |
+//! |---|---|---|---|---|
+//! | `scatter_momentum` | m, p | m, p, f | m, p, f | m, p |
+//! | `scatter_forces` | σ by v⁻, f | | | σ by v⁻ over ½ Δt, f |
+//! | `move_particles` | v | v, σ by v⁺, x | v, ṽ | v, ṽ |
+//! | `filter_noise` | if it is due | if it is due | if it is due | if it is due |
+//! | `update_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
+//! | `land_particles` | x | | | |
+//!
+//! `last` moves first and updates stresses in `update_stresses` with a cure of locking, or where the filter is due; with a
+//! cure of locking forces are scattered in `scatter_forces` always.
 
-mod books;
+pub(super) mod method;
+pub(super) mod schedule;
 mod to_grid;
 mod to_particles;
 
-pub(super) use books::{Accounts, Tally};
-
+use super::Grid;
 use super::coupling::Coupling;
-use super::ghost::Ghosts;
-use super::ledger::Books;
-use super::light::Cutoff;
-use super::motion::Summary;
-use super::notices::Notices;
-use super::particles::Body;
-use super::proximity::Proximity;
-use super::stability::GROWTH;
-use super::sweep::Bins;
+use super::grid::Ghosts;
+use super::particles::shifting::{self, Surroundings};
+use super::particles::{Body, volumes};
+use super::state::energy::{Energy, GridWork};
+use super::state::notices::Notices;
+use super::state::stability::GROWTH;
+use super::state::{columns, health, snapshot};
+use super::transfer::Executor;
 use super::wall::Walls;
-use super::{Dissipation, Grid, Locking, StressUpdate, Transfer, columns, health, snapshot};
 use crate::error::StepError;
-use crate::math::Signal;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
+use method::{Clock, Method};
 
-/// How much steps may differ from one to the next where there are membranes.
+/// Largest ratio of two successive steps where there are membranes.
 const CHANGE: f64 = 1.5;
 
 /// The times of one step [s].
@@ -47,17 +60,17 @@ impl Step {
         Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
     }
 
-    /// What has to be stable [s]: where a short step follows a long one, the momentum takes half of both.
+    /// The longer of its two increments, which has to be stable [s]: where a short step follows a long one, the momentum takes half of both.
     pub fn longer(&self) -> f64 {
         self.dt.max(self.momentum_dt)
     }
 
-    /// When the velocities before the step hold, t^{n−½}.
+    /// The time at which the velocities before the step hold, t^{n−½} [s].
     pub fn before(&self) -> f64 {
         self.t - 0.5 * self.dt_before
     }
 
-    /// When the velocities after the step hold, t^{n+½}.
+    /// The time at which the velocities after the step hold, t^{n+½} [s].
     pub fn after(&self) -> f64 {
         self.t + 0.5 * self.dt
     }
@@ -70,62 +83,37 @@ pub struct Mpm<const D: usize> {
     pub(super) ghosts: Ghosts<D>,
     pub(super) walls: Walls<D>,
     pub(super) bodies: Vec<Body<D>>,
-    /// How the particles of each body are sorted.
-    pub(super) bins: Vec<Bins<D>>,
-    /// The largest signal + |v| of each body [m/s].
-    pub(super) fastest: Vec<f64>,
+    /// Numbers of the bodies in each velocity field.
+    pub(super) members: Vec<Vec<usize>>,
     pub(super) coupling: Coupling<D>,
-    /// Membranes that meet each other or themselves.
-    pub(super) proximity: Proximity<D>,
-    pub(super) transfer: Transfer,
-    /// Time between two noise filters [s].
-    pub(super) filter_time: f64,
-    /// Where the energy goes that the transfer dissipates.
-    pub(super) dissipation: Dissipation,
+    pub(super) method: Method<D>,
+    /// The executor of the sweeps over the particles.
+    pub(super) executor: Box<dyn Executor<D>>,
     /// Order of the noise filter in this step; 0: none.
     pub(super) filter_order: u32,
-    pub(super) stress_update: StressUpdate,
-    pub(super) locking: Locking,
-    pub(super) safety: f64,
-    pub(super) gravity: [Signal; D],
-    /// Which nodes of each field are light.
-    pub(super) cutoff: Vec<Cutoff>,
-    pub(super) books: Books,
-    pub(super) accounts: Accounts,
-    /// Kinetic and internal energy of the bodies [J].
-    pub(super) energy: [f64; 2],
-    /// What the volumes of gases hold off of their atmosphere, Σ p_a V_p [J].
-    pub(super) displaced: f64,
-    pub(super) tally: Tally,
-    pub(super) summaries: Vec<Summary>,
-    /// What the books show.
+    pub(super) energy: Energy,
     pub(super) notices: Notices,
-    /// The last step [s].
-    pub(super) dt_before: f64,
-    /// The bound of the next step [s].
-    pub(super) bound: f64,
-    pub(super) steps: u64,
+    pub(super) clock: Clock,
     pub(super) timer: Timer,
 }
 
 impl<const D: usize> Solver for Mpm<D> {
     fn stable_dt(&self) -> f64 {
-        self.bound
+        self.clock.bound
     }
 
-    /// The momentum of a step takes half of it and half of the one before. A membrane that takes sub-steps feels forces
-    /// that long while its nodes move for the step alone: after a long step, a tiny one would be a blow.
+    /// The momentum of a step advances by half of it and half of the step before, while nodes of membranes move for the step
+    /// alone: a tiny step after a long one would accelerate a sub-cycled membrane by forces that act much longer than it moves.
     fn largest_change(&self) -> f64 {
         if self.coupling.membranes.is_empty() { f64::INFINITY } else { CHANGE }
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        let step = Step::new(t, dt, self.dt_before);
+        let step = Step::new(t, dt, self.clock.dt_before);
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
-        self.dt_before = dt;
-        self.steps += 1;
-        self.bound = self.step_bound().min(GROWTH * self.bound);
-        self.watch(t + dt);
+        let Clock { bound, steps, .. } = self.clock;
+        self.clock = Clock { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
+        self.notices.watch(self.clock.steps, t + dt, &self.energy, &self.coupling);
         Ok(())
     }
 
@@ -146,14 +134,14 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn restored(&mut self) {
-        self.proximity.forget();
+        self.coupling.proximity.forget();
         self.coupling.contact.restored();
     }
 
     fn notices(&mut self) -> Vec<String> {
         let mut said = self.coupling.contact.notices();
         said.extend(self.notices.take());
-        said.extend(self.proximity.take());
+        said.extend(self.coupling.proximity.take());
         said
     }
 
@@ -170,57 +158,61 @@ impl<const D: usize> Solver for Mpm<D> {
     }
 
     fn substeps(&self, dt: f64) -> u64 {
-        let count = || self.coupling.substeps(Step::new(0.0, dt, self.dt_before).longer());
+        let count = || self.coupling.substeps(Step::new(0.0, dt, self.clock.dt_before).longer());
         if self.coupling.membranes.is_empty() { 0 } else { count() as u64 }
     }
 }
 
 impl<const D: usize> Mpm<D> {
-    /// The step: trial momentum of the bodies, walls, then back to the particles.
+    /// The step: trial momentum of the bodies, membranes and contact, walls, then back to the particles.
     fn advance(&mut self, step: &Step) -> Result<(), StepError> {
         timed!(self.timer, "activate", self.activate());
-        self.tally = Tally::default();
-        self.filter_order = self.due_filter(step);
-        self.summaries = vec![Summary::default(); self.bodies.len()];
+        self.energy.work = GridWork::default();
+        self.filter_order = self.method.due_filter(step);
         for field in 0..self.grid.fields.len() {
-            timed!(self.timer, "p2g", self.scatter_particles(field, step)?); // m_I, p_I⁻         Lian (60, 61)
-            timed!(self.timer, "stress", self.stress_and_force(field, step)?); // σ, f_I Lian (62, 63; 17, 18)
+            timed!(self.timer, "p2g", self.scatter_momentum(field, step)?); // m_I, p_I⁻        Lian (60, 61)
+            timed!(self.timer, "stress", self.scatter_forces(field, step)?); // σ, f_I   Lian (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  Lian (64)
         }
-        let Self { grid, walls, bodies, coupling, proximity, timer, .. } = self;
-        coupling.advance((grid, walls), bodies, step, (proximity, timer))?; // membranes, J_I             Lian (39–59)
-        self.book_walls_of_sheets(step);
-        timed!(self.timer, "stress", self.lead_volumes());
-        timed!(self.timer, "shift", self.even_out(step));
+        self.advance_membranes(step)?; // membranes, J_I                                            Lian (39–59)
+        self.correct_particles(step);
         timed!(self.timer, "grid", self.constrain_walls(step)); // once more
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));
         for field in 0..self.grid.fields.len() {
             timed!(self.timer, "grid", self.finish_nodes(field, step)); // v_I⁺, a_I
-            timed!(self.timer, "g2p", self.gather_particles(field, step)?); // v_p, ẋ_p           Lian (65, 19)
-            timed!(self.timer, "stress", self.stress_last(field, step)?);
+            timed!(self.timer, "g2p", self.move_particles(field, step)?); // v_p, ẋ_p           Lian (65, 19)
+            timed!(self.timer, "g2p", self.filter_noise(field, step));
+            timed!(self.timer, "stress", self.update_stresses(field, step)?); // σ, x_p  Lian (62, 63; 19)
         }
-        timed!(self.timer, "g2p", self.move_particles(step)?);
+        timed!(self.timer, "g2p", self.land_particles(step)?);
         timed!(self.timer, "shift", self.displace_particles(step));
         self.finish_step(step)?;
-        self.close_books();
-        health::check_energy(self.energy.iter().sum::<f64>() + self.books.sum())
+        self.energy.close_step(&self.bodies);
+        health::check_energy(self.energy.sum())
     }
-}
 
-/// The bodies of a field with their bins.
-fn in_field<'a, const D: usize>(
-    bodies: &'a mut [Body<D>],
-    bins: &'a mut [Bins<D>],
-    field: usize,
-) -> impl Iterator<Item = (&'a mut Body<D>, &'a mut Bins<D>)> {
-    bodies.iter_mut().zip(bins).filter(move |(body, _)| body.field == field)
-}
+    /// The membranes take their steps and meet the bodies, walls and obstacles.
+    fn advance_membranes(&mut self, step: &Step) -> Result<(), StepError> {
+        let Self { grid, walls, bodies, coupling, energy, timer, .. } = self;
+        coupling.advance(grid, walls, bodies, step, timer)?;
+        energy.add_walls(&walls.book_sheets(&coupling.contact.wall_pushes(), step.momentum_dt));
+        Ok(())
+    }
 
-/// The same, to be read only.
-pub(super) fn of_field<'a, const D: usize>(
-    bodies: &'a [Body<D>],
-    bins: &'a [Bins<D>],
-    field: usize,
-) -> impl Iterator<Item = (&'a Body<D>, &'a Bins<D>)> {
-    bodies.iter().zip(bins).filter(move |(body, _)| body.field == field)
+    /// Leads the volumes of gases to what the grid shows, and finds where the particles of liquids are to go.
+    fn correct_particles(&mut self, step: &Step) {
+        let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, .. } = self;
+        let around = Surroundings { grid, ghosts, walls };
+        timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
+        let contact = &mut coupling.contact;
+        let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, around, bodies, contact));
+        works.into_iter().for_each(|work| energy.add_volume_corrections(work));
+    }
+
+    /// Shifts the particles of liquids, and parts particles from membranes and obstacles.
+    fn displace_particles(&mut self, step: &Step) {
+        let Self { grid, ghosts, walls, bodies, coupling, energy, .. } = self;
+        let work = shifting::displace(Surroundings { grid, ghosts, walls }, bodies, coupling, step);
+        energy.ledger.add(energy.terms.displacement, work);
+    }
 }

@@ -8,7 +8,7 @@ use lateen::simulation::Solver;
 /// A single particle follows the parabola at every step, whatever the steps are.
 #[test]
 fn free_fall_of_a_particle_is_exact() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for transfer in [FLIP, Transfer::Apic] {
             let mut setup = setup(grid([0.0, 0.0], 1.0, [10, 10], WallKind::Open));
             (setup.kernel, setup.transfer) = (kernel, transfer);
@@ -34,7 +34,7 @@ fn free_fall_of_a_particle_is_exact() {
 /// where the hat of the next node vanishes but not its slope.
 #[test]
 fn uniform_translation_neither_strains_nor_slows_a_block() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for transfer in [FLIP, Transfer::Apic] {
             for (lower, velocity) in [(2.0, [1.0, 0.3, -0.2]), (1.75, [1.0, 0.3, -0.2]), (1.75, [1.0, 0.0, 0.0])] {
                 translate(kernel, transfer, lower, Vector(velocity));
@@ -82,7 +82,7 @@ fn apic_conserves_linear_and_angular_momentum() {
 /// gives no force anywhere, walls, edges and corners included.
 #[test]
 fn a_constant_stress_in_a_closed_box_gives_no_force() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         let mut setup = setup(grid([0.0; 3], 1.0, [3, 2, 4], WallKind::Slip));
         setup.kernel = kernel;
         let mut gas = body(liquid(1.0, 10.0), ([0.0; 3], [6, 4, 8], 0.5), |_| true, |_| Vector::ZERO);
@@ -126,7 +126,7 @@ fn a_bar_vibrates_with_the_period_of_its_first_mode() {
 /// Water at rest under gravity: p = ρ g (H − z), and the floor carries the weight.
 #[test]
 fn a_water_column_keeps_its_hydrostatic_pressure_and_weight() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         let mut setup = setup(grid([0.0, 0.0], 0.25, [4, 20], WallKind::Slip));
         setup.kernel = kernel;
         setup.gravity = [Signal::ZERO, Signal::Constant(-10.0)];
@@ -205,7 +205,7 @@ fn apic_gains_no_energy_at_separating_walls() {
 /// Half a vibrating disc on a symmetry plane moves as the whole one does.
 #[test]
 fn half_a_disc_on_a_symmetry_plane_moves_as_the_whole_disc() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast] {
             let disc = |x: Vector<2>| (x - Vector([0.0, 2.0])).norm() < 1.0;
             let velocity = |x: Vector<2>| Vector([0.5 * x[0], -0.4 * (x[1] - 2.0)]);

@@ -57,7 +57,7 @@ const WALLS: [WallKind; 4] =
 #[test]
 fn energy_and_momentum_close_for_every_kernel_transfer_and_wall() {
     let damped = Transfer::Flip { relaxation: 0.02, filter_order: 0, filter_interval: 0 };
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for transfer in [FLIP, damped, Transfer::Apic] {
             for kind in WALLS {
                 let mpm = thrown(kernel, transfer, StressUpdate::Average, kind);
@@ -98,7 +98,7 @@ fn energy_and_momentum_close_for_every_stress_update() {
 /// but the energy that there is, which it stays below. Rows of particles lie on planes of nodes.
 #[test]
 fn free_flight_conserves_momentum_and_books_less_than_its_energy() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for stress_update in [StressUpdate::First, StressUpdate::ModifiedLast, StressUpdate::Average] {
             for lower in [0.75, 0.6875, 0.7] {
                 let mut setup = setup(grid([0.0, 0.0], 0.25, [16, 12], WallKind::Open));
@@ -153,7 +153,7 @@ fn the_filter_conserves_momentum_and_its_loss_is_booked() {
 /// them.
 #[test]
 fn work_and_forces_of_walls_on_filtered_velocities_are_booked() {
-    for kernel in KERNELS {
+    for &kernel in KERNELS {
         for kind in WALLS {
             for (filter_order, speed) in [(1, 0.0), (2, 0.0), (3, 0.4)] {
                 let transfer = Transfer::Flip { relaxation: f64::INFINITY, filter_order, filter_interval: 4 };

@@ -10,5 +10,6 @@ mod heat;
 mod ledger;
 mod manufactured;
 mod model;
+mod plain;
 mod resume;
 mod spray;

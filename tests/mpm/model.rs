@@ -9,7 +9,7 @@ use lateen::mpm::{
 };
 use lateen::simulation::Solver;
 
-pub const KERNELS: [KernelKind; 4] = [KernelKind::Linear, KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
+pub const KERNELS: &[KernelKind] = KernelKind::ALL;
 
 pub const FLIP: Transfer = Transfer::Flip { relaxation: f64::INFINITY, filter_order: 0, filter_interval: 0 };
 

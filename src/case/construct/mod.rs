@@ -64,7 +64,7 @@ impl Case {
             check::parts(self, setup, &mut findings);
         }
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
-        findings.extend(crate::mpm::astray(&setup));
+        findings.extend(crate::mpm::check_sides(&setup));
         findings.extend(crate::mpm::proximity::meetings_at_the_start(&setup));
         let domain = self.file.grid.as_ref().map_or([[0.0; 3]; 2], |grid| [grid.lower, grid.upper]);
         let summary = CaseSummary::of_points(&setup, domain);
@@ -161,7 +161,7 @@ impl Construction<'_> {
         let mpm = &file.mpm;
         Some(Setup {
             grid: grid.filter(|_| complete)?,
-            kernel: mpm.kernel.into(),
+            kernel: mpm.kernel,
             transfer: (&mpm.transfer).into(),
             dissipation: mpm.dissipation.into(),
             stress_update: mpm.stress_update.into(),

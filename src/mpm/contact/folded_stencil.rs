@@ -5,8 +5,8 @@
 //! extrapolate the two nodes next to the wall, as the bodies' ghosts do, or are none where a field has nodes there.
 
 use crate::math::Vector;
-use crate::mpm::ghost::Fold;
-use crate::mpm::kernel::{Kernel, Shape, with_shape};
+use crate::mpm::grid::Fold;
+use crate::mpm::grid::kernel::{Kernel, Shape, with_shape};
 use crate::mpm::{EDGE, Grid, Wall, WallKind};
 
 /// Axes along which a vector is reversed on its way through a symmetry plane: one bit per axis.

@@ -5,7 +5,7 @@ use super::element::{self, Block, Parameters, Reference};
 use super::enclosed::Enclosure;
 use super::hourglass::Hourglass;
 use super::lanes::{LANES, LaneVector, Lanes};
-use super::ledger::Books;
+use super::ledger::MembraneLedger;
 use super::load::{Pressure, Supports, area_vector};
 use super::shape::{FullQuadrilateral, Metric, Modes, Quadrilateral, Segment, Shape, Triangle};
 use super::{Membrane, task};
@@ -51,7 +51,7 @@ impl<const D: usize> Membrane<D> {
             touch_time: 0.0,
             enclosure: Enclosure::new(&elements, &setup.position),
             momentum_dt: 0.0,
-            books: vec![Books::zeroed()],
+            ledger: vec![MembraneLedger::zeroed()],
             position: setup.position,
             velocity: setup.velocity,
             elements,
@@ -91,10 +91,10 @@ impl<const D: usize> Membrane<D> {
         }
         let sums = self.update_elements();
         let kinetic = self.kinetic_energy();
-        let books = &mut self.books[0];
+        let ledger = &mut self.ledger[0];
         let strain = if self.sheet.kind() == SheetKind::Total { sums.strain } else { 0.0 };
-        (books.frequency2, books.kinetic_start) = (sums.frequency2, kinetic);
-        (books.strain, books.strain_start) = (strain, strain);
+        (ledger.frequency2, ledger.kinetic_start) = (sums.frequency2, kinetic);
+        (ledger.strain, ledger.strain_start) = (strain, strain);
         Ok(())
     }
 
@@ -164,7 +164,7 @@ fn reference_at<S: Shape<N>, const N: usize>(
     reference
 }
 
-/// What is wrong with a set-up.
+/// The findings about a set-up.
 fn check<const D: usize>(setup: &MembraneSetup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     let mut error = |key: &str, message: String| findings.push(Diagnostic::error(key, message));
@@ -197,7 +197,7 @@ fn check<const D: usize>(setup: &MembraneSetup<D>) -> Vec<Diagnostic> {
     findings
 }
 
-/// What is wrong with one element.
+/// The findings about one element.
 fn check_element<const D: usize>(element: &[u32], position: &[Vector<D>]) -> Result<(), String> {
     let allowed: &[usize] = if D == 3 { &[3, 4] } else { &[2] };
     if !allowed.contains(&element.len()) {
@@ -287,7 +287,7 @@ fn natural_metric(reference: &Reference) -> Metric {
     Metric { a: b * det, b: a * det, c: -c * det, det }
 }
 
-/// How far the sheet at the start is stretched from its stress-free state.
+/// Stretches of the sheet at the start from its stress-free state.
 #[derive(Clone, Copy)]
 struct Natural {
     /// Along the material axes and through the thickness.

@@ -14,7 +14,7 @@ pub struct Elements {
     corner_offset: Vec<u32>,
     /// Corners (indices into `nodes`) that meet at each node, ascending.
     corners: Vec<u32>,
-    /// How many elements have 4, 3 and 2 nodes.
+    /// Numbers of elements with 4, 3 and 2 nodes.
     counts: [usize; 3],
     /// Quadrature points of a quadrilateral.
     points: usize,
@@ -103,7 +103,7 @@ impl Elements {
         [self.points, 1, 1]
     }
 
-    /// How many quadrilaterals, triangles and segments.
+    /// Numbers of quadrilaterals, triangles and segments.
     pub(super) fn counts(&self) -> [usize; 3] {
         self.counts
     }

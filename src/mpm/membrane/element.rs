@@ -46,14 +46,14 @@ pub struct Reference {
     pub bound: [f64; LANES],
 }
 
-/// How many times shorter the steps of sheets that wrinkle are than those of sheets that don't.
+/// Factor by which the steps of sheets that wrinkle are shorter than those of sheets that don't.
 ///
 /// A slack element that snaps taut has moved past its length without a force. For one degree of freedom of frequency ω and a random
 /// place in the step, the speed at which it comes back has 1.28 times the energy on average, up to 2.4, where ω Δt = 1.6; where
 /// ω Δt = 1 and the stress has a viscous part of 0.05 of its increment, 0.86, at most 0.90.
 pub const SNAP: f64 = 1.6;
 
-/// What all elements of a membrane share.
+/// The parameters that all elements of a membrane share.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameters {
     /// The step that led here, Δt^{n−½} [s].
@@ -138,7 +138,7 @@ impl Resisted {
     }
 }
 
-/// What an update gives back of the elements of a block.
+/// Results of an update of the elements of a block.
 pub struct Updated<const N: usize> {
     /// Force at each node [N].
     pub force: [LaneVector; N],
@@ -215,7 +215,7 @@ pub fn update<S: Shape<N>, const N: usize>(
     Updated { force: S::spread(-p, -r, -h), area: now.g1.cross(now.g2) * (S::AREA / N as f64), sums }
 }
 
-/// What the stress at a quadrature point resists with (42–44).
+/// Resultants of the stress at a quadrature point (42–44).
 #[inline(always)]
 fn resist_at<S: Shape<N>, const N: usize>(
     (now, rate, point): (&Modes, &Modes, usize),
@@ -339,7 +339,7 @@ fn total_form(
     let state = sheet.total_lanes(&material([metric.a, metric.b, metric.c]).map(|c| c.0));
     let mut stiffness = Lanes(state.stiffness);
     if sheet.wrinkles() {
-        // What is slack or wrinkled may be taut in the next step.
+        // A slack or wrinkled point may be taut in the next step.
         stiffness = stiffness.max(parameters.speed2 * parameters.density) * (SNAP * SNAP);
     }
     let (old, elastic) = (block.stress.map(Lanes), state.stress.map(Lanes));

@@ -36,7 +36,7 @@ impl<const D: usize> Membrane<D> {
         self.enclosure.is_some()
     }
 
-    /// What each element adds to the enclosed volume [m³].
+    /// Contribution of each element to the enclosed volume [m³].
     pub(super) fn volumes(&self) -> Vec<f64> {
         let of = |at: &Enclosure<D>| -> Vec<f64> {
             self.elements.iter().map(|nodes| at.outward * cone(nodes, &self.position, at.origin)).collect()

@@ -28,7 +28,7 @@ pub struct Hourglass {
     pub warping_viscosity: f64,
 }
 
-/// What the rest of the element knows.
+/// Numbers of the rest of the element.
 pub struct Surroundings<'a> {
     /// Tangents and hourglass mode of the positions.
     pub now: &'a Modes,

@@ -1,11 +1,11 @@
-//! Energy and momentum books of a membrane (theory C.11).
+//! The ledger of energy and momentum of a membrane (theory C.11).
 
 use bytemuck::{Pod, Zeroable};
 
 /// Running sums since the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
-pub(super) struct Books<const D: usize> {
+pub(super) struct MembraneLedger<const D: usize> {
     /// The last displacement step, Δt^{n−½} [s].
     pub displacement_dt: f64,
     /// Greatest ω² of an element [1/s²].
@@ -44,10 +44,10 @@ pub(super) struct Books<const D: usize> {
 
 // SAFETY: f64 and arrays of f64 in C order: no padding, every bit pattern is valid.
 #[allow(unsafe_code)]
-unsafe impl<const D: usize> Zeroable for Books<D> {}
+unsafe impl<const D: usize> Zeroable for MembraneLedger<D> {}
 // SAFETY: as above.
 #[allow(unsafe_code)]
-unsafe impl<const D: usize> Pod for Books<D> {}
+unsafe impl<const D: usize> Pod for MembraneLedger<D> {}
 
 /// Energies of a membrane now and works since the start [J]:
 /// Δ(kinetic + strain + hourglass) = pressure + gravity + supports + contact − damping + mismatch + closure.
@@ -78,7 +78,7 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// What doesn't add up [J]: rounding, if the books are right.
+    /// The energy that no term accounts for [J]: rounding, if the ledger is right.
     pub fn closure(&self) -> f64 {
         let stored = self.kinetic - self.kinetic_start + self.strain - self.strain_start + self.hourglass;
         let gained = self.pressure + self.gravity + self.supports + self.contact + self.mismatch;
@@ -86,8 +86,8 @@ impl Balance {
     }
 }
 
-impl<const D: usize> Books<D> {
-    /// The books with the given kinetic energy [J].
+impl<const D: usize> MembraneLedger<D> {
+    /// The balance with the given kinetic energy [J].
     pub fn balance(&self, kinetic: f64) -> Balance {
         let strain = self.strain + self.half_step;
         let taken_up = strain - self.strain_start + self.hourglass + self.stiffness_damping;

@@ -1,8 +1,8 @@
-//! What outputs and checkpoints see of a membrane.
+//! The fields of outputs and the columns of checkpoints of a membrane.
 
 use super::Membrane;
 use super::element::Block;
-use super::ledger::Books;
+use super::ledger::MembraneLedger;
 use super::shape::GAUSS;
 use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
@@ -15,7 +15,7 @@ impl<const D: usize> Membrane<D> {
         visit(&format!("{prefix}position"), Column::new(&mut self.position));
         visit(&format!("{prefix}velocity"), Column::new(&mut self.velocity));
         visit(&format!("{prefix}elements"), Column::new(&mut self.blocks));
-        visit(&format!("{prefix}books"), Column::new(&mut self.books));
+        visit(&format!("{prefix}books"), Column::new(&mut self.ledger));
     }
 
     /// Nodes, elements and fields for outputs.
@@ -160,4 +160,4 @@ macro_rules! column_of_numbers {
     };
 }
 column_of_numbers!([] Block);
-column_of_numbers!([const D: usize] Books<D>);
+column_of_numbers!([const D: usize] MembraneLedger<D>);

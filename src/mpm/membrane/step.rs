@@ -9,7 +9,7 @@ use super::task::{Run, Task};
 use crate::error::{Place, StepError};
 use crate::material::SheetKind;
 use crate::math::{Signal, Vector};
-use crate::mpm::health::no_load;
+use crate::mpm::state::health::no_load;
 use crate::parallel;
 
 /// Blocks of elements per parallel task.
@@ -25,19 +25,19 @@ impl<const D: usize> Membrane<D> {
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.
     pub fn internal_force(&mut self, t: f64) -> Result<(), StepError> {
-        self.parameters.dt = self.books[0].displacement_dt;
+        self.parameters.dt = self.ledger[0].displacement_dt;
         let sums = self.update_elements();
         if !(sums.frequency2.is_finite() && sums.frequency2 > 0.0 && sums.strain.is_finite()) {
             return Err(self.broken(t));
         }
-        let books = &mut self.books[0];
-        books.strain = match self.sheet.kind() {
-            SheetKind::Rate => books.strain + sums.strain,
+        let ledger = &mut self.ledger[0];
+        ledger.strain = match self.sheet.kind() {
+            SheetKind::Rate => ledger.strain + sums.strain,
             SheetKind::Total => sums.strain,
         };
-        books.hourglass += sums.hourglass;
-        books.stiffness_damping += sums.damping;
-        books.frequency2 = sums.frequency2;
+        ledger.hourglass += sums.hourglass;
+        ledger.stiffness_damping += sums.damping;
+        ledger.frequency2 = sums.frequency2;
         self.pressure.update(t, &self.elements, &self.position);
         self.check_loads(t)?;
         let Self { element_force, corner_force, elements, .. } = self;
@@ -79,10 +79,10 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// Books the work of this step, then moves the nodes by `dt` (47).
+    /// MembraneLedger the work of this step, then moves the nodes by `dt` (47).
     pub fn move_nodes(&mut self, t: f64, dt: f64) {
         self.book(t);
-        self.books[0].displacement_dt = dt;
+        self.ledger[0].displacement_dt = dt;
         let Self { position, velocity, .. } = self;
         parallel::for_each_pair_mut(position, velocity, |x, v| *x += *v * dt);
     }
@@ -110,7 +110,7 @@ impl<const D: usize> Membrane<D> {
         nodes.iter().map(|&k| self.position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64)
     }
 
-    /// What mass-proportional damping c takes of a velocity, (1 − e^(−cΔt))/Δt [1/s]: exact for a sheet that nothing else
+    /// Rate by which mass-proportional damping c takes from a velocity, (1 − e^(−cΔt))/Δt [1/s]: exact for a sheet that nothing else
     /// acts on, however large the step.
     fn drag(&self) -> f64 {
         let dt = self.momentum_dt;
@@ -144,13 +144,13 @@ impl<const D: usize> Membrane<D> {
 
     /// Energies now and works since the start.
     pub fn balance(&self) -> Balance {
-        self.books[0].balance(self.kinetic_energy())
+        self.ledger[0].balance(self.kinetic_energy())
     }
 
     /// Impulses since the start [N s]: of pressure, gravity and damping; of contact; of the supports.
     pub fn impulses(&self) -> [Vector<D>; 3] {
-        let books = &self.books[0];
-        [Vector(books.external_impulse), Vector(books.contact_impulse), Vector(books.support_impulse)]
+        let ledger = &self.ledger[0];
+        [Vector(ledger.external_impulse), Vector(ledger.contact_impulse), Vector(ledger.support_impulse)]
     }
 
     /// Adds the work and impulse of every force of this step, with the mean velocity.
@@ -164,18 +164,18 @@ impl<const D: usize> Membrane<D> {
         )
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
-        let books = &mut self.books[0];
-        books.elements += work.elements * dt;
-        books.half_step = -work.elements_new * 0.5 * dt;
-        books.pressure += work.pressure * dt;
-        books.gravity += work.gravity * dt;
-        books.contact += work.contact * dt;
-        books.mass_damping += work.damping * dt;
-        books.supports += support_work;
+        let ledger = &mut self.ledger[0];
+        ledger.elements += work.elements * dt;
+        ledger.half_step = -work.elements_new * 0.5 * dt;
+        ledger.pressure += work.pressure * dt;
+        ledger.gravity += work.gravity * dt;
+        ledger.contact += work.contact * dt;
+        ledger.mass_damping += work.damping * dt;
+        ledger.supports += support_work;
         for axis in 0..D {
-            books.external_impulse[axis] += work.external_force[axis] * dt;
-            books.contact_impulse[axis] += work.contact_force[axis] * dt;
-            books.support_impulse[axis] += support_impulse[axis];
+            ledger.external_impulse[axis] += work.external_force[axis] * dt;
+            ledger.contact_impulse[axis] += work.contact_force[axis] * dt;
+            ledger.support_impulse[axis] += support_impulse[axis];
         }
     }
 
@@ -296,7 +296,7 @@ impl<const D: usize> Gravity<'_, D> {
     }
 }
 
-/// Where the elements of one shape begin.
+/// The first element of one shape.
 #[derive(Clone, Copy, Default)]
 struct Group {
     block: usize,

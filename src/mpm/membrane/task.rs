@@ -8,7 +8,7 @@ use crate::math::Vector;
 use crate::math::simd::{self, widest};
 use std::marker::PhantomData;
 
-/// What the element tasks of one shape read.
+/// The columns that the element tasks of one shape read.
 pub(super) struct Task<'a, const D: usize> {
     /// Nodes of the elements, one after the other.
     pub nodes: &'a [u32],
@@ -18,7 +18,7 @@ pub(super) struct Task<'a, const D: usize> {
     pub position: &'a [Vector<D>],
     /// Velocities of all nodes.
     pub velocity: &'a [Vector<D>],
-    /// What all elements share.
+    /// The parameters that all elements share.
     pub parameters: &'a Parameters,
     /// The law.
     pub sheet: &'a dyn Sheet,
@@ -32,7 +32,7 @@ pub(super) struct Run<'a, const D: usize> {
     pub blocks: &'a mut [Block],
     /// Nodal forces, element by element [N].
     pub force: &'a mut [Vector<D>],
-    /// Area vectors over the number of nodes [m²]; empty if nobody asks.
+    /// Area vectors over the number of nodes [m²]; empty if they aren't needed.
     pub area: &'a mut [Vector<D>],
 }
 

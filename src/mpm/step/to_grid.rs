@@ -1,15 +1,15 @@
 //! From the particles to the grid: mass, momentum and forces on the nodes, and the trial momentum, Lian (60–64).
 
-use super::{Step, in_field};
+use super::Step;
 use crate::error::StepError;
-use crate::math::{Signal, Vector};
-use crate::mpm::average::Average;
-use crate::mpm::ghost::Ghosts;
-use crate::mpm::light;
-use crate::mpm::stress::{Strain, update_stress_and_push};
-use crate::mpm::sweep::{Bins, Content, Sweep};
+use crate::math::Vector;
+use crate::mpm::grid::Ghosts;
+use crate::mpm::grid::small_mass::{self, TrialMomentum};
+use crate::mpm::particles::motion::Summary;
+use crate::mpm::state::health;
+use crate::mpm::transfer::{Bins, Visitor};
 use crate::mpm::wall::Bodies;
-use crate::mpm::{Field, Locking, Mpm, StressUpdate, health};
+use crate::mpm::{Field, Mpm};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -17,15 +17,16 @@ impl<const D: usize> Mpm<D> {
     /// the ghosts and wall nodes.
     pub(super) fn activate(&mut self) {
         let mut sorted = false;
-        for (body, bins) in self.bodies.iter_mut().zip(&mut self.bins) {
-            if bins.stale(body.kernel, body.particles.len()) {
-                *bins = Bins::sort(&mut body.particles, body.kernel, self.grid.origin, self.grid.cell);
+        for body in &mut self.bodies {
+            body.summary = Summary::default();
+            if body.bins.stale(body.kernel, body.particles.len()) {
+                body.bins = Bins::sort(&mut body.particles, body.kernel, self.grid.origin, self.grid.cell);
             }
-            sorted |= bins.lost();
+            sorted |= body.bins.lost();
         }
-        let changed = sorted && self.grid.set_blocks(Bins::blocks(&self.bins));
+        let changed = sorted && self.grid.set_blocks(Bins::blocks(&self.bodies));
         if sorted {
-            self.bins.iter_mut().for_each(|bins| bins.locate(&self.grid));
+            self.bodies.iter_mut().for_each(|body| body.bins.locate(&self.grid));
         } else {
             self.grid.clear();
         }
@@ -39,27 +40,23 @@ impl<const D: usize> Mpm<D> {
         self.coupling.find_membranes(&self.walls, self.grid.cell);
     }
 
-    /// True if the forces are known when mass and momentum are scattered.
-    fn scatters_at_once(&self) -> bool {
-        let late = matches!(self.stress_update, StressUpdate::Last | StressUpdate::ModifiedLast);
-        late && self.locking == Locking::None
-    }
-
-    /// m_I and p_I⁻ with the binding walls, Lian (60, 61).
-    pub(super) fn scatter_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
-        let content = if self.scatters_at_once() { Content::MomentumAndForce } else { Content::Momentum };
-        let Self { grid, bodies, bins, ghosts, walls, cutoff, gravity, coupling, .. } = self;
+    /// m_I and p_I⁻ with the binding walls, Lian (60, 61); f_I too, where the stresses are known.
+    pub(super) fn scatter_momentum(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let parameters = self.method.parameters(step, 0.0, self.landing(step));
+        let Self { grid, bodies, ghosts, walls, method, coupling, members, executor, .. } = self;
         grid.with_field(field, |grid, own| {
-            for (body, bins) in in_field(bodies, bins, field) {
-                body.find_external_forces(gravity, step.t);
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            for &number in &members[field] {
+                let body = &mut bodies[number];
+                body.find_external_forces(&method.gravity, step.t);
                 health::check_external(body)?;
-                bins.extents = Sweep::new(grid, body, bins).scatter(&mut own.nodes, body, content);
+                visitor.run(&method.schedule.momentum, own, body)?;
             }
             own.limits.measure(ghosts, grid.folds_in(field), &own.nodes);
             walls.fold((ghosts, &own.limits), field, &mut own.nodes);
-            own.faint = light::find_faint(grid, &mut own.nodes, &cutoff[field]);
-            let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-            let bodies = Bodies::of_field(bodies, bins, field, &shielded);
+            own.small = small_mass::find(grid, &mut own.nodes, &own.cutoffs);
+            let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
+            let bodies = Bodies::of_field(bodies, field, &shielded);
             walls.constrain_start((grid, field), &mut own.nodes, &bodies, step);
             Ok(())
         })
@@ -67,57 +64,40 @@ impl<const D: usize> Mpm<D> {
 
     /// f_I of stresses and of forces on particles, Lian (17, 18), where they could not be scattered with the momentum; before
     /// that the stress update over the interval that led here, Lian (62, 63), if that is its place.
-    pub(super) fn stress_and_force(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
-        if self.scatters_at_once() {
+    pub(super) fn scatter_forces(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let strain_dt = self.method.schedule.strain_before(step.dt_before);
+        let parameters = self.method.parameters(step, strain_dt.unwrap_or(0.0), self.landing(step));
+        let Self { grid, bodies, ghosts, walls, method, members, executor, .. } = self;
+        let visits = method.schedule.force(step.dt_before);
+        if visits.is_empty() {
             return Ok(());
         }
-        let dt = match self.stress_update {
-            StressUpdate::First => Some(step.dt_before),
-            StressUpdate::Average => Some(0.5 * step.dt_before),
-            StressUpdate::Last | StressUpdate::ModifiedLast => None,
-        };
-        let Self { grid, bodies, bins, ghosts, walls, locking, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, velocity, sums, means, limits, .. } = own;
-            if dt.is_some() {
+            if strain_dt.is_some() {
+                let Field { nodes, velocity, limits, .. } = own;
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
                 walls.bind_lasting_velocities(grid, field, velocity, step.before());
                 ghosts.fill(limits, velocity);
             }
-            let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };
-            for (body, bins) in in_field(bodies, bins, field) {
-                let sweep = Sweep::new(grid, body, bins);
-                match dt {
-                    Some(dt) => {
-                        let strain = Strain { velocity, dt, backwards: true, moves: false, heat: &[] };
-                        update_stress_and_push(&sweep, &mut average, strain, body, nodes)?;
-                    }
-                    None => average.push(&sweep, body, nodes),
-                }
-            }
-            walls.fold((ghosts, limits), field, nodes);
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
+            walls.fold((ghosts, &own.limits), field, &mut own.nodes);
             Ok(())
         })
     }
 
-    /// Gravity that is the same everywhere at time `t` acts on the nodes [m/s²]; other gravity on the particles.
-    pub(super) fn uniform_gravity(&self, t: f64) -> Vector<D> {
-        let uniform = self.gravity.iter().all(Signal::is_uniform);
-        Vector::from_fn(|a| if uniform { self.gravity[a].value([0.0; 3], t) } else { 0.0 })
-    }
-
     /// p̄_I ← p_I⁻ + Δt f_I with gravity among the forces, then the walls, Lian (64).
     pub(super) fn advance_momentum(&mut self, field: usize, step: &Step) {
-        let (gravity, dt) = (self.uniform_gravity(step.t), step.momentum_dt);
-        let Self { grid, walls, bodies, bins, cutoff, coupling, .. } = self;
+        let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
+        let Self { grid, walls, bodies, coupling, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, applied, .. } = own;
+            let Field { nodes, applied, cutoffs, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
-            light::advance(grid, nodes, applied, (gravity, dt), &cutoff[field]);
-            let shielded = |x, normal, distance| coupling.lies_between((grid.cell, field), x, normal, distance);
-            walls.measure(grid, field, &Bodies::of_field(bodies, bins, field, &shielded));
+            TrialMomentum { gravity, dt, cutoffs: *cutoffs }.advance(grid, nodes, applied);
+            let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
+            walls.measure(grid, field, &Bodies::of_field(bodies, field, &shielded));
             walls.constrain_trial(grid, field, nodes, step);
         });
     }

@@ -1,216 +1,142 @@
-//! From the grid back to the particles: velocities, stresses, places, Lian (65, 19), and what the step has done.
+//! From the grid back to the particles: velocities, stresses, places, Lian (65, 19).
 
-use super::books::NodeWork;
-use super::{Step, of_field};
+use super::Step;
+use super::schedule::StrainVelocity;
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::mpm::average::Average;
-use crate::mpm::filter::{Filter, divide_by_mass, velocity_on_grid};
-use crate::mpm::heat;
-use crate::mpm::motion::{Landing, Transport, gather_mean, gather_motion};
-use crate::mpm::stress::{Strain, strain_and_land, update_stress};
-use crate::mpm::sweep::{Sweep, View};
-use crate::mpm::{Field, Locking, Mpm, Node, StressUpdate, Transfer, health};
+use crate::mpm::grid::NodeMotion;
+use crate::mpm::particles::motion::Landing;
+use crate::mpm::state::energy::ForceWork;
+use crate::mpm::state::health;
+use crate::mpm::stress::filter::{Filter, divide_by_mass};
+use crate::mpm::stress::heat;
+use crate::mpm::transfer::Visitor;
+use crate::mpm::{Field, Mpm, Node};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
-    /// Turns (m, p⁺, f) into (m, v⁺, a), settles the work of the forces, and fills the ghosts.
+    /// Turns (m, p⁺, f) into (m, v⁺, a), adds the work of the forces to the ledger, and fills the ghosts.
     pub(super) fn finish_nodes(&mut self, field: usize, step: &Step) {
-        let share = self.pic_share(step.momentum_dt);
-        let gravity = self.uniform_gravity(step.t);
-        let Self { grid, walls, ghosts, tally, books, accounts, .. } = self;
+        let (share, dt) = (self.method.pic_share(step.momentum_dt), step.momentum_dt);
+        let gravity = self.method.uniform_gravity(step.t);
+        let Self { grid, walls, ghosts, energy, .. } = self;
         grid.with_field(field, |grid, own| {
-            let dt = step.momentum_dt;
             let Field { nodes, applied, limits, .. } = own;
             let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
                 if node.mass <= 0.0 {
-                    return NodeWork::default();
+                    return ForceWork::default();
                 }
-                let force = node.force;
-                (node.momentum, node.force) = (node.momentum / node.mass, force / node.mass);
-                let mean = node.momentum - node.force * (0.5 * dt);
-                let (all, applied, weight) = (force.dot(mean), applied.dot(mean), node.mass * gravity.dot(mean));
-                NodeWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass: node.mass }
+                let (mass, force) = (node.mass, node.force);
+                let mean = node.finish().midstep_velocity(dt);
+                let (all, applied, weight) = (force.dot(mean), applied.dot(mean), mass * gravity.dot(mean));
+                ForceWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass }
             };
-            let sum = parallel::reduce_pair_mut(nodes, applied, finish, NodeWork::and).unwrap_or_default();
-            tally.nodes += sum.all;
-            tally.applied += sum.applied;
-            tally.external += sum.weight;
-            books.add(accounts.gravity, sum.weight);
-            books.push((gravity * (sum.mass * dt)).to3());
+            let work = parallel::reduce_pair_mut(nodes, applied, finish, ForceWork::and).unwrap_or_default();
+            energy.add_nodes(work, gravity, dt);
             ghosts.fill(limits, nodes);
-            let done = walls.finish_reactions(grid, field, &own.nodes, step, share);
-            books.add(accounts.wall, done.work);
-            books.add(accounts.wall_loss, done.dissipation);
-            books.push(done.impulse.to3());
+            energy.add_walls(&walls.finish_reactions(grid, field, NodeMotion::of(&own.nodes), step, share));
         });
     }
 
-    /// The part of the particles' velocity that comes from v⁺ itself.
-    pub(super) fn pic_share(&self, dt: f64) -> f64 {
-        match self.transfer {
-            Transfer::Flip { relaxation, .. } => -(-dt / relaxation).exp_m1(),
-            Transfer::Apic => 1.0,
-        }
-    }
-
-    /// Order of the noise filter if it is due in this step, else 0. It is due by time, not by steps: a viscous gas or
-    /// a short step would be filtered more often for no more noise.
-    pub(super) fn due_filter(&self, step: &Step) -> u32 {
-        match self.transfer {
-            Transfer::Flip { filter_order, .. }
-                if ((step.t + step.dt) / self.filter_time).floor() > (step.t / self.filter_time).floor() =>
-            {
-                filter_order
-            }
-            _ => 0,
-        }
-    }
-
-    /// True if the particles can move, strain and land in one sweep: nothing needs the grid in between.
-    pub(super) fn lands_at_once(&self) -> bool {
-        self.stress_update == StressUpdate::Last && self.locking == Locking::None && self.filter_order == 0
-    }
-
-    /// True if the stress update wants the particles' new velocity on the grid (theory A.8).
-    fn remaps(&self) -> bool {
-        matches!(self.stress_update, StressUpdate::ModifiedLast | StressUpdate::Average)
-    }
-
-    /// True if that can be scattered while the particles get it: nothing changes it any more.
-    fn remaps_at_once(&self) -> bool {
-        self.remaps() && self.filter_order == 0
-    }
-
-    /// Where the particles are at the end of the step.
+    /// The end of the step: where the particles are then.
     pub(super) fn landing(&self, step: &Step) -> Landing<D> {
         Landing::new(&self.grid, |axis, end| self.walls.stands(axis, end), step.dt)
     }
 
-    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; all that remains of the step where that can be done
-    /// in the same sweep.
-    pub(super) fn gather_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
-        let dt = step.momentum_dt;
-        let share = self.pic_share(dt);
-        let (at_once, remaps, landing) = (self.lands_at_once(), self.remaps_at_once(), self.landing(step));
-        let Self { grid, bodies, bins, tally, books, accounts, summaries, .. } = self;
-        let mut momentum = std::mem::take(&mut grid.fields[field].velocity);
-        let (grid, own) = (&*grid, &grid.fields[field]);
-        if remaps {
-            momentum.clear();
-            momentum.resize(own.nodes.len(), Vector::ZERO);
-        }
-        for (index, (body, bins)) in
-            bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
-        {
-            let sweep = Sweep::new(grid, body, bins);
-            let transport = Transport::new(dt, share, body.kernel, grid.cell);
-            gather_mean(&sweep, &own.nodes, dt, body);
-            if at_once {
-                summaries[index] = strain_and_land(&sweep, &own.nodes, transport, step.dt, body, landing)?;
-            } else {
-                gather_motion(&sweep, &own.nodes, transport, body, remaps.then_some(&mut momentum));
+    /// v_p and ẋ_p, Lian (65, 19), and the work of external forces; with them all that the schedule does in the same sweep.
+    pub(super) fn move_particles(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
+        let parameters = self.method.parameters(step, strain_dt, self.landing(step));
+        let Self { grid, bodies, ghosts, method, members, executor, energy, filter_order, .. } = self;
+        let sweeps = method.schedule.after_contact(*filter_order);
+        grid.with_field(field, |grid, own| {
+            if sweeps.strain_velocity == StrainVelocity::Remapped {
+                own.velocity.clear();
+                own.velocity.resize(own.nodes.len(), Vector::ZERO);
             }
-            let (all, tractions, impulse) = body.external_work(dt);
-            tally.external += all;
-            books.add(accounts.gravity, all - tractions);
-            books.add(accounts.traction, tractions);
-            books.push(impulse.to3());
-        }
-        self.grid.fields[field].velocity = momentum;
-        self.filter_noise(field, step);
-        Ok(())
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| {
+                visitor.run(&sweeps.motion, own, &mut bodies[number])?;
+                energy.add_external(&bodies[number], step.momentum_dt);
+                Ok(())
+            })
+        })
     }
 
     /// The noise filter, if it is due.
-    fn filter_noise(&mut self, field: usize, step: &Step) {
-        let (order, dissipation, t) = (self.filter_order, self.dissipation, step.after());
+    pub(super) fn filter_noise(&mut self, field: usize, step: &Step) {
+        let (order, t) = (self.filter_order, step.after());
         if order == 0 {
             return;
         }
-        let Self { grid, bodies, bins, ghosts, walls, tally, books, accounts, .. } = self;
-        let mut bodies: Vec<_> = bodies.iter_mut().zip(&*bins).filter(|(body, _)| body.field == field).collect();
-        let (heat, pushes) = Filter { grid, ghosts, walls, field, t, order, dissipation }.apply(&mut bodies);
-        let done = walls.book(pushes, step.momentum_dt);
-        tally.heat += heat;
-        // What moving walls do here, the particles get or the filter takes.
-        tally.nodes += done.work;
-        books.add(accounts.wall, done.work);
-        books.push(done.impulse.to3());
+        let parameters = self.method.parameters(step, 0.0, self.landing(step));
+        let Self { grid, bodies, ghosts, walls, energy, executor, .. } = self;
+        let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+        let mut bodies: Vec<_> = bodies.iter_mut().filter(|body| body.field == field).collect();
+        let (heat, pushes) = Filter { visitor, walls, field, t, order }.apply(&mut bodies);
+        energy.add_filter(heat, &walls.book(pushes, step.momentum_dt));
     }
 
     /// The stress update after the motion, with v⁺ or with the re-mapped velocity (theory A.8); then x_p += Δt ẋ_p.
-    pub(super) fn stress_last(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
-        if self.lands_at_once() {
-            return Ok(());
+    pub(super) fn update_stresses(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let strain_dt = self.method.schedule.strain_after(step.dt).unwrap_or(0.0);
+        let parameters = self.method.parameters(step, strain_dt, self.landing(step));
+        match self.method.schedule.after_contact(self.filter_order).strain_velocity {
+            StrainVelocity::None => return Ok(()),
+            StrainVelocity::Nodes => {
+                let Field { nodes, velocity, .. } = &mut self.grid.fields[field];
+                parallel::map_into(NodeMotion::of(nodes), velocity, NodeMotion::velocity);
+            }
+            StrainVelocity::Remapped => self.remap(field, step)?,
         }
-        let dt = match self.stress_update {
-            StressUpdate::First => return Ok(()),
-            StressUpdate::Last | StressUpdate::ModifiedLast => step.dt,
-            StressUpdate::Average => 0.5 * step.dt,
-        };
-        let remapped = self.remaps();
-        let heat = if remapped { self.remap(field, step) } else { Vec::new() };
-        let (landing, dissipation) = (self.landing(step), self.dissipation);
-        let Self { grid, bodies, bins, ghosts, locking, summaries, .. } = self;
+        let Self { grid, bodies, ghosts, method, members, executor, filter_order, .. } = self;
+        let visits = &method.schedule.after_contact(*filter_order).stress;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, velocity, sums, means, limits, .. } = own;
-            if !remapped {
-                parallel::map_into(nodes, velocity, |node| node.momentum);
-            }
-            let mut average = Average { ghosts: (ghosts, limits), locking: *locking, sums, means };
-            for (index, (body, bins)) in
-                bodies.iter_mut().zip(&*bins).enumerate().filter(|(_, (body, _))| body.field == field)
-            {
-                let sweep = Sweep::new(grid, body, bins);
-                let heat = if dissipation.warms(body) { &*heat } else { &[] };
-                let moves = remapped && body.particles.affine.is_empty() && body.law.keeps_shape();
-                let strain = Strain { velocity, dt, backwards: false, moves, heat };
-                summaries[index] = update_stress(&sweep, &mut average, strain, body, landing)?;
-            }
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))
+        })
+    }
+
+    /// Maps the particles' new velocity to the nodes, ṽ (theory A.8), and finds the heat that they hand to the particles.
+    fn remap(&mut self, field: usize, step: &Step) -> Result<(), StepError> {
+        let parameters = self.method.parameters(step, 0.0, self.landing(step));
+        let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
+        let Self { grid, bodies, ghosts, walls, method, members, executor, energy, filter_order, .. } = self;
+        let visits = &method.schedule.after_contact(*filter_order).remap;
+        grid.with_field(field, |grid, own| {
+            let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
+            members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
+            let Field { nodes, velocity, limits, small, .. } = own;
+            ghosts.fold(limits, velocity, |_, _, _| {});
+            divide_by_mass(nodes, small, velocity);
+            walls.constrain_velocity((grid, field), nodes, velocity, step.after());
+            own.heat = if members[field].iter().any(|&number| method.dissipation.warms(&bodies[number])) {
+                heat::of_contact(ghosts, own, dt)
+            } else {
+                Vec::new()
+            };
+            ghosts.fill(&own.limits, &mut own.velocity);
+            energy.leave_unspent(own, gravity, dt, 1.0 - method.pic_share(dt));
             Ok(())
         })
     }
 
-    /// Maps the particles' new velocity to the nodes, ṽ (theory A.8); returns the heat per mass that they hand to the particles.
-    fn remap(&mut self, field: usize, step: &Step) -> Vec<[f64; 1]> {
-        let (at_once, dissipation) = (self.remaps_at_once(), self.dissipation);
-        let Self { grid, bodies, bins, ghosts, walls, .. } = self;
-        let mut heat = Vec::new();
-        grid.with_field(field, |grid, own| {
-            let mut velocity = std::mem::take(&mut own.velocity);
-            if at_once {
-                ghosts.fold(&own.limits, &mut velocity, |_, _, _| {});
-                divide_by_mass(own, &mut velocity);
-            } else {
-                velocity = velocity_on_grid(grid, ghosts, own, of_field(bodies, bins, field), velocity);
+    /// Moves the particles that no sweep has moved yet, sees that all are sound, and finds what the next step needs of them.
+    pub(super) fn land_particles(&mut self, step: &Step) -> Result<(), StepError> {
+        let parameters = self.method.parameters(step, 0.0, self.landing(step));
+        let Self { grid, ghosts, bodies, method, executor, filter_order, .. } = self;
+        let visits = &method.schedule.after_contact(*filter_order).landing;
+        for body in bodies {
+            let field = body.field;
+            grid.with_field(field, |grid, own| {
+                Visitor { executor: &**executor, grid, ghosts, parameters }.run(visits, own, body)
+            })?;
+            if body.summary.lost {
+                health::check_particles(grid, body)?;
             }
-            own.velocity = velocity;
-            walls.constrain_velocity((grid, field), &own.nodes, &mut own.velocity, step.after());
-            if bodies.iter().any(|body| body.field == field && dissipation.warms(body)) {
-                heat = heat::of_contact(ghosts, own, step.momentum_dt);
-            }
-            ghosts.fill(&own.limits, &mut own.velocity);
-        });
-        self.leave_unspent(field, step);
-        heat
-    }
-
-    /// Lands the particles that have not yet, and sees that they are sound.
-    pub(super) fn move_particles(&mut self, step: &Step) -> Result<(), StepError> {
-        let landing = self.landing(step);
-        let landed = self.stress_update != StressUpdate::First;
-        for (index, body) in self.bodies.iter_mut().enumerate() {
-            if !landed {
-                self.summaries[index] = body.view().1.visit(&|chunk: &mut View<'_, D>| landing.land(chunk));
-            }
-            let summary = &self.summaries[index];
-            if summary.lost {
-                health::check_particles(&self.grid, body)?;
-            }
-            self.bins[index].disorder.drift += summary.shift / self.grid.cell;
-            self.bins[index].disorder.note(summary.visits);
-            self.fastest[index] = summary.fastest;
+            body.bins.disorder.drift += body.summary.shift / grid.cell;
+            body.bins.disorder.note(body.summary.visits);
+            body.largest_wave_speed = body.summary.largest_wave_speed;
         }
         Ok(())
     }

@@ -14,7 +14,7 @@
 use super::{Boundary, Solid, WallKind, Walls};
 use crate::math::{Signal, Vector};
 use crate::mpm::Grid;
-use crate::mpm::ghost::Fold;
+use crate::mpm::grid::Fold;
 use crate::mpm::particles::Body;
 
 impl WallKind {

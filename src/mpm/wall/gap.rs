@@ -15,7 +15,6 @@ use super::{Condition, Walls};
 use crate::math::Vector;
 use crate::mpm::grid::EDGE;
 use crate::mpm::particles::Body;
-use crate::mpm::sweep::Bins;
 use crate::mpm::{Grid, Kernel};
 use crate::parallel;
 
@@ -62,7 +61,7 @@ impl GapConditions {
 /// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at the distance `d` [m].
 pub(in crate::mpm) struct Bodies<'a, const D: usize> {
     /// With their numbers.
-    pub all: Vec<(usize, &'a Body<D>, &'a Bins<D>)>,
+    pub all: Vec<(usize, &'a Body<D>)>,
     /// `shielded(x, n, d)`.
     pub shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
 }
@@ -71,12 +70,10 @@ impl<'a, const D: usize> Bodies<'a, D> {
     /// Those of a field among all.
     pub fn of_field(
         bodies: &'a [Body<D>],
-        bins: &'a [Bins<D>],
         field: usize,
         shielded: &'a (dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Self {
-        let numbered = bodies.iter().zip(bins).enumerate().map(|(number, (body, bins))| (number, body, bins));
-        Self { all: numbered.filter(|(_, body, _)| body.field == field).collect(), shielded }
+        Self { all: bodies.iter().enumerate().filter(|(_, body)| body.field == field).collect(), shielded }
     }
 
     /// The results of `visit` for the particles that show the surface of their body (number and body, particle) and for whose bin's
@@ -87,8 +84,8 @@ impl<'a, const D: usize> Bodies<'a, D> {
         visit: impl Fn((usize, &Body<D>), usize) -> Vec<T> + Sync,
     ) -> Vec<T> {
         let mut all = Vec::new();
-        for &(number, body, bins) in &self.all {
-            let visit = &visit;
+        for &(number, body) in &self.all {
+            let (visit, bins) = (&visit, &body.bins);
             all.extend(parallel::collect_all(bins.slots.len(), BINS, |n| {
                 let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
                 let range = if near(slots[slots.len() / 2] as usize) { bin.range.clone() } else { 0..0 };
@@ -107,8 +104,8 @@ impl<const D: usize> Walls<D> {
         gaps.clear();
         gaps.resize(self.conditions.len(), f64::INFINITY);
         if self.gap_conditions.any() {
-            for &(_, body, bins) in &bodies.all {
-                for (condition, gap) in self.gaps(grid, body, bins, bodies.shielded) {
+            for &(_, body) in &bodies.all {
+                for (condition, gap) in self.gaps(grid, body, bodies.shielded) {
                     let least = &mut gaps[condition as usize];
                     *least = least.min(gap);
                 }
@@ -122,10 +119,10 @@ impl<const D: usize> Walls<D> {
         &self,
         grid: &Grid<D>,
         body: &Body<D>,
-        bins: &Bins<D>,
         shielded: &(dyn Fn(Vector<D>, Vector<D>, f64) -> bool + Sync),
     ) -> Vec<(u32, f64)> {
         let near = |slots: &[u32]| slots.iter().any(|&slot| self.gap_conditions.blocks[slot as usize]);
+        let bins = &body.bins;
         parallel::collect_all(bins.slots.len(), BINS, |n| {
             let (bin, slots) = (&bins.bins[n], &bins.slots[n]);
             let range = if near(slots) { bin.range.clone() } else { 0..0 };

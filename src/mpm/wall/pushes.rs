@@ -12,7 +12,7 @@
 
 use super::{WallWork, Walls};
 use crate::math::Vector;
-use crate::mpm::ghost::{Ghosts, Limits};
+use crate::mpm::grid::{Ghosts, Limits};
 
 /// Impulses on the material by boundary [N s], and the work of moving boundaries [J].
 #[derive(Debug, Clone)]

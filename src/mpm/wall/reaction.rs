@@ -3,7 +3,7 @@
 use super::surface::{SurfacePoint, SurfacePoints};
 use super::{Walls, lasting};
 use crate::math::Vector;
-use crate::mpm::ghost::{Ghosts, Limits};
+use crate::mpm::grid::{Ghosts, Limits, NodeMotion};
 use crate::mpm::{Grid, Node, Step};
 use crate::parallel;
 
@@ -114,7 +114,7 @@ impl<const D: usize> Walls<D> {
         &mut self,
         grid: &Grid<D>,
         field: usize,
-        nodes: &[Node<D>],
+        nodes: &[NodeMotion<D>],
         step: &Step,
         share: f64,
     ) -> WallWork<D> {
@@ -129,7 +129,7 @@ impl<const D: usize> Walls<D> {
             *impulse += force * dt + start * share;
         }
         for &(side, node, mass) in &reaction.ghosts {
-            let Node { momentum: v, force: a, .. } = nodes[node as usize];
+            let (v, a) = (nodes[node as usize].velocity(), nodes[node as usize].acceleration());
             let carried = a * dt + (v - a * dt) * share;
             impulse[side as usize] += Vector::unit(side as usize / 2) * (2.0 * mass * carried[side as usize / 2]);
         }
@@ -140,10 +140,10 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Impulses and work of the conditions of a field, summed over nodes and points.
-    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[Node<D>], step: &Step) -> Sums<D> {
+    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[NodeMotion<D>], step: &Step) -> Sums<D> {
         let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
         let force = &self.reactions[field].force;
-        let mean = |node: usize| nodes[node].momentum - nodes[node].force * (0.5 * step.momentum_dt);
+        let mean = |node: usize| nodes[node].midstep_velocity(step.momentum_dt);
         let sum = |range: std::ops::Range<usize>| {
             let mut sums = none();
             for (condition, &force) in self.conditions[range.clone()].iter().zip(&force[range]) {

@@ -1,4 +1,4 @@
-//! Books, determinism, resume, supports, bad input.
+//! Ledger, determinism, resume, supports, bad input.
 
 use super::*;
 use crate::simulation::ColumnData;
@@ -41,7 +41,7 @@ fn run(membrane: &mut Membrane<3>, steps: std::ops::Range<u32>) {
 }
 
 #[test]
-fn the_energy_and_momentum_books_close() {
+fn the_ledger_of_energy_and_momentum_closes() {
     let mut membrane = busy_sheet();
     let start = membrane.momentum();
     run(&mut membrane, 0..300);

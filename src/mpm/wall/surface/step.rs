@@ -37,10 +37,11 @@ impl<const D: usize> Walls<D> {
         let mut surface = std::mem::take(&mut self.reactions[field].surface);
         surface.find(grid, &stencil, nodes, self.binding_points.iter().copied().chain(points));
         // With APIC a node has the velocity of its own place.
-        let flip = bodies.all.iter().all(|(_, body, _)| body.particles.affine.is_empty());
+        let flip = bodies.all.iter().all(|(_, body)| body.particles.affine.is_empty());
         if flip && surface.points.iter().any(|point| self.resists_sliding(point)) {
-            let near = bodies.all.iter().flat_map(|&(_, body, bins)| {
-                let bins = bins.bins.iter().zip(&bins.slots).filter(|(_, s)| self.near[s[s.len() / 2] as usize]);
+            let near = bodies.all.iter().flat_map(|&(_, body)| {
+                let bins =
+                    body.bins.bins.iter().zip(&body.bins.slots).filter(|(_, s)| self.near[s[s.len() / 2] as usize]);
                 bins.flat_map(|(bin, _)| bin.range.clone())
                     .map(|p| (body.particles.mass[p], body.particles.position[p]))
             });

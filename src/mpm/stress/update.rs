@@ -1,0 +1,53 @@
+//! Strain increments from a grid velocity, the cure of volumetric locking, and the call of the law.
+//!
+//! ```text
+//! L_p = Σ v_I ⊗ ∇N_Ip                                  Lian (62)
+//! ΔJ_p = det(1 + Δt L_p)
+//! J̃_I = Σ V_p ΔJ_p N_Ip / Σ V_p N_Ip,   ΔJ̄_p = (1 − β) ΔJ_p + β Σ N_Ip J̃_I      (theory A.10)
+//! 1 + Δt L̄_p = (ΔJ̄_p / ΔJ_p)^(1/D) (1 + Δt L_p)
+//! ```
+//!
+//! so that det(1 + Δt L̄) = ΔJ̄: the volumetric part that laws take from `volume_ratio` and the trace of the
+//! gradient agree, and plane strain stays plane.
+//!
+//! The averages, and the forces that fit them, are in `average`; the order of all this in `step::schedule`.
+
+use crate::material::PointLaw;
+use crate::math::Tensor;
+use crate::math::simd::{Lanes, Task, widest};
+use crate::mpm::transfer::{CHUNK, Chunk};
+
+/// True if a volume ratio is not positive or not finite.
+struct AnyUnsound<'a>(&'a [f64]);
+
+impl Task for AnyUnsound<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        // A count instead of an early end: the loop becomes vectors.
+        self.0.iter().fold(0, |count, &j| count + u64::from(!(j > 0.0 && j < f64::INFINITY))) > 0
+    }
+}
+
+/// Updates the stresses of a chunk over `dt` [s] in cells of size `cell` [m]; false if a particle was turned inside out.
+pub(in crate::mpm) fn update_stress<const D: usize>(
+    law: &dyn PointLaw,
+    chunk: &mut Chunk<'_, D>,
+    dt: f64,
+    cell: f64,
+) -> bool {
+    let particles = &mut chunk.particles;
+    if widest(AnyUnsound(particles.volume_ratio)) {
+        return false;
+    }
+    if law.needs_gradient() {
+        let mut gradient = [Tensor::ZERO; CHUNK];
+        let n = particles.len();
+        gradient[..n].iter_mut().enumerate().for_each(|(p, l)| *l = chunk.rows.gradient(p).embed(0.0));
+        particles.update_law(law, &gradient[..n], dt, cell);
+    } else {
+        particles.update_law(law, &[], dt, cell);
+    }
+    true
+}

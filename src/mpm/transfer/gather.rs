@@ -1,0 +1,274 @@
+//! Grid to particles: velocity, acceleration, Lian (65, 19), velocity gradient, Lian (62, 63), affine moment (APIC).
+
+use super::bins::Bin;
+use super::frame::Frame;
+use super::gather_kernel::{self, Gathered, Sums};
+use super::place::{Places, put};
+use super::rows::{CHUNK, Rows};
+use super::tile::{Extent, Record, TILE_NODES, Tile, for_each_run};
+use super::view::View;
+use super::{Kernel, Sweep};
+use crate::math::simd::{Lanes, Task, widest};
+use crate::mpm::grid::kernel::{Shape, with_shape};
+
+/// Few enough bins for one thread.
+const FEW: usize = 16;
+
+/// A few consecutive particles, and the sums over the nodes around them.
+pub(crate) struct Chunk<'a, const D: usize> {
+    /// Their columns.
+    pub particles: View<'a, D>,
+    /// The sums that were gathered.
+    pub rows: &'a mut Rows<D>,
+    /// Number of times nodes were read: once per run of particles, up to eight, with the same nodes.
+    pub visits: usize,
+}
+
+/// The sums that a gather forms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GatherFields {
+    /// Scalar.
+    Scalar,
+    /// Velocity and acceleration.
+    Motion,
+    /// Scalar, velocity and its gradient.
+    Gradient,
+    /// Velocity, acceleration, and the velocity gradient.
+    MotionAndGradient,
+    /// Velocity and its affine moment.
+    Moment,
+    /// Velocity, its gradient and its affine moment.
+    GradientAndMoment,
+}
+
+impl GatherFields {
+    /// True if accelerations are among them.
+    pub fn has_acceleration(self) -> bool {
+        matches!(self, Self::Motion | Self::MotionAndGradient)
+    }
+}
+
+/// Makes the types of [`Sums`].
+macro_rules! sums {
+    ($($Name:ident: $from:expr, $to:expr, $slopes:expr;)+) => {
+        $(
+            #[derive(Clone, Copy)]
+            struct $Name;
+            impl Sums for $Name {
+                const FROM: usize = $from;
+                const TO: fn(usize) -> usize = $to;
+                const SLOPES: [bool; 2] = $slopes;
+            }
+        )+
+    };
+}
+sums! {
+    ScalarSums: 0, |_| 1, [false, false];
+    MotionSums: 1, |d| 1 + 2 * d, [false, false];
+    GradientSums: 0, |d| 1 + d, [true, false];
+    MotionAndGradientSums: 1, |d| 1 + 2 * d, [true, false];
+    MomentSums: 1, |d| 1 + d, [false, true];
+    GradientAndMomentSums: 1, |d| 1 + d, [true, true];
+}
+
+/// Sums over particles, added in a fixed order.
+pub(crate) trait Reduce: Send + Default {
+    /// Both.
+    fn and(self, other: Self) -> Self;
+}
+
+impl Reduce for () {
+    fn and(self, (): ()) {}
+}
+
+/// A sum.
+impl Reduce for f64 {
+    fn and(self, other: Self) -> Self {
+        self + other
+    }
+}
+
+impl<const D: usize> Sweep<'_, D> {
+    /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's record:
+    /// a scalar, the velocity, the acceleration.
+    pub fn gather<A: Reduce>(
+        &self,
+        node: impl Fn(usize, &mut Record) + Sync,
+        particles: View<'_, D>,
+        fields: GatherFields,
+        visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
+    ) -> A {
+        let all = Part { bins: &self.bins.bins, slots: &self.bins.slots, extents: &self.bins.extents };
+        split(all, particles, &|part: Part<'_, D>, particles: View<'_, D>| {
+            let mut reader = Reader::default();
+            let mut sum = A::default();
+            let (bins, mut rest) = (part.bins.iter().zip(part.slots).zip(part.extents), particles);
+            for ((bin, slots), extent) in bins {
+                let (mine, others) = rest.split_at(bin.range.len());
+                rest = others;
+                reader.fill(slots, extent, &node);
+                let frame = Frame::new(self, bin.block);
+                sum = sum.and(reader.read(self.kernel, frame, mine, fields, |chunk, _| visit(chunk)));
+            }
+            sum
+        })
+    }
+}
+
+/// The memory in which a thread reads nodes at particles.
+pub(crate) struct Reader<const D: usize> {
+    tile: Box<Tile>,
+    places: Box<Places<D>>,
+    rows: Box<Rows<D>>,
+}
+
+impl<const D: usize> Default for Reader<D> {
+    fn default() -> Self {
+        Self { tile: Box::new([Record::default(); TILE_NODES]), places: Box::default(), rows: Box::default() }
+    }
+}
+
+impl<const D: usize> Reader<D> {
+    /// Copies the nodes of a block's tile.
+    pub fn fill(&mut self, slots: &[u32], extent: &Extent, node: &impl Fn(usize, &mut Record)) {
+        for_each_run::<D>(slots, extent, |first, t, count| {
+            for (i, record) in self.tile[t..t + count].iter_mut().enumerate() {
+                node(first + i, record);
+            }
+        });
+    }
+
+    /// Visits the particles of a block, a chunk at a time.
+    pub fn read<A: Reduce>(
+        &mut self,
+        kernel: Kernel,
+        frame: Frame<D>,
+        mut particles: View<'_, D>,
+        fields: GatherFields,
+        mut visit: impl FnMut(&mut Chunk<'_, D>, &Places<D>) -> A,
+    ) -> A {
+        let Self { tile, places, rows } = self;
+        let mut sum = A::default();
+        while particles.len() > 0 {
+            let len = CHUNK.min(particles.len());
+            let (chunk, rest) = particles.split_at(len);
+            particles = rest;
+            places.locate(kernel, frame, chunk.position);
+            let visits = gather_chunk(kernel, tile, places, frame.scale, fields, rows);
+            sum = sum.and(visit(&mut Chunk { particles: chunk, rows, visits }, places));
+        }
+        sum
+    }
+}
+
+/// Gathers for the particles of a chunk from a tile; returns how many times nodes were read.
+fn gather_chunk<const D: usize>(
+    kernel: Kernel,
+    tile: &Tile,
+    places: &Places<D>,
+    per_cell: f64,
+    fields: GatherFields,
+    rows: &mut Rows<D>,
+) -> usize {
+    with_shape!(kernel, shape => widest(ChunkGather { tile, shape, places, per_cell, fields, rows }))
+}
+
+/// Consecutive bins.
+#[derive(Clone, Copy)]
+struct Part<'a, const D: usize> {
+    bins: &'a [Bin<D>],
+    slots: &'a [Vec<u32>],
+    extents: &'a [Extent],
+}
+
+impl<const D: usize> Part<'_, D> {
+    fn split_at(&self, n: usize) -> (Self, Self) {
+        let (bins, slots, extents) = (self.bins.split_at(n), self.slots.split_at(n), self.extents.split_at(n));
+        (
+            Part { bins: bins.0, slots: slots.0, extents: extents.0 },
+            Part { bins: bins.1, slots: slots.1, extents: extents.1 },
+        )
+    }
+}
+
+/// Hands halves of the bins to other threads until few are left; the tree depends on the number of bins only.
+fn split<const D: usize, A: Reduce>(
+    part: Part<'_, D>,
+    particles: View<'_, D>,
+    work: &(impl Fn(Part<'_, D>, View<'_, D>) -> A + Sync),
+) -> A {
+    if part.bins.len() <= FEW {
+        return work(part, particles);
+    }
+    let (first, second) = part.split_at(part.bins.len() / 2);
+    let (left, right) = particles.split_at(second.bins[0].range.start - first.bins[0].range.start);
+    let (a, b) = rayon::join(|| split(first, left, work), || split(second, right, work));
+    a.and(b)
+}
+
+struct ChunkGather<'a, S, const W: usize, const D: usize> {
+    tile: &'a Tile,
+    shape: S,
+    places: &'a Places<D>,
+    /// 1/h [1/m].
+    per_cell: f64,
+    fields: GatherFields,
+    rows: &'a mut Rows<D>,
+}
+
+impl<S: Shape<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W, D> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> usize {
+        match self.fields {
+            GatherFields::Scalar => self.sums::<L, ScalarSums>(),
+            GatherFields::Motion => self.sums::<L, MotionSums>(),
+            GatherFields::Gradient => self.sums::<L, GradientSums>(),
+            GatherFields::MotionAndGradient => self.sums::<L, MotionAndGradientSums>(),
+            GatherFields::Moment => self.sums::<L, MomentSums>(),
+            GatherFields::GradientAndMoment => self.sums::<L, GradientAndMomentSums>(),
+        }
+    }
+}
+
+impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
+    /// Takes runs of particles with the same support, eight at a time: what is stored beyond a run is wrong, and is
+    /// replaced by the next.
+    #[inline(always)]
+    fn sums<L: Lanes, Q: Sums>(self) -> usize {
+        let (mut p, mut visits) = (0, 0);
+        while p < self.places.len() {
+            let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
+            let sums = gather_kernel::gather::<L, Q, W, D>(self.tile, self.places.first(p), &weights);
+            put_rows::<L, Q, D>(&sums, self.per_cell, p, self.rows);
+            p += self.places.run(p);
+            visits += 1;
+        }
+        visits
+    }
+}
+
+/// Stores the sums of eight particles.
+#[inline(always)]
+fn put_rows<L: Lanes, Q: Sums, const D: usize>(sums: &Gathered<L, D>, per_cell: f64, p: usize, rows: &mut Rows<D>) {
+    for lane in Q::FROM..(Q::TO)(D) {
+        let column = match lane {
+            0 => &mut rows.scalar,
+            _ if lane <= D => &mut rows.velocity[lane - 1],
+            _ => &mut rows.acceleration[lane - 1 - D],
+        };
+        put(sums.value[lane], p, column);
+    }
+    for a in 0..D {
+        for axis in 0..D {
+            if Q::SLOPES[0] {
+                // L, whose symmetric and skew parts are the rates of Lian (62, 63).
+                put(sums.slopes[0][axis][a].mul(L::splat(per_cell)), p, &mut rows.gradient[axis][a]);
+            }
+            if Q::SLOPES[1] {
+                put(sums.slopes[1][axis][a].mul(L::splat(1.0 / per_cell)), p, &mut rows.moment[axis][a]);
+            }
+        }
+    }
+}

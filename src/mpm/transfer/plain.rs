@@ -1,0 +1,303 @@
+//! The visits as plain loops over the particles, one at a time: the specification.
+//!
+//! ```text
+//! m_I = Σ m_p N_Ip                                           Lian (60)
+//! p_I = Σ m_p N_Ip (v_p + C_p (x_I − x_p))                   Lian (61); C = 0 for FLIP
+//! f_I = Σ −V_p (σ_p + p_a 1) ∇N_Ip + F_p N_Ip                Lian (17, 18); F: external force, p_a: atmosphere
+//! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC          Lian (65)
+//! ẋ_p = Σ N_Ip v_I⁺                                                                         Lian (19)
+//! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
+//! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62)
+//! ΔJ_p = det(1 + Δt L_p),  or 1/det(1 − Δt L_p) for gradients over the positions at the end
+//! ```
+//!
+//! Runs use [`super::tiles`], which compute the same sums over sorted particles, many at a time. Tests compare the two, sum by
+//! sum and whole steps (`Mpm::with_plain_transfers`).
+
+use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
+use super::gather::Reduce;
+use super::operations::Operations;
+use super::source::{Content, mean_pressure};
+use super::tile::Extent;
+use super::view::View;
+use super::visit::{MoveBy, Operation, Positions};
+use crate::material::PointLaw;
+use crate::math::{SymTensor, Tensor, Vector};
+use crate::mpm::Grid;
+use crate::mpm::grid::kernel::{Shape, with_shape};
+use crate::mpm::grid::stencil::Stencil;
+use crate::mpm::grid::{Fold, Node};
+use crate::mpm::particles::Body;
+use crate::mpm::particles::motion::Summary;
+use crate::mpm::stress::heat::filter_heat;
+
+/// Executes visits particle by particle.
+#[derive(Debug)]
+pub(in crate::mpm) struct Plain;
+
+impl<const D: usize> Executor<D> for Plain {
+    fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
+        let Scattering { content, targets } = scattering;
+        // The sweeps that correct volumes and spacing go on with tiles.
+        body.bins.extents.fill(Extent::whole::<D>());
+        with_shape!(body.kernel, shape => match targets {
+            Targets::Nodes(nodes) => {
+                if content != Content::Force {
+                    scatter_mass_and_momentum(shape, grid, body, nodes);
+                }
+                if content != Content::Momentum {
+                    scatter_force(shape, grid, body, nodes);
+                }
+            }
+            Targets::Momentum(momentum) => scatter_momentum(shape, grid, body, momentum),
+            Targets::Sums(sums) => scatter_sums(shape, grid, body, content, sums),
+        });
+    }
+
+    fn gather(&self, grid: &Grid<D>, body: &mut Body<D>, gathering: Gathering<'_, D>) -> Summary {
+        let Gathering { nodal, operations } = gathering;
+        let (count, kernel) = (body.particles.len(), body.kernel);
+        let (law, view) = body.view();
+        let mut summary = Summary::default();
+        for mut particle in view.in_parts(std::iter::repeat_n(1, count)) {
+            let x = particle.position[0];
+            let sums = with_shape!(kernel, shape => gather(shape, grid, x, nodal));
+            summary = summary.and(perform(&operations, law, sums, &mut particle));
+        }
+        summary
+    }
+}
+
+/// The stencil of a particle, whose blocks the step has activated.
+#[inline(always)]
+fn stencil<const D: usize, const S: usize>(grid: &Grid<D>, shape: impl Shape<S>, x: Vector<D>) -> Stencil<D, S> {
+    Stencil::new(grid, shape, x).expect("blocks around every particle are active")
+}
+
+/// Mass and momentum of the particles, Lian (60, 61).
+pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    nodes: &mut [Node<D>],
+) {
+    let particles = &body.particles;
+    for p in 0..particles.len() {
+        let m = particles.mass[p];
+        stencil(grid, shape, particles.position[p]).for_each(|i, n| nodes[i].mass += m * n);
+        momentum_of(shape, grid, body, p, |i, momentum| nodes[i].momentum += momentum);
+    }
+}
+
+/// Their momentum alone.
+fn scatter_momentum<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    momentum: &mut [Vector<D>],
+) {
+    for p in 0..body.particles.len() {
+        momentum_of(shape, grid, body, p, |i, part| momentum[i] += part);
+    }
+}
+
+/// Calls `add(node, momentum)` for the parts of a particle's momentum, m_p N_Ip (v_p + C_p (x_I − x_p)).
+///
+/// A ghost beyond a wall that extrapolates hands 2 N_g to the node on the wall and −N_g to the next; there the affine part is
+/// that of the place of the node that receives it (theory A.3).
+fn momentum_of<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    p: usize,
+    mut add: impl FnMut(usize, Vector<D>),
+) {
+    let (particles, folds) = (&body.particles, grid.folds_in(body.field));
+    let (m, v, c) = (particles.mass[p], particles.velocity[p], particles.affine(p));
+    let stencil = stencil(grid, shape, particles.position[p]);
+    stencil.for_each_offset(|i, n, dx| add(i, (v + c.apply(dx)) * (m * n)));
+    stencil.for_each(|i, n| {
+        let ijk = grid.coordinates(i);
+        for (a, end) in (0..D).flat_map(|a| [(a, 0), (a, 1)]) {
+            let (plane, inward) = if end == 0 { (0, 1) } else { (grid.cells[a], -1) };
+            if folds[a][end] != Fold::Extrapolate || ijk[a] != plane - inward {
+                continue;
+            }
+            for (depth, share) in [(1, 2.0), (2, -1.0)] {
+                let mut place = ijk;
+                place[a] += depth * inward;
+                let further = Vector::unit(a) * (share * f64::from(depth * inward) * grid.cell);
+                add(grid.find(place).expect("supports are active"), c.apply(further) * (m * n));
+            }
+        }
+    });
+}
+
+/// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces, Lian (17, 18).
+pub(super) fn scatter_force<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    nodes: &mut [Node<D>],
+) {
+    let (particles, work) = (&body.particles, &body.work);
+    for p in 0..particles.len() {
+        let excess = work.excess.get(p).copied().unwrap_or_default();
+        let sigma = particles.stress(p) + SymTensor::isotropic(body.ambient - excess);
+        let v_sigma = sigma.full() * particles.volume[p];
+        let f = work.external.get(p).copied().unwrap_or_default();
+        stencil(grid, shape, particles.position[p]).for_each_gradient(|i, n, dn| {
+            let internal = Vector::from_fn(|a| (0..D).map(|b| v_sigma[a][b] * dn[b]).sum());
+            nodes[i].force += f * n - internal;
+        });
+    }
+}
+
+/// Σ V N and Σ V q N, where q is the volume ratio or the pressure (theory A.10).
+fn scatter_sums<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    body: &Body<D>,
+    content: Content,
+    sums: &mut [[f64; 2]],
+) {
+    let particles = &body.particles;
+    for p in 0..particles.len() {
+        let q = match content {
+            Content::Volumes => body.work.volume_ratio[p],
+            _ => pressure(particles.pressure[p], particles.stress.get(p), D),
+        };
+        let v = particles.volume[p];
+        stencil(grid, shape, particles.position[p]).for_each(|i, n| {
+            sums[i][0] += v * n;
+            sums[i][1] += v * q * n;
+        });
+    }
+}
+
+/// Minus the mean of the normal stresses along the axes [Pa].
+fn pressure(pressure: f64, stress: Option<&SymTensor>, axes: usize) -> f64 {
+    stress.filter(|_| axes < 3).map_or(pressure, |stress| mean_pressure(stress, axes))
+}
+
+/// The sums over the nodes around a particle.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sums<const D: usize> {
+    /// Σ N s of a scalar.
+    pub scalar: f64,
+    /// Σ N v [m/s].
+    pub velocity: Vector<D>,
+    /// Σ N a [m/s²].
+    pub acceleration: Vector<D>,
+    /// Σ v ⊗ ∇N [1/s], Lian (62).
+    pub gradient: Tensor<D>,
+    /// Σ N v ⊗ (x_I − x) [m²/s].
+    pub moment: Tensor<D>,
+}
+
+/// Gathers at the place `x` [m].
+pub(super) fn gather<const D: usize, const S: usize>(
+    shape: impl Shape<S>,
+    grid: &Grid<D>,
+    x: Vector<D>,
+    nodal: Nodal<'_, D>,
+) -> Sums<D> {
+    let mut sums = Sums::default();
+    let node = |i: usize| match nodal {
+        Nodal::Motion(nodes) => (0.0, nodes[i].velocity(), nodes[i].acceleration()),
+        Nodal::MidstepVelocity(nodes, dt) => (0.0, nodes[i].midstep_velocity(dt), Vector::ZERO),
+        Nodal::Velocity { velocity, scalar } => {
+            (scalar.get(i).map_or(0.0, |s| s[0]), velocity.get(i).copied().unwrap_or_default(), Vector::ZERO)
+        }
+    };
+    let stencil = stencil(grid, shape, x);
+    stencil.for_each_gradient(|i, n, dn| {
+        let (scalar, v, a) = node(i);
+        sums.scalar += scalar * n;
+        sums.velocity += v * n;
+        sums.acceleration += a * n;
+        sums.gradient += Tensor::outer(v, dn);
+    });
+    stencil.for_each_offset(|i, n, dx| sums.moment += Tensor::outer(node(i).1, dx) * n);
+    sums
+}
+
+/// Performs operations on one particle, the only one of the view, with the sums at its place.
+fn perform<const D: usize>(
+    operations: &Operations<'_, D>,
+    law: &dyn PointLaw,
+    sums: Sums<D>,
+    particle: &mut View<'_, D>,
+) -> Summary {
+    let (mut summary, mut sums, dt) = (Summary::default(), sums, operations.strain_dt);
+    for operation in operations.list {
+        match operation {
+            Operation::MidstepVelocity => particle.mean[0] = sums.velocity,
+            Operation::Rate => particle.rate.iter_mut().for_each(|rate| *rate = sums.velocity),
+            Operation::Velocity => move_with(operations, &sums, particle),
+            Operation::TakeVelocity => particle.velocity[0] = sums.velocity,
+            Operation::FilterHeat { stage, order } => {
+                particle.noise[0] -= sums.velocity;
+                let per_mass = filter_heat(*stage, *order, particle.noise[0], sums.velocity, sums.scalar);
+                particle.energy[0] += particle.mass[0] * per_mass;
+                summary.heat += particle.mass[0] * per_mass;
+            }
+            Operation::VolumeRatio(Positions::Start) => {
+                particle.volume_ratio[0] = (Tensor::identity() + sums.gradient * dt).embed(1.0).determinant();
+            }
+            Operation::VolumeRatio(Positions::End) => {
+                particle.volume_ratio[0] = 1.0 / (Tensor::identity() - sums.gradient * dt).embed(1.0).determinant();
+            }
+            Operation::Heat if operations.heated => {
+                particle.energy[0] += particle.mass[0] * sums.scalar;
+                summary.heat += particle.mass[0] * sums.scalar;
+            }
+            Operation::Heat => {}
+            Operation::ReferToStart => {
+                let back = (Tensor::identity() - sums.gradient * dt).embed(1.0).inverse().unwrap_or_default();
+                let start = sums.gradient.embed(0.0).dot(&back);
+                sums.gradient = Tensor::from_fn(|a, b| start[a][b]);
+            }
+            Operation::AverageVolumeRatio => {
+                let own = particle.volume_ratio[0];
+                let blended = own + operations.blend * (sums.scalar - own);
+                let growth = (blended / own).powf(1.0 / D as f64);
+                particle.volume_ratio[0] = blended;
+                sums.gradient = ((Tensor::identity() + sums.gradient * dt) * growth - Tensor::identity()) * (1.0 / dt);
+            }
+            Operation::Stress => {
+                let ratio = particle.volume_ratio[0];
+                if !(ratio > 0.0 && ratio.is_finite()) {
+                    return Summary::inverted();
+                }
+                let gradient = [sums.gradient.embed(0.0)];
+                let gradient = if law.needs_gradient() { &gradient[..] } else { &[] };
+                particle.update_law(law, gradient, dt, operations.cell);
+            }
+            Operation::AveragePressure => {
+                particle.excess[0] = operations.blend * (sums.scalar - particle.mean_pressure(0));
+            }
+            Operation::Land(by) => {
+                let gathered = *by == MoveBy::Gathered || operations.strain_moves;
+                let landed = if gathered {
+                    operations.landing.land_by(particle, &[sums.velocity][..])
+                } else {
+                    operations.landing.land(particle)
+                };
+                summary = Summary { heat: summary.heat, ..landed };
+            }
+        }
+    }
+    summary
+}
+
+/// v_p and C_p of one particle, Lian (65).
+fn move_with<const D: usize>(operations: &Operations<'_, D>, sums: &Sums<D>, particle: &mut View<'_, D>) {
+    let transport = operations.transport;
+    let share = if particle.affine.is_empty() { transport.share } else { 1.0 };
+    let v = particle.velocity[0];
+    particle.velocity[0] = (v + sums.acceleration * transport.dt) * (1.0 - share) + sums.velocity * share;
+    for c in particle.affine.iter_mut() {
+        *c = transport.per_inertia.map_or(sums.gradient, |scale| sums.moment * scale);
+    }
+}
