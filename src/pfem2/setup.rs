@@ -1,16 +1,16 @@
 //! What the method needs to start: a complete, checked description, made by the case layer.
 
-use super::boundary::{BoundarySetup, PressurePin};
-use super::element::{Mass, Stabilisation};
-use super::interface::Enrichment;
-use super::level_set::LevelSet;
-use super::particles::Particles;
-use super::project::Kernel;
-use super::reseed::Reseeding;
 use crate::linalg;
 use crate::material::Viscosity;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
+use crate::pfem2::boundary::{BoundarySetup, PressurePin};
+use crate::pfem2::equations::element::{Mass, Stabilisation};
+use crate::pfem2::interface::Enrichment;
+use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::project::Kernel;
+use crate::pfem2::particles::reseed::Reseeding;
 
 /// Everything that a run of PFEM-2 starts from.
 #[derive(Debug)]

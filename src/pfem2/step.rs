@@ -16,27 +16,30 @@
 //! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is rehearsed (see
 //! `start`). All of it is linear: convection and geometry come from the particles.
 
-use super::available::Available;
-use super::convect::Projectiles;
-use super::correct::{self, Correction};
-use super::forces::{self, Part};
-use super::friction::Friction;
-use super::implicit::{Implicit, Physics, Step};
-use super::inflow::InflowComposition;
-use super::ledger::{Books, Outside, Totals};
-use super::level_set::{self, LevelSet, Opening};
-use super::outline::Outline;
-use super::particles::Particles;
-use super::phases::Phases;
-use super::project::{Convected, Kernel, project};
-use super::reseed::{self, Density, Reseeding};
-use super::setup::{Scheme, Setup, Unresolved};
-use super::step_control::StepControl;
-use super::through::Through;
-use super::{Boundary, health, notices::Notices, outflow, snapshot};
 use crate::error::StepError;
 use crate::linalg::SolverState;
 use crate::math::Vector;
+use crate::pfem2::Boundary;
+use crate::pfem2::equations::system::{Implicit, Physics, Step};
+use crate::pfem2::interface::inflow::InflowComposition;
+use crate::pfem2::interface::level_set::{self, LevelSet, Opening};
+use crate::pfem2::interface::outline::Outline;
+use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::convect::Projectiles;
+use crate::pfem2::particles::correct::{self, Correction};
+use crate::pfem2::particles::project::{Convected, Kernel, project};
+use crate::pfem2::particles::reseed::{self, Density, Reseeding};
+use crate::pfem2::report::available::Available;
+use crate::pfem2::report::forces::{self, Part};
+use crate::pfem2::report::friction::Friction;
+use crate::pfem2::report::health;
+use crate::pfem2::report::ledger::{Books, Outside, Totals};
+use crate::pfem2::report::notices::Notices;
+use crate::pfem2::report::snapshot;
+use crate::pfem2::report::through::Through;
+use crate::pfem2::setup::{Scheme, Setup, Unresolved};
+use crate::pfem2::time::step_control::StepControl;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
 
@@ -322,7 +325,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// What the explicit share of the step gives the nodes [m/s].
-    pub(super) fn kicks(&self, step: Step) -> Vec<Vector<D>> {
+    pub(in crate::pfem2) fn kicks(&self, step: Step) -> Vec<Vector<D>> {
         let [now, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
         self.acceleration.iter().zip(&self.carried).map(|(a, carried)| *a * now + *carried * earlier).collect()
     }
@@ -353,17 +356,17 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// True if the last step says how the flow changes over the next: after a much shorter one, as outputs may cut
     /// it, the extrapolation would multiply what is left of round-off, and the step starts anew with first order.
-    pub(super) fn follows(&self, dt: f64) -> bool {
+    pub(in crate::pfem2) fn follows(&self, dt: f64) -> bool {
         self.dt_before > 0.0 && dt <= LARGEST_CHANGE * ROUNDING * self.dt_before
     }
 
     /// True if the last two steps say how the change of the flow changes.
-    pub(super) fn follows_twice(&self, dt: f64) -> bool {
+    pub(in crate::pfem2) fn follows_twice(&self, dt: f64) -> bool {
         self.follows(dt) && self.dt_earlier > 0.0 && self.dt_before <= LARGEST_CHANGE * ROUNDING * self.dt_earlier
     }
 
     /// Velocity and phases at the nodes; returns v̂ [m/s].
-    pub(super) fn project(&mut self) -> Convected<D> {
+    pub(in crate::pfem2) fn project(&mut self) -> Convected<D> {
         let Implicit { mesh, velocity, .. } = &self.implicit;
         let projected = project(mesh, &self.particles, &self.density, self.kernel, velocity);
         self.fraction = projected.fraction;
@@ -407,7 +410,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Keeps the acceleration for the next step [m/s²].
-    pub(super) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
+    pub(in crate::pfem2) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
         self.acceleration.clear();
         let both = self.implicit.velocity.iter().zip(convected);
         self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));
@@ -432,7 +435,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Finds the forces on the parts, and what acts from outside, at the end of a step.
-    pub(super) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> Outside<D> {
+    pub(in crate::pfem2) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> Outside<D> {
         let elements = self.implicit.elements(convected);
         let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
         let mut loads = vec![Vector::ZERO; self.implicit.velocity.len()];
@@ -447,7 +450,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             outside -= *force;
             power += work;
         }
-        outflow::load(&elements, &self.implicit.velocity, |node, traction| {
+        forces::open_boundary_load(&elements, &self.implicit.velocity, |node, traction| {
             outside += traction;
             power += traction.dot(self.implicit.velocity[node]);
         });
@@ -464,7 +467,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.
-    pub(super) fn settle(&mut self) {
+    pub(in crate::pfem2) fn settle(&mut self) {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         self.implicit.fill(&phases, &self.before);
         self.totals = Totals::of(&self.implicit);

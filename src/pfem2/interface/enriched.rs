@@ -3,7 +3,7 @@
 use super::{Cut, Enrichment};
 use crate::math::Vector;
 use crate::mesh::Simplex;
-use crate::pfem2::element::Block;
+use crate::pfem2::equations::element::Block;
 
 /// The enriched pressure of a cut element, ready to be condensed: the blocks of Becker (30), theory (G.14).
 #[derive(Debug, Clone)]
@@ -62,7 +62,7 @@ impl<const N: usize> Enriched<N> {
         Self { rows, columns, inverse: inverse(matrix), load, walls: Vec::new() }
     }
 
-    /// With what slip facets add to K_se transposed (see [`crate::pfem2::slip`]).
+    /// With what slip facets add to K_se transposed (see [`crate::pfem2::equations::slip`]).
     pub fn beside(self, walls: Vec<[[f64; N]; N]>) -> Self {
         Self { walls, ..self }
     }

@@ -1,6 +1,5 @@
 //! The method against closed forms and published values; problems small enough to run with every build.
 
-mod astray;
 mod bubble;
 mod cavity;
 mod couette;
@@ -9,25 +8,26 @@ mod inlet;
 mod outflow;
 mod rest;
 mod resume;
-mod several;
 mod stokes;
+mod stray_particles;
+mod three_fluids;
 mod unresolved;
 mod vortex;
 mod waves;
 
-use super::boundary::{BoundarySetup, Condition};
-use super::element::{Mass, Stabilisation};
-use super::implicit::{Implicit, Physics, Step};
-use super::interface::Enrichment;
-use super::particles::Particles;
-use super::phases::Phases;
-use super::project::Kernel;
-use super::reseed::Reseeding;
-use super::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 use crate::linalg::Options;
 use crate::material::Viscosity;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
+use crate::pfem2::boundary::{BoundarySetup, Condition};
+use crate::pfem2::equations::element::{Mass, Stabilisation};
+use crate::pfem2::equations::system::{Implicit, Physics, Step};
+use crate::pfem2::interface::Enrichment;
+use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::project::Kernel;
+use crate::pfem2::particles::reseed::Reseeding;
+use crate::pfem2::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 
 /// Facets whose nodes all satisfy a test.
 fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {

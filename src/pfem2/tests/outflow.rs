@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pfem2::Pfem2;
-use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::Solver;
 
 /// Volume of the fluid and what has left of it, as histories show them [m³].

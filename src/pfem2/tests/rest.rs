@@ -3,7 +3,7 @@
 use super::*;
 use crate::pfem2::Pfem2;
 use crate::pfem2::boundary::Boundary;
-use crate::pfem2::level_set::{LevelSet, negative_volume};
+use crate::pfem2::interface::level_set::{LevelSet, negative_volume};
 use crate::simulation::Solver;
 
 const GRAVITY: f64 = 9.81;

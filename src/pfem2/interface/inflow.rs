@@ -1,0 +1,80 @@
+//! What open boundaries bring: the fluid that they name, or that of each place at the start (theory F.10, G.4).
+
+use super::level_set::{self, Brings, Entering, LevelSet};
+use super::phases::Phases;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::pfem2::Boundary;
+use crate::pfem2::Pfem2;
+use crate::pfem2::boundary::{BoundaryKind, Inflow};
+use crate::pfem2::particles::convect::Place;
+
+/// What flows in, by places of [`Mesh::boundary`]. It follows from the start alone.
+#[derive(Debug, Clone, Default)]
+pub struct InflowComposition<const D: usize> {
+    /// Of a sharp level set: φ at the corners of the open facets [m].
+    level: Vec<Option<[f64; D]>>,
+    /// Else: the fractions of the fluids at the nodes at the start.
+    fraction: Vec<Vec<f64>>,
+    /// The level set of two fluids at the start.
+    both: Vec<f64>,
+    /// Densities of the fluids [kg/m³].
+    density: Vec<f64>,
+}
+
+impl<const D: usize> InflowComposition<D> {
+    /// From the state at the start.
+    pub fn new<const N: usize>(
+        mesh: &Mesh<D, N>,
+        boundary: &Boundary<D>,
+        sharp: Option<&LevelSet>,
+        phases: &Phases,
+    ) -> Self {
+        let Some(set) = sharp else {
+            let [both, density] = [phases.level, phases.density].map(<[f64]>::to_vec);
+            return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), both, density };
+        };
+        let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
+            (Some(fluid), _) => Brings::Named(fluid == set.inside),
+            (None, kind) if kind.is_open() => Brings::Start,
+            (None, _) => Brings::Nothing,
+        };
+        let brings: Vec<Brings> = boundary.kinds.iter().enumerate().map(of).collect();
+        Self { level: level_set::brought(mesh, &set.level, &brings), ..Self::default() }
+    }
+
+    /// φ at the corners of a facet [m], if something may come in there.
+    pub fn level(&self, facet: usize) -> Option<[f64; D]> {
+        *self.level.get(facet)?
+    }
+
+    /// Fluid and depth of what came `way` [m] from beyond an open boundary to a place on it; `sharp` is the level set with what
+    /// open boundaries see of it, if it is sharp.
+    pub fn brought<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        sharp: Option<(&LevelSet, &Entering)>,
+        place: &Place<N>,
+        inflow: &Inflow<D>,
+        way: Vector<D>,
+    ) -> (u8, f64) {
+        let Some(((set, entering), corners)) = sharp.zip(self.level(inflow.facet)) else {
+            let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.both };
+            let fluid = || phases.at_place(&mesh.elements()[place.element], &place.shape) as u8;
+            return (inflow.fluid.unwrap_or_else(fluid), f64::INFINITY);
+        };
+        let facet = mesh.boundary()[inflow.facet];
+        let held = level_set::on_facet(facet, &corners, place);
+        let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering), 1 - set.inside);
+        (inflow.fluid.unwrap_or(own), depth)
+    }
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// Density of what a facet brings, by its place among those of the boundary [kg/m³], if a sharp level set tells it.
+    pub(in crate::pfem2) fn density_brought(&self, place: usize) -> Option<f64> {
+        let (level, inside) = (self.supply.level(place)?, usize::from(self.sharp.as_ref()?.inside));
+        let share = level_set::share_inside::<D, N>(&level);
+        Some(share * self.density[inside] + (1.0 - share) * self.density[1 - inside])
+    }
+}

@@ -1,0 +1,65 @@
+//! Particles of one fluid where the level set shows the other (theory G.5).
+//!
+//! A particle keeps its fluid whatever φ says, so that films thinner than an element come back when they grow: near the
+//! interface. Farther than an edge inside the other fluid it belongs to nothing that could grow. The level set has its
+//! volume, and with it its mass, elsewhere: the equations count the fluid that φ shows, and the shift has given the volume back
+//! to the rest. Such a particle joins the fluid around it, with the velocity that this has there: mass and momentum of the
+//! mesh stay what they are.
+
+use super::Particles;
+use super::convect::Place;
+use super::correct;
+use crate::parallel;
+use crate::pfem2::Pfem2;
+use crate::pfem2::equations::system::Implicit;
+
+/// Edges inside the other fluid from which a particle joins it.
+const DEEP: f64 = 1.0;
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// Particles deep inside the other fluid join it, where the level set keeps the volumes.
+    pub(in crate::pfem2) fn join(&mut self) {
+        let Some(set) = self.sharp.as_ref().filter(|_| self.kept_volume.is_some()) else { return };
+        if self.is_projectile.contains(&true) {
+            return;
+        }
+        let Implicit { mesh, velocity, .. } = &self.implicit;
+        let deep = DEEP * set.edge();
+        let Particles { position, velocity: v, fluid, depth, element, .. } = &mut self.particles;
+        let columns = (&mut fluid[..], &mut depth[..], &mut v[..], &position[..], &element[..]);
+        let joined = parallel::map_chunks(columns, 256, |_, (own, own_depth, v, x, element)| {
+            let mut joined = 0_u64;
+            for p in 0..own.len() {
+                let e = element[p] as usize;
+                let place = Place { element: e, shape: mesh.shape_functions(e, x[p]) };
+                let (fluid, depth) = set.at(mesh, &place, 1 - set.inside);
+                if fluid == own[p] || depth <= deep {
+                    continue;
+                }
+                (own[p], own_depth[p]) = (fluid, depth);
+                v[p] = correct::at(&place.shape, &mesh.elements()[e], velocity);
+                joined += 1;
+            }
+            joined
+        });
+        self.counts.joined += joined.into_iter().sum::<u64>();
+    }
+
+    /// Volume of the particles of each fluid where the level set shows the other [m³].
+    pub(in crate::pfem2) fn astray(&self) -> Vec<f64> {
+        let (mesh, particles) = (&self.implicit.mesh, &self.particles);
+        let Some(set) = &self.sharp else { return Vec::new() };
+        let mut volumes = vec![0.0; self.density.len()];
+        for e in 0..mesh.elements().len() {
+            let own = particles.of(e);
+            let share = mesh.simplex(e).volume / own.len().max(1) as f64;
+            for p in own {
+                let place = Place { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
+                if set.at(mesh, &place, 1 - set.inside).0 != particles.fluid[p] {
+                    volumes[usize::from(particles.fluid[p])] += share;
+                }
+            }
+        }
+        volumes
+    }
+}

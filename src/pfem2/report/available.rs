@@ -1,0 +1,168 @@
+//! The work that gravity can do in a closed box: what the fluids lose of potential energy when the heavy ones come to rest
+//! below the light ones (Lorenz 1955; theory F.14).
+//!
+//! ```text
+//! A = Σ m φ at the start − Σ m φ of the same volumes sorted by density,      φ = −b·x
+//! ```
+//!
+//! Beside it stands what the flow has gained from nothing, by the books: waves on an interface that grow with the step, fluid
+//! that leaks through the other, pressure that pushes along a wall, interfaces that aren't calm. It is too much where it is more
+//! than half of the kinetic energy that the flow ever had and all that friction and walls exchanged, which has errors of its
+//! own size in steps that are long for friction.
+//!
+//! φ is taken from the middle of the mesh, so that a volume that isn't kept counts the same wherever the box lies.
+
+use super::health;
+use super::ledger::{Books, Totals};
+use crate::error::StepError;
+use crate::pfem2::equations::system::Implicit;
+
+/// Part of the largest kinetic energy that errors of discretisation may make.
+const ALLOWED: f64 = 0.5;
+
+/// Part of the energy at hand, A, the energy at the start and the work that lifts all fluid by an element, below which nothing
+/// is said: fluids at rest stir a little.
+const NOTHING: f64 = 1e-3;
+
+/// Part of A that errors are measured by as long as nothing larger has moved: a flow that has just begun has next to none.
+const BEGUN: f64 = 0.1;
+
+/// Part of A, and of the work that lifts all fluid by an element, that gravity may do beyond A.
+const LENT: f64 = 0.1;
+
+/// So many times more is no flow any more.
+const HOPELESS: f64 = 10.0;
+
+/// What gravity can do from the start on.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::pfem2) struct Available {
+    /// −b [m/s²].
+    up: [f64; 3],
+    /// φ in the middle of the mesh [m²/s²].
+    middle: f64,
+    /// Σ m φ at the start [J].
+    start: f64,
+    /// A [J].
+    energy: f64,
+    /// Work that lifts all fluid by the shortest edge [J].
+    lift: f64,
+}
+
+/// What the energy from nothing tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::pfem2) enum Verdict {
+    /// It can be.
+    Possible,
+    /// It is more than errors of discretisation make.
+    TooMuch,
+}
+
+impl Available {
+    /// Of the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady, uniform one.
+    pub fn new<const D: usize, const N: usize>(implicit: &Implicit<D, N>, totals: &Totals) -> Option<Self> {
+        let gravity = implicit.physics.steady_gravity()?;
+        if implicit.boundary.kinds.iter().any(|kind| kind.is_open()) {
+            return None;
+        }
+        let mut slots: Vec<(f64, f64)> = (0..implicit.mesh.elements().len())
+            .map(|e| (-gravity.dot(implicit.mesh.center(e)), implicit.mesh.simplex(e).volume))
+            .collect();
+        slots.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let volume: f64 = slots.iter().map(|(_, volume)| volume).sum();
+        let middle = slots.iter().map(|(phi, volume)| phi * volume).sum::<f64>() / volume;
+        slots.iter_mut().for_each(|(phi, _)| *phi -= middle);
+        let mut fluids: Vec<(f64, f64)> =
+            implicit.physics.fluids.iter().zip(&implicit.volumes).map(|(fluid, v)| (fluid.density, *v)).collect();
+        fluids.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let lift = totals.mass * gravity.norm() * implicit.shortest();
+        let level = Self { up: (gravity * -1.0).to3(), middle, start: 0.0, energy: 0.0, lift };
+        let start = level.potential(totals);
+        Some(Self { start, energy: (start - sorted(&slots, &fluids)).max(0.0), ..level })
+    }
+
+    /// A [J].
+    pub fn energy(&self) -> f64 {
+        self.energy
+    }
+
+    /// Σ m φ [J].
+    fn potential(&self, totals: &Totals) -> f64 {
+        self.up.iter().zip(totals.moment).map(|(up, moment)| up * moment).sum::<f64>() - totals.mass * self.middle
+    }
+
+    /// What the fluids have lost of potential energy since the start [J].
+    pub fn fallen(&self, totals: &Totals) -> f64 {
+        self.start - self.potential(totals)
+    }
+
+    /// The least energy that errors are measured by [J].
+    pub fn least(&self, books: &Books) -> f64 {
+        (NOTHING * self.at_hand(books)).max(BEGUN * self.energy)
+    }
+
+    /// What there is to move the fluids with [J].
+    fn at_hand(&self, books: &Books) -> f64 {
+        self.energy + self.lift + books.begun()
+    }
+
+    /// Whether the flow may have gained what the books don't explain, and gravity done the work that they book.
+    ///
+    /// # Errors
+    /// It is many times what there was; the fastest node is named.
+    pub fn judge<const D: usize, const N: usize>(
+        &self,
+        books: &Books,
+        totals: &Totals,
+        implicit: &Implicit<D, N>,
+    ) -> Result<Verdict, StepError> {
+        let (gained, lent) = (books.gained(totals, implicit.surface_energy()), books.gravity() - self.energy);
+        let (at_hand, exchanged) = (self.at_hand(books), books.exchanged());
+        if gained.max(lent) > HOPELESS * (at_hand + exchanged) {
+            return Err(health::runaway(implicit, gained.max(lent), at_hand));
+        }
+        let most = (ALLOWED * books.peak() + exchanged).max(NOTHING * at_hand);
+        let too_much = gained > most || lent > LENT * (self.energy + self.lift);
+        Ok(if too_much { Verdict::TooMuch } else { Verdict::Possible })
+    }
+}
+
+/// Σ m φ of fluids (density, volume), heaviest first, in slots (φ, volume), lowest first [J].
+fn sorted(slots: &[(f64, f64)], fluids: &[(f64, f64)]) -> f64 {
+    let mut fluids = fluids.iter().copied();
+    let (mut density, mut left) = fluids.next().unwrap_or_default();
+    let mut energy = 0.0;
+    for &(phi, mut room) in slots {
+        while room > left {
+            energy += density * left * phi;
+            room -= left;
+            let Some(next) = fluids.next() else { return energy };
+            (density, left) = next;
+        }
+        energy += density * room * phi;
+        left -= room;
+    }
+    energy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Water (1000) on oil (800), two slots of one cubic metre, 0.5 and 1.5 m high under 10 m/s²: 1000 kg sink by a metre,
+    /// 800 kg rise.
+    #[test]
+    fn what_falls_below_what_floats_is_available() {
+        let slots = [(5.0, 1.0), (15.0, 1.0)];
+        let least = sorted(&slots, &[(1000.0, 1.0), (800.0, 1.0)]);
+        assert_eq!(least, 5.0 * 1000.0 + 15.0 * 800.0);
+        let start: f64 = 5.0 * 800.0 + 15.0 * 1000.0;
+        assert_eq!(start - least, 2000.0);
+    }
+
+    /// A fluid that ends inside of a slot.
+    #[test]
+    fn a_slot_may_hold_two_fluids() {
+        let least = sorted(&[(1.0, 2.0), (3.0, 2.0)], &[(10.0, 3.0), (1.0, 1.0)]);
+        assert_eq!(least, 10.0 * 2.0 * 1.0 + 10.0 * 1.0 * 3.0 + 1.0 * 1.0 * 3.0);
+    }
+}

@@ -1,0 +1,221 @@
+//! Energy and momentum of the flow on the mesh (theory F.13).
+//!
+//! ```text
+//! kinetic      ½ Σ_e Σ_i m_i |v_i|²
+//! gravity      Σ m φ at the start − Σ m φ now, φ = −b·x      in a closed box whose fluids keep their volumes, b steady and uniform
+//!              Δt Σ m_i b_i·v_i                              elsewhere
+//! boundaries   Δt Σ (traction and support)·v_i
+//! openings     −Δt ∮ ½ρ |v|² v·n                        (see `through`)
+//! viscous      what the step takes                      (see `friction`)
+//! surface      σ A
+//! ```
+//!
+//! The first form of gravity's work is what the fluids have lost of potential energy where they are now: interfaces that run ahead of
+//! the velocity, or behind it, show in the books. The second would not see them.
+//!
+//! Powers and forces are taken with the weights of the step: θ at its end, β₁ at its start, β₂ at the start of the one
+//! before (see `step`). Walls and inlets that hold nodes from the start on take them along in the first step: that is work of
+//! boundaries, too. What all this doesn't explain is booked as numerical dissipation: of the transport by particles, of the time
+//! integration and of the stabilisation.
+
+use super::through::Through;
+use crate::math::Vector;
+use crate::parallel;
+use crate::pfem2::equations::system::Implicit;
+use crate::simulation::TermKind::{Gain, Loss, Other, Remainder, Stored};
+use crate::simulation::{BalanceTerm, Ledger};
+
+/// Sums over the mesh.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Totals {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Momentum [N s].
+    pub momentum: [f64; 3],
+    /// Weight of the fluid [N].
+    pub weight: [f64; 3],
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Σ m x [kg m].
+    pub moment: [f64; 3],
+    /// Power of gravity [W].
+    pub gravity: f64,
+}
+
+impl Totals {
+    /// Of a state.
+    pub fn of<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Self {
+        let chunk = |range: std::ops::Range<usize>| {
+            range.map(|e| Self::of_element(implicit, e)).fold(Self::default(), Self::plus)
+        };
+        parallel::reduce(implicit.contents.len(), chunk, Self::plus).unwrap_or_default()
+    }
+
+    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, e: usize) -> Self {
+        let content = &implicit.contents[e];
+        let nodes = implicit.mesh.elements()[e].map(|node| node as usize);
+        let velocity = nodes.map(|i| implicit.velocity[i]);
+        let mut totals = Self::default();
+        let [mut momentum, mut weight, mut moment] = [Vector::<D>::ZERO; 3];
+        for ((m, v), i) in content.mass.iter().zip(&velocity).zip(nodes) {
+            totals.mass += m;
+            totals.kinetic += 0.5 * m * v.norm_squared();
+            moment += implicit.mesh.nodes()[i] * *m;
+            momentum += *v * *m;
+            weight += implicit.force[i] * *m;
+            totals.gravity += m * implicit.force[i].dot(*v);
+        }
+        (totals.momentum, totals.weight, totals.moment) = (momentum.to3(), weight.to3(), moment.to3());
+        totals
+    }
+
+    fn plus(self, other: Self) -> Self {
+        let add = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + b[i]);
+        Self {
+            mass: self.mass + other.mass,
+            momentum: add(self.momentum, other.momentum),
+            weight: add(self.weight, other.weight),
+            kinetic: self.kinetic + other.kinetic,
+            moment: add(self.moment, other.moment),
+            gravity: self.gravity + other.gravity,
+        }
+    }
+}
+
+/// What acts from outside at the end of a step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Outside<const D: usize> {
+    /// Power of gravity [W].
+    pub gravity: f64,
+    /// Power of tractions and supports [W].
+    pub boundary: f64,
+    /// Force of both [N].
+    pub force: [f64; 3],
+    /// What the flow carries through open boundaries.
+    pub through: Through<D>,
+}
+
+impl<const D: usize> Outside<D> {
+    /// Powers [W], then forces [N]: a part of a column of the books.
+    fn entries(&self) -> [f64; RATES] {
+        let ([fx, fy, fz], [px, py, pz]) = (self.force, self.through.momentum.to3());
+        [self.gravity, self.boundary, self.through.energy, fx, fy, fz, px, py, pz]
+    }
+}
+
+/// How many rates are booked.
+const RATES: usize = 9;
+
+/// The books since the start.
+#[derive(Debug, Clone, Default)]
+pub struct Books {
+    /// Works of gravity and boundaries, kinetic energy that came in [J], impulse from outside, momentum that came in [N s], what
+    /// viscosity took [J]: one column of a checkpoint.
+    pub entries: Vec<f64>,
+    /// Powers and forces at the end of the last step, then those of the step before: one column of a checkpoint.
+    pub last: Vec<f64>,
+    /// Kinetic and surface energy at the start; what walls and inlets give in the first step to the nodes that they hold, until it
+    /// is booked [J].
+    pub start: Vec<f64>,
+    /// The largest kinetic energy so far, and the largest term of all but the numerical dissipation [J].
+    pub peak: Vec<f64>,
+}
+
+impl Books {
+    /// Opens the books with the kinetic and the surface energy at the start, and what walls and inlets that take hold give [J].
+    pub fn open(kinetic: f64, surface: f64, jolt: f64) -> Self {
+        let stored = kinetic + surface;
+        Self {
+            entries: vec![0.0; RATES + 1],
+            last: vec![0.0; 2 * RATES],
+            start: vec![stored, jolt],
+            peak: vec![kinetic + jolt, (stored + jolt).max(surface)],
+        }
+    }
+
+    /// Books the work of gravity since the start by what the fluids have lost of potential energy [J].
+    pub fn fall(&mut self, lost: f64) {
+        self.entries[0] = lost;
+    }
+
+    /// Notes the energies of a state [J].
+    pub fn note(&mut self, totals: &Totals, surface: f64) {
+        let [gravity, boundary, carried, ..] = self.entries[..] else { return };
+        let terms = [surface, gravity, boundary, carried, self.viscous()];
+        let largest = terms.iter().fold(totals.kinetic, |largest, term| largest.max(term.abs()));
+        self.peak = vec![self.peak[0].max(totals.kinetic), self.peak[1].max(largest)];
+    }
+
+    /// Work of gravity since the start [J].
+    pub fn gravity(&self) -> f64 {
+        self.entries[0]
+    }
+
+    /// What viscosity has taken since the start [J].
+    pub fn viscous(&self) -> f64 {
+        self.entries[RATES]
+    }
+
+    /// What boundaries and friction have given and taken since the start [J].
+    pub fn exchanged(&self) -> f64 {
+        self.entries[1].abs() + self.viscous()
+    }
+
+    /// Kinetic and surface energy at the start, with what walls and inlets gave at once [J].
+    pub fn begun(&self) -> f64 {
+        self.start.iter().sum()
+    }
+
+    /// The largest kinetic energy so far [J].
+    pub fn peak(&self) -> f64 {
+        self.peak[0]
+    }
+
+    /// The largest energy so far that was stored, gained or lost by anything but errors [J].
+    pub fn largest(&self) -> f64 {
+        self.peak[1]
+    }
+
+    /// What nothing explains of the energy there is, with that of the surfaces [J].
+    pub fn gained(&self, totals: &Totals, surface: f64) -> f64 {
+        let gained: f64 = self.entries[..3].iter().sum();
+        totals.kinetic + surface - (self.start[0] + gained - self.viscous())
+    }
+
+    /// Notes what acts from outside at the start, of which the first step takes its explicit share.
+    pub fn begin<const D: usize>(&mut self, outside: &Outside<D>) {
+        self.last = [outside.entries(); 2].concat();
+    }
+
+    /// Books a step of `dt` with what acts from outside at its end and what viscosity took [J]; `shares` are θ, β₁ and β₂.
+    pub fn add<const D: usize>(&mut self, dt: f64, shares: [f64; 3], outside: &Outside<D>, viscous: f64) {
+        let (last, earlier) = self.last.split_at_mut(RATES);
+        for (k, now) in outside.entries().into_iter().enumerate() {
+            self.entries[k] += dt * (shares[0] * now + shares[1] * last[k] + shares[2] * earlier[k]);
+            (earlier[k], last[k]) = (last[k], now);
+        }
+        self.entries[1] += std::mem::take(&mut self.start[1]);
+        self.entries[RATES] += viscous;
+    }
+
+    /// All terms of the ledger: energies, mass, momentum.
+    pub fn ledger<const D: usize>(&self, totals: &Totals, surface: f64) -> Ledger {
+        let term = |kind, name: &str, unit, value| BalanceTerm { name: name.to_owned(), unit, kind, value };
+        let mut terms = vec![
+            term(Stored, "kinetic energy", "J", totals.kinetic),
+            term(Stored, "surface energy", "J", surface),
+            term(Gain, "work of gravity", "J", self.gravity()),
+            term(Gain, "work of boundaries", "J", self.entries[1]),
+            term(Gain, "energy through openings", "J", self.entries[2]),
+            term(Loss, "viscous dissipation", "J", self.viscous()),
+            term(Remainder, "numerical dissipation", "J", -self.gained(totals, surface)),
+            term(Other, "mass", "kg", totals.mass),
+        ];
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(D) {
+            terms.push(term(Other, &format!("momentum {name}"), "N s", totals.momentum[axis]));
+            terms.push(term(Other, &format!("external impulse {name}"), "N s", self.entries[3 + axis]));
+            terms.push(term(Other, &format!("momentum through openings {name}"), "N s", self.entries[6 + axis]));
+        }
+        Ledger { terms, ..Ledger::default() }
+    }
+}

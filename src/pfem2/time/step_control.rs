@@ -1,0 +1,235 @@
+//! The length of automatic steps: what a step does wrong in time is kept below what the mesh does wrong in space
+//! (theory H.1–H.5).
+//!
+//! ```text
+//! in time       e = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ at the feet of the streamlines‖)
+//! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
+//! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓)
+//! ```
+//!
+//! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
+//! extrapolated with one order less: an upper estimate, O(Δt²). η is how far linear elements are from a velocity with the
+//! curvature that the jumps of its gradient show (Zienkiewicz & Zhu 1987): where v'' is constant, the error of linear
+//! interpolation, h² v''/√120. The tolerance is 2 by default: the scheme is one order better than e. Norms are weighted with
+//! mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an interface is no curvature. Both fall with the square of their lengths, so the step falls with the mesh and both errors
+//! vanish together. d keeps an interface from running ahead of the flow by more than a tenth of an element in one step, which
+//! would make fingers where a heavy fluid runs into a light one.
+
+use crate::math::{Tensor, Vector};
+use crate::parallel;
+use crate::pfem2::Pfem2;
+use crate::pfem2::equations::system::Implicit;
+
+/// The first step, over the longest that bounds allow: nothing is known yet of how the flow will change.
+const START: f64 = 0.1;
+
+/// Growth from one step to the next.
+const GROWTH: f64 = 1.25;
+
+/// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles doesn't
+/// shrink with the step, and shorter steps would follow nothing else.
+const LEAST: f64 = 0.05;
+
+/// Errors in time below this part of the velocity shorten no step, whatever the mesh resolves.
+const FLOOR: f64 = 1e-3;
+
+/// Errors in time above this part of the velocity do, however coarse the mesh.
+const CEILING: f64 = 0.05;
+
+/// The same as [`FLOOR`] in parts of the largest velocity so far, for flows that come to rest.
+const AT_REST: f64 = 1e-4;
+
+/// The same in parts of what gravity gives in a step: round-off of a fluid at rest is far below it.
+const ROUND_OFF: f64 = 1e-6;
+
+/// Elements that the interface may be off after a step.
+const INTERFACE: f64 = 0.1;
+
+/// Times at which lids and inlets are asked for their speed.
+const SAMPLES: usize = 16;
+
+/// Estimated errors of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Errors {
+    /// Of the velocity, in time, over the velocity.
+    pub time: f64,
+    /// Of the velocity on the mesh, over the velocity.
+    pub mesh: f64,
+    /// Of the interface, in elements.
+    pub interface: f64,
+}
+
+/// Chooses automatic steps.
+#[derive(Debug, Clone, Copy)]
+pub struct StepControl {
+    /// The largest error in time over that of the mesh; infinity: steps follow the other bounds alone.
+    tolerance: f64,
+    /// The longest next step as far as errors go [s]; 0 before the first.
+    pub(in crate::pfem2) proposal: f64,
+    /// Errors of the last step.
+    pub(in crate::pfem2) errors: Errors,
+}
+
+impl StepControl {
+    /// With the largest error in time over that of the mesh.
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, proposal: 0.0, errors: Errors::default() }
+    }
+
+    /// True if errors decide about steps.
+    pub fn is_active(&self) -> bool {
+        self.tolerance.is_finite()
+    }
+
+    /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter.
+    fn learn(&mut self, dt: f64, errors: Errors, least: f64) {
+        let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
+        let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
+        let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
+        let wanted = (proposal * dt * velocity.min(interface)).sqrt();
+        self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
+        self.errors = errors;
+    }
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// The automatic step [s].
+    pub(in crate::pfem2) fn automatic_dt(&self) -> f64 {
+        let waves = self.wave_dt().min(self.capillary_dt());
+        let bound = waves.min(self.courant_dt());
+        match self.steps {
+            _ if !self.step_control.is_active() => bound,
+            0 => START * bound,
+            _ => bound.min(self.step_control.proposal.max(LEAST * waves.min(self.implicit.crossing_time()))),
+        }
+    }
+
+    /// The shortest and the longest automatic steps that may be expected up to the time `end` [s]: of one element and of `courant`,
+    /// with the speed that lids, inlets and the fall of fluids can make. `None` where nothing tells the speed.
+    pub(in crate::pfem2) fn foreseen(&self, end: f64) -> Option<[f64; 2]> {
+        let crossing = self.implicit.shortest() / self.foreseen_speed(end);
+        let waves = self.wave_dt().min(self.capillary_dt());
+        let least = crossing.min(0.2 * waves);
+        crossing.is_finite().then(|| [least, waves.min(crossing * self.courant).max(least)])
+    }
+
+    /// The speed that the start, walls and inlets up to the time `end` [s], and the fall of fluids can make [m/s].
+    fn foreseen_speed(&self, end: f64) -> f64 {
+        let Implicit { mesh, boundary, velocity, .. } = &self.implicit;
+        let times = (0..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
+        let held = times.flat_map(|t| boundary.held(mesh, t)).map(|(_, v)| v.norm()).fold(0.0, f64::max);
+        let start = velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let fall = self.available.as_ref().map_or(0.0, |available| available.energy());
+        // The heavy parts of a flow are about as fast as if all that can be set free moved them alone.
+        held.max(start).max((2.0 * fall / self.totals.mass).sqrt())
+    }
+
+    /// Estimates the errors of the step that is done, for the next one.
+    pub(in crate::pfem2) fn estimate(&mut self, dt: f64) {
+        let Self { implicit, before, earlier, acceleration, carried, .. } = self;
+        let nodes = implicit.velocity.len();
+        let mass = parallel::collect(nodes, 256, |node| implicit.nodal_mass(node));
+        let norm = |value: &(dyn Fn(usize) -> Vector<D> + Sync)| {
+            parallel::sum(nodes, |i| mass[i] * value(i).norm_squared()).sqrt()
+        };
+        let follows = if self.dt_before > 0.0 { dt / self.dt_before } else { 0.0 };
+        let off = |i: usize| implicit.velocity[i] - before[i] - (before[i] - earlier[i]) * follows;
+        let velocity = norm(&|i| implicit.velocity[i]);
+        let time = 0.5 * norm(&off).max(dt * norm(&|i| acceleration[i] - carried[i]));
+        let fall = norm(&|i| implicit.force[i]) * dt;
+        let least = AT_REST * (2.0 * self.books.peak()).sqrt() + ROUND_OFF * fall;
+        let interface = interface_error(implicit, |i| 0.5 * dt * off(i).norm());
+        let scale = velocity.max(f64::MIN_POSITIVE);
+        let errors = Errors { time: time / scale, mesh: mesh_error(implicit) / scale, interface };
+        self.step_control.learn(dt, errors, least / scale);
+    }
+}
+
+/// Estimated distance of the velocity from that of which it is an interpolation, ‖·‖ by mass [√kg m/s].
+fn mesh_error<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> f64 {
+    let (mesh, velocity) = (&implicit.mesh, &implicit.velocity);
+    let gradient = |e: usize| -> Tensor<D> {
+        let mut sum = Tensor::ZERO;
+        for (g, &i) in mesh.simplex(e).gradient.iter().zip(&mesh.elements()[e]) {
+            sum += Tensor::from_fn(|r, c| velocity[i as usize][r] * g[c]);
+        }
+        sum
+    };
+    let gradients = parallel::collect(mesh.elements().len(), 256, gradient);
+    let mean = |node: usize| -> Tensor<D> {
+        let (mut sum, mut volume) = (Tensor::ZERO, 0.0);
+        for e in mesh.elements_around(node).iter().map(|&e| e as usize).filter(|&e| implicit.is_pure(e)) {
+            let own = mesh.simplex(e).volume;
+            sum += gradients[e] * own;
+            volume += own;
+        }
+        if volume > 0.0 { sum * volume.recip() } else { sum }
+    };
+    let means = parallel::collect(velocity.len(), 256, mean);
+    let square = |e: usize| {
+        let mass: f64 = implicit.contents[e].mass.iter().sum();
+        let jumps = mesh.elements()[e].iter().map(|&i| {
+            let jump = gradients[e] - means[i as usize];
+            jump.contract(&jump)
+        });
+        if implicit.is_pure(e) { mass * implicit.size(e).powi(2) * jumps.sum::<f64>() / N as f64 } else { 0.0 }
+    };
+    (parallel::sum(gradients.len(), square) / 30.0).sqrt()
+}
+
+/// The distance `off` of nodes [m], in elements, at the corners of cut elements; 8th powers let the largest count.
+fn interface_error<const D: usize, const N: usize>(
+    implicit: &Implicit<D, N>,
+    off: impl Fn(usize) -> f64 + Sync,
+) -> f64 {
+    let cuts = &implicit.cuts;
+    let of = |cut: usize| {
+        let e = cuts[cut].element as usize;
+        let corners = implicit.mesh.elements()[e].iter();
+        corners.map(|&i| (off(i as usize) / implicit.size(e)).powi(8)).sum::<f64>() / N as f64
+    };
+    (parallel::sum(cuts.len(), of) / cuts.len().max(1) as f64).powf(0.125)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors that go with Δt² lead to the step at which they are as large as allowed, from both sides and without leaps.
+    #[test]
+    fn steps_settle_where_the_error_in_time_is_the_tolerance_times_that_of_the_mesh() {
+        for first in [0.001, 0.3] {
+            let mut control = StepControl::new(2.0);
+            let mut dt: f64 = first;
+            for _ in 0..60 {
+                control.learn(dt, Errors { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+                assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
+                dt = control.proposal;
+            }
+            assert!((dt / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{dt}");
+        }
+    }
+
+    /// Outputs that cut steps don't change what the control would take.
+    #[test]
+    fn steps_cut_by_outputs_do_not_shorten_what_is_proposed() {
+        let mut control = StepControl::new(2.0);
+        for _ in 0..200 {
+            let dt = control.proposal.clamp(0.001, 0.01);
+            control.learn(dt, Errors { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+        }
+        assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
+    }
+
+    #[test]
+    fn an_interface_that_would_run_ahead_shortens_steps() {
+        let mut control = StepControl::new(2.0);
+        let mut dt: f64 = 0.1;
+        for _ in 0..60 {
+            control.learn(dt, Errors { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3) }, 0.0);
+            dt = control.proposal;
+        }
+        assert!((dt / 0.05 - 1.0).abs() < 1e-6, "{dt}");
+    }
+}
