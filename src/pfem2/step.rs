@@ -20,7 +20,7 @@ use crate::error::StepError;
 use crate::linalg::SolverState;
 use crate::math::Vector;
 use crate::pfem2::Boundary;
-use crate::pfem2::equations::system::{Implicit, Physics, Step};
+use crate::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::inflow::InflowComposition;
 use crate::pfem2::interface::level_set::{self, LevelSet, Opening};
 use crate::pfem2::interface::outline::Outline;
@@ -28,16 +28,16 @@ use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::Projectiles;
 use crate::pfem2::particles::correct::{self, Correction};
-use crate::pfem2::particles::project::{Convected, Kernel, project};
-use crate::pfem2::particles::reseed::{self, Density, Reseeding};
-use crate::pfem2::report::available::Available;
-use crate::pfem2::report::forces::{self, Part};
+use crate::pfem2::particles::project::{ConvectedVelocity, Kernel, project};
+use crate::pfem2::particles::reseed::{self, ParticleCounts, Reseeding};
+use crate::pfem2::report::available::AvailablePotentialEnergy;
+use crate::pfem2::report::forces::{self, BoundaryPart};
 use crate::pfem2::report::friction::Friction;
 use crate::pfem2::report::health;
-use crate::pfem2::report::ledger::{Books, Outside, Totals};
+use crate::pfem2::report::ledger::{EnergyLedger, ExternalRates, FlowTotals};
 use crate::pfem2::report::notices::Notices;
 use crate::pfem2::report::snapshot;
-use crate::pfem2::report::through::Through;
+use crate::pfem2::report::through::OpenBoundaryFlux;
 use crate::pfem2::setup::{Scheme, Setup, Unresolved};
 use crate::pfem2::time::step_control::StepControl;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
@@ -51,7 +51,7 @@ const ROUNDING: f64 = 1.0 + 1e-9;
 
 /// PFEM-2 in `D` dimensions on simplices with `N` = `D` + 1 nodes.
 pub struct Pfem2<const D: usize, const N: usize> {
-    pub(super) implicit: Implicit<D, N>,
+    pub(super) system: VelocityPressureSystem<D, N>,
     pub(super) particles: Particles<D>,
     /// vⁿ⁻¹ at the nodes [m/s].
     pub(super) before: Vec<Vector<D>>,
@@ -85,7 +85,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) scheme: Scheme,
     kernel: Kernel,
     pub(super) reseeding: Reseeding,
-    pub(super) crowd: Density,
+    pub(super) crowd: ParticleCounts,
     /// Fluids that follow their own side of the interface.
     pub(super) is_projectile: Vec<bool>,
     pub(super) relaxation: f64,
@@ -94,7 +94,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) unresolved_energy: f64,
     pub(super) courant: f64,
     pub(super) step_control: StepControl,
-    pub(super) parts: Vec<Part<D>>,
+    pub(super) parts: Vec<BoundaryPart<D>>,
     /// Forces of the fluid on the parts at the end of the last step [N].
     pub(super) forces: Vec<Vector<D>>,
     /// Those at the end of the step before [N].
@@ -103,11 +103,11 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) mean_forces: Vec<Vector<D>>,
     /// Where fluids meet after the last step.
     pub(super) outline: Outline,
-    pub(super) totals: Totals,
-    pub(super) books: Books,
+    pub(super) totals: FlowTotals,
+    pub(super) books: EnergyLedger,
     /// What viscosity takes.
     pub(super) friction: Friction<D>,
-    pub(super) counts: Counts,
+    pub(super) counts: RunCounts,
     pub(super) places: Vec<[f64; 3]>,
     /// The last step [s]; 0 before the first.
     pub(super) dt_before: f64,
@@ -118,7 +118,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) memory: SolverState,
     pub(super) notices: Notices,
     /// What gravity can do, where that can be told.
-    pub(super) available: Option<Available>,
+    pub(super) available: Option<AvailablePotentialEnergy>,
     /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
     pub(super) closed: Vec<f64>,
     timer: Timer,
@@ -126,7 +126,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
 
 /// What happened so far, for histories.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct RunCounts {
     /// Particles that left through open boundaries.
     pub left: u64,
     /// Particles that crossed too many elements and stopped on their way.
@@ -162,7 +162,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 
     fn begin(&mut self, t: f64, dt: f64) {
         self.memory = SolverState::default();
-        self.show_pressure(Step { t, dt, theta: 1.0 });
+        self.show_pressure(TimeStep { t, dt, theta: 1.0 });
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
@@ -170,18 +170,18 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         let at = |error| StepError { time: t, ..error };
         // Rehearsed already, unless the step is another one than was foreseen.
         if self.steps == 0 && self.scheme != Scheme::BackwardEuler && self.dt_before != dt {
-            self.rehearse(Step { t, dt, theta: 1.0 }).map_err(at)?;
+            self.rehearse(TimeStep { t, dt, theta: 1.0 }).map_err(at)?;
         }
         let theta = match self.scheme {
             Scheme::SecondOrder { theta } if self.follows(dt) => theta,
             _ => 1.0,
         };
-        self.advance(Step { t, dt, theta }).map_err(at)?;
+        self.advance(TimeStep { t, dt, theta }).map_err(at)?;
         self.estimate(dt);
         self.dt_earlier = self.dt_before;
         self.dt_before = dt;
         self.steps += 1;
-        self.notices.look(&self.implicit, &self.particles, &self.fraction);
+        self.notices.look(&self.system, &self.particles, &self.fraction);
         self.watch().map_err(at)
     }
 
@@ -208,7 +208,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     fn restored(&mut self) {
         self.particles.sort();
         self.settle();
-        self.implicit.recall(&std::mem::take(&mut self.memory));
+        self.system.recall(&std::mem::take(&mut self.memory));
     }
 
     fn stage_times(&self) -> Vec<(&'static str, f64)> {
@@ -234,11 +234,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let nominal = setup.particles.len() / mesh.elements().len();
         let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
         let places = mesh.nodes().iter().map(|x| x.to3()).collect();
-        let implicit = Implicit::new(mesh, boundary, physics, velocity, setup.linear);
+        let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear);
         let mut pfem = Self {
             particles: setup.particles,
-            before: implicit.velocity.clone(),
-            earlier: implicit.velocity.clone(),
+            before: system.velocity.clone(),
+            earlier: system.velocity.clone(),
             acceleration: vec![Vector::ZERO; nodes],
             carried: vec![Vector::ZERO; nodes],
             fraction: Vec::new(),
@@ -254,7 +254,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             scheme: setup.scheme,
             kernel: setup.kernel,
             reseeding: setup.reseeding,
-            crowd: Density::new::<D>(nominal),
+            crowd: ParticleCounts::new::<D>(nominal),
             is_projectile: density
                 .iter()
                 .map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest)
@@ -270,10 +270,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             mean_forces: vec![Vector::ZERO; parts.len()],
             parts,
             outline: Outline::default(),
-            totals: Totals::default(),
-            books: Books::default(),
+            totals: FlowTotals::default(),
+            books: EnergyLedger::default(),
             friction: Friction::at_rest(nodes),
-            counts: Counts::default(),
+            counts: RunCounts::default(),
             places,
             dt_before: 0.0,
             dt_earlier: 0.0,
@@ -283,38 +283,38 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             available: None,
             closed: Vec::new(),
             timer: Timer::default(),
-            implicit,
+            system,
         };
         pfem.project();
         pfem.settle();
-        pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
+        pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles, &pfem.fraction);
         pfem.supply = pfem.supply_at_the_start();
         pfem.follow_volumes(setup.volume);
         pfem.begin_interface();
         pfem.begin_watch();
-        pfem.books = Books::open(pfem.totals.kinetic, pfem.implicit.surface_energy(), pfem.jolt());
+        pfem.books = EnergyLedger::open(pfem.totals.kinetic, pfem.system.surface_energy(), pfem.jolt());
         pfem
     }
 
     /// The step of the method.
-    fn advance(&mut self, step: Step) -> Result<(), StepError> {
+    fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
         timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)        theory (F.3)
         timed!(self.timer, "convect", self.convect(step)); // streamlines                  Becker (34)–(36), theory (F.4)
         timed!(self.timer, "interface", self.follow_interface()); // φ, sharp, V         theory G.2–G.6
         let seen = timed!(self.timer, "project", self.project()); // v̂, φ                  Becker (37)–(39), theory G.11
         let mut convected = seen.mean.clone();
-        self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
+        self.system.boundary.impose(&self.system.mesh, [step.t, step.dt, step.theta], &mut convected);
         std::mem::swap(&mut self.earlier, &mut self.before);
-        self.before.copy_from_slice(&self.implicit.velocity);
+        self.before.copy_from_slice(&self.system.velocity);
         timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          Becker (20), (29)–(33), theory F.6, G.8
         timed!(self.timer, "correct", self.correct(step, &seen, &convected)); // v_p += N δv    Becker (40), theory F.11
         timed!(self.timer, "account", self.account(step, &convected));
         health::check_particles(&self.particles)?;
-        health::check_nodes(&self.implicit)
+        health::check_nodes(&self.system)
     }
 
     /// β₁ and β₂ (theory (F.8)).
-    fn explicit_shares(&self, step: Step) -> [f64; 2] {
+    fn explicit_shares(&self, step: TimeStep) -> [f64; 2] {
         match self.scheme {
             Scheme::SecondOrder { theta } if self.follows(step.dt) => {
                 let earlier = (theta - 0.5) * step.dt / self.dt_before;
@@ -325,13 +325,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// What the explicit share of the step gives the nodes [m/s].
-    pub(in crate::pfem2) fn kicks(&self, step: Step) -> Vec<Vector<D>> {
+    pub(in crate::pfem2) fn kicks(&self, step: TimeStep) -> Vec<Vector<D>> {
         let [now, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
         self.acceleration.iter().zip(&self.carried).map(|(a, carried)| *a * now + *carried * earlier).collect()
     }
 
     /// Gives the particles the explicit share of the step.
-    fn kick(&mut self, step: Step) {
+    fn kick(&mut self, step: TimeStep) {
         let [now, earlier] = self.explicit_shares(step);
         if now + earlier != 0.0 {
             let kicks = self.kicks(step);
@@ -341,12 +341,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Gives nodal increments for each fluid [m/s], which took the time `dt` [s], to the particles.
     fn give(&mut self, increment: &[&[Vector<D>]], dt: f64, filter: f64) {
-        let gravity = self.implicit.force[0];
+        let gravity = self.system.force[0];
         let (heavy, light) = extremes(&self.density);
         let rule = Projectiles { fluids: &self.is_projectile, level: &self.level, gravity };
         let projectiles = self.flies().then_some((rule, gravity * (dt * (1.0 - light / heavy))));
-        let correction = Correction { increment, velocity: &self.implicit.velocity, filter, projectiles };
-        self.particles.correct(&self.implicit.mesh, &correction);
+        let correction = Correction { increment, velocity: &self.system.velocity, filter, projectiles };
+        self.particles.correct(&self.system.mesh, &correction);
     }
 
     /// True if some fluid follows its own side of the interface.
@@ -366,8 +366,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Velocity and phases at the nodes; returns v̂ [m/s].
-    pub(in crate::pfem2) fn project(&mut self) -> Convected<D> {
-        let Implicit { mesh, velocity, .. } = &self.implicit;
+    pub(in crate::pfem2) fn project(&mut self) -> ConvectedVelocity<D> {
+        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
         let projected = project(mesh, &self.particles, &self.density, self.kernel, velocity);
         self.fraction = projected.fraction;
         let heavy = usize::from(self.density.len() == 2 && self.density[1] > self.density[0]);
@@ -375,7 +375,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             (Some(sharp), _) => sharp.level.clone(),
             (None, 2) => {
                 let mut level = level_set::pseudo(&self.fraction[heavy]);
-                level_set::absorb_lone_nodes(mesh, &mut level);
+                level_set::absorb_isolated_nodes(mesh, &mut level);
                 level
             }
             _ => Vec::new(),
@@ -386,23 +386,23 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         projected.velocity
     }
 
-    fn solve(&mut self, step: Step, convected: &[Vector<D>]) -> Result<(), StepError> {
+    fn solve(&mut self, step: TimeStep, convected: &[Vector<D>]) -> Result<(), StepError> {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        self.implicit.solve(step, &phases, convected)
+        self.system.solve(step, &phases, convected)
     }
 
     /// Gives the particles what the nodes have and they don't show.
     ///
     /// What particles show at a node with a prescribed velocity enters no equation; unless they are led back to it, it
     /// drifts away.
-    fn correct(&mut self, step: Step, seen: &Convected<D>, convected: &[Vector<D>]) {
-        let missing = seen.missing(&self.implicit.velocity, self.density.len());
+    fn correct(&mut self, step: TimeStep, seen: &ConvectedVelocity<D>, convected: &[Vector<D>]) {
+        let missing = seen.missing(&self.system.velocity, self.density.len());
         let missing: Vec<&[Vector<D>]> = missing.iter().map(|own| &own[..]).collect();
         self.give(&missing, step.delta(), correct::filter(step.dt, self.relaxation));
         self.bound_unresolved();
         if self.reseeding == Reseeding::Elements {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-            let Implicit { mesh, velocity, .. } = &self.implicit;
+            let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
             self.counts.added += reseed::refill(&mut self.particles, mesh, velocity, &phases) as u64;
         }
         self.join();
@@ -410,14 +410,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// Keeps the acceleration for the next step [m/s²].
-    pub(in crate::pfem2) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
+    pub(in crate::pfem2) fn remember(&mut self, step: TimeStep, convected: &[Vector<D>]) {
         self.acceleration.clear();
-        let both = self.implicit.velocity.iter().zip(convected);
+        let both = self.system.velocity.iter().zip(convected);
         self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));
     }
 
     /// Forces on the boundary, and the books.
-    fn account(&mut self, step: Step, convected: &[Vector<D>]) {
+    fn account(&mut self, step: TimeStep, convected: &[Vector<D>]) {
         let [last, earlier] = self.explicit_shares(step);
         let before = self.forces.clone();
         let outside = self.push(step, convected);
@@ -426,57 +426,57 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.earlier_forces = before;
         self.trace_interface();
         let shares = [step.theta, last, earlier];
-        let viscous = self.friction.take(&self.implicit, step.dt, shares, self.steps == 0);
+        let viscous = self.friction.take(&self.system, step.dt, shares, self.steps == 0);
         self.books.add(step.dt, shares, &outside, viscous);
         let kept = self.density.len() == 1 || self.kept_volume.is_some() || self.kept_volumes.is_some();
         let fallen = self.available.as_ref().filter(|_| kept).map(|available| available.fallen(&self.totals));
         fallen.iter().for_each(|fallen| self.books.fall(*fallen));
-        self.books.note(&self.totals, self.implicit.surface_energy());
+        self.books.note(&self.totals, self.system.surface_energy());
     }
 
     /// Finds the forces on the parts, and what acts from outside, at the end of a step.
-    pub(in crate::pfem2) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> Outside<D> {
-        let elements = self.implicit.elements(convected);
+    pub(in crate::pfem2) fn push(&mut self, step: TimeStep, convected: &[Vector<D>]) -> ExternalRates<D> {
+        let elements = self.system.elements(convected);
         let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
-        let mut loads = vec![Vector::ZERO; self.implicit.velocity.len()];
-        self.implicit.boundary.load(&self.implicit.mesh, step.end(), |node, traction| {
+        let mut loads = vec![Vector::ZERO; self.system.velocity.len()];
+        self.system.boundary.load(&self.system.mesh, step.end(), |node, traction| {
             outside += traction;
-            power += traction.dot(self.implicit.velocity[node]);
+            power += traction.dot(self.system.velocity[node]);
             loads[node] += traction;
         });
-        let force = |part: &Part<D>| part.force(&elements, &loads, &self.implicit.unknowns);
+        let force = |part: &BoundaryPart<D>| part.force(&elements, &loads, &self.system.unknowns);
         let pushes: Vec<_> = self.parts.iter().map(force).collect();
         for (force, work) in &pushes {
             outside -= *force;
             power += work;
         }
-        forces::open_boundary_load(&elements, &self.implicit.velocity, |node, traction| {
+        forces::open_boundary_load(&elements, &self.system.velocity, |node, traction| {
             outside += traction;
-            power += traction.dot(self.implicit.velocity[node]);
+            power += traction.dot(self.system.velocity[node]);
         });
         self.forces = pushes.into_iter().map(|(force, _)| force).collect();
-        self.totals = Totals::of(&self.implicit);
-        let Totals { gravity, weight, .. } = self.totals;
+        self.totals = FlowTotals::of(&self.system);
+        let FlowTotals { gravity, weight, .. } = self.totals;
         let force = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
-        Outside {
+        ExternalRates {
             gravity,
             boundary: power,
             force,
-            through: Through::of(&self.implicit, |place| self.density_brought(place)),
+            through: OpenBoundaryFlux::of(&self.system, |place| self.density_brought(place)),
         }
     }
 
     /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.
     pub(in crate::pfem2) fn settle(&mut self) {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        self.implicit.fill(&phases, &self.before);
-        self.totals = Totals::of(&self.implicit);
+        self.system.fill(&phases, &self.before);
+        self.totals = FlowTotals::of(&self.system);
         self.trace_interface();
     }
 
     /// Where fluids meet now.
     fn trace_interface(&mut self) {
-        let Implicit { mesh, velocity, .. } = &self.implicit;
+        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         self.outline = Outline::new(mesh, &phases, velocity);
     }

@@ -41,7 +41,7 @@ pub struct CutElement<const D: usize, const N: usize> {
 
 /// Everything that the equations of a step consist of.
 #[derive(Debug)]
-pub struct Elements<'a, const D: usize, const N: usize> {
+pub struct ElementEquations<'a, const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D, N>,
     /// Constants of the step.
@@ -62,7 +62,7 @@ pub struct Elements<'a, const D: usize, const N: usize> {
     pub slip: &'a [u8],
 }
 
-impl<const D: usize, const N: usize> Elements<'_, D, N> {
+impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     fn cut(&self, element: usize) -> Option<&CutElement<D, N>> {
         let place = self.cuts.binary_search_by_key(&(element as u32), |cut| cut.element).ok()?;
         Some(&self.cuts[place])
@@ -193,7 +193,7 @@ impl<const N: usize> Assembly<N> {
     /// Fills the matrix and the right-hand side, which already holds the loads of the boundary.
     pub fn assemble<const D: usize>(
         &self,
-        elements: &Elements<D, N>,
+        elements: &ElementEquations<D, N>,
         constraints: &Constraints<D, N>,
         matrix: &mut BlockMatrix<N>,
         rhs: &mut [[f64; N]],
@@ -221,7 +221,13 @@ impl<const N: usize> Assembly<N> {
     }
 
     /// One row: the sum over the elements around its node.
-    fn gather<const D: usize>(&self, elements: &Elements<D, N>, i: usize, row: &mut [Block<N>], f: &mut [f64; N]) {
+    fn gather<const D: usize>(
+        &self,
+        elements: &ElementEquations<D, N>,
+        i: usize,
+        row: &mut [Block<N>],
+        f: &mut [f64; N],
+    ) {
         row.fill([[0.0; N]; N]);
         let places = &self.places[self.start[i] as usize..self.start[i + 1] as usize];
         let diagonal = (self.pattern.diagonal(i) - self.pattern.row(i).start) as u16;

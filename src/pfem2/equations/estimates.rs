@@ -1,15 +1,15 @@
 //! What bounds the length of steps: the highest frequency of waves on interfaces, and the time in which the flow crosses an element
 //! (theory H.6–H.8).
 
-use super::system::Implicit;
+use super::system::VelocityPressureSystem;
 use crate::math::Vector;
 use crate::parallel;
 
-impl<const D: usize, const N: usize> Implicit<D, N> {
+impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// The highest frequency of waves on the interfaces that are there [1/s]; zero where there is none.
     ///
     /// ω² = (|ρ_1 − ρ_2| g k + σ k³)/(ρ_1 + ρ_2) between deep fluids, with the shortest wave of an element, k = π/h. Theory (H.9).
-    pub fn fastest_wave(&self) -> f64 {
+    pub fn wave_frequency(&self) -> f64 {
         let gravity = |e: usize| {
             let nodes = &self.mesh.elements()[e];
             nodes.iter().map(|&i| self.force[i as usize].norm()).fold(0.0, f64::max)
@@ -18,7 +18,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     }
 
     /// The same without gravity: of capillary waves [1/s].
-    pub fn fastest_ripple(&self) -> f64 {
+    pub fn capillary_frequency(&self) -> f64 {
         self.fastest(|_| 0.0)
     }
 

@@ -7,7 +7,7 @@
 //! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
 //! the share 1 − θ of the last acceleration (see `step.rs`).
 
-use super::assemble::{Assembly, CutElement, Elements};
+use super::assemble::{Assembly, CutElement, ElementEquations};
 use super::convergence::not_converged;
 use super::element::{self, Content, Drive, Equations, Mass, Stabilisation};
 use super::outflow;
@@ -27,7 +27,7 @@ use crate::pfem2::setup::FluidSetup;
 
 /// Time, step and implicit share of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct TimeStep {
     /// Time at its start [s].
     pub t: f64,
     /// Its length [s].
@@ -36,7 +36,7 @@ pub struct Step {
     pub theta: f64,
 }
 
-impl Step {
+impl TimeStep {
     /// Δ = θ Δt [s].
     pub fn delta(&self) -> f64 {
         self.theta * self.dt
@@ -80,7 +80,7 @@ impl<const D: usize> Physics<D> {
 }
 
 /// Velocity and pressure on the mesh.
-pub struct Implicit<const D: usize, const N: usize> {
+pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: Mesh<D, N>,
     /// Conditions on its boundary.
@@ -126,7 +126,7 @@ pub struct Implicit<const D: usize, const N: usize> {
     pub(in crate::pfem2) preconditioners: u64,
 }
 
-impl<const D: usize, const N: usize> Implicit<D, N> {
+impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// A state that starts with these nodal velocities [m/s].
     pub fn new(
         mesh: Mesh<D, N>,
@@ -173,7 +173,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     ///
     /// # Errors
     /// The linear solver doesn't converge.
-    pub fn solve(&mut self, step: Step, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
+    pub fn solve(&mut self, step: TimeStep, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
         self.equations.delta = step.delta();
         self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
         self.fill(phases, convected);
@@ -210,8 +210,8 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     }
 
     /// The equations of the last step.
-    pub fn elements<'a>(&'a self, convected: &'a [Vector<D>]) -> Elements<'a, D, N> {
-        Elements {
+    pub fn elements<'a>(&'a self, convected: &'a [Vector<D>]) -> ElementEquations<'a, D, N> {
+        ElementEquations {
             mesh: &self.mesh,
             equations: self.equations,
             contents: &self.contents,
@@ -351,7 +351,7 @@ impl<const D: usize, const N: usize> Implicit<D, N> {
     }
 
     /// Fills matrix and right-hand side.
-    fn assemble(&mut self, step: Step, convected: &[Vector<D>]) {
+    fn assemble(&mut self, step: TimeStep, convected: &[Vector<D>]) {
         let mut rhs = std::mem::take(&mut self.rhs);
         rhs.fill([0.0; N]);
         self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));

@@ -17,7 +17,7 @@
 //! All functions vanish at the nodes, so the nodal unknowns keep their meaning, and each side has its own pressure
 //! gradient: two fluids at rest stay at rest wherever the interface cuts.
 
-use super::sub_simplices::{self, Part, split};
+use super::sub_simplices::{self, SubSimplex, split};
 use crate::math::Vector;
 use crate::pfem2::equations::element::Content;
 
@@ -51,7 +51,7 @@ pub struct Cut<const N: usize> {
     /// Level set at the nodes, divided by the largest.
     level: [f64; N],
     /// Sub-simplices.
-    pub parts: Vec<Part<N>>,
+    pub parts: Vec<SubSimplex<N>>,
     /// Media of the negative and the positive side.
     pub media: [Medium; 2],
 }
@@ -65,7 +65,7 @@ impl<const N: usize> Cut<N> {
     }
 
     /// Medium of a part.
-    pub fn medium(&self, part: &Part<N>) -> Medium {
+    pub fn medium(&self, part: &SubSimplex<N>) -> Medium {
         self.media[usize::from(!part.negative)]
     }
 
@@ -121,7 +121,7 @@ impl<const N: usize> Cut<N> {
         &self,
         enrichment: Enrichment,
         k: usize,
-        part: &Part<N>,
+        part: &SubSimplex<N>,
         gradient: &[Vector<D>; N],
     ) -> (f64, Vector<D>) {
         let weights = self.weights(enrichment, k, part.negative);

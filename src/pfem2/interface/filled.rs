@@ -23,7 +23,7 @@ struct Piece<const D: usize> {
 
 /// What a fluid fills inside a box, as points with volumes and masses.
 pub fn pieces<const D: usize, const N: usize>(pfem: &Pfem2<D, N>, fluid: usize, bounds: &Bounds) -> PointSet<'static> {
-    let elements = 0..pfem.implicit.mesh.elements().len();
+    let elements = 0..pfem.system.mesh.elements().len();
     let pieces: Vec<Piece<D>> = elements.flat_map(|e| of_element(pfem, fluid, e, bounds)).collect();
     let density = pfem.density[fluid];
     let volumes: Vec<f64> = pieces.iter().map(|piece| piece.volume).collect();
@@ -52,8 +52,8 @@ fn of_element<const D: usize, const N: usize>(
     bounds: &Bounds,
 ) -> Vec<Piece<D>> {
     let Some((parts, part)) = parts(pfem, fluid, e) else { return Vec::new() };
-    let (mesh, x) = (&pfem.implicit.mesh, pfem.implicit.mesh.corners(e));
-    let v = mesh.elements()[e].map(|node| pfem.implicit.velocity[node as usize]);
+    let (mesh, x) = (&pfem.system.mesh, pfem.system.mesh.corners(e));
+    let v = mesh.elements()[e].map(|node| pfem.system.velocity[node as usize]);
     let volume = part * mesh.simplex(e).volume;
     let piece = |corners: &[[f64; N]; N]| {
         let center = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / N as f64);
@@ -69,7 +69,7 @@ fn parts<const D: usize, const N: usize>(
     fluid: usize,
     e: usize,
 ) -> Option<(Vec<[[f64; N]; N]>, f64)> {
-    match pfem.phases().filling(&pfem.implicit.mesh.elements()[e]) {
+    match pfem.phases().filling(&pfem.system.mesh.elements()[e]) {
         Filling::Pure(own) => (own == fluid).then(|| (vec![whole()], 1.0)),
         Filling::Mixed(shares) => Some((vec![whole()], shares[fluid])),
         Filling::Cut([heavy, _], level) if heavy == fluid => Some((negative_side(&level), 1.0)),

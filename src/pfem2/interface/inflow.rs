@@ -1,13 +1,13 @@
 //! What open boundaries bring: the fluid that they name, or that of each place at the start (theory F.10, G.4).
 
-use super::level_set::{self, Brings, Entering, LevelSet};
+use super::level_set::{self, Brings, InflowDepth, LevelSet};
 use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::Boundary;
 use crate::pfem2::Pfem2;
 use crate::pfem2::boundary::{BoundaryKind, Inflow};
-use crate::pfem2::particles::convect::Place;
+use crate::pfem2::particles::convect::MeshPoint;
 
 /// What flows in, by places of [`Mesh::boundary`]. It follows from the start alone.
 #[derive(Debug, Clone, Default)]
@@ -53,8 +53,8 @@ impl<const D: usize> InflowComposition<D> {
     pub fn brought<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
-        sharp: Option<(&LevelSet, &Entering)>,
-        place: &Place<N>,
+        sharp: Option<(&LevelSet, &InflowDepth)>,
+        place: &MeshPoint<N>,
         inflow: &Inflow<D>,
         way: Vector<D>,
     ) -> (u8, f64) {

@@ -27,4 +27,4 @@ pub(super) mod volumes;
 pub use cut::{Cut, Enrichment, Medium};
 pub use enriched::Enriched;
 pub(in crate::pfem2) use enriched::inverse;
-pub use sub_simplices::{Part, corners, facets, is_cut, negative_side, share, split, whole};
+pub use sub_simplices::{SubSimplex, corners, facets, is_cut, negative_side, share, split, whole};

@@ -35,7 +35,7 @@ pub fn keep_volumes<const D: usize, const N: usize>(
     fraction: &mut [Vec<f64>],
     wanted: &[f64],
 ) -> f64 {
-    let scale = Scale::new(mesh, density, fraction, wanted);
+    let scale = WeighedShares::new(mesh, density, fraction, wanted);
     let mut log = vec![0.0; wanted.len()];
     let mut missing = scale.missing(&log);
     for _ in 0..STEPS {
@@ -49,7 +49,7 @@ pub fn keep_volumes<const D: usize, const N: usize>(
 }
 
 /// Shares that are weighed.
-struct Scale<'a, const D: usize, const N: usize> {
+struct WeighedShares<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
     density: &'a [f64],
     fraction: &'a [Vec<f64>],
@@ -61,7 +61,7 @@ struct Scale<'a, const D: usize, const N: usize> {
     free: Vec<usize>,
 }
 
-impl<'a, const D: usize, const N: usize> Scale<'a, D, N> {
+impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
     fn new(mesh: &'a Mesh<D, N>, density: &'a [f64], fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
         let alone = |e: usize| {
             let nodes = mesh.elements()[e];

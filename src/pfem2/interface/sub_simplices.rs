@@ -7,7 +7,7 @@ const THINNEST: f64 = 1e-14;
 
 /// A simplex on one side of the interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part<const N: usize> {
+pub struct SubSimplex<const N: usize> {
     /// Volume as a fraction of the element's.
     pub share: f64,
     /// Shape functions of the element at its centre.
@@ -43,7 +43,7 @@ fn edge_point<const N: usize>(level: &[f64; N], i: usize, j: usize) -> Point<N> 
 }
 
 /// The sub-simplices of a cut element, side by side.
-pub fn split<const N: usize>(level: &[f64; N]) -> Vec<Part<N>> {
+pub fn split<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
     let mut parts = Vec::with_capacity(6);
     for negative in [true, false] {
         let on_side = |i: &usize| (level[*i] < 0.0) == negative;
@@ -55,7 +55,7 @@ pub fn split<const N: usize>(level: &[f64; N]) -> Vec<Part<N>> {
 }
 
 /// The sub-simplices of an element or facet that may be cut, or it as a whole.
-pub(super) fn sides<const N: usize>(level: &[f64; N]) -> Vec<Part<N>> {
+pub(super) fn sides<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
     if is_cut(level) {
         return split(level);
     }
@@ -112,13 +112,13 @@ pub fn share<const N: usize>(corners: &[Point<N>; N]) -> f64 {
 }
 
 /// Volume and centre of a sub-simplex.
-fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> Part<N> {
+fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> SubSimplex<N> {
     let sum: [f64; N] = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum());
     // ∫λ_a λ_b dV = V (1 + δ_ab)/(d + 1)(d + 2) for its own shape functions λ.
     let product =
         |i: usize, j: usize| sum[i] * sum[j] + corners.iter().map(|corner| corner[i] * corner[j]).sum::<f64>();
     let products = std::array::from_fn(|i| std::array::from_fn(|j| product(i, j) / (N * (N + 1)) as f64));
-    Part { share: share(corners), center: sum.map(|sum| sum / N as f64), products, negative }
+    SubSimplex { share: share(corners), center: sum.map(|sum| sum / N as f64), products, negative }
 }
 
 /// Corners of the interface in a cut element: 2 in a triangle, 3 or 4, in order around it, in a tetrahedron.

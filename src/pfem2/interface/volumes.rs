@@ -6,7 +6,7 @@ use super::share_weights;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::Pfem2;
-use crate::pfem2::particles::reseed::Origin;
+use crate::pfem2::particles::reseed::ParticleSource;
 use crate::pfem2::setup::VolumeCorrection;
 
 /// Most shifts of the level set in a step; more than two are rare.
@@ -19,11 +19,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Begins to follow the volumes, at the start.
     pub(in crate::pfem2) fn follow_volumes(&mut self, correction: VolumeCorrection) {
         let shifts = correction == VolumeCorrection::Shift;
-        let mesh = &self.implicit.mesh;
+        let mesh = &self.system.mesh;
         let several = self.density.len() > 2 && self.is_closed();
         self.kept_volumes = (several && shifts).then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| e));
         let Some(set) = &self.sharp else { return };
-        let boundary = &self.implicit.boundary;
+        let boundary = &self.system.boundary;
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
         let opening = |(place, &facet)| Some(Opening { facet, brings: self.supply.level(place)? });
         self.openings = facets.filter_map(opening).collect();
@@ -42,11 +42,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// A sharp level set follows the particles and keeps its volume.
     pub(in crate::pfem2) fn follow_interface(&mut self) {
-        let (mesh, reach) = (&self.implicit.mesh, self.implicit.shortest());
+        let (mesh, reach) = (&self.system.mesh, self.system.shortest());
         let Some(sharp) = &mut self.sharp else { return };
         let before = sharp.level.clone();
         sharp.update(mesh, &mut self.particles, &self.openings);
-        level_set::absorb_lone_nodes(mesh, &mut sharp.level);
+        level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
         let booked = start - self.outflow[0];
@@ -58,20 +58,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         for _ in 0..SHIFTS {
             let left = reach - self.shift.abs();
             self.shift += level_set::shift_to_volume(mesh, &mut sharp.level, wanted, left);
-            let back = level_set::put_back_unborn(mesh, &origins, &mut sharp.level);
-            if back + level_set::absorb_lone_nodes(mesh, &mut sharp.level) == 0 {
+            let back = level_set::revert_spurious_nodes(mesh, &origins, &mut sharp.level);
+            if back + level_set::absorb_isolated_nodes(mesh, &mut sharp.level) == 0 {
                 break;
             }
         }
         let missing = wanted - level_set::negative_volume(mesh, &sharp.level);
         if missing.abs() > MISSED * start.max(wanted) {
-            self.notices.volume(&self.implicit.physics.fluids[usize::from(sharp.inside)].name);
+            self.notices.volume(&self.system.physics.fluids[usize::from(sharp.inside)].name);
         }
     }
 
     /// Nothing can leave.
     pub(in crate::pfem2) fn is_closed(&self) -> bool {
-        !self.implicit.boundary.kinds.iter().any(|kind| kind.is_open())
+        !self.system.boundary.kinds.iter().any(|kind| kind.is_open())
     }
 
     /// Phases at the nodes.
@@ -81,14 +81,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The shares of several fluids take weights that keep their volumes.
     pub(in crate::pfem2) fn weigh_shares(&mut self) {
-        let mesh = &self.implicit.mesh;
-        level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction);
+        let mesh = &self.system.mesh;
+        level_set::absorb_isolated_fluids(mesh, &self.density, &mut self.fraction);
         let Some(wanted) = &self.kept_volumes else { return };
         self.weight = 1.0;
         // Weights may leave nodes alone that weren't before, as shifts may.
         for _ in 0..SHIFTS {
             self.weight *= share_weights::keep_volumes(mesh, &self.density, &mut self.fraction, wanted);
-            if level_set::absorb_lone_fluids(mesh, &self.density, &mut self.fraction) == 0 {
+            if level_set::absorb_isolated_fluids(mesh, &self.density, &mut self.fraction) == 0 {
                 break;
             }
         }
@@ -124,7 +124,7 @@ pub(in crate::pfem2) fn left<const D: usize, const N: usize>(
     set: &LevelSet,
     openings: &[Opening<D>],
     carrier: &[Vector<D>],
-    origin: &Origin<D, N>,
+    origin: &ParticleSource<D, N>,
 ) -> [f64; 2] {
     level_set::outflow(mesh, openings, carrier, origin.dt, |place, time| {
         let (newcomer, _) = origin.of(mesh, place, time);

@@ -7,11 +7,11 @@
 //! mesh stay what they are.
 
 use super::Particles;
-use super::convect::Place;
+use super::convect::MeshPoint;
 use super::correct;
 use crate::parallel;
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// Edges inside the other fluid from which a particle joins it.
 const DEEP: f64 = 1.0;
@@ -23,7 +23,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         if self.is_projectile.contains(&true) {
             return;
         }
-        let Implicit { mesh, velocity, .. } = &self.implicit;
+        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
         let deep = DEEP * set.edge();
         let Particles { position, velocity: v, fluid, depth, element, .. } = &mut self.particles;
         let columns = (&mut fluid[..], &mut depth[..], &mut v[..], &position[..], &element[..]);
@@ -31,7 +31,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let mut joined = 0_u64;
             for p in 0..own.len() {
                 let e = element[p] as usize;
-                let place = Place { element: e, shape: mesh.shape_functions(e, x[p]) };
+                let place = MeshPoint { element: e, shape: mesh.shape_functions(e, x[p]) };
                 let (fluid, depth) = set.at(mesh, &place, 1 - set.inside);
                 if fluid == own[p] || depth <= deep {
                     continue;
@@ -47,14 +47,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Volume of the particles of each fluid where the level set shows the other [m³].
     pub(in crate::pfem2) fn astray(&self) -> Vec<f64> {
-        let (mesh, particles) = (&self.implicit.mesh, &self.particles);
+        let (mesh, particles) = (&self.system.mesh, &self.particles);
         let Some(set) = &self.sharp else { return Vec::new() };
         let mut volumes = vec![0.0; self.density.len()];
         for e in 0..mesh.elements().len() {
             let own = particles.of(e);
             let share = mesh.simplex(e).volume / own.len().max(1) as f64;
             for p in own {
-                let place = Place { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
+                let place = MeshPoint { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
                 if set.at(mesh, &place, 1 - set.inside).0 != particles.fluid[p] {
                     volumes[usize::from(particles.fluid[p])] += share;
                 }

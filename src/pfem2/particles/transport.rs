@@ -7,40 +7,40 @@
 //! aⁿ⁻¹_i ← aⁿ at the foot of the streamline of node i
 //! ```
 
-use super::convect::{self, Convected, Place, Projectiles, Streamlines, Walk};
+use super::convect::{self, ConvectionCounts, MeshPoint, Projectiles, Streamlines, Walk};
 use super::correct;
-use super::reseed::{Newcomer, Origin, Reseeded};
+use super::reseed::{NewParticle, ParticleSource, Reseeded};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::system::{Implicit, Step};
+use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::inflow::InflowComposition;
-use crate::pfem2::interface::level_set::{Entering, LevelSet};
+use crate::pfem2::interface::level_set::{InflowDepth, LevelSet};
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::interface::volumes;
 use crate::pfem2::setup::Scheme;
-use crate::pfem2::step::Counts;
+use crate::pfem2::step::RunCounts;
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// v* at the nodes [m/s].
-    fn carrier(&self, step: Step) -> Vec<Vector<D>> {
-        let Scheme::SecondOrder { theta } = self.scheme else { return self.implicit.velocity.clone() };
+    fn carrier(&self, step: TimeStep) -> Vec<Vector<D>> {
+        let Scheme::SecondOrder { theta } = self.scheme else { return self.system.velocity.clone() };
         if !self.follows(step.dt) {
-            return self.implicit.velocity.clone();
+            return self.system.velocity.clone();
         }
         let bend = if self.follows_twice(step.dt) { bend(theta) } else { 0.0 };
         let weights = carrier_weights(step.dt, [self.dt_before, self.dt_earlier], bend);
-        let all = self.implicit.velocity.iter().zip(&self.before).zip(&self.earlier);
+        let all = self.system.velocity.iter().zip(&self.before).zip(&self.earlier);
         all.map(|((v, before), earlier)| *v * weights[0] + *before * weights[1] + *earlier * weights[2]).collect()
     }
 
     /// Moves the particles, fills what runs empty, and carries the acceleration along.
-    pub(in crate::pfem2) fn convect(&mut self, step: Step) {
+    pub(in crate::pfem2) fn convect(&mut self, step: TimeStep) {
         let (carrier, kicks) = (self.carrier(step), self.kicks(step));
-        let start: Vec<Vector<D>> = self.implicit.velocity.iter().zip(&kicks).map(|(v, kick)| *v + *kick).collect();
-        let rule = Projectiles { fluids: &self.is_projectile, level: &self.level, gravity: self.implicit.force[0] };
-        let Implicit { mesh, boundary, .. } = &self.implicit;
+        let start: Vec<Vector<D>> = self.system.velocity.iter().zip(&kicks).map(|(v, kick)| *v + *kick).collect();
+        let rule = Projectiles { fluids: &self.is_projectile, level: &self.level, gravity: self.system.force[0] };
+        let VelocityPressureSystem { mesh, boundary, .. } = &self.system;
         let flow = convect::Flow {
             velocity: &carrier,
             boundary: &boundary.kinds,
@@ -49,20 +49,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let lines = Streamlines::new(mesh, &flow);
         let (openings, particles) = (&self.openings[..], &mut self.particles);
         let entering = self.sharp.as_ref().filter(|_| !openings.is_empty());
-        let entering = entering.map(|set| Entering::new(mesh, set, openings, &carrier, particles));
+        let entering = entering.map(|set| InflowDepth::new(mesh, set, openings, &carrier, particles));
         let fate = self.particles.carry(&lines, step.dt);
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
         let (supply, sharp) = (&self.supply, self.sharp.as_ref());
-        let fluid = |place: &Place<N>| fluid_at(mesh, &phases, sharp, place);
-        let inflow = |place: &Place<N>, opposite: usize, after: f64| {
+        let fluid = |place: &MeshPoint<N>| fluid_at(mesh, &phases, sharp, place);
+        let inflow = |place: &MeshPoint<N>, opposite: usize, after: f64| {
             let (element, x) = (place.element, place.position(mesh));
             let inflow = boundary.inflow(mesh, (element, opposite), x, step.t + after.max(0.0))?;
             let here = || correct::at(&place.shape, &mesh.elements()[element], &start);
             let velocity = inflow.velocity.unwrap_or_else(here);
             let (fluid, depth) = supply.brought(mesh, sharp.zip(entering.as_ref()), place, &inflow, velocity * after);
-            Some(Newcomer { velocity, fluid, depth })
+            Some(NewParticle { velocity, fluid, depth })
         };
-        let origin = Origin { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
+        let origin = ParticleSource { lines: &lines, dt: step.dt, velocity: &start, fluid: &fluid, inflow: &inflow };
         let done = self.particles.reseed(mesh, self.reseeding, self.crowd, &origin);
         let left = self.sharp.as_ref().map(|set| volumes::left(mesh, set, &self.openings, &carrier, &origin));
         let feet = feet(mesh, &lines, step.dt);
@@ -75,8 +75,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
-    fn velocity_before(&self, step: Step) -> Vec<Vector<D>> {
-        let Implicit { mesh, boundary, velocity, .. } = &self.implicit;
+    fn velocity_before(&self, step: TimeStep) -> Vec<Vector<D>> {
+        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
         let mut velocity = velocity.clone();
         if self.steps == 0 {
             boundary.held(mesh, step.t).into_iter().for_each(|(node, held)| velocity[node] = held);
@@ -87,7 +87,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// What flows in at the start, and from then on.
     pub(in crate::pfem2) fn supply_at_the_start(&self) -> InflowComposition<D> {
         let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        InflowComposition::new(&self.implicit.mesh, &self.implicit.boundary, self.sharp.as_ref(), &phases)
+        InflowComposition::new(&self.system.mesh, &self.system.boundary, self.sharp.as_ref(), &phases)
     }
 }
 
@@ -107,8 +107,8 @@ fn carrier_weights(dt: f64, [last, earlier]: [f64; 2], bend: f64) -> [f64; 3] {
     [1.0 + slope + near, -slope - near - far, far]
 }
 
-impl Counts {
-    fn add(&mut self, fate: &Convected, done: &Reseeded) {
+impl RunCounts {
+    fn add(&mut self, fate: &ConvectionCounts, done: &Reseeded) {
         self.left += fate.left as u64;
         self.stuck += fate.stuck as u64;
         self.added += done.added as u64;
@@ -123,7 +123,7 @@ fn fluid_at<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     phases: &Phases,
     sharp: Option<&LevelSet>,
-    place: &Place<N>,
+    place: &MeshPoint<N>,
 ) -> (u8, f64) {
     let nodes = &mesh.elements()[place.element];
     match sharp {
@@ -136,7 +136,7 @@ fn fluid_at<const D: usize, const N: usize>(
 fn feet<const D: usize, const N: usize>(mesh: &Mesh<D, N>, lines: &Streamlines<D, N>, dt: f64) -> Vec<Walk<N>> {
     let place = |node: usize| {
         let element = mesh.elements_around(node).first().map_or(0, |&e| e as usize);
-        Place::of(mesh, element, mesh.nodes()[node])
+        MeshPoint::of(mesh, element, mesh.nodes()[node])
     };
     let places = parallel::collect(mesh.nodes().len(), 256, place);
     lines.trace_all(&places, dt, -1.0)
@@ -148,7 +148,7 @@ fn at_feet<const D: usize, const N: usize>(
     feet: &[Walk<N>],
     values: &[Vector<D>],
 ) -> Vec<Vector<D>> {
-    let there = |Place { element, shape }: &Place<N>| correct::at(shape, &mesh.elements()[*element], values);
+    let there = |MeshPoint { element, shape }: &MeshPoint<N>| correct::at(shape, &mesh.elements()[*element], values);
     parallel::collect(feet.len(), parallel::CHUNK, |node| there(&feet[node].place))
 }
 

@@ -17,7 +17,7 @@ use super::correct;
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::setup::Unresolved;
 
 /// Part of the largest speed that is round-off.
@@ -38,7 +38,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             return;
         }
         let differences = self.differences();
-        let elements = self.implicit.mesh.elements().len();
+        let elements = self.system.mesh.elements().len();
         let changes = parallel::collect_some(elements, 256, |e| self.bounded(e, &differences));
         for Change { element, velocity, energy } in changes {
             let own = self.particles.of(element);
@@ -49,7 +49,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The largest difference between the velocity of each node and of those around it [m/s].
     fn differences(&self) -> Vec<f64> {
-        let Implicit { mesh, velocity, .. } = &self.implicit;
+        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
         let fastest = velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
         let of = |node: usize| {
             let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
@@ -60,7 +60,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The particles of an element after the bound, if it changes one.
     fn bounded(&self, element: usize, differences: &[f64]) -> Option<Change<D>> {
-        let Implicit { mesh, velocity, .. } = &self.implicit;
+        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
         let (particles, nodes) = (&self.particles, &mesh.elements()[element]);
         let cut = |p: usize| {
             let shape = mesh.shape_functions(element, particles.position[p]);

@@ -13,9 +13,9 @@
 //! φ is taken from the middle of the mesh, so that a volume that isn't kept counts the same wherever the box lies.
 
 use super::health;
-use super::ledger::{Books, Totals};
+use super::ledger::{EnergyLedger, FlowTotals};
 use crate::error::StepError;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// Part of the largest kinetic energy that errors of discretisation may make.
 const ALLOWED: f64 = 0.5;
@@ -35,7 +35,7 @@ const HOPELESS: f64 = 10.0;
 
 /// What gravity can do from the start on.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::pfem2) struct Available {
+pub(in crate::pfem2) struct AvailablePotentialEnergy {
     /// −b [m/s²].
     up: [f64; 3],
     /// φ in the middle of the mesh [m²/s²].
@@ -50,31 +50,34 @@ pub(in crate::pfem2) struct Available {
 
 /// What the energy from nothing tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::pfem2) enum Verdict {
+pub(in crate::pfem2) enum EnergyCheck {
     /// It can be.
     Possible,
     /// It is more than errors of discretisation make.
     TooMuch,
 }
 
-impl Available {
+impl AvailablePotentialEnergy {
     /// Of the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady, uniform one.
-    pub fn new<const D: usize, const N: usize>(implicit: &Implicit<D, N>, totals: &Totals) -> Option<Self> {
-        let gravity = implicit.physics.steady_gravity()?;
-        if implicit.boundary.kinds.iter().any(|kind| kind.is_open()) {
+    pub fn new<const D: usize, const N: usize>(
+        system: &VelocityPressureSystem<D, N>,
+        totals: &FlowTotals,
+    ) -> Option<Self> {
+        let gravity = system.physics.steady_gravity()?;
+        if system.boundary.kinds.iter().any(|kind| kind.is_open()) {
             return None;
         }
-        let mut slots: Vec<(f64, f64)> = (0..implicit.mesh.elements().len())
-            .map(|e| (-gravity.dot(implicit.mesh.center(e)), implicit.mesh.simplex(e).volume))
+        let mut slots: Vec<(f64, f64)> = (0..system.mesh.elements().len())
+            .map(|e| (-gravity.dot(system.mesh.center(e)), system.mesh.simplex(e).volume))
             .collect();
         slots.sort_by(|a, b| a.0.total_cmp(&b.0));
         let volume: f64 = slots.iter().map(|(_, volume)| volume).sum();
         let middle = slots.iter().map(|(phi, volume)| phi * volume).sum::<f64>() / volume;
         slots.iter_mut().for_each(|(phi, _)| *phi -= middle);
         let mut fluids: Vec<(f64, f64)> =
-            implicit.physics.fluids.iter().zip(&implicit.volumes).map(|(fluid, v)| (fluid.density, *v)).collect();
+            system.physics.fluids.iter().zip(&system.volumes).map(|(fluid, v)| (fluid.density, *v)).collect();
         fluids.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let lift = totals.mass * gravity.norm() * implicit.shortest();
+        let lift = totals.mass * gravity.norm() * system.shortest();
         let level = Self { up: (gravity * -1.0).to3(), middle, start: 0.0, energy: 0.0, lift };
         let start = level.potential(totals);
         Some(Self { start, energy: (start - sorted(&slots, &fluids)).max(0.0), ..level })
@@ -86,22 +89,22 @@ impl Available {
     }
 
     /// Σ m φ [J].
-    fn potential(&self, totals: &Totals) -> f64 {
+    fn potential(&self, totals: &FlowTotals) -> f64 {
         self.up.iter().zip(totals.moment).map(|(up, moment)| up * moment).sum::<f64>() - totals.mass * self.middle
     }
 
     /// What the fluids have lost of potential energy since the start [J].
-    pub fn fallen(&self, totals: &Totals) -> f64 {
+    pub fn fallen(&self, totals: &FlowTotals) -> f64 {
         self.start - self.potential(totals)
     }
 
     /// The least energy that errors are measured by [J].
-    pub fn least(&self, books: &Books) -> f64 {
+    pub fn least(&self, books: &EnergyLedger) -> f64 {
         (NOTHING * self.at_hand(books)).max(BEGUN * self.energy)
     }
 
     /// What there is to move the fluids with [J].
-    fn at_hand(&self, books: &Books) -> f64 {
+    fn at_hand(&self, books: &EnergyLedger) -> f64 {
         self.energy + self.lift + books.begun()
     }
 
@@ -111,18 +114,18 @@ impl Available {
     /// It is many times what there was; the fastest node is named.
     pub fn judge<const D: usize, const N: usize>(
         &self,
-        books: &Books,
-        totals: &Totals,
-        implicit: &Implicit<D, N>,
-    ) -> Result<Verdict, StepError> {
-        let (gained, lent) = (books.gained(totals, implicit.surface_energy()), books.gravity() - self.energy);
+        books: &EnergyLedger,
+        totals: &FlowTotals,
+        system: &VelocityPressureSystem<D, N>,
+    ) -> Result<EnergyCheck, StepError> {
+        let (gained, lent) = (books.gained(totals, system.surface_energy()), books.gravity() - self.energy);
         let (at_hand, exchanged) = (self.at_hand(books), books.exchanged());
         if gained.max(lent) > HOPELESS * (at_hand + exchanged) {
-            return Err(health::runaway(implicit, gained.max(lent), at_hand));
+            return Err(health::runaway(system, gained.max(lent), at_hand));
         }
         let most = (ALLOWED * books.peak() + exchanged).max(NOTHING * at_hand);
         let too_much = gained > most || lent > LENT * (self.energy + self.lift);
-        Ok(if too_much { Verdict::TooMuch } else { Verdict::Possible })
+        Ok(if too_much { EnergyCheck::TooMuch } else { EnergyCheck::Possible })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a run is watched for: fluid that is lost, energy that errors take or give.
 
-use super::available::{Available, Verdict};
+use super::available::{AvailablePotentialEnergy, EnergyCheck};
 use crate::error::StepError;
 use crate::pfem2::Pfem2;
 
@@ -14,9 +14,9 @@ const NEGATIVE: f64 = 0.01;
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Keeps what the start says about what may come.
     pub(in crate::pfem2) fn begin_watch(&mut self) {
-        self.available = Available::new(&self.implicit, &self.totals);
+        self.available = AvailablePotentialEnergy::new(&self.system, &self.totals);
         if self.is_closed() {
-            self.closed = self.implicit.volumes.clone();
+            self.closed = self.system.volumes.clone();
         }
     }
 
@@ -29,7 +29,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Looks at what errors have taken of the energy, or given.
     fn watch_energy(&mut self) {
         let largest = self.largest_energy();
-        let gained = self.books.gained(&self.totals, self.implicit.surface_energy());
+        let gained = self.books.gained(&self.totals, self.system.surface_energy());
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         self.notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
         if self.books.viscous() < -NEGATIVE * largest {
@@ -42,15 +42,15 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// # Errors
     /// The flow has gained many times the energy that there was.
     pub(in crate::pfem2) fn watch(&mut self) -> Result<(), StepError> {
-        let Self { implicit, notices, .. } = self;
-        notices.losses(&implicit.physics.fluids, &self.closed, &implicit.volumes);
+        let Self { system, notices, .. } = self;
+        notices.losses(&system.physics.fluids, &self.closed, &system.volumes);
         if self.kept_volumes.is_some() {
-            notices.weights(&implicit.physics.fluids, &self.closed, &implicit.volumes);
+            notices.weights(&system.physics.fluids, &self.closed, &system.volumes);
         }
         self.watch_energy();
-        let Self { implicit, notices, .. } = self;
+        let Self { system, notices, .. } = self;
         let Some(available) = &self.available else { return Ok(()) };
-        if available.judge(&self.books, &self.totals, implicit)? == Verdict::TooMuch {
+        if available.judge(&self.books, &self.totals, system)? == EnergyCheck::TooMuch {
             notices.energy();
         }
         Ok(())

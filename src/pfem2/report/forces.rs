@@ -13,12 +13,12 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::{Boundary, BoundaryKind};
-use crate::pfem2::equations::assemble::Elements;
+use crate::pfem2::equations::assemble::ElementEquations;
 use std::collections::BTreeMap;
 
 /// A part of the boundary that holds the fluid.
 #[derive(Debug, Clone)]
-pub struct Part<const D: usize> {
+pub struct BoundaryPart<const D: usize> {
     /// Name of its set.
     pub name: String,
     /// Nodes and the share of their reaction that belongs to the part.
@@ -26,7 +26,7 @@ pub struct Part<const D: usize> {
 }
 
 /// The parts of a boundary that hold the fluid: walls, slip planes, inlets.
-pub fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<Part<D>> {
+pub fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<BoundaryPart<D>> {
     let holds = |kind: BoundaryKind| kind != BoundaryKind::Outlet;
     let mut areas: Vec<BTreeMap<u32, Vector<D>>> = Vec::new();
     let mut total: BTreeMap<u32, Vector<D>> = BTreeMap::new();
@@ -50,17 +50,17 @@ pub fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Bound
     named
         .map(|(set, own)| {
             let nodes = own.into_iter().map(|(node, area)| (node, share(area, total[&node]))).collect();
-            Part { name: set.name.clone(), nodes }
+            BoundaryPart { name: set.name.clone(), nodes }
         })
         .collect()
 }
 
-impl<const D: usize> Part<D> {
+impl<const D: usize> BoundaryPart<D> {
     /// The force of the fluid on the part [N], and the power with which the part drives the fluid [W]; `loads` are those of
     /// the boundary on the nodes [N].
     pub fn force<const N: usize>(
         &self,
-        elements: &Elements<D, N>,
+        elements: &ElementEquations<D, N>,
         loads: &[Vector<D>],
         unknowns: &[[f64; N]],
     ) -> (Vector<D>, f64) {
@@ -78,7 +78,7 @@ impl<const D: usize> Part<D> {
 
 /// Adds the tractions μ (∇v)ᵀ n + ½ρ (v·n)₋ v of the open facets to the nodal forces [N].
 pub fn open_boundary_load<const D: usize, const N: usize>(
-    elements: &Elements<D, N>,
+    elements: &ElementEquations<D, N>,
     velocity: &[Vector<D>],
     mut add: impl FnMut(usize, Vector<D>),
 ) {

@@ -16,7 +16,7 @@
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::shear::shear_rate;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// Powers and velocities of the steps before.
 #[derive(Debug, Clone, Default)]
@@ -36,20 +36,26 @@ impl<const D: usize> Friction<D> {
     }
 
     /// After the rehearsal of the first step, whose end makes the forces at the start and before.
-    pub fn begin<const N: usize>(&mut self, implicit: &Implicit<D, N>) {
-        let both = self.start.iter().zip(&implicit.velocity);
+    pub fn begin<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
+        let both = self.start.iter().zip(&system.velocity);
         self.change = both.map(|(start, end)| *start - *end).collect();
-        let [end] = powers(implicit, |i| [implicit.velocity[i]]);
+        let [end] = powers(system, |i| [system.velocity[i]]);
         self.power = vec![end; 2];
     }
 
     /// What the step takes [J]; `shares` are θ, β₁ and β₂, `first` says that nothing came before but the rehearsal.
-    pub fn take<const N: usize>(&mut self, implicit: &Implicit<D, N>, dt: f64, shares: [f64; 3], first: bool) -> f64 {
-        let grown = |i: usize| implicit.velocity[i] - self.start[i];
+    pub fn take<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        dt: f64,
+        shares: [f64; 3],
+        first: bool,
+    ) -> f64 {
+        let grown = |i: usize| system.velocity[i] - self.start[i];
         let lag = |i: usize| if first { self.change[i] } else { Vector::ZERO };
-        let [start, end, from_start, from_last, last, from_earlier, earlier] = powers(implicit, |i| {
+        let [start, end, from_start, from_last, last, from_earlier, earlier] = powers(system, |i| {
             let (grown, lag, change) = (grown(i), lag(i), self.change[i]);
-            [self.start[i], implicit.velocity[i], grown, grown + lag, lag, grown + change, change]
+            [self.start[i], system.velocity[i], grown, grown + lag, lag, grown + change, change]
         });
         let [u_last, u_earlier] = [self.power[0], self.power[1]];
         let start = if first { start } else { u_last };
@@ -63,12 +69,12 @@ impl<const D: usize> Friction<D> {
 
 /// q of several velocities, given by node [W].
 fn powers<const D: usize, const N: usize, const K: usize>(
-    implicit: &Implicit<D, N>,
+    system: &VelocityPressureSystem<D, N>,
     velocity: impl Fn(usize) -> [Vector<D>; K] + Sync,
 ) -> [f64; K] {
     let of_element = |e: usize| {
-        let (simplex, content) = (implicit.mesh.simplex(e), &implicit.contents[e]);
-        let nodal = implicit.mesh.elements()[e].map(|node| velocity(node as usize));
+        let (simplex, content) = (system.mesh.simplex(e), &system.contents[e]);
+        let nodal = system.mesh.elements()[e].map(|node| velocity(node as usize));
         std::array::from_fn(|k| {
             let rate = shear_rate(&simplex.gradient, &nodal.map(|velocities| velocities[k]));
             simplex.volume * content.viscosity * rate.powi(2)
@@ -76,5 +82,5 @@ fn powers<const D: usize, const N: usize, const K: usize>(
     };
     let add = |a: [f64; K], b: [f64; K]| std::array::from_fn(|k| a[k] + b[k]);
     let chunk = |range: std::ops::Range<usize>| range.map(of_element).fold([0.0; K], add);
-    parallel::reduce(implicit.contents.len(), chunk, add).unwrap_or([0.0; K])
+    parallel::reduce(system.contents.len(), chunk, add).unwrap_or([0.0; K])
 }

@@ -18,16 +18,16 @@
 //! boundaries, too. What all this doesn't explain is booked as numerical dissipation: of the transport by particles, of the time
 //! integration and of the stabilisation.
 
-use super::through::Through;
+use super::through::OpenBoundaryFlux;
 use crate::math::Vector;
 use crate::parallel;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::simulation::TermKind::{Gain, Loss, Other, Remainder, Stored};
 use crate::simulation::{BalanceTerm, Ledger};
 
 /// Sums over the mesh.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Totals {
+pub struct FlowTotals {
     /// Mass [kg].
     pub mass: f64,
     /// Momentum [N s].
@@ -42,28 +42,28 @@ pub struct Totals {
     pub gravity: f64,
 }
 
-impl Totals {
+impl FlowTotals {
     /// Of a state.
-    pub fn of<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> Self {
+    pub fn of<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> Self {
         let chunk = |range: std::ops::Range<usize>| {
-            range.map(|e| Self::of_element(implicit, e)).fold(Self::default(), Self::plus)
+            range.map(|e| Self::of_element(system, e)).fold(Self::default(), Self::plus)
         };
-        parallel::reduce(implicit.contents.len(), chunk, Self::plus).unwrap_or_default()
+        parallel::reduce(system.contents.len(), chunk, Self::plus).unwrap_or_default()
     }
 
-    fn of_element<const D: usize, const N: usize>(implicit: &Implicit<D, N>, e: usize) -> Self {
-        let content = &implicit.contents[e];
-        let nodes = implicit.mesh.elements()[e].map(|node| node as usize);
-        let velocity = nodes.map(|i| implicit.velocity[i]);
+    fn of_element<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>, e: usize) -> Self {
+        let content = &system.contents[e];
+        let nodes = system.mesh.elements()[e].map(|node| node as usize);
+        let velocity = nodes.map(|i| system.velocity[i]);
         let mut totals = Self::default();
         let [mut momentum, mut weight, mut moment] = [Vector::<D>::ZERO; 3];
         for ((m, v), i) in content.mass.iter().zip(&velocity).zip(nodes) {
             totals.mass += m;
             totals.kinetic += 0.5 * m * v.norm_squared();
-            moment += implicit.mesh.nodes()[i] * *m;
+            moment += system.mesh.nodes()[i] * *m;
             momentum += *v * *m;
-            weight += implicit.force[i] * *m;
-            totals.gravity += m * implicit.force[i].dot(*v);
+            weight += system.force[i] * *m;
+            totals.gravity += m * system.force[i].dot(*v);
         }
         (totals.momentum, totals.weight, totals.moment) = (momentum.to3(), weight.to3(), moment.to3());
         totals
@@ -84,7 +84,7 @@ impl Totals {
 
 /// What acts from outside at the end of a step.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Outside<const D: usize> {
+pub struct ExternalRates<const D: usize> {
     /// Power of gravity [W].
     pub gravity: f64,
     /// Power of tractions and supports [W].
@@ -92,10 +92,10 @@ pub struct Outside<const D: usize> {
     /// Force of both [N].
     pub force: [f64; 3],
     /// What the flow carries through open boundaries.
-    pub through: Through<D>,
+    pub through: OpenBoundaryFlux<D>,
 }
 
-impl<const D: usize> Outside<D> {
+impl<const D: usize> ExternalRates<D> {
     /// Powers [W], then forces [N]: a part of a column of the books.
     fn entries(&self) -> [f64; RATES] {
         let ([fx, fy, fz], [px, py, pz]) = (self.force, self.through.momentum.to3());
@@ -108,7 +108,7 @@ const RATES: usize = 9;
 
 /// The books since the start.
 #[derive(Debug, Clone, Default)]
-pub struct Books {
+pub struct EnergyLedger {
     /// Works of gravity and boundaries, kinetic energy that came in [J], impulse from outside, momentum that came in [N s], what
     /// viscosity took [J]: one column of a checkpoint.
     pub entries: Vec<f64>,
@@ -121,7 +121,7 @@ pub struct Books {
     pub peak: Vec<f64>,
 }
 
-impl Books {
+impl EnergyLedger {
     /// Opens the books with the kinetic and the surface energy at the start, and what walls and inlets that take hold give [J].
     pub fn open(kinetic: f64, surface: f64, jolt: f64) -> Self {
         let stored = kinetic + surface;
@@ -139,7 +139,7 @@ impl Books {
     }
 
     /// Notes the energies of a state [J].
-    pub fn note(&mut self, totals: &Totals, surface: f64) {
+    pub fn note(&mut self, totals: &FlowTotals, surface: f64) {
         let [gravity, boundary, carried, ..] = self.entries[..] else { return };
         let terms = [surface, gravity, boundary, carried, self.viscous()];
         let largest = terms.iter().fold(totals.kinetic, |largest, term| largest.max(term.abs()));
@@ -177,18 +177,18 @@ impl Books {
     }
 
     /// What nothing explains of the energy there is, with that of the surfaces [J].
-    pub fn gained(&self, totals: &Totals, surface: f64) -> f64 {
+    pub fn gained(&self, totals: &FlowTotals, surface: f64) -> f64 {
         let gained: f64 = self.entries[..3].iter().sum();
         totals.kinetic + surface - (self.start[0] + gained - self.viscous())
     }
 
     /// Notes what acts from outside at the start, of which the first step takes its explicit share.
-    pub fn begin<const D: usize>(&mut self, outside: &Outside<D>) {
+    pub fn begin<const D: usize>(&mut self, outside: &ExternalRates<D>) {
         self.last = [outside.entries(); 2].concat();
     }
 
     /// Books a step of `dt` with what acts from outside at its end and what viscosity took [J]; `shares` are θ, β₁ and β₂.
-    pub fn add<const D: usize>(&mut self, dt: f64, shares: [f64; 3], outside: &Outside<D>, viscous: f64) {
+    pub fn add<const D: usize>(&mut self, dt: f64, shares: [f64; 3], outside: &ExternalRates<D>, viscous: f64) {
         let (last, earlier) = self.last.split_at_mut(RATES);
         for (k, now) in outside.entries().into_iter().enumerate() {
             self.entries[k] += dt * (shares[0] * now + shares[1] * last[k] + shares[2] * earlier[k]);
@@ -199,7 +199,7 @@ impl Books {
     }
 
     /// All terms of the ledger: energies, mass, momentum.
-    pub fn ledger<const D: usize>(&self, totals: &Totals, surface: f64) -> Ledger {
+    pub fn ledger<const D: usize>(&self, totals: &FlowTotals, surface: f64) -> Ledger {
         let term = |kind, name: &str, unit, value| BalanceTerm { name: name.to_owned(), unit, kind, value };
         let mut terms = vec![
             term(Stored, "kinetic energy", "J", totals.kinetic),

@@ -5,7 +5,7 @@
 //! unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::setup::FluidSetup;
 use crate::simulation::{Column, SaidOnce};
@@ -35,23 +35,23 @@ pub(in crate::pfem2) struct Notices {
 impl Notices {
     /// Takes the state at the start for granted: a case may begin with two fluids at an inlet.
     pub fn of_the_start<const D: usize, const N: usize>(
-        implicit: &Implicit<D, N>,
+        system: &VelocityPressureSystem<D, N>,
         particles: &Particles<D>,
         fraction: &[Vec<f64>],
     ) -> Self {
         let mut notices = Self::default();
-        notices.look(implicit, particles, fraction);
+        notices.look(system, particles, fraction);
         Self { met: notices.met, been: notices.been, ..Self::default() }
     }
 
     /// Looks at the state after a step; `fraction` by fluid and node.
     pub fn look<const D: usize, const N: usize>(
         &mut self,
-        implicit: &Implicit<D, N>,
+        system: &VelocityPressureSystem<D, N>,
         particles: &Particles<D>,
         fraction: &[Vec<f64>],
     ) {
-        let fluids = &implicit.physics.fluids;
+        let fluids = &system.physics.fluids;
         if fluids.len() < 2 {
             return;
         }
@@ -64,11 +64,11 @@ impl Notices {
                 self.said.say(&format!("gone: {}", fluid.name), || format!("no particle of `{}` is left", fluid.name));
             }
         }
-        for (inlet, fluid) in at_inlets(implicit, fraction) {
+        for (inlet, fluid) in at_inlets(system, fraction) {
             if !self.met.insert((inlet, fluid)) {
                 continue;
             }
-            let name = &implicit.boundary.sets()[inlet].name;
+            let name = &system.boundary.sets()[inlet].name;
             self.said.say(&format!("inlet: {name}"), || {
                 format!(
                     "an interface came to the inlet `{name}`: what flows in stays the fluid that each place had at the start; \
@@ -171,11 +171,14 @@ impl Notices {
 }
 
 /// The fluids at the inlets that bring none of their own, as pairs of the place of the set and the fluid.
-fn at_inlets<const D: usize, const N: usize>(implicit: &Implicit<D, N>, fraction: &[Vec<f64>]) -> Vec<(usize, usize)> {
-    let sets = implicit.boundary.sets().iter().enumerate();
+fn at_inlets<const D: usize, const N: usize>(
+    system: &VelocityPressureSystem<D, N>,
+    fraction: &[Vec<f64>],
+) -> Vec<(usize, usize)> {
+    let sets = system.boundary.sets().iter().enumerate();
     let asks = |set: &BoundarySetup<D>| set.condition.kind() == BoundaryKind::Inlet && set.brings.is_none();
     let touching = |(inlet, set): (usize, &BoundarySetup<D>)| {
-        let nodes: BTreeSet<u32> = set.facets.iter().flat_map(|&facet| implicit.mesh.facet_nodes(facet)).collect();
+        let nodes: BTreeSet<u32> = set.facets.iter().flat_map(|&facet| system.mesh.facet_nodes(facet)).collect();
         let there = fraction.iter().enumerate().filter(|(_, share)| nodes.iter().any(|&n| share[n as usize] > 0.5));
         there.map(|(fluid, _)| (inlet, fluid)).collect::<Vec<_>>()
     };

@@ -4,8 +4,8 @@ use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::filled;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::step::Counts;
-use crate::pfem2::time::step_control::Errors;
+use crate::pfem2::step::RunCounts;
+use crate::pfem2::time::step_control::ErrorEstimates;
 use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Column, Elements, Field, Ledger, MOST_COUNTED, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
@@ -50,7 +50,7 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     let mass = move || there.iter().map(|&p| pfem.density[fluid] * pfem.volume(p as usize)).collect();
     let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
     PointSet {
-        name: &pfem.implicit.physics.fluids[fluid].name,
+        name: &pfem.system.physics.fluids[fluid].name,
         position,
         id,
         fields: vec![
@@ -67,16 +67,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// What a particle stands for: its share of its element [m³], or per depth [m²].
     fn volume(&self, particle: usize) -> f64 {
         let element = self.particles.element[particle] as usize;
-        self.implicit.mesh.simplex(element).volume / self.particles.of(element).len() as f64
+        self.system.mesh.simplex(element).volume / self.particles.of(element).len() as f64
     }
 }
 
 /// The mesh with what its nodes know.
 fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
-    let implicit = &pfem.implicit;
+    let system = &pfem.system;
     let mut node_fields = vec![
-        vectors("velocity", "m/s", &implicit.velocity),
-        Field::scalar("pressure", "Pa", &implicit.pressure),
+        vectors("velocity", "m/s", &system.velocity),
+        Field::scalar("pressure", "Pa", &system.pressure),
         Field::computed("density", "kg/m^3", 1, || densities(pfem)),
     ];
     if !pfem.level.is_empty() {
@@ -86,7 +86,7 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
         name: MESH,
         position: Cow::Borrowed(&pfem.places),
         reference: Cow::Borrowed(&pfem.places),
-        elements: implicit.mesh.elements().iter().map(|nodes| &nodes[..]).collect(),
+        elements: system.mesh.elements().iter().map(|nodes| &nodes[..]).collect(),
         kind: if D == 3 { Elements::Volume } else { Elements::Sheet },
         node_fields,
         element_fields: Vec::new(),
@@ -115,22 +115,22 @@ fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
 
 /// Energies, momentum, and the volume of each fluid.
 fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
-    let mut ledger = pfem.books.ledger::<D>(&pfem.totals, pfem.implicit.surface_energy());
+    let mut ledger = pfem.books.ledger::<D>(&pfem.totals, pfem.system.surface_energy());
     ledger.largest = pfem.largest_energy();
     let unit = if D == 2 { "m^2" } else { "m^3" };
-    for (fluid, &value) in pfem.implicit.physics.fluids.iter().zip(&pfem.implicit.volumes) {
+    for (fluid, &value) in pfem.system.physics.fluids.iter().zip(&pfem.system.volumes) {
         ledger.terms.push(BalanceTerm { name: format!("volume: {}", fluid.name), unit, kind: Other, value });
     }
     for (fluid, value) in pfem.left() {
-        let name = format!("outflow: {}", pfem.implicit.physics.fluids[fluid].name);
+        let name = format!("outflow: {}", pfem.system.physics.fluids[fluid].name);
         ledger.terms.push(BalanceTerm { name, unit, kind: Other, value });
     }
-    let fastest = pfem.implicit.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    let fastest = pfem.system.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
     ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
     ledger.terms.push(moved(pfem));
     let name = "energy of unresolved velocities".to_owned();
     ledger.terms.push(BalanceTerm { name, unit: "J", kind: Other, value: pfem.unresolved_energy });
-    let Errors { time, mesh, interface } = pfem.step_control.errors;
+    let ErrorEstimates { time, mesh, interface } = pfem.step_control.errors;
     let errors = [("error of the step", "1", time), ("error of the mesh", "1", mesh)];
     let errors = errors.into_iter().chain([("error of the interface", "elements", interface)]);
     ledger.terms.extend(errors.map(|(name, unit, value)| BalanceTerm { name: name.into(), unit, kind: Other, value }));
@@ -158,9 +158,9 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
         ("particles: merged", pfem.counts.merged),
         ("particles: joined", pfem.counts.joined),
         ("elements: empty", pfem.counts.empty),
-        ("elements: cut", pfem.implicit.cuts.len() as u64),
-        ("solver: iterations", if started { pfem.implicit.outcome.iterations as u64 } else { 0 }),
-        ("solver: preconditioners", if started { pfem.implicit.preconditioners } else { 0 }),
+        ("elements: cut", pfem.system.cuts.len() as u64),
+        ("solver: iterations", if started { pfem.system.outcome.iterations as u64 } else { 0 }),
+        ("solver: preconditioners", if started { pfem.system.preconditioners } else { 0 }),
     ];
     counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
 }
@@ -168,7 +168,7 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
 /// What particles of each fluid stand for where the other one is.
 fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &'static str, f64)> {
     let unit = if D == 2 { "m^2" } else { "m^3" };
-    let fluids = pfem.implicit.physics.fluids.iter().zip(pfem.astray());
+    let fluids = pfem.system.physics.fluids.iter().zip(pfem.astray());
     fluids.map(|(fluid, volume)| (format!("astray: {}", fluid.name), unit, volume)).collect()
 }
 
@@ -179,16 +179,16 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if [velocity.len(), fluid.len(), depth.len(), element.len()].iter().any(|&other| other != count) {
         return Some(format!("its columns hold different numbers of particles, {count} positions among them"));
     }
-    let (elements, fluids) = (pfem.implicit.mesh.elements().len(), pfem.density.len());
+    let (elements, fluids) = (pfem.system.mesh.elements().len(), pfem.density.len());
     if element.iter().any(|&e| e as usize >= elements) {
         return Some(format!("a particle lies in an element that the mesh of {elements} doesn't have"));
     }
     if fluid.iter().any(|&f| usize::from(f) >= fluids) {
         return Some(format!("a particle is of a fluid beyond the {fluids} there are"));
     }
-    let Counts { left, stuck, added, inflow, merged, joined, empty } = pfem.counts;
+    let RunCounts { left, stuck, added, inflow, merged, joined, empty } = pfem.counts;
     let age = pfem.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
-    let counted = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.implicit.preconditioners, age];
+    let counted = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.system.preconditioners, age];
     if counted.iter().any(|&count| count > MOST_COUNTED) {
         return Some("it counts more than any run does".to_owned());
     }
@@ -198,12 +198,12 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if let Some(misfit) = pfem.notices.misfit() {
         return Some(misfit);
     }
-    (!pfem.implicit.fits(&pfem.memory)).then(|| "the kept matrix is that of another mesh".to_owned())
+    (!pfem.system.fits(&pfem.memory)).then(|| "the kept matrix is that of another mesh".to_owned())
 }
 
 /// True if all numbers that the next step starts from are finite, and lengths and times positive.
 fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
-    let vectors = [&pfem.particles.position, &pfem.particles.velocity, &pfem.implicit.velocity, &pfem.before];
+    let vectors = [&pfem.particles.position, &pfem.particles.velocity, &pfem.system.velocity, &pfem.before];
     // A fluid that has the mesh to itself is infinitely far from any interface.
     let distances = [&pfem.particles.depth, &pfem.level];
     let level = pfem.sharp.as_ref().is_none_or(|sharp| {
@@ -211,7 +211,7 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
     });
     let times = [pfem.dt_before, pfem.dt_earlier, pfem.step_control.proposal];
     vectors.iter().all(|column| column.iter().all(|v| v.is_finite()))
-        && pfem.implicit.pressure.iter().all(|pressure| pressure.is_finite())
+        && pfem.system.pressure.iter().all(|pressure| pressure.is_finite())
         && distances.iter().all(|column| column.iter().all(|distance| !distance.is_nan()))
         && level
         && times.iter().all(|&time| time >= 0.0)
@@ -220,7 +220,7 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    pfem.memory = pfem.implicit.memory();
+    pfem.memory = pfem.system.memory();
     let mut counters = pfem.memory.counters.to_vec();
     visit("solver/matrix", Column::growing(&mut pfem.memory.values));
     visit("solver/counters", Column::new(&mut counters));
@@ -231,17 +231,17 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("particles/fluid", Column::growing(&mut particles.fluid));
     visit("particles/depth", Column::growing(&mut particles.depth));
     visit("particles/element", Column::growing(&mut particles.element));
-    visit("nodes/velocity", Column::new(&mut pfem.implicit.velocity));
-    visit("nodes/pressure", Column::new(&mut pfem.implicit.pressure));
-    visit("nodes/projected", Column::new(&mut pfem.implicit.subscales.projected));
-    visit("nodes/followed", Column::new(&mut pfem.implicit.subscales.followed));
-    visit("nodes/force", Column::new(&mut pfem.implicit.force));
+    visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
+    visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
+    visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));
+    visit("nodes/followed", Column::new(&mut pfem.system.subscales.followed));
+    visit("nodes/force", Column::new(&mut pfem.system.force));
     visit("nodes/before", Column::new(&mut pfem.before));
     visit("nodes/earlier", Column::new(&mut pfem.earlier));
     visit("nodes/acceleration", Column::new(&mut pfem.acceleration));
     visit("nodes/carried", Column::new(&mut pfem.carried));
     visit("nodes/level", Column::new(&mut pfem.level));
-    for (fluid, fraction) in pfem.implicit.physics.fluids.iter().zip(&mut pfem.fraction) {
+    for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.fraction) {
         visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
     }
     visit("books/works", Column::new(&mut pfem.books.entries));
@@ -265,19 +265,19 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt", Column::new(&mut clock));
     if let [before, earlier, proposal, time, mesh, interface] = clock[..] {
         (pfem.dt_before, pfem.dt_earlier, control.proposal) = (before, earlier, proposal);
-        control.errors = Errors { time, mesh, interface };
+        control.errors = ErrorEstimates { time, mesh, interface };
     }
     pfem.notices.columns(visit);
     let counts = &mut pfem.counts;
-    let Counts { left, stuck, added, inflow, merged, joined, empty } = *counts;
-    let iterations = pfem.implicit.outcome.iterations as u64;
+    let RunCounts { left, stuck, added, inflow, merged, joined, empty } = *counts;
+    let iterations = pfem.system.outcome.iterations as u64;
     let mut numbers =
-        vec![pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.implicit.preconditioners, iterations];
+        vec![pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.system.preconditioners, iterations];
     visit("counts", Column::new(&mut numbers));
     if let [steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations] = numbers[..] {
-        (pfem.steps, pfem.implicit.preconditioners) = (steps, preconditioners);
-        pfem.implicit.outcome.iterations = iterations as usize;
-        *counts = Counts { left, stuck, added, inflow, merged, joined, empty };
+        (pfem.steps, pfem.system.preconditioners) = (steps, preconditioners);
+        pfem.system.outcome.iterations = iterations as usize;
+        *counts = RunCounts { left, stuck, added, inflow, merged, joined, empty };
     }
     if let Some(sharp) = &mut pfem.sharp {
         let [inside, all] = pfem.outflow;

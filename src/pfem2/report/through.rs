@@ -11,22 +11,22 @@
 //! ∫N_a N_b N_c dA = A (d − 1)!/(d + 2)! α! with α! = 6 for three equal nodes, 2 for two, 1 for none.
 
 use crate::math::Vector;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// Powers and forces of what comes in, less what leaves.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Through<const D: usize> {
+pub struct OpenBoundaryFlux<const D: usize> {
     /// Kinetic energy per second [W].
     pub energy: f64,
     /// Momentum per second [N].
     pub momentum: Vector<D>,
 }
 
-impl<const D: usize> Through<D> {
+impl<const D: usize> OpenBoundaryFlux<D> {
     /// Of a state; `brought` is the density of what comes in through a facet by its place in [`Mesh::boundary`](crate::mesh::Mesh)
     /// [kg/m³], where that is known.
-    pub fn of<const N: usize>(implicit: &Implicit<D, N>, brought: impl Fn(usize) -> Option<f64>) -> Self {
-        let Implicit { mesh, boundary, contents, velocity, .. } = implicit;
+    pub fn of<const N: usize>(system: &VelocityPressureSystem<D, N>, brought: impl Fn(usize) -> Option<f64>) -> Self {
+        let VelocityPressureSystem { mesh, boundary, contents, velocity, .. } = system;
         let mut sum = Self::default();
         let facets = mesh.boundary().iter().enumerate().zip(&boundary.kinds);
         for ((place, facet), _) in facets.filter(|(_, kind)| kind.is_open()) {

@@ -26,7 +26,7 @@ fn extremes_on_the_centre_lines() {
         pfem.step(f64::from(k) * dt, dt).unwrap();
     }
     let line = |axis: usize| {
-        let nodes = pfem.implicit.mesh.nodes().iter().zip(&pfem.implicit.velocity);
+        let nodes = pfem.system.mesh.nodes().iter().zip(&pfem.system.velocity);
         nodes.filter(move |(x, _)| (x[axis] - 0.5).abs() < 1e-9).map(move |(_, v)| v[axis])
     };
     let [u, v] = [line(0), line(1)].map(|values| {

@@ -95,7 +95,7 @@ fn what_falls_out_of_an_open_side_is_no_faster_than_its_fall() {
     let bound = (2.0 * 9.81 * HEIGHT).sqrt();
     for k in 0..150 {
         pfem.step(f64::from(k) * 0.02, 0.02).unwrap();
-        let speed = fastest(&pfem.implicit.velocity);
+        let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1.2 * bound, "{k}: {speed} of {bound}");
     }
 }
@@ -143,7 +143,7 @@ fn what_comes_back_is_the_fluid_that_was_there_at_the_start() {
         pfem.step(f64::from(k) * 0.01, 0.01).unwrap();
         shift = shift.max(pfem.shift.abs());
     }
-    let volume = pfem.implicit.volumes[0] / HEIGHT;
+    let volume = pfem.system.volumes[0] / HEIGHT;
     assert!((volume - 0.2).abs() < 1e-3 && shift < 1e-3, "{volume} {shift}");
     for x in &pfem.outline.position {
         let away = (x[0] - 0.5).abs().min((x[0] - 0.7).abs());
@@ -168,11 +168,11 @@ fn a_drop_with_surface_tension_leaves() {
     let mut setup = setup(mesh, sets, physics, |x| u8::from(phi(x) >= 0.0), |_| Vector([SPEED, 0.0]));
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, phi, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
-    let start = pfem.implicit.volumes[0];
+    let start = pfem.system.volumes[0];
     let mut most = start;
     for k in 0..500 {
         pfem.step(f64::from(k) * 5e-4, 5e-4).unwrap();
-        let (volume, speed) = (pfem.implicit.volumes[0], fastest(&pfem.implicit.velocity));
+        let (volume, speed) = (pfem.system.volumes[0], fastest(&pfem.system.velocity));
         assert!(volume <= most * (1.0 + 1e-9) && speed < 2.0, "{k}: {volume:e} of {start:e}, {speed} m/s");
         most = volume;
     }

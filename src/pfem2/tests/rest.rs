@@ -25,11 +25,11 @@ fn stirred<const D: usize, const N: usize>(
     let boundary = Boundary::new(mesh, sets, normal * -g);
     let still = vec![Vector::ZERO; mesh.nodes().len()];
     let options = Options { tolerance: 1e-13, ..Options::default() };
-    let mut implicit = Implicit::new(mesh.clone(), boundary, physics, still.clone(), options);
+    let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still.clone(), options);
     let phases = Phases { density: &[1000.0, 1.0], fraction: &[], level: &level };
-    implicit.solve(Step { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
-    assert!(!implicit.cuts.is_empty());
-    fastest(&implicit.velocity) / (g * dt)
+    system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
+    assert!(!system.cuts.is_empty());
+    fastest(&system.velocity) / (g * dt)
 }
 
 /// Interfaces through the middle of elements, through nodes, and a hair beside them.
@@ -90,7 +90,7 @@ fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vect
     let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
     let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
-    let speed = fastest(&pfem.implicit.velocity) / (gravity.norm() * f64::from(steps) * dt);
+    let speed = fastest(&pfem.system.velocity) / (gravity.norm() * f64::from(steps) * dt);
     (speed, (pfem.forces[0] - weight) / weight.norm())
 }
 
@@ -112,7 +112,7 @@ fn a_fluid_stays_at_rest_under_a_force_that_changes_in_time() {
     let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
     let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
-    let speed = fastest(&pfem.implicit.velocity);
+    let speed = fastest(&pfem.system.velocity);
     assert!(speed < 1e-10, "{speed:e}");
 }
 
@@ -184,9 +184,9 @@ fn rests_on_facets<const D: usize, const N: usize>(mesh: Mesh<D, N>, height: f64
     let dt = 0.01;
     for k in 0..12 {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        let speed = fastest(&pfem.implicit.velocity);
+        let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-10 * GRAVITY * dt, "{speed:e}");
-        let water = negative_volume(&pfem.implicit.mesh, &pfem.level) / volume;
+        let water = negative_volume(&pfem.system.mesh, &pfem.level) / volume;
         assert!((water - exact).abs() < 1e-12, "{water} {exact}");
     }
     // Probes and pictures see it where it is.
@@ -210,15 +210,15 @@ fn rests_in_elements<const D: usize, const N: usize>(mesh: Mesh<D, N>, steps: u3
     for part in [0.03, 0.31, 0.742] {
         let height = 0.5 + part * cell;
         let mut pfem = at_rest(mesh.clone(), height);
-        let (dt, volume) = (0.01, negative_volume(&pfem.implicit.mesh, &pfem.level));
+        let (dt, volume) = (0.01, negative_volume(&pfem.system.mesh, &pfem.level));
         for k in 0..steps {
             pfem.step(f64::from(k) * dt, dt).unwrap();
         }
-        let speed = fastest(&pfem.implicit.velocity);
+        let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-9 * GRAVITY * dt, "{part}: {speed:e}");
         let off = pfem.outline.position.iter().map(|x| (x[D - 1] - height).abs()).fold(0.0, f64::max);
         assert!(off < 1e-9 * cell, "{part}: the interface is off by {off:e}");
-        let change = negative_volume(&pfem.implicit.mesh, &pfem.level) / volume - 1.0;
+        let change = negative_volume(&pfem.system.mesh, &pfem.level) / volume - 1.0;
         assert!(change.abs() < 1e-12, "{part}: {change:e}");
         assert_eq!(pfem.notices(), Vec::<String>::new());
     }
@@ -254,7 +254,7 @@ fn gravity_does_the_work_of_the_fall() {
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
     let height = |pfem: &Pfem2<2, 3>| -> f64 {
-        let Implicit { mesh, contents, .. } = &pfem.implicit;
+        let VelocityPressureSystem { mesh, contents, .. } = &pfem.system;
         let both = contents.iter().zip(mesh.elements());
         both.flat_map(|(content, nodes)| (0..3).map(|k| content.mass[k] * mesh.nodes()[nodes[k] as usize][1])).sum()
     };

@@ -15,10 +15,10 @@ fn boxed(cells: usize, start: impl Fn(Vector<2>) -> Vector<2> + Sync) -> Pfem2<2
 
 /// What each particle has against the mesh [m/s].
 fn against_the_mesh(pfem: &Pfem2<2, 3>) -> Vec<f64> {
-    let (mesh, particles) = (&pfem.implicit.mesh, &pfem.particles);
+    let (mesh, particles) = (&pfem.system.mesh, &pfem.particles);
     let of = |p: usize| {
         let e = particles.element[p] as usize;
-        let nodes = mesh.elements()[e].map(|node| pfem.implicit.velocity[node as usize]);
+        let nodes = mesh.elements()[e].map(|node| pfem.system.velocity[node as usize]);
         (particles.velocity[p] - interpolate(&mesh.shape_functions(e, particles.position[p]), &nodes)).norm()
     };
     (0..particles.len()).map(of).collect()
@@ -27,19 +27,19 @@ fn against_the_mesh(pfem: &Pfem2<2, 3>) -> Vec<f64> {
 fn momentum(pfem: &Pfem2<2, 3>) -> Vector<2> {
     let of = |e: usize| {
         let own = pfem.particles.of(e);
-        let share = pfem.implicit.mesh.simplex(e).volume / own.len() as f64;
+        let share = pfem.system.mesh.simplex(e).volume / own.len() as f64;
         own.map(|p| pfem.particles.velocity[p]).sum::<Vector<2>>() * share
     };
-    (0..pfem.implicit.mesh.elements().len()).map(of).sum()
+    (0..pfem.system.mesh.elements().len()).map(of).sum()
 }
 
 fn energy(pfem: &Pfem2<2, 3>) -> f64 {
     let of = |e: usize| {
         let own = pfem.particles.of(e);
-        let share = pfem.implicit.mesh.simplex(e).volume / own.len() as f64;
+        let share = pfem.system.mesh.simplex(e).volume / own.len() as f64;
         500.0 * share * own.map(|p| pfem.particles.velocity[p].norm_squared()).sum::<f64>()
     };
-    (0..pfem.implicit.mesh.elements().len()).map(of).sum()
+    (0..pfem.system.mesh.elements().len()).map(of).sum()
 }
 
 /// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh: next to what

@@ -32,7 +32,7 @@ fn half_full([columns, rows]: [usize; 2], thinning: f64, (height, n): (f64, f64)
 /// The period of the horizontal momentum, from its first two zeros after the start.
 fn period(cells: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64 {
     let mut pfem = half_full(cells, thinning, (0.02, 1.0), densities);
-    let volume = pfem.implicit.volumes[0];
+    let volume = pfem.system.volumes[0];
     let (mut before, mut zeros) = (0.0, Vec::new());
     for k in 0.. {
         let t = k as f64 * dt;
@@ -46,7 +46,7 @@ fn period(cells: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64
             break;
         }
     }
-    assert!((pfem.implicit.volumes[0] / volume - 1.0).abs() < 1e-9);
+    assert!((pfem.system.volumes[0] / volume - 1.0).abs() < 1e-9);
     2.0 * (zeros[1] - zeros[0])
 }
 
@@ -134,7 +134,7 @@ fn energy_from_nothing_is_said() {
 #[test]
 fn the_step_is_bounded_by_the_wave_of_two_elements() {
     let pfem = half_full([20, 20], 0.1, (0.002, 1.0), [1000.0, 1.0]);
-    let shortest = pfem.implicit.shortest();
+    let shortest = pfem.system.shortest();
     let exact = 1.5 * (shortest / (PI * GRAVITY) * 1001.0 / 999.0).sqrt();
     assert!((pfem.stable_dt() / exact - 1.0).abs() < 0.01, "{} {exact}", pfem.stable_dt());
 }

@@ -16,7 +16,7 @@ use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::equations::element::Stabilisation;
 use crate::pfem2::equations::subscale::Subscales;
-use crate::pfem2::equations::system::{Implicit, Step};
+use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::setup::Scheme;
 
@@ -26,7 +26,7 @@ const SOLUTIONS: usize = 8;
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Finds the pressure at the start, which is shown with it, by a rehearsal of the first step. What can't be found is left: the
     /// first step tells why.
-    pub(in crate::pfem2) fn show_pressure(&mut self, step: Step) {
+    pub(in crate::pfem2) fn show_pressure(&mut self, step: TimeStep) {
         if self.scheme != Scheme::BackwardEuler {
             if self.rehearse(step).is_ok() {
                 self.settle();
@@ -34,48 +34,48 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             return;
         }
         // A step of first order takes nothing of it but the pressure, to begin its iterations with.
-        let (subscales, books) = (self.implicit.subscales.clone(), self.books.clone());
-        let (forces, memory) = ([self.forces.clone(), self.earlier_forces.clone()], self.implicit.memory());
-        let preconditioners = self.implicit.preconditioners;
+        let (subscales, books) = (self.system.subscales.clone(), self.books.clone());
+        let (forces, memory) = ([self.forces.clone(), self.earlier_forces.clone()], self.system.memory());
+        let preconditioners = self.system.preconditioners;
         let _ = self.rehearse(step);
         self.forget();
-        (self.implicit.subscales, self.books, self.implicit.preconditioners) = (subscales, books, preconditioners);
+        (self.system.subscales, self.books, self.system.preconditioners) = (subscales, books, preconditioners);
         [self.forces, self.earlier_forces] = forces;
-        self.implicit.recall(&memory);
+        self.system.recall(&memory);
         self.settle();
     }
 
     /// Forgets the step before the first.
     fn forget(&mut self) {
-        let nodes = self.implicit.velocity.len();
+        let nodes = self.system.velocity.len();
         (self.acceleration, self.carried) = (vec![Vector::ZERO; nodes], vec![Vector::ZERO; nodes]);
-        self.before.clone_from(&self.implicit.velocity);
-        self.earlier.clone_from(&self.implicit.velocity);
-        self.implicit.subscales = Subscales::at_rest(nodes);
+        self.before.clone_from(&self.system.velocity);
+        self.earlier.clone_from(&self.system.velocity);
+        self.system.subscales = Subscales::at_rest(nodes);
         (self.dt_before, self.dt_earlier) = (0.0, 0.0);
     }
 
     /// Prepares a first step of second order. After an error the state is that before.
     ///
     /// # Errors
-    /// As [`crate::pfem2::equations::system::Implicit::solve`].
-    pub(in crate::pfem2) fn rehearse(&mut self, step: Step) -> Result<(), StepError> {
+    /// As [`crate::pfem2::equations::system::VelocityPressureSystem::solve`].
+    pub(in crate::pfem2) fn rehearse(&mut self, step: TimeStep) -> Result<(), StepError> {
         self.forget();
         let particles = self.particles.clone();
         let (sharp, level, fraction) = (self.sharp.clone(), self.level.clone(), self.fraction.clone());
         let (counts, outflow, shift, weight) = (self.counts, self.outflow, self.shift, self.weight);
-        let (start, force) = (self.implicit.velocity.clone(), self.implicit.force.clone());
+        let (start, force) = (self.system.velocity.clone(), self.system.force.clone());
         let outcome = self.try_step(step);
-        let end = std::mem::replace(&mut self.implicit.velocity, start);
+        let end = std::mem::replace(&mut self.system.velocity, start);
         (self.particles, self.sharp, self.level, self.fraction) = (particles, sharp, level, fraction);
         (self.counts, self.outflow, self.shift, self.weight) = (counts, outflow, shift, weight);
-        self.implicit.force = force;
+        self.system.force = force;
         if let Err(error) = outcome {
             self.forget();
-            self.implicit.pressure.fill(0.0);
+            self.system.pressure.fill(0.0);
             return Err(error);
         }
-        let both = || self.implicit.velocity.iter().zip(&end);
+        let both = || self.system.velocity.iter().zip(&end);
         self.before = both().map(|(start, end)| *start * 2.0 - *end).collect();
         self.earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
         (self.dt_before, self.dt_earlier) = (step.dt, step.dt);
@@ -83,30 +83,30 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// A step of backward Euler.
-    fn try_step(&mut self, step: Step) -> Result<(), StepError> {
+    fn try_step(&mut self, step: TimeStep) -> Result<(), StepError> {
         self.convect(step);
         self.follow_interface();
         let mut convected = self.project().mean;
-        self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, 1.0], &mut convected);
-        let solutions = if self.implicit.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
+        self.system.boundary.impose(&self.system.mesh, [step.t, step.dt, 1.0], &mut convected);
+        let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         for _ in 0..solutions {
             let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-            self.implicit.solve(step, &phases, &convected)?;
+            self.system.solve(step, &phases, &convected)?;
         }
-        self.implicit.subscales.settle();
+        self.system.subscales.settle();
         self.remember(step, &convected);
         self.carried.copy_from_slice(&self.acceleration);
         let outside = self.push(step, &convected);
         self.books.begin(&outside);
-        self.friction.begin(&self.implicit);
+        self.friction.begin(&self.system);
         self.earlier_forces.clone_from(&self.forces);
         Ok(())
     }
 
     /// What walls and inlets give at once, when the run begins, to the nodes that they hold [J].
     pub(in crate::pfem2) fn jolt(&self) -> f64 {
-        let Implicit { mesh, boundary, velocity, .. } = &self.implicit;
-        let mass = |node: usize| self.implicit.nodal_mass(node);
+        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
+        let mass = |node: usize| self.system.nodal_mass(node);
         let gain =
             |(node, held): (usize, Vector<D>)| 0.5 * mass(node) * (held.norm_squared() - velocity[node].norm_squared());
         boundary.held(mesh, 0.0).into_iter().map(gain).sum()

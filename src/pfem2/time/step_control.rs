@@ -19,7 +19,7 @@
 use crate::math::{Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::Pfem2;
-use crate::pfem2::equations::system::Implicit;
+use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// The first step, over the longest that bounds allow: nothing is known yet of how the flow will change.
 const START: f64 = 0.1;
@@ -51,7 +51,7 @@ const SAMPLES: usize = 16;
 
 /// Estimated errors of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Errors {
+pub struct ErrorEstimates {
     /// Of the velocity, in time, over the velocity.
     pub time: f64,
     /// Of the velocity on the mesh, over the velocity.
@@ -68,13 +68,13 @@ pub struct StepControl {
     /// The longest next step as far as errors go [s]; 0 before the first.
     pub(in crate::pfem2) proposal: f64,
     /// Errors of the last step.
-    pub(in crate::pfem2) errors: Errors,
+    pub(in crate::pfem2) errors: ErrorEstimates,
 }
 
 impl StepControl {
     /// With the largest error in time over that of the mesh.
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, proposal: 0.0, errors: Errors::default() }
+        Self { tolerance, proposal: 0.0, errors: ErrorEstimates::default() }
     }
 
     /// True if errors decide about steps.
@@ -83,7 +83,7 @@ impl StepControl {
     }
 
     /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter.
-    fn learn(&mut self, dt: f64, errors: Errors, least: f64) {
+    fn learn(&mut self, dt: f64, errors: ErrorEstimates, least: f64) {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
@@ -101,14 +101,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         match self.steps {
             _ if !self.step_control.is_active() => bound,
             0 => START * bound,
-            _ => bound.min(self.step_control.proposal.max(LEAST * waves.min(self.implicit.crossing_time()))),
+            _ => bound.min(self.step_control.proposal.max(LEAST * waves.min(self.system.crossing_time()))),
         }
     }
 
     /// The shortest and the longest automatic steps that may be expected up to the time `end` [s]: of one element and of `courant`,
     /// with the speed that lids, inlets and the fall of fluids can make. `None` where nothing tells the speed.
     pub(in crate::pfem2) fn foreseen(&self, end: f64) -> Option<[f64; 2]> {
-        let crossing = self.implicit.shortest() / self.foreseen_speed(end);
+        let crossing = self.system.shortest() / self.foreseen_speed(end);
         let waves = self.wave_dt().min(self.capillary_dt());
         let least = crossing.min(0.2 * waves);
         crossing.is_finite().then(|| [least, waves.min(crossing * self.courant).max(least)])
@@ -116,7 +116,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The speed that the start, walls and inlets up to the time `end` [s], and the fall of fluids can make [m/s].
     fn foreseen_speed(&self, end: f64) -> f64 {
-        let Implicit { mesh, boundary, velocity, .. } = &self.implicit;
+        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
         let times = (0..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
         let held = times.flat_map(|t| boundary.held(mesh, t)).map(|(_, v)| v.norm()).fold(0.0, f64::max);
         let start = velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
@@ -127,28 +127,28 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Estimates the errors of the step that is done, for the next one.
     pub(in crate::pfem2) fn estimate(&mut self, dt: f64) {
-        let Self { implicit, before, earlier, acceleration, carried, .. } = self;
-        let nodes = implicit.velocity.len();
-        let mass = parallel::collect(nodes, 256, |node| implicit.nodal_mass(node));
+        let Self { system, before, earlier, acceleration, carried, .. } = self;
+        let nodes = system.velocity.len();
+        let mass = parallel::collect(nodes, 256, |node| system.nodal_mass(node));
         let norm = |value: &(dyn Fn(usize) -> Vector<D> + Sync)| {
             parallel::sum(nodes, |i| mass[i] * value(i).norm_squared()).sqrt()
         };
         let follows = if self.dt_before > 0.0 { dt / self.dt_before } else { 0.0 };
-        let off = |i: usize| implicit.velocity[i] - before[i] - (before[i] - earlier[i]) * follows;
-        let velocity = norm(&|i| implicit.velocity[i]);
+        let off = |i: usize| system.velocity[i] - before[i] - (before[i] - earlier[i]) * follows;
+        let velocity = norm(&|i| system.velocity[i]);
         let time = 0.5 * norm(&off).max(dt * norm(&|i| acceleration[i] - carried[i]));
-        let fall = norm(&|i| implicit.force[i]) * dt;
+        let fall = norm(&|i| system.force[i]) * dt;
         let least = AT_REST * (2.0 * self.books.peak()).sqrt() + ROUND_OFF * fall;
-        let interface = interface_error(implicit, |i| 0.5 * dt * off(i).norm());
+        let interface = interface_error(system, |i| 0.5 * dt * off(i).norm());
         let scale = velocity.max(f64::MIN_POSITIVE);
-        let errors = Errors { time: time / scale, mesh: mesh_error(implicit) / scale, interface };
+        let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface };
         self.step_control.learn(dt, errors, least / scale);
     }
 }
 
 /// Estimated distance of the velocity from that of which it is an interpolation, ‖·‖ by mass [√kg m/s].
-fn mesh_error<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> f64 {
-    let (mesh, velocity) = (&implicit.mesh, &implicit.velocity);
+fn mesh_error<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> f64 {
+    let (mesh, velocity) = (&system.mesh, &system.velocity);
     let gradient = |e: usize| -> Tensor<D> {
         let mut sum = Tensor::ZERO;
         for (g, &i) in mesh.simplex(e).gradient.iter().zip(&mesh.elements()[e]) {
@@ -159,7 +159,7 @@ fn mesh_error<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> f64 
     let gradients = parallel::collect(mesh.elements().len(), 256, gradient);
     let mean = |node: usize| -> Tensor<D> {
         let (mut sum, mut volume) = (Tensor::ZERO, 0.0);
-        for e in mesh.elements_around(node).iter().map(|&e| e as usize).filter(|&e| implicit.is_pure(e)) {
+        for e in mesh.elements_around(node).iter().map(|&e| e as usize).filter(|&e| system.is_pure(e)) {
             let own = mesh.simplex(e).volume;
             sum += gradients[e] * own;
             volume += own;
@@ -168,26 +168,26 @@ fn mesh_error<const D: usize, const N: usize>(implicit: &Implicit<D, N>) -> f64 
     };
     let means = parallel::collect(velocity.len(), 256, mean);
     let square = |e: usize| {
-        let mass: f64 = implicit.contents[e].mass.iter().sum();
+        let mass: f64 = system.contents[e].mass.iter().sum();
         let jumps = mesh.elements()[e].iter().map(|&i| {
             let jump = gradients[e] - means[i as usize];
             jump.contract(&jump)
         });
-        if implicit.is_pure(e) { mass * implicit.size(e).powi(2) * jumps.sum::<f64>() / N as f64 } else { 0.0 }
+        if system.is_pure(e) { mass * system.size(e).powi(2) * jumps.sum::<f64>() / N as f64 } else { 0.0 }
     };
     (parallel::sum(gradients.len(), square) / 30.0).sqrt()
 }
 
 /// The distance `off` of nodes [m], in elements, at the corners of cut elements; 8th powers let the largest count.
 fn interface_error<const D: usize, const N: usize>(
-    implicit: &Implicit<D, N>,
+    system: &VelocityPressureSystem<D, N>,
     off: impl Fn(usize) -> f64 + Sync,
 ) -> f64 {
-    let cuts = &implicit.cuts;
+    let cuts = &system.cuts;
     let of = |cut: usize| {
         let e = cuts[cut].element as usize;
-        let corners = implicit.mesh.elements()[e].iter();
-        corners.map(|&i| (off(i as usize) / implicit.size(e)).powi(8)).sum::<f64>() / N as f64
+        let corners = system.mesh.elements()[e].iter();
+        corners.map(|&i| (off(i as usize) / system.size(e)).powi(8)).sum::<f64>() / N as f64
     };
     (parallel::sum(cuts.len(), of) / cuts.len().max(1) as f64).powf(0.125)
 }
@@ -203,7 +203,7 @@ mod tests {
             let mut control = StepControl::new(2.0);
             let mut dt: f64 = first;
             for _ in 0..60 {
-                control.learn(dt, Errors { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+                control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
                 assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
                 dt = control.proposal;
             }
@@ -217,7 +217,7 @@ mod tests {
         let mut control = StepControl::new(2.0);
         for _ in 0..200 {
             let dt = control.proposal.clamp(0.001, 0.01);
-            control.learn(dt, Errors { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+            control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
         }
         assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
     }
@@ -227,7 +227,7 @@ mod tests {
         let mut control = StepControl::new(2.0);
         let mut dt: f64 = 0.1;
         for _ in 0..60 {
-            control.learn(dt, Errors { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3) }, 0.0);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3) }, 0.0);
             dt = control.proposal;
         }
         assert!((dt / 0.05 - 1.0).abs() < 1e-6, "{dt}");

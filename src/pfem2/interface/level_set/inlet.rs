@@ -11,7 +11,7 @@
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::pfem2::interface::{corners, is_cut};
-use crate::pfem2::particles::convect::Place;
+use crate::pfem2::particles::convect::MeshPoint;
 use std::collections::BTreeMap;
 
 /// Farther than any place where fluids meet [m].
@@ -56,7 +56,7 @@ pub fn brought<const D: usize, const N: usize>(
 }
 
 /// φ_in at a place on a facet of the boundary, with its values at the corners of that facet [m].
-pub fn on_facet<const D: usize, const N: usize>(facet: Facet, corners: &[f64; D], place: &Place<N>) -> f64 {
+pub fn on_facet<const D: usize, const N: usize>(facet: Facet, corners: &[f64; D], place: &MeshPoint<N>) -> f64 {
     let local = (0..N).filter(|&k| k != facet.opposite as usize);
     local.zip(corners).map(|(k, phi)| place.shape[k] * phi).sum()
 }

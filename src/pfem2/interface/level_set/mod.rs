@@ -10,7 +10,7 @@
 //! travel with the particles and are averaged without an error in linear fields keep the line smooth to second
 //! order. Every few steps they are measured anew. Particles farther than two elements from the interface take the
 //! distance of their place from the cut polygons (see `distance`). Nearer ones only lose what has stretched φ by much, and
-//! keep what it doesn't show (see `stretch`): polygons cut corners, and measuring from them would shrink every drop a little
+//! keep what it doesn't show (see `rescaled`): polygons cut corners, and measuring from them would shrink every drop a little
 //! each time. A particle keeps its fluid whatever φ says; where φ disagrees, it also keeps its depth and so pulls the line
 //! back: films thinner than an element come back when they grow.
 //!
@@ -18,31 +18,31 @@
 //! through open boundaries is counted (see `outflow`) and reported as well.
 
 mod distance;
-mod entering;
+mod inflow_depth;
 mod inlet;
-mod lone;
+mod isolated_nodes;
 mod outflow;
-mod stretch;
+mod rescaled;
+mod spurious_nodes;
 #[cfg(test)]
 mod tests;
-mod unborn;
 mod volume;
 
 pub use distance::Interface;
 use distance::longest_edge;
-pub use entering::Entering;
+pub use inflow_depth::InflowDepth;
 pub use inlet::{Brings, brought, on_facet};
-pub use lone::{absorb_lone_fluids, absorb_lone_nodes};
+pub use isolated_nodes::{absorb_isolated_fluids, absorb_isolated_nodes};
 pub use outflow::{Opening, outflow, share_inside};
-pub use unborn::{Origins, put_back_unborn};
+pub use spurious_nodes::{Origins, revert_spurious_nodes};
 pub use volume::{negative_volume, shift_to_volume};
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::convect::Place;
-use crate::pfem2::particles::project::moments::{Moments, Table};
+use crate::pfem2::particles::convect::MeshPoint;
+use crate::pfem2::particles::project::moments::{MomentTable, Moments};
 
 /// Particles nearer than this many edges, the longest of the cut elements, keep what the polygons don't show: with one only, what
 /// the farther ones lose of a curve came back through slopes, and capillary waves grew.
@@ -119,7 +119,7 @@ impl LevelSet {
         let before = std::mem::take(&mut self.level);
         self.level = self.average(mesh, particles, &before);
         let origins = Origins { before: &before, inside: self.inside, particles, openings };
-        put_back_unborn(mesh, &origins, &mut self.level);
+        revert_spurious_nodes(mesh, &origins, &mut self.level);
         self.age += 1;
         if self.age >= MEASURED_EVERY {
             self.measure(mesh, particles);
@@ -127,7 +127,12 @@ impl LevelSet {
     }
 
     /// Fluid and depth at a place, with `outside` for the other fluid.
-    pub fn at<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, place: &Place<N>, outside: u8) -> (u8, f64) {
+    pub fn at<const D: usize, const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        place: &MeshPoint<N>,
+        outside: u8,
+    ) -> (u8, f64) {
         let phi = value(mesh, place, &self.level);
         (if phi < 0.0 { self.inside } else { outside }, phi.abs())
     }
@@ -154,7 +159,7 @@ impl LevelSet {
         before: &[f64],
     ) -> Vec<f64> {
         let near = self.near(mesh, particles);
-        let mut table = Table::<1, N>::collect(mesh.elements().len(), |e, entries| {
+        let mut table = MomentTable::<1, N>::collect(mesh.elements().len(), |e, entries| {
             let own = particles.of(e);
             if !near[e] || own.is_empty() {
                 return;
@@ -221,7 +226,7 @@ impl LevelSet {
         let Particles { position, element, fluid, depth, .. } = particles;
         parallel::change(depth, 256, |p, depth| {
             let e = element[p] as usize;
-            let place = Place { element: e, shape: mesh.shape_functions(e, position[p]) };
+            let place = MeshPoint { element: e, shape: mesh.shape_functions(e, position[p]) };
             let (sign, shown) = (self.sign(fluid[p]), value(mesh, &place, &self.level));
             if sign * shown < 0.0 {
                 return;
@@ -250,11 +255,15 @@ impl LevelSet {
 }
 
 /// Σ N_i f_i, if all are known.
-fn known<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, values: &[Option<f64>]) -> Option<f64> {
+fn known<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    place: &MeshPoint<N>,
+    values: &[Option<f64>],
+) -> Option<f64> {
     place.shape.iter().zip(&mesh.elements()[place.element]).map(|(n, &node)| Some(n * values[node as usize]?)).sum()
 }
 
 /// Σ N_i f_i.
-fn value<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, values: &[f64]) -> f64 {
+fn value<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &MeshPoint<N>, values: &[f64]) -> f64 {
     place.shape.iter().zip(&mesh.elements()[place.element]).map(|(n, &node)| n * values[node as usize]).sum()
 }

@@ -17,7 +17,7 @@ use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::interface::{is_cut, split};
-use crate::pfem2::particles::convect::Place;
+use crate::pfem2::particles::convect::MeshPoint;
 
 /// Parts of a step: φ is a distance up to five elements from the interface, and a step may carry it that far.
 const PARTS: usize = 8;
@@ -41,7 +41,7 @@ pub fn outflow<const D: usize, const N: usize>(
     openings: &[Opening<D>],
     velocity: &[Vector<D>],
     dt: f64,
-    phi: impl Fn(&Place<N>, f64) -> f64 + Sync,
+    phi: impl Fn(&MeshPoint<N>, f64) -> f64 + Sync,
 ) -> [f64; 2] {
     let through = |n: usize| {
         let opening = &openings[n];
@@ -71,14 +71,14 @@ fn inside<const D: usize, const N: usize>(
     facet: Facet,
     rates: [f64; D],
     dt: f64,
-    phi: &impl Fn(&Place<N>, f64) -> f64,
+    phi: &impl Fn(&MeshPoint<N>, f64) -> f64,
 ) -> f64 {
     let (element, opposite) = (facet.element as usize, facet.opposite as usize);
     let local: [usize; D] = std::array::from_fn(|j| j + usize::from(j >= opposite));
     let level = |time: f64| {
         local.map(|k| {
             let shape = std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
-            phi(&Place { element, shape }, time)
+            phi(&MeshPoint { element, shape }, time)
         })
     };
     let part = dt / PARTS as f64;
@@ -121,7 +121,7 @@ mod tests {
         let openings: Vec<Opening<D>> =
             mesh.boundary().iter().filter(out).map(|&facet| Opening { facet, brings: [1.0; D] }).collect();
         let normal = Vector::from_fn(|axis| [0.8, 0.6, 0.0][axis]);
-        let phi = |place: &Place<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
+        let phi = |place: &MeshPoint<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
         outflow(mesh, &openings, &vec![speed; mesh.nodes().len()], dt, phi)
     }
 

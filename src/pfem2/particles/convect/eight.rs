@@ -11,7 +11,7 @@
 //! Lanes know nothing of each other, so that no result depends on who shares the registers.
 
 use super::crossing::TERMS;
-use super::streamline::{CROSSINGS, End, MISSED, Place, Rate, Walk, cross};
+use super::streamline::{CROSSINGS, End, MISSED, MeshPoint, Rate, Walk, cross};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mesh::Mesh;
@@ -83,10 +83,10 @@ impl Rates {
 /// Who wants to travel along the streamlines.
 pub(super) trait Travellers<const N: usize> {
     /// The next one, by number, and where it starts.
-    fn next(&mut self) -> Option<(usize, Place<N>)>;
+    fn next(&mut self) -> Option<(usize, MeshPoint<N>)>;
 
     /// The rest of its way [s], where lanes can't follow it.
-    fn alone(&self, who: usize, from: Place<N>, rest: f64) -> Walk<N>;
+    fn alone(&self, who: usize, from: MeshPoint<N>, rest: f64) -> Walk<N>;
 
     /// It has arrived.
     fn arrive(&mut self, who: usize, walk: Walk<N>);
@@ -173,7 +173,7 @@ impl<T: Travellers<N>, const D: usize, const N: usize> Journey<'_, T, D, N> {
     fn go_on(&mut self, pack: &mut Pack<N>, visit: &Visit<N>, lane: usize) {
         let element = pack.element[lane];
         let (rest, exit) = (pack.rest.0[lane] - visit.time.0[lane], visit.exit.0[lane]);
-        let mut place = Place { element, shape: visit.shape.map(|row| row.0[lane].max(0.0)) };
+        let mut place = MeshPoint { element, shape: visit.shape.map(|row| row.0[lane].max(0.0)) };
         if exit != INSIDE {
             let behind = if exit == ALONE { None } else { self.mesh.neighbour(element, exit as usize) };
             let Some(behind) = behind else { return self.leave(pack, lane) };
@@ -193,7 +193,7 @@ impl<T: Travellers<N>, const D: usize, const N: usize> Journey<'_, T, D, N> {
     /// The particle of a lane goes on alone.
     #[cold]
     fn leave(&mut self, pack: &mut Pack<N>, lane: usize) {
-        let place = Place { element: pack.element[lane], shape: pack.shape.map(|row| row.0[lane]) };
+        let place = MeshPoint { element: pack.element[lane], shape: pack.shape.map(|row| row.0[lane]) };
         let walk = self.travellers.alone(pack.owner[lane], place, pack.rest.0[lane]);
         self.travellers.arrive(pack.owner[lane], walk);
         self.board(pack, lane);
@@ -202,7 +202,7 @@ impl<T: Travellers<N>, const D: usize, const N: usize> Journey<'_, T, D, N> {
 
 impl<const N: usize> Pack<N> {
     #[inline(always)]
-    fn hold(&mut self, lane: usize, place: &Place<N>, rest: f64) {
+    fn hold(&mut self, lane: usize, place: &MeshPoint<N>, rest: f64) {
         self.element[lane] = place.element;
         self.rest.0[lane] = rest;
         for k in 0..N {

@@ -15,7 +15,7 @@ mod streamline;
 mod tests;
 
 pub use projectile::Continued;
-pub use streamline::{End, Place, Walk};
+pub use streamline::{End, MeshPoint, Walk};
 
 use super::{GONE, Particles};
 use crate::math::Vector;
@@ -53,14 +53,14 @@ pub struct Projectiles<'a, const D: usize> {
 
 /// What became of the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Convected {
+pub struct ConvectionCounts {
     /// Left the mesh through outlets or inlets.
     pub left: usize,
     /// Crossed too many elements and stopped on their way.
     pub stuck: usize,
 }
 
-impl std::ops::Add for Convected {
+impl std::ops::Add for ConvectionCounts {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self { left: self.left + other.left, stuck: self.stuck + other.stuck }
@@ -69,20 +69,28 @@ impl std::ops::Add for Convected {
 
 impl<const D: usize> Particles<D> {
     /// Moves all particles along the streamlines for `dt` [s], drops those that leave, and sorts the rest.
-    pub fn convect<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
+    pub fn convect<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> ConvectionCounts {
         let fate = self.carry(lines, dt);
         self.sort();
         fate
     }
 
     /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of (34). [`Particles::sort`] has to follow.
-    pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> Convected {
+    pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> ConvectionCounts {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
         let columns = (&mut self.position[..], &mut self.element[..], &self.velocity[..], &self.fluid[..]);
         let moved = parallel::map_chunks(columns, TASK, |_, (position, element, velocity, fluid)| {
-            let mut group =
-                Group { lines, heavy: None, position, element, velocity, fluid, seen: 0, fate: Convected::default() };
+            let mut group = Group {
+                lines,
+                heavy: None,
+                position,
+                element,
+                velocity,
+                fluid,
+                seen: 0,
+                fate: ConvectionCounts::default(),
+            };
             if let Some((rule, field)) = &heavy {
                 group.heavy = Some((rule, field, true));
                 travel(mesh, &field.rates, [dt, 1.0], &mut group);
@@ -91,7 +99,7 @@ impl<const D: usize> Particles<D> {
             travel(mesh, rates, [dt, 1.0], &mut group);
             group.fate
         });
-        moved.into_iter().fold(Convected::default(), |a, b| a + b)
+        moved.into_iter().fold(ConvectionCounts::default(), |a, b| a + b)
     }
 }
 
@@ -106,12 +114,12 @@ struct Group<'a, const D: usize, const N: usize> {
     fluid: &'a [u8],
     /// Those before this one have set out, or are not of this journey.
     seen: usize,
-    fate: Convected,
+    fate: ConvectionCounts,
 }
 
 impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
     #[inline(always)]
-    fn next(&mut self) -> Option<(usize, Place<N>)> {
+    fn next(&mut self) -> Option<(usize, MeshPoint<N>)> {
         let count = self.position.len();
         if let Some((rule, _, now)) = self.heavy {
             while self.seen < count && rule.fluids[self.fluid[self.seen] as usize] != now {
@@ -123,10 +131,10 @@ impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
         }
         let p = self.seen;
         self.seen += 1;
-        Some((p, Place::of(self.lines.mesh, self.element[p] as usize, self.position[p])))
+        Some((p, MeshPoint::of(self.lines.mesh, self.element[p] as usize, self.position[p])))
     }
 
-    fn alone(&self, p: usize, from: Place<N>, rest: f64) -> Walk<N> {
+    fn alone(&self, p: usize, from: MeshPoint<N>, rest: f64) -> Walk<N> {
         match self.heavy {
             Some((rule, field, true)) => self.lines.fly(rule, field, self.velocity[p], from, rest),
             _ => self.lines.trace(from, rest, 1.0),
@@ -152,20 +160,20 @@ impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
 struct Traces<'a, const D: usize, const N: usize> {
     lines: &'a Streamlines<'a, D, N>,
     sign: f64,
-    from: &'a [Place<N>],
+    from: &'a [MeshPoint<N>],
     walks: &'a mut [Walk<N>],
     seen: usize,
 }
 
 impl<const D: usize, const N: usize> Travellers<N> for Traces<'_, D, N> {
     #[inline(always)]
-    fn next(&mut self) -> Option<(usize, Place<N>)> {
+    fn next(&mut self) -> Option<(usize, MeshPoint<N>)> {
         let place = *self.from.get(self.seen)?;
         self.seen += 1;
         Some((self.seen - 1, place))
     }
 
-    fn alone(&self, _: usize, from: Place<N>, rest: f64) -> Walk<N> {
+    fn alone(&self, _: usize, from: MeshPoint<N>, rest: f64) -> Walk<N> {
         self.lines.trace(from, rest, self.sign)
     }
 
@@ -189,13 +197,13 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     }
 
     /// Follows the streamline for `time` [s], forwards (`sign` 1) or backwards (−1).
-    pub fn trace(&self, from: Place<N>, time: f64, sign: f64) -> Walk<N> {
+    pub fn trace(&self, from: MeshPoint<N>, time: f64, sign: f64) -> Walk<N> {
         let mut stream = Stream { velocity: self.flow.velocity, sign };
         walk(self.mesh, &mut stream, from, time, |e, k| self.holds(e, k))
     }
 
     /// Follows the streamlines from many places, as [`Streamlines::trace`] does from one.
-    pub fn trace_all(&self, from: &[Place<N>], time: f64, sign: f64) -> Vec<Walk<N>> {
+    pub fn trace_all(&self, from: &[MeshPoint<N>], time: f64, sign: f64) -> Vec<Walk<N>> {
         let mut walks: Vec<_> = from.iter().map(|&place| Walk { place, end: End::Inside, rest: time }).collect();
         parallel::for_each_chunk((&mut walks[..], from), TASK, |_, (walks, from)| {
             let mut traces = Traces { lines: self, sign, from, walks, seen: 0 };
@@ -209,7 +217,7 @@ impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
         rule: &Projectiles<D>,
         field: &HeavyField<D>,
         velocity: Vector<D>,
-        from: Place<N>,
+        from: MeshPoint<N>,
         time: f64,
     ) -> Walk<N> {
         let stream = Stream { velocity: &field.velocity, sign: 1.0 };

@@ -34,14 +34,14 @@ pub(super) const MISSED: f64 = 1e-10;
 
 /// A place in the mesh: an element and its shape functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place<const N: usize> {
+pub struct MeshPoint<const N: usize> {
     /// The element.
     pub element: usize,
     /// Shape functions; none is negative, and their sum is one.
     pub shape: [f64; N],
 }
 
-impl<const N: usize> Place<N> {
+impl<const N: usize> MeshPoint<N> {
     /// The place of a point that lies in `element`, up to rounding.
     #[inline(always)]
     pub fn of<const D: usize>(mesh: &Mesh<D, N>, element: usize, x: Vector<D>) -> Self {
@@ -73,7 +73,7 @@ pub enum End {
 #[derive(Debug, Clone, Copy)]
 pub struct Walk<const N: usize> {
     /// Where.
-    pub place: Place<N>,
+    pub place: MeshPoint<N>,
     /// How.
     pub end: End,
     /// Time left [s].
@@ -140,7 +140,7 @@ impl<const N: usize> Taylor<N> {
 /// What moves a particle: the streamlines, or its own flight.
 pub(super) trait Motion<const D: usize, const N: usize> {
     /// Its motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
-    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N>;
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &Walls<D, N>) -> Taylor<N>;
 
     /// Takes note that time goes by [s].
     fn elapse(&mut self, _time: f64) {}
@@ -195,7 +195,7 @@ pub(super) struct Stream<'a, const D: usize> {
 
 impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
     #[inline(always)]
-    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &Place<N>, walls: &Walls<D, N>) -> Taylor<N> {
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &Walls<D, N>) -> Taylor<N> {
         let rate = Rate::of(mesh, self.velocity, place.element);
         let gradient = &mesh.simplex(place.element).gradient;
         // Becker (35), exact within the element: theory (F.13), at walls (F.14).
@@ -212,7 +212,7 @@ impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
 pub(super) fn walk<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     motion: &mut impl Motion<D, N>,
-    from: Place<N>,
+    from: MeshPoint<N>,
     time: f64,
     holds: impl Fn(usize, usize) -> bool,
 ) -> Walk<N> {
@@ -310,7 +310,11 @@ fn exit_before<const N: usize>(taylor: &Taylor<N>, shape: &[f64; N], time: f64) 
 
 /// The same point seen from the element behind one of the facets that it lies on.
 #[inline(always)]
-pub(super) fn cross<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &Place<N>, behind: usize) -> Place<N> {
+pub(super) fn cross<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    place: &MeshPoint<N>,
+    behind: usize,
+) -> MeshPoint<N> {
     let before = mesh.elements()[place.element];
     let mut shape = mesh.elements()[behind].map(|node| {
         let mut value = 0.0;
@@ -321,5 +325,5 @@ pub(super) fn cross<const D: usize, const N: usize>(mesh: &Mesh<D, N>, place: &P
     });
     let whole = shape.iter().sum::<f64>().recip();
     shape.iter_mut().for_each(|n| *n *= whole);
-    Place { element: behind, shape }
+    MeshPoint { element: behind, shape }
 }

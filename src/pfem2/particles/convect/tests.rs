@@ -57,7 +57,7 @@ fn a_rigid_rotation_in_one_step_is_closer_than_runge_kutta_in_1024() {
             let angle = TAU * i as f64 / 100.0;
             let x = Vector([0.5 + 0.15 * angle.cos(), 0.75 + 0.15 * angle.sin()]);
             let element = locator.locate(&mesh, x, 0).element().unwrap();
-            let mut place = Place::of(&mesh, element, x);
+            let mut place = MeshPoint::of(&mesh, element, x);
             for _ in 0..steps {
                 place = lines.trace(place, 1.0 / steps as f64, 1.0).place;
             }
@@ -80,7 +80,7 @@ fn streamlines_of_a_vortex_converge_with_the_square_of_the_mesh() {
         let locator = crate::mesh::Locator::new(&mesh);
         let ends = seeds.iter().map(|&x| {
             let element = locator.locate(&mesh, x, 0).element().unwrap();
-            (lines.trace(Place::of(&mesh, element, x), 0.5, 1.0).place.position(&mesh), exact(x, 0.5))
+            (lines.trace(MeshPoint::of(&mesh, element, x), 0.5, 1.0).place.position(&mesh), exact(x, 0.5))
         });
         errors(ends).1
     };
@@ -100,7 +100,7 @@ fn together_and_alone<const D: usize, const N: usize>(
     // The velocity of a particle says where it started.
     let mut particles = Particles::seed(mesh, 4, |_| Some(0), |x| x);
     let places = particles.element.iter().zip(&particles.position);
-    let walks = places.map(|(&e, &x)| (x, lines.trace(Place::of(mesh, e as usize, x), 0.6, 1.0)));
+    let walks = places.map(|(&e, &x)| (x, lines.trace(MeshPoint::of(mesh, e as usize, x), 0.6, 1.0)));
     let mut alone: Vec<_> = walks.filter(|(_, walk)| walk.end == End::Inside).collect();
     assert!(kind == BoundaryKind::Slip || alone.len() < particles.len());
     assert_eq!(particles.convect(&lines, 0.6).stuck, 0);
@@ -137,7 +137,7 @@ fn backwards_undoes_forwards() {
     let lines = Streamlines::new(&mesh, &Flow { velocity: &velocity, boundary: &boundary, projectiles: None });
     let particles = Particles::seed(&mesh, 3, |_| Some(0), |x| x);
     let ends = (0..particles.len()).map(|p| {
-        let start = Place::of(&mesh, particles.element[p] as usize, particles.position[p]);
+        let start = MeshPoint::of(&mesh, particles.element[p] as usize, particles.position[p]);
         let there = lines.trace(start, 0.7, 1.0);
         (lines.trace(there.place, 0.7, -1.0).place.position(&mesh), particles.position[p])
     });
@@ -156,7 +156,7 @@ fn no_particle_leaves_through_walls_that_the_flow_follows() {
         let count = particles.len();
         for _ in 0..20 {
             let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
-            assert_eq!(particles.convect(&Streamlines::new(&mesh, &flow), 0.3), Convected::default());
+            assert_eq!(particles.convect(&Streamlines::new(&mesh, &flow), 0.3), ConvectionCounts::default());
         }
         assert_eq!(particles.len(), count);
         for (x, &e) in particles.position.iter().zip(&particles.element) {
@@ -215,7 +215,7 @@ fn a_point_a_hair_outside_comes_back() {
     let element = mesh.elements().len() - 2;
     let mut x = Vector([11.0 + 1e-12, mesh.center(element)[1]]);
     for _ in 0..20 {
-        let place = Place::of(&mesh, element, x);
+        let place = MeshPoint::of(&mesh, element, x);
         assert!((place.shape.iter().sum::<f64>() - 1.0).abs() < 1e-15);
         x = place.position(&mesh);
     }

@@ -21,7 +21,7 @@
 //! lines, films and drops at random, −0.05 comes up with ε = 0.01 and −0.001 with ε = 0.05, but none with ε = 0.1. An interface that
 //! is nearly a plane keeps its exactness: one node of each element that it cuts has the fluid all around it on its own side.
 
-use super::moments::{Moments, Table};
+use super::moments::{MomentTable, Moments};
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -42,7 +42,7 @@ type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 /// The gradient at a node, and whether it is sure.
 type Slope<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
-impl<const K: usize, const N: usize> Table<K, N> {
+impl<const K: usize, const N: usize> MomentTable<K, N> {
     /// Corrects R_k of every entry with the gradients of the groups `0..groups`.
     pub fn make_linear<const D: usize>(&mut self, mesh: &Mesh<D, N>, groups: usize) {
         let slopes: Vec<Vec<Option<Slope<K, D>>>> =

@@ -20,7 +20,7 @@ use super::Particles;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use moments::{Moments, Table};
+use moments::{MomentTable, Moments};
 
 /// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
 const LEAST: f64 = 1e-5;
@@ -39,7 +39,7 @@ pub enum Kernel {
 
 /// Convected velocity of the nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Convected<const D: usize> {
+pub struct ConvectedVelocity<const D: usize> {
     /// v̂_i [m/s]; of bare nodes the one that they had.
     pub mean: Vec<Vector<D>>,
     /// That of each fluid by itself, v̂_αi, by fluid and node [m/s]; v̂_i where the fluid isn't seen. Without entries if
@@ -47,7 +47,7 @@ pub struct Convected<const D: usize> {
     pub own: Vec<Vec<Vector<D>>>,
 }
 
-impl<const D: usize> Convected<D> {
+impl<const D: usize> ConvectedVelocity<D> {
     /// What each of `fluids` misses where the nodes have `velocity` [m/s]: v_i − v̂_αi.
     pub fn missing(&self, velocity: &[Vector<D>], fluids: usize) -> Vec<Vec<Vector<D>>> {
         let hat = |fluid: usize| self.own.get(fluid).unwrap_or(&self.mean);
@@ -59,7 +59,7 @@ impl<const D: usize> Convected<D> {
 #[derive(Debug, Clone, Default)]
 pub struct Projected<const D: usize> {
     /// Velocity.
-    pub velocity: Convected<D>,
+    pub velocity: ConvectedVelocity<D>,
     /// Share of each fluid, by fluid and node; they add up to one except at bare nodes, where all are zero.
     pub fraction: Vec<Vec<f64>>,
     /// Weight of the average: mass [kg] with [`Kernel::Linear`].
@@ -93,7 +93,7 @@ pub fn project<const D: usize, const N: usize>(
     };
     let mut projected = mix(&average, densities, previous);
     if kernel == Kernel::Linear && fluids > 1 {
-        let Convected { mean, own } = &mut projected.velocity;
+        let ConvectedVelocity { mean, own } = &mut projected.velocity;
         *own = (0..fluids).map(|fluid| of_one(&average, fluid, mean)).collect();
     }
     projected
@@ -133,8 +133,8 @@ fn gather<const D: usize, const N: usize>(
 }
 
 /// The moments of all particles, each fluid by itself, weighted with the particle volume V_e/n_e.
-fn table<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particles<D>) -> Table<D, N> {
-    Table::collect(mesh.elements().len(), |e, entries| {
+fn table<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particles<D>) -> MomentTable<D, N> {
+    MomentTable::collect(mesh.elements().len(), |e, entries| {
         let own = particles.of(e);
         let count = own.len();
         let runs = particles.fluid[own.clone()].chunk_by(|a, b| a == b);
@@ -153,7 +153,7 @@ fn table<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particle
 
 fn shape_average<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    table: &Table<D, N>,
+    table: &MomentTable<D, N>,
     node: usize,
     fluids: usize,
 ) -> Average<D> {
@@ -216,7 +216,7 @@ fn mix<const D: usize>(average: &[Average<D>], densities: &[f64], previous: &[Ve
     let fraction = (0..densities.len())
         .map(|fluid| average.iter().zip(&bare).map(|(a, &bare)| if bare { 0.0 } else { part(a, fluid) }).collect());
     let weight = average.iter().map(mass).collect();
-    Projected { velocity: Convected { mean, own: Vec::new() }, fraction: fraction.collect(), weight, bare }
+    Projected { velocity: ConvectedVelocity { mean, own: Vec::new() }, fraction: fraction.collect(), weight, bare }
 }
 
 /// The mean of one fluid; that of all where it isn't seen.

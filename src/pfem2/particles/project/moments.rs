@@ -70,7 +70,7 @@ impl<const K: usize, const N: usize> Moments<K, N> {
 
 /// Moments of all elements, one entry per group that an element holds.
 #[derive(Debug)]
-pub(in crate::pfem2) struct Table<const K: usize, const N: usize> {
+pub(in crate::pfem2) struct MomentTable<const K: usize, const N: usize> {
     blocks: Vec<Block<K, N>>,
 }
 
@@ -81,7 +81,7 @@ struct Block<const K: usize, const N: usize> {
     entries: Vec<Moments<K, N>>,
 }
 
-impl<const K: usize, const N: usize> Table<K, N> {
+impl<const K: usize, const N: usize> MomentTable<K, N> {
     /// Lets `fill` add up every element.
     pub fn collect(elements: usize, fill: impl Fn(usize, &mut Entries<K, N>) + Sync) -> Self {
         let block = |range: Range<usize>| {

@@ -21,7 +21,7 @@ mod tests;
 
 pub use elements::refill;
 
-use super::convect::{End, Place, Streamlines, Walk};
+use super::convect::{End, MeshPoint, Streamlines, Walk};
 use super::correct::at;
 use super::{GONE, Particles};
 use crate::math::Vector;
@@ -43,14 +43,14 @@ pub enum Reseeding {
 
 /// How many particles there should be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Density {
+pub struct ParticleCounts {
     /// In an element; empty sub-cells of elements that have as many are left alone.
     pub nominal: usize,
     /// Most in a sub-cell.
     pub most: usize,
 }
 
-impl Density {
+impl ParticleCounts {
     /// For elements seeded with `nominal` particles: a sub-cell may hold twice its share.
     pub fn new<const D: usize>(nominal: usize) -> Self {
         Self { nominal, most: (2 * nominal).div_ceil(1 << D).max(2) }
@@ -58,7 +58,7 @@ impl Density {
 }
 
 /// Where new particles get their values from: the state at the start of the step.
-pub struct Origin<'a, const D: usize, const N: usize> {
+pub struct ParticleSource<'a, const D: usize, const N: usize> {
     /// The streamlines that the particles moved along.
     pub lines: &'a Streamlines<'a, D, N>,
     /// The step [s].
@@ -66,15 +66,15 @@ pub struct Origin<'a, const D: usize, const N: usize> {
     /// Nodal velocity at its start [m/s].
     pub velocity: &'a [Vector<D>],
     /// Fluid at a place at its start, and the depth below the interface [m].
-    pub fluid: &'a (dyn Fn(&Place<N>) -> (u8, f64) + Sync),
+    pub fluid: &'a (dyn Fn(&MeshPoint<N>) -> (u8, f64) + Sync),
     /// What flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
     /// the start of the step [s], negative before it; `None` where nothing is prescribed.
-    pub inflow: &'a (dyn Fn(&Place<N>, usize, f64) -> Option<Newcomer<D>> + Sync),
+    pub inflow: &'a (dyn Fn(&MeshPoint<N>, usize, f64) -> Option<NewParticle<D>> + Sync),
 }
 
 /// What a particle that flows in brings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Newcomer<const D: usize> {
+pub struct NewParticle<const D: usize> {
     /// Its velocity [m/s].
     pub velocity: Vector<D>,
     /// Its fluid.
@@ -98,7 +98,7 @@ pub struct Reseeded {
 
 /// A change of the columns.
 enum Edit<const N: usize> {
-    Add(Place<N>),
+    Add(MeshPoint<N>),
     Merge { keep: usize, drop: usize },
     Drop { particle: usize },
 }
@@ -109,8 +109,8 @@ impl<const D: usize> Particles<D> {
         &mut self,
         mesh: &Mesh<D, N>,
         reseeding: Reseeding,
-        density: Density,
-        origin: &Origin<D, N>,
+        density: ParticleCounts,
+        origin: &ParticleSource<D, N>,
     ) -> Reseeded {
         let order = self.count_and_order();
         let edits = |e: usize| match reseeding {
@@ -128,7 +128,12 @@ impl<const D: usize> Particles<D> {
     }
 
     /// Puts new particles at places.
-    fn fill<const N: usize>(&mut self, mesh: &Mesh<D, N>, places: &[Place<N>], origin: &Origin<D, N>) -> Reseeded {
+    fn fill<const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        places: &[MeshPoint<N>],
+        origin: &ParticleSource<D, N>,
+    ) -> Reseeded {
         let mut done = Reseeded { added: places.len(), ..Reseeded::default() };
         for (place, (newcomer, inflow)) in places.iter().zip(origin.newcomers(mesh, places)) {
             self.push(place.position(mesh), newcomer.velocity, newcomer.fluid, place.element as u32);
@@ -154,7 +159,13 @@ impl<const D: usize> Particles<D> {
     }
 
     /// By sub-cells, where an element holds the particles `own`.
-    fn edits<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize, own: &[u32], density: Density) -> Vec<Edit<N>> {
+    fn edits<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        element: usize,
+        own: &[u32],
+        density: ParticleCounts,
+    ) -> Vec<Edit<N>> {
         let cells = |p: u32| sub_cells(&mesh.shape_functions(element, self.position[p as usize]));
         let mut count = [0usize; 8];
         for cells in own.iter().map(|&p| cells(p)) {
@@ -162,7 +173,7 @@ impl<const D: usize> Particles<D> {
         }
         let mut edits = Vec::new();
         for (cell, &count) in count[..1 << D].iter().enumerate() {
-            let place = Place { element, shape: center(cell) };
+            let place = MeshPoint { element, shape: center(cell) };
             if count == 0 && own.len() < density.nominal {
                 edits.push(Edit::Add(place));
             }
@@ -197,7 +208,7 @@ impl<const D: usize> Particles<D> {
 /// By elements: a few particles where there are too few, none above the most.
 fn edits_of_element<const D: usize, const N: usize>(element: usize, own: &[u32]) -> Vec<Edit<N>> {
     if own.len() < elements::least::<D>() {
-        return elements::before::<N>().into_iter().map(|shape| Edit::Add(Place { element, shape })).collect();
+        return elements::before::<N>().into_iter().map(|shape| Edit::Add(MeshPoint { element, shape })).collect();
     }
     own.iter().skip(elements::most::<D>()).map(|&p| Edit::Drop { particle: p as usize }).collect()
 }
@@ -207,10 +218,10 @@ fn merges<const N: usize>(edits: &[Edit<N>], particle: usize) -> bool {
     edits.iter().any(|edit| matches!(*edit, Edit::Merge { keep, drop } if keep == particle || drop == particle))
 }
 
-impl<const D: usize, const N: usize> Origin<'_, D, N> {
+impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
     /// What new particles at the end of the step bring from the feet of their streamlines, and whether they came in since
     /// its start.
-    fn newcomers(&self, mesh: &Mesh<D, N>, places: &[Place<N>]) -> Vec<(Newcomer<D>, bool)> {
+    fn newcomers(&self, mesh: &Mesh<D, N>, places: &[MeshPoint<N>]) -> Vec<(NewParticle<D>, bool)> {
         let feet = self.lines.trace_all(places, self.dt, -1.0);
         let newcomer = |n: usize| {
             let (mut newcomer, inflow) = self.at_foot(mesh, &feet[n]);
@@ -224,7 +235,7 @@ impl<const D: usize, const N: usize> Origin<'_, D, N> {
 
     /// What came in before the step and is now at a place of the same element: where steps are so short that no streamline
     /// reaches the inlet, an element there would for ever be filled with what it already holds.
-    fn before(&self, mesh: &Mesh<D, N>, place: &Place<N>) -> Option<Newcomer<D>> {
+    fn before(&self, mesh: &Mesh<D, N>, place: &MeshPoint<N>) -> Option<NewParticle<D>> {
         /// Times the time that it takes at the velocity of the place.
         const REACH: f64 = 2.0;
         let gradient = &mesh.simplex(place.element).gradient;
@@ -243,11 +254,11 @@ impl<const D: usize, const N: usize> Origin<'_, D, N> {
     }
 
     /// What is at a place some `time` [s] after the start of the step, and whether it came in since.
-    pub fn of(&self, mesh: &Mesh<D, N>, place: &Place<N>, time: f64) -> (Newcomer<D>, bool) {
+    pub fn of(&self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, time: f64) -> (NewParticle<D>, bool) {
         self.at_foot(mesh, &self.lines.trace(*place, time, -1.0))
     }
 
-    fn at_foot(&self, mesh: &Mesh<D, N>, foot: &Walk<N>) -> (Newcomer<D>, bool) {
+    fn at_foot(&self, mesh: &Mesh<D, N>, foot: &Walk<N>) -> (NewParticle<D>, bool) {
         let inflow = match foot.end {
             End::Boundary(k) => (self.inflow)(&foot.place, k, foot.rest),
             _ => None,
@@ -257,7 +268,7 @@ impl<const D: usize, const N: usize> Origin<'_, D, N> {
             None => {
                 let (fluid, depth) = (self.fluid)(&foot.place);
                 let velocity = at(&foot.place.shape, &mesh.elements()[foot.place.element], self.velocity);
-                (Newcomer { velocity, fluid, depth }, false)
+                (NewParticle { velocity, fluid, depth }, false)
             }
         }
     }

@@ -40,13 +40,14 @@ fn mirrored<const D: usize, const N: usize>(
     let surface = |x: Vector<D>| x[1] - 0.4 - 0.3 * x[0] * x[0];
     let mut particles = Particles::seed(mesh, per_edge, |x| Some(u8::from(surface(x) >= 0.0)), &flow);
     let mut set = LevelSet::new(mesh, 0, surface, &mut particles);
-    let density = Density::new::<D>(particles.len() / mesh.elements().len());
+    let density = ParticleCounts::new::<D>(particles.len() / mesh.elements().len());
     let dt = 0.25;
     let mut done = [0, 0];
     for _ in 0..6 {
         particles.convect(&lines, dt);
-        let (fluid, inflow) = (|place: &Place<N>| set.at(mesh, place, 1), |_: &Place<N>, _: usize, _: f64| None);
-        let origin = Origin { lines: &lines, dt, velocity: &velocity, fluid: &fluid, inflow: &inflow };
+        let (fluid, inflow) =
+            (|place: &MeshPoint<N>| set.at(mesh, place, 1), |_: &MeshPoint<N>, _: usize, _: f64| None);
+        let origin = ParticleSource { lines: &lines, dt, velocity: &velocity, fluid: &fluid, inflow: &inflow };
         let reseeded = particles.reseed(mesh, Reseeding::SubCells, density, &origin);
         done = [done[0] + reseeded.added, done[1] + reseeded.merged];
         set.update(mesh, &mut particles, &[]);
@@ -92,12 +93,12 @@ fn a_channel_stays_full_of_what_flows_in() {
     let dt = 0.25;
     for step in 0..4 {
         particles.convect(&lines, dt);
-        let inflow = |place: &Place<3>, _: usize, after: f64| {
+        let inflow = |place: &MeshPoint<3>, _: usize, after: f64| {
             let (velocity, fluid) = (Vector([dt * step as f64 + after, 0.0]), u8::from(step > 0));
-            (place.position(&mesh)[0] < 1e-9).then_some(Newcomer { velocity, fluid, depth: 0.0 })
+            (place.position(&mesh)[0] < 1e-9).then_some(NewParticle { velocity, fluid, depth: 0.0 })
         };
-        let origin = Origin { lines: &lines, dt, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &inflow };
-        let done = particles.reseed(&mesh, Reseeding::SubCells, Density::new::<2>(15), &origin);
+        let origin = ParticleSource { lines: &lines, dt, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &inflow };
+        let done = particles.reseed(&mesh, Reseeding::SubCells, ParticleCounts::new::<2>(15), &origin);
         assert!(done.inflow > 0 && done.empty > 0, "{done:?}");
     }
     assert!((0..mesh.elements().len()).all(|e| particles.of(e).len() >= 4));
@@ -118,8 +119,9 @@ fn crowds_are_thinned_and_keep_their_centre_and_fluids() {
     let boundary = vec![BoundaryKind::Wall; mesh.boundary().len()];
     let lines = Streamlines::new(&mesh, &Flow { velocity: &velocity, boundary: &boundary, projectiles: None });
     let mut particles = Particles::seed(&mesh, 12, |x| Some(u8::from(x[1] > 0.37)), |x| x);
-    let origin = Origin { lines: &lines, dt: 0.0, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &|_, _, _| None };
-    let density = Density { nominal: 15, most: 14 };
+    let origin =
+        ParticleSource { lines: &lines, dt: 0.0, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &|_, _, _| None };
+    let density = ParticleCounts { nominal: 15, most: 14 };
     let before = particles.len();
     let done = particles.reseed(&mesh, Reseeding::SubCells, density, &origin);
     assert!(done.merged > 0 && particles.len() == before - done.merged);

@@ -20,16 +20,16 @@ use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::interface::is_cut;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::convect::Place;
+use crate::pfem2::particles::convect::MeshPoint;
 
 /// Distances from the interface at the start of a step, as open boundaries see them.
 #[derive(Debug, Clone)]
-pub struct Entering {
+pub struct InflowDepth {
     /// At the nodes, with the sign of φ [m].
     distance: Vec<f64>,
 }
 
-impl Entering {
+impl InflowDepth {
     /// From the state at the start of a step that the carrier v* [m/s] makes. The particles behind facets at which an interface
     /// begins take their distance from these as their depth.
     pub fn new<const D: usize, const N: usize>(
@@ -73,7 +73,7 @@ impl LevelSet {
         let Particles { position, element, depth, .. } = particles;
         parallel::change(depth, 256, |p, depth| {
             let e = element[p] as usize;
-            let place = Place { element: e, shape: mesh.shape_functions(e, position[p]) };
+            let place = MeshPoint { element: e, shape: mesh.shape_functions(e, position[p]) };
             let away = value(mesh, &place, distance);
             if away < self.band {
                 *depth = depth.min(away);
@@ -86,9 +86,9 @@ impl LevelSet {
     pub fn beyond<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
-        (place, facet): (&Place<N>, Facet),
+        (place, facet): (&MeshPoint<N>, Facet),
         way: Vector<D>,
-        (held, entering): (f64, &Entering),
+        (held, entering): (f64, &InflowDepth),
         outside: u8,
     ) -> (u8, f64) {
         let simplex = mesh.simplex(place.element);
@@ -124,11 +124,11 @@ mod tests {
         let mut particles = Particles::seed(&mesh, 3, |x| Some(u8::from(phi(x) >= 0.0)), |_| Vector::ZERO);
         let set = LevelSet::new(&mesh, 0, phi, &mut particles);
         let (openings, fall) = (top(&mesh, brings), Vector([0.0, -1.0]));
-        let entering = Entering::new(&mesh, &set, &openings, &vec![fall; mesh.nodes().len()], &mut particles);
+        let entering = InflowDepth::new(&mesh, &set, &openings, &vec![fall; mesh.nodes().len()], &mut particles);
         let middle = |opening: &Opening<2>| {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
-            let place = Place { element: facet.element as usize, shape };
+            let place = MeshPoint { element: facet.element as usize, shape };
             set.beyond(&mesh, (&place, facet), fall * 0.05, (brings, &entering), 1)
         };
         let found = openings.iter().map(middle).collect();

@@ -13,7 +13,7 @@ use crate::pfem2::interface::phases::Phases;
 const TAKEN: f64 = 1e-3;
 
 /// Gives lone nodes the side of their neighbours; returns how many there were.
-pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &mut [f64]) -> usize {
+pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &mut [f64]) -> usize {
     let absorbed = |node: usize| {
         let own = level[node] < 0.0;
         let others = || neighbours(mesh, node);
@@ -28,7 +28,7 @@ pub fn absorb_lone_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, leve
 
 /// The same for three and more fluids, where the largest share makes the fluid of a node: a lone node exchanges it with
 /// that of the fluid of its neighbours, of several the one that occurs most. Returns how many there were.
-pub fn absorb_lone_fluids<const D: usize, const N: usize>(
+pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     density: &[f64],
     fraction: &mut [Vec<f64>],
@@ -68,7 +68,7 @@ mod tests {
             let mut level = vec![sign; mesh.nodes().len()];
             let (lone, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
             [lone, pair[0], pair[1]].into_iter().for_each(|node| level[node] = -0.4 * sign);
-            assert_eq!(absorb_lone_nodes(&mesh, &mut level), 1);
+            assert_eq!(absorb_isolated_nodes(&mesh, &mut level), 1);
             assert!((level[lone] < 0.0) == (sign < 0.0) && level[lone].abs() <= 1e-3);
             assert_eq!(pair.map(|node| level[node]), [-0.4 * sign; 2]);
         }
@@ -84,7 +84,7 @@ mod tests {
         for node in [lone, pair[0], pair[1]] {
             (fraction[0][node], fraction[2][node]) = (0.7, 0.1);
         }
-        absorb_lone_fluids(&mesh, &density, &mut fraction);
+        absorb_isolated_fluids(&mesh, &density, &mut fraction);
         assert_eq!([0, 1, 2].map(|fluid: usize| fraction[fluid][lone]), [0.1, 0.2, 0.7]);
         assert_eq!(pair.map(|node| fraction[0][node]), [0.7; 2]);
     }

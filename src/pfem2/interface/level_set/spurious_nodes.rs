@@ -25,7 +25,7 @@ pub struct Origins<'a, const D: usize> {
 }
 
 /// Puts nodes of pieces that come from nowhere back to the side on which they were; returns how many there were.
-pub fn put_back_unborn<const D: usize, const N: usize>(
+pub fn revert_spurious_nodes<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     origins: &Origins<D>,
     level: &mut [f64],
@@ -95,7 +95,7 @@ mod tests {
             .map(|x| if piece.iter().any(|p| (*p - *x).norm() < 0.1) { -0.5 } else { 2.0 })
             .collect();
         let origins = Origins { before: &before, inside: 0, particles: &particles, openings: &openings };
-        (put_back_unborn(&mesh, &origins, &mut level), level)
+        (revert_spurious_nodes(&mesh, &origins, &mut level), level)
     }
 
     #[test]
