@@ -191,7 +191,14 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(())
     }
 
-    /// What the linear solver carries from one step to the next.
+    /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
+    pub fn imposed(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
+        let mut convected = convected.to_vec();
+        self.boundary.impose(&self.mesh, [step.t, step.dt, step.theta], &mut convected);
+        convected
+    }
+
+    /// The state of the linear solver, kept from one step to the next.
     pub(in crate::pfem2) fn memory(&self) -> SolverState {
         self.linear.memory()
     }

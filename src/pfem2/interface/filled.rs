@@ -25,7 +25,7 @@ struct Piece<const D: usize> {
 pub fn pieces<const D: usize, const N: usize>(pfem: &Pfem2<D, N>, fluid: usize, bounds: &Bounds) -> PointSet<'static> {
     let elements = 0..pfem.system.mesh.elements().len();
     let pieces: Vec<Piece<D>> = elements.flat_map(|e| of_element(pfem, fluid, e, bounds)).collect();
-    let density = pfem.density[fluid];
+    let density = pfem.interface.density[fluid];
     let volumes: Vec<f64> = pieces.iter().map(|piece| piece.volume).collect();
     let masses: Vec<f64> = volumes.iter().map(|volume| density * volume).collect();
     let velocity: Vec<f64> = pieces.iter().flat_map(|piece| piece.velocity.to3()).collect();
@@ -69,7 +69,7 @@ fn parts<const D: usize, const N: usize>(
     fluid: usize,
     e: usize,
 ) -> Option<(Vec<[[f64; N]; N]>, f64)> {
-    match pfem.phases().filling(&pfem.system.mesh.elements()[e]) {
+    match pfem.interface.phases().filling(&pfem.system.mesh.elements()[e]) {
         Filling::Pure(own) => (own == fluid).then(|| (vec![whole()], 1.0)),
         Filling::Mixed(shares) => Some((vec![whole()], shares[fluid])),
         Filling::Cut([heavy, _], level) if heavy == fluid => Some((negative_side(&level), 1.0)),

@@ -5,7 +5,6 @@ use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::Boundary;
-use crate::pfem2::Pfem2;
 use crate::pfem2::boundary::{BoundaryKind, Inflow};
 use crate::pfem2::particles::convect::MeshPoint;
 
@@ -67,14 +66,5 @@ impl<const D: usize> InflowComposition<D> {
         let held = level_set::on_facet(facet, &corners, place);
         let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering), 1 - set.inside);
         (inflow.fluid.unwrap_or(own), depth)
-    }
-}
-
-impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Density of what a facet brings, by its place among those of the boundary [kg/m³], if a sharp level set tells it.
-    pub(in crate::pfem2) fn density_brought(&self, place: usize) -> Option<f64> {
-        let (level, inside) = (self.supply.level(place)?, usize::from(self.sharp.as_ref()?.inside));
-        let share = level_set::share_inside::<D, N>(&level);
-        Some(share * self.density[inside] + (1.0 - share) * self.density[1 - inside])
     }
 }

@@ -1,6 +1,7 @@
 //! The interfaces between fluids: where they are, which elements they cut, and what happens there (theory G).
 //!
 //! ```text
+//! tracking          fractions and level set at the nodes during a run                  theory G.2, G.11
 //! level_set         φ at the nodes, negative in one of two fluids                       Becker (37), theory G.2–G.6
 //! phases            the fluid of a node, of an element, of a cut element's sides        theory G.1
 //! volumes           the volume of each fluid, kept by shifts of φ or weights of shares  theory G.6
@@ -19,10 +20,11 @@ pub(super) mod inflow;
 pub mod level_set;
 pub mod outline;
 pub mod phases;
-pub(super) mod share_weights;
+mod share_weights;
 mod sub_simplices;
 pub mod surface_tension;
-pub(super) mod volumes;
+pub(super) mod tracking;
+mod volumes;
 
 pub use cut::{Cut, Enrichment, Medium};
 pub use enriched::Enriched;

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! columns      position, velocity, fluid and depth of each particle, sorted by element
+//! tracking     the particles of a run with their rules and events
 //! transport    the convective part of a step: motion, reseeding, and nodal values that go along
 //! convect      motion along the streamlines of the mesh                                    Becker (34)–(36)
 //! reseed       particles added where there are too few, merged where there are too many    theory G.12
@@ -17,8 +18,10 @@ pub mod correct;
 pub mod project;
 pub mod reseed;
 mod stray;
+pub(super) mod tracking;
 mod transport;
 mod unresolved;
 
 pub(in crate::pfem2) use columns::interpolate;
 pub use columns::{GONE, Particles, lattice};
+pub(super) use transport::FrozenFlow;

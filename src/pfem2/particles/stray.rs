@@ -9,23 +9,29 @@
 use super::Particles;
 use super::convect::MeshPoint;
 use super::correct;
+use super::tracking::ParticleTracking;
+use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::Pfem2;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::interface::tracking::InterfaceTracking;
 
 /// Edges inside the other fluid from which a particle joins it.
 const DEEP: f64 = 1.0;
 
-impl<const D: usize, const N: usize> Pfem2<D, N> {
+impl<const D: usize> ParticleTracking<D> {
     /// Particles deep inside the other fluid join it, where the level set keeps the volumes.
-    pub(in crate::pfem2) fn join(&mut self) {
-        let Some(set) = self.sharp.as_ref().filter(|_| self.kept_volume.is_some()) else { return };
-        if self.is_projectile.contains(&true) {
+    pub(super) fn join_surrounding_fluid<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        interface: &InterfaceTracking<D>,
+    ) {
+        let Some(set) = interface.sharp.as_ref().filter(|_| interface.kept_volume.is_some()) else { return };
+        if self.rules.has_projectiles() {
             return;
         }
-        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
+        let VelocityPressureSystem { mesh, velocity, .. } = system;
         let deep = DEEP * set.edge();
-        let Particles { position, velocity: v, fluid, depth, element, .. } = &mut self.particles;
+        let Particles { position, velocity: v, fluid, depth, element, .. } = &mut self.columns;
         let columns = (&mut fluid[..], &mut depth[..], &mut v[..], &position[..], &element[..]);
         let joined = parallel::map_chunks(columns, 256, |_, (own, own_depth, v, x, element)| {
             let mut joined = 0_u64;
@@ -42,14 +48,18 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             }
             joined
         });
-        self.counts.joined += joined.into_iter().sum::<u64>();
+        self.events.joined += joined.into_iter().sum::<u64>();
     }
 
     /// Volume of the particles of each fluid where the level set shows the other [m³].
-    pub(in crate::pfem2) fn astray(&self) -> Vec<f64> {
-        let (mesh, particles) = (&self.system.mesh, &self.particles);
-        let Some(set) = &self.sharp else { return Vec::new() };
-        let mut volumes = vec![0.0; self.density.len()];
+    pub(in crate::pfem2) fn stray_volumes<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        interface: &InterfaceTracking<D>,
+    ) -> Vec<f64> {
+        let particles = &self.columns;
+        let Some(set) = &interface.sharp else { return Vec::new() };
+        let mut volumes = vec![0.0; interface.density.len()];
         for e in 0..mesh.elements().len() {
             let own = particles.of(e);
             let share = mesh.simplex(e).volume / own.len().max(1) as f64;

@@ -13,75 +13,85 @@
 //! alone. The energy that the bound takes, Σ ½ m_p (|v_p|² before − after), is one that the ledger of the mesh doesn't know; it is
 //! counted apart.
 
+use super::Particles;
 use super::correct;
+use super::tracking::ParticleTracking;
 use crate::math::Vector;
 use crate::parallel;
-use crate::pfem2::Pfem2;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::setup::Unresolved;
 
 /// Part of the largest speed that is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// An element whose particles are changed.
-struct Change<const D: usize> {
+/// An element whose particles are changed: their velocities, and the energy that is taken.
+struct BoundedElement<const D: usize> {
     element: usize,
     velocity: Vec<Vector<D>>,
     /// What is taken [J].
     energy: f64,
 }
 
-impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Bounds what particles have against the mesh; fluids that follow their own side of the interface have more against it.
-    pub(in crate::pfem2) fn bound_unresolved(&mut self) {
-        if self.unresolved == Unresolved::Kept || self.is_projectile.contains(&true) {
+impl<const D: usize> ParticleTracking<D> {
+    /// Bounds the velocity of particles relative to the mesh; that of fluids that follow their own side of the interface is larger.
+    pub(in crate::pfem2) fn bound_unresolved<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        density: &[f64],
+    ) {
+        if self.rules.unresolved == Unresolved::Kept || self.rules.has_projectiles() {
             return;
         }
-        let differences = self.differences();
-        let elements = self.system.mesh.elements().len();
-        let changes = parallel::collect_some(elements, 256, |e| self.bounded(e, &differences));
-        for Change { element, velocity, energy } in changes {
-            let own = self.particles.of(element);
-            self.particles.velocity[own].copy_from_slice(&velocity);
+        let differences = differences(system);
+        let elements = system.mesh.elements().len();
+        let bounded = |e: usize| bounded(&self.columns, (system, density), e, &differences);
+        let changes = parallel::collect_some(elements, 256, bounded);
+        for BoundedElement { element, velocity, energy } in changes {
+            let own = self.columns.of(element);
+            self.columns.velocity[own].copy_from_slice(&velocity);
             self.unresolved_energy += energy;
         }
     }
+}
 
-    /// The largest difference between the velocity of each node and of those around it [m/s].
-    fn differences(&self) -> Vec<f64> {
-        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
-        let fastest = velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
-        let of = |node: usize| {
-            let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
-            around.fold(ROUND_OFF * fastest, |most: f64, k| most.max((velocity[k as usize] - velocity[node]).norm()))
-        };
-        parallel::collect(velocity.len(), 256, of)
-    }
+/// The largest difference between the velocity of each node and of those around it [m/s].
+fn differences<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> Vec<f64> {
+    let VelocityPressureSystem { mesh, velocity, .. } = system;
+    let fastest = velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    let of = |node: usize| {
+        let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
+        around.fold(ROUND_OFF * fastest, |most: f64, k| most.max((velocity[k as usize] - velocity[node]).norm()))
+    };
+    parallel::collect(velocity.len(), 256, of)
+}
 
-    /// The particles of an element after the bound, if it changes one.
-    fn bounded(&self, element: usize, differences: &[f64]) -> Option<Change<D>> {
-        let VelocityPressureSystem { mesh, velocity, .. } = &self.system;
-        let (particles, nodes) = (&self.particles, &mesh.elements()[element]);
-        let cut = |p: usize| {
-            let shape = mesh.shape_functions(element, particles.position[p]);
-            let u = particles.velocity[p] - correct::at(&shape, nodes, velocity);
-            let bound = nodes.iter().zip(shape).map(|(&i, n)| n * differences[i as usize]).sum::<f64>();
-            let size = u.norm();
-            if size > bound { u * (1.0 - bound / size) } else { Vector::ZERO }
-        };
-        let own = particles.of(element);
-        if own.clone().all(|p| cut(p) == Vector::ZERO) {
-            return None;
-        }
-        let cuts: Vec<Vector<D>> = own.clone().map(cut).collect();
-        let density = |p: usize| self.density[usize::from(particles.fluid[p])];
-        let mass: f64 = own.clone().map(density).sum();
-        let back = own.clone().zip(&cuts).map(|(p, cut)| *cut * density(p)).sum::<Vector<D>>() / mass;
-        let bounded: Vec<Vector<D>> =
-            own.clone().zip(cuts).map(|(p, cut)| particles.velocity[p] - cut + back).collect();
-        let lost = |(p, v): (usize, &Vector<D>)| density(p) * (particles.velocity[p].norm_squared() - v.norm_squared());
-        let share = mesh.simplex(element).volume / own.len() as f64;
-        let energy = 0.5 * share * own.zip(&bounded).map(lost).sum::<f64>();
-        Some(Change { element, velocity: bounded, energy })
+/// The particles of an element after the bound, if it changes one.
+fn bounded<const D: usize, const N: usize>(
+    particles: &Particles<D>,
+    (system, density): (&VelocityPressureSystem<D, N>, &[f64]),
+    element: usize,
+    differences: &[f64],
+) -> Option<BoundedElement<D>> {
+    let VelocityPressureSystem { mesh, velocity, .. } = system;
+    let nodes = &mesh.elements()[element];
+    let cut = |p: usize| {
+        let shape = mesh.shape_functions(element, particles.position[p]);
+        let u = particles.velocity[p] - correct::at(&shape, nodes, velocity);
+        let bound = nodes.iter().zip(shape).map(|(&i, n)| n * differences[i as usize]).sum::<f64>();
+        let size = u.norm();
+        if size > bound { u * (1.0 - bound / size) } else { Vector::ZERO }
+    };
+    let own = particles.of(element);
+    if own.clone().all(|p| cut(p) == Vector::ZERO) {
+        return None;
     }
+    let cuts: Vec<Vector<D>> = own.clone().map(cut).collect();
+    let density = |p: usize| density[usize::from(particles.fluid[p])];
+    let mass: f64 = own.clone().map(density).sum();
+    let back = own.clone().zip(&cuts).map(|(p, cut)| *cut * density(p)).sum::<Vector<D>>() / mass;
+    let bounded: Vec<Vector<D>> = own.clone().zip(cuts).map(|(p, cut)| particles.velocity[p] - cut + back).collect();
+    let lost = |(p, v): (usize, &Vector<D>)| density(p) * (particles.velocity[p].norm_squared() - v.norm_squared());
+    let share = mesh.simplex(element).volume / own.len() as f64;
+    let energy = 0.5 * share * own.zip(&bounded).map(lost).sum::<f64>();
+    Some(BoundedElement { element, velocity: bounded, energy })
 }

@@ -18,22 +18,22 @@ use crate::error::StepError;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// Part of the largest kinetic energy that errors of discretisation may make.
-const ALLOWED: f64 = 0.5;
+const ERRORS: f64 = 0.5;
 
-/// Part of the energy at hand, A, the energy at the start and the work that lifts all fluid by an element, below which nothing
-/// is said: fluids at rest stir a little.
-const NOTHING: f64 = 1e-3;
+/// Part of the energy at hand (A, the energy at the start and the work that lifts all fluid by an element) below which no notice is
+/// given: fluids at rest move a little.
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// Part of A that errors are measured by as long as nothing larger has moved: a flow that has just begun has next to none.
-const BEGUN: f64 = 0.1;
+const LEAST_OF_AVAILABLE: f64 = 0.1;
 
-/// Part of A, and of the work that lifts all fluid by an element, that gravity may do beyond A.
-const LENT: f64 = 0.1;
+/// Part of A, and of the work that lifts all fluid by an element, that the work of gravity may exceed A by.
+const EXCESS_WORK: f64 = 0.1;
 
-/// So many times more is no flow any more.
-const HOPELESS: f64 = 10.0;
+/// Times the energy at hand and all exchanged energy, beyond which a gain from errors stops the run.
+const RUNAWAY: f64 = 10.0;
 
-/// What gravity can do from the start on.
+/// The available potential energy A at the start, and what is needed to find its loss.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::pfem2) struct AvailablePotentialEnergy {
     /// −b [m/s²].
@@ -48,13 +48,13 @@ pub(in crate::pfem2) struct AvailablePotentialEnergy {
     lift: f64,
 }
 
-/// What the energy from nothing tells.
+/// Outcome of the check of the energy that errors have given the flow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::pfem2) enum EnergyCheck {
-    /// It can be.
-    Possible,
-    /// It is more than errors of discretisation make.
-    TooMuch,
+    /// No more than errors of discretisation make.
+    Plausible,
+    /// More than errors of discretisation make.
+    Excessive,
 }
 
 impl AvailablePotentialEnergy {
@@ -64,7 +64,7 @@ impl AvailablePotentialEnergy {
         totals: &FlowTotals,
     ) -> Option<Self> {
         let gravity = system.physics.steady_gravity()?;
-        if system.boundary.kinds.iter().any(|kind| kind.is_open()) {
+        if !system.boundary.is_closed() {
             return None;
         }
         let mut slots: Vec<(f64, f64)> = (0..system.mesh.elements().len())
@@ -93,39 +93,39 @@ impl AvailablePotentialEnergy {
         self.up.iter().zip(totals.moment).map(|(up, moment)| up * moment).sum::<f64>() - totals.mass * self.middle
     }
 
-    /// What the fluids have lost of potential energy since the start [J].
-    pub fn fallen(&self, totals: &FlowTotals) -> f64 {
+    /// Potential energy that the fluids have lost since the start [J].
+    pub fn released(&self, totals: &FlowTotals) -> f64 {
         self.start - self.potential(totals)
     }
 
     /// The least energy that errors are measured by [J].
-    pub fn least(&self, books: &EnergyLedger) -> f64 {
-        (NOTHING * self.at_hand(books)).max(BEGUN * self.energy)
+    pub fn least(&self, ledger: &EnergyLedger) -> f64 {
+        (NEGLIGIBLE * self.at_hand(ledger)).max(LEAST_OF_AVAILABLE * self.energy)
     }
 
-    /// What there is to move the fluids with [J].
-    fn at_hand(&self, books: &EnergyLedger) -> f64 {
-        self.energy + self.lift + books.begun()
+    /// Energy at hand to move the fluids [J].
+    fn at_hand(&self, ledger: &EnergyLedger) -> f64 {
+        self.energy + self.lift + ledger.begun()
     }
 
-    /// Whether the flow may have gained what the books don't explain, and gravity done the work that they book.
+    /// Compares the energy that the ledger doesn't explain with the errors of discretisation, and the work of gravity with A.
     ///
     /// # Errors
     /// It is many times what there was; the fastest node is named.
-    pub fn judge<const D: usize, const N: usize>(
+    pub fn check<const D: usize, const N: usize>(
         &self,
-        books: &EnergyLedger,
+        ledger: &EnergyLedger,
         totals: &FlowTotals,
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<EnergyCheck, StepError> {
-        let (gained, lent) = (books.gained(totals, system.surface_energy()), books.gravity() - self.energy);
-        let (at_hand, exchanged) = (self.at_hand(books), books.exchanged());
-        if gained.max(lent) > HOPELESS * (at_hand + exchanged) {
-            return Err(health::runaway(system, gained.max(lent), at_hand));
+        let (gained, excess) = (ledger.gained(totals, system.surface_energy()), ledger.gravity() - self.energy);
+        let (at_hand, exchanged) = (self.at_hand(ledger), ledger.exchanged());
+        if gained.max(excess) > RUNAWAY * (at_hand + exchanged) {
+            return Err(health::runaway(system, gained.max(excess), at_hand));
         }
-        let most = (ALLOWED * books.peak() + exchanged).max(NOTHING * at_hand);
-        let too_much = gained > most || lent > LENT * (self.energy + self.lift);
-        Ok(if too_much { EnergyCheck::TooMuch } else { EnergyCheck::Possible })
+        let most = (ERRORS * ledger.peak() + exchanged).max(NEGLIGIBLE * at_hand);
+        let too_much = gained > most || excess > EXCESS_WORK * (self.energy + self.lift);
+        Ok(if too_much { EnergyCheck::Excessive } else { EnergyCheck::Plausible })
     }
 }
 
@@ -154,7 +154,7 @@ mod tests {
     /// Water (1000) on oil (800), two slots of one cubic metre, 0.5 and 1.5 m high under 10 m/s²: 1000 kg sink by a metre,
     /// 800 kg rise.
     #[test]
-    fn what_falls_below_what_floats_is_available() {
+    fn the_energy_of_a_heavy_layer_above_a_light_one_is_available() {
         let slots = [(5.0, 1.0), (15.0, 1.0)];
         let least = sorted(&slots, &[(1000.0, 1.0), (800.0, 1.0)]);
         assert_eq!(least, 5.0 * 1000.0 + 15.0 * 800.0);

@@ -14,11 +14,12 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::{Boundary, BoundaryKind};
 use crate::pfem2::equations::assemble::ElementEquations;
+use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use std::collections::BTreeMap;
 
 /// A part of the boundary that holds the fluid.
 #[derive(Debug, Clone)]
-pub struct BoundaryPart<const D: usize> {
+pub(in crate::pfem2) struct BoundaryPart<const D: usize> {
     /// Name of its set.
     pub name: String,
     /// Nodes and the share of their reaction that belongs to the part.
@@ -26,7 +27,7 @@ pub struct BoundaryPart<const D: usize> {
 }
 
 /// The parts of a boundary that hold the fluid: walls, slip planes, inlets.
-pub fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<BoundaryPart<D>> {
+fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<BoundaryPart<D>> {
     let holds = |kind: BoundaryKind| kind != BoundaryKind::Outlet;
     let mut areas: Vec<BTreeMap<u32, Vector<D>>> = Vec::new();
     let mut total: BTreeMap<u32, Vector<D>> = BTreeMap::new();
@@ -55,6 +56,94 @@ pub fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Bound
         .collect()
 }
 
+/// Forces of the fluid on the parts of a boundary [N].
+#[derive(Debug, Clone)]
+pub(in crate::pfem2) struct BoundaryForces<const D: usize> {
+    /// The parts.
+    pub parts: Vec<BoundaryPart<D>>,
+    /// At the end of the last step.
+    pub last: Vec<Vector<D>>,
+    /// At the end of the step before.
+    pub previous: Vec<Vector<D>>,
+    /// Means over the last step, with the shares that the step takes of each.
+    pub mean: Vec<Vector<D>>,
+}
+
+/// Sum of the forces on the fluid from its boundary, and their power.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::pfem2) struct BoundaryAction<const D: usize> {
+    /// Force of tractions and supports on the fluid [N].
+    pub force: Vector<D>,
+    /// Power of both [W].
+    pub power: f64,
+}
+
+impl<const D: usize> BoundaryForces<D> {
+    /// Of a fluid that begins.
+    pub fn new<const N: usize>(system: &VelocityPressureSystem<D, N>) -> Self {
+        let parts = parts(&system.mesh, &system.boundary);
+        let none = vec![Vector::ZERO; parts.len()];
+        Self { parts, last: none.clone(), previous: none.clone(), mean: none }
+    }
+
+    /// Takes the forces at the end of a step with the `shares` θ, β₁ and β₂.
+    pub fn update<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        step: TimeStep,
+        convected: &[Vector<D>],
+        [theta, last, earlier]: [f64; 3],
+    ) -> BoundaryAction<D> {
+        let (now, action) = self.measure(system, step, convected);
+        let all = self.previous.iter().zip(&self.last).zip(&now);
+        self.mean = all.map(|((f0, f1), f2)| *f0 * earlier + *f1 * last + *f2 * theta).collect();
+        self.previous = std::mem::replace(&mut self.last, now);
+        action
+    }
+
+    /// Takes the forces at the end of a step as those of all steps before.
+    pub fn begin<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        step: TimeStep,
+        convected: &[Vector<D>],
+    ) -> BoundaryAction<D> {
+        let (now, action) = self.measure(system, step, convected);
+        self.last = now;
+        self.previous.clone_from(&self.last);
+        action
+    }
+
+    /// The forces on the parts, and the action of the boundary on the fluid, at the end of a step.
+    fn measure<const N: usize>(
+        &self,
+        system: &VelocityPressureSystem<D, N>,
+        step: TimeStep,
+        convected: &[Vector<D>],
+    ) -> (Vec<Vector<D>>, BoundaryAction<D>) {
+        let VelocityPressureSystem { mesh, boundary, velocity, .. } = system;
+        let elements = system.elements(convected);
+        let (mut force, mut power) = (Vector::<D>::ZERO, 0.0);
+        let mut loads = vec![Vector::ZERO; velocity.len()];
+        boundary.load(mesh, step.end(), |node, traction| {
+            force += traction;
+            power += traction.dot(velocity[node]);
+            loads[node] += traction;
+        });
+        let on_part = |part: &BoundaryPart<D>| part.force(&elements, &loads, &system.unknowns);
+        let reactions: Vec<_> = self.parts.iter().map(on_part).collect();
+        for (reaction, work) in &reactions {
+            force -= *reaction;
+            power += work;
+        }
+        open_boundary_load(&elements, velocity, |node, traction| {
+            force += traction;
+            power += traction.dot(velocity[node]);
+        });
+        (reactions.into_iter().map(|(reaction, _)| reaction).collect(), BoundaryAction { force, power })
+    }
+}
+
 impl<const D: usize> BoundaryPart<D> {
     /// The force of the fluid on the part [N], and the power with which the part drives the fluid [W]; `loads` are those of
     /// the boundary on the nodes [N].
@@ -77,7 +166,7 @@ impl<const D: usize> BoundaryPart<D> {
 }
 
 /// Adds the tractions μ (∇v)ᵀ n + ½ρ (v·n)₋ v of the open facets to the nodal forces [N].
-pub fn open_boundary_load<const D: usize, const N: usize>(
+fn open_boundary_load<const D: usize, const N: usize>(
     elements: &ElementEquations<D, N>,
     velocity: &[Vector<D>],
     mut add: impl FnMut(usize, Vector<D>),

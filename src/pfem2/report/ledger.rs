@@ -122,19 +122,19 @@ pub struct EnergyLedger {
 }
 
 impl EnergyLedger {
-    /// Opens the books with the kinetic and the surface energy at the start, and what walls and inlets that take hold give [J].
-    pub fn open(kinetic: f64, surface: f64, jolt: f64) -> Self {
+    /// Opens the ledger with the kinetic and the surface energy at the start, and the kinetic energy of an impulsive start [J].
+    pub fn open(kinetic: f64, surface: f64, impulsive: f64) -> Self {
         let stored = kinetic + surface;
         Self {
             entries: vec![0.0; RATES + 1],
             last: vec![0.0; 2 * RATES],
-            start: vec![stored, jolt],
-            peak: vec![kinetic + jolt, (stored + jolt).max(surface)],
+            start: vec![stored, impulsive],
+            peak: vec![kinetic + impulsive, (stored + impulsive).max(surface)],
         }
     }
 
-    /// Books the work of gravity since the start by what the fluids have lost of potential energy [J].
-    pub fn fall(&mut self, lost: f64) {
+    /// Sets the work of gravity since the start to the potential energy that the fluids have lost [J].
+    pub fn set_gravity(&mut self, lost: f64) {
         self.entries[0] = lost;
     }
 

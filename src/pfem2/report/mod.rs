@@ -6,15 +6,17 @@
 //! friction    viscous dissipation of a step                               theory (F.40)
 //! through     energy and momentum that the flow carries through openings  theory F.13
 //! available   available potential energy, and the check against it        theory F.14
-//! checks      what a run is watched for
+//! balance     the energy balance of a run, and its checks
 //! health      errors that stop a run
 //! notices     notices of a run
-//! snapshot    the state as outputs see it, and the columns of checkpoints
+//! snapshot    the state as outputs see it
+//! checkpoint  the columns of a checkpoint
 //! ```
 
 pub(super) mod available;
-mod checks;
-pub mod forces;
+pub(super) mod balance;
+pub(super) mod checkpoint;
+pub(super) mod forces;
 pub(super) mod friction;
 pub(super) mod health;
 pub(super) mod ledger;

@@ -48,7 +48,7 @@ fn a_lid_that_starts_at_once_is_in_the_books() {
     let mut pfem = Pfem2::new(setup);
     // The corners belong to the walls beside the lid and to it: what is slower holds.
     let row = 0.5 * (1.0 - 1.0 / 8.0) / 16.0;
-    assert!((pfem.books.begun() / row - 1.0).abs() < 0.1, "{}", pfem.books.begun());
+    assert!((pfem.balance.ledger.begun() / row - 1.0).abs() < 0.1, "{}", pfem.balance.ledger.begun());
     // Nothing has happened at t = 0, and all that follows is explained from there on.
     let ledger = pfem.snapshot().ledger;
     let start = ledger.stored();

@@ -42,7 +42,7 @@ fn wandered(names: bool, (steps, dt): (u32, f64)) -> f64 {
     for k in 0..steps {
         pfem.step(f64::from(k) * dt, dt).unwrap();
     }
-    let near = pfem.outline.position.iter().filter(|x| x[0] < 0.25 * length);
+    let near = pfem.interface.outline.position.iter().filter(|x| x[0] < 0.25 * length);
     let away: Vec<f64> = near.map(|x| (x[1] - line).abs()).collect();
     assert!(!away.is_empty(), "there is no line at the inlet");
     away.into_iter().fold(0.0, f64::max)
@@ -77,10 +77,10 @@ fn a_fluid_that_only_an_inlet_brings_comes_in_as_a_plane() {
             pfem.step(f64::from(k) * dt, dt).unwrap();
             let t = f64::from(k + 1) * dt;
             assert!((pfem.system.volumes[0] - 0.4 * t).abs() < 1e-12, "{k}: {}", pfem.system.volumes[0]);
-            let line = &pfem.outline.position;
+            let line = &pfem.interface.outline.position;
             assert!(!line.is_empty(), "{k}: there is no line");
             away = line.iter().fold(away, |away, x| away.max((x[0] - t).abs()));
-            shift = shift.max(pfem.shift.abs());
+            shift = shift.max(pfem.interface.shift.abs());
         }
         assert!(away < 0.01 * 0.05 && shift < 0.01 * 0.05, "{dt}: {away} {shift}");
         assert_eq!(pfem.notices(), Vec::<String>::new());

@@ -40,7 +40,7 @@ fn plug<const D: usize, const N: usize>(mesh: Mesh<D, N>, section: f64, dt: f64)
         let [volume, left] = volumes(&pfem, "water").map(|volume| volume / section);
         worst = worst.max((left - (gone(to) - gone(from))).abs());
         worst = worst.max((volume + left - (to - from)).abs());
-        shift = if volume > 0.05 { shift.max(pfem.shift.abs()) } else { shift };
+        shift = if volume > 0.05 { shift.max(pfem.interface.shift.abs()) } else { shift };
     }
     [worst, shift]
 }
@@ -76,7 +76,7 @@ fn what_does_not_leave_an_open_tank_is_kept_to_the_last_digits() {
         assert!((volume / start - 1.0).abs() < 1e-10 && left == 0.0, "{k}: {volume} {left}");
     }
     // The front has run through the tank.
-    assert!(pfem.totals.kinetic > 100.0, "{}", pfem.totals.kinetic);
+    assert!(pfem.balance.totals.kinetic > 100.0, "{}", pfem.balance.totals.kinetic);
 }
 
 /// Fluid enters at the left, and the right side is open from top to bottom under no pressure: it falls out below, and comes
@@ -114,9 +114,9 @@ fn plates_take_the_force_that_drives_the_flow_between_them() {
     let fluids = vec![fluid("oil", 1.0, 0.5)];
     let mut pfem = Pfem2::new(setup(mesh, sets, physics(fluids, weightless()), |_| 0, |_| Vector::ZERO));
     (0..60).for_each(|k| pfem.step(f64::from(k) * 0.1, 0.1).unwrap());
-    let both: f64 = pfem.forces.iter().map(|force| force[0]).sum();
+    let both: f64 = pfem.forces.last.iter().map(|force| force[0]).sum();
     assert!((both / driving - 1.0).abs() < 1e-3, "{both}");
-    assert!((pfem.forces[0][0] / pfem.forces[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
+    assert!((pfem.forces.last[0][0] / pfem.forces.last[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
 }
 
 /// Half of a plug of water leaves a channel full of air and the flow turns back, x(t) = x₀ + A sin(πt): what comes back is the air that
@@ -141,11 +141,11 @@ fn what_comes_back_is_the_fluid_that_was_there_at_the_start() {
     let mut shift = 0.0f64;
     for k in 0..100 {
         pfem.step(f64::from(k) * 0.01, 0.01).unwrap();
-        shift = shift.max(pfem.shift.abs());
+        shift = shift.max(pfem.interface.shift.abs());
     }
     let volume = pfem.system.volumes[0] / HEIGHT;
     assert!((volume - 0.2).abs() < 1e-3 && shift < 1e-3, "{volume} {shift}");
-    for x in &pfem.outline.position {
+    for x in &pfem.interface.outline.position {
         let away = (x[0] - 0.5).abs().min((x[0] - 0.7).abs());
         assert!(away < 2e-3, "{x:?}");
     }

@@ -91,7 +91,7 @@ fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vect
     let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
     let speed = fastest(&pfem.system.velocity) / (gravity.norm() * f64::from(steps) * dt);
-    (speed, (pfem.forces[0] - weight) / weight.norm())
+    (speed, (pfem.forces.last[0] - weight) / weight.norm())
 }
 
 /// The nodes of a curved slip wall glide along directions that none of its facets has. The wall carries the fluid.
@@ -186,13 +186,13 @@ fn rests_on_facets<const D: usize, const N: usize>(mesh: Mesh<D, N>, height: f64
         pfem.step(f64::from(k) * dt, dt).unwrap();
         let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-10 * GRAVITY * dt, "{speed:e}");
-        let water = negative_volume(&pfem.system.mesh, &pfem.level) / volume;
+        let water = negative_volume(&pfem.system.mesh, &pfem.interface.level) / volume;
         assert!((water - exact).abs() < 1e-12, "{water} {exact}");
     }
     // Probes and pictures see it where it is.
-    assert!(!pfem.outline.position.is_empty());
-    assert!(pfem.outline.position.iter().all(|x| (x[D - 1] - height).abs() < 1e-12));
-    let size: f64 = pfem.outline.size.iter().sum();
+    assert!(!pfem.interface.outline.position.is_empty());
+    assert!(pfem.interface.outline.position.iter().all(|x| (x[D - 1] - height).abs() < 1e-12));
+    let size: f64 = pfem.interface.outline.size.iter().sum();
     assert!((size - 1.0).abs() < 1e-12, "{size}");
     assert_eq!(pfem.notices(), Vec::<String>::new());
 }
@@ -210,15 +210,15 @@ fn rests_in_elements<const D: usize, const N: usize>(mesh: Mesh<D, N>, steps: u3
     for part in [0.03, 0.31, 0.742] {
         let height = 0.5 + part * cell;
         let mut pfem = at_rest(mesh.clone(), height);
-        let (dt, volume) = (0.01, negative_volume(&pfem.system.mesh, &pfem.level));
+        let (dt, volume) = (0.01, negative_volume(&pfem.system.mesh, &pfem.interface.level));
         for k in 0..steps {
             pfem.step(f64::from(k) * dt, dt).unwrap();
         }
         let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-9 * GRAVITY * dt, "{part}: {speed:e}");
-        let off = pfem.outline.position.iter().map(|x| (x[D - 1] - height).abs()).fold(0.0, f64::max);
+        let off = pfem.interface.outline.position.iter().map(|x| (x[D - 1] - height).abs()).fold(0.0, f64::max);
         assert!(off < 1e-9 * cell, "{part}: the interface is off by {off:e}");
-        let change = negative_volume(&pfem.system.mesh, &pfem.level) / volume - 1.0;
+        let change = negative_volume(&pfem.system.mesh, &pfem.interface.level) / volume - 1.0;
         assert!(change.abs() < 1e-12, "{part}: {change:e}");
         assert_eq!(pfem.notices(), Vec::<String>::new());
     }
@@ -235,7 +235,7 @@ fn an_interface_inside_elements_stays_there_over_many_steps() {
 #[test]
 fn a_volume_that_is_not_kept_is_said() {
     let mut pfem = at_rest(Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.25]), [8, 10]).unwrap(), 0.55);
-    pfem.kept_volume = pfem.kept_volume.map(|volume| volume + 0.3);
+    pfem.interface.kept_volume = pfem.interface.kept_volume.map(|volume| volume + 0.3);
     pfem.step(0.0, 0.01).unwrap();
     let said = pfem.notices();
     assert!(said.iter().any(|text| text.contains("volume of `water` could not be kept")), "{said:?}");
@@ -263,7 +263,7 @@ fn gravity_does_the_work_of_the_fall() {
         pfem.step(f64::from(k) * 0.2, 0.2).unwrap();
     }
     let lost = (start - height(&pfem)) * GRAVITY;
-    assert!((pfem.books.gravity() / lost - 1.0).abs() < 1e-9, "{} {lost}", pfem.books.gravity());
-    let work = pfem.books.gravity() / (999.0 * GRAVITY * 0.4 * 0.2);
+    assert!((pfem.balance.ledger.gravity() / lost - 1.0).abs() < 1e-9, "{} {lost}", pfem.balance.ledger.gravity());
+    let work = pfem.balance.ledger.gravity() / (999.0 * GRAVITY * 0.4 * 0.2);
     assert!((work - 1.0).abs() < 0.01, "{work}");
 }

@@ -16,7 +16,7 @@ fn strewn() -> Pfem2<2, 3> {
         setup(mesh, sets, physics(fluids, [0.0.into(), (-9.81).into()]), |x| u8::from(phi(x) >= 0.0), |_| Vector::ZERO);
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, phi, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
-    let Particles { position, fluid, depth, .. } = &mut pfem.particles;
+    let Particles { position, fluid, depth, .. } = &mut pfem.particles.columns;
     for ((x, fluid), depth) in position.iter().zip(fluid).zip(depth) {
         if (*x - Vector([0.53, 0.22])).norm() < 0.025 || is_film(x) {
             (*fluid, *depth) = (1 - *fluid, 0.0);
@@ -31,7 +31,7 @@ fn is_film(x: &Vector<2>) -> bool {
 
 /// How many particles of water are above the line, and of air deep below it.
 fn strays(pfem: &Pfem2<2, 3>) -> [usize; 2] {
-    let Particles { position, fluid, .. } = &pfem.particles;
+    let Particles { position, fluid, .. } = &pfem.particles.columns;
     let count = |stray: &dyn Fn(f64, u8) -> bool| position.iter().zip(fluid).filter(|(x, f)| stray(x[1], **f)).count();
     [count(&|y, fluid| y > 0.505 && fluid == 0), count(&|y, fluid| y < 0.4 && fluid == 1)]
 }
@@ -45,7 +45,7 @@ fn volumes_astray(pfem: &Pfem2<2, 3>) -> [f64; 2] {
 fn air_deep_in_water_joins_it_and_a_film_at_the_surface_stays() {
     let mut pfem = strewn();
     // All elements are of one size and hold as many particles.
-    let particle = 1.0 / pfem.particles.len() as f64;
+    let particle = 1.0 / pfem.particles.columns.len() as f64;
     let [film, drop] = strays(&pfem);
     assert!(film > 100 && drop > 10, "{film} {drop}");
     for (volume, count) in volumes_astray(&pfem).into_iter().zip([film, drop]) {

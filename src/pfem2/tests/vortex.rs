@@ -56,13 +56,17 @@ fn the_first_step_knows_pressure_and_motion() {
     let mut pfem = vortices(cell(24), wave, 0.0);
     let dt = 1.0 / 32.0;
     for k in 0..4 {
-        let before = pfem.totals.kinetic;
+        let before = pfem.balance.totals.kinetic;
         pfem.step(f64::from(k) * dt, dt).unwrap();
         let pressure = &pfem.system.pressure;
         let highest = pressure.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let lowest = pressure.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((highest - lowest - 1.0).abs() < 0.05, "{k}: {lowest} {highest}");
-        assert!((pfem.totals.kinetic / before - 1.0).abs() < 0.005, "{k}: {before} {}", pfem.totals.kinetic);
+        assert!(
+            (pfem.balance.totals.kinetic / before - 1.0).abs() < 0.005,
+            "{k}: {before} {}",
+            pfem.balance.totals.kinetic
+        );
     }
 }
 

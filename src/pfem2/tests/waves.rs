@@ -37,7 +37,7 @@ fn period(cells: [usize; 2], thinning: f64, dt: f64, densities: [f64; 2]) -> f64
     for k in 0.. {
         let t = k as f64 * dt;
         pfem.step(t, dt).unwrap();
-        let momentum = pfem.totals.momentum[0];
+        let momentum = pfem.balance.totals.momentum[0];
         if before * momentum < 0.0 {
             zeros.push(t + dt * before / (before - momentum));
         }
@@ -72,7 +72,7 @@ fn energies_of_waves(n: f64, part: f64) -> Vec<f64> {
     let whole = 0.25 * (densities[0] - densities[1]) * GRAVITY * height * height;
     let mut after = |k: i32| {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        pfem.totals.kinetic / whole
+        pfem.balance.totals.kinetic / whole
     };
     (0..90).map(&mut after).collect()
 }
@@ -108,7 +108,7 @@ fn waves_amid_a_row_of_elements_do_not_grow() {
     let whole = 0.25 * 999.0 * GRAVITY * 0.002 * 0.002;
     let mut after = |k: i32| {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        pfem.totals.kinetic / whole
+        pfem.balance.totals.kinetic / whole
     };
     let energies: Vec<f64> = (0..240).map(&mut after).collect();
     let (first, last) = (greatest(&energies[..80]), greatest(&energies[160..]));

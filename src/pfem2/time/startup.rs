@@ -1,7 +1,7 @@
 //! The start: what the first step of second order would take from the one before it, and the pressure that is shown (theory H.9).
 //!
 //! ```text
-//! rehearsal   a step of backward Euler over the first step gives v¹, p¹, a¹; the particles go back to where they were
+//! predictor   a step of backward Euler over the first step gives v¹, p¹, a¹; the particles go back to where they were
 //! a⁰ ← a¹,  v⁻¹ ← 2 v⁰ − v¹,  π⁰ ← π¹         at the nodes, so that v* = ½ (v⁰ + v¹)
 //! ```
 //!
@@ -12,103 +12,144 @@
 //! paper's PSPG (theory F.7.1), and the pressure half of what it is.
 
 use crate::error::StepError;
+use crate::linalg::SolverState;
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::equations::element::Stabilisation;
 use crate::pfem2::equations::subscale::Subscales;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
-use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::interface::tracking::InterfaceTracking;
+use crate::pfem2::particles::project::ConvectedVelocity;
+use crate::pfem2::particles::tracking::ParticleTracking;
+use crate::pfem2::report::forces::BoundaryForces;
+use crate::pfem2::report::ledger::EnergyLedger;
 use crate::pfem2::setup::Scheme;
 
-/// Solutions of the rehearsed step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
+/// Solutions of the predicted step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;
 
+/// The state at the start of a step: all that a step moves.
+struct StartOfStep<const D: usize> {
+    particles: ParticleTracking<D>,
+    interface: InterfaceTracking<D>,
+    /// Velocity [m/s] and body force [m/s²] at the nodes.
+    nodes: [Vec<Vector<D>>; 2],
+}
+
+impl<const D: usize> StartOfStep<D> {
+    fn of<const N: usize>(pfem: &Pfem2<D, N>) -> Self {
+        let nodes = [pfem.system.velocity.clone(), pfem.system.force.clone()];
+        Self { particles: pfem.particles.clone(), interface: pfem.interface.clone(), nodes }
+    }
+
+    /// Puts the state back; returns the velocity at the end of the step [m/s].
+    fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) -> Vec<Vector<D>> {
+        let [velocity, force] = self.nodes;
+        (pfem.particles, pfem.interface, pfem.system.force) = (self.particles, self.interface, force);
+        std::mem::replace(&mut pfem.system.velocity, velocity)
+    }
+}
+
+/// All but the pressure that a prediction leaves, of which a scheme of first order takes nothing.
+struct BeforePrediction<const D: usize> {
+    subscales: Subscales<D>,
+    ledger: EnergyLedger,
+    forces: BoundaryForces<D>,
+    solver: SolverState,
+    preconditioners: u64,
+}
+
+impl<const D: usize> BeforePrediction<D> {
+    fn of<const N: usize>(pfem: &Pfem2<D, N>) -> Self {
+        Self {
+            subscales: pfem.system.subscales.clone(),
+            ledger: pfem.balance.ledger.clone(),
+            forces: pfem.forces.clone(),
+            solver: pfem.system.memory(),
+            preconditioners: pfem.system.preconditioners,
+        }
+    }
+
+    fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) {
+        (pfem.system.subscales, pfem.system.preconditioners) = (self.subscales, self.preconditioners);
+        (pfem.balance.ledger, pfem.forces) = (self.ledger, self.forces);
+        pfem.system.recall(&self.solver);
+    }
+}
+
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Finds the pressure at the start, which is shown with it, by a rehearsal of the first step. What can't be found is left: the
-    /// first step tells why.
-    pub(in crate::pfem2) fn show_pressure(&mut self, step: TimeStep) {
-        if self.scheme != Scheme::BackwardEuler {
-            if self.rehearse(step).is_ok() {
-                self.settle();
+    /// Finds the pressure at the start, which is shown with it, by a prediction of the first step. A prediction that fails leaves the
+    /// start as it is: the first step tells why.
+    pub(in crate::pfem2) fn predict_start(&mut self, step: TimeStep) {
+        if self.history.scheme != Scheme::BackwardEuler {
+            if self.predict_first_step(step).is_ok() {
+                self.update_contents();
             }
             return;
         }
         // A step of first order takes nothing of it but the pressure, to begin its iterations with.
-        let (subscales, books) = (self.system.subscales.clone(), self.books.clone());
-        let (forces, memory) = ([self.forces.clone(), self.earlier_forces.clone()], self.system.memory());
-        let preconditioners = self.system.preconditioners;
-        let _ = self.rehearse(step);
-        self.forget();
-        (self.system.subscales, self.books, self.system.preconditioners) = (subscales, books, preconditioners);
-        [self.forces, self.earlier_forces] = forces;
-        self.system.recall(&memory);
-        self.settle();
+        let before = BeforePrediction::of(self);
+        let _ = self.predict_first_step(step);
+        self.clear_history();
+        before.restore(self);
+        self.update_contents();
     }
 
-    /// Forgets the step before the first.
-    fn forget(&mut self) {
-        let nodes = self.system.velocity.len();
-        (self.acceleration, self.carried) = (vec![Vector::ZERO; nodes], vec![Vector::ZERO; nodes]);
-        self.before.clone_from(&self.system.velocity);
-        self.earlier.clone_from(&self.system.velocity);
-        self.system.subscales = Subscales::at_rest(nodes);
-        (self.dt_before, self.dt_earlier) = (0.0, 0.0);
+    /// Clears the step before the first.
+    fn clear_history(&mut self) {
+        self.history.clear(&self.system.velocity);
+        self.system.subscales = Subscales::at_rest(self.system.velocity.len());
     }
 
-    /// Prepares a first step of second order. After an error the state is that before.
+    /// Predicts the first step, from which a step of second order takes the one before it. After an error the state is that before.
     ///
     /// # Errors
-    /// As [`crate::pfem2::equations::system::VelocityPressureSystem::solve`].
-    pub(in crate::pfem2) fn rehearse(&mut self, step: TimeStep) -> Result<(), StepError> {
-        self.forget();
-        let particles = self.particles.clone();
-        let (sharp, level, fraction) = (self.sharp.clone(), self.level.clone(), self.fraction.clone());
-        let (counts, outflow, shift, weight) = (self.counts, self.outflow, self.shift, self.weight);
-        let (start, force) = (self.system.velocity.clone(), self.system.force.clone());
-        let outcome = self.try_step(step);
-        let end = std::mem::replace(&mut self.system.velocity, start);
-        (self.particles, self.sharp, self.level, self.fraction) = (particles, sharp, level, fraction);
-        (self.counts, self.outflow, self.shift, self.weight) = (counts, outflow, shift, weight);
-        self.system.force = force;
+    /// As [`VelocityPressureSystem::solve`].
+    pub(in crate::pfem2) fn predict_first_step(&mut self, step: TimeStep) -> Result<(), StepError> {
+        self.clear_history();
+        let start = StartOfStep::of(self);
+        let outcome = self.predictor_step(step);
+        let end = start.restore(self);
         if let Err(error) = outcome {
-            self.forget();
+            self.clear_history();
             self.system.pressure.fill(0.0);
             return Err(error);
         }
-        let both = || self.system.velocity.iter().zip(&end);
-        self.before = both().map(|(start, end)| *start * 2.0 - *end).collect();
-        self.earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
-        (self.dt_before, self.dt_earlier) = (step.dt, step.dt);
+        self.history.extrapolate_backwards(step.dt, &self.system.velocity, &end);
         Ok(())
+    }
+
+    /// Stages 1 and 2 of a step; returns the averages of the particles at the nodes.
+    fn transport(&mut self, step: TimeStep) -> ConvectedVelocity<D> {
+        let flow = self.particles.convect(step, &self.history, &self.system, &self.interface);
+        self.particles.reseed(&flow, &self.system, &self.interface);
+        self.carry_along(&flow, step);
+        self.interface.follow(&self.system, &mut self.particles.columns, &mut self.notices);
+        self.interface.project(&self.system, &self.particles)
     }
 
     /// A step of backward Euler.
-    fn try_step(&mut self, step: TimeStep) -> Result<(), StepError> {
-        self.convect(step);
-        self.follow_interface();
-        let mut convected = self.project().mean;
-        self.system.boundary.impose(&self.system.mesh, [step.t, step.dt, 1.0], &mut convected);
+    fn predictor_step(&mut self, step: TimeStep) -> Result<(), StepError> {
+        let averaged = self.transport(step);
+        let convected = self.system.imposed(step, &averaged.mean);
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         for _ in 0..solutions {
-            let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-            self.system.solve(step, &phases, &convected)?;
+            self.system.solve(step, &self.interface.phases(), &convected)?;
         }
         self.system.subscales.settle();
-        self.remember(step, &convected);
-        self.carried.copy_from_slice(&self.acceleration);
-        let outside = self.push(step, &convected);
-        self.books.begin(&outside);
-        self.friction.begin(&self.system);
-        self.earlier_forces.clone_from(&self.forces);
+        self.history.keep_acceleration(step, &self.system.velocity, &convected);
+        self.history.acceleration_previous.copy_from_slice(&self.history.acceleration);
+        let action = self.forces.begin(&self.system, step, &convected);
+        self.balance.begin(&self.system, &self.interface, action);
         Ok(())
     }
+}
 
-    /// What walls and inlets give at once, when the run begins, to the nodes that they hold [J].
-    pub(in crate::pfem2) fn jolt(&self) -> f64 {
-        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
-        let mass = |node: usize| self.system.nodal_mass(node);
-        let gain =
-            |(node, held): (usize, Vector<D>)| 0.5 * mass(node) * (held.norm_squared() - velocity[node].norm_squared());
-        boundary.held(mesh, 0.0).into_iter().map(gain).sum()
-    }
+/// Kinetic energy of an impulsive start: what walls and inlets add to the nodes that they hold when the run begins [J].
+pub(in crate::pfem2) fn impulsive_energy<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> f64 {
+    let VelocityPressureSystem { mesh, boundary, velocity, .. } = system;
+    let mass = |node: usize| system.nodal_mass(node);
+    let gain =
+        |(node, held): (usize, Vector<D>)| 0.5 * mass(node) * (held.norm_squared() - velocity[node].norm_squared());
+    boundary.held(mesh, 0.0).into_iter().map(gain).sum()
 }

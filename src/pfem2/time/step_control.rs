@@ -16,20 +16,13 @@
 //! vanish together. d keeps an interface from running ahead of the flow by more than a tenth of an element in one step, which
 //! would make fingers where a heavy fluid runs into a light one.
 
+use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
 use crate::parallel;
-use crate::pfem2::Pfem2;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-
-/// The first step, over the longest that bounds allow: nothing is known yet of how the flow will change.
-const START: f64 = 0.1;
 
 /// Growth from one step to the next.
 const GROWTH: f64 = 1.25;
-
-/// The shortest step, over what carries the flow through one element and over the bounds of waves: noise of particles doesn't
-/// shrink with the step, and shorter steps would follow nothing else.
-const LEAST: f64 = 0.05;
 
 /// Errors in time below this part of the velocity shorten no step, whatever the mesh resolves.
 const FLOOR: f64 = 1e-3;
@@ -46,9 +39,6 @@ const ROUND_OFF: f64 = 1e-6;
 /// Elements that the interface may be off after a step.
 const INTERFACE: f64 = 0.1;
 
-/// Times at which lids and inlets are asked for their speed.
-const SAMPLES: usize = 16;
-
 /// Estimated errors of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ErrorEstimates {
@@ -60,7 +50,7 @@ pub struct ErrorEstimates {
     pub interface: f64,
 }
 
-/// Chooses automatic steps.
+/// Automatic steps by the errors of the last ones.
 #[derive(Debug, Clone, Copy)]
 pub struct StepControl {
     /// The largest error in time over that of the mesh; infinity: steps follow the other bounds alone.
@@ -93,56 +83,32 @@ impl StepControl {
     }
 }
 
-impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// The automatic step [s].
-    pub(in crate::pfem2) fn automatic_dt(&self) -> f64 {
-        let waves = self.wave_dt().min(self.capillary_dt());
-        let bound = waves.min(self.courant_dt());
-        match self.steps {
-            _ if !self.step_control.is_active() => bound,
-            0 => START * bound,
-            _ => bound.min(self.step_control.proposal.max(LEAST * waves.min(self.system.crossing_time()))),
-        }
-    }
-
-    /// The shortest and the longest automatic steps that may be expected up to the time `end` [s]: of one element and of `courant`,
-    /// with the speed that lids, inlets and the fall of fluids can make. `None` where nothing tells the speed.
-    pub(in crate::pfem2) fn foreseen(&self, end: f64) -> Option<[f64; 2]> {
-        let crossing = self.system.shortest() / self.foreseen_speed(end);
-        let waves = self.wave_dt().min(self.capillary_dt());
-        let least = crossing.min(0.2 * waves);
-        crossing.is_finite().then(|| [least, waves.min(crossing * self.courant).max(least)])
-    }
-
-    /// The speed that the start, walls and inlets up to the time `end` [s], and the fall of fluids can make [m/s].
-    fn foreseen_speed(&self, end: f64) -> f64 {
-        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
-        let times = (0..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
-        let held = times.flat_map(|t| boundary.held(mesh, t)).map(|(_, v)| v.norm()).fold(0.0, f64::max);
-        let start = velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        let fall = self.available.as_ref().map_or(0.0, |available| available.energy());
-        // The heavy parts of a flow are about as fast as if all that can be set free moved them alone.
-        held.max(start).max((2.0 * fall / self.totals.mass).sqrt())
-    }
-
-    /// Estimates the errors of the step that is done, for the next one.
-    pub(in crate::pfem2) fn estimate(&mut self, dt: f64) {
-        let Self { system, before, earlier, acceleration, carried, .. } = self;
+impl StepControl {
+    /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic energy so far [J].
+    pub(in crate::pfem2) fn estimate<const D: usize, const N: usize>(
+        &mut self,
+        dt: f64,
+        system: &VelocityPressureSystem<D, N>,
+        history: &TimeHistory<D>,
+        peak: f64,
+    ) {
+        let TimeHistory { velocity_previous: previous, velocity_earlier: earlier, .. } = history;
+        let (acceleration, acceleration_previous) = (&history.acceleration, &history.acceleration_previous);
         let nodes = system.velocity.len();
         let mass = parallel::collect(nodes, 256, |node| system.nodal_mass(node));
         let norm = |value: &(dyn Fn(usize) -> Vector<D> + Sync)| {
             parallel::sum(nodes, |i| mass[i] * value(i).norm_squared()).sqrt()
         };
-        let follows = if self.dt_before > 0.0 { dt / self.dt_before } else { 0.0 };
-        let off = |i: usize| system.velocity[i] - before[i] - (before[i] - earlier[i]) * follows;
+        let extends = if history.dt_previous > 0.0 { dt / history.dt_previous } else { 0.0 };
+        let off = |i: usize| system.velocity[i] - previous[i] - (previous[i] - earlier[i]) * extends;
         let velocity = norm(&|i| system.velocity[i]);
-        let time = 0.5 * norm(&off).max(dt * norm(&|i| acceleration[i] - carried[i]));
+        let time = 0.5 * norm(&off).max(dt * norm(&|i| acceleration[i] - acceleration_previous[i]));
         let fall = norm(&|i| system.force[i]) * dt;
-        let least = AT_REST * (2.0 * self.books.peak()).sqrt() + ROUND_OFF * fall;
+        let least = AT_REST * (2.0 * peak).sqrt() + ROUND_OFF * fall;
         let interface = interface_error(system, |i| 0.5 * dt * off(i).norm());
         let scale = velocity.max(f64::MIN_POSITIVE);
         let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface };
-        self.step_control.learn(dt, errors, least / scale);
+        self.learn(dt, errors, least / scale);
     }
 }
 

@@ -33,7 +33,8 @@ const ALONE: f64 = -2.0;
 const NOBODY: usize = usize::MAX;
 
 /// A and b by columns [1/s], and the reach of the Taylor polynomials [s], of all elements.
-pub(super) struct Rates {
+#[derive(Clone)]
+pub struct Rates {
     rows: Vec<Row>,
 }
 

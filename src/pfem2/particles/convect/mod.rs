@@ -14,6 +14,7 @@ mod streamline;
 #[cfg(test)]
 mod tests;
 
+pub(in crate::pfem2) use eight::Rates;
 pub use projectile::Continued;
 pub use streamline::{End, MeshPoint, Walk};
 
@@ -22,8 +23,9 @@ use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::boundary::BoundaryKind;
-use eight::{Rates, Travellers, travel};
+use eight::{Travellers, travel};
 use projectile::{HeavyField, Projectile};
+use std::borrow::Cow;
 use streamline::{Stream, walk};
 
 /// Particles per parallel task.
@@ -187,13 +189,23 @@ impl<const D: usize, const N: usize> Travellers<N> for Traces<'_, D, N> {
 pub struct Streamlines<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
     flow: Flow<'a, D>,
-    rates: Rates,
+    rates: Cow<'a, Rates>,
 }
 
 impl<'a, const D: usize, const N: usize> Streamlines<'a, D, N> {
     /// Prepares the elements of the mesh.
     pub fn new(mesh: &'a Mesh<D, N>, flow: &Flow<'a, D>) -> Self {
-        Self { mesh, flow: *flow, rates: Rates::new(mesh, flow.velocity, |_| true) }
+        Self { mesh, flow: *flow, rates: Cow::Owned(Rates::new(mesh, flow.velocity, |_| true)) }
+    }
+
+    /// With the elements as [`Streamlines::new`] prepared them for the same velocity.
+    pub(in crate::pfem2) fn with_rates(mesh: &'a Mesh<D, N>, flow: &Flow<'a, D>, rates: &'a Rates) -> Self {
+        Self { mesh, flow: *flow, rates: Cow::Borrowed(rates) }
+    }
+
+    /// The prepared elements.
+    pub(in crate::pfem2) fn into_rates(self) -> Rates {
+        self.rates.into_owned()
     }
 
     /// Follows the streamline for `time` [s], forwards (`sign` 1) or backwards (−1).

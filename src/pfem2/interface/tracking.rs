@@ -1,0 +1,123 @@
+//! Where the interfaces between the fluids are: fractions and level set at the nodes, and what they are followed with.
+
+use super::inflow::InflowComposition;
+use super::level_set::{self, InflowDepth, LevelSet, Opening};
+use super::outline::Outline;
+use super::phases::Phases;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::project::{ConvectedVelocity, project};
+use crate::pfem2::particles::tracking::ParticleTracking;
+
+/// The interfaces of a run.
+#[derive(Debug, Clone)]
+pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
+    /// Density of each fluid [kg/m³].
+    pub density: Vec<f64>,
+    /// Fraction of each fluid at the nodes, by fluid and node.
+    pub fraction: Vec<Vec<f64>>,
+    /// Level set at the nodes, negative in the heavier of two fluids.
+    pub level: Vec<f64>,
+    /// Source of `level`, if it is sharp.
+    pub sharp: Option<LevelSet>,
+    /// The last shift of the level set [m].
+    pub shift: f64,
+    /// The largest factor between the last weights of shares.
+    pub weight: f64,
+    /// Volume of the fluid inside the level set at the start, if shifts keep it [m³].
+    pub kept_volume: Option<f64>,
+    /// Volume of each of several fluids at the start, if weights of their shares keep them [m³].
+    pub kept_volumes: Option<Vec<f64>>,
+    /// Volume that has left through open boundaries, of the fluid inside the level set and of both [m³].
+    pub outflow: [f64; 2],
+    /// Facets through which it may leave.
+    pub openings: Vec<Opening<D>>,
+    /// Fluids that come in through them.
+    pub inflow: InflowComposition<D>,
+    /// The interfaces as surfaces, after the last step.
+    pub outline: Outline,
+}
+
+impl<const D: usize> InterfaceTracking<D> {
+    /// Of fluids with these densities [kg/m³]; with two, `level_set` may be sharp.
+    pub fn new(density: Vec<f64>, level_set: Option<LevelSet>) -> Self {
+        Self {
+            sharp: level_set.filter(|_| density.len() == 2),
+            density,
+            fraction: Vec::new(),
+            level: Vec::new(),
+            shift: 0.0,
+            weight: 1.0,
+            kept_volume: None,
+            kept_volumes: None,
+            outflow: [0.0; 2],
+            openings: Vec::new(),
+            inflow: InflowComposition::default(),
+            outline: Outline::default(),
+        }
+    }
+
+    /// Phases at the nodes.
+    pub fn phases(&self) -> Phases<'_> {
+        Phases { density: &self.density, fraction: &self.fraction, level: &self.level }
+    }
+
+    /// Stage 2: averages of the particles at the nodes. Fractions and level set stay here; returns the convected velocity v̂ [m/s]
+    /// (Becker (37)–(39); theory G.2, G.11).
+    pub fn project<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        particles: &ParticleTracking<D>,
+    ) -> ConvectedVelocity<D> {
+        let VelocityPressureSystem { mesh, velocity, .. } = system;
+        let projected = project(mesh, &particles.columns, &self.density, particles.rules.kernel, velocity);
+        self.fraction = projected.fraction;
+        self.level = match (&self.sharp, self.density.len()) {
+            (Some(sharp), _) => sharp.level.clone(),
+            (None, 2) => {
+                let inside = self.phases().heavier();
+                let mut level = level_set::pseudo(&self.fraction[inside]);
+                level_set::absorb_isolated_nodes(mesh, &mut level);
+                level
+            }
+            _ => Vec::new(),
+        };
+        if self.density.len() > 2 {
+            self.weigh_shares(mesh);
+        }
+        projected.velocity
+    }
+
+    /// Finds the interfaces as surfaces.
+    pub fn trace<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
+        self.outline = Outline::new(&system.mesh, &self.phases(), &system.velocity);
+    }
+
+    /// Fluids that flow in, from the state at the start on.
+    pub fn begin_inflow<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
+        let VelocityPressureSystem { mesh, boundary, .. } = system;
+        self.inflow = InflowComposition::new(mesh, boundary, self.sharp.as_ref(), &self.phases());
+    }
+
+    /// Distances that give inflow its depth in a step of v* [m/s], with a sharp level set and open boundaries. Particles behind
+    /// facets at which an interface begins take theirs at once.
+    pub fn inflow_depth<const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        velocity: &[Vector<D>],
+        particles: &mut Particles<D>,
+    ) -> Option<InflowDepth> {
+        let openings = &self.openings[..];
+        let set = self.sharp.as_ref().filter(|_| !openings.is_empty())?;
+        Some(InflowDepth::new(mesh, set, openings, velocity, particles))
+    }
+
+    /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells it.
+    pub fn inflow_density<const N: usize>(&self, place: usize) -> Option<f64> {
+        let (level, inside) = (self.inflow.level(place)?, usize::from(self.sharp.as_ref()?.inside));
+        let share = level_set::share_inside::<D, N>(&level);
+        Some(share * self.density[inside] + (1.0 - share) * self.density[1 - inside])
+    }
+}

@@ -1,0 +1,140 @@
+//! The columns of a checkpoint: all that a run goes on from with the same bits.
+
+use crate::pfem2::Pfem2;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::tracking::ParticleEvents;
+use crate::pfem2::time::step_control::ErrorEstimates;
+use crate::simulation::{Column, MOST_COUNTED};
+
+/// What doesn't fit together in restored columns.
+pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
+    let Particles { position, velocity, fluid, depth, element, .. } = &pfem.particles.columns;
+    let count = position.len();
+    if [velocity.len(), fluid.len(), depth.len(), element.len()].iter().any(|&other| other != count) {
+        return Some(format!("its columns hold different numbers of particles, {count} positions among them"));
+    }
+    let (elements, fluids) = (pfem.system.mesh.elements().len(), pfem.interface.density.len());
+    if element.iter().any(|&e| e as usize >= elements) {
+        return Some(format!("a particle lies in an element that the mesh of {elements} doesn't have"));
+    }
+    if fluid.iter().any(|&f| usize::from(f) >= fluids) {
+        return Some(format!("a particle is of a fluid beyond the {fluids} there are"));
+    }
+    let ParticleEvents { left, stuck, added, inflow, merged, joined, empty } = pfem.particles.events;
+    let age = pfem.interface.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
+    let counted = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.system.preconditioners, age];
+    if counted.iter().any(|&count| count > MOST_COUNTED) {
+        return Some("it counts more than any run does".to_owned());
+    }
+    if !finite(pfem) {
+        return Some("it holds numbers that are not finite".to_owned());
+    }
+    if let Some(misfit) = pfem.notices.misfit() {
+        return Some(misfit);
+    }
+    (!pfem.system.fits(&pfem.solver_state)).then(|| "the kept matrix is that of another mesh".to_owned())
+}
+
+/// True if all numbers that the next step starts from are finite, and lengths and times positive.
+fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
+    let vectors = [
+        &pfem.particles.columns.position,
+        &pfem.particles.columns.velocity,
+        &pfem.system.velocity,
+        &pfem.history.velocity_previous,
+    ];
+    // A fluid that has the mesh to itself is infinitely far from any interface.
+    let distances = [&pfem.particles.columns.depth, &pfem.interface.level];
+    let level = pfem.interface.sharp.as_ref().is_none_or(|sharp| {
+        sharp.band > 0.0 && sharp.band.is_finite() && sharp.level.iter().all(|phi| phi.is_finite())
+    });
+    let times = [pfem.history.dt_previous, pfem.history.dt_earlier, pfem.limits.control.proposal];
+    vectors.iter().all(|column| column.iter().all(|v| v.is_finite()))
+        && pfem.system.pressure.iter().all(|pressure| pressure.is_finite())
+        && distances.iter().all(|column| column.iter().all(|distance| !distance.is_nan()))
+        && level
+        && times.iter().all(|&time| time >= 0.0)
+        && [pfem.interface.shift, pfem.interface.weight, pfem.particles.unresolved_energy]
+            .iter()
+            .all(|number| number.is_finite())
+}
+
+/// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
+pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    pfem.solver_state = pfem.system.memory();
+    let mut counters = pfem.solver_state.counters.to_vec();
+    visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
+    visit("solver/counters", Column::new(&mut counters));
+    pfem.solver_state.counters.iter_mut().zip(counters).for_each(|(kept, read)| *kept = read);
+    let particles = &mut pfem.particles.columns;
+    visit("particles/position", Column::growing(&mut particles.position));
+    visit("particles/velocity", Column::growing(&mut particles.velocity));
+    visit("particles/fluid", Column::growing(&mut particles.fluid));
+    visit("particles/depth", Column::growing(&mut particles.depth));
+    visit("particles/element", Column::growing(&mut particles.element));
+    visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
+    visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
+    visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));
+    visit("nodes/followed", Column::new(&mut pfem.system.subscales.followed));
+    visit("nodes/force", Column::new(&mut pfem.system.force));
+    visit("nodes/before", Column::new(&mut pfem.history.velocity_previous));
+    visit("nodes/earlier", Column::new(&mut pfem.history.velocity_earlier));
+    visit("nodes/acceleration", Column::new(&mut pfem.history.acceleration));
+    visit("nodes/carried", Column::new(&mut pfem.history.acceleration_previous));
+    visit("nodes/level", Column::new(&mut pfem.interface.level));
+    for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.interface.fraction) {
+        visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
+    }
+    visit("books/works", Column::new(&mut pfem.balance.ledger.entries));
+    visit("books/last", Column::new(&mut pfem.balance.ledger.last));
+    visit("books/start", Column::new(&mut pfem.balance.ledger.start));
+    visit("books/peak", Column::new(&mut pfem.balance.ledger.peak));
+    visit("friction/power", Column::new(&mut pfem.balance.friction.power));
+    visit("friction/change", Column::new(&mut pfem.balance.friction.change));
+    visit("forces", Column::new(&mut pfem.forces.last));
+    visit("forces/earlier", Column::new(&mut pfem.forces.previous));
+    // Nothing depends on these, but the state is shown with them.
+    visit("forces/mean", Column::new(&mut pfem.forces.mean));
+    let mut shown = vec![pfem.interface.shift, pfem.interface.weight, pfem.particles.unresolved_energy];
+    visit("shift, weight, unresolved", Column::new(&mut shown));
+    if let [shift, weight, unresolved] = shown[..] {
+        (pfem.interface.shift, pfem.interface.weight, pfem.particles.unresolved_energy) = (shift, weight, unresolved);
+    }
+    let errors = pfem.limits.control.errors;
+    let control = &mut pfem.limits.control;
+    let mut clock = vec![
+        pfem.history.dt_previous,
+        pfem.history.dt_earlier,
+        control.proposal,
+        errors.time,
+        errors.mesh,
+        errors.interface,
+    ];
+    visit("dt", Column::new(&mut clock));
+    if let [before, earlier, proposal, time, mesh, interface] = clock[..] {
+        (pfem.history.dt_previous, pfem.history.dt_earlier, control.proposal) = (before, earlier, proposal);
+        control.errors = ErrorEstimates { time, mesh, interface };
+    }
+    pfem.notices.columns(visit);
+    let counts = &mut pfem.particles.events;
+    let ParticleEvents { left, stuck, added, inflow, merged, joined, empty } = *counts;
+    let iterations = pfem.system.outcome.iterations as u64;
+    let mut numbers =
+        vec![pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.system.preconditioners, iterations];
+    visit("counts", Column::new(&mut numbers));
+    if let [steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations] = numbers[..] {
+        (pfem.steps, pfem.system.preconditioners) = (steps, preconditioners);
+        pfem.system.outcome.iterations = iterations as usize;
+        *counts = ParticleEvents { left, stuck, added, inflow, merged, joined, empty };
+    }
+    if let Some(sharp) = &mut pfem.interface.sharp {
+        let [inside, all] = pfem.interface.outflow;
+        let mut state = vec![sharp.band, sharp.age as f64, inside, all];
+        visit("level set/level", Column::new(&mut sharp.level));
+        visit("level set/state", Column::new(&mut state));
+        if let [band, age, inside, all] = state[..] {
+            (sharp.band, sharp.age) = (band, age as usize);
+            pfem.interface.outflow = [inside, all];
+        }
+    }
+}
