@@ -7,25 +7,116 @@
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::simulation::Column;
 use std::ops::Range;
 
-/// Columns of particles; the same index in every column is the same particle.
-#[derive(Debug, Clone, Default)]
-pub struct Particles<const D: usize> {
+/// The columns of particles, one entry each: its type, the memory that it is sorted into, and what two particles that merge
+/// leave in it: their mean, or the value of the one that is kept.
+macro_rules! particle_columns {
+    ($($(#[$doc:meta])* $name:ident: $type:ty, sorted in $spare:ident, merged to $merge:ident;)*) => {
+        /// Columns of particles; the same index in every column is the same particle.
+        #[derive(Debug, Clone, Default)]
+        pub struct Particles<const D: usize> {
+            $($(#[$doc])* pub $name: Vec<$type>,)*
+            /// Columns that a law or a phase asks for.
+            optional: Vec<OptionalColumn>,
+            /// Particles of element e are `first[e]..first[e + 1]`.
+            first: Vec<u32>,
+            /// Memory for the sort, kept because fresh pages cost more than the sort itself.
+            spare: Spare<D>,
+        }
+
+        impl<const D: usize> Particles<D> {
+            /// Appends a particle of zeros.
+            fn push_zeros(&mut self) {
+                $(self.$name.push(Default::default());)*
+                self.optional.iter_mut().for_each(OptionalColumn::push_zeros);
+            }
+
+            /// Brings all columns into a new order.
+            fn reorder(&mut self, order: &[u32], spare: &mut Spare<D>) {
+                $(gather(order, &mut self.$name, &mut spare.$spare);)*
+                self.optional.iter_mut().for_each(|column| column.reorder(order, &mut spare.floats));
+            }
+
+            /// Makes one particle, `keep`, of two. [`Particles::sort`] has to follow, which drops the other.
+            pub(super) fn merge(&mut self, keep: usize, drop: usize) {
+                $($merge(&mut self.$name, keep, drop);)*
+                self.optional.iter_mut().for_each(|column| column.merge(keep, drop));
+                self.element[drop] = GONE;
+            }
+
+            /// Shows all columns to a checkpoint.
+            pub(in crate::pfem2) fn visit_columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+                $(visit(concat!("particles/", stringify!($name)), Column::growing(&mut self.$name));)*
+                for column in &mut self.optional {
+                    let components = column.components;
+                    let lent = Column { components, ..Column::growing(&mut column.values) };
+                    visit(&format!("particles/{}", column.name), lent);
+                }
+            }
+
+            /// True if all columns hold as many particles.
+            pub(in crate::pfem2) fn is_consistent(&self) -> bool {
+                let count = self.position.len();
+                let optional = |column: &OptionalColumn| column.values.len() == count * column.components;
+                [$(self.$name.len()),*].iter().all(|&other| other == count) && self.optional.iter().all(optional)
+            }
+        }
+    };
+}
+
+particle_columns! {
     /// Position x_p [m].
-    pub position: Vec<Vector<D>>,
+    position: Vector<D>, sorted in vectors, merged to mean;
     /// Velocity v_p [m/s].
-    pub velocity: Vec<Vector<D>>,
+    velocity: Vector<D>, sorted in vectors, merged to mean;
     /// Index of the fluid.
-    pub fluid: Vec<u8>,
+    fluid: u8, sorted in bytes, merged to kept;
     /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
-    pub depth: Vec<f64>,
+    depth: f64, sorted in floats, merged to mean;
     /// The element that holds the particle; ascending after [`Particles::sort`].
-    pub element: Vec<u32>,
-    /// Particles of element e are `first[e]..first[e + 1]`.
-    first: Vec<u32>,
-    /// Memory for the sort, kept because fresh pages cost more than the sort itself.
-    spare: Spare<D>,
+    element: u32, sorted in elements, merged to kept;
+}
+
+/// Two particles that merge leave the mean of their values.
+fn mean<T>(column: &mut [T], keep: usize, drop: usize)
+where
+    T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f64, Output = T>,
+{
+    column[keep] = (column[keep] + column[drop]) * 0.5;
+}
+
+/// Two particles that merge leave the value of the one that is kept.
+fn kept<T>(_: &mut [T], _: usize, _: usize) {}
+
+/// A column of some numbers per particle, as a law needs it for its history.
+#[derive(Debug, Clone)]
+struct OptionalColumn {
+    name: &'static str,
+    components: usize,
+    /// The numbers, particle after particle.
+    values: Vec<f64>,
+}
+
+impl OptionalColumn {
+    fn push_zeros(&mut self) {
+        self.values.resize(self.values.len() + self.components, 0.0);
+    }
+
+    fn reorder(&mut self, order: &[u32], spare: &mut Vec<f64>) {
+        let (values, count) = (&self.values, self.components);
+        spare.resize(order.len() * count, 0.0);
+        parallel::fill(spare, parallel::CHUNK, |i| values[order[i / count] as usize * count + i % count]);
+        std::mem::swap(&mut self.values, spare);
+    }
+
+    fn merge(&mut self, keep: usize, drop: usize) {
+        for component in 0..self.components {
+            let [keep, drop] = [keep, drop].map(|p| p * self.components + component);
+            mean(&mut self.values, keep, drop);
+        }
+    }
 }
 
 /// Columns to sort into.
@@ -71,6 +162,18 @@ impl<const D: usize> Particles<D> {
         particles
     }
 
+    /// Adds a column of `components` numbers per particle that a law or a phase asks for, filled with zeros; it is sorted, merged
+    /// and part of a checkpoint as the others are.
+    pub fn add_column(&mut self, name: &'static str, components: usize) {
+        let values = vec![0.0; self.len() * components];
+        self.optional.push(OptionalColumn { name, components, values });
+    }
+
+    /// The numbers of a column that [`Particles::add_column`] added, particle after particle.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.optional.iter().find(|column| column.name == name).map(|column| &column.values[..])
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.position.len()
@@ -93,22 +196,17 @@ impl<const D: usize> Particles<D> {
 
     /// Appends a particle. [`Particles::sort`] has to follow.
     pub fn push(&mut self, position: Vector<D>, velocity: Vector<D>, fluid: u8, element: u32) {
-        self.position.push(position);
-        self.velocity.push(velocity);
-        self.fluid.push(fluid);
-        self.depth.push(0.0);
-        self.element.push(element);
+        let p = self.position.len();
+        self.push_zeros();
+        (self.position[p], self.velocity[p]) = (position, velocity);
+        (self.fluid[p], self.element[p]) = (fluid, element);
     }
 
     /// Sorts by element and drops the particles whose element is [`GONE`]; those of one element keep their order.
     pub fn sort(&mut self) {
         let order = self.count_and_order();
         let mut spare = std::mem::take(&mut self.spare);
-        gather(&order, &mut self.position, &mut spare.vectors);
-        gather(&order, &mut self.velocity, &mut spare.vectors);
-        gather(&order, &mut self.fluid, &mut spare.bytes);
-        gather(&order, &mut self.depth, &mut spare.floats);
-        gather(&order, &mut self.element, &mut spare.elements);
+        self.reorder(&order, &mut spare);
         self.spare = Spare { order, ..spare };
     }
 
@@ -223,7 +321,26 @@ mod tests {
     }
 
     #[test]
-    fn sorting_is_stable_and_drops_who_is_gone() {
+    fn a_column_of_a_law_is_sorted_and_merged_with_the_others() {
+        let mut particles = Particles::<2> { first: vec![0; 4], ..Particles::default() };
+        particles.add_column("stress", 2);
+        for element in [2, 0, 1, 0] {
+            particles.push(Vector::ZERO, Vector::ZERO, 0, element);
+        }
+        particles.optional[0].values = vec![4.0, 5.0, 0.0, 1.0, 2.0, 3.0, 6.0, 7.0];
+        particles.sort();
+        assert_eq!(particles.column("stress").unwrap(), [0.0, 1.0, 6.0, 7.0, 2.0, 3.0, 4.0, 5.0]);
+        particles.merge(0, 1);
+        particles.sort();
+        assert_eq!(particles.column("stress").unwrap(), [3.0, 4.0, 2.0, 3.0, 4.0, 5.0]);
+        assert!(particles.is_consistent());
+        let mut names = Vec::new();
+        particles.visit_columns(&mut |name, column| names.push((name.to_owned(), column.components)));
+        assert_eq!(names.last(), Some(&("particles/stress".to_owned(), 2)));
+    }
+
+    #[test]
+    fn sorting_is_stable_and_drops_particles_that_left() {
         let mut particles = Particles::<2> { first: vec![0; 9], ..Particles::default() };
         for (p, element) in [5, GONE, 0, 5, 7, 0, GONE, 5].into_iter().enumerate() {
             particles.push(Vector::ZERO, Vector::ZERO, p as u8, element);

@@ -8,9 +8,9 @@ use crate::simulation::{Column, MOST_COUNTED};
 
 /// What doesn't fit together in restored columns.
 pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
-    let Particles { position, velocity, fluid, depth, element, .. } = &pfem.particles.columns;
-    let count = position.len();
-    if [velocity.len(), fluid.len(), depth.len(), element.len()].iter().any(|&other| other != count) {
+    let particles = &pfem.particles.columns;
+    let (count, Particles { fluid, element, .. }) = (particles.len(), particles);
+    if !particles.is_consistent() {
         return Some(format!("its columns hold different numbers of particles, {count} positions among them"));
     }
     let (elements, fluids) = (pfem.system.mesh.elements().len(), pfem.interface.density.len());
@@ -66,12 +66,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
     visit("solver/counters", Column::new(&mut counters));
     pfem.solver_state.counters.iter_mut().zip(counters).for_each(|(kept, read)| *kept = read);
-    let particles = &mut pfem.particles.columns;
-    visit("particles/position", Column::growing(&mut particles.position));
-    visit("particles/velocity", Column::growing(&mut particles.velocity));
-    visit("particles/fluid", Column::growing(&mut particles.fluid));
-    visit("particles/depth", Column::growing(&mut particles.depth));
-    visit("particles/element", Column::growing(&mut particles.element));
+    pfem.particles.columns.visit_columns(visit);
     visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
     visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
     visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));

@@ -147,12 +147,7 @@ impl<const D: usize> Particles<D> {
     fn thin<const N: usize>(&mut self, edit: &Edit<N>) -> bool {
         match *edit {
             Edit::Add(_) => return false,
-            Edit::Merge { keep, drop } => {
-                self.position[keep] = (self.position[keep] + self.position[drop]) * 0.5;
-                self.velocity[keep] = (self.velocity[keep] + self.velocity[drop]) * 0.5;
-                self.depth[keep] = (self.depth[keep] + self.depth[drop]) * 0.5;
-                self.element[drop] = GONE;
-            }
+            Edit::Merge { keep, drop } => self.merge(keep, drop),
             Edit::Drop { particle } => self.element[particle] = GONE,
         }
         true
@@ -180,7 +175,7 @@ impl<const D: usize> Particles<D> {
             if count > density.most {
                 let members = own.iter().filter(|&&p| cells(p) >> cell & 1 == 1).map(|&p| p as usize);
                 let members = members.filter(|&p| !merges(&edits, p)).collect();
-                self.merge(members, density.most, place.position(mesh), &mut edits);
+                self.merge_closest(members, density.most, place.position(mesh), &mut edits);
             }
         }
         edits
@@ -188,7 +183,13 @@ impl<const D: usize> Particles<D> {
 
     /// Merges the closest pairs of one fluid until `most` are left, each particle at most once; of pairs that are
     /// equally close, the one whose middle is nearest to the centre of the sub-cell [m].
-    fn merge<const N: usize>(&self, mut members: Vec<usize>, most: usize, center: Vector<D>, edits: &mut Vec<Edit<N>>) {
+    fn merge_closest<const N: usize>(
+        &self,
+        mut members: Vec<usize>,
+        most: usize,
+        center: Vector<D>,
+        edits: &mut Vec<Edit<N>>,
+    ) {
         let distance = |&(a, b): &(usize, usize)| (self.position[a] - self.position[b]).norm_squared();
         let aside = |&(a, b): &(usize, usize)| ((self.position[a] + self.position[b]) * 0.5 - center).norm_squared();
         let mut left = members.len();
