@@ -8,6 +8,7 @@ use lateen::pfem2::boundary::{BoundarySetup, Condition};
 use lateen::pfem2::equations::element::{Mass, Stabilisation};
 use lateen::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use lateen::pfem2::interface::Enrichment;
+use lateen::pfem2::interface::phase_list::PhaseList;
 use lateen::pfem2::interface::phases::Phases;
 use lateen::pfem2::particles::Particles;
 use lateen::pfem2::particles::project::Kernel;
@@ -62,7 +63,9 @@ fn disturbed(outlet: Condition<2>) -> (f64, f64) {
     for k in 0..STEPS {
         let step = TimeStep { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
         let convected = system.velocity.clone();
-        system.solve(step, &Phases { density: &[1.0], fraction: &[], level: &[] }, &convected).unwrap();
+        system
+            .solve(step, &Phases { list: &PhaseList::fluids(&[1.0]), fraction: &[], level: &[] }, &convected)
+            .unwrap();
     }
     let nodes = || system.mesh.nodes().iter();
     let exact = |x: &Vector<2>| 8.0 * VISCOSITY * (LENGTH - x[0]);

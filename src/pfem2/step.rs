@@ -18,6 +18,7 @@
 
 use super::boundary::Boundary;
 use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
+use super::interface::phase_list::{Phase, PhaseList};
 use super::interface::tracking::InterfaceTracking;
 use super::particles::FrozenFlow;
 use super::particles::reseed::ParticleCounts;
@@ -147,13 +148,13 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
         let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
-        let density: Vec<f64> = fluids.iter().map(|fluid| fluid.density).collect();
+        let phases = fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding)).collect();
         let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
         let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
         let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear);
         let mut pfem = Self {
             particles: ParticleTracking::new(setup.particles, rules),
-            interface: InterfaceTracking::new(density, setup.level_set),
+            interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
             history: TimeHistory::new(setup.scheme, &system.velocity),
             forces: BoundaryForces::new(&system),
             balance: EnergyBalance::new(places.len()),
@@ -257,7 +258,6 @@ fn rules<const D: usize, const N: usize>(setup: &Setup<D, N>) -> ParticleRules {
     let is_projectile = |rho: f64| setup.fluids.len() == 2 && rho >= setup.projectile_ratio * lightest;
     ParticleRules {
         kernel: setup.kernel,
-        reseeding: setup.reseeding,
         target: ParticleCounts::new::<D>(setup.particles.len() / setup.mesh.elements().len()),
         is_projectile: density().map(is_projectile).collect(),
         relaxation: setup.relaxation,

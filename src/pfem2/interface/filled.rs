@@ -25,7 +25,7 @@ struct Piece<const D: usize> {
 pub fn pieces<const D: usize, const N: usize>(pfem: &Pfem2<D, N>, fluid: usize, bounds: &Bounds) -> PointSet<'static> {
     let elements = 0..pfem.system.mesh.elements().len();
     let pieces: Vec<Piece<D>> = elements.flat_map(|e| of_element(pfem, fluid, e, bounds)).collect();
-    let density = pfem.interface.density[fluid];
+    let density = pfem.interface.list.density()[fluid];
     let volumes: Vec<f64> = pieces.iter().map(|piece| piece.volume).collect();
     let masses: Vec<f64> = volumes.iter().map(|volume| density * volume).collect();
     let velocity: Vec<f64> = pieces.iter().flat_map(|piece| piece.velocity.to3()).collect();

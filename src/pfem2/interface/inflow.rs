@@ -1,6 +1,7 @@
 //! What open boundaries bring: the fluid that they name, or that of each place at the start (theory F.10, G.4).
 
 use super::level_set::{self, Brings, InflowDepth, LevelSet};
+use super::phase_list::PhaseList;
 use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -17,8 +18,8 @@ pub struct InflowComposition<const D: usize> {
     fraction: Vec<Vec<f64>>,
     /// The level set of two fluids at the start.
     both: Vec<f64>,
-    /// Densities of the fluids [kg/m³].
-    density: Vec<f64>,
+    /// The phases.
+    list: PhaseList,
 }
 
 impl<const D: usize> InflowComposition<D> {
@@ -30,8 +31,8 @@ impl<const D: usize> InflowComposition<D> {
         phases: &Phases,
     ) -> Self {
         let Some(set) = sharp else {
-            let [both, density] = [phases.level, phases.density].map(<[f64]>::to_vec);
-            return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), both, density };
+            let (both, list) = (phases.level.to_vec(), phases.list.clone());
+            return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), both, list };
         };
         let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
             (Some(fluid), _) => Brings::Named(fluid == set.inside),
@@ -58,13 +59,13 @@ impl<const D: usize> InflowComposition<D> {
         way: Vector<D>,
     ) -> (u8, f64) {
         let Some(((set, entering), corners)) = sharp.zip(self.level(inflow.facet)) else {
-            let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.both };
+            let phases = Phases { list: &self.list, fraction: &self.fraction, level: &self.both };
             let fluid = || phases.at_place(&mesh.elements()[place.element], &place.shape) as u8;
             return (inflow.fluid.unwrap_or_else(fluid), f64::INFINITY);
         };
         let facet = mesh.boundary()[inflow.facet];
         let held = level_set::on_facet(facet, &corners, place);
-        let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering), 1 - set.inside);
+        let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering));
         (inflow.fluid.unwrap_or(own), depth)
     }
 }

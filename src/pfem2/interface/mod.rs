@@ -3,6 +3,7 @@
 //! ```text
 //! tracking          fractions and level set at the nodes during a run                  theory G.2, G.11
 //! level_set         φ at the nodes, negative in one of two fluids                       Becker (37), theory G.2–G.6
+//! phase_list        the phases by role and density
 //! phases            the fluid of a node, of an element, of a cut element's sides        theory G.1
 //! volumes           the volume of each fluid, kept by shifts of φ or weights of shares  theory G.6
 //! share_weights     these weights                                                       theory (G.8)
@@ -19,6 +20,7 @@ pub(super) mod filled;
 pub(super) mod inflow;
 pub mod level_set;
 pub mod outline;
+pub mod phase_list;
 pub mod phases;
 mod share_weights;
 mod sub_simplices;

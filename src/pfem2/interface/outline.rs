@@ -56,6 +56,7 @@ pub(in crate::pfem2) fn size<const D: usize>(facet: &[Vector<D>; D]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::phase_list::PhaseList;
     use super::*;
     use std::f64::consts::PI;
 
@@ -64,7 +65,7 @@ mod tests {
         let radius = 0.61;
         let level: Vec<f64> = mesh.nodes().iter().map(|x| x.norm() - radius).collect();
         let velocity: Vec<Vector<D>> = mesh.nodes().iter().map(|x| *x * 3.0).collect();
-        let phases = Phases { density: &[2.0, 1.0], fraction: &[], level: &level };
+        let phases = Phases { list: &PhaseList::fluids(&[2.0, 1.0]), fraction: &[], level: &level };
         let outline = Outline::new(mesh, &phases, &velocity);
         let facets = outline.facets(D);
         assert_eq!(facets.len(), outline.size.len());

@@ -7,8 +7,9 @@
 //! more than two                not split: mass from the nodal fractions, viscosity and ∫dV/ρ from their means
 //! ```
 //!
-//! The fluid of a node is the one with the largest fraction; of equal ones the heaviest.
+//! The fluid of a node is the one with the largest fraction; of equal ones the first in the order of [`PhaseList`], the heaviest.
 
+use super::phase_list::PhaseList;
 use super::{Cut, Medium, is_cut};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -19,7 +20,7 @@ use crate::pfem2::equations::element::Content;
 pub enum Filling<const N: usize> {
     /// One fluid.
     Pure(usize),
-    /// Two fluids, the heavier first, and a level set that is negative in it.
+    /// Two phases, and a level set that is negative in the first.
     Cut([usize; 2], [f64; N]),
     /// More than two; mean fraction of each.
     Mixed(Vec<f64>),
@@ -28,56 +29,42 @@ pub enum Filling<const N: usize> {
 /// Nodal phases as the projection left them.
 #[derive(Debug, Clone, Copy)]
 pub struct Phases<'a> {
-    /// Densities of the fluids [kg/m³].
-    pub density: &'a [f64],
+    /// The phases by their numbers.
+    pub list: &'a PhaseList,
     /// Fraction of each fluid at each node, by fluid and node.
     pub fraction: &'a [Vec<f64>],
-    /// With two fluids: level set, negative in the heavier one.
+    /// With two phases: level set, negative in the first of their sides.
     pub level: &'a [f64],
 }
 
 impl Phases<'_> {
     /// The fluid of a node.
     pub fn at(&self, node: usize) -> usize {
-        let count = self.density.len();
-        let (heavy, light) = self.pair();
-        match count {
+        if let Some([negative, positive]) = self.list.sides() {
+            return if self.level[node] < 0.0 { negative } else { positive };
+        }
+        let order = |a: &usize, b: &usize| {
+            let [f, g] = [a, b].map(|phase| self.fraction[*phase][node]);
+            f.total_cmp(&g).then(self.list.compare(*a, *b))
+        };
+        match self.list.count() {
             1 => 0,
-            2 if self.level[node] < 0.0 => heavy,
-            2 => light,
-            _ => {
-                let order = |a: &usize, b: &usize| {
-                    let [f, g] = [a, b].map(|fluid| self.fraction[*fluid][node]);
-                    f.total_cmp(&g).then(self.density[*a].total_cmp(&self.density[*b]))
-                };
-                (0..count).max_by(order).unwrap_or(0)
-            }
+            count => (0..count).max_by(order).unwrap_or(0),
         }
     }
 
     /// The fluid at a point of an element with these nodes and shape functions.
     pub fn at_place<const N: usize>(&self, nodes: &[u32; N], shape: &[f64; N]) -> usize {
         let mean = |values: &[f64]| nodes.iter().zip(shape).map(|(&i, n)| n * values[i as usize]).sum::<f64>();
-        match self.density.len() {
+        if let Some([negative, positive]) = self.list.sides() {
+            return if mean(self.level) < 0.0 { negative } else { positive };
+        }
+        match self.list.count() {
             1 => 0,
-            2 => {
-                let (heavy, light) = self.pair();
-                if mean(self.level) < 0.0 { heavy } else { light }
-            }
             count => {
                 (0..count).max_by(|a, b| mean(&self.fraction[*a]).total_cmp(&mean(&self.fraction[*b]))).unwrap_or(0)
             }
         }
-    }
-
-    /// The heavier of two fluids.
-    pub fn heavier(&self) -> usize {
-        self.pair().0
-    }
-
-    /// The heavier and the lighter of two fluids.
-    fn pair(&self) -> (usize, usize) {
-        if self.density.len() == 2 && self.density[1] > self.density[0] { (1, 0) } else { (0, 1) }
     }
 
     /// What fills an element with these nodes.
@@ -88,11 +75,7 @@ impl Phases<'_> {
         if own.iter().any(|&fluid| fluid != first && fluid != second) {
             return Filling::Mixed(self.mean(nodes));
         }
-        let pair = match self.density.len() {
-            2 => <[usize; 2]>::from(self.pair()),
-            _ if self.density[first] >= self.density[second] => [first, second],
-            _ => [second, first],
-        };
+        let pair = self.list.sides().unwrap_or_else(|| self.list.ordered([first, second]));
         let level = nodes.map(|node| self.level_of(node as usize, pair));
         match is_cut(&level) {
             true => Filling::Cut(pair, level),
@@ -103,7 +86,7 @@ impl Phases<'_> {
 
     /// Level set at the nodes of an element, if two fluids may meet in it or on one of its facets.
     pub fn level_in<const N: usize>(&self, nodes: &[u32; N]) -> Option<[f64; N]> {
-        match self.density.len() {
+        match self.list.count() {
             1 => None,
             2 => Some(nodes.map(|node| self.level[node as usize])),
             _ => match self.filling(nodes) {
@@ -114,15 +97,14 @@ impl Phases<'_> {
     }
 
     /// The level set between two fluids at a node.
-    fn level_of(&self, node: usize, [heavy, light]: [usize; 2]) -> f64 {
-        let count = self.density.len();
-        if count == 2 {
+    fn level_of(&self, node: usize, [negative, positive]: [usize; 2]) -> f64 {
+        if self.list.sides().is_some() {
             return self.level[node];
         }
-        let (a, b) = (self.fraction[heavy][node], self.fraction[light][node]);
+        let (a, b) = (self.fraction[negative][node], self.fraction[positive][node]);
         let level = (b - a) / (a + b).max(f64::MIN_POSITIVE);
-        // A node of the heavier fluid counts to its side also when the fractions are equal.
-        if self.at(node) == heavy { level.min(-f64::MIN_POSITIVE) } else { level.max(f64::MIN_POSITIVE) }
+        // A node of the first phase counts to its side also when the fractions are equal.
+        if self.at(node) == negative { level.min(-f64::MIN_POSITIVE) } else { level.max(f64::MIN_POSITIVE) }
     }
 
     /// Volume of each fluid in `count` elements, of which `element` gives each [m³].
@@ -132,11 +114,11 @@ impl Phases<'_> {
         count: usize,
         element: impl Fn(usize) -> usize + Sync + Send,
     ) -> Vec<f64> {
-        let fluids = self.density.len();
+        let fluids = self.list.count();
         let chunk = |range: std::ops::Range<usize>| {
             let mut volumes = vec![0.0; fluids];
             for e in range.map(&element) {
-                self.filling(&mesh.elements()[e]).add(self.density, mesh.simplex(e).volume, &mut volumes);
+                self.filling(&mesh.elements()[e]).add(self.list.density(), mesh.simplex(e).volume, &mut volumes);
             }
             volumes
         };
@@ -146,7 +128,7 @@ impl Phases<'_> {
 
     /// Mean fractions over an element's nodes.
     fn mean<const N: usize>(&self, nodes: &[u32; N]) -> Vec<f64> {
-        let count = self.density.len();
+        let count = self.list.count();
         let at = |fluid: usize| nodes.iter().map(|&i| self.fraction[fluid][i as usize]).sum::<f64>();
         let sums: Vec<f64> = (0..count).map(at).collect();
         let total: f64 = sums.iter().sum();
@@ -205,7 +187,7 @@ mod tests {
 
     #[test]
     fn of_two_fluids_the_heavier_is_where_the_level_set_is_negative() {
-        let phases = Phases { density: &DENSITY[..2], fraction: &[], level: &[-1.0, 1.0, 0.5, 0.0] };
+        let phases = Phases { list: &PhaseList::fluids(&DENSITY[..2]), fraction: &[], level: &[-1.0, 1.0, 0.5, 0.0] };
         assert_eq!(phases.at(0), 1);
         assert_eq!(phases.at(3), 0);
         assert_eq!(phases.filling(&[1, 2, 3]), Filling::Pure(0));
@@ -215,7 +197,7 @@ mod tests {
 
     #[test]
     fn of_two_equally_heavy_fluids_the_first_is_where_the_level_set_is_negative() {
-        let phases = Phases { density: &[2.0; 2], fraction: &[], level: &[-1.0, 1.0, 0.5] };
+        let phases = Phases { list: &PhaseList::fluids(&[2.0; 2]), fraction: &[], level: &[-1.0, 1.0, 0.5] };
         assert_eq!([phases.at(0), phases.at(1)], [0, 1]);
         assert_eq!(phases.filling(&[0, 1, 2]), Filling::Cut([0, 1], [-1.0, 1.0, 0.5]));
         assert_eq!(phases.filling(&[2, 0, 1]), Filling::Cut([0, 1], [0.5, -1.0, 1.0]));
@@ -224,7 +206,7 @@ mod tests {
     #[test]
     fn three_fluids_meet_in_a_mixture_and_pairs_in_a_cut() {
         let fraction = [vec![0.9, 0.0, 0.0], vec![0.1, 1.0, 0.25], vec![0.0, 0.0, 0.75]];
-        let phases = Phases { density: &DENSITY, fraction: &fraction, level: &[] };
+        let phases = Phases { list: &PhaseList::fluids(&DENSITY), fraction: &fraction, level: &[] };
         let Filling::Mixed(shares) = phases.filling(&[0, 1, 2]) else { panic!("three fluids are a mixture") };
         assert!((shares[0] - 0.3).abs() < 1e-15 && (shares[2] - 0.25).abs() < 1e-15);
         assert_eq!(phases.filling(&[1, 2, 2]), Filling::Cut([1, 2], [-1.0, 0.5, 0.5]));

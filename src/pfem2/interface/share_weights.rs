@@ -11,6 +11,7 @@
 //! to hold a third fluid, V jumps by a part of it: what is missing then is in the history.
 
 use super::inverse;
+use super::phase_list::PhaseList;
 use super::phases::Phases;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -31,11 +32,11 @@ const NUDGE: f64 = 1e-5;
 /// factor between two weights.
 pub fn keep_volumes<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    density: &[f64],
+    list: &PhaseList,
     fraction: &mut [Vec<f64>],
     wanted: &[f64],
 ) -> f64 {
-    let scale = WeighedShares::new(mesh, density, fraction, wanted);
+    let scale = WeighedShares::new(mesh, list, fraction, wanted);
     let mut log = vec![0.0; wanted.len()];
     let mut missing = scale.missing(&log);
     for _ in 0..STEPS {
@@ -51,7 +52,7 @@ pub fn keep_volumes<const D: usize, const N: usize>(
 /// Shares that are weighed.
 struct WeighedShares<'a, const D: usize, const N: usize> {
     mesh: &'a Mesh<D, N>,
-    density: &'a [f64],
+    list: &'a PhaseList,
     fraction: &'a [Vec<f64>],
     /// Elements in which several fluids are.
     band: Vec<u32>,
@@ -62,7 +63,7 @@ struct WeighedShares<'a, const D: usize, const N: usize> {
 }
 
 impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
-    fn new(mesh: &'a Mesh<D, N>, density: &'a [f64], fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
+    fn new(mesh: &'a Mesh<D, N>, list: &'a PhaseList, fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
         let alone = |e: usize| {
             let nodes = mesh.elements()[e];
             fraction.iter().position(|own| nodes.iter().all(|&node| own[node as usize] == 1.0))
@@ -78,7 +79,7 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
                 None => band.push(e as u32),
             }
         }
-        Self { mesh, density, fraction, band, wanted, free }
+        Self { mesh, list, fraction, band, wanted, free }
     }
 
     /// The shares with the weights e^`log`.
@@ -94,7 +95,7 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
     /// What is missing of the fluids that take weights [m³].
     fn missing(&self, log: &[f64]) -> Vec<f64> {
         let weighed = self.weighed(log);
-        let phases = Phases { density: self.density, fraction: &weighed, level: &[] };
+        let phases = Phases { list: self.list, fraction: &weighed, level: &[] };
         let volumes = phases.volumes(self.mesh, self.band.len(), |i| self.band[i] as usize);
         self.free.iter().map(|&k| self.wanted[k] - volumes[k]).collect()
     }
@@ -162,7 +163,7 @@ mod tests {
     }
 
     fn volumes(mesh: &Mesh<2, 3>, fraction: &[Vec<f64>]) -> Vec<f64> {
-        Phases { density: &DENSITY, fraction, level: &[] }.volumes(mesh, mesh.elements().len(), |e| e)
+        Phases { list: &PhaseList::fluids(&DENSITY), fraction, level: &[] }.volumes(mesh, mesh.elements().len(), |e| e)
     }
 
     #[test]
@@ -171,7 +172,7 @@ mod tests {
         let mut fraction = layers(&mesh);
         let start = volumes(&mesh, &fraction);
         let wanted = [start[0] * 1.03, start[1] * 0.95, 1.0 - start[0] * 1.03 - start[1] * 0.95];
-        let factor = keep_volumes(&mesh, &DENSITY, &mut fraction, &wanted);
+        let factor = keep_volumes(&mesh, &PhaseList::fluids(&DENSITY), &mut fraction, &wanted);
         for (own, wanted) in volumes(&mesh, &fraction).iter().zip(wanted) {
             assert!((own - wanted).abs() < 1e-13, "{own} {wanted}");
         }
@@ -186,7 +187,7 @@ mod tests {
         let mut fraction = layers(&mesh);
         let before = fraction.clone();
         let wanted = volumes(&mesh, &fraction);
-        assert_eq!(keep_volumes(&mesh, &DENSITY, &mut fraction, &wanted), 1.0);
+        assert_eq!(keep_volumes(&mesh, &PhaseList::fluids(&DENSITY), &mut fraction, &wanted), 1.0);
         let change = fraction.iter().flatten().zip(before.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(change.fold(0.0, f64::max) < 1e-15);
     }
@@ -201,11 +202,15 @@ mod tests {
         fraction.push(speck);
         let density = [3.0, 2.0, 1.0, 2.5];
         let of = |fraction: &[Vec<f64>]| {
-            Phases { density: &density, fraction, level: &[] }.volumes(&mesh, mesh.elements().len(), |e| e)
+            Phases { list: &PhaseList::fluids(&density), fraction, level: &[] }.volumes(
+                &mesh,
+                mesh.elements().len(),
+                |e| e,
+            )
         };
         let start = of(&fraction);
         let wanted = [start[0] - 0.01, 0.97 * start[1], start[2] + 0.03 * start[1], 0.01];
-        keep_volumes(&mesh, &density, &mut fraction, &wanted);
+        keep_volumes(&mesh, &PhaseList::fluids(&density), &mut fraction, &wanted);
         let missing: Vec<f64> = wanted.iter().zip(of(&fraction)).map(|(wanted, now)| wanted - now).collect();
         for (missing, expected) in missing.iter().zip([-0.01, 0.0, 0.0, 0.01]) {
             assert!((missing - expected).abs() < 1e-13, "{missing} {expected}");

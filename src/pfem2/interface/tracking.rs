@@ -3,6 +3,7 @@
 use super::inflow::InflowComposition;
 use super::level_set::{self, InflowDepth, LevelSet, Opening};
 use super::outline::Outline;
+use super::phase_list::PhaseList;
 use super::phases::Phases;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -14,11 +15,11 @@ use crate::pfem2::particles::tracking::ParticleTracking;
 /// The interfaces of a run.
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
-    /// Density of each fluid [kg/m³].
-    pub density: Vec<f64>,
+    /// The phases.
+    pub list: PhaseList,
     /// Fraction of each fluid at the nodes, by fluid and node.
     pub fraction: Vec<Vec<f64>>,
-    /// Level set at the nodes, negative in the heavier of two fluids.
+    /// Level set at the nodes, negative in the first of the two sides of the phases.
     pub level: Vec<f64>,
     /// Source of `level`, if it is sharp.
     pub sharp: Option<LevelSet>,
@@ -41,11 +42,11 @@ pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
 }
 
 impl<const D: usize> InterfaceTracking<D> {
-    /// Of fluids with these densities [kg/m³]; with two, `level_set` may be sharp.
-    pub fn new(density: Vec<f64>, level_set: Option<LevelSet>) -> Self {
+    /// Of these phases; with two, `level_set` may be sharp.
+    pub fn new(list: PhaseList, level_set: Option<LevelSet>) -> Self {
         Self {
-            sharp: level_set.filter(|_| density.len() == 2),
-            density,
+            sharp: level_set.filter(|_| list.sides().is_some()),
+            list,
             fraction: Vec::new(),
             level: Vec::new(),
             shift: 0.0,
@@ -61,7 +62,7 @@ impl<const D: usize> InterfaceTracking<D> {
 
     /// Phases at the nodes.
     pub fn phases(&self) -> Phases<'_> {
-        Phases { density: &self.density, fraction: &self.fraction, level: &self.level }
+        Phases { list: &self.list, fraction: &self.fraction, level: &self.level }
     }
 
     /// Stage 2: averages of the particles at the nodes. Fractions and level set stay here; returns the convected velocity v̂ [m/s]
@@ -72,19 +73,18 @@ impl<const D: usize> InterfaceTracking<D> {
         particles: &ParticleTracking<D>,
     ) -> ConvectedVelocity<D> {
         let VelocityPressureSystem { mesh, velocity, .. } = system;
-        let projected = project(mesh, &particles.columns, &self.density, particles.rules.kernel, velocity);
+        let projected = project(mesh, &particles.columns, self.list.density(), particles.rules.kernel, velocity);
         self.fraction = projected.fraction;
-        self.level = match (&self.sharp, self.density.len()) {
+        self.level = match (&self.sharp, self.list.sides()) {
             (Some(sharp), _) => sharp.level.clone(),
-            (None, 2) => {
-                let inside = self.phases().heavier();
+            (None, Some([inside, _])) => {
                 let mut level = level_set::pseudo(&self.fraction[inside]);
                 level_set::absorb_isolated_nodes(mesh, &mut level);
                 level
             }
             _ => Vec::new(),
         };
-        if self.density.len() > 2 {
+        if self.list.count() > 2 {
             self.weigh_shares(mesh);
         }
         projected.velocity
@@ -116,8 +116,9 @@ impl<const D: usize> InterfaceTracking<D> {
 
     /// Density of the fluid that a facet brings, by its place in [`Mesh::boundary`] [kg/m³], if a sharp level set tells it.
     pub fn inflow_density<const N: usize>(&self, place: usize) -> Option<f64> {
-        let (level, inside) = (self.inflow.level(place)?, usize::from(self.sharp.as_ref()?.inside));
+        let (level, set) = (self.inflow.level(place)?, self.sharp.as_ref()?);
         let share = level_set::share_inside::<D, N>(&level);
-        Some(share * self.density[inside] + (1.0 - share) * self.density[1 - inside])
+        let density = |phase: u8| self.list.density()[usize::from(phase)];
+        Some(share * density(set.inside) + (1.0 - share) * density(set.outside()))
     }
 }

@@ -24,7 +24,7 @@ impl<const D: usize> InterfaceTracking<D> {
     ) {
         let VelocityPressureSystem { mesh, boundary, .. } = system;
         let shifts = correction == VolumeCorrection::Shift;
-        let several = self.density.len() > 2 && boundary.is_closed();
+        let several = self.list.count() > 2 && boundary.is_closed();
         self.kept_volumes = (several && shifts).then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| e));
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
@@ -35,7 +35,7 @@ impl<const D: usize> InterfaceTracking<D> {
 
     /// True if the volume of every fluid is kept.
     pub fn keeps_volumes(&self) -> bool {
-        self.density.len() == 1 || self.kept_volume.is_some() || self.kept_volumes.is_some()
+        self.list.count() == 1 || self.kept_volume.is_some() || self.kept_volumes.is_some()
     }
 
     /// A sharp level set follows the particles and keeps its volume (theory G.2–G.6).
@@ -74,13 +74,13 @@ impl<const D: usize> InterfaceTracking<D> {
 
     /// The shares of several fluids take weights that keep their volumes.
     pub(super) fn weigh_shares<const N: usize>(&mut self, mesh: &Mesh<D, N>) {
-        level_set::absorb_isolated_fluids(mesh, &self.density, &mut self.fraction);
+        level_set::absorb_isolated_fluids(mesh, &self.list, &mut self.fraction);
         let Some(wanted) = &self.kept_volumes else { return };
         self.weight = 1.0;
         // Weights may isolate nodes that weren't before, as shifts may.
         for _ in 0..SHIFTS {
-            self.weight *= share_weights::keep_volumes(mesh, &self.density, &mut self.fraction, wanted);
-            if level_set::absorb_isolated_fluids(mesh, &self.density, &mut self.fraction) == 0 {
+            self.weight *= share_weights::keep_volumes(mesh, &self.list, &mut self.fraction, wanted);
+            if level_set::absorb_isolated_fluids(mesh, &self.list, &mut self.fraction) == 0 {
                 break;
             }
         }

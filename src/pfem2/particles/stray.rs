@@ -38,7 +38,7 @@ impl<const D: usize> ParticleTracking<D> {
             for p in 0..own.len() {
                 let e = element[p] as usize;
                 let place = MeshPoint { element: e, shape: mesh.shape_functions(e, x[p]) };
-                let (fluid, depth) = set.at(mesh, &place, 1 - set.inside);
+                let (fluid, depth) = set.at(mesh, &place);
                 if fluid == own[p] || depth <= deep {
                     continue;
                 }
@@ -59,13 +59,13 @@ impl<const D: usize> ParticleTracking<D> {
     ) -> Vec<f64> {
         let particles = &self.columns;
         let Some(set) = &interface.sharp else { return Vec::new() };
-        let mut volumes = vec![0.0; interface.density.len()];
+        let mut volumes = vec![0.0; interface.list.count()];
         for e in 0..mesh.elements().len() {
             let own = particles.of(e);
             let share = mesh.simplex(e).volume / own.len().max(1) as f64;
             for p in own {
                 let place = MeshPoint { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
-                if set.at(mesh, &place, 1 - set.inside).0 != particles.fluid[p] {
+                if set.at(mesh, &place).0 != particles.fluid[p] {
                     volumes[usize::from(particles.fluid[p])] += share;
                 }
             }

@@ -4,7 +4,7 @@ use super::Particles;
 use super::convect::{ConvectionCounts, Projectiles};
 use super::correct::{self, Correction};
 use super::project::Kernel;
-use super::reseed::{self, ParticleCounts, Reseeded, Reseeding};
+use super::reseed::{self, ParticleCounts, Reseeded};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
@@ -18,8 +18,6 @@ use crate::pfem2::time::history::TimeHistory;
 pub(in crate::pfem2) struct ParticleRules {
     /// Averages at the nodes.
     pub kernel: Kernel,
-    /// By what particles are added and taken away.
-    pub reseeding: Reseeding,
     /// How many particles there should be.
     pub target: ParticleCounts,
     /// Fluids that follow their own side of the interface (Becker (36)).
@@ -108,7 +106,7 @@ impl<const D: usize> ParticleTracking<D> {
         let [last, earlier] = history.explicit_shares(step);
         if last + earlier != 0.0 {
             let increment = history.explicit_increment(step);
-            let each = vec![&increment[..]; interface.density.len()];
+            let each = vec![&increment[..]; interface.list.count()];
             self.add_increment(&each, ((last + earlier) * step.dt, 0.0), system, interface);
         }
     }
@@ -125,12 +123,12 @@ impl<const D: usize> ParticleTracking<D> {
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
     ) {
-        let increment = averaged.missing(&system.velocity, interface.density.len());
+        let increment = averaged.missing(&system.velocity, interface.list.count());
         let increment: Vec<&[Vector<D>]> = increment.iter().map(|own| &own[..]).collect();
         let filter = correct::filter(step.dt, self.rules.relaxation);
         self.add_increment(&increment, (step.delta(), filter), system, interface);
-        self.bound_unresolved(system, &interface.density);
-        if self.rules.reseeding == Reseeding::Elements {
+        self.bound_unresolved(system, interface.list.density());
+        if interface.list.reseeds_by_elements() {
             let phases = interface.phases();
             let added = reseed::refill(&mut self.columns, &system.mesh, &system.velocity, &phases);
             self.events.added += added as u64;
@@ -147,7 +145,7 @@ impl<const D: usize> ParticleTracking<D> {
         interface: &InterfaceTracking<D>,
     ) {
         let gravity = system.force[0];
-        let (heavy, light) = extremes(&interface.density);
+        let (heavy, light) = extremes(interface.list.density());
         let rule = Projectiles { fluids: &self.rules.is_projectile, level: &interface.level, gravity };
         let projectiles = self.rules.has_projectiles().then_some((rule, gravity * (dt * (1.0 - light / heavy))));
         let correction = Correction { increment, velocity: &system.velocity, filter, projectiles };

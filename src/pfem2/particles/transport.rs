@@ -63,10 +63,10 @@ impl<const D: usize> ParticleTracking<D> {
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
     ) {
-        let (reseeding, target) = (self.rules.reseeding, self.rules.target);
+        let target = self.rules.target;
         let columns = &mut self.columns;
         let reseeded =
-            flow.with_source(system, interface, |source| columns.reseed(&system.mesh, reseeding, target, source));
+            flow.with_source(system, interface, |source| columns.reseed(&system.mesh, &interface.list, target, source));
         self.events.add_reseeding(&reseeded);
     }
 }
@@ -89,7 +89,7 @@ impl<const D: usize> FrozenFlow<D> {
         let phases = interface.phases();
         let sharp = interface.sharp.as_ref();
         let fluid = |place: &MeshPoint<N>| match sharp {
-            Some(set) => set.at(mesh, place, 1 - set.inside),
+            Some(set) => set.at(mesh, place),
             None => (phases.at_place(&mesh.elements()[place.element], &place.shape) as u8, f64::INFINITY),
         };
         let inflow = |place: &MeshPoint<N>, opposite: usize, after: f64| {

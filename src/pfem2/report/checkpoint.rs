@@ -13,7 +13,7 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if !particles.is_consistent() {
         return Some(format!("its columns hold different numbers of particles, {count} positions among them"));
     }
-    let (elements, fluids) = (pfem.system.mesh.elements().len(), pfem.interface.density.len());
+    let (elements, fluids) = (pfem.system.mesh.elements().len(), pfem.interface.list.count());
     if element.iter().any(|&e| e as usize >= elements) {
         return Some(format!("a particle lies in an element that the mesh of {elements} doesn't have"));
     }

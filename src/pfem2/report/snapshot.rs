@@ -25,7 +25,7 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         step: pfem.steps,
         dt: pfem.history.dt_previous,
         dimension: D,
-        points: (0..pfem.interface.density.len()).map(|fluid| points(pfem, fluid)).collect(),
+        points: (0..pfem.interface.list.count()).map(|fluid| points(pfem, fluid)).collect(),
         surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).collect(),
         ledger: ledger(pfem),
         forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
@@ -48,7 +48,7 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     let mass = move || {
         there
             .iter()
-            .map(|&p| pfem.interface.density[fluid] * pfem.particles.volume(&pfem.system.mesh, p as usize))
+            .map(|&p| pfem.interface.list.density()[fluid] * pfem.particles.volume(&pfem.system.mesh, p as usize))
             .collect()
     };
     let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
@@ -91,7 +91,7 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
 /// Where fluids meet; nothing if there is only one.
 fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<SurfaceSet<'_>> {
     let outline = &pfem.interface.outline;
-    (pfem.interface.density.len() > 1).then(|| SurfaceSet {
+    (pfem.interface.list.count() > 1).then(|| SurfaceSet {
         name: INTERFACE,
         position: Cow::Borrowed(&outline.position),
         reference: Cow::Borrowed(&outline.position),
@@ -104,8 +104,9 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
 
 /// Mean density at the nodes [kg/m³].
 fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
-    let at =
-        |node: usize| pfem.interface.fraction.iter().zip(&pfem.interface.density).map(|(f, rho)| f[node] * rho).sum();
+    let at = |node: usize| {
+        pfem.interface.fraction.iter().zip(pfem.interface.list.density()).map(|(f, rho)| f[node] * rho).sum()
+    };
     (0..pfem.places.len()).map(at).collect()
 }
 
@@ -135,7 +136,7 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
 
 /// What keeps the volumes.
 fn moved<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> BalanceTerm {
-    let (name, unit, value) = match pfem.interface.density.len() {
+    let (name, unit, value) = match pfem.interface.list.count() {
         0..=2 => ("shift of the interface", "m", pfem.interface.shift),
         _ => ("factor between weights of shares", "1", pfem.interface.weight),
     };

@@ -13,7 +13,7 @@ fn jump(cells: usize) -> [f64; 2] {
     physics.tension = vec![([1, 0], 24.5)];
     let still = vec![Vector::ZERO; mesh.nodes().len()];
     let mut system = VelocityPressureSystem::new(mesh, boundary, physics, still, Options::default());
-    let phases = Phases { density: &[1000.0, 1.0], fraction: &[], level: &level };
+    let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
     for k in 0..5 {
         let convected = system.velocity.clone();
         let step = TimeStep { t: 1e-3 * f64::from(k), dt: 1e-3, theta: 1.0 };

@@ -23,6 +23,7 @@ use crate::pfem2::boundary::{BoundarySetup, Condition};
 use crate::pfem2::equations::element::{Mass, Stabilisation};
 use crate::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::Enrichment;
+use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::Kernel;
@@ -135,8 +136,8 @@ fn march<const D: usize, const N: usize>(
 }
 
 /// Phases of one fluid.
-fn one(density: &[f64]) -> Phases<'_> {
-    Phases { density, fraction: &[], level: &[] }
+fn one(list: &PhaseList) -> Phases<'_> {
+    Phases { list, fraction: &[], level: &[] }
 }
 
 /// Root of the mean square of the differences to an exact field.

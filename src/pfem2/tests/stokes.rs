@@ -15,7 +15,7 @@ fn flow_between_plates_starts_as_the_series_says() {
         let still = vec![Vector::ZERO; mesh.nodes().len()];
         let physics = physics(vec![fluid("oil", 1.0, 1.0)], [8.0.into(), 0.0.into()]);
         let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still, Options::default());
-        march(&mut system, &one(&[1.0]), t / 20.0, 20);
+        march(&mut system, &one(&PhaseList::fluids(&[1.0])), t / 20.0, 20);
         let speed = system.velocity[middle][0];
         assert!((speed / exact - 1.0).abs() < 0.01, "t = {t}: {speed} instead of {exact}");
     }
@@ -42,7 +42,7 @@ fn a_bingham_fluid_moves_as_a_plug_between_layers() {
     );
     for _ in 0..60 {
         let convected = system.velocity.clone();
-        system.solve(TimeStep { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&[1.0]), &convected).unwrap();
+        system.solve(TimeStep { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&PhaseList::fluids(&[1.0])), &convected).unwrap();
     }
     let exact = force * (0.5 - yield_stress / force).powi(2) / 2.0;
     for y in [0.35, 0.5, 0.65] {
@@ -72,7 +72,7 @@ fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
         start,
         options,
     );
-    march(&mut system, &one(&[1.0]), 0.1, 5);
+    march(&mut system, &one(&PhaseList::fluids(&[1.0])), 0.1, 5);
     assert!(rms(system.mesh.nodes(), &system.velocity, turn) < 1e-10);
 }
 
@@ -93,7 +93,7 @@ fn a_linear_flow_and_a_linear_pressure_are_exact() {
     let physics = physics(vec![fluid("oil", 2.0, 0.1)], gravity.0.map(Signal::Constant));
     let options = Options { tolerance: 1e-13, ..Options::default() };
     let mut system = VelocityPressureSystem::new(mesh, boundary, physics, start, options);
-    march(&mut system, &one(&[2.0]), 0.1, 3);
+    march(&mut system, &one(&PhaseList::fluids(&[2.0])), 0.1, 3);
     assert!(rms(system.mesh.nodes(), &system.velocity, flow) < 1e-10);
     let held = system.mesh.nodes()[pin];
     for (x, p) in system.mesh.nodes().iter().zip(&system.pressure) {

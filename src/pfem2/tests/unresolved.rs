@@ -72,7 +72,7 @@ fn what_the_mesh_cannot_see_is_bounded_and_counted() {
         .for_each(|p| pfem.particles.columns.velocity[p] = Vector([sign(p), 0.0]));
     let (before, start) = (momentum(&pfem), energy(&pfem));
     let Pfem2 { system, particles, interface, .. } = &mut pfem;
-    particles.bound_unresolved(system, &interface.density);
+    particles.bound_unresolved(system, interface.list.density());
     // The nodes are at rest.
     assert!(against_the_mesh(&pfem).iter().all(|u| *u < 0.2));
     assert!((momentum(&pfem) - before).norm() < 1e-14, "{:?}", momentum(&pfem) - before);

@@ -89,12 +89,11 @@ impl LevelSet {
         (place, facet): (&MeshPoint<N>, Facet),
         way: Vector<D>,
         (held, entering): (f64, &InflowDepth),
-        outside: u8,
     ) -> (u8, f64) {
         let simplex = mesh.simplex(place.element);
         let nodes = simplex.gradient.iter().zip(&mesh.elements()[place.element]);
         let slope: Vector<D> = nodes.map(|(&g, &node)| g * entering.distance[node as usize]).sum();
-        let fluid = if held < 0.0 { self.inside } else { outside };
+        let fluid = if held < 0.0 { self.inside } else { self.outside() };
         let near = self.sign(fluid) * value(mesh, place, &entering.distance);
         let farther = -self.sign(fluid) * slope.dot(way);
         // What came in before the step is inside, and may have come nearer.
@@ -129,7 +128,7 @@ mod tests {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
             let place = MeshPoint { element: facet.element as usize, shape };
-            set.beyond(&mesh, (&place, facet), fall * 0.05, (brings, &entering), 1)
+            set.beyond(&mesh, (&place, facet), fall * 0.05, (brings, &entering))
         };
         let found = openings.iter().map(middle).collect();
         (particles, found)

@@ -7,6 +7,7 @@
 
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 
 /// What a node that changes sides takes of the mean φ of its neighbours: it isn't to change back for a little shift.
@@ -30,16 +31,16 @@ pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, 
 /// that of the fluid of its neighbours, of several the one that occurs most. Returns how many there were.
 pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    density: &[f64],
+    list: &PhaseList,
     fraction: &mut [Vec<f64>],
 ) -> usize {
-    let phases = Phases { density, fraction, level: &[] };
+    let phases = Phases { list, fraction, level: &[] };
     let fluid: Vec<usize> = parallel::collect(mesh.nodes().len(), parallel::CHUNK, |node| phases.at(node));
     let absorbed = |node: usize| {
         let others = || neighbours(mesh, node);
         let alone = others().all(|other| fluid[other] != fluid[node]);
         let votes = |candidate: usize| others().filter(|&other| fluid[other] == candidate).count();
-        alone.then(|| (0..density.len()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
+        alone.then(|| (0..list.count()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
     };
     let lone: Vec<(usize, usize)> = parallel::collect_some(fluid.len(), 256, absorbed);
     for &(node, winner) in &lone {
@@ -84,7 +85,7 @@ mod tests {
         for node in [lone, pair[0], pair[1]] {
             (fraction[0][node], fraction[2][node]) = (0.7, 0.1);
         }
-        absorb_isolated_fluids(&mesh, &density, &mut fraction);
+        absorb_isolated_fluids(&mesh, &PhaseList::fluids(&density), &mut fraction);
         assert_eq!([0, 1, 2].map(|fluid: usize| fraction[fluid][lone]), [0.1, 0.2, 0.7]);
         assert_eq!(pair.map(|node| fraction[0][node]), [0.7; 2]);
     }

@@ -126,15 +126,15 @@ impl LevelSet {
         }
     }
 
-    /// Fluid and depth at a place, with `outside` for the other fluid.
-    pub fn at<const D: usize, const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        place: &MeshPoint<N>,
-        outside: u8,
-    ) -> (u8, f64) {
+    /// The fluid where φ is not negative: a sharp level set has two.
+    pub fn outside(&self) -> u8 {
+        1 - self.inside
+    }
+
+    /// Fluid and depth at a place.
+    pub fn at<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, place: &MeshPoint<N>) -> (u8, f64) {
         let phi = value(mesh, place, &self.level);
-        (if phi < 0.0 { self.inside } else { outside }, phi.abs())
+        (if phi < 0.0 { self.inside } else { self.outside() }, phi.abs())
     }
 
     /// Longest edge of the elements around the interface, when it was last measured [m].

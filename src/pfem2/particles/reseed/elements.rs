@@ -11,6 +11,7 @@
 //! The former are traced back, as those of `SubCells`. The latter take the new velocity of the mesh; their fluid is that
 //! of φ in cut elements, and where all nodes are light, ⌊1.01 n (½ − φ̄/2)⌋ of them are still heavy.
 
+use super::Reseeding;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -55,7 +56,11 @@ pub fn refill<const D: usize, const N: usize>(
     phases: &Phases,
 ) -> usize {
     let places = after::<N>();
-    let is_poor = |e: usize| (particles.of(e).len() < 2 * D).then_some(e);
+    let by_elements = |e: usize| {
+        let own = particles.of(e);
+        particles.reseeding_of(phases.list, own.clone().next()) == Reseeding::Elements && own.len() < 2 * D
+    };
+    let is_poor = |e: usize| by_elements(e).then_some(e);
     let poor = parallel::collect_some(mesh.elements().len(), parallel::CHUNK, is_poor);
     for &e in &poor {
         let (nodes, corners) = (&mesh.elements()[e], mesh.corners(e));
@@ -74,7 +79,8 @@ pub fn refill<const D: usize, const N: usize>(
 fn fluids<const N: usize>(places: &[[f64; N]], nodes: &[u32; N], phases: &Phases) -> Vec<u8> {
     let mut fluids: Vec<u8> = places.iter().map(|shape| phases.at_place(nodes, shape) as u8).collect();
     let level = || nodes.iter().map(|&node| phases.level[node as usize]);
-    if phases.density.len() != 2 || level().any(|phi| phi < 0.0) {
+    let Some([negative, _]) = phases.list.sides() else { return fluids };
+    if level().any(|phi| phi < 0.0) {
         return fluids;
     }
     let mean = level().sum::<f64>() / N as f64;
@@ -82,13 +88,14 @@ fn fluids<const N: usize>(places: &[[f64; N]], nodes: &[u32; N], phases: &Phases
     let phi = |k: usize| places[k].iter().zip(level()).map(|(n, phi)| n * phi).sum::<f64>();
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|&a, &b| phi(a).total_cmp(&phi(b)));
-    order.into_iter().take(heavy).for_each(|k| fluids[k] = phases.heavier() as u8);
+    order.into_iter().take(heavy).for_each(|k| fluids[k] = negative as u8);
     fluids
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pfem2::interface::phase_list::PhaseList;
 
     #[test]
     fn places_lie_inside_and_are_as_many_as_in_the_source() {
@@ -106,7 +113,7 @@ mod tests {
     fn new_particles_keep_the_share_of_the_heavy_fluid() {
         let places = after::<3>();
         let heavy = |level: [f64; 3]| {
-            let phases = Phases { density: &[1.0, 3.0], fraction: &[], level: &level };
+            let phases = Phases { list: &PhaseList::fluids(&[1.0, 3.0]), fraction: &[], level: &level };
             fluids(&places, &[0, 1, 2], &phases).iter().filter(|&&fluid| fluid == 1).count()
         };
         assert_eq!(heavy([-1.0; 3]), 7);

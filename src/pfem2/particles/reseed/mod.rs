@@ -27,6 +27,7 @@ use super::{GONE, Particles};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::interface::phase_list::PhaseList;
 
 /// Differences of shape functions, and relative ones of distances, that are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -108,14 +109,17 @@ impl<const D: usize> Particles<D> {
     pub fn reseed<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
-        reseeding: Reseeding,
+        list: &PhaseList,
         density: ParticleCounts,
         origin: &ParticleSource<D, N>,
     ) -> Reseeded {
         let order = self.count_and_order();
-        let edits = |e: usize| match reseeding {
-            Reseeding::SubCells => self.edits(mesh, e, &order[self.of(e)], density),
-            Reseeding::Elements => edits_of_element::<D, N>(e, &order[self.of(e)]),
+        let edits = |e: usize| {
+            let own = &order[self.of(e)];
+            match self.reseeding_of(list, own.first().map(|&p| p as usize)) {
+                Reseeding::SubCells => self.edits(mesh, e, own, density),
+                Reseeding::Elements => edits_of_element::<D, N>(e, own),
+            }
         };
         let edits = parallel::collect_all(mesh.elements().len(), 256, edits);
         let empty = self.first().windows(2).filter(|bounds| bounds[0] == bounds[1]).count();
@@ -125,6 +129,11 @@ impl<const D: usize> Particles<D> {
         let merged = edits.iter().filter(|edit| self.thin(edit)).count();
         self.sort();
         Reseeded { merged, empty, ..added }
+    }
+
+    /// By what an element is reseeded: as the phase of its `first` particle is; an element without particles as the first phase is.
+    fn reseeding_of(&self, list: &PhaseList, first: Option<usize>) -> Reseeding {
+        list.reseeding(first.map_or(0, |p| usize::from(self.fluid[p])))
     }
 
     /// Puts new particles at places.

@@ -45,10 +45,9 @@ fn mirrored<const D: usize, const N: usize>(
     let mut done = [0, 0];
     for _ in 0..6 {
         particles.convect(&lines, dt);
-        let (fluid, inflow) =
-            (|place: &MeshPoint<N>| set.at(mesh, place, 1), |_: &MeshPoint<N>, _: usize, _: f64| None);
+        let (fluid, inflow) = (|place: &MeshPoint<N>| set.at(mesh, place), |_: &MeshPoint<N>, _: usize, _: f64| None);
         let origin = ParticleSource { lines: &lines, dt, velocity: &velocity, fluid: &fluid, inflow: &inflow };
-        let reseeded = particles.reseed(mesh, Reseeding::SubCells, density, &origin);
+        let reseeded = particles.reseed(mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
         done = [done[0] + reseeded.added, done[1] + reseeded.merged];
         set.update(mesh, &mut particles, &[]);
     }
@@ -98,7 +97,7 @@ fn a_channel_stays_full_of_what_flows_in() {
             (place.position(&mesh)[0] < 1e-9).then_some(NewParticle { velocity, fluid, depth: 0.0 })
         };
         let origin = ParticleSource { lines: &lines, dt, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &inflow };
-        let done = particles.reseed(&mesh, Reseeding::SubCells, ParticleCounts::new::<2>(15), &origin);
+        let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), ParticleCounts::new::<2>(15), &origin);
         assert!(done.inflow > 0 && done.empty > 0, "{done:?}");
     }
     assert!((0..mesh.elements().len()).all(|e| particles.of(e).len() >= 4));
@@ -123,7 +122,7 @@ fn crowds_are_thinned_and_keep_their_centre_and_fluids() {
         ParticleSource { lines: &lines, dt: 0.0, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &|_, _, _| None };
     let density = ParticleCounts { nominal: 15, most: 14 };
     let before = particles.len();
-    let done = particles.reseed(&mesh, Reseeding::SubCells, density, &origin);
+    let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
     assert!(done.merged > 0 && particles.len() == before - done.merged);
     for (x, (v, &fluid)) in particles.position.iter().zip(particles.velocity.iter().zip(&particles.fluid)) {
         assert!((*x - *v).norm() < 1e-15 && fluid == u8::from(x[1] > 0.37));
