@@ -1,4 +1,4 @@
-//! What the method needs to start: a complete, checked description, made by the case layer.
+//! The complete, checked description that a run starts from, made by the case layer.
 
 use crate::linalg;
 use crate::material::Viscosity;
@@ -19,7 +19,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub mesh: Mesh<D, N>,
     /// Conditions on sets of boundary facets; facets in no set are walls at rest.
     pub boundaries: Vec<BoundarySetup<D>>,
-    /// Where the pressure of a closed box is held; else it is zero at the highest node of its boundary.
+    /// The place at which the pressure of a closed box is held; else it is zero at the highest node of its boundary.
     pub pin: Option<PressurePin<D>>,
     /// The fluids.
     pub fluids: Vec<FluidSetup>,
@@ -31,7 +31,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub particles: Particles<D>,
     /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of Becker (37).
     pub level_set: Option<LevelSet>,
-    /// What is done about the volume of each fluid.
+    /// Treatment of the volume of each fluid.
     pub volume: VolumeCorrection,
     /// Velocity of the nodes at the start [m/s].
     pub velocity: Vec<Vector<D>>,
@@ -45,13 +45,13 @@ pub struct Setup<const D: usize, const N: usize> {
     pub enrichment: Enrichment,
     /// From the particles to the nodes.
     pub kernel: Kernel,
-    /// By what particles are added and taken away.
+    /// Rule by which particles are added and merged.
     pub reseeding: Reseeding,
     /// Density ratio from which heavy fluids follow their own side of the interface (Becker (36); theory G.13).
     pub projectile_ratio: f64,
-    /// Time in which the particles forget what the mesh can't see [s]; infinity: never.
+    /// Time in which the part of particle velocities that the mesh can't resolve decays [s]; infinity: never.
     pub relaxation: f64,
-    /// What is done about velocities of particles that the mesh can't resolve.
+    /// Treatment of velocities of particles that the mesh can't resolve.
     pub unresolved: Unresolved,
     /// Elements that a particle may cross in a step; infinity: no bound.
     pub courant: f64,
@@ -61,7 +61,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub linear: linalg::Options,
 }
 
-/// What is done about the volumes of several fluids (theory G.6).
+/// Treatment of the volumes of several fluids (theory G.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
     /// It is only reported.
@@ -72,12 +72,12 @@ pub enum VolumeCorrection {
     Shift,
 }
 
-/// What is done about velocities of particles that the mesh can't resolve (see `unresolved`).
+/// Treatment of velocities of particles that the mesh can't resolve (see `unresolved`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Unresolved {
     /// They are kept.
     Kept,
-    /// What a particle has against the mesh is bounded by what neighbouring nodes have against each other.
+    /// The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes.
     #[default]
     Bounded,
 }

@@ -43,7 +43,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) system: VelocityPressureSystem<D, N>,
     /// Particles that carry velocity and fluid.
     pub(super) particles: ParticleTracking<D>,
-    /// Where the interfaces between the fluids are.
+    /// Interfaces between the fluids.
     pub(super) interface: InterfaceTracking<D>,
     /// Velocities and accelerations of the steps before.
     pub(super) history: TimeHistory<D>,
@@ -51,7 +51,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) forces: BoundaryForces<D>,
     /// Energy, and the checks against it.
     pub(super) balance: EnergyBalance<D>,
-    /// How long steps may be.
+    /// Bounds of the length of steps.
     pub(super) limits: StepLimits,
     /// Notices for the user.
     pub(super) notices: Notices,

@@ -152,7 +152,7 @@ impl<const D: usize> Boundary<D> {
         velocities.min_by(|v, w| v.norm_squared().total_cmp(&w.norm_squared())).unwrap_or_default()
     }
 
-    /// What comes in through the facet of an element opposite to a local node, at the place `x` [m] and time `t` [s];
+    /// The inflow through the facet of an element opposite to a local node, at the place `x` [m] and time `t` [s];
     /// `None` inside.
     pub fn inflow<const N: usize>(
         &self,

@@ -27,7 +27,7 @@ const ROWS: usize = 256;
 pub struct CutElement<const D: usize, const N: usize> {
     /// The element.
     pub element: u32,
-    /// What it adds to the mass matrix of an element of its mean density [kg].
+    /// Difference of its mass matrix from that of an element of its mean density [kg].
     pub inertia: [[f64; N]; N],
     /// Its enriched pressure.
     pub enriched: Enriched<N>,
@@ -54,7 +54,7 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
     pub force: &'a [Vector<D>],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: &'a [Vector<D>],
-    /// What the pressure is stabilised against, at the nodes.
+    /// Projected pressure gradients at the nodes, for the stabilisation.
     pub subscales: &'a Subscales<D>,
     /// Open facets of each element, as bits (see `outflow`).
     pub open: &'a [u8],
@@ -93,7 +93,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         block
     }
 
-    /// What resists at a local node where fluid comes in through open facets of its element [kg/s] (see `outflow`).
+    /// Inertial resistance at a local node to inflow through open facets of its element [kg/s] (see `outflow`).
     pub fn back(&self, element: usize, i: usize) -> f64 {
         let simplex = self.mesh.simplex(element);
         let density = self.contents[element].mass.iter().sum::<f64>() / simplex.volume;
@@ -128,7 +128,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         block
     }
 
-    /// What the elements push their node `i` with [N] when the nodal unknowns are `x`: load − matrix · x. The rows of
+    /// Force of the elements on their node `i` [N] when the nodal unknowns are `x`: load − matrix · x. The rows of
     /// free nodes vanish; those of prescribed ones are minus the reaction of the support, and slip nodes pass on the
     /// pressure of their facets, too.
     pub fn push(&self, i: usize, x: impl Fn(usize) -> [f64; N]) -> Vector<D> {

@@ -1,9 +1,9 @@
-//! The error of a linear system that was not solved: how its residual went, and what to try.
+//! The error of a linear system that was not solved: its residuals, and advice.
 
 use crate::error::{Place, StepError};
 use crate::linalg::{Kind, Options};
 
-/// How the residual went, at the start, four times on the way and at the end.
+/// Residuals at the start, four times on the way and at the end.
 fn residuals(history: &[f64], last: f64) -> String {
     const SHOWN: usize = 5;
     let end = history.len().saturating_sub(1);

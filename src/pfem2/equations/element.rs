@@ -23,7 +23,7 @@ use crate::mesh::Simplex;
 /// One block of the system: the rows (v_1 … v_d, p) of a node against the columns of another.
 pub type Block<const N: usize> = [[f64; N]; N];
 
-/// How pressure is stabilised (theory F.7).
+/// Stabilisation of the pressure (theory F.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stabilisation {
     /// The paper's: without inertia in the residual.
@@ -45,7 +45,7 @@ pub enum Mass {
     Consistent,
 }
 
-/// What is the same for all elements during a step.
+/// Constants of the equations during a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Equations {
     /// Δ = θ Δt: implicit part of the step [s].
@@ -56,7 +56,7 @@ pub struct Equations {
     pub stabilisation: Stabilisation,
 }
 
-/// What the equations of an element depend on besides its shape.
+/// Mass, viscosity and stabilisation of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Content<const N: usize> {
     /// Mass at each node, ∫ρ N_i [kg].
@@ -133,7 +133,7 @@ pub fn block<const D: usize, const N: usize>(
     a
 }
 
-/// What drives an element: body force [m/s²] and convected velocity v̂ [m/s] at its nodes, and the projected
+/// Nodal values on the right-hand side of an element: body force [m/s²], convected velocity v̂ [m/s], and the projected
 /// pressure gradient π [m/s²].
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<const D: usize, const N: usize> {
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stabilisation_time_has_its_limits() {
+    fn the_stabilisation_time_has_the_limits_of_inertia_viscosity_and_convection() {
         assert!((tau(0.1, 0.0, 1.0, 1.0, 0.0) - 0.1).abs() < 1e-16);
         assert!((tau(1e12, 2.0, 1.0, 0.5, 0.0) - 1.0 / 32.0).abs() < 1e-12);
         assert!((tau(1e12, 0.0, 1.0, 0.5, 4.0) - 1.0 / 16.0).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! What bounds the length of steps: the highest frequency of waves on interfaces, and the time in which the flow crosses an element
+//! Estimates that bound the length of steps: the highest frequency of waves on interfaces, and the time in which the flow crosses an element
 //! (theory H.6–H.8).
 
 use super::system::VelocityPressureSystem;

@@ -22,7 +22,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn simple_shear_has_its_rate() {
+    fn the_shear_rate_of_simple_shear_is_exact() {
         let gradient = [Vector([-1.0, -1.0]), Vector([1.0, 0.0]), Vector([0.0, 1.0])];
         // v = (3 y, 0)
         let velocity = [Vector([0.0, 0.0]), Vector([0.0, 0.0]), Vector([3.0, 0.0])];

@@ -85,13 +85,13 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub mesh: Mesh<D, N>,
     /// Conditions on its boundary.
     pub boundary: Boundary<D>,
-    /// What the fluids are and what drives them.
+    /// The fluids and the body force.
     pub physics: Physics<D>,
     /// Velocity at the nodes [m/s].
     pub velocity: Vec<Vector<D>>,
     /// Pressure at the nodes [Pa].
     pub pressure: Vec<f64>,
-    /// What the pressure is stabilised against.
+    /// Projected pressure gradients, for the stabilisation.
     pub subscales: Subscales<D>,
     /// Body force at the nodes [m/s²].
     pub force: Vec<Vector<D>>,
@@ -103,7 +103,7 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub recovered: Vec<Vec<f64>>,
     /// Volume of each fluid in the last step [m³].
     pub volumes: Vec<f64>,
-    /// How the last system was solved.
+    /// Outcome of the last solution.
     pub outcome: Outcome,
     pub(in crate::pfem2) equations: Equations,
     pub(super) density: Vec<f64>,

@@ -21,7 +21,7 @@ struct Piece<const D: usize> {
     volume: f64,
 }
 
-/// What a fluid fills inside a box, as points with volumes and masses.
+/// The pieces of a fluid inside a box, as points with volumes and masses.
 pub fn pieces<const D: usize, const N: usize>(pfem: &Pfem2<D, N>, fluid: usize, bounds: &Bounds) -> PointSet<'static> {
     let elements = 0..pfem.system.mesh.elements().len();
     let pieces: Vec<Piece<D>> = elements.flat_map(|e| of_element(pfem, fluid, e, bounds)).collect();
@@ -78,7 +78,7 @@ fn parts<const D: usize, const N: usize>(
     }
 }
 
-/// What of simplices in an element with corners at `x` [m] is inside a box.
+/// The part inside a box of simplices in an element with corners at `x` [m].
 fn clipped<const D: usize, const N: usize>(
     parts: Vec<[[f64; N]; N]>,
     x: &[Vector<D>; N],

@@ -1,4 +1,4 @@
-//! What open boundaries bring: the fluid that they name, or that of each place at the start (theory F.10, G.4).
+//! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start (theory F.10, G.4).
 
 use super::level_set::{self, Brings, InflowDepth, LevelSet};
 use super::phase_list::PhaseList;
@@ -9,7 +9,7 @@ use crate::pfem2::Boundary;
 use crate::pfem2::boundary::{BoundaryKind, Inflow};
 use crate::pfem2::particles::convect::MeshPoint;
 
-/// What flows in, by places of [`Mesh::boundary`]. It follows from the start alone.
+/// Fluids of the inflow, by places of [`Mesh::boundary`]. They follow from the start alone.
 #[derive(Debug, Clone, Default)]
 pub struct InflowComposition<const D: usize> {
     /// Of a sharp level set: φ at the corners of the open facets [m].

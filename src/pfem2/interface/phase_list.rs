@@ -5,7 +5,7 @@
 
 use crate::pfem2::particles::reseed::Reseeding;
 
-/// What a phase is.
+/// The role of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// It flows.
@@ -17,11 +17,11 @@ pub enum Role {
 /// A phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Phase {
-    /// What it is.
+    /// Its role.
     pub role: Role,
     /// Density [kg/m³].
     pub density: f64,
-    /// By what its particles are added and taken away.
+    /// Rule by which its particles are added and merged.
     pub reseeding: Reseeding,
 }
 
@@ -53,7 +53,7 @@ impl PhaseList {
         Self::new(density.iter().map(|&density| Phase::fluid(density, Reseeding::default())).collect())
     }
 
-    /// How many there are.
+    /// Their number.
     pub fn count(&self) -> usize {
         self.phases.len()
     }
@@ -63,7 +63,7 @@ impl PhaseList {
         &self.density
     }
 
-    /// By what the particles of a phase are added and taken away.
+    /// Rule by which the particles of a phase are added and merged.
     pub fn reseeding(&self, phase: usize) -> Reseeding {
         self.phases[phase].reseeding
     }

@@ -15,7 +15,7 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::equations::element::Content;
 
-/// What fills an element.
+/// The filling of an element.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Filling<const N: usize> {
     /// One fluid.
@@ -67,7 +67,7 @@ impl Phases<'_> {
         }
     }
 
-    /// What fills an element with these nodes.
+    /// The filling of an element with these nodes.
     pub fn filling<const N: usize>(&self, nodes: &[u32; N]) -> Filling<N> {
         let own = nodes.map(|node| self.at(node as usize));
         let first = own[0];

@@ -92,7 +92,7 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
         self.fraction.iter().zip(&weight).map(of).collect()
     }
 
-    /// What is missing of the fluids that take weights [m³].
+    /// Missing volumes of the fluids that take weights [m³].
     fn missing(&self, log: &[f64]) -> Vec<f64> {
         let weighed = self.weighed(log);
         let phases = Phases { list: self.list, fraction: &weighed, level: &[] };
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn volumes_that_are_right_leave_shares_as_they_are() {
+    fn shares_with_the_wanted_volumes_stay_as_they_are() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [20, 20]).unwrap();
         let mut fraction = layers(&mesh);
         let before = fraction.clone();
@@ -194,7 +194,7 @@ mod tests {
 
     /// A fluid of which no node is left takes no weight, and the others keep theirs.
     #[test]
-    fn a_fluid_that_is_lost_keeps_none_from_its_volume() {
+    fn a_fluid_without_a_node_does_not_keep_the_others_from_their_volumes() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [20, 20]).unwrap();
         let mut fraction = layers(&mesh);
         let speck: Vec<f64> = mesh.nodes().iter().map(|x| if x[1] > 0.9 { 0.3 } else { 0.0 }).collect();

@@ -33,7 +33,7 @@ fn node<const N: usize>(i: usize) -> Point<N> {
     std::array::from_fn(|k| if k == i { 1.0 } else { 0.0 })
 }
 
-/// Where the interface meets the edge between nodes `i` and `j` of different sides.
+/// The point of the interface on the edge between nodes `i` and `j` of different sides.
 fn edge_point<const N: usize>(level: &[f64; N], i: usize, j: usize) -> Point<N> {
     let (a, b) = (level[i].abs(), level[j].abs());
     let mut point = [0.0; N];
@@ -67,7 +67,7 @@ pub fn whole<const N: usize>() -> [Point<N>; N] {
     std::array::from_fn(node)
 }
 
-/// Where the linear function with these nodal values is negative, as simplices by their barycentric corners.
+/// The part of a simplex in which the linear function with these nodal values is negative, as simplices by their barycentric corners.
 pub fn negative_side<const N: usize>(level: &[f64; N]) -> Vec<[Point<N>; N]> {
     let (own, other): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i] < 0.0);
     if is_cut(level) {

@@ -54,7 +54,7 @@ pub fn forces<const D: usize, const N: usize>(
     forces
 }
 
-/// Where the interface ends at the facet opposite to local node `k`: the middle of its end, and the direction in which it
+/// The end of the interface at the facet opposite to local node `k`: its middle, and the direction in which the interface
 /// goes on, as long as the end is (1 in 2D).
 fn end<const D: usize, const N: usize>(
     level: &[f64; N],
@@ -102,7 +102,7 @@ mod tests {
 
     /// A closed interface pulls with no net force, and Σ f·x = −(d − 1) σ A by the divergence theorem on the surface.
     #[test]
-    fn a_closed_interface_is_in_balance_with_itself() {
+    fn the_tension_forces_of_a_closed_interface_add_up_to_zero() {
         let mesh = Mesh::<2, 3>::block(Vector([-1.0; 2]), Vector([1.0; 2]), [40, 40]).unwrap();
         let (sum, virial, length) = total(&mesh, |x| x.norm() - 0.613);
         assert!(sum < 1e-12 && (virial + length).abs() < 1e-12);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_goes_on_beyond_open_boundaries() {
+    fn the_tension_of_a_plane_is_in_balance_at_open_boundaries() {
         let flat = Mesh::<2, 3>::block(Vector([-1.0; 2]), Vector([1.0; 2]), [7, 9]).unwrap();
         let full = Mesh::<3, 4>::block(Vector([-1.0; 3]), Vector([1.0; 3]), [3, 4, 5]).unwrap();
         let plane = unbalanced(&flat, |x| 0.8 * x[0] - 0.6 * x[1] - 0.123);

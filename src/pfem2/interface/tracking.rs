@@ -1,4 +1,4 @@
-//! Where the interfaces between the fluids are: fractions and level set at the nodes, and what they are followed with.
+//! The interfaces of a run: fractions and level set at the nodes, and the volumes on their sides.
 
 use super::inflow::InflowComposition;
 use super::level_set::{self, InflowDepth, LevelSet, Opening};

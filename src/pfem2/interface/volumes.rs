@@ -99,7 +99,7 @@ impl<const D: usize> InterfaceTracking<D> {
         (0..2).for_each(|k| self.outflow[k] += left[k]);
     }
 
-    /// What has left of each fluid [m³], if anything can.
+    /// Volume of each fluid that has left [m³], if any can.
     pub fn outflow_by_fluid(&self) -> Vec<(usize, f64)> {
         let Some(set) = self.sharp.as_ref().filter(|_| !self.openings.is_empty()) else { return Vec::new() };
         let ([inside, all], own) = (self.outflow, usize::from(set.inside));
@@ -107,10 +107,10 @@ impl<const D: usize> InterfaceTracking<D> {
     }
 }
 
-/// What the mesh holds of the fluid inside the level set, where `booked` should be left of it [m³].
+/// Volume of the fluid inside the level set to be kept on the mesh, where `booked` should be left of it [m³].
 ///
-/// What leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than its
-/// volume, and a fluid whose last part is gone through an opening holds nothing, even if the books have some crumb of it.
+/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than its
+/// volume, and a fluid whose last part is gone through an opening holds nothing, even if the count leaves a rest of it.
 fn held<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], booked: f64, open: bool) -> f64 {
     let alone = level.iter().all(|&level| level < 0.0) || level.iter().all(|&level| level >= 0.0);
     if open && alone {

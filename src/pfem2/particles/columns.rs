@@ -174,7 +174,7 @@ impl<const D: usize> Particles<D> {
         self.optional.iter().find(|column| column.name == name).map(|column| &column.values[..])
     }
 
-    /// How many there are.
+    /// Their number.
     pub fn len(&self) -> usize {
         self.position.len()
     }

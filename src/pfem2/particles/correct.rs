@@ -25,7 +25,7 @@ use crate::parallel;
 /// Particles per parallel task.
 const TASK: usize = 1024;
 
-/// What the particles receive.
+/// Increments and velocities of the nodes that the particles receive.
 #[derive(Debug, Clone, Copy)]
 pub struct Correction<'a, const D: usize> {
     /// Increment of the nodes for the particles of each fluid, v_i − v̂_αi [m/s].
@@ -44,7 +44,7 @@ pub fn filter(dt: f64, relaxation: f64) -> f64 {
     -(-dt / relaxation).exp_m1()
 }
 
-/// What acts on flying particles.
+/// Increments and velocities that heavy particles receive.
 struct Heavy<const D: usize> {
     /// By fluid, of those that fly.
     increment: Vec<Option<Continued<D>>>,
@@ -102,7 +102,7 @@ mod tests {
     use crate::pfem2::particles::project::{Kernel, project};
 
     #[test]
-    fn increments_are_added_and_what_the_mesh_does_not_see_dies_in_its_time() {
+    fn increments_are_added_and_unresolved_velocities_decay_within_the_relaxation_time() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [6; 2]).unwrap();
         let rough = |x: Vector<2>| Vector([x[0] + (9e4 * x[0]).sin(), (9e4 * x[1]).sin()]);
         let mut particles = Particles::seed(&mesh, 5, |_| Some(0), rough);
@@ -156,7 +156,7 @@ mod tests {
         let start = momentum(&particles);
         for _ in 0..30 {
             let hat = project(&mesh, &particles, &DENSITY, Kernel::Linear, &still).velocity;
-            let missing = hat.missing(&hat.mean, 2);
+            let missing = hat.increments(&hat.mean, 2);
             let increment = [&missing[0][..], &missing[1]];
             let correction = Correction { increment: &increment, velocity: &hat.mean, filter: 0.0, projectiles: None };
             particles.correct(&mesh, &correction);

@@ -18,13 +18,13 @@ use crate::pfem2::time::history::TimeHistory;
 pub(in crate::pfem2) struct ParticleRules {
     /// Averages at the nodes.
     pub kernel: Kernel,
-    /// How many particles there should be.
+    /// Numbers of particles to be held in elements and sub-cells.
     pub target: ParticleCounts,
     /// Fluids that follow their own side of the interface (Becker (36)).
     pub is_projectile: Vec<bool>,
     /// Time in which particles take over the velocity of the mesh [s].
     pub relaxation: f64,
-    /// What is done about velocities that the mesh can't resolve.
+    /// Treatment of velocities that the mesh can't resolve.
     pub unresolved: Unresolved,
 }
 
@@ -123,7 +123,7 @@ impl<const D: usize> ParticleTracking<D> {
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
     ) {
-        let increment = averaged.missing(&system.velocity, interface.list.count());
+        let increment = averaged.increments(&system.velocity, interface.list.count());
         let increment: Vec<&[Vector<D>]> = increment.iter().map(|own| &own[..]).collect();
         let filter = correct::filter(step.dt, self.rules.relaxation);
         self.add_increment(&increment, (step.delta(), filter), system, interface);

@@ -1,8 +1,8 @@
 //! Velocities of particles that the mesh can't resolve (theory (F.37)).
 //!
-//! Particles keep what they have against the mesh, as increments never damp it. Where a jet meets slow fluid, or a splash falls
+//! Particles keep their velocity relative to the mesh, as increments never damp it. Where a jet meets slow fluid, or a splash falls
 //! back, fast and slow particles come to stand in one element; the mesh sees their mean, and the difference would stay for
-//! hundreds of steps. What a particle has against the mesh is bounded by what neighbouring nodes have against each other:
+//! hundreds of steps. The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes:
 //!
 //! ```text
 //! u_p = v_p − Σ_i N_i(x_p) v_i,        b_p = Σ_i N_i(x_p) max_k |v_k − v_i|,   k: nodes of the elements around i
@@ -28,7 +28,7 @@ const ROUND_OFF: f64 = 1e-9;
 struct BoundedElement<const D: usize> {
     element: usize,
     velocity: Vec<Vector<D>>,
-    /// What is taken [J].
+    /// Kinetic energy that the bound takes [J].
     energy: f64,
 }
 

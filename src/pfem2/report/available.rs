@@ -5,7 +5,7 @@
 //! A = Σ m φ at the start − Σ m φ of the same volumes sorted by density,      φ = −b·x
 //! ```
 //!
-//! Beside it stands what the flow has gained from nothing, by the books: waves on an interface that grow with the step, fluid
+//! Beside it stands the energy that no term of the ledger explains: waves on an interface that grow with the step, fluid
 //! that leaks through the other, pressure that pushes along a wall, interfaces that aren't calm. It is too much where it is more
 //! than half of the kinetic energy that the flow ever had and all that friction and walls exchanged, which has errors of its
 //! own size in steps that are long for friction.
@@ -164,7 +164,7 @@ mod tests {
 
     /// A fluid that ends inside of a slot.
     #[test]
-    fn a_slot_may_hold_two_fluids() {
+    fn sorted_fluids_may_share_an_element() {
         let least = sorted(&[(1.0, 2.0), (3.0, 2.0)], &[(10.0, 3.0), (1.0, 1.0)]);
         assert_eq!(least, 10.0 * 2.0 * 1.0 + 10.0 * 1.0 * 3.0 + 1.0 * 1.0 * 3.0);
     }

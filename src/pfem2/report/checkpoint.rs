@@ -6,7 +6,7 @@ use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::time::step_control::ErrorEstimates;
 use crate::simulation::{Column, MOST_COUNTED};
 
-/// What doesn't fit together in restored columns.
+/// The contradiction in restored columns, if there is one.
 pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
     let particles = &pfem.particles.columns;
     let (count, Particles { fluid, element, .. }) = (particles.len(), particles);

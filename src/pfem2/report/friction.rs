@@ -1,4 +1,4 @@
-//! What viscosity takes in a step, as the scheme takes it (theory (F.40)).
+//! Viscous dissipation of a step, as the scheme takes it (theory (F.40)).
 //!
 //! A step gives the fluid the momentum Δt Σ_k w_k F_k, with the viscous forces F_k of its end, its start and the start of the step
 //! before, and the weights w = θ, β₁, β₂ (see `step`). Its kinetic energy changes by this times the mean of the velocities before and
@@ -11,7 +11,7 @@
 //! ```
 //!
 //! The first three powers are sums over the fluid, wherever it was at their time. Differences follow the fluid: what was at a node
-//! is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit share is that of the rehearsal.
+//! is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit share is that of the predictor step.
 
 use crate::math::Vector;
 use crate::parallel;
@@ -21,7 +21,7 @@ use crate::pfem2::equations::system::VelocityPressureSystem;
 /// Powers and velocities of the steps before.
 #[derive(Debug, Clone, Default)]
 pub struct Friction<const D: usize> {
-    /// q(u_n), q(u_n−1) [W]: one column of a checkpoint. Where nothing was rehearsed, q(u_n) = q(vⁿ).
+    /// q(u_n), q(u_n−1) [W]: one column of a checkpoint. Without a predictor step, q(u_n) = q(vⁿ).
     pub power: Vec<f64>,
     /// vⁿ − u_n−1 at the nodes [m/s]: one column of a checkpoint.
     pub change: Vec<Vector<D>>,
@@ -35,7 +35,7 @@ impl<const D: usize> Friction<D> {
         Self { power: vec![0.0; 2], change: vec![Vector::ZERO; nodes], start: vec![Vector::ZERO; nodes] }
     }
 
-    /// After the rehearsal of the first step, whose end makes the forces at the start and before.
+    /// After the predictor of the first step, whose end makes the forces at the start and before.
     pub fn begin<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
         let both = self.start.iter().zip(&system.velocity);
         self.change = both.map(|(start, end)| *start - *end).collect();
@@ -43,7 +43,7 @@ impl<const D: usize> Friction<D> {
         self.power = vec![end; 2];
     }
 
-    /// What the step takes [J]; `shares` are θ, β₁ and β₂, `first` says that nothing came before but the rehearsal.
+    /// Viscous dissipation of the step [J]; `shares` are θ, β₁ and β₂, `first`: nothing came before it but the predictor step.
     pub fn take<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,

@@ -1,4 +1,4 @@
-//! What must hold after a step; the first violation stops the run with its place and advice.
+//! Conditions that must hold after a step; the first violation stops the run with its place and advice.
 
 use crate::error::{Place, StepError};
 use crate::parallel;

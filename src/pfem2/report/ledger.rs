@@ -11,11 +11,11 @@
 //! ```
 //!
 //! The first form of gravity's work is what the fluids have lost of potential energy where they are now: interfaces that run ahead of
-//! the velocity, or behind it, show in the books. The second would not see them.
+//! the velocity, or behind it, show in the ledger. The second would not see them.
 //!
 //! Powers and forces are taken with the weights of the step: θ at its end, β₁ at its start, β₂ at the start of the one
 //! before (see `step`). Walls and inlets that hold nodes from the start on take them along in the first step: that is work of
-//! boundaries, too. What all this doesn't explain is booked as numerical dissipation: of the transport by particles, of the time
+//! boundaries, too. The rest is booked as numerical dissipation: of the transport by particles, of the time
 //! integration and of the stabilisation.
 
 use super::through::OpenBoundaryFlux;
@@ -82,7 +82,7 @@ impl FlowTotals {
     }
 }
 
-/// What acts from outside at the end of a step.
+/// Powers and forces from outside at the end of a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ExternalRates<const D: usize> {
     /// Power of gravity [W].
@@ -91,22 +91,22 @@ pub struct ExternalRates<const D: usize> {
     pub boundary: f64,
     /// Force of both [N].
     pub force: [f64; 3],
-    /// What the flow carries through open boundaries.
+    /// Energy and momentum that the flow carries through open boundaries.
     pub through: OpenBoundaryFlux<D>,
 }
 
 impl<const D: usize> ExternalRates<D> {
-    /// Powers [W], then forces [N]: a part of a column of the books.
+    /// Powers [W], then forces [N]: a part of a column of the ledger.
     fn entries(&self) -> [f64; RATES] {
         let ([fx, fy, fz], [px, py, pz]) = (self.force, self.through.momentum.to3());
         [self.gravity, self.boundary, self.through.energy, fx, fy, fz, px, py, pz]
     }
 }
 
-/// How many rates are booked.
+/// Number of rates in the ledger.
 const RATES: usize = 9;
 
-/// The books since the start.
+/// The energy ledger since the start.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyLedger {
     /// Works of gravity and boundaries, kinetic energy that came in [J], impulse from outside, momentum that came in [N s], what
@@ -151,12 +151,12 @@ impl EnergyLedger {
         self.entries[0]
     }
 
-    /// What viscosity has taken since the start [J].
+    /// Viscous dissipation since the start [J].
     pub fn viscous(&self) -> f64 {
         self.entries[RATES]
     }
 
-    /// What boundaries and friction have given and taken since the start [J].
+    /// Energy exchanged with boundaries and dissipated since the start [J].
     pub fn exchanged(&self) -> f64 {
         self.entries[1].abs() + self.viscous()
     }
@@ -176,7 +176,7 @@ impl EnergyLedger {
         self.peak[1]
     }
 
-    /// What nothing explains of the energy there is, with that of the surfaces [J].
+    /// Energy of the flow and its surfaces that no term explains [J].
     pub fn gained(&self, totals: &FlowTotals, surface: f64) -> f64 {
         let gained: f64 = self.entries[..3].iter().sum();
         totals.kinetic + surface - (self.start[0] + gained - self.viscous())

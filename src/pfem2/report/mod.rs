@@ -1,4 +1,4 @@
-//! What is computed beside the solution: forces, energies, checks, and what outputs and checkpoints see (theory F.12–F.14).
+//! Results beside the solution: forces, energies, checks, snapshots and checkpoints (theory F.12–F.14).
 //!
 //! ```text
 //! forces      forces of the fluid on parts of the boundary                theory (F.38)

@@ -1,4 +1,4 @@
-//! What a user should hear of while a run goes on: a fluid that is gone or going, an interface that came to an inlet, a
+//! Notices for the user during a run: a fluid that is gone or going, an interface that came to an inlet, a
 //! volume that could not be kept, energy that nothing gave.
 //!
 //! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
@@ -20,7 +20,7 @@ const CHANGED: f64 = 1e-3;
 /// Steps that errors in the energy last until they are said: flows that begin are slower than their errors at first.
 const LASTING: u32 = 5;
 
-/// What happened, each kind said once.
+/// Notices of a run, each kind given once.
 #[derive(Debug, Clone, Default)]
 pub(in crate::pfem2) struct Notices {
     /// Inlets by their place among the sets, with the fluids that were there.
@@ -149,12 +149,12 @@ impl Notices {
         }
     }
 
-    /// What is new since the last call.
+    /// The notices since the last call.
     pub fn take(&mut self) -> Vec<String> {
         self.said.take()
     }
 
-    /// What a checkpoint must keep: how long errors have lasted, and what was said. (Fluids that have been there, and inlets that they
+    /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have been there, and inlets that they
     /// have met, are found again by the next look.)
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let mut lasting = vec![self.lasting];
@@ -164,7 +164,7 @@ impl Notices {
         self.said.column("notices/said", visit);
     }
 
-    /// What doesn't fit together in columns that were just restored.
+    /// The contradiction in columns that were just restored, if there is one.
     pub fn misfit(&self) -> Option<String> {
         self.said.misfit()
     }

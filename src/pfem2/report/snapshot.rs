@@ -1,4 +1,4 @@
-//! What outputs and checkpoints see: particles, mesh, ledger, forces, counts.
+//! The state as outputs see it: particles, mesh, ledger, forces, counts.
 
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
@@ -88,7 +88,7 @@ fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
     }
 }
 
-/// Where fluids meet; nothing if there is only one.
+/// The interfaces between fluids; none if there is only one.
 fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<SurfaceSet<'_>> {
     let outline = &pfem.interface.outline;
     (pfem.interface.list.count() > 1).then(|| SurfaceSet {
@@ -134,7 +134,7 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     ledger
 }
 
-/// What keeps the volumes.
+/// The shift or weights that keep the volumes.
 fn moved<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> BalanceTerm {
     let (name, unit, value) = match pfem.interface.list.count() {
         0..=2 => ("shift of the interface", "m", pfem.interface.shift),
@@ -162,7 +162,7 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
     counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
 }
 
-/// What particles of each fluid stand for where the other one is.
+/// Volume of the particles of each fluid where the level set shows the other.
 fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &'static str, f64)> {
     let unit = if D == 2 { "m^2" } else { "m^3" };
     let fluids =

@@ -15,7 +15,7 @@ fn graded(mesh: &Mesh<2, 3>) -> Mesh<2, 3> {
 /// extrapolated, at the places of the published extremes. Ghia, Ghia &
 /// Shin 1982 themselves print −0.21090, 0.17527 and −0.24533.
 #[test]
-fn extremes_on_the_centre_lines() {
+fn the_velocities_on_the_centre_lines_of_the_cavity_have_the_published_extremes() {
     let mesh = graded(&Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [32; 2]).unwrap());
     let lid = Condition::Wall([1.0.into(), 0.0.into()]);
     let sets = vec![set(&mesh, "lid", lid, |x| x[1] > 1.0 - 1e-12)];
@@ -37,10 +37,10 @@ fn extremes_on_the_centre_lines() {
     }
 }
 
-/// A lid that starts at once takes the fluid at its nodes along: ½ ρ U² times half a row of cells, 1/16. The books begin with it;
+/// A lid that starts at once takes the fluid at its nodes along: ½ ρ U² times half a row of cells, 1/16. The ledger begins with it;
 /// without, they would show as much energy from nothing as the flow has.
 #[test]
-fn a_lid_that_starts_at_once_is_in_the_books() {
+fn the_ledger_counts_the_energy_of_a_lid_that_starts_impulsively() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [8; 2]).unwrap();
     let lid = Condition::Wall([1.0.into(), 0.0.into()]);
     let sets = vec![set(&mesh, "lid", lid, |x| x[1] > 1.0 - 1e-12)];

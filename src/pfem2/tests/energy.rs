@@ -1,4 +1,4 @@
-//! The books of energy against what must come out.
+//! The energy ledger against closed forms.
 
 use super::*;
 use crate::pfem2::Pfem2;
@@ -28,7 +28,7 @@ fn decaying(long: f64, steps: u32) -> [f64; 4] {
 
 /// Nothing but viscosity takes their energy, however long the steps are for it.
 #[test]
-fn viscosity_takes_what_vortices_lose_also_in_long_steps() {
+fn viscous_dissipation_is_the_energy_that_vortices_lose_also_in_long_steps() {
     for (long, steps) in [(0.05, 20), (0.5, 8), (2.0, 6), (10.0, 6)] {
         let [start, left, viscous, numerical] = decaying(long, steps);
         assert!((start / (PI * PI / 4.0) - 1.0).abs() < 0.01, "{start}");
@@ -87,7 +87,7 @@ fn said(pfem: &mut Pfem2<2, 3>, steps: std::ops::Range<u32>) -> Vec<String> {
 
 /// Vortices that turn twice lose a part of their energy to a coarse mesh: the run says so, and if it is resumed, not again.
 #[test]
-fn what_errors_take_is_said_once_also_in_a_resumed_run() {
+fn the_notice_of_numerical_dissipation_comes_once_also_in_a_resumed_run() {
     let mut pfem = coarse_vortices();
     let told = said(&mut pfem, 0..60);
     let part = pfem.snapshot().ledger.remainder(0.0).unwrap();

@@ -59,7 +59,7 @@ fn a_line_at_an_inlet_stays_where_it_is() {
 
 /// A channel full of air at speed one, into which water begins to flow: its front is at x = t. Exact, however long the steps.
 #[test]
-fn a_fluid_that_only_an_inlet_brings_comes_in_as_a_plane() {
+fn a_fluid_from_an_inlet_alone_comes_in_with_a_plane_front() {
     for (dt, steps) in [(0.03, 20), (0.004, 60)] {
         let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.4]), [20, 8]).unwrap(), 0.05);
         let mut sets = vec![

@@ -58,7 +58,7 @@ fn a_plug_of_water_leaves_through_an_outlet_as_fast_as_it_moves() {
 
 /// Water falls in a tank that is open above; air comes and goes.
 #[test]
-fn what_does_not_leave_an_open_tank_is_kept_to_the_last_digits() {
+fn the_volume_of_water_in_an_open_tank_is_kept_to_the_last_digits() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.8]), [20, 16]).unwrap();
     let sets = vec![
         set(&mesh, "top", Condition::Pressure(0.0.into()), |x| x[1] == 0.8),
@@ -82,7 +82,7 @@ fn what_does_not_leave_an_open_tank_is_kept_to_the_last_digits() {
 /// Fluid enters at the left, and the right side is open from top to bottom under no pressure: it falls out below, and comes
 /// in above. None falls deeper than the height of the channel, which gives √(2 g H) (Torricelli).
 #[test]
-fn what_falls_out_of_an_open_side_is_no_faster_than_its_fall() {
+fn the_outflow_of_an_open_side_is_no_faster_than_free_fall() {
     const HEIGHT: f64 = 1.0;
     let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, HEIGHT]), [20, 10]).unwrap(), 0.1);
     let sets = vec![
@@ -122,7 +122,7 @@ fn plates_take_the_force_that_drives_the_flow_between_them() {
 /// Half of a plug of water leaves a channel full of air and the flow turns back, x(t) = x₀ + A sin(πt): what comes back is the air that
 /// the outlet had at the start.
 #[test]
-fn what_comes_back_is_the_fluid_that_was_there_at_the_start() {
+fn backflow_brings_the_fluid_of_the_place_at_the_start() {
     const REACH: f64 = 0.5;
     const HEIGHT: f64 = 0.2;
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.2, HEIGHT]), [48, 8]).unwrap();

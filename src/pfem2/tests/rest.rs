@@ -1,4 +1,4 @@
-//! What is at rest stays at rest.
+//! Fluids at rest stay at rest.
 
 use super::*;
 use crate::pfem2::Pfem2;
@@ -53,7 +53,7 @@ fn two_fluids_of_ratio_1000_stay_at_rest_wherever_the_interface_cuts() {
 }
 
 #[test]
-fn they_do_so_in_three_dimensions() {
+fn two_fluids_of_ratio_1000_stay_at_rest_in_three_dimensions() {
     let mesh = shaken(&Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0, 1.0, 1.3]), [3, 3, 4]).unwrap(), 0.33);
     for normal in [Vector([0.0, 0.0, 1.0]), Vector([0.48, 0.6, 0.64])] {
         let node = mesh.nodes()[37].dot(normal);
@@ -131,7 +131,7 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
 
 /// 0.98 g Δt, measured with a lumped mass (theory G.9): what the enrichment is for.
 #[test]
-fn without_enrichment_they_fall() {
+fn two_fluids_at_rest_fall_without_enrichment() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap();
     let speed = stirred(&mesh, (Vector([0.0, 1.0]), 0.613), (Enrichment::None, Mass::Lumped), Condition::Slip);
     assert!((0.9..1.05).contains(&speed), "{speed}");
@@ -233,7 +233,7 @@ fn an_interface_inside_elements_stays_there_over_many_steps() {
 
 /// An interface that had to move by more than an edge in a step.
 #[test]
-fn a_volume_that_is_not_kept_is_said() {
+fn a_volume_that_could_not_be_kept_gives_a_notice() {
     let mut pfem = at_rest(Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.25]), [8, 10]).unwrap(), 0.55);
     pfem.interface.kept_volume = pfem.interface.kept_volume.map(|volume| volume + 0.3);
     pfem.step(0.0, 0.01).unwrap();
@@ -244,7 +244,7 @@ fn a_volume_that_is_not_kept_is_said() {
 /// A viscous column, 0.5 wide and 0.8 high in a box of 1 under a light fluid, ends flat: (ρ₁ − ρ₂) g V falls by 0.2, and the
 /// work is Σ m g y less than at the start to round-off, which the work on the velocity of the nodes isn't.
 #[test]
-fn gravity_does_the_work_of_the_fall() {
+fn the_work_of_gravity_is_the_loss_of_potential_energy() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [20; 2]).unwrap();
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
     let fluids = vec![fluid("column", 1000.0, 1000.0), fluid("light", 1.0, 1.0)];

@@ -29,7 +29,7 @@ fn is_film(x: &Vector<2>) -> bool {
     (0.51..0.54).contains(&x[1])
 }
 
-/// How many particles of water are above the line, and of air deep below it.
+/// Numbers of particles of water above the line, and of air deep below it.
 fn strays(pfem: &Pfem2<2, 3>) -> [usize; 2] {
     let Particles { position, fluid, .. } = &pfem.particles.columns;
     let count = |stray: &dyn Fn(f64, u8) -> bool| position.iter().zip(fluid).filter(|(x, f)| stray(x[1], **f)).count();

@@ -1,4 +1,4 @@
-//! What particles have against the mesh.
+//! Velocities of particles relative to the mesh.
 
 use super::*;
 use crate::pfem2::Pfem2;
@@ -13,7 +13,7 @@ fn boxed(cells: usize, start: impl Fn(Vector<2>) -> Vector<2> + Sync) -> Pfem2<2
     Pfem2::new(setup(mesh, sets, physics(vec![fluid("water", 1000.0, 0.0)], weightless()), |_| 0, start))
 }
 
-/// What each particle has against the mesh [m/s].
+/// Speed of each particle relative to the mesh [m/s].
 fn against_the_mesh(pfem: &Pfem2<2, 3>) -> Vec<f64> {
     let (mesh, particles) = (&pfem.system.mesh, &pfem.particles.columns);
     let of = |p: usize| {
@@ -45,7 +45,7 @@ fn energy(pfem: &Pfem2<2, 3>) -> f64 {
 /// The steady vortex of Euler's equations, sin πx cos πy, in long and short steps on a coarse mesh: next to what
 /// these lose, nothing is taken.
 #[test]
-fn a_vortex_is_left_alone() {
+fn the_bound_of_unresolved_velocities_leaves_a_vortex_unchanged() {
     let vortex = |x: Vector<2>| {
         let [(sx, cx), (sy, cy)] = x.0.map(|x| (PI * x).sin_cos());
         Vector([sx * cy, -cx * sy])
@@ -64,7 +64,7 @@ fn a_vortex_is_left_alone() {
 /// Every fifth particle of a fluid at rest has a speed of 1 m/s, in turns to the left and to the right: the mesh sees little of it.
 /// Momentum is kept, the energy that is taken is counted, and what is left is no more than what neighbouring nodes show.
 #[test]
-fn what_the_mesh_cannot_see_is_bounded_and_counted() {
+fn unresolved_velocities_are_bounded_and_their_energy_is_counted() {
     let mut pfem = boxed(8, |_| Vector::ZERO);
     let sign = |p: usize| if p.is_multiple_of(10) { 1.0 } else { -1.0 };
     (0..pfem.particles.columns.len())

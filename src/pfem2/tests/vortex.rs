@@ -52,7 +52,7 @@ fn planar(cells: usize, steps: usize) -> [f64; 2] {
 
 /// p = −¼ (cos 4πx + cos 4πy) falls from ½ in the corners to −½ in the middle; without viscosity nothing changes.
 #[test]
-fn the_first_step_knows_pressure_and_motion() {
+fn pressure_and_energy_of_vortices_are_right_from_the_first_step_on() {
     let mut pfem = vortices(cell(24), wave, 0.0);
     let dt = 1.0 / 32.0;
     for k in 0..4 {

@@ -117,7 +117,7 @@ fn waves_amid_a_row_of_elements_do_not_grow() {
 
 /// Beyond the bound short waves take energy from nothing, which is said long before the run has to stop.
 #[test]
-fn energy_from_nothing_is_said() {
+fn growth_beyond_the_stable_step_gives_a_notice() {
     let mut pfem = half_full([20, 20], 0.1, (0.02, 2.0), [1000.0, 1.0]);
     let dt = 2.0 * pfem.stable_dt();
     let mut said = Vec::new();

@@ -70,7 +70,7 @@ impl Sight {
 }
 
 impl<const D: usize> Interface<D> {
-    /// Where the linear interpolant of `level` vanishes.
+    /// The zero of the linear interpolant of `level`.
     pub fn new<const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> Self {
         let mut interface = Self { facets: Vec::new(), element: Vec::new(), longest_edge: 0.0 };
         for (e, nodes) in (0u32..).zip(mesh.elements()) {

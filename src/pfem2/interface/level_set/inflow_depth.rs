@@ -136,7 +136,7 @@ mod tests {
 
     /// As if water stood a little above the top: continued, an interface would come in that is nowhere.
     #[test]
-    fn air_has_the_distance_from_the_water_below_it_whatever_is_continued_from_it() {
+    fn inflowing_air_has_its_distance_from_the_water_below_as_depth() {
         let (_, found) = comes_in(|y| 0.1 + (1.05 - y) * 0.1, AIR);
         for (fluid, depth) in found {
             assert!(fluid == 1 && (depth - 0.45).abs() < 1e-12, "{fluid} {depth}");

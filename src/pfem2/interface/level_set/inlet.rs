@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 /// Farther than any place where fluids meet [m].
 const FAR: f64 = 1e30;
 
-/// What a facet of the boundary brings.
+/// The fluid that a facet of the boundary brings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Brings {
     /// Nothing.
@@ -61,7 +61,7 @@ pub fn on_facet<const D: usize, const N: usize>(facet: Facet, corners: &[f64; D]
     local.zip(corners).map(|(k, phi)| place.shape[k] * phi).sum()
 }
 
-/// Where fluids meet on the boundary: points (2D) or segments (3D), by their ends [m].
+/// Lines between fluids on the boundary: points (2D) or segments (3D), by their ends [m].
 fn meetings<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[Option<[f64; D]>]) -> Vec<[Vector<D>; 2]> {
     let mut found = Vec::new();
     let mut sides: BTreeMap<Vec<u32>, [bool; 2]> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Nodes that have one fluid for themselves (theory G.5).
+//! Isolated nodes: all neighbours are on the other side of the interface (theory G.5).
 //!
 //! A node whose neighbours all lie on the other side stands for a drop smaller than its elements. No element ties its
 //! pressure to that of another node (beyond the interface every element has a pressure of its own), so the stabilised
@@ -10,10 +10,10 @@ use crate::parallel;
 use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 
-/// What a node that changes sides takes of the mean φ of its neighbours: it isn't to change back for a little shift.
+/// Part of the mean φ of its neighbours that a node takes when it changes sides: it isn't to change back for a little shift.
 const TAKEN: f64 = 1e-3;
 
-/// Gives lone nodes the side of their neighbours; returns how many there were.
+/// Gives isolated nodes the side of their neighbours; returns their number.
 pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &mut [f64]) -> usize {
     let absorbed = |node: usize| {
         let own = level[node] < 0.0;
@@ -27,8 +27,8 @@ pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, 
     lone.len()
 }
 
-/// The same for three and more fluids, where the largest share makes the fluid of a node: a lone node exchanges it with
-/// that of the fluid of its neighbours, of several the one that occurs most. Returns how many there were.
+/// The same for three and more fluids, where the largest share makes the fluid of a node: an isolated node exchanges it with
+/// that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
 pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     list: &PhaseList,
@@ -62,7 +62,7 @@ mod tests {
     use crate::math::Vector;
 
     #[test]
-    fn a_node_alone_joins_its_neighbours_and_a_pair_stays() {
+    fn an_isolated_node_joins_its_neighbours_and_a_pair_stays() {
         let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([8.0; 2]), [8, 8]).unwrap();
         let at = |x: f64, y: f64| mesh.nodes().iter().position(|n| (*n - Vector([x, y])).norm() < 1e-9).unwrap();
         for sign in [1.0, -1.0] {
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_alone_among_several_fluids_takes_that_of_most_neighbours() {
+    fn an_isolated_node_among_several_fluids_takes_that_of_most_neighbours() {
         let mesh = Mesh::<2, 3>::block(Vector([0.0; 2]), Vector([8.0; 2]), [8, 8]).unwrap();
         let at = |x: f64, y: f64| mesh.nodes().iter().position(|n| (*n - Vector([x, y])).norm() < 1e-9).unwrap();
         let density = [3.0, 2.0, 1.0];

@@ -1,4 +1,4 @@
-//! Where one fluid ends and the other begins: the level set φ at the nodes, negative in the fluid `inside`.
+//! The level set φ at the nodes, whose zero is the interface between two fluids; negative in the fluid `inside`.
 //!
 //! ```text
 //! pseudo     φ_i = Σ_p ±N_i / Σ_p N_i                                                   Becker (37), theory (G.2)

@@ -1,4 +1,4 @@
-//! How much of the fluid inside leaves through open boundaries in a step (theory G.6).
+//! Volume of the fluid inside that leaves through open boundaries in a step (theory G.6).
 //!
 //! ```text
 //! V(t + Δt) = V(t) − ∫₀^Δt ∮_{φ<0} v*·n dA dτ
@@ -22,7 +22,7 @@ use crate::pfem2::particles::convect::MeshPoint;
 /// Parts of a step: φ is a distance up to five elements from the interface, and a step may carry it that far.
 const PARTS: usize = 8;
 
-/// What a facet lets through.
+/// An open facet, with the level set of its inflow.
 #[derive(Debug, Clone, Copy)]
 pub struct Opening<const D: usize> {
     /// The facet.
@@ -66,7 +66,7 @@ fn rates<const D: usize, const N: usize>(mesh: &Mesh<D, N>, facet: Facet, veloci
     std::array::from_fn(|j| velocity[nodes[j] as usize].dot(area))
 }
 
-/// What leaves of the fluid inside.
+/// Volume of the fluid inside that leaves through a facet [m³].
 fn inside<const D: usize, const N: usize>(
     facet: Facet,
     rates: [f64; D],
@@ -114,7 +114,7 @@ fn prism<const D: usize, const N: usize>(before: &[f64; D], after: &[f64; D], ra
 mod tests {
     use super::*;
 
-    /// What of a tilted plane that moves with a uniform flow leaves through the side x = 1 of a block.
+    /// Volume behind a tilted plane that moves with a uniform flow, as it leaves through the side x = 1 of a block.
     fn leaves<const D: usize, const N: usize>(mesh: &Mesh<D, N>, offset: f64, dt: f64) -> [f64; 2] {
         let speed = Vector::from_fn(|axis| [1.5, -0.2, 0.3][axis]);
         let out = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 1.0);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_in_does_so_by_its_level() {
+    fn inflow_counts_with_the_level_set_that_the_opening_brings() {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [2; 2]).unwrap();
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];

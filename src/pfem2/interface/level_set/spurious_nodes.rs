@@ -1,4 +1,4 @@
-//! Pieces of a fluid that come from nowhere (theory G.5).
+//! Spurious changes of side: pieces of a fluid without an origin (theory G.5).
 //!
 //! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that changes
 //! sides without any of these shows only that depths were continued too far; it stays on the side on which it was.
@@ -9,10 +9,10 @@ use crate::parallel;
 use crate::pfem2::particles::Particles;
 use std::collections::BTreeSet;
 
-/// What a node that is put back keeps of φ, with the other sign: it isn't to change again for a little shift.
+/// Part of φ, with the other sign, that a reverted node keeps: it isn't to change again for a little shift.
 const KEPT: f64 = 1e-3;
 
-/// Where the nodes were before a step, and what could bring them to the other side.
+/// The level set before a step, and all that could bring nodes to its other side.
 pub struct Origins<'a, const D: usize> {
     /// φ before the step [m].
     pub before: &'a [f64],
@@ -20,11 +20,11 @@ pub struct Origins<'a, const D: usize> {
     pub inside: u8,
     /// The particles after the step.
     pub particles: &'a Particles<D>,
-    /// What open boundaries bring.
+    /// Open facets with the level set of their inflow.
     pub openings: &'a [Opening<D>],
 }
 
-/// Puts nodes of pieces that come from nowhere back to the side on which they were; returns how many there were.
+/// Reverts nodes of pieces without an origin to the side on which they were; returns their number.
 pub fn revert_spurious_nodes<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     origins: &Origins<D>,
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_piece_from_nowhere_is_put_back() {
+    fn a_piece_without_an_origin_is_reverted() {
         let (count, level) = put_back(None, 1.0);
         assert_eq!(count, 2);
         assert!(level.iter().all(|phi| *phi > 0.0));

@@ -158,7 +158,7 @@ fn a_circle_goes_on_behind_a_wall() {
 
 /// A plate ends below a step; the plane of the interface that meets the step's side comes out of its top.
 #[test]
-fn a_plane_behind_a_corner_does_not_come_out_again() {
+fn distances_behind_a_corner_count_from_the_end_of_the_interface() {
     let block = Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, 1.0]), [20, 10]).unwrap();
     let free = |nodes: &&[u32; 3]| {
         let center = nodes.iter().map(|&node| block.nodes()[node as usize]).sum::<Vector<2>>() / 3.0;

@@ -81,7 +81,7 @@ impl Rates {
     }
 }
 
-/// Who wants to travel along the streamlines.
+/// Points that travel along the streamlines.
 pub(super) trait Travellers<const N: usize> {
     /// The next one, by number, and where it starts.
     fn next(&mut self) -> Option<(usize, MeshPoint<N>)>;
@@ -112,7 +112,7 @@ struct Journey<'a, T, const D: usize, const N: usize> {
     travellers: &'a mut T,
 }
 
-/// What the lanes hold: where their particles entered their elements.
+/// State of the lanes: the points at which their particles entered their elements.
 struct Pack<const N: usize> {
     shape: [Row; N],
     /// Time left [s].
@@ -122,11 +122,11 @@ struct Pack<const N: usize> {
     visits: [usize; WIDTH],
 }
 
-/// What the lanes find in their elements.
+/// Result of the visit of one element in each lane.
 struct Visit<const N: usize> {
     /// Shape functions at the end of the visit.
     shape: [Row; N],
-    /// How long it took [s].
+    /// Time that it took [s].
     time: Row,
     /// Local node opposite to the exit, [`INSIDE`] or [`ALONE`].
     exit: Row,

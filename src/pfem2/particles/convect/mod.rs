@@ -36,7 +36,7 @@ const TASK: usize = 1024;
 pub struct Flow<'a, const D: usize> {
     /// Velocity of the nodes [m/s].
     pub velocity: &'a [Vector<D>],
-    /// What each facet of [`Mesh::boundary`] is.
+    /// Kind of each facet of [`Mesh::boundary`].
     pub boundary: &'a [BoundaryKind],
     /// Set if dense fluids follow their own side of the interface.
     pub projectiles: Option<Projectiles<'a, D>>,
@@ -53,7 +53,7 @@ pub struct Projectiles<'a, const D: usize> {
     pub gravity: Vector<D>,
 }
 
-/// What became of the particles.
+/// Counts of particles that left the mesh or stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ConvectionCounts {
     /// Left the mesh through outlets or inlets.

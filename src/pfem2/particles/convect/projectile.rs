@@ -81,7 +81,7 @@ impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
     }
 }
 
-/// What carries heavy particles: the continued velocity [m/s], its rates, and the elements where it holds.
+/// Field that carries heavy particles: the continued velocity [m/s], its rates, and the elements where it holds.
 pub(super) struct HeavyField<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     pub rates: Rates,

@@ -58,7 +58,7 @@ impl<const N: usize> MeshPoint<N> {
     }
 }
 
-/// How a walk ended.
+/// The end of a walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// The time was over.
@@ -69,12 +69,12 @@ pub enum End {
     Stuck,
 }
 
-/// A walk: where it ended, how, and how much of its time was left [s].
+/// A walk: its last point, the way it ended, and the time that was left [s].
 #[derive(Debug, Clone, Copy)]
 pub struct Walk<const N: usize> {
-    /// Where.
+    /// Its last point.
     pub place: MeshPoint<N>,
-    /// How.
+    /// The way it ended.
     pub end: End,
     /// Time left [s].
     pub rest: f64,
@@ -137,7 +137,7 @@ impl<const N: usize> Taylor<N> {
     }
 }
 
-/// What moves a particle: the streamlines, or its own flight.
+/// The motion of a particle: along streamlines, or in its own flight.
 pub(super) trait Motion<const D: usize, const N: usize> {
     /// Its motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
     fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &Walls<D, N>) -> Taylor<N>;
@@ -242,7 +242,7 @@ pub(super) fn walk<const D: usize, const N: usize>(
     Walk { place, end: End::Stuck, rest }
 }
 
-/// How long the particle stays in the element, at most until `end`, its shape functions then, and the local node
+/// The time that the particle stays in the element, at most until `end`, its shape functions then, and the local node
 /// opposite to its exit.
 #[inline(always)]
 fn stay<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<usize>) {
@@ -275,7 +275,7 @@ fn foreseen<const N: usize>(taylor: &Taylor<N>, end: f64) -> Option<(f64, [f64; 
     (missed <= MISSED && shape.iter().all(|&n| n >= 0.0)).then_some((time, shape, k))
 }
 
-/// Who is outside at `end` came out earlier; at that time another shape function may be negative that has become
+/// A particle outside at `end` came out earlier; at that time another shape function may be negative that has become
 /// positive again, so the search goes on until nobody is outside.
 #[cold]
 fn searched<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<usize>) {

@@ -116,7 +116,7 @@ fn together_and_alone<const D: usize, const N: usize>(
 }
 
 #[test]
-fn eight_at_once_go_where_each_goes_alone() {
+fn eight_particles_at_once_end_where_each_ends_alone() {
     let turn = |x: Vector<3>| Vector([1.0 - x[1] - x[2], x[0] - 0.4, 0.5 * x[0] * x[1] - 0.1]);
     let walled = |x: Vector<3>| {
         let Vector([u, v]) = vortex(Vector([x[0], x[1]]));
@@ -130,7 +130,7 @@ fn eight_at_once_go_where_each_goes_alone() {
 }
 
 #[test]
-fn backwards_undoes_forwards() {
+fn tracing_backwards_undoes_tracing_forwards() {
     let mesh = square(10);
     let velocity = nodal(&mesh, vortex);
     let boundary = kinds(&mesh, BoundaryKind::Slip);
@@ -194,7 +194,7 @@ fn particles_glide_along_curved_walls_and_leave_through_outlets() {
 }
 
 #[test]
-fn a_uniform_stream_carries_out_what_passes_the_outlet() {
+fn particles_that_pass_the_outlet_leave() {
     let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector([2.0, 1.0, 1.0]), [6, 3, 3]).unwrap();
     let boundary = kinds(&mesh, OPEN[0]);
     let velocity = vec![Vector([1.0, 0.0, 0.0]); mesh.nodes().len()];
@@ -209,7 +209,7 @@ fn a_uniform_stream_carries_out_what_passes_the_outlet() {
 }
 
 #[test]
-fn a_point_a_hair_outside_comes_back() {
+fn a_point_outside_by_round_off_is_put_back_into_its_element() {
     let lower = Vector([10.0, 10.0]);
     let mesh = Mesh::<2, 3>::block(lower, lower + Vector([1.0, 1.0]), [40, 40]).unwrap();
     let element = mesh.elements().len() - 2;
@@ -241,7 +241,7 @@ fn a_heavy_particle_far_from_its_fluid_flies_a_parabola() {
 }
 
 #[test]
-fn the_heavy_side_is_continued_by_one_layer() {
+fn heavy_velocities_are_continued_by_one_layer_of_nodes() {
     let mesh = square(4);
     let level: Vec<f64> = mesh.nodes().iter().map(|x| x[0] - 0.4).collect();
     let mixed = nodal(&mesh, |x| Vector([if x[0] < 0.4 { 3.0 } else { -1.0 }, 0.0]));

@@ -65,7 +65,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         parallel::collect(mesh.nodes().len(), 64, slope)
     }
 
-    /// What lies around a node; `None` if nothing does.
+    /// Sums over the particles around a node; `None` if there are none.
     fn patch<const D: usize>(&self, mesh: &Mesh<D, N>, node: usize, group: u8) -> Option<Patch<K, D>> {
         let mut patch =
             Patch { weight: 0.0, x: Vector::ZERO, f: Vector::ZERO, xx: Tensor::ZERO, fx: [Vector::ZERO; K] };

@@ -25,7 +25,7 @@ use moments::{MomentTable, Moments};
 /// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
 const LEAST: f64 = 1e-5;
 
-/// How particles are averaged.
+/// The average of particles at a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kernel {
     /// Shape functions, as the paper does (Becker (38)).
@@ -48,14 +48,14 @@ pub struct ConvectedVelocity<const D: usize> {
 }
 
 impl<const D: usize> ConvectedVelocity<D> {
-    /// What each of `fluids` misses where the nodes have `velocity` [m/s]: v_i − v̂_αi.
-    pub fn missing(&self, velocity: &[Vector<D>], fluids: usize) -> Vec<Vec<Vector<D>>> {
+    /// The velocity increment for the particles of each of `fluids`, v_i − v̂_αi, where the nodes have `velocity` v [m/s].
+    pub fn increments(&self, velocity: &[Vector<D>], fluids: usize) -> Vec<Vec<Vector<D>>> {
         let hat = |fluid: usize| self.own.get(fluid).unwrap_or(&self.mean);
         (0..fluids).map(|fluid| velocity.iter().zip(hat(fluid)).map(|(v, hat)| *v - *hat).collect()).collect()
     }
 }
 
-/// What the nodes receive.
+/// Averages at the nodes.
 #[derive(Debug, Clone, Default)]
 pub struct Projected<const D: usize> {
     /// Velocity.

@@ -18,7 +18,7 @@ const BLOCK: usize = 512;
 pub(in crate::pfem2) struct Moments<const K: usize, const N: usize> {
     /// The group, here the fluid.
     pub group: u8,
-    /// What one particle weighs: its volume V_e/n_e [m³], or one.
+    /// Weight of one particle: its volume V_e/n_e [m³], or one.
     pub weight: f64,
     /// S_kl; only k ≤ l is filled while summing.
     pub shape: [[f64; N]; N],

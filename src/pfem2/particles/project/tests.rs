@@ -68,7 +68,7 @@ fn the_linear_kernel_conserves_momentum_at_a_density_ratio_of_a_thousand() {
 
 /// Σ m N_i v of one particle among others at rest: it has no gradient, and what rounding makes of its spread is none.
 #[test]
-fn a_particle_alone_gives_what_its_mass_carries() {
+fn a_single_particle_gives_its_momentum_to_its_nodes() {
     let (mesh, velocity) = (square(3), Vector([1.0, 2.0]));
     let rest = Particles::seed(&mesh, 2, |_| Some(0), |_| Vector::ZERO);
     for sample in 0..2000 {
@@ -154,7 +154,7 @@ fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
 }
 
 #[test]
-fn the_mean_is_that_of_the_fluids_by_mass() {
+fn the_mean_velocity_is_the_mean_of_the_fluids_by_mass() {
     let mesh = square(6);
     let particles = two_fluids(&mesh, |x| Vector([if x[0] + 0.3 * x[1] > 0.613 { 1.0 } else { 3.0 }, x[0]]));
     let projected = plain(&mesh, &particles, Kernel::Linear);

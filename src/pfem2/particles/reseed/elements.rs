@@ -29,12 +29,12 @@ pub(super) const fn least<const D: usize>() -> usize {
     D
 }
 
-/// Where particles are put before the projection.
+/// Points of an element for new particles before the projection.
 pub(super) fn before<const N: usize>() -> Vec<[f64; N]> {
     if N == 3 { corners(0.5, 0.25) } else { corners(0.4, 0.2) }
 }
 
-/// Where particles are put at the end of the step.
+/// Points of an element for new particles at the end of the step.
 fn after<const N: usize>() -> Vec<[f64; N]> {
     let (near, far) = if N == 3 { ((0.76, 0.12), (0.12, 0.44)) } else { ((0.7, 0.1), (0.1, 0.3)) };
     let mut places = corners(near.0, near.1);

@@ -32,7 +32,7 @@ use crate::pfem2::interface::phase_list::PhaseList;
 /// Differences of shape functions, and relative ones of distances, that are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// By what particles are added and taken away.
+/// Rule by which particles are added and merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reseeding {
     /// By sub-cells: none stays empty, none is crowded.
@@ -42,7 +42,7 @@ pub enum Reseeding {
     Elements,
 }
 
-/// How many particles there should be.
+/// Numbers of particles to be held in elements and sub-cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ParticleCounts {
     /// In an element; empty sub-cells of elements that have as many are left alone.
@@ -58,7 +58,7 @@ impl ParticleCounts {
     }
 }
 
-/// Where new particles get their values from: the state at the start of the step.
+/// The state at the start of the step, from which new particles take their values.
 pub struct ParticleSource<'a, const D: usize, const N: usize> {
     /// The streamlines that the particles moved along.
     pub lines: &'a Streamlines<'a, D, N>,
@@ -68,12 +68,12 @@ pub struct ParticleSource<'a, const D: usize, const N: usize> {
     pub velocity: &'a [Vector<D>],
     /// Fluid at a place at its start, and the depth below the interface [m].
     pub fluid: &'a (dyn Fn(&MeshPoint<N>) -> (u8, f64) + Sync),
-    /// What flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
+    /// The particle that flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
     /// the start of the step [s], negative before it; `None` where nothing is prescribed.
     pub inflow: &'a (dyn Fn(&MeshPoint<N>, usize, f64) -> Option<NewParticle<D>> + Sync),
 }
 
-/// What a particle that flows in brings.
+/// Velocity, fluid and depth of a new particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewParticle<const D: usize> {
     /// Its velocity [m/s].
@@ -84,7 +84,7 @@ pub struct NewParticle<const D: usize> {
     pub depth: f64,
 }
 
-/// What was done.
+/// Counts of particles that were added or merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Reseeded {
     /// New particles.
@@ -131,7 +131,7 @@ impl<const D: usize> Particles<D> {
         Reseeded { merged, empty, ..added }
     }
 
-    /// By what an element is reseeded: as the phase of its `first` particle is; an element without particles as the first phase is.
+    /// Rule for an element: that of the phase of its `first` particle; for an element without particles that of the first phase.
     fn reseeding_of(&self, list: &PhaseList, first: Option<usize>) -> Reseeding {
         list.reseeding(first.map_or(0, |p| usize::from(self.fluid[p])))
     }
@@ -229,7 +229,7 @@ fn merges<const N: usize>(edits: &[Edit<N>], particle: usize) -> bool {
 }
 
 impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
-    /// What new particles at the end of the step bring from the feet of their streamlines, and whether they came in since
+    /// New particles at the end of the step, with the values at the feet of their streamlines; true for those that came in since
     /// its start.
     fn newcomers(&self, mesh: &Mesh<D, N>, places: &[MeshPoint<N>]) -> Vec<(NewParticle<D>, bool)> {
         let feet = self.lines.trace_all(places, self.dt, -1.0);
@@ -243,7 +243,7 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
         parallel::collect(places.len(), 64, newcomer)
     }
 
-    /// What came in before the step and is now at a place of the same element: where steps are so short that no streamline
+    /// The particle that came in before the step and is now at a place of the same element: where steps are so short that no streamline
     /// reaches the inlet, an element there would for ever be filled with what it already holds.
     fn before(&self, mesh: &Mesh<D, N>, place: &MeshPoint<N>) -> Option<NewParticle<D>> {
         /// Times the time that it takes at the velocity of the place.
@@ -263,7 +263,7 @@ impl<const D: usize, const N: usize> ParticleSource<'_, D, N> {
         }
     }
 
-    /// What is at a place some `time` [s] after the start of the step, and whether it came in since.
+    /// The particle at a place some `time` [s] after the start of the step; true if it came in since.
     pub fn of(&self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, time: f64) -> (NewParticle<D>, bool) {
         self.at_foot(mesh, &self.lines.trace(*place, time, -1.0))
     }

@@ -27,7 +27,7 @@ fn sub_cells_have_equal_volumes_and_their_centres_are_centroids() {
     check::<4>(8);
 }
 
-/// What mirrors itself goes on doing so, to round-off, while particles are added and merged.
+/// Symmetric particles stay symmetric, to round-off, while particles are added and merged.
 fn mirrored<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     per_edge: usize,
@@ -64,7 +64,7 @@ fn mirrored<const D: usize, const N: usize>(
 }
 
 #[test]
-fn what_mirrors_itself_goes_on_doing_so() {
+fn symmetric_particles_stay_symmetric() {
     let lines = |from: f64| (0..=8).map(|i| from + (1.0 - from) * f64::from(i) / 8.0).collect::<Vec<_>>();
     let vortices = |x: &[f64]| [-(PI * x[0]).sin() * (PI * x[1]).cos(), (PI * x[0]).cos() * (PI * x[1]).sin()];
     let flat = Mesh::<2, 3>::lattice(&[lines(-1.0), lines(0.0)], Cut::Mirrored).unwrap();
@@ -81,7 +81,7 @@ fn uniform(mesh: &Mesh<2, 3>) -> Vec<Vector<2>> {
 }
 
 #[test]
-fn a_channel_stays_full_of_what_flows_in() {
+fn a_channel_is_filled_with_its_inflow() {
     // Fluid 1 comes in from t = 0.1 on with a velocity that tells the time.
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, 1.0]), [16, 8]).unwrap();
     let velocity = uniform(&mesh);
@@ -112,7 +112,7 @@ fn a_channel_stays_full_of_what_flows_in() {
 }
 
 #[test]
-fn crowds_are_thinned_and_keep_their_centre_and_fluids() {
+fn merging_keeps_centres_and_fluids() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [1, 1]).unwrap();
     let velocity = uniform(&mesh);
     let boundary = vec![BoundaryKind::Wall; mesh.boundary().len()];
