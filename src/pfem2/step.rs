@@ -98,7 +98,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         }
         let theta = self.history.implicit_share(dt);
         self.advance(TimeStep { t, dt, theta }).map_err(at)?;
-        self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak());
+        self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak);
         self.history.advance(dt);
         self.steps += 1;
         self.notices.look(&self.system, &self.particles.columns, &self.interface.fraction);

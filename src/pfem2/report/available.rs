@@ -118,12 +118,12 @@ impl AvailablePotentialEnergy {
         totals: &FlowTotals,
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<EnergyCheck, StepError> {
-        let (gained, excess) = (ledger.gained(totals, system.surface_energy()), ledger.gravity() - self.energy);
+        let (gained, excess) = (ledger.gained(totals, system.surface_energy()), ledger.external.gravity - self.energy);
         let (at_hand, exchanged) = (self.at_hand(ledger), ledger.exchanged());
         if gained.max(excess) > RUNAWAY * (at_hand + exchanged) {
             return Err(health::runaway(system, gained.max(excess), at_hand));
         }
-        let most = (ERRORS * ledger.peak() + exchanged).max(NEGLIGIBLE * at_hand);
+        let most = (ERRORS * ledger.peak + exchanged).max(NEGLIGIBLE * at_hand);
         let too_much = gained > most || excess > EXCESS_WORK * (self.energy + self.lift);
         Ok(if too_much { EnergyCheck::Excessive } else { EnergyCheck::Plausible })
     }

@@ -85,7 +85,7 @@ impl<const D: usize> EnergyBalance<D> {
         if let Some(available) = self.available.as_ref().filter(|_| interface.keeps_volumes()) {
             self.ledger.set_gravity(available.released(&self.totals));
         }
-        self.ledger.note(&self.totals, system.surface_energy());
+        self.ledger.keep_largest(&self.totals, system.surface_energy());
     }
 
     /// Powers and forces from outside at the end of a step, with the sums over the mesh.
@@ -105,7 +105,7 @@ impl<const D: usize> EnergyBalance<D> {
     /// The energy that errors are measured by: the largest other energy so far, and no less than what counts in this run [J].
     pub fn largest_energy(&self) -> f64 {
         let least = self.available.as_ref().map_or(0.0, |available| available.least(&self.ledger));
-        self.ledger.largest().max(least)
+        self.ledger.largest.max(least)
     }
 
     /// Gives notice of fluid that is lost, and of energy that errors took or gave.
@@ -136,7 +136,7 @@ impl<const D: usize> EnergyBalance<D> {
         let gained = self.ledger.gained(&self.totals, system.surface_energy());
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
-        if self.ledger.viscous() < -NEGATIVE * largest {
+        if self.ledger.viscous < -NEGATIVE * largest {
             notices.friction();
         }
     }

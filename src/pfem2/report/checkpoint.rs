@@ -4,7 +4,7 @@ use crate::pfem2::Pfem2;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::time::step_control::ErrorEstimates;
-use crate::simulation::{Column, MOST_COUNTED};
+use crate::simulation::{Column, ColumnData, MOST_COUNTED};
 
 /// The contradiction in restored columns, if there is one.
 pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
@@ -62,10 +62,8 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.solver_state = pfem.system.memory();
-    let mut counters = pfem.solver_state.counters.to_vec();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
-    visit("solver/counters", Column::new(&mut counters));
-    pfem.solver_state.counters.iter_mut().zip(counters).for_each(|(kept, read)| *kept = read);
+    pfem.solver_state.counters = visit_numbers(visit, "solver/counters", pfem.solver_state.counters);
     pfem.particles.columns.visit_columns(visit);
     visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
     visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
@@ -80,56 +78,53 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.interface.fraction) {
         visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
     }
-    visit("books/works", Column::new(&mut pfem.balance.ledger.entries));
-    visit("books/last", Column::new(&mut pfem.balance.ledger.last));
-    visit("books/start", Column::new(&mut pfem.balance.ledger.start));
-    visit("books/peak", Column::new(&mut pfem.balance.ledger.peak));
-    visit("friction/power", Column::new(&mut pfem.balance.friction.power));
-    visit("friction/change", Column::new(&mut pfem.balance.friction.change));
+    pfem.balance.ledger.columns(visit);
+    let friction = &mut pfem.balance.friction;
+    [friction.power_last, friction.power_earlier] =
+        visit_numbers(visit, "friction/power", [friction.power_last, friction.power_earlier]);
+    visit("friction/change", Column::new(&mut friction.change));
     visit("forces", Column::new(&mut pfem.forces.last));
     visit("forces/earlier", Column::new(&mut pfem.forces.previous));
     // Nothing depends on these, but the state is shown with them.
     visit("forces/mean", Column::new(&mut pfem.forces.mean));
-    let mut shown = vec![pfem.interface.shift, pfem.interface.weight, pfem.particles.unresolved_energy];
-    visit("shift, weight, unresolved", Column::new(&mut shown));
-    if let [shift, weight, unresolved] = shown[..] {
-        (pfem.interface.shift, pfem.interface.weight, pfem.particles.unresolved_energy) = (shift, weight, unresolved);
-    }
-    let errors = pfem.limits.control.errors;
-    let control = &mut pfem.limits.control;
-    let mut clock = vec![
-        pfem.history.dt_previous,
-        pfem.history.dt_earlier,
-        control.proposal,
-        errors.time,
-        errors.mesh,
-        errors.interface,
-    ];
-    visit("dt", Column::new(&mut clock));
-    if let [before, earlier, proposal, time, mesh, interface] = clock[..] {
-        (pfem.history.dt_previous, pfem.history.dt_earlier, control.proposal) = (before, earlier, proposal);
-        control.errors = ErrorEstimates { time, mesh, interface };
-    }
+    let (interface, particles) = (&mut pfem.interface, &mut pfem.particles);
+    let shown = [interface.shift, interface.weight, particles.unresolved_energy];
+    [interface.shift, interface.weight, particles.unresolved_energy] =
+        visit_numbers(visit, "shift, weight, unresolved", shown);
+    let (history, control) = (&mut pfem.history, &mut pfem.limits.control);
+    let ErrorEstimates { time, mesh, interface } = control.errors;
+    let clock = [history.dt_previous, history.dt_earlier, control.proposal, time, mesh, interface];
+    let [previous, earlier, proposal, time, mesh, interface] = visit_numbers(visit, "dt", clock);
+    (history.dt_previous, history.dt_earlier, control.proposal) = (previous, earlier, proposal);
+    control.errors = ErrorEstimates { time, mesh, interface };
     pfem.notices.columns(visit);
-    let counts = &mut pfem.particles.events;
-    let ParticleEvents { left, stuck, added, inflow, merged, joined, empty } = *counts;
-    let iterations = pfem.system.outcome.iterations as u64;
-    let mut numbers =
-        vec![pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.system.preconditioners, iterations];
-    visit("counts", Column::new(&mut numbers));
-    if let [steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations] = numbers[..] {
-        (pfem.steps, pfem.system.preconditioners) = (steps, preconditioners);
-        pfem.system.outcome.iterations = iterations as usize;
-        *counts = ParticleEvents { left, stuck, added, inflow, merged, joined, empty };
-    }
+    let ParticleEvents { left, stuck, added, inflow, merged, joined, empty } = pfem.particles.events;
+    let (preconditioners, iterations) = (pfem.system.preconditioners, pfem.system.outcome.iterations as u64);
+    let counts = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations];
+    let [steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations] =
+        visit_numbers(visit, "counts", counts);
+    pfem.particles.events = ParticleEvents { left, stuck, added, inflow, merged, joined, empty };
+    (pfem.steps, pfem.system.preconditioners) = (steps, preconditioners);
+    pfem.system.outcome.iterations = iterations as usize;
     if let Some(sharp) = &mut pfem.interface.sharp {
-        let [inside, all] = pfem.interface.outflow;
-        let mut state = vec![sharp.band, sharp.age as f64, inside, all];
         visit("level set/level", Column::new(&mut sharp.level));
-        visit("level set/state", Column::new(&mut state));
-        if let [band, age, inside, all] = state[..] {
-            (sharp.band, sharp.age) = (band, age as usize);
-            pfem.interface.outflow = [inside, all];
-        }
+        let [inside, all] = pfem.interface.outflow;
+        let state = [sharp.band, sharp.age as f64, inside, all];
+        let [band, age, inside, all] = visit_numbers(visit, "level set/state", state);
+        (sharp.band, sharp.age, pfem.interface.outflow) = (band, age as usize, [inside, all]);
     }
+}
+
+/// Shows named numbers as one column; returns them as they are afterwards.
+pub(super) fn visit_numbers<T: bytemuck::Pod, const K: usize>(
+    visit: &mut dyn FnMut(&str, Column<'_>),
+    name: &str,
+    numbers: [T; K],
+) -> [T; K]
+where
+    Vec<T>: ColumnData,
+{
+    let mut column = numbers.to_vec();
+    visit(name, Column::new(&mut column));
+    column.try_into().unwrap_or(numbers)
 }

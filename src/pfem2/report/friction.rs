@@ -21,8 +21,10 @@ use crate::pfem2::equations::system::VelocityPressureSystem;
 /// Powers and velocities of the steps before.
 #[derive(Debug, Clone, Default)]
 pub struct Friction<const D: usize> {
-    /// q(u_n), q(u_n−1) [W]: one column of a checkpoint. Without a predictor step, q(u_n) = q(vⁿ).
-    pub power: Vec<f64>,
+    /// q(u_n) [W]; without a predictor step q(vⁿ).
+    pub power_last: f64,
+    /// q(u_n−1) [W].
+    pub power_earlier: f64,
     /// vⁿ − u_n−1 at the nodes [m/s]: one column of a checkpoint.
     pub change: Vec<Vector<D>>,
     /// vⁿ at the feet of the nodes' streamlines of this step [m/s].
@@ -32,7 +34,12 @@ pub struct Friction<const D: usize> {
 impl<const D: usize> Friction<D> {
     /// Of a fluid without history: `nodes` nodes.
     pub fn at_rest(nodes: usize) -> Self {
-        Self { power: vec![0.0; 2], change: vec![Vector::ZERO; nodes], start: vec![Vector::ZERO; nodes] }
+        Self {
+            power_last: 0.0,
+            power_earlier: 0.0,
+            change: vec![Vector::ZERO; nodes],
+            start: vec![Vector::ZERO; nodes],
+        }
     }
 
     /// After the predictor of the first step, whose end makes the forces at the start and before.
@@ -40,7 +47,7 @@ impl<const D: usize> Friction<D> {
         let both = self.start.iter().zip(&system.velocity);
         self.change = both.map(|(start, end)| *start - *end).collect();
         let [end] = powers(system, |i| [system.velocity[i]]);
-        self.power = vec![end; 2];
+        (self.power_last, self.power_earlier) = (end, end);
     }
 
     /// Viscous dissipation of the step [J]; `shares` are θ, β₁ and β₂, `first`: nothing came before it but the predictor step.
@@ -57,12 +64,12 @@ impl<const D: usize> Friction<D> {
             let (grown, lag, change) = (grown(i), lag(i), self.change[i]);
             [self.start[i], system.velocity[i], grown, grown + lag, lag, grown + change, change]
         });
-        let [u_last, u_earlier] = [self.power[0], self.power[1]];
+        let (u_last, u_earlier) = (self.power_last, self.power_earlier);
         let start = if first { start } else { u_last };
         let work = |own: f64, differences: f64| 0.25 * (end + start + 2.0 * own - differences);
         let works = [work(end, from_start), work(u_last, from_last + last), work(u_earlier, from_earlier + earlier)];
         self.change = (0..self.change.len()).map(|i| grown(i) + lag(i)).collect();
-        self.power = vec![end, u_last];
+        (self.power_last, self.power_earlier) = (end, u_last);
         dt * shares.iter().zip(works).map(|(share, work)| share * work).sum::<f64>()
     }
 }

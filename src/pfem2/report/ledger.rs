@@ -18,12 +18,13 @@
 //! boundaries, too. The rest is booked as numerical dissipation: of the transport by particles, of the time
 //! integration and of the stabilisation.
 
+use super::checkpoint::visit_numbers;
 use super::through::OpenBoundaryFlux;
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::simulation::TermKind::{Gain, Loss, Other, Remainder, Stored};
-use crate::simulation::{BalanceTerm, Ledger};
+use crate::simulation::{BalanceTerm, Column, Ledger};
 
 /// Sums over the mesh.
 #[derive(Debug, Clone, Copy, Default)]
@@ -96,106 +97,144 @@ pub struct ExternalRates<const D: usize> {
 }
 
 impl<const D: usize> ExternalRates<D> {
-    /// Powers [W], then forces [N]: a part of a column of the ledger.
-    fn entries(&self) -> [f64; RATES] {
-        let ([fx, fy, fz], [px, py, pz]) = (self.force, self.through.momentum.to3());
-        [self.gravity, self.boundary, self.through.energy, fx, fy, fz, px, py, pz]
+    /// By the terms of the ledger.
+    fn terms(&self) -> ExternalTerms {
+        let OpenBoundaryFlux { energy, momentum } = self.through;
+        ExternalTerms {
+            gravity: self.gravity,
+            boundary: self.boundary,
+            openings: energy,
+            impulse: self.force,
+            momentum: momentum.to3(),
+        }
     }
 }
 
-/// Number of rates in the ledger.
-const RATES: usize = 9;
+/// Number of numbers in [`ExternalTerms`].
+const TERMS: usize = 9;
+
+/// Works and impulses from outside [J, N s], or their rates, powers and forces [W, N].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ExternalTerms {
+    /// Of gravity [J] or [W].
+    pub gravity: f64,
+    /// Of tractions and supports [J] or [W].
+    pub boundary: f64,
+    /// Kinetic energy through open boundaries [J] or [W].
+    pub openings: f64,
+    /// Of gravity, tractions and supports [N s] or [N].
+    pub impulse: [f64; 3],
+    /// Momentum through open boundaries [N s] or [N].
+    pub momentum: [f64; 3],
+}
+
+impl ExternalTerms {
+    fn to_array(self) -> [f64; TERMS] {
+        let ([fx, fy, fz], [px, py, pz]) = (self.impulse, self.momentum);
+        [self.gravity, self.boundary, self.openings, fx, fy, fz, px, py, pz]
+    }
+
+    fn from_array([gravity, boundary, openings, fx, fy, fz, px, py, pz]: [f64; TERMS]) -> Self {
+        Self { gravity, boundary, openings, impulse: [fx, fy, fz], momentum: [px, py, pz] }
+    }
+}
 
 /// The energy ledger since the start.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct EnergyLedger {
-    /// Works of gravity and boundaries, kinetic energy that came in [J], impulse from outside, momentum that came in [N s], what
-    /// viscosity took [J]: one column of a checkpoint.
-    pub entries: Vec<f64>,
-    /// Powers and forces at the end of the last step, then those of the step before: one column of a checkpoint.
-    pub last: Vec<f64>,
-    /// Kinetic and surface energy at the start; what walls and inlets give in the first step to the nodes that they hold, until it
-    /// is booked [J].
-    pub start: Vec<f64>,
-    /// The largest kinetic energy so far, and the largest term of all but the numerical dissipation [J].
-    pub peak: Vec<f64>,
+    /// Works and impulses from outside since the start.
+    pub external: ExternalTerms,
+    /// Viscous dissipation since the start [J].
+    pub viscous: f64,
+    /// Powers and forces from outside at the end of the last step.
+    pub last: ExternalTerms,
+    /// Those at the end of the step before.
+    pub earlier: ExternalTerms,
+    /// Kinetic and surface energy at the start [J].
+    pub stored: f64,
+    /// Kinetic energy of the impulsive start, until it is booked with the first step [J].
+    pub impulsive: f64,
+    /// The largest kinetic energy so far [J].
+    pub peak: f64,
+    /// The largest energy so far that was stored, gained or lost by anything but errors [J].
+    pub largest: f64,
 }
 
 impl EnergyLedger {
     /// Opens the ledger with the kinetic and the surface energy at the start, and the kinetic energy of an impulsive start [J].
     pub fn open(kinetic: f64, surface: f64, impulsive: f64) -> Self {
         let stored = kinetic + surface;
-        Self {
-            entries: vec![0.0; RATES + 1],
-            last: vec![0.0; 2 * RATES],
-            start: vec![stored, impulsive],
-            peak: vec![kinetic + impulsive, (stored + impulsive).max(surface)],
-        }
+        let (peak, largest) = (kinetic + impulsive, (stored + impulsive).max(surface));
+        Self { stored, impulsive, peak, largest, ..Self::default() }
     }
 
     /// Sets the work of gravity since the start to the potential energy that the fluids have lost [J].
     pub fn set_gravity(&mut self, lost: f64) {
-        self.entries[0] = lost;
+        self.external.gravity = lost;
     }
 
-    /// Notes the energies of a state [J].
-    pub fn note(&mut self, totals: &FlowTotals, surface: f64) {
-        let [gravity, boundary, carried, ..] = self.entries[..] else { return };
-        let terms = [surface, gravity, boundary, carried, self.viscous()];
+    /// Keeps the largest energies, with those of a state [J].
+    pub fn keep_largest(&mut self, totals: &FlowTotals, surface: f64) {
+        let ExternalTerms { gravity, boundary, openings, .. } = self.external;
+        let terms = [surface, gravity, boundary, openings, self.viscous];
         let largest = terms.iter().fold(totals.kinetic, |largest, term| largest.max(term.abs()));
-        self.peak = vec![self.peak[0].max(totals.kinetic), self.peak[1].max(largest)];
-    }
-
-    /// Work of gravity since the start [J].
-    pub fn gravity(&self) -> f64 {
-        self.entries[0]
-    }
-
-    /// Viscous dissipation since the start [J].
-    pub fn viscous(&self) -> f64 {
-        self.entries[RATES]
+        (self.peak, self.largest) = (self.peak.max(totals.kinetic), self.largest.max(largest));
     }
 
     /// Energy exchanged with boundaries and dissipated since the start [J].
     pub fn exchanged(&self) -> f64 {
-        self.entries[1].abs() + self.viscous()
+        self.external.boundary.abs() + self.viscous
     }
 
-    /// Kinetic and surface energy at the start, with what walls and inlets gave at once [J].
+    /// Kinetic and surface energy at the start, with that of an impulsive start [J].
     pub fn begun(&self) -> f64 {
-        self.start.iter().sum()
-    }
-
-    /// The largest kinetic energy so far [J].
-    pub fn peak(&self) -> f64 {
-        self.peak[0]
-    }
-
-    /// The largest energy so far that was stored, gained or lost by anything but errors [J].
-    pub fn largest(&self) -> f64 {
-        self.peak[1]
+        [self.stored, self.impulsive].iter().sum()
     }
 
     /// Energy of the flow and its surfaces that no term explains [J].
     pub fn gained(&self, totals: &FlowTotals, surface: f64) -> f64 {
-        let gained: f64 = self.entries[..3].iter().sum();
-        totals.kinetic + surface - (self.start[0] + gained - self.viscous())
+        let ExternalTerms { gravity, boundary, openings, .. } = self.external;
+        let gained: f64 = [gravity, boundary, openings].iter().sum();
+        totals.kinetic + surface - (self.stored + gained - self.viscous)
     }
 
-    /// Notes what acts from outside at the start, of which the first step takes its explicit share.
+    /// Takes powers and forces from outside as those at the start, of which the first step takes its explicit share.
     pub fn begin<const D: usize>(&mut self, outside: &ExternalRates<D>) {
-        self.last = [outside.entries(); 2].concat();
+        self.last = outside.terms();
+        self.earlier = self.last;
     }
 
-    /// Books a step of `dt` with what acts from outside at its end and what viscosity took [J]; `shares` are θ, β₁ and β₂.
+    /// Adds a step of `dt` [s] with the powers and forces from outside at its end and its viscous dissipation [J]; `shares` are θ, β₁
+    /// and β₂.
     pub fn add<const D: usize>(&mut self, dt: f64, shares: [f64; 3], outside: &ExternalRates<D>, viscous: f64) {
-        let (last, earlier) = self.last.split_at_mut(RATES);
-        for (k, now) in outside.entries().into_iter().enumerate() {
-            self.entries[k] += dt * (shares[0] * now + shares[1] * last[k] + shares[2] * earlier[k]);
-            (earlier[k], last[k]) = (last[k], now);
+        let now = outside.terms();
+        let mut sums = self.external.to_array();
+        let rates = now.to_array().into_iter().zip(self.last.to_array()).zip(self.earlier.to_array());
+        for (sum, ((now, last), earlier)) in sums.iter_mut().zip(rates) {
+            *sum += dt * (shares[0] * now + shares[1] * last + shares[2] * earlier);
         }
-        self.entries[1] += std::mem::take(&mut self.start[1]);
-        self.entries[RATES] += viscous;
+        self.external = ExternalTerms::from_array(sums);
+        (self.earlier, self.last) = (self.last, now);
+        self.external.boundary += std::mem::take(&mut self.impulsive);
+        self.viscous += viscous;
+    }
+
+    /// Columns of a checkpoint.
+    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let [mut sums, mut rates] = [self.external.to_array().to_vec(), self.last.to_array().to_vec()];
+        sums.push(self.viscous);
+        rates.extend(self.earlier.to_array());
+        visit("books/works", Column::new(&mut sums));
+        visit("books/last", Column::new(&mut rates));
+        if let (Some((external, [viscous])), Some((last, earlier))) =
+            (sums.split_first_chunk::<TERMS>(), rates.split_first_chunk::<TERMS>())
+        {
+            (self.external, self.viscous) = (ExternalTerms::from_array(*external), *viscous);
+            self.last = ExternalTerms::from_array(*last);
+            self.earlier = earlier.first_chunk().map_or(self.earlier, |earlier| ExternalTerms::from_array(*earlier));
+        }
+        [self.stored, self.impulsive] = visit_numbers(visit, "books/start", [self.stored, self.impulsive]);
+        [self.peak, self.largest] = visit_numbers(visit, "books/peak", [self.peak, self.largest]);
     }
 
     /// All terms of the ledger: energies, mass, momentum.
@@ -204,17 +243,17 @@ impl EnergyLedger {
         let mut terms = vec![
             term(Stored, "kinetic energy", "J", totals.kinetic),
             term(Stored, "surface energy", "J", surface),
-            term(Gain, "work of gravity", "J", self.gravity()),
-            term(Gain, "work of boundaries", "J", self.entries[1]),
-            term(Gain, "energy through openings", "J", self.entries[2]),
-            term(Loss, "viscous dissipation", "J", self.viscous()),
+            term(Gain, "work of gravity", "J", self.external.gravity),
+            term(Gain, "work of boundaries", "J", self.external.boundary),
+            term(Gain, "energy through openings", "J", self.external.openings),
+            term(Loss, "viscous dissipation", "J", self.viscous),
             term(Remainder, "numerical dissipation", "J", -self.gained(totals, surface)),
             term(Other, "mass", "kg", totals.mass),
         ];
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(D) {
             terms.push(term(Other, &format!("momentum {name}"), "N s", totals.momentum[axis]));
-            terms.push(term(Other, &format!("external impulse {name}"), "N s", self.entries[3 + axis]));
-            terms.push(term(Other, &format!("momentum through openings {name}"), "N s", self.entries[6 + axis]));
+            terms.push(term(Other, &format!("external impulse {name}"), "N s", self.external.impulse[axis]));
+            terms.push(term(Other, &format!("momentum through openings {name}"), "N s", self.external.momentum[axis]));
         }
         Ledger { terms, ..Ledger::default() }
     }

@@ -263,7 +263,11 @@ fn the_work_of_gravity_is_the_loss_of_potential_energy() {
         pfem.step(f64::from(k) * 0.2, 0.2).unwrap();
     }
     let lost = (start - height(&pfem)) * GRAVITY;
-    assert!((pfem.balance.ledger.gravity() / lost - 1.0).abs() < 1e-9, "{} {lost}", pfem.balance.ledger.gravity());
-    let work = pfem.balance.ledger.gravity() / (999.0 * GRAVITY * 0.4 * 0.2);
+    assert!(
+        (pfem.balance.ledger.external.gravity / lost - 1.0).abs() < 1e-9,
+        "{} {lost}",
+        pfem.balance.ledger.external.gravity
+    );
+    let work = pfem.balance.ledger.external.gravity / (999.0 * GRAVITY * 0.4 * 0.2);
     assert!((work - 1.0).abs() < 0.01, "{work}");
 }

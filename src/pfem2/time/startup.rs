@@ -63,7 +63,7 @@ impl<const D: usize> BeforePrediction<D> {
     fn of<const N: usize>(pfem: &Pfem2<D, N>) -> Self {
         Self {
             subscales: pfem.system.subscales.clone(),
-            ledger: pfem.balance.ledger.clone(),
+            ledger: pfem.balance.ledger,
             forces: pfem.forces.clone(),
             solver: pfem.system.memory(),
             preconditioners: pfem.system.preconditioners,
