@@ -70,7 +70,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn recommended_dt(&self) -> f64 {
-        self.limits.automatic_dt(&self.system, self.steps > 0)
+        self.limits.automatic_dt(&self.system, self.steps)
     }
 
     fn foreseen_dt(&self, end: f64) -> Option<[f64; 2]> {
@@ -220,7 +220,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
-        self.balance.friction.start = feet.carried(mesh, &self.velocity_at_start(step));
+        self.balance.dissipation.start = feet.carried(mesh, &self.velocity_at_start(step));
     }
 
     /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
@@ -243,7 +243,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         balance.add((step, shares, self.steps == 0), system, interface, action);
     }
 
-    /// Finds anew what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
+    /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
     pub(super) fn update_contents(&mut self) {
         self.system.fill(&self.interface.phases(), &self.history.velocity_previous);
         self.balance.sum(&self.system);

@@ -14,7 +14,7 @@
 use super::element::Block;
 use crate::mesh::{Mesh, Simplex};
 use crate::pfem2::boundary::{Boundary, Condition};
-use crate::pfem2::interface::{Cut, Enrichment};
+use crate::pfem2::interface::{CutGeometry, Enrichment};
 
 /// Which facets of each element are slip facets: bit k for the one opposite to local node k.
 pub fn slip_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
@@ -37,7 +37,7 @@ pub fn press<const D: usize, const N: usize>(
 
 /// ∮F N_j n_f dA of the slip facets of a cut element [m²], for each function F of the enriched pressure: a column of K_se.
 pub fn press_enriched<const D: usize, const N: usize>(
-    cut: &Cut<N>,
+    cut: &CutGeometry<N>,
     enrichment: Enrichment,
     simplex: &Simplex<D, N>,
     slip: u8,

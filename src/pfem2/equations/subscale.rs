@@ -7,8 +7,8 @@
 //! s   = b + γ̄  over a side's own nodes, and 0.3 τ        on each side of a cut element
 //! ```
 //!
-//! The projected field is the part of the pressure gradient that the body force doesn't balance, friction and −Dv/Dt: a fluid stays at rest under a force that changes
-//! from step to step. Along an interface ∇p/ρ differs from side to side, so each fluid has the value of its own nodes. Nodes
+//! The projected field is the part of the pressure gradient that the body force doesn't balance, friction and −Dv/Dt: a fluid
+//! stays at rest under a force that changes from step to step. Along an interface ∇p/ρ differs from side to side, so each fluid has the value of its own nodes. Nodes
 //! without an element of one fluid have none: fluids at rest stay at rest.
 //!
 //! With s = b in cut elements and the whole τ, as the paper has it everywhere, these are stabilised against the acceleration of the

@@ -47,7 +47,7 @@ pub struct Medium {
 
 /// Sums of a cut element.
 #[derive(Debug, Clone)]
-pub struct Cut<const N: usize> {
+pub struct CutGeometry<const N: usize> {
     /// Level set at the nodes, divided by the largest.
     level: [f64; N],
     /// Sub-simplices.
@@ -56,7 +56,7 @@ pub struct Cut<const N: usize> {
     pub media: [Medium; 2],
 }
 
-impl<const N: usize> Cut<N> {
+impl<const N: usize> CutGeometry<N> {
     /// An element cut by a level set; `media` of the negative and the positive side.
     pub fn new(level: [f64; N], media: [Medium; 2]) -> Self {
         let largest = level.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
@@ -173,7 +173,7 @@ mod tests {
         let nodes = [Vector([0.1, 0.0]), Vector([1.0, 0.2]), Vector([0.3, 0.9])];
         let (normal, gravity) = (Vector([0.6, 0.8]), Vector([0.6, 0.8]) * -9.81);
         let level = nodes.map(|x| x.dot(normal) - 0.47);
-        let cut = Cut::new(level, MEDIA);
+        let cut = CutGeometry::new(level, MEDIA);
         let simplex = triangle();
         let pressure = |phi: f64| -phi * 9.81 * if phi < 0.0 { 1000.0 } else { 1.0 };
         let nodal = level.map(|phi| [0.0, 0.0, pressure(phi)]);
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn content_of_a_cut_element_is_that_of_its_parts() {
-        let cut = Cut::new([-0.3, 0.9, 0.4], MEDIA);
+        let cut = CutGeometry::new([-0.3, 0.9, 0.4], MEDIA);
         let content = cut.content(2.0, |_| 0.5);
         let heavy = fraction(&[-0.3, 0.9, 0.4]);
         assert!((cut.negative_share() - heavy).abs() < 1e-14);

@@ -1,6 +1,6 @@
 //! The enriched pressure of a cut element: its rows, condensation and recovery (Becker (29)–(33), theory G.8).
 
-use super::{Cut, Enrichment};
+use super::{CutGeometry, Enrichment};
 use crate::math::Vector;
 use crate::mesh::Simplex;
 use crate::pfem2::equations::element::Block;
@@ -23,7 +23,7 @@ pub struct Enriched<const N: usize> {
 impl<const N: usize> Enriched<N> {
     /// The enrichment of a cut element. `source` is s on the negative and the positive side [m/s²]; `inertia` is τ/Δ with consistent PSPG, else 0.
     pub fn new<const D: usize>(
-        cut: &Cut<N>,
+        cut: &CutGeometry<N>,
         enrichment: Enrichment,
         simplex: &Simplex<D, N>,
         tau: f64,

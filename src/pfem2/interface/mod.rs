@@ -28,7 +28,7 @@ pub mod surface_tension;
 pub(super) mod tracking;
 mod volumes;
 
-pub use cut::{Cut, Enrichment, Medium};
+pub use cut::{CutGeometry, Enrichment, Medium};
 pub use enriched::Enriched;
 pub(in crate::pfem2) use enriched::inverse;
 pub use sub_simplices::{SubSimplex, corners, facets, is_cut, negative_side, share, split, whole};

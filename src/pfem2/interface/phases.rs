@@ -10,7 +10,7 @@
 //! The fluid of a node is the one with the largest fraction; of equal ones the first in the order of [`PhaseList`], the heaviest.
 
 use super::phase_list::PhaseList;
-use super::{Cut, Medium, is_cut};
+use super::{CutGeometry, Medium, is_cut};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::equations::element::Content;
@@ -138,10 +138,10 @@ impl Phases<'_> {
 
 impl<const N: usize> Filling<N> {
     /// The cut, if there is one; `viscosity` of each fluid in the element [Pa s].
-    pub fn cut(&self, density: &[f64], viscosity: impl Fn(usize) -> f64) -> Option<Cut<N>> {
+    pub fn cut(&self, density: &[f64], viscosity: impl Fn(usize) -> f64) -> Option<CutGeometry<N>> {
         let Self::Cut(pair, level) = self else { return None };
         let media = pair.map(|fluid| Medium { density: density[fluid], viscosity: viscosity(fluid) });
-        Some(Cut::new(*level, media))
+        Some(CutGeometry::new(*level, media))
     }
 
     /// Adds what an element of this volume holds of each fluid [m³].

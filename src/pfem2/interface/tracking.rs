@@ -1,7 +1,7 @@
 //! The interfaces of a run: fractions and level set at the nodes, and the volumes on their sides.
 
 use super::inflow::InflowComposition;
-use super::level_set::{self, InflowDepth, LevelSet, Opening};
+use super::level_set::{self, InflowDepth, LevelSet, OpenFacet};
 use super::outline::Outline;
 use super::phase_list::PhaseList;
 use super::phases::Phases;
@@ -34,7 +34,7 @@ pub(in crate::pfem2) struct InterfaceTracking<const D: usize> {
     /// Volume that has left through open boundaries, of the fluid inside the level set and of both [m³].
     pub outflow: [f64; 2],
     /// Facets through which it may leave.
-    pub openings: Vec<Opening<D>>,
+    pub openings: Vec<OpenFacet<D>>,
     /// Fluids that come in through them.
     pub inflow: InflowComposition<D>,
     /// The interfaces as surfaces, after the last step.

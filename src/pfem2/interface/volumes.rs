@@ -1,6 +1,6 @@
 //! The volume of each fluid: what it was, what has left, what level set or shares show (theory G.6).
 
-use super::level_set::{self, Opening, Origins};
+use super::level_set::{self, OpenFacet, Origins};
 use super::share_weights;
 use super::tracking::InterfaceTracking;
 use crate::mesh::Mesh;
@@ -28,7 +28,7 @@ impl<const D: usize> InterfaceTracking<D> {
         self.kept_volumes = (several && shifts).then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| e));
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
-        let opening = |(place, &facet)| Some(Opening { facet, brings: self.inflow.level(place)? });
+        let opening = |(place, &facet)| Some(OpenFacet { facet, brings: self.inflow.level(place)? });
         self.openings = facets.filter_map(opening).collect();
         self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
     }

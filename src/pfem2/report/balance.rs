@@ -2,8 +2,8 @@
 //! (theory F.13, F.14).
 
 use super::available::{AvailablePotentialEnergy, EnergyCheck};
+use super::dissipation::ViscousDissipation;
 use super::forces::BoundaryAction;
-use super::friction::Friction;
 use super::ledger::{EnergyLedger, ExternalRates, FlowTotals};
 use super::notices::Notices;
 use super::through::OpenBoundaryFlux;
@@ -26,7 +26,7 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
     /// Works and losses since the start.
     pub ledger: EnergyLedger,
     /// Viscous dissipation.
-    pub friction: Friction<D>,
+    pub dissipation: ViscousDissipation<D>,
     /// Work that gravity can do, where that can be told.
     pub available: Option<AvailablePotentialEnergy>,
     /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
@@ -39,7 +39,7 @@ impl<const D: usize> EnergyBalance<D> {
         Self {
             totals: FlowTotals::default(),
             ledger: EnergyLedger::default(),
-            friction: Friction::at_rest(nodes),
+            dissipation: ViscousDissipation::at_rest(nodes),
             available: None,
             initial_volumes: Vec::new(),
         }
@@ -54,7 +54,7 @@ impl<const D: usize> EnergyBalance<D> {
         self.ledger = EnergyLedger::open(self.totals.kinetic, system.surface_energy(), impulsive);
     }
 
-    /// Takes the sums over the mesh anew.
+    /// Updates the sums over the mesh.
     pub fn sum<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
         self.totals = FlowTotals::of(system);
     }
@@ -68,7 +68,7 @@ impl<const D: usize> EnergyBalance<D> {
     ) {
         let rates = self.external_rates(system, interface, action);
         self.ledger.begin(&rates);
-        self.friction.begin(system);
+        self.dissipation.begin(system);
     }
 
     /// Adds a step with the `shares` θ, β₁ and β₂; `first`: nothing came before it but its prediction.
@@ -80,7 +80,7 @@ impl<const D: usize> EnergyBalance<D> {
         action: BoundaryAction<D>,
     ) {
         let rates = self.external_rates(system, interface, action);
-        let viscous = self.friction.take(system, step.dt, shares, first);
+        let viscous = self.dissipation.take(system, step.dt, shares, first);
         self.ledger.add(step.dt, shares, &rates, viscous);
         if let Some(available) = self.available.as_ref().filter(|_| interface.keeps_volumes()) {
             self.ledger.set_gravity(available.released(&self.totals));
@@ -137,7 +137,7 @@ impl<const D: usize> EnergyBalance<D> {
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
         if self.ledger.viscous < -NEGATIVE * largest {
-            notices.friction();
+            notices.negative_dissipation();
         }
     }
 }

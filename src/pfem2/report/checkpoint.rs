@@ -79,10 +79,10 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
         visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
     }
     pfem.balance.ledger.columns(visit);
-    let friction = &mut pfem.balance.friction;
-    [friction.power_last, friction.power_earlier] =
-        visit_numbers(visit, "friction/power", [friction.power_last, friction.power_earlier]);
-    visit("friction/change", Column::new(&mut friction.change));
+    let dissipation = &mut pfem.balance.dissipation;
+    [dissipation.power_last, dissipation.power_earlier] =
+        visit_numbers(visit, "friction/power", [dissipation.power_last, dissipation.power_earlier]);
+    visit("friction/change", Column::new(&mut dissipation.change));
     visit("forces", Column::new(&mut pfem.forces.last));
     visit("forces/earlier", Column::new(&mut pfem.forces.previous));
     // Nothing depends on these, but the state is shown with them.

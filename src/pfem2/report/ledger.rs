@@ -6,7 +6,7 @@
 //!              Δt Σ m_i b_i·v_i                              elsewhere
 //! boundaries   Δt Σ (traction and support)·v_i
 //! openings     −Δt ∮ ½ρ |v|² v·n                        (see `through`)
-//! viscous      what the step takes                      (see `friction`)
+//! viscous      what the step takes                      (see `dissipation`)
 //! surface      σ A
 //! ```
 //!

@@ -3,7 +3,7 @@
 //! ```text
 //! forces      forces of the fluid on parts of the boundary                theory (F.38)
 //! ledger      energy and momentum of the flow                             theory F.13
-//! friction    viscous dissipation of a step                               theory (F.40)
+//! dissipation viscous dissipation of a step                               theory (F.40)
 //! through     energy and momentum that the flow carries through openings  theory F.13
 //! available   available potential energy, and the check against it        theory F.14
 //! balance     the energy balance of a run, and its checks
@@ -16,8 +16,8 @@
 pub(super) mod available;
 pub(super) mod balance;
 pub(super) mod checkpoint;
+pub(super) mod dissipation;
 pub(super) mod forces;
-pub(super) mod friction;
 pub(super) mod health;
 pub(super) mod ledger;
 pub(super) mod notices;

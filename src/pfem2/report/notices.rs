@@ -18,7 +18,7 @@ const LEFT: f64 = 0.9;
 /// Part of the volume of several fluids that may be missing without a word.
 const CHANGED: f64 = 1e-3;
 
-/// Steps that errors in the energy last until they are said: flows that begin are slower than their errors at first.
+/// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at first.
 const LASTING: u32 = 5;
 
 /// Notices of a run, each kind given once.
@@ -111,7 +111,7 @@ impl Notices {
         self.said.say("energy", || what.to_owned());
     }
 
-    /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; said where it is much for
+    /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; a notice is given where it is `much` for
     /// some steps.
     pub fn errors(&mut self, part: f64, much: bool) {
         self.lasting = if much { LASTING.min(self.lasting + 1) } else { 0 };
@@ -129,7 +129,7 @@ impl Notices {
     }
 
     /// Viscosity has given energy.
-    pub fn friction(&mut self) {
+    pub fn negative_dissipation(&mut self) {
         let what = "`viscous dissipation` is below zero in `history/balance.csv`: the step is too long for this viscosity; take \
                     shorter steps (`time.step`)";
         self.said.say("viscous dissipation", || what.to_owned());
@@ -155,8 +155,8 @@ impl Notices {
         self.said.take()
     }
 
-    /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have been there, and inlets that they
-    /// have met, are found again by the next look.)
+    /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have been there,
+    /// and inlets that they have met, are found again by the next look.)
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         let [lasting] = visit_numbers(visit, "notices/lasting", [self.lasting]);
         // No more steps count than those after which a notice is given; a state that was not left by a run may hold any number.

@@ -57,7 +57,7 @@ fn the_ledger_counts_the_energy_of_a_lid_that_starts_impulsively() {
         pfem.step(f64::from(k) * 0.05, 0.05).unwrap();
         let ledger = pfem.snapshot().ledger;
         assert!(ledger.closure(start).abs() < 1e-12 * ledger.scale(start), "{}", ledger.closure(start));
-        // 8 cells are few: errors take some of the energy, and that is said, but they give none.
+        // 8 cells are few: errors take some of the energy, which gives a notice, but they add none.
         assert!(!pfem.notices().iter().any(|text| text.contains("given")));
     }
     let given = pfem.snapshot().ledger.terms.iter().find(|term| term.name == "work of boundaries").unwrap().value;

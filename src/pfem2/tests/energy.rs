@@ -10,7 +10,8 @@ fn term(pfem: &Pfem2<2, 3>, name: &str) -> f64 {
 }
 
 /// The vortices v = (sin x cos y, −cos x sin y) between slip walls, of viscosity ν: they keep their shape and decay as e^(−2νt). Steps
-/// are `long` decay times 1/2ν, in which the fluid moves by 0.02, a sixth of a cell, at most. Returns kinetic energy at the start, what is left, viscous and numerical dissipation.
+/// are `long` decay times 1/2ν, in which the fluid moves by 0.02, a sixth of a cell, at most. Returns the kinetic energy at
+/// the start and at the end, and the viscous and the numerical dissipation.
 fn decaying(long: f64, steps: u32) -> [f64; 4] {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(PI), [24; 2]).unwrap();
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];

@@ -115,7 +115,7 @@ fn waves_amid_a_row_of_elements_do_not_grow() {
     assert!(last < 1.05 && last > 0.85, "{first} {last}");
 }
 
-/// Beyond the bound short waves take energy from nothing, which is said long before the run has to stop.
+/// Beyond the bound short waves gain energy from errors, which gives a notice long before the run has to stop.
 #[test]
 fn growth_beyond_the_stable_step_gives_a_notice() {
     let mut pfem = half_full([20, 20], 0.1, (0.02, 2.0), [1000.0, 1.0]);

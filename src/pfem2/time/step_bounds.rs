@@ -64,18 +64,18 @@ impl StepLimits {
         if self.courant.is_finite() { system.crossing_time() * self.courant } else { f64::INFINITY }
     }
 
-    /// The automatic step [s], the first one if there is none `before`.
+    /// The automatic step after so many `steps` [s].
     pub fn automatic_dt<const D: usize, const N: usize>(
         &self,
         system: &VelocityPressureSystem<D, N>,
-        before: bool,
+        steps: u64,
     ) -> f64 {
         let waves = self.interface_dt(system);
         let bound = waves.min(self.courant_dt(system));
-        match before {
+        match steps {
             _ if !self.control.is_active() => bound,
-            false => START * bound,
-            true => bound.min(self.control.proposal.max(LEAST * waves.min(system.crossing_time()))),
+            0 => START * bound,
+            _ => bound.min(self.control.proposal.max(LEAST * waves.min(system.crossing_time()))),
         }
     }
 

@@ -29,7 +29,7 @@ const NONE: u32 = u32::MAX;
 
 /// The zero line or surface of a nodal level set, as segments (2D) or triangles (3D).
 #[derive(Debug, Clone)]
-pub struct Interface<const D: usize> {
+pub struct InterfacePolygons<const D: usize> {
     facets: Vec<Polygon<D>>,
     /// The element of each facet, ascending.
     element: Vec<u32>,
@@ -69,7 +69,7 @@ impl Sight {
     }
 }
 
-impl<const D: usize> Interface<D> {
+impl<const D: usize> InterfacePolygons<D> {
     /// The zero of the linear interpolant of `level`.
     pub fn new<const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> Self {
         let mut interface = Self { facets: Vec::new(), element: Vec::new(), longest_edge: 0.0 };

@@ -8,13 +8,13 @@
 //! φ as it is at the facet is no measure: it is continued from the particles behind the facet, and what comes in with it would
 //! continue it again. A jet that once came nearer to an outlet would come nearer for ever, until an interface stood there that
 //! nothing brought. Distances are measured in every step, so that nothing is handed on; beyond a facet there is only the fluid that
-//! comes in, so that nobody comes nearer to an interface by being farther out.
+//! comes in, so that no particle comes nearer to an interface by being farther out.
 //!
 //! Where another fluid comes in than the one behind the facet, the facet itself is the interface at the start of the step: the
 //! particles behind it learn how far away they are.
 
-use super::distance::Interface;
-use super::{AGREES, LevelSet, Opening, value};
+use super::distance::InterfacePolygons;
+use super::{AGREES, LevelSet, OpenFacet, value};
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
 use crate::parallel;
@@ -35,15 +35,15 @@ impl InflowDepth {
     pub fn new<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         set: &LevelSet,
-        openings: &[Opening<D>],
+        openings: &[OpenFacet<D>],
         carrier: &[Vector<D>],
         particles: &mut Particles<D>,
     ) -> Self {
-        let mut interface = Interface::new(mesh, &set.level);
+        let mut interface = InterfacePolygons::new(mesh, &set.level);
         let fronts: Vec<Facet> =
             openings.iter().filter(|opening| is_front(mesh, set, opening, carrier)).map(|o| o.facet).collect();
         if !fronts.is_empty() {
-            let fronts = Interface::of_facets(mesh, &fronts);
+            let fronts = InterfacePolygons::of_facets(mesh, &fronts);
             set.meet(mesh, &fronts.distances(mesh, set.band), particles);
             interface = interface.and(fronts);
         }
@@ -57,7 +57,7 @@ impl InflowDepth {
 fn is_front<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     set: &LevelSet,
-    opening: &Opening<D>,
+    opening: &OpenFacet<D>,
     carrier: &[Vector<D>],
 ) -> bool {
     let (area, nodes) = (mesh.facet_area(opening.facet), mesh.facet_nodes(opening.facet));
@@ -111,9 +111,9 @@ mod tests {
 
     const AIR: f64 = 1e30;
 
-    fn top(mesh: &Mesh<2, 3>, brings: f64) -> Vec<Opening<2>> {
+    fn top(mesh: &Mesh<2, 3>, brings: f64) -> Vec<OpenFacet<2>> {
         let on = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 1.0);
-        mesh.boundary().iter().filter(on).map(|&facet| Opening { facet, brings: [brings; 2] }).collect()
+        mesh.boundary().iter().filter(on).map(|&facet| OpenFacet { facet, brings: [brings; 2] }).collect()
     }
 
     /// Water below 0.6 in a box of unit size, with φ stretched above it; `brings` is φ of what comes in from above.
@@ -124,7 +124,7 @@ mod tests {
         let set = LevelSet::new(&mesh, 0, phi, &mut particles);
         let (openings, fall) = (top(&mesh, brings), Vector([0.0, -1.0]));
         let entering = InflowDepth::new(&mesh, &set, &openings, &vec![fall; mesh.nodes().len()], &mut particles);
-        let middle = |opening: &Opening<2>| {
+        let middle = |opening: &OpenFacet<2>| {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
             let place = MeshPoint { element: facet.element as usize, shape };

@@ -28,12 +28,12 @@ mod spurious_nodes;
 mod tests;
 mod volume;
 
-pub use distance::Interface;
+pub use distance::InterfacePolygons;
 use distance::longest_edge;
 pub use inflow_depth::InflowDepth;
 pub use inlet::{Brings, brought, on_facet};
 pub use isolated_nodes::{absorb_isolated_fluids, absorb_isolated_nodes};
-pub use outflow::{Opening, outflow, share_inside};
+pub use outflow::{OpenFacet, outflow, share_inside};
 pub use spurious_nodes::{Origins, revert_spurious_nodes};
 pub use volume::{negative_volume, shift_to_volume};
 
@@ -97,7 +97,7 @@ impl LevelSet {
         particles: &mut Particles<D>,
     ) -> Self {
         let level: Vec<f64> = parallel::collect(mesh.nodes().len(), 256, |node| phi(mesh.nodes()[node]));
-        let interface = Interface::new(mesh, &level);
+        let interface = InterfacePolygons::new(mesh, &level);
         // Where there is none yet, a fluid may still flow in.
         let longest = || (0..mesh.elements().len()).map(|e| longest_edge(&mesh.corners(e))).fold(0.0, f64::max);
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
@@ -114,7 +114,7 @@ impl LevelSet {
         &mut self,
         mesh: &Mesh<D, N>,
         particles: &mut Particles<D>,
-        openings: &[Opening<D>],
+        openings: &[OpenFacet<D>],
     ) {
         let before = std::mem::take(&mut self.level);
         self.level = self.average(mesh, particles, &before);
@@ -212,7 +212,7 @@ impl LevelSet {
 
     /// Measures the depths anew.
     fn measure<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, particles: &mut Particles<D>) {
-        let interface = Interface::new(mesh, &self.level);
+        let interface = InterfacePolygons::new(mesh, &self.level);
         self.age = 0;
         if interface.is_empty() {
             return;

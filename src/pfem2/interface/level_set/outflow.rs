@@ -24,7 +24,7 @@ const PARTS: usize = 8;
 
 /// An open facet, with the level set of its inflow.
 #[derive(Debug, Clone, Copy)]
-pub struct Opening<const D: usize> {
+pub struct OpenFacet<const D: usize> {
     /// The facet.
     pub facet: Facet,
     /// φ of what comes in at its corners [m].
@@ -38,7 +38,7 @@ pub struct Opening<const D: usize> {
 /// step [s].
 pub fn outflow<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    openings: &[Opening<D>],
+    openings: &[OpenFacet<D>],
     velocity: &[Vector<D>],
     dt: f64,
     phi: impl Fn(&MeshPoint<N>, f64) -> f64 + Sync,
@@ -118,8 +118,8 @@ mod tests {
     fn leaves<const D: usize, const N: usize>(mesh: &Mesh<D, N>, offset: f64, dt: f64) -> [f64; 2] {
         let speed = Vector::from_fn(|axis| [1.5, -0.2, 0.3][axis]);
         let out = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 1.0);
-        let openings: Vec<Opening<D>> =
-            mesh.boundary().iter().filter(out).map(|&facet| Opening { facet, brings: [1.0; D] }).collect();
+        let openings: Vec<OpenFacet<D>> =
+            mesh.boundary().iter().filter(out).map(|&facet| OpenFacet { facet, brings: [1.0; D] }).collect();
         let normal = Vector::from_fn(|axis| [0.8, 0.6, 0.0][axis]);
         let phi = |place: &MeshPoint<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
         outflow(mesh, &openings, &vec![speed; mesh.nodes().len()], dt, phi)
@@ -152,8 +152,8 @@ mod tests {
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];
         for (brings, inside) in [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)] {
-            let openings: Vec<Opening<2>> =
-                mesh.boundary().iter().filter(left).map(|&facet| Opening { facet, brings }).collect();
+            let openings: Vec<OpenFacet<2>> =
+                mesh.boundary().iter().filter(left).map(|&facet| OpenFacet { facet, brings }).collect();
             let [found, all] = outflow(&mesh, &openings, &flow, 0.1, |_, _| 1.0);
             assert!((found - inside).abs() < 1e-15 && (all + 0.2).abs() < 1e-15);
         }

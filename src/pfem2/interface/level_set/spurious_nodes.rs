@@ -3,7 +3,7 @@
 //! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that changes
 //! sides without any of these shows only that depths were continued too far; it stays on the side on which it was.
 
-use super::Opening;
+use super::OpenFacet;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::particles::Particles;
@@ -21,7 +21,7 @@ pub struct Origins<'a, const D: usize> {
     /// The particles after the step.
     pub particles: &'a Particles<D>,
     /// Open facets with the level set of their inflow.
-    pub openings: &'a [Opening<D>],
+    pub openings: &'a [OpenFacet<D>],
 }
 
 /// Reverts nodes of pieces without an origin to the side on which they were; returns their number.
@@ -85,8 +85,8 @@ mod tests {
         let particles = Particles::seed(&mesh, 3, |x| Some(u8::from(!near(x))), |_| Vector::ZERO);
         let top =
             |facet: &&crate::mesh::Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 8.0);
-        let openings: Vec<Opening<2>> =
-            mesh.boundary().iter().filter(top).map(|&facet| Opening { facet, brings: [top_brings; 2] }).collect();
+        let openings: Vec<OpenFacet<2>> =
+            mesh.boundary().iter().filter(top).map(|&facet| OpenFacet { facet, brings: [top_brings; 2] }).collect();
         let before = vec![2.0; mesh.nodes().len()];
         let piece = [Vector([4.0, 8.0]), Vector([4.0, 7.0])];
         let mut level: Vec<f64> = mesh

@@ -22,7 +22,7 @@ fn distances_from_a_circle_converge_with_the_square_of_the_mesh() {
     let error = |cells: usize| {
         let mesh = square(cells);
         let bent = nodal(&mesh, |x| circle(x) * (1.0 + x[0]));
-        let distances = Interface::new(&mesh, &bent).distances(&mesh, 0.1);
+        let distances = InterfacePolygons::new(&mesh, &bent).distances(&mesh, 0.1);
         let each = mesh.nodes().iter().zip(&distances);
         each.map(|(&x, d)| (circle(x).abs().min(0.1) - d).abs()).fold(0.0, f64::max)
     };
@@ -36,7 +36,7 @@ fn surface_and_volume_of_a_ball_converge() {
         let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [cells; 3]).unwrap();
         let ball = nodal(&mesh, |x| (x - Vector::splat(0.51)).norm() - 0.3);
         let (area, volume) = (0.36 * PI, 0.036 * PI);
-        [Interface::new(&mesh, &ball).area() / area - 1.0, negative_volume(&mesh, &ball) / volume - 1.0]
+        [InterfacePolygons::new(&mesh, &ball).area() / area - 1.0, negative_volume(&mesh, &ball) / volume - 1.0]
     };
     let (coarse, fine) = (error(8), error(16));
     for i in 0..2 {
@@ -148,7 +148,7 @@ fn a_circle_goes_on_behind_a_wall() {
     let error = |cells: usize| {
         let mesh = square(cells);
         let band = 4.0 / cells as f64;
-        let distances = Interface::new(&mesh, &nodal(&mesh, behind)).distances(&mesh, band);
+        let distances = InterfacePolygons::new(&mesh, &nodal(&mesh, behind)).distances(&mesh, band);
         let each = mesh.nodes().iter().zip(&distances).filter(|(x, _)| behind(**x).abs() < band);
         each.map(|(&x, d)| (behind(x).abs() - d).abs()).fold(0.0, f64::max)
     };
@@ -169,7 +169,7 @@ fn distances_behind_a_corner_count_from_the_end_of_the_interface() {
     // From (0.613, 0) up to the step's side at (1, 0.387); its line comes out of the top at (1.113, 0.5).
     let plane = |x: Vector<2>| (x[1] - x[0] + 0.613) * 0.5f64.sqrt();
     let level = nodal(&mesh, |x| if x[1] > 0.5 - 1e-9 { 0.2 } else { plane(x) });
-    let distances = Interface::new(&mesh, &level).distances(&mesh, 0.4);
+    let distances = InterfacePolygons::new(&mesh, &level).distances(&mesh, 0.4);
     let end = Vector([1.0, 0.387]);
     for (x, d) in mesh.nodes().iter().zip(distances).filter(|(x, _)| x[0] > 1.05 && x[1] > 0.5 - 1e-9) {
         let exact = (*x - end).norm().min(0.4);

@@ -276,7 +276,7 @@ fn foreseen<const N: usize>(taylor: &Taylor<N>, end: f64) -> Option<(f64, [f64; 
 }
 
 /// A particle outside at `end` came out earlier; at that time another shape function may be negative that has become
-/// positive again, so the search goes on until nobody is outside.
+/// positive again, so the search goes on until the particle isn't outside.
 #[cold]
 fn searched<const N: usize>(taylor: &Taylor<N>, end: f64) -> (f64, [f64; N], Option<usize>) {
     let (mut time, mut exit) = (end, None);

@@ -1,4 +1,4 @@
-//! Keeps particles everywhere, and nowhere too many (theory G.12).
+//! Reseeding: particles are added where there are too few and merged where there are too many (theory G.12).
 //!
 //! ```text
 //! sub-cells of a simplex, 2^D of one size

@@ -20,7 +20,7 @@ use crate::pfem2::equations::system::VelocityPressureSystem;
 
 /// Powers and velocities of the steps before.
 #[derive(Debug, Clone, Default)]
-pub struct Friction<const D: usize> {
+pub struct ViscousDissipation<const D: usize> {
     /// q(u_n) [W]; without a predictor step q(vⁿ).
     pub power_last: f64,
     /// q(u_n−1) [W].
@@ -31,7 +31,7 @@ pub struct Friction<const D: usize> {
     pub start: Vec<Vector<D>>,
 }
 
-impl<const D: usize> Friction<D> {
+impl<const D: usize> ViscousDissipation<D> {
     /// Of a fluid without history: `nodes` nodes.
     pub fn at_rest(nodes: usize) -> Self {
         Self {
