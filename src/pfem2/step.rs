@@ -101,7 +101,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak);
         self.history.advance(dt);
         self.steps += 1;
-        self.notices.look(&self.system, &self.particles.columns, &self.interface.fraction);
+        self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
         self.balance.check(&self.system, &self.interface, &mut self.notices).map_err(at)
     }
 
@@ -128,7 +128,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     fn restored(&mut self) {
         self.particles.columns.sort();
         self.update_contents();
-        self.system.recall(&std::mem::take(&mut self.solver_state));
+        self.system.restore_solver(&std::mem::take(&mut self.solver_state));
     }
 
     fn stage_times(&self) -> Vec<(&'static str, f64)> {

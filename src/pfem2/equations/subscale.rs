@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The projected field is the part of the pressure gradient that the body force doesn't balance, friction and −Dv/Dt: a fluid
-//! stays at rest under a force that changes from step to step. Along an interface ∇p/ρ differs from side to side, so each fluid has the value of its own nodes. Nodes
-//! without an element of one fluid have none: fluids at rest stay at rest.
+//! stays at rest under a force that changes from step to step. Along an interface ∇p/ρ differs from side to side, so each fluid has the value of its own
+//! nodes. Nodes without an element of one fluid have none: fluids at rest stay at rest.
 //!
 //! With s = b in cut elements and the whole τ, as the paper has it everywhere, these are stabilised against the acceleration of the
 //! flow itself: a disc in a ring of fluid that turn as one body are wrong by 2.5 % after a turn, with a ratio of densities of 1000
@@ -45,14 +45,14 @@ impl<const D: usize> Subscales<D> {
     }
 
     /// γ after a step.
-    pub fn follow(&mut self) {
+    pub fn average(&mut self) {
         for (followed, projected) in self.followed.iter_mut().zip(&self.projected) {
             *followed += (*projected - *followed) * FOLLOW;
         }
     }
 
     /// γ = π, as after many steps in a flow that doesn't change.
-    pub fn settle(&mut self) {
+    pub fn begin_average(&mut self) {
         self.followed.clone_from(&self.projected);
     }
 }

@@ -199,7 +199,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// The state of the linear solver, kept from one step to the next.
-    pub(in crate::pfem2) fn memory(&self) -> SolverState {
+    pub(in crate::pfem2) fn solver_state(&self) -> SolverState {
         self.linear.memory()
     }
 
@@ -209,7 +209,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Goes on from the memory of another run of the same case.
-    pub(in crate::pfem2) fn recall(&mut self, memory: &SolverState) {
+    pub(in crate::pfem2) fn restore_solver(&mut self, memory: &SolverState) {
         // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.
         if self.linear.restore(memory).is_err() {
             self.linear = solver(&self.mesh, &self.assembly, self.options);
@@ -402,7 +402,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             let mut subscales = std::mem::take(&mut self.subscales);
             let (pure, pressure) = (|e: usize| self.pure[e], |node: usize| self.pressure[node]);
             subscale::project(&self.mesh, &self.contents, pure, pressure, &self.force, &mut subscales.projected);
-            subscales.follow();
+            subscales.average();
             self.subscales = subscales;
         }
     }

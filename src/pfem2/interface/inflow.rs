@@ -1,6 +1,6 @@
 //! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start (theory F.10, G.4).
 
-use super::level_set::{self, Brings, InflowDepth, LevelSet};
+use super::level_set::{self, InflowDepth, InflowFluid, LevelSet};
 use super::phase_list::PhaseList;
 use super::phases::Phases;
 use crate::math::Vector;
@@ -17,7 +17,7 @@ pub struct InflowComposition<const D: usize> {
     /// Else: the fractions of the fluids at the nodes at the start.
     fraction: Vec<Vec<f64>>,
     /// The level set of two fluids at the start.
-    both: Vec<f64>,
+    level_at_start: Vec<f64>,
     /// The phases.
     list: PhaseList,
 }
@@ -31,15 +31,15 @@ impl<const D: usize> InflowComposition<D> {
         phases: &Phases,
     ) -> Self {
         let Some(set) = sharp else {
-            let (both, list) = (phases.level.to_vec(), phases.list.clone());
-            return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), both, list };
+            let (level_at_start, list) = (phases.level.to_vec(), phases.list.clone());
+            return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), level_at_start, list };
         };
         let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
-            (Some(fluid), _) => Brings::Named(fluid == set.inside),
-            (None, kind) if kind.is_open() => Brings::Start,
-            (None, _) => Brings::Nothing,
+            (Some(fluid), _) => InflowFluid::Named(fluid == set.inside),
+            (None, kind) if kind.is_open() => InflowFluid::Start,
+            (None, _) => InflowFluid::Nothing,
         };
-        let brings: Vec<Brings> = boundary.kinds.iter().enumerate().map(of).collect();
+        let brings: Vec<InflowFluid> = boundary.kinds.iter().enumerate().map(of).collect();
         Self { level: level_set::brought(mesh, &set.level, &brings), ..Self::default() }
     }
 
@@ -59,13 +59,13 @@ impl<const D: usize> InflowComposition<D> {
         way: Vector<D>,
     ) -> (u8, f64) {
         let Some(((set, entering), corners)) = sharp.zip(self.level(inflow.facet)) else {
-            let phases = Phases { list: &self.list, fraction: &self.fraction, level: &self.both };
+            let phases = Phases { list: &self.list, fraction: &self.fraction, level: &self.level_at_start };
             let fluid = || phases.at_place(&mesh.elements()[place.element], &place.shape) as u8;
             return (inflow.fluid.unwrap_or_else(fluid), f64::INFINITY);
         };
         let facet = mesh.boundary()[inflow.facet];
         let held = level_set::on_facet(facet, &corners, place);
-        let (own, depth) = set.beyond(mesh, (place, facet), way, (held, entering));
+        let (own, depth) = set.inflow_at(mesh, (place, facet), way, (held, entering));
         (inflow.fluid.unwrap_or(own), depth)
     }
 }

@@ -53,7 +53,7 @@ impl<const D: usize> InterfaceTracking<D> {
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
         let booked = start - self.outflow[0];
-        let wanted = held(mesh, &sharp.level, booked, !self.openings.is_empty());
+        let wanted = volume_to_keep(mesh, &sharp.level, booked, !self.openings.is_empty());
         self.outflow[0] += booked - wanted;
         let (particles, openings) = (&*particles, &self.openings[..]);
         let origins = Origins { before: &before, inside: sharp.inside, particles, openings };
@@ -111,7 +111,7 @@ impl<const D: usize> InterfaceTracking<D> {
 ///
 /// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than its
 /// volume, and a fluid whose last part is gone through an opening holds nothing, even if the count leaves a rest of it.
-fn held<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], booked: f64, open: bool) -> f64 {
+fn volume_to_keep<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], booked: f64, open: bool) -> f64 {
     let alone = level.iter().all(|&level| level < 0.0) || level.iter().all(|&level| level >= 0.0);
     if open && alone {
         let shown = level_set::negative_volume(mesh, level);

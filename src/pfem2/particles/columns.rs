@@ -33,7 +33,7 @@ macro_rules! particle_columns {
                 self.optional.iter_mut().for_each(OptionalColumn::push_zeros);
             }
 
-            /// Brings all columns into a new order.
+            /// InflowFluid all columns into a new order.
             fn reorder(&mut self, order: &[u32], spare: &mut Spare<D>) {
                 $(gather(order, &mut self.$name, &mut spare.$spare);)*
                 self.optional.iter_mut().for_each(|column| column.reorder(order, &mut spare.floats));
@@ -248,7 +248,7 @@ impl<const D: usize> Particles<D> {
     }
 }
 
-/// Brings a column into a new order, through another one that takes its place.
+/// InflowFluid a column into a new order, through another one that takes its place.
 fn gather<T: Copy + Send + Sync + Default>(order: &[u32], column: &mut Vec<T>, spare: &mut Vec<T>) {
     parallel::map_into(order, spare, |&from| column[from as usize]);
     std::mem::swap(column, spare);

@@ -80,7 +80,7 @@ impl<const D: usize> EnergyBalance<D> {
         action: BoundaryAction<D>,
     ) {
         let rates = self.external_rates(system, interface, action);
-        let viscous = self.dissipation.take(system, step.dt, shares, first);
+        let viscous = self.dissipation.of_step(system, step.dt, shares, first);
         self.ledger.add(step.dt, shares, &rates, viscous);
         if let Some(available) = self.available.as_ref().filter(|_| interface.keeps_volumes()) {
             self.ledger.set_gravity(available.released(&self.totals));

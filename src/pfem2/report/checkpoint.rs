@@ -61,7 +61,7 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    pfem.solver_state = pfem.system.memory();
+    pfem.solver_state = pfem.system.solver_state();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
     pfem.solver_state.counters = visit_numbers(visit, "solver/counters", pfem.solver_state.counters);
     pfem.particles.columns.visit_columns(visit);

@@ -51,7 +51,7 @@ impl<const D: usize> ViscousDissipation<D> {
     }
 
     /// Viscous dissipation of the step [J]; `shares` are θ, β₁ and β₂, `first`: nothing came before it but the predictor step.
-    pub fn take<const N: usize>(
+    pub fn of_step<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
         dt: f64,

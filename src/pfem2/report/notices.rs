@@ -41,12 +41,12 @@ impl Notices {
         fraction: &[Vec<f64>],
     ) -> Self {
         let mut notices = Self::default();
-        notices.look(system, particles, fraction);
+        notices.check_fluids(system, particles, fraction);
         Self { met: notices.met, been: notices.been, ..Self::default() }
     }
 
     /// Looks at the state after a step; `fraction` by fluid and node.
-    pub fn look<const D: usize, const N: usize>(
+    pub fn check_fluids<const D: usize, const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
         particles: &Particles<D>,

@@ -65,7 +65,7 @@ impl<const D: usize> BeforePrediction<D> {
             subscales: pfem.system.subscales.clone(),
             ledger: pfem.balance.ledger,
             forces: pfem.forces.clone(),
-            solver: pfem.system.memory(),
+            solver: pfem.system.solver_state(),
             preconditioners: pfem.system.preconditioners,
         }
     }
@@ -73,7 +73,7 @@ impl<const D: usize> BeforePrediction<D> {
     fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) {
         (pfem.system.subscales, pfem.system.preconditioners) = (self.subscales, self.preconditioners);
         (pfem.balance.ledger, pfem.forces) = (self.ledger, self.forces);
-        pfem.system.recall(&self.solver);
+        pfem.system.restore_solver(&self.solver);
     }
 }
 
@@ -136,7 +136,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         for _ in 0..solutions {
             self.system.solve(step, &self.interface.phases(), &convected)?;
         }
-        self.system.subscales.settle();
+        self.system.subscales.begin_average();
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         self.history.acceleration_previous.copy_from_slice(&self.history.acceleration);
         let action = self.forces.begin(&self.system, step, &convected);

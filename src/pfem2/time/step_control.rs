@@ -13,8 +13,8 @@
 //! curvature that the jumps of its gradient show (Zienkiewicz & Zhu 1987): where v'' is constant, the error of linear
 //! interpolation, h² v''/√120. The tolerance is 2 by default: the scheme is one order better than e. Norms are weighted with
 //! mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an interface is no curvature. Both fall
-//! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an interface from running ahead of the flow by more than a tenth of an element in one step, which
-//! would make fingers where a heavy fluid runs into a light one.
+//! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an
+//! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
 
 use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};

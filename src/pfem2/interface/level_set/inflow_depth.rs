@@ -44,7 +44,7 @@ impl InflowDepth {
             openings.iter().filter(|opening| is_front(mesh, set, opening, carrier)).map(|o| o.facet).collect();
         if !fronts.is_empty() {
             let fronts = InterfacePolygons::of_facets(mesh, &fronts);
-            set.meet(mesh, &fronts.distances(mesh, set.band), particles);
+            set.limit_depths(mesh, &fronts.distances(mesh, set.band), particles);
             interface = interface.and(fronts);
         }
         let mut distance = interface.distances(mesh, set.band);
@@ -69,7 +69,12 @@ fn is_front<const D: usize, const N: usize>(
 
 impl LevelSet {
     /// Particles near an interface that begins at these distances of the nodes [m] are no deeper than that.
-    fn meet<const D: usize, const N: usize>(&self, mesh: &Mesh<D, N>, distance: &[f64], particles: &mut Particles<D>) {
+    fn limit_depths<const D: usize, const N: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        distance: &[f64],
+        particles: &mut Particles<D>,
+    ) {
         let Particles { position, element, depth, .. } = particles;
         parallel::change(depth, 256, |p, depth| {
             let e = element[p] as usize;
@@ -83,7 +88,7 @@ impl LevelSet {
 
     /// Fluid and depth of what came `way` [m] from beyond a facet of the boundary to a place on it that holds the level `held`
     /// [m]. Where another line than that of the facet is near, its distance counts.
-    pub fn beyond<const D: usize, const N: usize>(
+    pub fn inflow_at<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
         (place, facet): (&MeshPoint<N>, Facet),
@@ -128,7 +133,7 @@ mod tests {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
             let place = MeshPoint { element: facet.element as usize, shape };
-            set.beyond(&mesh, (&place, facet), fall * 0.05, (brings, &entering))
+            set.inflow_at(&mesh, (&place, facet), fall * 0.05, (brings, &entering))
         };
         let found = openings.iter().map(middle).collect();
         (particles, found)

@@ -19,7 +19,7 @@ const FAR: f64 = 1e30;
 
 /// The fluid that a facet of the boundary brings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Brings {
+pub enum InflowFluid {
     /// Nothing.
     Nothing,
     /// The fluid of each place at the start.
@@ -33,12 +33,12 @@ pub enum Brings {
 pub fn brought<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     level: &[f64],
-    brings: &[Brings],
+    brings: &[InflowFluid],
 ) -> Vec<Option<[f64; D]>> {
-    let first = |(&facet, brings): (&Facet, &Brings)| match brings {
-        Brings::Nothing => None,
-        Brings::Start => Some(nodes_of(mesh, facet).map(|node| level[node as usize])),
-        Brings::Named(inside) => Some([if *inside { -FAR } else { FAR }; D]),
+    let first = |(&facet, brings): (&Facet, &InflowFluid)| match brings {
+        InflowFluid::Nothing => None,
+        InflowFluid::Start => Some(nodes_of(mesh, facet).map(|node| level[node as usize])),
+        InflowFluid::Named(inside) => Some([if *inside { -FAR } else { FAR }; D]),
     };
     let first: Vec<Option<[f64; D]>> = mesh.boundary().iter().zip(brings).map(first).collect();
     let meetings = meetings(mesh, &first);
@@ -126,13 +126,13 @@ mod tests {
     fn on_the_left<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         level: &[f64],
-        brings: impl Fn(Vector<D>) -> Brings,
+        brings: impl Fn(Vector<D>) -> InflowFluid,
     ) -> Vec<(Vector<D>, f64)> {
         let middle = |facet: &Facet| {
             nodes_of(mesh, *facet).iter().map(|&node| mesh.nodes()[node as usize]).sum::<Vector<D>>() / D as f64
         };
-        let of = |facet: &Facet| if middle(facet)[0] == 0.0 { brings(middle(facet)) } else { Brings::Nothing };
-        let brings: Vec<Brings> = mesh.boundary().iter().map(of).collect();
+        let of = |facet: &Facet| if middle(facet)[0] == 0.0 { brings(middle(facet)) } else { InflowFluid::Nothing };
+        let brings: Vec<InflowFluid> = mesh.boundary().iter().map(of).collect();
         let found = brought(mesh, level, &brings);
         let facets = mesh.boundary().iter().zip(found);
         facets.filter_map(|(f, phi)| phi.map(|phi| (middle(f), phi.iter().sum::<f64>() / D as f64))).collect()
@@ -144,7 +144,7 @@ mod tests {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, 1.0]), [20, 10]).unwrap();
         let jet = |x: Vector<2>| (x[0] - 0.01).max(((x[1] - 0.5).abs() - 0.23) * 0.3);
         let level: Vec<f64> = mesh.nodes().iter().map(|&x| jet(x)).collect();
-        let found = on_the_left(&mesh, &level, |_| Brings::Start);
+        let found = on_the_left(&mesh, &level, |_| InflowFluid::Start);
         assert_eq!(found.len(), 10);
         for (x, phi) in found {
             // The nodes beside an edge have −0.009 and 0.021, or −0.01 and 0.021 where the end of the jet is nearer.
@@ -156,10 +156,10 @@ mod tests {
     #[test]
     fn named_fluids_have_the_distance_from_where_they_meet() {
         let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [4; 3]).unwrap();
-        let found = on_the_left(&mesh, &[], |x| Brings::Named(x[2] < 0.5));
+        let found = on_the_left(&mesh, &[], |x| InflowFluid::Named(x[2] < 0.5));
         assert_eq!(found.len(), 32);
         found.iter().for_each(|(x, phi)| assert!((phi - (x[2] - 0.5)).abs() < 1e-14, "{x:?}: {phi}"));
-        let alone = on_the_left(&mesh, &[], |_| Brings::Named(true));
+        let alone = on_the_left(&mesh, &[], |_| InflowFluid::Named(true));
         assert!(alone.iter().all(|(_, phi)| *phi <= -0.99 * FAR));
     }
 }
