@@ -8,10 +8,10 @@
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
 use lateen::pfem2::boundary::BoundaryKind;
-use lateen::pfem2::convect::{Flow, Streamlines};
-use lateen::pfem2::correct::Correction;
 use lateen::pfem2::particles::Particles;
-use lateen::pfem2::project::{Kernel, project};
+use lateen::pfem2::particles::convect::{Flow, Streamlines};
+use lateen::pfem2::particles::correct::Correction;
+use lateen::pfem2::particles::project::{Kernel, project};
 use std::f64::consts::PI;
 
 /// Elements that the fastest particles cross in a step.

@@ -5,13 +5,14 @@ use lateen::material::Newtonian;
 use lateen::math::{Signal, Vector};
 use lateen::mesh::{Facet, Mesh};
 use lateen::pfem2::boundary::{BoundarySetup, Condition};
-use lateen::pfem2::element::{Mass, Stabilisation};
-use lateen::pfem2::implicit::{Implicit, Physics, Step};
+use lateen::pfem2::equations::element::{Mass, Stabilisation};
+use lateen::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use lateen::pfem2::interface::Enrichment;
+use lateen::pfem2::interface::phase_list::PhaseList;
+use lateen::pfem2::interface::phases::Phases;
 use lateen::pfem2::particles::Particles;
-use lateen::pfem2::phases::Phases;
-use lateen::pfem2::project::Kernel;
-use lateen::pfem2::reseed::Reseeding;
+use lateen::pfem2::particles::project::Kernel;
+use lateen::pfem2::particles::reseed::Reseeding;
 use lateen::pfem2::setup::{FluidSetup, Scheme, Unresolved, VolumeCorrection};
 use lateen::pfem2::{Boundary, Pfem2, Setup};
 use lateen::simulation::Solver;
@@ -58,16 +59,18 @@ fn disturbed(outlet: Condition<2>) -> (f64, f64) {
     let boundary = Boundary::new(&mesh, sets(&mesh, outlet), Vector::ZERO);
     let start = mesh.nodes().iter().map(|x| profile(*x)).collect();
     let options = Options { tolerance: 1e-13, ..Options::default() };
-    let mut implicit = Implicit::new(mesh, boundary, physics(VISCOSITY), start, options);
+    let mut system = VelocityPressureSystem::new(mesh, boundary, physics(VISCOSITY), start, options);
     for k in 0..STEPS {
-        let step = Step { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
-        let convected = implicit.velocity.clone();
-        implicit.solve(step, &Phases { density: &[1.0], fraction: &[], level: &[] }, &convected).unwrap();
+        let step = TimeStep { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
+        let convected = system.velocity.clone();
+        system
+            .solve(step, &Phases { list: &PhaseList::fluids(&[1.0]), fraction: &[], level: &[] }, &convected)
+            .unwrap();
     }
-    let nodes = || implicit.mesh.nodes().iter();
+    let nodes = || system.mesh.nodes().iter();
     let exact = |x: &Vector<2>| 8.0 * VISCOSITY * (LENGTH - x[0]);
-    let velocity = nodes().zip(&implicit.velocity).map(|(x, v)| (*v - profile(*x)).norm());
-    let pressure = nodes().zip(&implicit.pressure).map(|(x, p)| (p - exact(x)).abs());
+    let velocity = nodes().zip(&system.velocity).map(|(x, v)| (*v - profile(*x)).norm());
+    let pressure = nodes().zip(&system.pressure).map(|(x, p)| (p - exact(x)).abs());
     (velocity.fold(0.0, f64::max), pressure.fold(0.0, f64::max))
 }
 

@@ -9,48 +9,18 @@
 //! 4 correct              v_p ← v_p + Σ N_i (v_i − v̂_i)                                        Becker (40), theory F.11
 //! ```
 
-pub mod assemble;
-mod astray;
-mod available;
 pub mod boundary;
-pub mod convect;
-pub mod correct;
-pub mod element;
-mod filled;
-pub mod forces;
-mod friction;
-mod health;
-pub mod implicit;
-mod inflow;
+pub mod equations;
 pub mod interface;
-mod ledger;
-pub mod level_set;
-mod notices;
-pub mod outflow;
-pub mod outline;
 pub mod particles;
-pub mod phases;
-pub mod project;
-pub mod reseed;
+mod report;
 pub mod setup;
-mod shear;
-pub mod slip;
-mod snapshot;
-mod start;
 mod step;
-mod step_control;
-pub mod subscale;
-pub mod surface_tension;
 #[cfg(test)]
 mod tests;
-mod through;
-mod transport;
-mod unresolved;
-mod volumes;
-mod watch;
-mod weights;
+mod time;
 
 pub use boundary::Boundary;
+pub use report::snapshot::{INTERFACE, MESH};
 pub use setup::Setup;
-pub use snapshot::{INTERFACE, MESH};
 pub use step::Pfem2;

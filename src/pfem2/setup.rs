@@ -1,16 +1,16 @@
-//! What the method needs to start: a complete, checked description, made by the case layer.
+//! The complete, checked description that a run starts from, made by the case layer.
 
-use super::boundary::{BoundarySetup, PressurePin};
-use super::element::{Mass, Stabilisation};
-use super::interface::Enrichment;
-use super::level_set::LevelSet;
-use super::particles::Particles;
-use super::project::Kernel;
-use super::reseed::Reseeding;
 use crate::linalg;
 use crate::material::ViscousLaw;
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
+use crate::pfem2::boundary::{BoundarySetup, PressurePin};
+use crate::pfem2::equations::element::{Mass, Stabilisation};
+use crate::pfem2::interface::Enrichment;
+use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::project::Kernel;
+use crate::pfem2::particles::reseed::Reseeding;
 use std::sync::Arc;
 
 /// Everything that a run of PFEM-2 starts from.
@@ -20,7 +20,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub mesh: Mesh<D, N>,
     /// Conditions on sets of boundary facets; facets in no set are walls at rest.
     pub boundaries: Vec<BoundarySetup<D>>,
-    /// Where the pressure of a closed box is held; else it is zero at the highest node of its boundary.
+    /// The place at which the pressure of a closed box is held; else it is zero at the highest node of its boundary.
     pub pin: Option<PressurePin<D>>,
     /// The fluids.
     pub fluids: Vec<FluidSetup>,
@@ -32,7 +32,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub particles: Particles<D>,
     /// Of two fluids: a sharp level set, negative in the heavier; else the pseudo level set of Becker (37).
     pub level_set: Option<LevelSet>,
-    /// What is done about the volume of each fluid.
+    /// Treatment of the volume of each fluid.
     pub volume: VolumeCorrection,
     /// Velocity of the nodes at the start [m/s].
     pub velocity: Vec<Vector<D>>,
@@ -46,13 +46,13 @@ pub struct Setup<const D: usize, const N: usize> {
     pub enrichment: Enrichment,
     /// From the particles to the nodes.
     pub kernel: Kernel,
-    /// By what particles are added and taken away.
+    /// Rule by which particles are added and merged.
     pub reseeding: Reseeding,
     /// Density ratio from which heavy fluids follow their own side of the interface (Becker (36); theory G.13).
     pub projectile_ratio: f64,
-    /// Time in which the particles forget what the mesh can't see [s]; infinity: never.
+    /// Time in which the part of particle velocities that the mesh can't resolve decays [s]; infinity: never.
     pub relaxation: f64,
-    /// What is done about velocities of particles that the mesh can't resolve.
+    /// Treatment of velocities of particles that the mesh can't resolve.
     pub unresolved: Unresolved,
     /// Elements that a particle may cross in a step; infinity: no bound.
     pub courant: f64,
@@ -62,7 +62,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub linear: linalg::Options,
 }
 
-/// What is done about the volumes of several fluids (theory G.6).
+/// Treatment of the volumes of several fluids (theory G.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
     /// It is only reported.
@@ -73,12 +73,12 @@ pub enum VolumeCorrection {
     Shift,
 }
 
-/// What is done about velocities of particles that the mesh can't resolve (see `unresolved`).
+/// Treatment of velocities of particles that the mesh can't resolve (see `unresolved`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Unresolved {
     /// They are kept.
     Kept,
-    /// What a particle has against the mesh is bounded by what neighbouring nodes have against each other.
+    /// The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes.
     #[default]
     Bounded,
 }

@@ -13,173 +13,96 @@
 //! its time, and vⁿ⁺¹ is free of divergence at the time and place at which it is shown. aⁿ⁻¹ is carried to where the
 //! particles are now by tracing the nodes back. At θ = ½ these are the trapezoidal rule (theory F.2); with it, what
 //! the nodes take from the particles comes back with the opposite sign, and noise never dies. θ = 9/16 are the weights
-//! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is rehearsed (see
-//! `start`). All of it is linear: convection and geometry come from the particles.
+//! of Ascher, Ruuth & Wetton (1995); all θ ≥ ½ are A-stable and of second order. The first step is predicted (see
+//! `time/startup.rs`). All of it is linear: convection and geometry come from the particles.
 
-use super::available::Available;
-use super::convect::Projectiles;
-use super::correct::{self, Correction};
-use super::forces::{self, Part};
-use super::friction::Friction;
-use super::implicit::{Implicit, Physics, Step};
-use super::inflow::InflowComposition;
-use super::ledger::{Books, Outside, Totals};
-use super::level_set::{self, LevelSet, Opening};
-use super::outline::Outline;
-use super::particles::Particles;
-use super::phases::Phases;
-use super::project::{Convected, Kernel, project};
-use super::reseed::{self, Density, Reseeding};
-use super::setup::{Scheme, Setup, Unresolved};
-use super::step_control::StepControl;
-use super::through::Through;
-use super::{Boundary, health, notices::Notices, outflow, snapshot};
+use super::boundary::Boundary;
+use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
+use super::interface::phase_list::{Phase, PhaseList};
+use super::interface::tracking::InterfaceTracking;
+use super::particles::FrozenFlow;
+use super::particles::reseed::ParticleCounts;
+use super::particles::tracking::{ParticleRules, ParticleTracking};
+use super::report::balance::EnergyBalance;
+use super::report::forces::BoundaryForces;
+use super::report::notices::Notices;
+use super::report::{checkpoint, health, snapshot};
+use super::setup::{Scheme, Setup};
+use super::time::history::{LARGEST_CHANGE, TimeHistory};
+use super::time::startup::impulsive_energy;
+use super::time::step_bounds::{StepLimits, foreseen_speed};
 use crate::error::StepError;
 use crate::linalg::SolverState;
 use crate::math::Vector;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
 
-/// A step may be as many times longer than the one before: twice as long, from two to one between outputs, at most.
-const LARGEST_CHANGE: f64 = 2.0;
-
-/// Room for rounding where times are compared.
-const ROUNDING: f64 = 1.0 + 1e-9;
-
 /// PFEM-2 in `D` dimensions on simplices with `N` = `D` + 1 nodes.
 pub struct Pfem2<const D: usize, const N: usize> {
-    pub(super) implicit: Implicit<D, N>,
-    pub(super) particles: Particles<D>,
-    /// vⁿ⁻¹ at the nodes [m/s].
-    pub(super) before: Vec<Vector<D>>,
-    /// vⁿ⁻² at the nodes [m/s].
-    pub(super) earlier: Vec<Vector<D>>,
-    /// aⁿ at the nodes [m/s²].
-    pub(super) acceleration: Vec<Vector<D>>,
-    /// aⁿ⁻¹ of what is at the nodes now [m/s²].
-    pub(super) carried: Vec<Vector<D>>,
-    /// Fraction of each fluid at the nodes.
-    pub(super) fraction: Vec<Vec<f64>>,
-    /// Level set at the nodes, negative in the heavier of two fluids.
-    pub(super) level: Vec<f64>,
-    /// Source of `level`, if it is sharp.
-    pub(super) sharp: Option<LevelSet>,
-    /// Volume of the heavier fluid at the start, if shifts of the level set keep it [m³].
-    pub(super) kept_volume: Option<f64>,
-    /// Volume of each of several fluids at the start, if weights of their shares keep them [m³].
-    pub(super) kept_volumes: Option<Vec<f64>>,
-    /// The largest factor between the last weights.
-    pub(super) weight: f64,
-    /// Volume that has left through open boundaries, of the fluid where the level set is negative and of both [m³].
-    pub(super) outflow: [f64; 2],
-    /// Facets through which it may leave.
-    pub(super) openings: Vec<Opening<D>>,
-    /// What flows in.
-    pub(super) supply: InflowComposition<D>,
-    /// The last shift [m].
-    pub(super) shift: f64,
-    pub(super) density: Vec<f64>,
-    pub(super) scheme: Scheme,
-    kernel: Kernel,
-    pub(super) reseeding: Reseeding,
-    pub(super) crowd: Density,
-    /// Fluids that follow their own side of the interface.
-    pub(super) is_projectile: Vec<bool>,
-    pub(super) relaxation: f64,
-    pub(super) unresolved: Unresolved,
-    /// Energy that the bound of what particles have against the mesh has taken [J].
-    pub(super) unresolved_energy: f64,
-    pub(super) courant: f64,
-    pub(super) step_control: StepControl,
-    pub(super) parts: Vec<Part<D>>,
-    /// Forces of the fluid on the parts at the end of the last step [N].
-    pub(super) forces: Vec<Vector<D>>,
-    /// Those at the end of the step before [N].
-    pub(super) earlier_forces: Vec<Vector<D>>,
-    /// Their means over the last step [N], with the shares that the step takes of them.
-    pub(super) mean_forces: Vec<Vector<D>>,
-    /// Where fluids meet after the last step.
-    pub(super) outline: Outline,
-    pub(super) totals: Totals,
-    pub(super) books: Books,
-    /// What viscosity takes.
-    pub(super) friction: Friction<D>,
-    pub(super) counts: Counts,
-    pub(super) places: Vec<[f64; 3]>,
-    /// The last step [s]; 0 before the first.
-    pub(super) dt_before: f64,
-    /// The step before it [s].
-    pub(super) dt_earlier: f64,
-    pub(super) steps: u64,
-    /// What the linear solver carries over steps, while a checkpoint is written or read.
-    pub(super) memory: SolverState,
+    /// Velocity and pressure on the mesh.
+    pub(super) system: VelocityPressureSystem<D, N>,
+    /// Particles that carry velocity and fluid.
+    pub(super) particles: ParticleTracking<D>,
+    /// Interfaces between the fluids.
+    pub(super) interface: InterfaceTracking<D>,
+    /// Velocities and accelerations of the steps before.
+    pub(super) history: TimeHistory<D>,
+    /// Forces of the fluid on the boundary.
+    pub(super) forces: BoundaryForces<D>,
+    /// Energy, and the checks against it.
+    pub(super) balance: EnergyBalance<D>,
+    /// Bounds of the length of steps.
+    pub(super) limits: StepLimits,
+    /// Notices for the user.
     pub(super) notices: Notices,
-    /// What gravity can do, where that can be told.
-    pub(super) available: Option<Available>,
-    /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
-    pub(super) closed: Vec<f64>,
+    /// Places of the nodes, for outputs [m].
+    pub(super) places: Vec<[f64; 3]>,
+    /// Steps since the start.
+    pub(super) steps: u64,
+    /// State of the linear solver, while a checkpoint is written or read.
+    pub(super) solver_state: SolverState,
     timer: Timer,
-}
-
-/// What happened so far, for histories.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Particles that left through open boundaries.
-    pub left: u64,
-    /// Particles that crossed too many elements and stopped on their way.
-    pub stuck: u64,
-    /// Particles added where there were none.
-    pub added: u64,
-    /// Of these, those that came in through an open boundary.
-    pub inflow: u64,
-    /// Particles merged where there were too many.
-    pub merged: u64,
-    /// Particles that joined the other fluid, deep inside of it.
-    pub joined: u64,
-    /// Elements found empty.
-    pub empty: u64,
 }
 
 impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     fn stable_dt(&self) -> f64 {
-        self.wave_dt().min(self.courant_dt())
+        self.limits.stable_dt(&self.system)
     }
 
     fn recommended_dt(&self) -> f64 {
-        self.automatic_dt()
+        self.limits.automatic_dt(&self.system, self.steps)
     }
 
     fn foreseen_dt(&self, end: f64) -> Option<[f64; 2]> {
-        if self.step_control.is_active() { self.foreseen(end) } else { Some([self.automatic_dt(); 2]) }
+        if !self.limits.control.is_active() {
+            return Some([self.recommended_dt(); 2]);
+        }
+        self.limits.foreseen(&self.system, foreseen_speed(&self.system, &self.balance, end))
     }
 
     fn largest_change(&self) -> f64 {
-        if self.step_control.is_active() { LARGEST_CHANGE } else { f64::INFINITY }
+        if self.limits.control.is_active() { LARGEST_CHANGE } else { f64::INFINITY }
     }
 
     fn begin(&mut self, t: f64, dt: f64) {
-        self.memory = SolverState::default();
-        self.show_pressure(Step { t, dt, theta: 1.0 });
+        self.solver_state = SolverState::default();
+        self.predict_start(TimeStep { t, dt, theta: 1.0 });
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
-        self.memory = SolverState::default();
+        self.solver_state = SolverState::default();
         let at = |error| StepError { time: t, ..error };
-        // Rehearsed already, unless the step is another one than was foreseen.
-        if self.steps == 0 && self.scheme != Scheme::BackwardEuler && self.dt_before != dt {
-            self.rehearse(Step { t, dt, theta: 1.0 }).map_err(at)?;
+        // Predicted already, unless the step is another one than was foreseen.
+        if self.steps == 0 && self.history.scheme != Scheme::BackwardEuler && self.history.dt_previous != dt {
+            self.predict_first_step(TimeStep { t, dt, theta: 1.0 }).map_err(at)?;
         }
-        let theta = match self.scheme {
-            Scheme::SecondOrder { theta } if self.follows(dt) => theta,
-            _ => 1.0,
-        };
-        self.advance(Step { t, dt, theta }).map_err(at)?;
-        self.estimate(dt);
-        self.dt_earlier = self.dt_before;
-        self.dt_before = dt;
+        let theta = self.history.implicit_share(dt);
+        self.advance(TimeStep { t, dt, theta }).map_err(at)?;
+        self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak);
+        self.history.advance(dt);
         self.steps += 1;
-        self.notices.look(&self.implicit, &self.particles, &self.fraction);
-        self.watch().map_err(at)
+        self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
+        self.balance.check(&self.system, &self.interface, &mut self.notices).map_err(at)
     }
 
     fn notices(&mut self) -> Vec<String> {
@@ -191,21 +114,21 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
-        self.mean_forces.iter().for_each(|force| visit(force.to3()));
+        self.forces.mean.iter().for_each(|force| visit(force.to3()));
     }
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        snapshot::columns(self, visit);
+        checkpoint::columns(self, visit);
     }
 
     fn misfit(&self) -> Option<String> {
-        snapshot::misfit(self)
+        checkpoint::misfit(self)
     }
 
     fn restored(&mut self) {
-        self.particles.sort();
-        self.settle();
-        self.implicit.recall(&std::mem::take(&mut self.memory));
+        self.particles.columns.sort();
+        self.update_contents();
+        self.system.restore_solver(&std::mem::take(&mut self.solver_state));
     }
 
     fn stage_times(&self) -> Vec<(&'static str, f64)> {
@@ -213,274 +136,131 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
     }
 
     fn particle_count(&self) -> usize {
-        self.particles.len()
+        self.particles.columns.len()
     }
 }
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The state at the start.
     pub fn new(setup: Setup<D, N>) -> Self {
+        let rules = rules(&setup);
         let Setup { mesh, boundaries, fluids, tension, gravity, velocity, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
         let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
-        let parts = forces::parts(&mesh, &boundary);
-        let nodes = mesh.nodes().len();
-        let density: Vec<f64> = fluids.iter().map(|fluid| fluid.density).collect();
-        let lightest = density.iter().copied().fold(f64::INFINITY, f64::min);
-        let nominal = setup.particles.len() / mesh.elements().len();
+        let phases = fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding)).collect();
         let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
-        let places = mesh.nodes().iter().map(|x| x.to3()).collect();
-        let implicit = Implicit::new(mesh, boundary, physics, velocity, setup.linear);
+        let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
+        let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear);
         let mut pfem = Self {
-            particles: setup.particles,
-            before: implicit.velocity.clone(),
-            earlier: implicit.velocity.clone(),
-            acceleration: vec![Vector::ZERO; nodes],
-            carried: vec![Vector::ZERO; nodes],
-            fraction: Vec::new(),
-            level: Vec::new(),
-            kept_volume: None,
-            kept_volumes: None,
-            weight: 1.0,
-            outflow: [0.0; 2],
-            openings: Vec::new(),
-            supply: InflowComposition::default(),
-            sharp: setup.level_set.filter(|_| density.len() == 2),
-            shift: 0.0,
-            scheme: setup.scheme,
-            kernel: setup.kernel,
-            reseeding: setup.reseeding,
-            crowd: Density::new::<D>(nominal),
-            is_projectile: density
-                .iter()
-                .map(|rho| density.len() == 2 && *rho >= setup.projectile_ratio * lightest)
-                .collect(),
-            density,
-            relaxation: setup.relaxation,
-            unresolved: setup.unresolved,
-            unresolved_energy: 0.0,
-            courant: setup.courant,
-            step_control: StepControl::new(setup.step_tolerance),
-            forces: vec![Vector::ZERO; parts.len()],
-            earlier_forces: vec![Vector::ZERO; parts.len()],
-            mean_forces: vec![Vector::ZERO; parts.len()],
-            parts,
-            outline: Outline::default(),
-            totals: Totals::default(),
-            books: Books::default(),
-            friction: Friction::at_rest(nodes),
-            counts: Counts::default(),
-            places,
-            dt_before: 0.0,
-            dt_earlier: 0.0,
-            steps: 0,
-            memory: SolverState::default(),
+            particles: ParticleTracking::new(setup.particles, rules),
+            interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
+            history: TimeHistory::new(setup.scheme, &system.velocity),
+            forces: BoundaryForces::new(&system),
+            balance: EnergyBalance::new(places.len()),
+            limits: StepLimits::new(setup.scheme, setup.courant, setup.step_tolerance),
             notices: Notices::default(),
-            available: None,
-            closed: Vec::new(),
+            places,
+            steps: 0,
+            solver_state: SolverState::default(),
             timer: Timer::default(),
-            implicit,
+            system,
         };
-        pfem.project();
-        pfem.settle();
-        pfem.notices = Notices::of_the_start(&pfem.implicit, &pfem.particles, &pfem.fraction);
-        pfem.supply = pfem.supply_at_the_start();
-        pfem.follow_volumes(setup.volume);
+        pfem.interface.project(&pfem.system, &pfem.particles);
+        pfem.update_contents();
+        pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
+        pfem.interface.begin_inflow(&pfem.system);
+        pfem.interface.keep_volumes(&pfem.system, setup.volume);
         pfem.begin_interface();
-        pfem.begin_watch();
-        pfem.books = Books::open(pfem.totals.kinetic, pfem.implicit.surface_energy(), pfem.jolt());
+        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system));
         pfem
     }
 
+    /// Shows a sharp interface as the particles show it, from the start on: averages round the corners of a shape, and the volume that
+    /// this takes comes back elsewhere. In the first step that would be energy from nothing.
+    fn begin_interface(&mut self) {
+        if self.interface.sharp.is_some() {
+            self.interface.follow(&self.system, &mut self.particles.columns, &mut self.notices);
+            self.interface.project(&self.system, &self.particles);
+            self.update_contents();
+        }
+    }
+
     /// The step of the method.
-    fn advance(&mut self, step: Step) -> Result<(), StepError> {
-        timed!(self.timer, "correct", self.kick(step)); // Δt (β₁ aⁿ + β₂ aⁿ⁻¹)        theory (F.3)
-        timed!(self.timer, "convect", self.convect(step)); // streamlines                  Becker (34)–(36), theory (F.4)
-        timed!(self.timer, "interface", self.follow_interface()); // φ, sharp, V         theory G.2–G.6
-        let seen = timed!(self.timer, "project", self.project()); // v̂, φ                  Becker (37)–(39), theory G.11
-        let mut convected = seen.mean.clone();
-        self.implicit.boundary.impose(&self.implicit.mesh, [step.t, step.dt, step.theta], &mut convected);
-        std::mem::swap(&mut self.earlier, &mut self.before);
-        self.before.copy_from_slice(&self.implicit.velocity);
-        timed!(self.timer, "solve", self.solve(step, &convected)?); // v, p, condensed          Becker (20), (29)–(33), theory F.6, G.8
-        timed!(self.timer, "correct", self.correct(step, &seen, &convected)); // v_p += N δv    Becker (40), theory F.11
+    fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
+        // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
+        let (history, system, interface) = (&self.history, &self.system, &self.interface);
+        timed!(self.timer, "correct", self.particles.accelerate(step, history, system, interface));
+        // 1 Convect, along the streamlines of v*: Becker (34)–(36), theory (F.4).
+        let flow = timed!(self.timer, "convect", self.particles.convect(step, history, system, interface));
+        // 2 Reseed: theory G.12.
+        timed!(self.timer, "convect", self.particles.reseed(&flow, system, interface));
+        // Volumes that leave, aⁿ⁻¹ and vⁿ go along with the flow: theory G.6, F.2.
+        timed!(self.timer, "convect", self.carry_along(&flow, step));
+        // φ follows the particles and keeps its volume: theory G.2–G.6.
+        let (system, particles) = (&self.system, &mut self.particles);
+        timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
+        // Project v̂ and φ: Becker (37)–(39), theory G.11.
+        let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
+        let convected = system.imposed(step, &averaged.mean);
+        self.history.keep_velocity(&system.velocity);
+        // 3 Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
+        timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
+        // 4 Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
+        timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
+        self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));
-        health::check_particles(&self.particles)?;
-        health::check_nodes(&self.implicit)
+        health::check_particles(&self.particles.columns)?;
+        health::check_nodes(&self.system)
     }
 
-    /// β₁ and β₂ (theory (F.8)).
-    fn explicit_shares(&self, step: Step) -> [f64; 2] {
-        match self.scheme {
-            Scheme::SecondOrder { theta } if self.follows(step.dt) => {
-                let earlier = (theta - 0.5) * step.dt / self.dt_before;
-                [1.0 - theta - earlier, earlier]
-            }
-            _ => [0.0, 0.0],
+    /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
+    pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: TimeStep) {
+        self.interface.count_outflow(flow, &self.system);
+        let feet = flow.feet(&self.system);
+        let mesh = &self.system.mesh;
+        self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
+        self.balance.dissipation.start = feet.carried(mesh, &self.velocity_at_start(step));
+    }
+
+    /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].
+    fn velocity_at_start(&self, step: TimeStep) -> Vec<Vector<D>> {
+        let VelocityPressureSystem { mesh, boundary, velocity, .. } = &self.system;
+        let mut velocity = velocity.clone();
+        if self.steps == 0 {
+            boundary.held(mesh, step.t).into_iter().for_each(|(node, held)| velocity[node] = held);
         }
+        velocity
     }
 
-    /// What the explicit share of the step gives the nodes [m/s].
-    pub(super) fn kicks(&self, step: Step) -> Vec<Vector<D>> {
-        let [now, earlier] = self.explicit_shares(step).map(|share| share * step.dt);
-        self.acceleration.iter().zip(&self.carried).map(|(a, carried)| *a * now + *carried * earlier).collect()
-    }
-
-    /// Gives the particles the explicit share of the step.
-    fn kick(&mut self, step: Step) {
-        let [now, earlier] = self.explicit_shares(step);
-        if now + earlier != 0.0 {
-            let kicks = self.kicks(step);
-            self.give(&vec![&kicks[..]; self.density.len()], (now + earlier) * step.dt, 0.0);
-        }
-    }
-
-    /// Gives nodal increments for each fluid [m/s], which took the time `dt` [s], to the particles.
-    fn give(&mut self, increment: &[&[Vector<D>]], dt: f64, filter: f64) {
-        let gravity = self.implicit.force[0];
-        let (heavy, light) = extremes(&self.density);
-        let rule = Projectiles { fluids: &self.is_projectile, level: &self.level, gravity };
-        let projectiles = self.flies().then_some((rule, gravity * (dt * (1.0 - light / heavy))));
-        let correction = Correction { increment, velocity: &self.implicit.velocity, filter, projectiles };
-        self.particles.correct(&self.implicit.mesh, &correction);
-    }
-
-    /// True if some fluid follows its own side of the interface.
-    fn flies(&self) -> bool {
-        self.is_projectile.contains(&true)
-    }
-
-    /// True if the last step says how the flow changes over the next: after a much shorter one, as outputs may cut
-    /// it, the extrapolation would multiply what is left of round-off, and the step starts anew with first order.
-    pub(super) fn follows(&self, dt: f64) -> bool {
-        self.dt_before > 0.0 && dt <= LARGEST_CHANGE * ROUNDING * self.dt_before
-    }
-
-    /// True if the last two steps say how the change of the flow changes.
-    pub(super) fn follows_twice(&self, dt: f64) -> bool {
-        self.follows(dt) && self.dt_earlier > 0.0 && self.dt_before <= LARGEST_CHANGE * ROUNDING * self.dt_earlier
-    }
-
-    /// Velocity and phases at the nodes; returns v̂ [m/s].
-    pub(super) fn project(&mut self) -> Convected<D> {
-        let Implicit { mesh, velocity, .. } = &self.implicit;
-        let projected = project(mesh, &self.particles, &self.density, self.kernel, velocity);
-        self.fraction = projected.fraction;
-        let heavy = usize::from(self.density.len() == 2 && self.density[1] > self.density[0]);
-        self.level = match (&self.sharp, self.density.len()) {
-            (Some(sharp), _) => sharp.level.clone(),
-            (None, 2) => {
-                let mut level = level_set::pseudo(&self.fraction[heavy]);
-                level_set::absorb_lone_nodes(mesh, &mut level);
-                level
-            }
-            _ => Vec::new(),
-        };
-        if self.density.len() > 2 {
-            self.weigh_shares();
-        }
-        projected.velocity
-    }
-
-    fn solve(&mut self, step: Step, convected: &[Vector<D>]) -> Result<(), StepError> {
-        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        self.implicit.solve(step, &phases, convected)
-    }
-
-    /// Gives the particles what the nodes have and they don't show.
-    ///
-    /// What particles show at a node with a prescribed velocity enters no equation; unless they are led back to it, it
-    /// drifts away.
-    fn correct(&mut self, step: Step, seen: &Convected<D>, convected: &[Vector<D>]) {
-        let missing = seen.missing(&self.implicit.velocity, self.density.len());
-        let missing: Vec<&[Vector<D>]> = missing.iter().map(|own| &own[..]).collect();
-        self.give(&missing, step.delta(), correct::filter(step.dt, self.relaxation));
-        self.bound_unresolved();
-        if self.reseeding == Reseeding::Elements {
-            let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-            let Implicit { mesh, velocity, .. } = &self.implicit;
-            self.counts.added += reseed::refill(&mut self.particles, mesh, velocity, &phases) as u64;
-        }
-        self.join();
-        self.remember(step, convected);
-    }
-
-    /// Keeps the acceleration for the next step [m/s²].
-    pub(super) fn remember(&mut self, step: Step, convected: &[Vector<D>]) {
-        self.acceleration.clear();
-        let both = self.implicit.velocity.iter().zip(convected);
-        self.acceleration.extend(both.map(|(v, hat)| (*v - *hat) / step.delta()));
-    }
-
-    /// Forces on the boundary, and the books.
-    fn account(&mut self, step: Step, convected: &[Vector<D>]) {
-        let [last, earlier] = self.explicit_shares(step);
-        let before = self.forces.clone();
-        let outside = self.push(step, convected);
-        let all = self.earlier_forces.iter().zip(&before).zip(&self.forces);
-        self.mean_forces = all.map(|((f0, f1), f2)| *f0 * earlier + *f1 * last + *f2 * step.theta).collect();
-        self.earlier_forces = before;
-        self.trace_interface();
+    /// Forces on the boundary, and the energy balance.
+    fn account(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+        let Self { system, interface, forces, balance, .. } = self;
+        let [last, earlier] = self.history.explicit_shares(step);
         let shares = [step.theta, last, earlier];
-        let viscous = self.friction.take(&self.implicit, step.dt, shares, self.steps == 0);
-        self.books.add(step.dt, shares, &outside, viscous);
-        let kept = self.density.len() == 1 || self.kept_volume.is_some() || self.kept_volumes.is_some();
-        let fallen = self.available.as_ref().filter(|_| kept).map(|available| available.fallen(&self.totals));
-        fallen.iter().for_each(|fallen| self.books.fall(*fallen));
-        self.books.note(&self.totals, self.implicit.surface_energy());
+        let action = forces.update(system, step, convected, shares);
+        interface.trace(system);
+        balance.add((step, shares, self.steps == 0), system, interface, action);
     }
 
-    /// Finds the forces on the parts, and what acts from outside, at the end of a step.
-    pub(super) fn push(&mut self, step: Step, convected: &[Vector<D>]) -> Outside<D> {
-        let elements = self.implicit.elements(convected);
-        let (mut outside, mut power) = (Vector::<D>::ZERO, 0.0);
-        let mut loads = vec![Vector::ZERO; self.implicit.velocity.len()];
-        self.implicit.boundary.load(&self.implicit.mesh, step.end(), |node, traction| {
-            outside += traction;
-            power += traction.dot(self.implicit.velocity[node]);
-            loads[node] += traction;
-        });
-        let force = |part: &Part<D>| part.force(&elements, &loads, &self.implicit.unknowns);
-        let pushes: Vec<_> = self.parts.iter().map(force).collect();
-        for (force, work) in &pushes {
-            outside -= *force;
-            power += work;
-        }
-        outflow::load(&elements, &self.implicit.velocity, |node, traction| {
-            outside += traction;
-            power += traction.dot(self.implicit.velocity[node]);
-        });
-        self.forces = pushes.into_iter().map(|(force, _)| force).collect();
-        self.totals = Totals::of(&self.implicit);
-        let Totals { gravity, weight, .. } = self.totals;
-        let force = std::array::from_fn(|i| outside.to3()[i] + weight[i]);
-        Outside {
-            gravity,
-            boundary: power,
-            force,
-            through: Through::of(&self.implicit, |place| self.density_brought(place)),
-        }
-    }
-
-    /// Rebuilds what follows from the columns: contents of the elements, sums over the mesh, the interface.
-    pub(super) fn settle(&mut self) {
-        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        self.implicit.fill(&phases, &self.before);
-        self.totals = Totals::of(&self.implicit);
-        self.trace_interface();
-    }
-
-    /// Where fluids meet now.
-    fn trace_interface(&mut self) {
-        let Implicit { mesh, velocity, .. } = &self.implicit;
-        let phases = Phases { density: &self.density, fraction: &self.fraction, level: &self.level };
-        self.outline = Outline::new(mesh, &phases, velocity);
+    /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
+    pub(super) fn update_contents(&mut self) {
+        self.system.fill(&self.interface.phases(), &self.history.velocity_previous);
+        self.balance.sum(&self.system);
+        self.interface.trace(&self.system);
     }
 }
 
-/// The largest and the smallest density [kg/m³].
-fn extremes(density: &[f64]) -> (f64, f64) {
-    let largest = density.iter().copied().fold(0.0, f64::max);
-    (largest, density.iter().copied().fold(f64::INFINITY, f64::min))
+/// The rules of the particles.
+fn rules<const D: usize, const N: usize>(setup: &Setup<D, N>) -> ParticleRules {
+    let density = || setup.fluids.iter().map(|fluid| fluid.density);
+    let lightest = density().fold(f64::INFINITY, f64::min);
+    let is_projectile = |rho: f64| setup.fluids.len() == 2 && rho >= setup.projectile_ratio * lightest;
+    ParticleRules {
+        kernel: setup.kernel,
+        target: ParticleCounts::new::<D>(setup.particles.len() / setup.mesh.elements().len()),
+        is_projectile: density().map(is_projectile).collect(),
+        relaxation: setup.relaxation,
+        unresolved: setup.unresolved,
+    }
 }

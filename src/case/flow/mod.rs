@@ -6,7 +6,9 @@ pub use boundary::*;
 
 use super::signal::SignalSpec;
 use crate::linalg;
-use crate::pfem2::{element, interface, project, reseed, setup};
+use crate::pfem2::equations::element;
+use crate::pfem2::particles::{project, reseed};
+use crate::pfem2::{interface, setup};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

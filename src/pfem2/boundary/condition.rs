@@ -1,9 +1,9 @@
-//! What is prescribed on a set of facets.
+//! Conditions on sets of boundary facets.
 
 use crate::math::{Signal, Vector};
 use crate::mesh::Facet;
 
-/// What a boundary facet is to the flow and to the particles.
+/// Kind of a boundary facet for the flow and the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BoundaryKind {
     /// The fluid sticks to it; no particle crosses it.
@@ -24,7 +24,7 @@ impl BoundaryKind {
     }
 }
 
-/// What is prescribed on a set of facets.
+/// Condition on a set of facets.
 #[derive(Debug, Clone)]
 pub enum Condition<const D: usize> {
     /// No slip; the velocity of the wall [m/s].
@@ -82,13 +82,13 @@ pub struct BoundarySetup<const D: usize> {
     pub name: String,
     /// Facets of the mesh's boundary.
     pub facets: Vec<Facet>,
-    /// What is prescribed there.
+    /// The condition there.
     pub condition: Condition<D>,
     /// The fluid that comes in; `None`: that of the place at the start.
     pub brings: Option<u8>,
 }
 
-/// What comes in through a facet.
+/// Inflow through a facet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inflow<const D: usize> {
     /// Its velocity, where one is prescribed [m/s].

@@ -45,7 +45,7 @@ pub(super) struct Glide<const D: usize> {
     pub node: u32,
     /// Rows: held directions first; orthonormal.
     pub frame: Tensor<D>,
-    /// How many directions are held.
+    /// Number of held directions.
     pub held: usize,
 }
 

@@ -62,6 +62,11 @@ impl<const D: usize> Boundary<D> {
         Self { sets, kinds, owner, fixed: fixed.into_iter().collect(), glides, pin }
     }
 
+    /// True if nothing can come in or leave.
+    pub fn is_closed(&self) -> bool {
+        !self.kinds.iter().any(|kind| kind.is_open())
+    }
+
     /// Holds the pressure at a place of its own, where no facet is open.
     pub fn pinned<const N: usize>(mut self, mesh: &Mesh<D, N>, pin: Option<&PressurePin<D>>) -> Self {
         if let (Some(held), Some(pin)) = (&mut self.pin, pin) {
@@ -147,7 +152,7 @@ impl<const D: usize> Boundary<D> {
         velocities.min_by(|v, w| v.norm_squared().total_cmp(&w.norm_squared())).unwrap_or_default()
     }
 
-    /// What comes in through the facet of an element opposite to a local node, at the place `x` [m] and time `t` [s];
+    /// The inflow through the facet of an element opposite to a local node, at the place `x` [m] and time `t` [s];
     /// `None` inside.
     pub fn inflow<const N: usize>(
         &self,

@@ -1,4 +1,4 @@
-//! Where the pressure of a closed box is held: velocities follow from its differences alone (theory F.9).
+//! The node at which the pressure of a closed box is held: velocities follow from its differences alone (theory F.9).
 
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;

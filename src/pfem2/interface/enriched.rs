@@ -1,9 +1,9 @@
 //! The enriched pressure of a cut element: its rows, condensation and recovery (Becker (29)–(33), theory G.8).
 
-use super::{Cut, Enrichment};
+use super::{CutGeometry, Enrichment};
 use crate::math::Vector;
 use crate::mesh::Simplex;
-use crate::pfem2::element::Block;
+use crate::pfem2::equations::element::Block;
 
 /// The enriched pressure of a cut element, ready to be condensed: the blocks of Becker (30), theory (G.14).
 #[derive(Debug, Clone)]
@@ -16,14 +16,14 @@ pub struct Enriched<const N: usize> {
     inverse: Vec<Vec<f64>>,
     /// f_e.
     load: Vec<f64>,
-    /// What slip facets add to K_se transposed; empty without them.
+    /// Terms of slip facets in K_se transposed; empty without them.
     walls: Vec<[[f64; N]; N]>,
 }
 
 impl<const N: usize> Enriched<N> {
     /// The enrichment of a cut element. `source` is s on the negative and the positive side [m/s²]; `inertia` is τ/Δ with consistent PSPG, else 0.
     pub fn new<const D: usize>(
-        cut: &Cut<N>,
+        cut: &CutGeometry<N>,
         enrichment: Enrichment,
         simplex: &Simplex<D, N>,
         tau: f64,
@@ -62,27 +62,27 @@ impl<const N: usize> Enriched<N> {
         Self { rows, columns, inverse: inverse(matrix), load, walls: Vec::new() }
     }
 
-    /// With what slip facets add to K_se transposed (see [`crate::pfem2::slip`]).
+    /// With what slip facets add to K_se transposed (see [`crate::pfem2::equations::slip`]).
     pub fn beside(self, walls: Vec<[[f64; N]; N]>) -> Self {
         Self { walls, ..self }
     }
 
-    /// What condensation adds to the block of nodes `i` and `j`.
+    /// Term of condensation in the block of nodes `i` and `j`.
     pub fn block(&self, i: usize, j: usize) -> Block<N> {
         self.condensed(&self.columns, i, j)
     }
 
-    /// What condensation adds to the right-hand side of node `i`.
+    /// Term of condensation in the right-hand side of node `i`.
     pub fn load(&self, i: usize) -> [f64; N] {
         self.condensed_load(&self.columns, i)
     }
 
-    /// What slip facets add to that block.
+    /// Term of slip facets in that block.
     pub fn wall_block(&self, i: usize, j: usize) -> Block<N> {
         self.condensed(&self.walls, i, j)
     }
 
-    /// What slip facets add to that right-hand side.
+    /// Term of slip facets in that right-hand side.
     pub fn wall_load(&self, i: usize) -> [f64; N] {
         self.condensed_load(&self.walls, i)
     }
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_small_inverse_is_one_and_drops_what_has_no_support() {
+    fn the_inverse_of_a_small_matrix_drops_functions_without_support() {
         let a = vec![vec![4.0, 1.0, 0.0], vec![1.0, 3.0, 0.0], vec![0.0, 0.0, 0.0]];
         let b = inverse(a.clone());
         for i in 0..2 {

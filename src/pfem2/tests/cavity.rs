@@ -15,7 +15,7 @@ fn graded(mesh: &Mesh<2, 3>) -> Mesh<2, 3> {
 /// extrapolated, at the places of the published extremes. Ghia, Ghia &
 /// Shin 1982 themselves print −0.21090, 0.17527 and −0.24533.
 #[test]
-fn extremes_on_the_centre_lines() {
+fn the_velocities_on_the_centre_lines_of_the_cavity_have_the_published_extremes() {
     let mesh = graded(&Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [32; 2]).unwrap());
     let lid = Condition::Wall([1.0.into(), 0.0.into()]);
     let sets = vec![set(&mesh, "lid", lid, |x| x[1] > 1.0 - 1e-12)];
@@ -26,7 +26,7 @@ fn extremes_on_the_centre_lines() {
         pfem.step(f64::from(k) * dt, dt).unwrap();
     }
     let line = |axis: usize| {
-        let nodes = pfem.implicit.mesh.nodes().iter().zip(&pfem.implicit.velocity);
+        let nodes = pfem.system.mesh.nodes().iter().zip(&pfem.system.velocity);
         nodes.filter(move |(x, _)| (x[axis] - 0.5).abs() < 1e-9).map(move |(_, v)| v[axis])
     };
     let [u, v] = [line(0), line(1)].map(|values| {
@@ -37,10 +37,10 @@ fn extremes_on_the_centre_lines() {
     }
 }
 
-/// A lid that starts at once takes the fluid at its nodes along: ½ ρ U² times half a row of cells, 1/16. The books begin with it;
+/// A lid that starts at once takes the fluid at its nodes along: ½ ρ U² times half a row of cells, 1/16. The ledger begins with it;
 /// without, they would show as much energy from nothing as the flow has.
 #[test]
-fn a_lid_that_starts_at_once_is_in_the_books() {
+fn the_ledger_counts_the_energy_of_a_lid_that_starts_impulsively() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [8; 2]).unwrap();
     let lid = Condition::Wall([1.0.into(), 0.0.into()]);
     let sets = vec![set(&mesh, "lid", lid, |x| x[1] > 1.0 - 1e-12)];
@@ -48,7 +48,7 @@ fn a_lid_that_starts_at_once_is_in_the_books() {
     let mut pfem = Pfem2::new(setup);
     // The corners belong to the walls beside the lid and to it: what is slower holds.
     let row = 0.5 * (1.0 - 1.0 / 8.0) / 16.0;
-    assert!((pfem.books.begun() / row - 1.0).abs() < 0.1, "{}", pfem.books.begun());
+    assert!((pfem.balance.ledger.begun() / row - 1.0).abs() < 0.1, "{}", pfem.balance.ledger.begun());
     // Nothing has happened at t = 0, and all that follows is explained from there on.
     let ledger = pfem.snapshot().ledger;
     let start = ledger.stored();
@@ -57,7 +57,7 @@ fn a_lid_that_starts_at_once_is_in_the_books() {
         pfem.step(f64::from(k) * 0.05, 0.05).unwrap();
         let ledger = pfem.snapshot().ledger;
         assert!(ledger.closure(start).abs() < 1e-12 * ledger.scale(start), "{}", ledger.closure(start));
-        // 8 cells are few: errors take some of the energy, and that is said, but they give none.
+        // 8 cells are few: errors take some of the energy, which gives a notice, but they add none.
         assert!(!pfem.notices().iter().any(|text| text.contains("given")));
     }
     let given = pfem.snapshot().ledger.terms.iter().find(|term| term.name == "work of boundaries").unwrap().value;

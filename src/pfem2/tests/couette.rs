@@ -49,11 +49,11 @@ fn a_turning_cylinder_feels_its_torque_and_leads_the_particles_beside_it() {
     for k in 0..steps {
         pfem.step(f64::from(k) * dt, dt).unwrap();
         // With angular velocity one, the power of the wall is its torque.
-        torque += if k < settled { 0.0 } else { pfem.books.last[1] / f64::from(steps - settled) };
+        torque += if k < settled { 0.0 } else { pfem.balance.ledger.last.boundary / f64::from(steps - settled) };
     }
     let deviation = torque / (4.0 * PI * VISCOSITY * COEFFICIENTS[1]) - 1.0;
     assert!(deviation.abs() < 0.01, "torque {deviation}");
-    let Pfem2 { particles, .. } = &pfem;
+    let particles = &pfem.particles.columns;
     let beside = (0..particles.len()).filter(|&p| particles.position[p].norm() < RADII[0] + 0.08);
     let off = beside.map(|p| (particles.velocity[p] - exact(particles.position[p])).norm()).fold(0.0, f64::max);
     assert!(off < 0.05, "particles beside the wall are off by {off}");

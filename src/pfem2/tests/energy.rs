@@ -1,4 +1,4 @@
-//! The books of energy against what must come out.
+//! The energy ledger against closed forms.
 
 use super::*;
 use crate::pfem2::Pfem2;
@@ -10,7 +10,8 @@ fn term(pfem: &Pfem2<2, 3>, name: &str) -> f64 {
 }
 
 /// The vortices v = (sin x cos y, −cos x sin y) between slip walls, of viscosity ν: they keep their shape and decay as e^(−2νt). Steps
-/// are `long` decay times 1/2ν, in which the fluid moves by 0.02, a sixth of a cell, at most. Returns kinetic energy at the start, what is left, viscous and numerical dissipation.
+/// are `long` decay times 1/2ν, in which the fluid moves by 0.02, a sixth of a cell, at most. Returns the kinetic energy at
+/// the start and at the end, and the viscous and the numerical dissipation.
 fn decaying(long: f64, steps: u32) -> [f64; 4] {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(PI), [24; 2]).unwrap();
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
@@ -28,7 +29,7 @@ fn decaying(long: f64, steps: u32) -> [f64; 4] {
 
 /// Nothing but viscosity takes their energy, however long the steps are for it.
 #[test]
-fn viscosity_takes_what_vortices_lose_also_in_long_steps() {
+fn viscous_dissipation_is_the_energy_that_vortices_lose_also_in_long_steps() {
     for (long, steps) in [(0.05, 20), (0.5, 8), (2.0, 6), (10.0, 6)] {
         let [start, left, viscous, numerical] = decaying(long, steps);
         assert!((start / (PI * PI / 4.0) - 1.0).abs() < 0.01, "{start}");
@@ -87,7 +88,7 @@ fn said(pfem: &mut Pfem2<2, 3>, steps: std::ops::Range<u32>) -> Vec<String> {
 
 /// Vortices that turn twice lose a part of their energy to a coarse mesh: the run says so, and if it is resumed, not again.
 #[test]
-fn what_errors_take_is_said_once_also_in_a_resumed_run() {
+fn the_notice_of_numerical_dissipation_comes_once_also_in_a_resumed_run() {
     let mut pfem = coarse_vortices();
     let told = said(&mut pfem, 0..60);
     let part = pfem.snapshot().ledger.remainder(0.0).unwrap();

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pfem2::Pfem2;
-use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::Solver;
 
 /// Length and height of the channel, its cells along the height, and the height of the line.
@@ -42,7 +42,7 @@ fn wandered(names: bool, (steps, dt): (u32, f64)) -> f64 {
     for k in 0..steps {
         pfem.step(f64::from(k) * dt, dt).unwrap();
     }
-    let near = pfem.outline.position.iter().filter(|x| x[0] < 0.25 * length);
+    let near = pfem.interface.outline.position.iter().filter(|x| x[0] < 0.25 * length);
     let away: Vec<f64> = near.map(|x| (x[1] - line).abs()).collect();
     assert!(!away.is_empty(), "there is no line at the inlet");
     away.into_iter().fold(0.0, f64::max)
@@ -59,7 +59,7 @@ fn a_line_at_an_inlet_stays_where_it_is() {
 
 /// A channel full of air at speed one, into which water begins to flow: its front is at x = t. Exact, however long the steps.
 #[test]
-fn a_fluid_that_only_an_inlet_brings_comes_in_as_a_plane() {
+fn a_fluid_from_an_inlet_alone_comes_in_with_a_plane_front() {
     for (dt, steps) in [(0.03, 20), (0.004, 60)] {
         let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.4]), [20, 8]).unwrap(), 0.05);
         let mut sets = vec![
@@ -76,11 +76,11 @@ fn a_fluid_that_only_an_inlet_brings_comes_in_as_a_plane() {
         for k in 0..steps {
             pfem.step(f64::from(k) * dt, dt).unwrap();
             let t = f64::from(k + 1) * dt;
-            assert!((pfem.implicit.volumes[0] - 0.4 * t).abs() < 1e-12, "{k}: {}", pfem.implicit.volumes[0]);
-            let line = &pfem.outline.position;
+            assert!((pfem.system.volumes[0] - 0.4 * t).abs() < 1e-12, "{k}: {}", pfem.system.volumes[0]);
+            let line = &pfem.interface.outline.position;
             assert!(!line.is_empty(), "{k}: there is no line");
             away = line.iter().fold(away, |away, x| away.max((x[0] - t).abs()));
-            shift = shift.max(pfem.shift.abs());
+            shift = shift.max(pfem.interface.shift.abs());
         }
         assert!(away < 0.01 * 0.05 && shift < 0.01 * 0.05, "{dt}: {away} {shift}");
         assert_eq!(pfem.notices(), Vec::<String>::new());

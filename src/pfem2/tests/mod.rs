@@ -1,6 +1,5 @@
 //! The method against closed forms and published values; problems small enough to run with every build.
 
-mod astray;
 mod bubble;
 mod cavity;
 mod couette;
@@ -9,25 +8,27 @@ mod inlet;
 mod outflow;
 mod rest;
 mod resume;
-mod several;
 mod stokes;
+mod stray_particles;
+mod three_fluids;
 mod unresolved;
 mod vortex;
 mod waves;
 
-use super::boundary::{BoundarySetup, Condition};
-use super::element::{Mass, Stabilisation};
-use super::implicit::{Implicit, Physics, Step};
-use super::interface::Enrichment;
-use super::particles::Particles;
-use super::phases::Phases;
-use super::project::Kernel;
-use super::reseed::Reseeding;
-use super::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 use crate::linalg::Options;
 use crate::material::Newtonian;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
+use crate::pfem2::boundary::{BoundarySetup, Condition};
+use crate::pfem2::equations::element::{Mass, Stabilisation};
+use crate::pfem2::equations::system::{Physics, TimeStep, VelocityPressureSystem};
+use crate::pfem2::interface::Enrichment;
+use crate::pfem2::interface::phase_list::PhaseList;
+use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::particles::project::Kernel;
+use crate::pfem2::particles::reseed::Reseeding;
+use crate::pfem2::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 
 /// Facets whose nodes all satisfy a test.
 fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {
@@ -110,18 +111,23 @@ fn setup<const D: usize, const N: usize>(
 }
 
 /// Marches the mesh alone, without convection: the θ-scheme of the step with particles that don't move.
-fn march<const D: usize, const N: usize>(implicit: &mut Implicit<D, N>, phases: &Phases, dt: f64, steps: usize) {
+fn march<const D: usize, const N: usize>(
+    system: &mut VelocityPressureSystem<D, N>,
+    phases: &Phases,
+    dt: f64,
+    steps: usize,
+) {
     let Scheme::SecondOrder { theta } = Scheme::default() else { return };
-    let still = vec![Vector::ZERO; implicit.velocity.len()];
+    let still = vec![Vector::ZERO; system.velocity.len()];
     let (mut now, mut earlier) = (still.clone(), still);
     for k in 0..steps {
-        let step = Step { t: k as f64 * dt, dt, theta: if k == 0 { 1.0 } else { theta } };
+        let step = TimeStep { t: k as f64 * dt, dt, theta: if k == 0 { 1.0 } else { theta } };
         let share = if k == 0 { 0.0 } else { step.theta - 0.5 };
         let kick = |i: usize| now[i] * ((1.0 - step.theta - share) * dt) + earlier[i] * (share * dt);
-        let mut convected: Vec<Vector<D>> = implicit.velocity.iter().enumerate().map(|(i, v)| *v + kick(i)).collect();
-        implicit.boundary.impose(&implicit.mesh, [step.t, dt, step.theta], &mut convected);
-        implicit.solve(step, phases, &convected).unwrap();
-        let gained = implicit.velocity.iter().zip(&convected).map(|(v, hat)| (*v - *hat) / step.delta()).collect();
+        let mut convected: Vec<Vector<D>> = system.velocity.iter().enumerate().map(|(i, v)| *v + kick(i)).collect();
+        system.boundary.impose(&system.mesh, [step.t, dt, step.theta], &mut convected);
+        system.solve(step, phases, &convected).unwrap();
+        let gained = system.velocity.iter().zip(&convected).map(|(v, hat)| (*v - *hat) / step.delta()).collect();
         earlier = std::mem::replace(&mut now, gained);
         if k == 0 {
             earlier.clone_from(&now);
@@ -130,8 +136,8 @@ fn march<const D: usize, const N: usize>(implicit: &mut Implicit<D, N>, phases: 
 }
 
 /// Phases of one fluid.
-fn one(density: &[f64]) -> Phases<'_> {
-    Phases { density, fraction: &[], level: &[] }
+fn one(list: &PhaseList) -> Phases<'_> {
+    Phases { list, fraction: &[], level: &[] }
 }
 
 /// Root of the mean square of the differences to an exact field.

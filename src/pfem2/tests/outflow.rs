@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pfem2::Pfem2;
-use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::Solver;
 
 /// Volume of the fluid and what has left of it, as histories show them [m³].
@@ -40,7 +40,7 @@ fn plug<const D: usize, const N: usize>(mesh: Mesh<D, N>, section: f64, dt: f64)
         let [volume, left] = volumes(&pfem, "water").map(|volume| volume / section);
         worst = worst.max((left - (gone(to) - gone(from))).abs());
         worst = worst.max((volume + left - (to - from)).abs());
-        shift = if volume > 0.05 { shift.max(pfem.shift.abs()) } else { shift };
+        shift = if volume > 0.05 { shift.max(pfem.interface.shift.abs()) } else { shift };
     }
     [worst, shift]
 }
@@ -58,7 +58,7 @@ fn a_plug_of_water_leaves_through_an_outlet_as_fast_as_it_moves() {
 
 /// Water falls in a tank that is open above; air comes and goes.
 #[test]
-fn what_does_not_leave_an_open_tank_is_kept_to_the_last_digits() {
+fn the_volume_of_water_in_an_open_tank_is_kept_to_the_last_digits() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.8]), [20, 16]).unwrap();
     let sets = vec![
         set(&mesh, "top", Condition::Pressure(0.0.into()), |x| x[1] == 0.8),
@@ -76,13 +76,13 @@ fn what_does_not_leave_an_open_tank_is_kept_to_the_last_digits() {
         assert!((volume / start - 1.0).abs() < 1e-10 && left == 0.0, "{k}: {volume} {left}");
     }
     // The front has run through the tank.
-    assert!(pfem.totals.kinetic > 100.0, "{}", pfem.totals.kinetic);
+    assert!(pfem.balance.totals.kinetic > 100.0, "{}", pfem.balance.totals.kinetic);
 }
 
 /// Fluid enters at the left, and the right side is open from top to bottom under no pressure: it falls out below, and comes
 /// in above. None falls deeper than the height of the channel, which gives √(2 g H) (Torricelli).
 #[test]
-fn what_falls_out_of_an_open_side_is_no_faster_than_its_fall() {
+fn the_outflow_of_an_open_side_is_no_faster_than_free_fall() {
     const HEIGHT: f64 = 1.0;
     let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([2.0, HEIGHT]), [20, 10]).unwrap(), 0.1);
     let sets = vec![
@@ -95,7 +95,7 @@ fn what_falls_out_of_an_open_side_is_no_faster_than_its_fall() {
     let bound = (2.0 * 9.81 * HEIGHT).sqrt();
     for k in 0..150 {
         pfem.step(f64::from(k) * 0.02, 0.02).unwrap();
-        let speed = fastest(&pfem.implicit.velocity);
+        let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1.2 * bound, "{k}: {speed} of {bound}");
     }
 }
@@ -114,15 +114,15 @@ fn plates_take_the_force_that_drives_the_flow_between_them() {
     let fluids = vec![fluid("oil", 1.0, 0.5)];
     let mut pfem = Pfem2::new(setup(mesh, sets, physics(fluids, weightless()), |_| 0, |_| Vector::ZERO));
     (0..60).for_each(|k| pfem.step(f64::from(k) * 0.1, 0.1).unwrap());
-    let both: f64 = pfem.forces.iter().map(|force| force[0]).sum();
+    let both: f64 = pfem.forces.last.iter().map(|force| force[0]).sum();
     assert!((both / driving - 1.0).abs() < 1e-3, "{both}");
-    assert!((pfem.forces[0][0] / pfem.forces[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
+    assert!((pfem.forces.last[0][0] / pfem.forces.last[1][0] - 1.0).abs() < 0.1, "{:?}", pfem.forces);
 }
 
 /// Half of a plug of water leaves a channel full of air and the flow turns back, x(t) = x₀ + A sin(πt): what comes back is the air that
 /// the outlet had at the start.
 #[test]
-fn what_comes_back_is_the_fluid_that_was_there_at_the_start() {
+fn backflow_brings_the_fluid_of_the_place_at_the_start() {
     const REACH: f64 = 0.5;
     const HEIGHT: f64 = 0.2;
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.2, HEIGHT]), [48, 8]).unwrap();
@@ -141,11 +141,11 @@ fn what_comes_back_is_the_fluid_that_was_there_at_the_start() {
     let mut shift = 0.0f64;
     for k in 0..100 {
         pfem.step(f64::from(k) * 0.01, 0.01).unwrap();
-        shift = shift.max(pfem.shift.abs());
+        shift = shift.max(pfem.interface.shift.abs());
     }
-    let volume = pfem.implicit.volumes[0] / HEIGHT;
+    let volume = pfem.system.volumes[0] / HEIGHT;
     assert!((volume - 0.2).abs() < 1e-3 && shift < 1e-3, "{volume} {shift}");
-    for x in &pfem.outline.position {
+    for x in &pfem.interface.outline.position {
         let away = (x[0] - 0.5).abs().min((x[0] - 0.7).abs());
         assert!(away < 2e-3, "{x:?}");
     }
@@ -168,11 +168,11 @@ fn a_drop_with_surface_tension_leaves() {
     let mut setup = setup(mesh, sets, physics, |x| u8::from(phi(x) >= 0.0), |_| Vector([SPEED, 0.0]));
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, phi, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
-    let start = pfem.implicit.volumes[0];
+    let start = pfem.system.volumes[0];
     let mut most = start;
     for k in 0..500 {
         pfem.step(f64::from(k) * 5e-4, 5e-4).unwrap();
-        let (volume, speed) = (pfem.implicit.volumes[0], fastest(&pfem.implicit.velocity));
+        let (volume, speed) = (pfem.system.volumes[0], fastest(&pfem.system.velocity));
         assert!(volume <= most * (1.0 + 1e-9) && speed < 2.0, "{k}: {volume:e} of {start:e}, {speed} m/s");
         most = volume;
     }

@@ -1,9 +1,9 @@
-//! What is at rest stays at rest.
+//! Fluids at rest stay at rest.
 
 use super::*;
 use crate::pfem2::Pfem2;
 use crate::pfem2::boundary::Boundary;
-use crate::pfem2::level_set::{LevelSet, negative_volume};
+use crate::pfem2::interface::level_set::{LevelSet, negative_volume};
 use crate::simulation::Solver;
 
 const GRAVITY: f64 = 9.81;
@@ -25,11 +25,11 @@ fn stirred<const D: usize, const N: usize>(
     let boundary = Boundary::new(mesh, sets, normal * -g);
     let still = vec![Vector::ZERO; mesh.nodes().len()];
     let options = Options { tolerance: 1e-13, ..Options::default() };
-    let mut implicit = Implicit::new(mesh.clone(), boundary, physics, still.clone(), options);
-    let phases = Phases { density: &[1000.0, 1.0], fraction: &[], level: &level };
-    implicit.solve(Step { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
-    assert!(!implicit.cuts.is_empty());
-    fastest(&implicit.velocity) / (g * dt)
+    let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still.clone(), options);
+    let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
+    system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
+    assert!(!system.cuts.is_empty());
+    fastest(&system.velocity) / (g * dt)
 }
 
 /// Interfaces through the middle of elements, through nodes, and a hair beside them.
@@ -53,7 +53,7 @@ fn two_fluids_of_ratio_1000_stay_at_rest_wherever_the_interface_cuts() {
 }
 
 #[test]
-fn they_do_so_in_three_dimensions() {
+fn two_fluids_of_ratio_1000_stay_at_rest_in_three_dimensions() {
     let mesh = shaken(&Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0, 1.0, 1.3]), [3, 3, 4]).unwrap(), 0.33);
     for normal in [Vector([0.0, 0.0, 1.0]), Vector([0.48, 0.6, 0.64])] {
         let node = mesh.nodes()[37].dot(normal);
@@ -90,8 +90,8 @@ fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vect
     let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
     let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
-    let speed = fastest(&pfem.implicit.velocity) / (gravity.norm() * f64::from(steps) * dt);
-    (speed, (pfem.forces[0] - weight) / weight.norm())
+    let speed = fastest(&pfem.system.velocity) / (gravity.norm() * f64::from(steps) * dt);
+    (speed, (pfem.forces.last[0] - weight) / weight.norm())
 }
 
 /// The nodes of a curved slip wall glide along directions that none of its facets has. The wall carries the fluid.
@@ -112,7 +112,7 @@ fn a_fluid_stays_at_rest_under_a_force_that_changes_in_time() {
     let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
     let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
-    let speed = fastest(&pfem.implicit.velocity);
+    let speed = fastest(&pfem.system.velocity);
     assert!(speed < 1e-10, "{speed:e}");
 }
 
@@ -131,7 +131,7 @@ fn two_fluids_in_a_curved_slip_wall_stay_at_rest() {
 
 /// 0.98 g Δt, measured with a lumped mass (theory G.9): what the enrichment is for.
 #[test]
-fn without_enrichment_they_fall() {
+fn two_fluids_at_rest_fall_without_enrichment() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.3]), [7, 9]).unwrap();
     let speed = stirred(&mesh, (Vector([0.0, 1.0]), 0.613), (Enrichment::None, Mass::Lumped), Condition::Slip);
     assert!((0.9..1.05).contains(&speed), "{speed}");
@@ -184,15 +184,15 @@ fn rests_on_facets<const D: usize, const N: usize>(mesh: Mesh<D, N>, height: f64
     let dt = 0.01;
     for k in 0..12 {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        let speed = fastest(&pfem.implicit.velocity);
+        let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-10 * GRAVITY * dt, "{speed:e}");
-        let water = negative_volume(&pfem.implicit.mesh, &pfem.level) / volume;
+        let water = negative_volume(&pfem.system.mesh, &pfem.interface.level) / volume;
         assert!((water - exact).abs() < 1e-12, "{water} {exact}");
     }
     // Probes and pictures see it where it is.
-    assert!(!pfem.outline.position.is_empty());
-    assert!(pfem.outline.position.iter().all(|x| (x[D - 1] - height).abs() < 1e-12));
-    let size: f64 = pfem.outline.size.iter().sum();
+    assert!(!pfem.interface.outline.position.is_empty());
+    assert!(pfem.interface.outline.position.iter().all(|x| (x[D - 1] - height).abs() < 1e-12));
+    let size: f64 = pfem.interface.outline.size.iter().sum();
     assert!((size - 1.0).abs() < 1e-12, "{size}");
     assert_eq!(pfem.notices(), Vec::<String>::new());
 }
@@ -210,15 +210,15 @@ fn rests_in_elements<const D: usize, const N: usize>(mesh: Mesh<D, N>, steps: u3
     for part in [0.03, 0.31, 0.742] {
         let height = 0.5 + part * cell;
         let mut pfem = at_rest(mesh.clone(), height);
-        let (dt, volume) = (0.01, negative_volume(&pfem.implicit.mesh, &pfem.level));
+        let (dt, volume) = (0.01, negative_volume(&pfem.system.mesh, &pfem.interface.level));
         for k in 0..steps {
             pfem.step(f64::from(k) * dt, dt).unwrap();
         }
-        let speed = fastest(&pfem.implicit.velocity);
+        let speed = fastest(&pfem.system.velocity);
         assert!(speed < 1e-9 * GRAVITY * dt, "{part}: {speed:e}");
-        let off = pfem.outline.position.iter().map(|x| (x[D - 1] - height).abs()).fold(0.0, f64::max);
+        let off = pfem.interface.outline.position.iter().map(|x| (x[D - 1] - height).abs()).fold(0.0, f64::max);
         assert!(off < 1e-9 * cell, "{part}: the interface is off by {off:e}");
-        let change = negative_volume(&pfem.implicit.mesh, &pfem.level) / volume - 1.0;
+        let change = negative_volume(&pfem.system.mesh, &pfem.interface.level) / volume - 1.0;
         assert!(change.abs() < 1e-12, "{part}: {change:e}");
         assert_eq!(pfem.notices(), Vec::<String>::new());
     }
@@ -233,9 +233,9 @@ fn an_interface_inside_elements_stays_there_over_many_steps() {
 
 /// An interface that had to move by more than an edge in a step.
 #[test]
-fn a_volume_that_is_not_kept_is_said() {
+fn a_volume_that_could_not_be_kept_gives_a_notice() {
     let mut pfem = at_rest(Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.25]), [8, 10]).unwrap(), 0.55);
-    pfem.kept_volume = pfem.kept_volume.map(|volume| volume + 0.3);
+    pfem.interface.kept_volume = pfem.interface.kept_volume.map(|volume| volume + 0.3);
     pfem.step(0.0, 0.01).unwrap();
     let said = pfem.notices();
     assert!(said.iter().any(|text| text.contains("volume of `water` could not be kept")), "{said:?}");
@@ -244,7 +244,7 @@ fn a_volume_that_is_not_kept_is_said() {
 /// A viscous column, 0.5 wide and 0.8 high in a box of 1 under a light fluid, ends flat: (ρ₁ − ρ₂) g V falls by 0.2, and the
 /// work is Σ m g y less than at the start to round-off, which the work on the velocity of the nodes isn't.
 #[test]
-fn gravity_does_the_work_of_the_fall() {
+fn the_work_of_gravity_is_the_loss_of_potential_energy() {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [20; 2]).unwrap();
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
     let fluids = vec![fluid("column", 1000.0, 1000.0), fluid("light", 1.0, 1.0)];
@@ -254,7 +254,7 @@ fn gravity_does_the_work_of_the_fall() {
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, surface, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
     let height = |pfem: &Pfem2<2, 3>| -> f64 {
-        let Implicit { mesh, contents, .. } = &pfem.implicit;
+        let VelocityPressureSystem { mesh, contents, .. } = &pfem.system;
         let both = contents.iter().zip(mesh.elements());
         both.flat_map(|(content, nodes)| (0..3).map(|k| content.mass[k] * mesh.nodes()[nodes[k] as usize][1])).sum()
     };
@@ -263,7 +263,11 @@ fn gravity_does_the_work_of_the_fall() {
         pfem.step(f64::from(k) * 0.2, 0.2).unwrap();
     }
     let lost = (start - height(&pfem)) * GRAVITY;
-    assert!((pfem.books.gravity() / lost - 1.0).abs() < 1e-9, "{} {lost}", pfem.books.gravity());
-    let work = pfem.books.gravity() / (999.0 * GRAVITY * 0.4 * 0.2);
+    assert!(
+        (pfem.balance.ledger.external.gravity / lost - 1.0).abs() < 1e-9,
+        "{} {lost}",
+        pfem.balance.ledger.external.gravity
+    );
+    let work = pfem.balance.ledger.external.gravity / (999.0 * GRAVITY * 0.4 * 0.2);
     assert!((work - 1.0).abs() < 0.01, "{work}");
 }

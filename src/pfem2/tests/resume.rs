@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pfem2::Pfem2;
-use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::{Column, Solver};
 
 /// A falling drop in a box with an inlet and an outlet.

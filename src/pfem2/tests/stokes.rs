@@ -15,9 +15,9 @@ fn flow_between_plates_starts_as_the_series_says() {
         let boundary = Boundary::new(&mesh, sets.clone(), Vector::ZERO);
         let still = vec![Vector::ZERO; mesh.nodes().len()];
         let physics = physics(vec![fluid("oil", 1.0, 1.0)], [8.0.into(), 0.0.into()]);
-        let mut implicit = Implicit::new(mesh.clone(), boundary, physics, still, Options::default());
-        march(&mut implicit, &one(&[1.0]), t / 20.0, 20);
-        let speed = implicit.velocity[middle][0];
+        let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still, Options::default());
+        march(&mut system, &one(&PhaseList::fluids(&[1.0])), t / 20.0, 20);
+        let speed = system.velocity[middle][0];
         assert!((speed / exact - 1.0).abs() < 0.01, "t = {t}: {speed} instead of {exact}");
     }
 }
@@ -34,15 +34,20 @@ fn a_bingham_fluid_moves_as_a_plug_between_layers() {
     let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
     let fluids = vec![FluidSetup::new("paste", Box::new(law))];
     let still = vec![Vector::ZERO; mesh.nodes().len()];
-    let mut implicit =
-        Implicit::new(mesh.clone(), boundary, physics(fluids, [force.into(), 0.0.into()]), still, Options::default());
+    let mut system = VelocityPressureSystem::new(
+        mesh.clone(),
+        boundary,
+        physics(fluids, [force.into(), 0.0.into()]),
+        still,
+        Options::default(),
+    );
     for _ in 0..60 {
-        let convected = implicit.velocity.clone();
-        implicit.solve(Step { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&[1.0]), &convected).unwrap();
+        let convected = system.velocity.clone();
+        system.solve(TimeStep { t: 0.0, dt: 0.05, theta: 1.0 }, &one(&PhaseList::fluids(&[1.0])), &convected).unwrap();
     }
     let exact = force * (0.5 - yield_stress / force).powi(2) / 2.0;
     for y in [0.35, 0.5, 0.65] {
-        let speed = implicit.velocity[at(y)][0];
+        let speed = system.velocity[at(y)][0];
         assert!((speed / exact - 1.0).abs() < 0.02, "y = {y}: {speed} instead of {exact}");
     }
 }
@@ -61,10 +66,15 @@ fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
     let turn = |x: Vector<2>| Vector([-x[1], x[0]]);
     let start = mesh.nodes().iter().map(|x| turn(*x)).collect();
     let options = Options { tolerance: 1e-13, ..Options::default() };
-    let mut implicit =
-        Implicit::new(mesh, boundary, physics(vec![fluid("oil", 1.0, 0.1)], weightless()), start, options);
-    march(&mut implicit, &one(&[1.0]), 0.1, 5);
-    assert!(rms(implicit.mesh.nodes(), &implicit.velocity, turn) < 1e-10);
+    let mut system = VelocityPressureSystem::new(
+        mesh,
+        boundary,
+        physics(vec![fluid("oil", 1.0, 0.1)], weightless()),
+        start,
+        options,
+    );
+    march(&mut system, &one(&PhaseList::fluids(&[1.0])), 0.1, 5);
+    assert!(rms(system.mesh.nodes(), &system.velocity, turn) < 1e-10);
 }
 
 /// A linear velocity prescribed all around, in three dimensions, with the pressure that gravity asks for.
@@ -83,11 +93,11 @@ fn a_linear_flow_and_a_linear_pressure_are_exact() {
     let pin = boundary.pin.as_ref().unwrap().node as usize;
     let physics = physics(vec![fluid("oil", 2.0, 0.1)], gravity.0.map(Signal::Constant));
     let options = Options { tolerance: 1e-13, ..Options::default() };
-    let mut implicit = Implicit::new(mesh, boundary, physics, start, options);
-    march(&mut implicit, &one(&[2.0]), 0.1, 3);
-    assert!(rms(implicit.mesh.nodes(), &implicit.velocity, flow) < 1e-10);
-    let held = implicit.mesh.nodes()[pin];
-    for (x, p) in implicit.mesh.nodes().iter().zip(&implicit.pressure) {
+    let mut system = VelocityPressureSystem::new(mesh, boundary, physics, start, options);
+    march(&mut system, &one(&PhaseList::fluids(&[2.0])), 0.1, 3);
+    assert!(rms(system.mesh.nodes(), &system.velocity, flow) < 1e-10);
+    let held = system.mesh.nodes()[pin];
+    for (x, p) in system.mesh.nodes().iter().zip(&system.pressure) {
         assert!((p - 5.0 - 2.0 * gravity.dot(*x - held)).abs() < 1e-9);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pfem2::Pfem2;
-use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::Solver;
 use std::f64::consts::TAU;
 
@@ -31,8 +31,8 @@ fn decayed<const D: usize, const N: usize>(
     let mut pfem = vortices(mesh, wave, 0.01);
     let dt = 0.5 / steps as f64;
     (0..steps).for_each(|k| pfem.step(k as f64 * dt, dt).unwrap());
-    let implicit = &pfem.implicit;
-    [rms(implicit.mesh.nodes(), &implicit.velocity, |x| wave(x) * decay(0.5)), fastest(&implicit.velocity)]
+    let system = &pfem.system;
+    [rms(system.mesh.nodes(), &system.velocity, |x| wave(x) * decay(0.5)), fastest(&system.velocity)]
 }
 
 /// The mesh of one cell of them.
@@ -52,17 +52,21 @@ fn planar(cells: usize, steps: usize) -> [f64; 2] {
 
 /// p = −¼ (cos 4πx + cos 4πy) falls from ½ in the corners to −½ in the middle; without viscosity nothing changes.
 #[test]
-fn the_first_step_knows_pressure_and_motion() {
+fn pressure_and_energy_of_vortices_are_right_from_the_first_step_on() {
     let mut pfem = vortices(cell(24), wave, 0.0);
     let dt = 1.0 / 32.0;
     for k in 0..4 {
-        let before = pfem.totals.kinetic;
+        let before = pfem.balance.totals.kinetic;
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        let pressure = &pfem.implicit.pressure;
+        let pressure = &pfem.system.pressure;
         let highest = pressure.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let lowest = pressure.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((highest - lowest - 1.0).abs() < 0.05, "{k}: {lowest} {highest}");
-        assert!((pfem.totals.kinetic / before - 1.0).abs() < 0.005, "{k}: {before} {}", pfem.totals.kinetic);
+        assert!(
+            (pfem.balance.totals.kinetic / before - 1.0).abs() < 0.005,
+            "{k}: {before} {}",
+            pfem.balance.totals.kinetic
+        );
     }
 }
 
@@ -105,7 +109,7 @@ fn turned(densities: [f64; 2]) -> f64 {
     let mut pfem = Pfem2::new(setup);
     (0..126).for_each(|k| pfem.step(f64::from(k) * 0.05, 0.05).unwrap());
     let error = |(x, v): (&Vector<2>, &Vector<2>)| (*v - turning(*x)).norm();
-    pfem.implicit.mesh.nodes().iter().zip(&pfem.implicit.velocity).map(error).fold(0.0, f64::max)
+    pfem.system.mesh.nodes().iter().zip(&pfem.system.velocity).map(error).fold(0.0, f64::max)
 }
 
 /// With cut elements stabilised against the body force alone, the first two were 0.030 and 0.073.

@@ -11,7 +11,7 @@ use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::BoundarySetup;
-use crate::pfem2::level_set::LevelSet;
+use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particles::{Particles, lattice};
 use crate::pfem2::setup::FluidSetup;
 

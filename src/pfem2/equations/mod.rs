@@ -1,0 +1,23 @@
+//! The equations of velocity and pressure on the mesh: stage 3 of a step (Becker (17)–(20); theory F.6–F.10).
+//!
+//! ```text
+//! element      the blocks and loads of one element                             Becker (17)–(20), theory F.6, F.7
+//! subscale     orthogonal subscales, against which the pressure is stabilised  theory F.7.3
+//! slip         pressure on slip facets                                         theory (F.32)
+//! outflow      viscous and inertial terms of open facets                       theory (F.34), (F.35)
+//! shear        the shear rate of an element                                    theory F.8
+//! assemble     rows of the matrix, gathered from the elements around a node
+//! system       the velocity–pressure system of a step: contents of elements, matrix, solution
+//! convergence  the error of a system that was not solved
+//! estimates    frequencies of waves and crossing times, for the length of steps
+//! ```
+
+pub mod assemble;
+mod convergence;
+pub mod element;
+mod estimates;
+pub mod outflow;
+pub mod shear;
+pub mod slip;
+pub mod subscale;
+pub mod system;

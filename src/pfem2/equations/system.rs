@@ -1,0 +1,427 @@
+//! The mesh stage of a step: from convected velocities and phases to velocity and pressure at the nodes.
+//!
+//! ```text
+//! M (v − v̂)/Δ + K v − Dᵀ p = M b + t̄ + surface tension,     D v + C p = τ V g·s,     Δ = θ Δt
+//! ```
+//!
+//! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
+//! the share 1 − θ of the last acceleration (see `step.rs`).
+
+use super::assemble::{Assembly, CutElement, ElementEquations};
+use super::convergence::not_converged;
+use super::element::{self, Content, Drive, Equations, Mass, Stabilisation};
+use super::outflow;
+use super::shear::shear_rate;
+use super::slip;
+use super::subscale::{self, Subscales};
+use crate::error::{Place, StepError};
+use crate::linalg::{BlockMatrix, LinearSolver, Options, Outcome, SolverState};
+use crate::math::{Signal, Vector};
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::pfem2::boundary::{Boundary, Constraints};
+use crate::pfem2::interface::phases::{Filling, Phases};
+use crate::pfem2::interface::surface_tension;
+use crate::pfem2::interface::{Enriched, Enrichment, Medium};
+use crate::pfem2::setup::FluidSetup;
+
+/// Time, step and implicit share of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeStep {
+    /// Time at its start [s].
+    pub t: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// Implicit share θ; 1: backward Euler.
+    pub theta: f64,
+}
+
+impl TimeStep {
+    /// Δ = θ Δt [s].
+    pub fn delta(&self) -> f64 {
+        self.theta * self.dt
+    }
+
+    /// Time at its end [s].
+    pub fn end(&self) -> f64 {
+        self.t + self.dt
+    }
+}
+
+/// Numbers that stay the same during a run.
+#[derive(Debug, Clone)]
+pub struct Physics<const D: usize> {
+    /// The fluids.
+    pub fluids: Vec<FluidSetup>,
+    /// Surface tension of pairs of fluids [N/m].
+    pub tension: Vec<([usize; 2], f64)>,
+    /// Body force per unit mass, a formula per axis [m/s²].
+    pub gravity: [Signal; D],
+    /// Mass matrix.
+    pub mass: Mass,
+    /// Stabilisation.
+    pub stabilisation: Stabilisation,
+    /// Enrichment of cut elements without surface tension.
+    pub enrichment: Enrichment,
+}
+
+impl<const D: usize> Physics<D> {
+    /// Gravity [m/s²], if it is the same everywhere and always.
+    pub fn steady_gravity(&self) -> Option<Vector<D>> {
+        let same = self.gravity.iter().all(|g| g.is_uniform() && g.is_steady());
+        same.then(|| Vector::from_fn(|i| self.gravity[i].value([0.0; 3], 0.0)))
+    }
+
+    /// Surface tension between two fluids [N/m].
+    pub(super) fn tension_between(&self, pair: [usize; 2]) -> f64 {
+        let same = |other: &[usize; 2]| *other == pair || *other == [pair[1], pair[0]];
+        self.tension.iter().find(|(other, _)| same(other)).map_or(0.0, |(_, tension)| *tension)
+    }
+}
+
+/// Velocity and pressure on the mesh.
+pub struct VelocityPressureSystem<const D: usize, const N: usize> {
+    /// The mesh.
+    pub mesh: Mesh<D, N>,
+    /// Conditions on its boundary.
+    pub boundary: Boundary<D>,
+    /// The fluids and the body force.
+    pub physics: Physics<D>,
+    /// Velocity at the nodes [m/s].
+    pub velocity: Vec<Vector<D>>,
+    /// Pressure at the nodes [Pa].
+    pub pressure: Vec<f64>,
+    /// Projected pressure gradients, for the stabilisation.
+    pub subscales: Subscales<D>,
+    /// Body force at the nodes [m/s²].
+    pub force: Vec<Vector<D>>,
+    /// Content of each element in the last step.
+    pub contents: Vec<Content<N>>,
+    /// Elements that an interface cut in the last step.
+    pub cuts: Vec<CutElement<D, N>>,
+    /// Recovered pressures of the cut elements [Pa].
+    pub recovered: Vec<Vec<f64>>,
+    /// Volume of each fluid in the last step [m³].
+    pub volumes: Vec<f64>,
+    /// Outcome of the last solution.
+    pub outcome: Outcome,
+    pub(in crate::pfem2) equations: Equations,
+    pub(super) density: Vec<f64>,
+    /// Shortest edge of each element [m].
+    pub(super) size: Vec<f64>,
+    /// Elements with one fluid.
+    pub(super) pure: Vec<bool>,
+    /// Open facets of each element, as bits.
+    open: Vec<u8>,
+    /// Slip facets of each element, as bits.
+    slip: Vec<u8>,
+    constraints: Constraints<D, N>,
+    assembly: Assembly<N>,
+    matrix: BlockMatrix<N>,
+    rhs: Vec<[f64; N]>,
+    pub(in crate::pfem2) unknowns: Vec<[f64; N]>,
+    linear: LinearSolver<N>,
+    options: Options,
+    /// Preconditioners made so far.
+    pub(in crate::pfem2) preconditioners: u64,
+}
+
+impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
+    /// A state that starts with these nodal velocities [m/s].
+    pub fn new(
+        mesh: Mesh<D, N>,
+        boundary: Boundary<D>,
+        physics: Physics<D>,
+        velocity: Vec<Vector<D>>,
+        options: Options,
+    ) -> Self {
+        let nodes = mesh.nodes().len();
+        let assembly = Assembly::new(&mesh);
+        let force = body_force(&mesh, &physics.gravity, 0.0);
+        let equations = Equations { delta: 1.0, mass: physics.mass, stabilisation: physics.stabilisation };
+        Self {
+            size: (0..mesh.elements().len()).map(|e| mesh.shortest_edge(e)).collect(),
+            density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
+            open: outflow::open_facets(&mesh, &boundary),
+            slip: slip::slip_facets(&mesh, &boundary),
+            constraints: boundary.constraints(nodes),
+            matrix: BlockMatrix::zeros(assembly.pattern()),
+            linear: solver(&mesh, &assembly, options),
+            options,
+            rhs: vec![[0.0; N]; nodes],
+            unknowns: vec![[0.0; N]; nodes],
+            pressure: vec![0.0; nodes],
+            subscales: Subscales::at_rest(nodes),
+            contents: Vec::new(),
+            cuts: Vec::new(),
+            recovered: Vec::new(),
+            volumes: vec![0.0; physics.fluids.len()],
+            outcome: Outcome { iterations: 0, residual: 0.0, rebuilt: false },
+            pure: vec![true; mesh.elements().len()],
+            velocity,
+            mesh,
+            boundary,
+            physics,
+            force,
+            equations,
+            assembly,
+            preconditioners: 0,
+        }
+    }
+
+    /// Solves for velocity and pressure at the end of the step.
+    ///
+    /// # Errors
+    /// The linear solver doesn't converge.
+    pub fn solve(&mut self, step: TimeStep, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
+        self.equations.delta = step.delta();
+        self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
+        self.fill(phases, convected);
+        self.boundary.prescribe(&self.mesh, step.end(), &mut self.constraints);
+        self.assemble(step, convected);
+        self.start_from(convected);
+        self.outcome = self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns).map_err(|failure| {
+            let place = self.place(failure.worst_node);
+            not_converged(place, &failure.history, failure.residual, &self.options)
+        })?;
+        self.preconditioners += u64::from(self.outcome.rebuilt);
+        self.unpack();
+        self.recover();
+        self.project_subscales();
+        Ok(())
+    }
+
+    /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
+    pub fn imposed(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
+        let mut convected = convected.to_vec();
+        self.boundary.impose(&self.mesh, [step.t, step.dt, step.theta], &mut convected);
+        convected
+    }
+
+    /// The state of the linear solver, kept from one step to the next.
+    pub(in crate::pfem2) fn solver_state(&self) -> SolverState {
+        self.linear.state()
+    }
+
+    /// True if a memory is that of a run of the same case.
+    pub(in crate::pfem2) fn fits(&self, memory: &SolverState) -> bool {
+        self.linear.fits(memory)
+    }
+
+    /// Goes on from the memory of another run of the same case.
+    pub(in crate::pfem2) fn restore_solver(&mut self, memory: &SolverState) {
+        // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.
+        if self.linear.restore(memory).is_err() {
+            self.linear = solver(&self.mesh, &self.assembly, self.options);
+        }
+    }
+
+    /// The equations of the last step.
+    pub fn elements<'a>(&'a self, convected: &'a [Vector<D>]) -> ElementEquations<'a, D, N> {
+        ElementEquations {
+            mesh: &self.mesh,
+            equations: self.equations,
+            contents: &self.contents,
+            cuts: &self.cuts,
+            force: &self.force,
+            convected,
+            subscales: &self.subscales,
+            open: &self.open,
+            slip: &self.slip,
+        }
+    }
+
+    /// True where one fluid fills the element.
+    pub(in crate::pfem2) fn is_pure(&self, element: usize) -> bool {
+        self.pure[element]
+    }
+
+    /// Shortest edge of an element [m].
+    pub(in crate::pfem2) fn size(&self, element: usize) -> f64 {
+        self.size[element]
+    }
+
+    /// Mass of a node: its share of what fills the elements around it [kg].
+    pub(in crate::pfem2) fn nodal_mass(&self, node: usize) -> f64 {
+        let around = self.mesh.elements_around(node).iter().map(|&e| e as usize);
+        let own = |e: usize| {
+            let corners = self.mesh.elements()[e].iter().zip(&self.contents[e].mass);
+            corners.filter(|(i, _)| **i as usize == node).map(|(_, mass)| mass).sum::<f64>()
+        };
+        around.map(own).sum()
+    }
+
+    /// Energy of the interfaces, σ A [J].
+    pub fn surface_energy(&self) -> f64 {
+        self.cuts.iter().map(|cut| cut.energy).sum()
+    }
+
+    /// The shortest edge of the mesh [m].
+    pub fn shortest(&self) -> f64 {
+        self.size.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// A node as the place of an error.
+    pub fn place(&self, node: usize) -> Place {
+        Place::Node { body: "mesh".into(), index: node, position: self.mesh.nodes()[node].to3() }
+    }
+
+    /// Finds what fills each element: its content, and the enrichment of cut ones.
+    pub(in crate::pfem2) fn fill(&mut self, phases: &Phases, convected: &[Vector<D>]) {
+        let elements = self.mesh.elements();
+        let filled: Vec<(Content<N>, bool)> = parallel::collect(elements.len(), 256, |e| {
+            let filling = phases.filling(&elements[e]);
+            let volume = self.mesh.simplex(e).volume;
+            let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
+            let content = match filling.cut(&self.density, viscosity) {
+                Some(cut) => cut.content(volume, |medium| self.cut_tau() * tau(medium)),
+                None => filling.content(volume, &self.density, viscosity, tau),
+            };
+            (content, matches!(filling, Filling::Pure(_)))
+        });
+        let drives = self.elements(convected);
+        let cuts = parallel::collect_some(elements.len(), 256, |e| {
+            let enrich = || self.enrich(e, phases.filling(&elements[e]), &filled[e].0, &drives.drive(e, true));
+            if filled[e].1 { None } else { enrich() }
+        });
+        self.volumes = phases.volumes(&self.mesh, elements.len(), |e| e);
+        self.cuts = cuts;
+        (self.contents, self.pure) = filled.into_iter().unzip();
+    }
+
+    /// The enriched pressure and the surface tension of an element, if it is cut.
+    fn enrich(
+        &self,
+        e: usize,
+        filling: Filling<N>,
+        content: &Content<N>,
+        drive: &Drive<D, N>,
+    ) -> Option<CutElement<D, N>> {
+        let cut = filling.cut(&self.density, |fluid| self.viscosity(e, fluid))?;
+        let Filling::Cut(pair, level) = filling else { return None };
+        let simplex = self.mesh.simplex(e);
+        let tension = self.physics.tension_between(pair);
+        let enrichment = if tension > 0.0 { Enrichment::Jump } else { self.physics.enrichment };
+        let delay = match self.physics.stabilisation {
+            Stabilisation::ConsistentPspg => content.tau / self.equations.delta,
+            Stabilisation::Pspg | Stabilisation::Oss => 0.0,
+        };
+        let walls = slip::press_enriched(&cut, enrichment, simplex, self.slip[e]);
+        let sources = cut.sides().map(|own| drive.source_of(&self.equations, own));
+        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, sources, delay).beside(walls);
+        let share = cut.negative_share();
+        let source = sources[0] * share + sources[1] * (1.0 - share);
+        let x = self.mesh.corners(e);
+        let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
+        let tension = surface_tension::forces(&level, &x, simplex, tension, self.open[e]);
+        let inertia = match self.physics.mass {
+            Mass::Lumped => [[0.0; N]; N],
+            Mass::Consistent => {
+                let own = cut.mass(simplex.volume);
+                let mean = |i, j| element::mass(content, Mass::Consistent, (i, j));
+                std::array::from_fn(|i| std::array::from_fn(|j| own[i][j] - mean(i, j)))
+            }
+        };
+        Some(CutElement { element: e as u32, inertia, enriched, tension, energy, source })
+    }
+
+    /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
+    fn viscosity(&self, e: usize, fluid: usize) -> f64 {
+        let law = &self.physics.fluids[fluid].law;
+        let rate = if !law.is_newtonian() {
+            let velocity = self.mesh.elements()[e].map(|node| self.velocity[node as usize]);
+            shear_rate(&self.mesh.simplex(e).gradient, &velocity)
+        } else {
+            0.0
+        };
+        law.viscosity(rate)
+    }
+
+    /// Stabilisation time of an element [s]. Only the paper's form counts the speed: the system has no convection.
+    fn tau(&self, e: usize, medium: Medium) -> f64 {
+        let speed = match self.physics.stabilisation {
+            Stabilisation::Pspg => {
+                let nodes = self.mesh.elements()[e];
+                nodes.iter().map(|&i| self.velocity[i as usize]).sum::<Vector<D>>().norm() / N as f64
+            }
+            Stabilisation::ConsistentPspg | Stabilisation::Oss => 0.0,
+        };
+        element::tau(self.equations.delta, medium.viscosity, medium.density, self.size[e], speed)
+    }
+
+    /// τ of a cut element, over that of another.
+    fn cut_tau(&self) -> f64 {
+        match self.physics.stabilisation {
+            Stabilisation::Oss => subscale::CUT_TAU,
+            Stabilisation::Pspg | Stabilisation::ConsistentPspg => 1.0,
+        }
+    }
+
+    /// Fills matrix and right-hand side.
+    fn assemble(&mut self, step: TimeStep, convected: &[Vector<D>]) {
+        let mut rhs = std::mem::take(&mut self.rhs);
+        rhs.fill([0.0; N]);
+        self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));
+        let matrix =
+            std::mem::replace(&mut self.matrix, BlockMatrix { pattern: self.assembly.pattern(), values: Vec::new() });
+        let mut matrix = matrix;
+        self.assembly.assemble(&self.elements(convected), &self.constraints, &mut matrix, &mut rhs);
+        (self.matrix, self.rhs) = (matrix, rhs);
+    }
+
+    /// The first guess: convected velocity, last pressure, prescribed values.
+    fn start_from(&mut self, convected: &[Vector<D>]) {
+        for (i, x) in self.unknowns.iter_mut().enumerate() {
+            x[..D].copy_from_slice(&self.constraints.into_frame(i, convected[i]).0);
+            x[D] = self.pressure[i];
+            let mask = self.constraints.mask[i];
+            (0..N).filter(|r| mask >> r & 1 == 1).for_each(|r| x[r] = self.constraints.value[i][r]);
+        }
+    }
+
+    /// Velocity and pressure from the unknowns, turned back to the axes.
+    fn unpack(&mut self) {
+        for (i, x) in self.unknowns.iter_mut().enumerate() {
+            let v = self.constraints.out_of_frame(i, Vector::from_fn(|r| x[r]));
+            self.velocity[i] = v;
+            self.pressure[i] = x[D];
+            x[..D].copy_from_slice(&v.0);
+        }
+    }
+
+    /// The condensed pressures of the cut elements.
+    fn recover(&mut self) {
+        let nodal =
+            |cut: &CutElement<D, N>| self.mesh.elements()[cut.element as usize].map(|i| self.unknowns[i as usize]);
+        let of = |cut: usize| self.cuts[cut].enriched.recover(&nodal(&self.cuts[cut]));
+        self.recovered = parallel::collect(self.cuts.len(), 256, of);
+    }
+
+    fn project_subscales(&mut self) {
+        if self.physics.stabilisation == Stabilisation::Oss {
+            let mut subscales = std::mem::take(&mut self.subscales);
+            let (pure, pressure) = (|e: usize| self.pure[e], |node: usize| self.pressure[node]);
+            subscale::project(&self.mesh, &self.contents, pure, pressure, &self.force, &mut subscales.projected);
+            subscales.average();
+            self.subscales = subscales;
+        }
+    }
+}
+
+fn solver<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    assembly: &Assembly<N>,
+    options: Options,
+) -> LinearSolver<N> {
+    let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
+    LinearSolver::new(assembly.pattern(), &places, options)
+}
+
+/// Body force at the nodes at time `t` [m/s²].
+fn body_force<const D: usize, const N: usize>(mesh: &Mesh<D, N>, gravity: &[Signal; D], t: f64) -> Vec<Vector<D>> {
+    if gravity.iter().all(Signal::is_uniform) {
+        return vec![Vector::from_fn(|i| gravity[i].value([0.0; 3], t)); mesh.nodes().len()];
+    }
+    let at = |node: usize| Vector::from_fn(|i| gravity[i].value(mesh.nodes()[node].to3(), t));
+    parallel::collect(mesh.nodes().len(), 256, at)
+}

@@ -1,0 +1,143 @@
+//! The energy balance of a run: its ledger, the available potential energy, and the checks of both and of the volumes
+//! (theory F.13, F.14).
+
+use super::available::{AvailablePotentialEnergy, EnergyCheck};
+use super::dissipation::ViscousDissipation;
+use super::forces::BoundaryAction;
+use super::ledger::{EnergyLedger, ExternalRates, FlowTotals};
+use super::notices::Notices;
+use super::through::OpenBoundaryFlux;
+use crate::error::StepError;
+use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::interface::tracking::InterfaceTracking;
+
+/// Part of the largest other energy so far that errors may take, or give, without a notice.
+const TAKEN: f64 = 0.05;
+const GIVEN: f64 = 0.02;
+
+/// The same for a viscous dissipation below zero.
+const NEGATIVE: f64 = 0.01;
+
+/// The energy balance of a run.
+#[derive(Debug, Clone)]
+pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
+    /// Sums over the mesh, after the last step.
+    pub totals: FlowTotals,
+    /// Works and losses since the start.
+    pub ledger: EnergyLedger,
+    /// Viscous dissipation.
+    pub dissipation: ViscousDissipation<D>,
+    /// Work that gravity can do, where that can be told.
+    pub available: Option<AvailablePotentialEnergy>,
+    /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
+    pub initial_volumes: Vec<f64>,
+}
+
+impl<const D: usize> EnergyBalance<D> {
+    /// Of a fluid that begins on a mesh of so many nodes; [`EnergyBalance::open`] follows.
+    pub fn new(nodes: usize) -> Self {
+        Self {
+            totals: FlowTotals::default(),
+            ledger: EnergyLedger::default(),
+            dissipation: ViscousDissipation::at_rest(nodes),
+            available: None,
+            initial_volumes: Vec::new(),
+        }
+    }
+
+    /// Opens the balance with the state at the start and the kinetic energy that its boundary adds at once [J].
+    pub fn open<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>, impulsive: f64) {
+        self.available = AvailablePotentialEnergy::new(system, &self.totals);
+        if system.boundary.is_closed() {
+            self.initial_volumes = system.volumes.clone();
+        }
+        self.ledger = EnergyLedger::open(self.totals.kinetic, system.surface_energy(), impulsive);
+    }
+
+    /// Updates the sums over the mesh.
+    pub fn sum<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
+        self.totals = FlowTotals::of(system);
+    }
+
+    /// Takes the end of a predicted step as the step before the first.
+    pub fn begin<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        interface: &InterfaceTracking<D>,
+        action: BoundaryAction<D>,
+    ) {
+        let rates = self.external_rates(system, interface, action);
+        self.ledger.begin(&rates);
+        self.dissipation.begin(system);
+    }
+
+    /// Adds a step with the `shares` θ, β₁ and β₂; `first`: nothing came before it but its prediction.
+    pub fn add<const N: usize>(
+        &mut self,
+        (step, shares, first): (TimeStep, [f64; 3], bool),
+        system: &VelocityPressureSystem<D, N>,
+        interface: &InterfaceTracking<D>,
+        action: BoundaryAction<D>,
+    ) {
+        let rates = self.external_rates(system, interface, action);
+        let viscous = self.dissipation.of_step(system, step.dt, shares, first);
+        self.ledger.add(step.dt, shares, &rates, viscous);
+        if let Some(available) = self.available.as_ref().filter(|_| interface.keeps_volumes()) {
+            self.ledger.set_gravity(available.released(&self.totals));
+        }
+        self.ledger.keep_largest(&self.totals, system.surface_energy());
+    }
+
+    /// Powers and forces from outside at the end of a step, with the sums over the mesh.
+    fn external_rates<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        interface: &InterfaceTracking<D>,
+        BoundaryAction { force, power }: BoundaryAction<D>,
+    ) -> ExternalRates<D> {
+        self.sum(system);
+        let FlowTotals { gravity, weight, .. } = self.totals;
+        let force = std::array::from_fn(|i| force.to3()[i] + weight[i]);
+        let through = OpenBoundaryFlux::of(system, |place| interface.inflow_density::<N>(place));
+        ExternalRates { gravity, boundary: power, force, through }
+    }
+
+    /// The energy that errors are measured by: the largest other energy so far, and no less than what counts in this run [J].
+    pub fn largest_energy(&self) -> f64 {
+        let least = self.available.as_ref().map_or(0.0, |available| available.least(&self.ledger));
+        self.ledger.largest.max(least)
+    }
+
+    /// Gives notice of fluid that is lost, and of energy that errors took or gave.
+    ///
+    /// # Errors
+    /// The flow has gained many times the energy that there was.
+    pub fn check<const N: usize>(
+        &self,
+        system: &VelocityPressureSystem<D, N>,
+        interface: &InterfaceTracking<D>,
+        notices: &mut Notices,
+    ) -> Result<(), StepError> {
+        notices.losses(&system.physics.fluids, &self.initial_volumes, &system.volumes);
+        if interface.kept_volumes.is_some() {
+            notices.weights(&system.physics.fluids, &self.initial_volumes, &system.volumes);
+        }
+        self.check_errors(system, notices);
+        let Some(available) = &self.available else { return Ok(()) };
+        if available.check(&self.ledger, &self.totals, system)? == EnergyCheck::Excessive {
+            notices.energy();
+        }
+        Ok(())
+    }
+
+    /// Gives notice of the part of the energy that errors have taken, or given.
+    fn check_errors<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, notices: &mut Notices) {
+        let largest = self.largest_energy();
+        let gained = self.ledger.gained(&self.totals, system.surface_energy());
+        let part = if largest > 0.0 { -gained / largest } else { 0.0 };
+        notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
+        if self.ledger.viscous < -NEGATIVE * largest {
+            notices.negative_dissipation();
+        }
+    }
+}

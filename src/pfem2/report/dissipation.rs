@@ -1,0 +1,93 @@
+//! Viscous dissipation of a step, as the scheme takes it (theory (F.40)).
+//!
+//! A step gives the fluid the momentum Δt Σ_k w_k F_k, with the viscous forces F_k of its end, its start and the start of the step
+//! before, and the weights w = θ, β₁, β₂ (see `step`). Its kinetic energy changes by this times the mean of the velocities before and
+//! after, v̄ = ½ (vⁿ + vⁿ⁺¹); powers of the forces on their own velocities differ from that by a factor where the step is
+//! long for viscosity (vortices that decay within a step: 0.3; layers that a force keeps up: 2):
+//!
+//! ```text
+//! D = Δt Σ_k w_k q(v̄, u_k),        q(a, b) = ∫2μ d(a):d(b),        u_k the velocity that makes F_k
+//! 4 q(v̄, u_k) = q(vⁿ⁺¹) + q(vⁿ) + 2 q(u_k) − q(vⁿ⁺¹ − u_k) − q(vⁿ − u_k)
+//! ```
+//!
+//! The first three powers are sums over the fluid, wherever it was at their time. Differences follow the fluid: what was at a node
+//! is taken at the foot of its streamline. u_k = vᵏ, but for the first step, whose explicit share is that of the predictor step.
+
+use crate::math::Vector;
+use crate::parallel;
+use crate::pfem2::equations::shear::shear_rate;
+use crate::pfem2::equations::system::VelocityPressureSystem;
+
+/// Powers and velocities of the steps before.
+#[derive(Debug, Clone, Default)]
+pub struct ViscousDissipation<const D: usize> {
+    /// q(u_n) [W]; without a predictor step q(vⁿ).
+    pub power_last: f64,
+    /// q(u_n−1) [W].
+    pub power_earlier: f64,
+    /// vⁿ − u_n−1 at the nodes [m/s]: one column of a checkpoint.
+    pub change: Vec<Vector<D>>,
+    /// vⁿ at the feet of the nodes' streamlines of this step [m/s].
+    pub start: Vec<Vector<D>>,
+}
+
+impl<const D: usize> ViscousDissipation<D> {
+    /// Of a fluid without history: `nodes` nodes.
+    pub fn at_rest(nodes: usize) -> Self {
+        Self {
+            power_last: 0.0,
+            power_earlier: 0.0,
+            change: vec![Vector::ZERO; nodes],
+            start: vec![Vector::ZERO; nodes],
+        }
+    }
+
+    /// After the predictor of the first step, whose end makes the forces at the start and before.
+    pub fn begin<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
+        let both = self.start.iter().zip(&system.velocity);
+        self.change = both.map(|(start, end)| *start - *end).collect();
+        let [end] = powers(system, |i| [system.velocity[i]]);
+        (self.power_last, self.power_earlier) = (end, end);
+    }
+
+    /// Viscous dissipation of the step [J]; `shares` are θ, β₁ and β₂, `first`: nothing came before it but the predictor step.
+    pub fn of_step<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        dt: f64,
+        shares: [f64; 3],
+        first: bool,
+    ) -> f64 {
+        let grown = |i: usize| system.velocity[i] - self.start[i];
+        let lag = |i: usize| if first { self.change[i] } else { Vector::ZERO };
+        let [start, end, from_start, from_last, last, from_earlier, earlier] = powers(system, |i| {
+            let (grown, lag, change) = (grown(i), lag(i), self.change[i]);
+            [self.start[i], system.velocity[i], grown, grown + lag, lag, grown + change, change]
+        });
+        let (u_last, u_earlier) = (self.power_last, self.power_earlier);
+        let start = if first { start } else { u_last };
+        let work = |own: f64, differences: f64| 0.25 * (end + start + 2.0 * own - differences);
+        let works = [work(end, from_start), work(u_last, from_last + last), work(u_earlier, from_earlier + earlier)];
+        self.change = (0..self.change.len()).map(|i| grown(i) + lag(i)).collect();
+        (self.power_last, self.power_earlier) = (end, u_last);
+        dt * shares.iter().zip(works).map(|(share, work)| share * work).sum::<f64>()
+    }
+}
+
+/// q of several velocities, given by node [W].
+fn powers<const D: usize, const N: usize, const K: usize>(
+    system: &VelocityPressureSystem<D, N>,
+    velocity: impl Fn(usize) -> [Vector<D>; K] + Sync,
+) -> [f64; K] {
+    let of_element = |e: usize| {
+        let (simplex, content) = (system.mesh.simplex(e), &system.contents[e]);
+        let nodal = system.mesh.elements()[e].map(|node| velocity(node as usize));
+        std::array::from_fn(|k| {
+            let rate = shear_rate(&simplex.gradient, &nodal.map(|velocities| velocities[k]));
+            simplex.volume * content.viscosity * rate.powi(2)
+        })
+    };
+    let add = |a: [f64; K], b: [f64; K]| std::array::from_fn(|k| a[k] + b[k]);
+    let chunk = |range: std::ops::Range<usize>| range.map(of_element).fold([0.0; K], add);
+    parallel::reduce(system.contents.len(), chunk, add).unwrap_or([0.0; K])
+}

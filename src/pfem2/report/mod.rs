@@ -1,0 +1,25 @@
+//! Results beside the solution: forces, energies, checks, snapshots and checkpoints (theory F.12–F.14).
+//!
+//! ```text
+//! forces      forces of the fluid on parts of the boundary                theory (F.38)
+//! ledger      energy and momentum of the flow                             theory F.13
+//! dissipation viscous dissipation of a step                               theory (F.40)
+//! through     energy and momentum that the flow carries through openings  theory F.13
+//! available   available potential energy, and the check against it        theory F.14
+//! balance     the energy balance of a run, and its checks
+//! health      errors that stop a run
+//! notices     notices of a run
+//! snapshot    the state as outputs see it
+//! checkpoint  the columns of a checkpoint
+//! ```
+
+pub(super) mod available;
+pub(super) mod balance;
+pub(super) mod checkpoint;
+pub(super) mod dissipation;
+pub(super) mod forces;
+pub(super) mod health;
+pub(super) mod ledger;
+pub(super) mod notices;
+pub(super) mod snapshot;
+pub(super) mod through;

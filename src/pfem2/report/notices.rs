@@ -1,0 +1,186 @@
+//! Notices for the user during a run: a fluid that is gone or going, an interface that came to an inlet, a
+//! volume that could not be kept, energy that nothing gave.
+//!
+//! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
+//! unless the case names one; what a fluid without particles leaves behind is filled by the others.
+
+use super::checkpoint::visit_numbers;
+use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
+use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::particles::Particles;
+use crate::pfem2::setup::FluidSetup;
+use crate::simulation::{Column, SaidOnce};
+use std::collections::BTreeSet;
+
+/// Part of its volume below which a fluid in a closed box is going.
+const LEFT: f64 = 0.9;
+
+/// Part of the volume of several fluids that may be missing without a word.
+const CHANGED: f64 = 1e-3;
+
+/// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at first.
+const LASTING: u32 = 5;
+
+/// Notices of a run, each kind given once.
+#[derive(Debug, Clone, Default)]
+pub(in crate::pfem2) struct Notices {
+    /// Inlets by their place among the sets, with the fluids that were there.
+    met: BTreeSet<(usize, usize)>,
+    /// Fluids that have been there.
+    been: BTreeSet<usize>,
+    /// Steps for which errors have taken, or given, much of the energy.
+    lasting: u32,
+    said: SaidOnce,
+}
+
+impl Notices {
+    /// Takes the state at the start for granted: a case may begin with two fluids at an inlet.
+    pub fn of_the_start<const D: usize, const N: usize>(
+        system: &VelocityPressureSystem<D, N>,
+        particles: &Particles<D>,
+        fraction: &[Vec<f64>],
+    ) -> Self {
+        let mut notices = Self::default();
+        notices.check_fluids(system, particles, fraction);
+        Self { met: notices.met, been: notices.been, ..Self::default() }
+    }
+
+    /// Looks at the state after a step; `fraction` by fluid and node.
+    pub fn check_fluids<const D: usize, const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        particles: &Particles<D>,
+        fraction: &[Vec<f64>],
+    ) {
+        let fluids = &system.physics.fluids;
+        if fluids.len() < 2 {
+            return;
+        }
+        let mut left = vec![false; fluids.len()];
+        particles.fluid.iter().for_each(|&fluid| left[usize::from(fluid)] = true);
+        for (index, (fluid, left)) in fluids.iter().zip(left).enumerate() {
+            if left {
+                self.been.insert(index);
+            } else if self.been.contains(&index) {
+                self.said.say(&format!("gone: {}", fluid.name), || format!("no particle of `{}` is left", fluid.name));
+            }
+        }
+        for (inlet, fluid) in at_inlets(system, fraction) {
+            if !self.met.insert((inlet, fluid)) {
+                continue;
+            }
+            let name = &system.boundary.sets()[inlet].name;
+            self.said.say(&format!("inlet: {name}"), || {
+                format!(
+                    "an interface came to the inlet `{name}`: what flows in stays the fluid that each place had at the start; \
+                     `fluid` of the boundary names another"
+                )
+            });
+        }
+    }
+
+    /// The volume of a fluid could not be kept.
+    pub fn volume(&mut self, fluid: &str) {
+        self.said.say(&format!("volume: {fluid}"), || {
+            format!(
+                "the volume of `{fluid}` could not be kept: the interface may shift by the shortest edge of the mesh in a \
+                 step, and that was not enough; take shorter steps (`history/balance.csv` shows the volume)"
+            )
+        });
+    }
+
+    /// The volumes of several fluids [m³] could not be kept.
+    pub fn weights(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
+        let changed = |(start, now): (&f64, &f64)| (now - start).abs() > CHANGED * start;
+        for (fluid, _) in fluids.iter().zip(start.iter().zip(now)).filter(|(_, pair)| changed(*pair)) {
+            self.said.say(&format!("weights: {}", fluid.name), || {
+                format!(
+                    "the volume of `{}` could not be kept within a thousandth in a step: where an element begins to hold a third \
+                     fluid, volumes jump; smaller elements make that less (`history/balance.csv` shows the volume)",
+                    fluid.name
+                )
+            });
+        }
+    }
+
+    /// The flow has gained too much from nothing.
+    pub fn energy(&mut self) {
+        let what = "errors have given the flow more than half of the kinetic energy that it ever had, or let gravity do more work than \
+                    its fluids could give (`numerical dissipation` and `work of gravity` in `history/balance.csv`); take shorter \
+                    steps (`time.step`, `pfem2.courant`) or smaller elements";
+        self.said.say("energy", || what.to_owned());
+    }
+
+    /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; a notice is given where it is `much` for
+    /// some steps.
+    pub fn errors(&mut self, part: f64, much: bool) {
+        self.lasting = if much { LASTING.min(self.lasting + 1) } else { 0 };
+        if self.lasting < LASTING {
+            return;
+        }
+        let what = if part < 0.0 { "errors have given the flow" } else { "errors have taken" };
+        self.said.say(what, || {
+            format!(
+                "{what} {:.0} % of the largest other energy so far (`numerical dissipation` in `history/balance.csv`; the progress \
+                 line goes on showing it): smaller elements or shorter steps (`time.step`, `pfem2.courant`) make it less",
+                100.0 * part.abs()
+            )
+        });
+    }
+
+    /// Viscosity has given energy.
+    pub fn negative_dissipation(&mut self) {
+        let what = "`viscous dissipation` is below zero in `history/balance.csv`: the step is too long for this viscosity; take \
+                    shorter steps (`time.step`)";
+        self.said.say("viscous dissipation", || what.to_owned());
+    }
+
+    /// Fluids that have lost a tenth of their volume where nothing can leave; `start` and `now` by fluid [m³].
+    pub fn losses(&mut self, fluids: &[FluidSetup], start: &[f64], now: &[f64]) {
+        for ((fluid, start), now) in fluids.iter().zip(start).zip(now) {
+            if *now < LEFT * start {
+                self.said.say(&format!("lost: {}", fluid.name), || {
+                    format!(
+                        "`{}` has lost more than a tenth of its volume, though nothing can leave: it is thinner than elements \
+                         somewhere; take smaller elements (`history/balance.csv` shows the volumes)",
+                        fluid.name
+                    )
+                });
+            }
+        }
+    }
+
+    /// The notices since the last call.
+    pub fn take(&mut self) -> Vec<String> {
+        self.said.take()
+    }
+
+    /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have been there,
+    /// and inlets that they have met, are found again by the next look.)
+    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        let [lasting] = visit_numbers(visit, "notices/lasting", [self.lasting]);
+        // No more steps count than those after which a notice is given; a state that was not left by a run may hold any number.
+        self.lasting = lasting.min(LASTING);
+        self.said.column("notices/said", visit);
+    }
+
+    /// The contradiction in columns that were just restored, if there is one.
+    pub fn misfit(&self) -> Option<String> {
+        self.said.misfit()
+    }
+}
+
+/// The fluids at the inlets that bring none of their own, as pairs of the place of the set and the fluid.
+fn at_inlets<const D: usize, const N: usize>(
+    system: &VelocityPressureSystem<D, N>,
+    fraction: &[Vec<f64>],
+) -> Vec<(usize, usize)> {
+    let sets = system.boundary.sets().iter().enumerate();
+    let asks = |set: &BoundarySetup<D>| set.condition.kind() == BoundaryKind::Inlet && set.brings.is_none();
+    let touching = |(inlet, set): (usize, &BoundarySetup<D>)| {
+        let nodes: BTreeSet<u32> = set.facets.iter().flat_map(|&facet| system.mesh.facet_nodes(facet)).collect();
+        let there = fraction.iter().enumerate().filter(|(_, share)| nodes.iter().any(|&n| share[n as usize] > 0.5));
+        there.map(|(fluid, _)| (inlet, fluid)).collect::<Vec<_>>()
+    };
+    sets.filter(|(_, set)| asks(set)).flat_map(touching).collect()
+}

@@ -1,0 +1,171 @@
+//! The state as outputs see it: particles, mesh, ledger, forces, counts.
+
+use crate::math::Vector;
+use crate::pfem2::Pfem2;
+use crate::pfem2::interface::filled;
+use crate::pfem2::time::step_control::ErrorEstimates;
+use crate::simulation::TermKind::Other;
+use crate::simulation::{BalanceTerm, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
+use std::borrow::Cow;
+
+/// Name of the mesh among the sets that outputs see.
+pub const MESH: &str = "mesh";
+/// Name of the interfaces between the fluids.
+pub const INTERFACE: &str = "interface";
+
+/// A field of vectors with three components.
+fn vectors<'a, const D: usize>(name: &'static str, unit: &'static str, values: &'a [Vector<D>]) -> Field<'a> {
+    Field::computed(name, unit, 3, move || values.iter().flat_map(|v| v.to3()).collect())
+}
+
+/// The state of a run.
+pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<'_> {
+    let forces = pfem.forces.parts.iter().zip(&pfem.forces.mean);
+    Snapshot {
+        step: pfem.steps,
+        dt: pfem.history.dt_previous,
+        dimension: D,
+        points: (0..pfem.interface.list.count()).map(|fluid| points(pfem, fluid)).collect(),
+        surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).collect(),
+        ledger: ledger(pfem),
+        forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
+        counts: counts(pfem),
+        amounts: amounts(pfem),
+        ..Snapshot::default()
+    }
+}
+
+/// The particles of a fluid.
+fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usize) -> PointSet<'a> {
+    let particles = &pfem.particles.columns;
+    let own: Vec<u32> =
+        (0..particles.len() as u32).filter(|&p| usize::from(particles.fluid[p as usize]) == fluid).collect();
+    let position = own.iter().map(|&p| particles.position[p as usize].to3()).collect();
+    let id = Cow::Owned(own.clone());
+    let count = own.len();
+    let [here, there] = [own.clone(), own.clone()];
+    let volume = move || here.iter().map(|&p| pfem.particles.volume(&pfem.system.mesh, p as usize)).collect();
+    let mass = move || {
+        there
+            .iter()
+            .map(|&p| pfem.interface.list.density()[fluid] * pfem.particles.volume(&pfem.system.mesh, p as usize))
+            .collect()
+    };
+    let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
+    PointSet {
+        name: &pfem.system.physics.fluids[fluid].name,
+        position,
+        id,
+        fields: vec![
+            Field::computed("velocity", "m/s", 3, velocity),
+            Field::computed("volume", if D == 2 { "m^2" } else { "m^3" }, 1, volume),
+            Field::computed("mass", "kg", 1, mass),
+            Field::computed("fluid", "", 1, move || vec![fluid as f64; count]),
+        ],
+        filled: Some(Box::new(move |bounds: &filled::Bounds| filled::pieces(pfem, fluid, bounds))),
+    }
+}
+
+/// The mesh with what its nodes know.
+fn mesh<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> SurfaceSet<'_> {
+    let system = &pfem.system;
+    let mut node_fields = vec![
+        vectors("velocity", "m/s", &system.velocity),
+        Field::scalar("pressure", "Pa", &system.pressure),
+        Field::computed("density", "kg/m^3", 1, || densities(pfem)),
+    ];
+    if !pfem.interface.level.is_empty() {
+        node_fields.push(Field::scalar("level set", "", &pfem.interface.level));
+    }
+    SurfaceSet {
+        name: MESH,
+        position: Cow::Borrowed(&pfem.places),
+        reference: Cow::Borrowed(&pfem.places),
+        elements: system.mesh.elements().iter().map(|nodes| &nodes[..]).collect(),
+        kind: if D == 3 { Elements::Volume } else { Elements::Sheet },
+        node_fields,
+        element_fields: Vec::new(),
+    }
+}
+
+/// The interfaces between fluids; none if there is only one.
+fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<SurfaceSet<'_>> {
+    let outline = &pfem.interface.outline;
+    (pfem.interface.list.count() > 1).then(|| SurfaceSet {
+        name: INTERFACE,
+        position: Cow::Borrowed(&outline.position),
+        reference: Cow::Borrowed(&outline.position),
+        elements: outline.facets(D),
+        kind: Elements::Sheet,
+        node_fields: vec![Field::computed("velocity", "m/s", 3, || outline.velocity.as_flattened().to_vec())],
+        element_fields: vec![Field::scalar("area", if D == 2 { "m" } else { "m^2" }, &outline.size)],
+    })
+}
+
+/// Mean density at the nodes [kg/m³].
+fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
+    let at = |node: usize| {
+        pfem.interface.fraction.iter().zip(pfem.interface.list.density()).map(|(f, rho)| f[node] * rho).sum()
+    };
+    (0..pfem.places.len()).map(at).collect()
+}
+
+/// Energies, momentum, and the volume of each fluid.
+fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
+    let mut ledger = pfem.balance.ledger.ledger::<D>(&pfem.balance.totals, pfem.system.surface_energy());
+    ledger.largest = pfem.balance.largest_energy();
+    let unit = if D == 2 { "m^2" } else { "m^3" };
+    for (fluid, &value) in pfem.system.physics.fluids.iter().zip(&pfem.system.volumes) {
+        ledger.terms.push(BalanceTerm { name: format!("volume: {}", fluid.name), unit, kind: Other, value });
+    }
+    for (fluid, value) in pfem.interface.outflow_by_fluid() {
+        let name = format!("outflow: {}", pfem.system.physics.fluids[fluid].name);
+        ledger.terms.push(BalanceTerm { name, unit, kind: Other, value });
+    }
+    let fastest = pfem.system.velocity.iter().fold(0.0, |v: f64, w| v.max(w.norm()));
+    ledger.terms.push(BalanceTerm { name: "largest speed".into(), unit: "m/s", kind: Other, value: fastest });
+    ledger.terms.push(moved(pfem));
+    let name = "energy of unresolved velocities".to_owned();
+    ledger.terms.push(BalanceTerm { name, unit: "J", kind: Other, value: pfem.particles.unresolved_energy });
+    let ErrorEstimates { time, mesh, interface } = pfem.limits.control.errors;
+    let errors = [("error of the step", "1", time), ("error of the mesh", "1", mesh)];
+    let errors = errors.into_iter().chain([("error of the interface", "elements", interface)]);
+    ledger.terms.extend(errors.map(|(name, unit, value)| BalanceTerm { name: name.into(), unit, kind: Other, value }));
+    ledger
+}
+
+/// The shift or weights that keep the volumes.
+fn moved<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> BalanceTerm {
+    let (name, unit, value) = match pfem.interface.list.count() {
+        0..=2 => ("shift of the interface", "m", pfem.interface.shift),
+        _ => ("factor between weights of shares", "1", pfem.interface.weight),
+    };
+    BalanceTerm { name: name.into(), unit, kind: Other, value }
+}
+
+fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u64)> {
+    // What was found for the start is no step.
+    let started = pfem.steps > 0;
+    let counts = [
+        ("particles", pfem.particles.columns.len() as u64),
+        ("particles: left", pfem.particles.events.left),
+        ("particles: stuck", pfem.particles.events.stuck),
+        ("particles: added", pfem.particles.events.added),
+        ("particles: inflow", pfem.particles.events.inflow),
+        ("particles: merged", pfem.particles.events.merged),
+        ("particles: joined", pfem.particles.events.joined),
+        ("elements: empty", pfem.particles.events.empty),
+        ("elements: cut", pfem.system.cuts.len() as u64),
+        ("solver: iterations", if started { pfem.system.outcome.iterations as u64 } else { 0 }),
+        ("solver: preconditioners", if started { pfem.system.preconditioners } else { 0 }),
+    ];
+    counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
+}
+
+/// Volume of the particles of each fluid where the level set shows the other.
+fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &'static str, f64)> {
+    let unit = if D == 2 { "m^2" } else { "m^3" };
+    let fluids =
+        pfem.system.physics.fluids.iter().zip(pfem.particles.stray_volumes(&pfem.system.mesh, &pfem.interface));
+    fluids.map(|(fluid, volume)| (format!("astray: {}", fluid.name), unit, volume)).collect()
+}

@@ -1,0 +1,201 @@
+//! The length of automatic steps: what a step does wrong in time is kept below what the mesh does wrong in space
+//! (theory H.1–H.5).
+//!
+//! ```text
+//! in time       e = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ at the feet of the streamlines‖)
+//! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
+//! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓)
+//! ```
+//!
+//! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
+//! extrapolated with one order less: an upper estimate, O(Δt²). η is how far linear elements are from a velocity with the
+//! curvature that the jumps of its gradient show (Zienkiewicz & Zhu 1987): where v'' is constant, the error of linear
+//! interpolation, h² v''/√120. The tolerance is 2 by default: the scheme is one order better than e. Norms are weighted with
+//! mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an interface is no curvature. Both fall
+//! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an
+//! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
+
+use super::history::TimeHistory;
+use crate::math::{Tensor, Vector};
+use crate::parallel;
+use crate::pfem2::equations::system::VelocityPressureSystem;
+
+/// Growth from one step to the next.
+const GROWTH: f64 = 1.25;
+
+/// Errors in time below this part of the velocity shorten no step, whatever the mesh resolves.
+const FLOOR: f64 = 1e-3;
+
+/// Errors in time above this part of the velocity do, however coarse the mesh.
+const CEILING: f64 = 0.05;
+
+/// The same as [`FLOOR`] in parts of the largest velocity so far, for flows that come to rest.
+const AT_REST: f64 = 1e-4;
+
+/// The same in parts of what gravity gives in a step: round-off of a fluid at rest is far below it.
+const ROUND_OFF: f64 = 1e-6;
+
+/// Elements that the interface may be off after a step.
+const INTERFACE: f64 = 0.1;
+
+/// Estimated errors of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ErrorEstimates {
+    /// Of the velocity, in time, over the velocity.
+    pub time: f64,
+    /// Of the velocity on the mesh, over the velocity.
+    pub mesh: f64,
+    /// Of the interface, in elements.
+    pub interface: f64,
+}
+
+/// Automatic steps by the errors of the last ones.
+#[derive(Debug, Clone, Copy)]
+pub struct StepControl {
+    /// The largest error in time over that of the mesh; infinity: steps follow the other bounds alone.
+    tolerance: f64,
+    /// The longest next step as far as errors go [s]; 0 before the first.
+    pub(in crate::pfem2) proposal: f64,
+    /// Errors of the last step.
+    pub(in crate::pfem2) errors: ErrorEstimates,
+}
+
+impl StepControl {
+    /// With the largest error in time over that of the mesh.
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, proposal: 0.0, errors: ErrorEstimates::default() }
+    }
+
+    /// True if errors decide about steps.
+    pub fn is_active(&self) -> bool {
+        self.tolerance.is_finite()
+    }
+
+    /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter.
+    fn learn(&mut self, dt: f64, errors: ErrorEstimates, least: f64) {
+        let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
+        let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
+        let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
+        let wanted = (proposal * dt * velocity.min(interface)).sqrt();
+        self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
+        self.errors = errors;
+    }
+}
+
+impl StepControl {
+    /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic energy so far [J].
+    pub(in crate::pfem2) fn estimate<const D: usize, const N: usize>(
+        &mut self,
+        dt: f64,
+        system: &VelocityPressureSystem<D, N>,
+        history: &TimeHistory<D>,
+        peak: f64,
+    ) {
+        let TimeHistory { velocity_previous: previous, velocity_earlier: earlier, .. } = history;
+        let (acceleration, acceleration_previous) = (&history.acceleration, &history.acceleration_previous);
+        let nodes = system.velocity.len();
+        let mass = parallel::collect(nodes, 256, |node| system.nodal_mass(node));
+        let norm = |value: &(dyn Fn(usize) -> Vector<D> + Sync)| {
+            parallel::sum(nodes, |i| mass[i] * value(i).norm_squared()).sqrt()
+        };
+        let extends = if history.dt_previous > 0.0 { dt / history.dt_previous } else { 0.0 };
+        let off = |i: usize| system.velocity[i] - previous[i] - (previous[i] - earlier[i]) * extends;
+        let velocity = norm(&|i| system.velocity[i]);
+        let time = 0.5 * norm(&off).max(dt * norm(&|i| acceleration[i] - acceleration_previous[i]));
+        let fall = norm(&|i| system.force[i]) * dt;
+        let least = AT_REST * (2.0 * peak).sqrt() + ROUND_OFF * fall;
+        let interface = interface_error(system, |i| 0.5 * dt * off(i).norm());
+        let scale = velocity.max(f64::MIN_POSITIVE);
+        let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface };
+        self.learn(dt, errors, least / scale);
+    }
+}
+
+/// Estimated distance of the velocity from that of which it is an interpolation, ‖·‖ by mass [√kg m/s].
+fn mesh_error<const D: usize, const N: usize>(system: &VelocityPressureSystem<D, N>) -> f64 {
+    let (mesh, velocity) = (&system.mesh, &system.velocity);
+    let gradient = |e: usize| -> Tensor<D> {
+        let mut sum = Tensor::ZERO;
+        for (g, &i) in mesh.simplex(e).gradient.iter().zip(&mesh.elements()[e]) {
+            sum += Tensor::from_fn(|r, c| velocity[i as usize][r] * g[c]);
+        }
+        sum
+    };
+    let gradients = parallel::collect(mesh.elements().len(), 256, gradient);
+    let mean = |node: usize| -> Tensor<D> {
+        let (mut sum, mut volume) = (Tensor::ZERO, 0.0);
+        for e in mesh.elements_around(node).iter().map(|&e| e as usize).filter(|&e| system.is_pure(e)) {
+            let own = mesh.simplex(e).volume;
+            sum += gradients[e] * own;
+            volume += own;
+        }
+        if volume > 0.0 { sum * volume.recip() } else { sum }
+    };
+    let means = parallel::collect(velocity.len(), 256, mean);
+    let square = |e: usize| {
+        let mass: f64 = system.contents[e].mass.iter().sum();
+        let jumps = mesh.elements()[e].iter().map(|&i| {
+            let jump = gradients[e] - means[i as usize];
+            jump.contract(&jump)
+        });
+        if system.is_pure(e) { mass * system.size(e).powi(2) * jumps.sum::<f64>() / N as f64 } else { 0.0 }
+    };
+    (parallel::sum(gradients.len(), square) / 30.0).sqrt()
+}
+
+/// The distance `off` of nodes [m], in elements, at the corners of cut elements; 8th powers let the largest count.
+fn interface_error<const D: usize, const N: usize>(
+    system: &VelocityPressureSystem<D, N>,
+    off: impl Fn(usize) -> f64 + Sync,
+) -> f64 {
+    let cuts = &system.cuts;
+    let of = |cut: usize| {
+        let e = cuts[cut].element as usize;
+        let corners = system.mesh.elements()[e].iter();
+        corners.map(|&i| (off(i as usize) / system.size(e)).powi(8)).sum::<f64>() / N as f64
+    };
+    (parallel::sum(cuts.len(), of) / cuts.len().max(1) as f64).powf(0.125)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors that go with Δt² lead to the step at which they are as large as allowed, from both sides and without leaps.
+    #[test]
+    fn steps_settle_where_the_error_in_time_is_the_tolerance_times_that_of_the_mesh() {
+        for first in [0.001, 0.3] {
+            let mut control = StepControl::new(2.0);
+            let mut dt: f64 = first;
+            for _ in 0..60 {
+                control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+                assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
+                dt = control.proposal;
+            }
+            assert!((dt / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{dt}");
+        }
+    }
+
+    /// Outputs that cut steps don't change what the control would take.
+    #[test]
+    fn steps_cut_by_outputs_do_not_shorten_what_is_proposed() {
+        let mut control = StepControl::new(2.0);
+        for _ in 0..200 {
+            let dt = control.proposal.clamp(0.001, 0.01);
+            control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+        }
+        assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
+    }
+
+    #[test]
+    fn an_interface_that_would_run_ahead_shortens_steps() {
+        let mut control = StepControl::new(2.0);
+        let mut dt: f64 = 0.1;
+        for _ in 0..60 {
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3) }, 0.0);
+            dt = control.proposal;
+        }
+        assert!((dt / 0.05 - 1.0).abs() < 1e-6, "{dt}");
+    }
+}
