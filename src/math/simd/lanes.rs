@@ -60,6 +60,9 @@ pub(crate) trait Lanes: Copy {
 }
 
 /// Plain arrays, for machines without wide registers.
+///
+/// On x86-64 these are processors without AVX2, from before 2013 and the smallest of later ones. There the operations are calls: inlined eight
+/// times over they made up half of the code of all kernels, and most of the time to compile them, for machines that hardly anyone computes on.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable([f64; WIDTH]);
 
@@ -86,39 +89,48 @@ impl Lanes for Portable {
     fn store(self, to: &mut [f64; WIDTH]) {
         *to = self.0;
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn add(self, other: Self) -> Self {
         self.with(other, |a, b| a + b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sub(self, other: Self) -> Self {
         self.with(other, |a, b| a - b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul(self, factor: Self) -> Self {
         self.with(factor, |a, b| a * b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn div(self, divisor: Self) -> Self {
         self.with(divisor, |a, b| a / b)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
         self.mul(factor).add(addend)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn max(self, other: Self) -> Self {
         self.with(other, |a, b| if a > b { a } else { b })
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn min(self, other: Self) -> Self {
         self.with(other, |a, b| if a < b { a } else { b })
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn floor(self) -> Self {
         self.with(self, |a, _| a.floor())
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn if_at_most(self, bound: Self, yes: Self, no: Self) -> Self {
         let mut chosen = no;
         for k in 0..WIDTH {
@@ -128,7 +140,8 @@ impl Lanes for Portable {
         }
         chosen
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn blend(mut self, other: Self, mask: u8) -> Self {
         for k in 0..WIDTH {
             if mask >> k & 1 == 1 {
@@ -141,7 +154,8 @@ impl Lanes for Portable {
     fn pair(a: f64, b: f64) -> Self {
         Self([a, a, a, a, b, b, b, b])
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn halves(self, other: Self) -> [Self; 2] {
         let (mut first, mut last) = (self, other);
         for k in 0..WIDTH / 2 {
@@ -150,7 +164,8 @@ impl Lanes for Portable {
         }
         [first, last]
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn transpose(rows: [Self; WIDTH]) -> [Self; WIDTH] {
         let mut columns = rows;
         for (k, column) in columns.iter_mut().enumerate() {
