@@ -104,9 +104,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     let mut steps = vec![clock.steps];
     visit("mpm.steps", Column::new(&mut steps));
     clock.steps = steps.first().copied().unwrap_or(clock.steps);
-    let mut ledger = energy.ledger.to_numbers();
-    visit("mpm.ledger", Column::new(&mut ledger));
-    energy.ledger.set_numbers(&ledger);
+    energy.accounts.column("mpm.ledger", visit);
     mpm.notices.columns(visit);
     mpm.coupling.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));

@@ -114,17 +114,17 @@ impl Notices {
 impl Reading {
     /// The terms of a run.
     fn new<const D: usize>(energy: &Energy, coupling: &Coupling<D>, internal_start: f64) -> Self {
-        let Energy { ledger, terms, kinetic, internal, .. } = energy;
+        let Energy { accounts, ids, kinetic, internal, .. } = energy;
         let (mut kinetic, internal) = (*kinetic, *internal);
         let taken = internal - internal_start;
-        let from_outside = [terms.gravity, terms.traction, terms.wall, terms.atmosphere];
-        let mut works: f64 = from_outside.iter().map(|&id| ledger.value(id).abs()).sum();
+        let from_outside = [ids.gravity, ids.traction, ids.wall, ids.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| accounts.value(id).abs()).sum();
         let losses = coupling.contact.losses();
         let mut positive = vec![
             ("contact dissipation".to_owned(), losses.normal),
             ("friction dissipation".to_owned(), losses.friction),
         ];
-        let mut made = vec![("stress update error".to_owned(), ledger.value(terms.stress))];
+        let mut made = vec![("stress update error".to_owned(), accounts.value(ids.stress))];
         let mut strain = 0.0f64;
         for membrane in &coupling.membranes {
             let (name, balance) = (&membrane.name, membrane.balance());
@@ -136,7 +136,7 @@ impl Reading {
             made.push((format!("stress update error: {name}"), balance.mismatch));
         }
         let work = works.max(kinetic).max(taken.abs()).max(strain);
-        let lost = ledger.value(terms.transfer) - ledger.value(terms.heat);
+        let lost = accounts.value(ids.transfer) - accounts.value(ids.heat);
         Self { work, largest: work.max(internal.abs()), positive, made, lost }
     }
 }
