@@ -136,7 +136,7 @@ impl<const D: usize> EnergyBalance<D> {
         let gained = self.ledger.gained(&self.totals, system.surface_energy());
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
-        if self.ledger.viscous < -NEGATIVE * largest {
+        if self.ledger.viscous() < -NEGATIVE * largest {
             notices.negative_dissipation();
         }
     }

@@ -83,7 +83,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.interface.fraction) {
         visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
     }
-    pfem.balance.ledger.columns(visit);
+    visit("energy ledger", Column::record(&mut pfem.balance.ledger));
     let dissipation = &mut pfem.balance.dissipation;
     [dissipation.power_last, dissipation.power_earlier] =
         visit_numbers(visit, "friction/power", [dissipation.power_last, dissipation.power_earlier]);
