@@ -260,14 +260,10 @@ impl<const D: usize> Membrane<D> {
 
     /// The error for the worst element or node.
     fn broken(&self, t: f64) -> StepError {
+        let advice = "lower `mpm.membrane-safety` or the load, refine the sheet, or let it wrinkle";
         let error = |what: &str, place, quantity, value| StepError {
-            what: what.into(),
             time: t,
-            step: 0,
-            place,
-            quantity,
-            value,
-            advice: "lower `mpm.membrane-safety` or the load, refine the sheet, or let it wrinkle".into(),
+            ..StepError::new(place, what, quantity, value, advice)
         };
         if let Some(k) = (0..self.position.len()).find(|&k| !self.position[k].is_finite()) {
             let place = Place::Node { body: self.name.clone(), index: k, position: self.reference[k].to3() };
