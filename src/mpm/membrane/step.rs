@@ -79,7 +79,7 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// MembraneLedger the work of this step, then moves the nodes by `dt` (47).
+    /// Adds the work of this step to the ledger, then moves the nodes by `dt` (47).
     pub fn move_nodes(&mut self, t: f64, dt: f64) {
         self.book(t);
         self.ledger[0].displacement_dt = dt;

@@ -23,7 +23,7 @@
 use super::bins::{bin, for_each_bin};
 use super::facet::{Facet, closest_on_triangle, free_edges};
 use crate::math::Vector;
-use crate::parallel;
+use crate::parallel::{self, Groups};
 use hashbrown::{HashMap, HashSet};
 
 /// Displacement of the sheet after which its facets are binned anew [cells].
@@ -65,8 +65,8 @@ pub struct Nearest<const D: usize> {
     size: f64,
     binned: Vec<Vector<D>>,
     free_edges: HashSet<[u32; 2]>,
-    /// Facets around each node: starts, and the facets.
-    around: (Vec<u32>, Vec<u32>),
+    /// Facets around each node.
+    around: Groups,
     current: CurrentShape<D>,
 }
 
@@ -96,22 +96,9 @@ struct NodeNormal<const D: usize> {
 impl<const D: usize> Nearest<D> {
     /// For these facets over `nodes` nodes.
     pub fn new(facets: &[Facet], nodes: usize) -> Self {
-        let mut starts = vec![0_u32; nodes + 1];
-        for &k in facets.iter().flat_map(|facet| facet.nodes()) {
-            starts[k as usize + 1] += 1;
-        }
-        for k in 0..nodes {
-            starts[k + 1] += starts[k];
-        }
-        let mut next = starts.clone();
-        let mut around = vec![0; starts[nodes] as usize];
-        for (e, facet) in facets.iter().enumerate() {
-            for &k in facet.nodes() {
-                around[next[k as usize] as usize] = e as u32;
-                next[k as usize] += 1;
-            }
-        }
-        Self { free_edges: free_edges(facets), around: (starts, around), ..Self::default() }
+        let corners = (0..).zip(facets).flat_map(|(e, facet)| facet.nodes().iter().map(move |&node| (node, e)));
+        let around = Groups::from_pairs(nodes, corners);
+        Self { free_edges: free_edges(facets), around, ..Self::default() }
     }
 
     /// Sets the positions of the nodes [m]. Feet are found within `reach` [m].
@@ -220,9 +207,7 @@ impl<const D: usize> Nearest<D> {
     }
 
     fn node_normal(&self, area: impl Fn(u32) -> Vector<D>, node: u32) -> NodeNormal<D> {
-        let (starts, around) = &self.around;
-        let near = &around[starts[node as usize] as usize..starts[node as usize + 1] as usize];
-        let area: Vector<D> = near.iter().map(|&e| area(e)).sum();
+        let area: Vector<D> = self.around.of(node as usize).iter().map(|&e| area(e)).sum();
         NodeNormal { area, unit: area.normalized().unwrap_or_default() }
     }
 }
