@@ -135,7 +135,6 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn restored(&mut self) {
         self.coupling.proximity.forget();
-        self.coupling.contact.restored();
     }
 
     fn notices(&mut self) -> Vec<String> {

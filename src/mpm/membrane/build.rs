@@ -13,7 +13,6 @@ use crate::error::Diagnostic;
 use crate::material::{Sheet, SheetKind};
 use crate::math::{Signal, Vector};
 use crate::mpm::MembraneSetup;
-use bytemuck::Zeroable;
 
 impl<const D: usize> Membrane<D> {
     /// Builds a membrane at rest under no gravity.
@@ -51,7 +50,7 @@ impl<const D: usize> Membrane<D> {
             touch_time: 0.0,
             enclosure: Enclosure::new(&elements, &setup.position),
             momentum_dt: 0.0,
-            ledger: vec![MembraneLedger::zeroed()],
+            ledger: MembraneLedger::default(),
             position: setup.position,
             velocity: setup.velocity,
             elements,
@@ -91,7 +90,7 @@ impl<const D: usize> Membrane<D> {
         }
         let sums = self.update_elements();
         let kinetic = self.kinetic_energy();
-        let ledger = &mut self.ledger[0];
+        let ledger = &mut self.ledger;
         let strain = if self.sheet.kind() == SheetKind::Total { sums.strain } else { 0.0 };
         (ledger.frequency2, ledger.kinetic_start) = (sums.frequency2, kinetic);
         (ledger.strain, ledger.strain_start) = (strain, strain);

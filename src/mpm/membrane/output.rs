@@ -2,11 +2,10 @@
 
 use super::Membrane;
 use super::element::Block;
-use super::ledger::MembraneLedger;
 use super::shape::GAUSS;
 use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
-use crate::simulation::{Column, ColumnData, Elements, Field, SurfaceSet};
+use crate::simulation::{Column, Elements, Field, Record, SurfaceSet};
 use std::borrow::Cow;
 
 impl<const D: usize> Membrane<D> {
@@ -15,7 +14,7 @@ impl<const D: usize> Membrane<D> {
         visit(&format!("{prefix}position"), Column::new(&mut self.position));
         visit(&format!("{prefix}velocity"), Column::new(&mut self.velocity));
         visit(&format!("{prefix}elements"), Column::new(&mut self.blocks));
-        visit(&format!("{prefix}books"), Column::new(&mut self.ledger));
+        visit(&format!("{prefix}ledger"), Column::record(&mut self.ledger));
     }
 
     /// Nodes, elements and fields for outputs.
@@ -137,27 +136,6 @@ fn flat<const D: usize>(vectors: impl Iterator<Item = Vector<D>>) -> Vec<f64> {
     vectors.flat_map(Vector::to3).collect()
 }
 
-macro_rules! column_of_numbers {
-    ([$($generic:tt)*] $T:ty) => {
-        impl<$($generic)*> ColumnData for Vec<$T> {
-            fn kind(&self) -> &'static str {
-                "f64"
-            }
-            fn number_size(&self) -> usize {
-                size_of::<f64>()
-            }
-            fn bytes(&self) -> &[u8] {
-                bytemuck::cast_slice(self)
-            }
-            fn replace(&mut self, bytes: &[u8]) -> bool {
-                if bytes.len() != size_of::<$T>() * self.len() {
-                    return false;
-                }
-                bytemuck::cast_slice_mut::<$T, u8>(self).copy_from_slice(bytes);
-                true
-            }
-        }
-    };
+impl Record for Block {
+    type Number = f64;
 }
-column_of_numbers!([] Block);
-column_of_numbers!([const D: usize] MembraneLedger<D>);

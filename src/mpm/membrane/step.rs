@@ -25,12 +25,12 @@ impl<const D: usize> Membrane<D> {
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.
     pub fn internal_force(&mut self, t: f64) -> Result<(), StepError> {
-        self.parameters.dt = self.ledger[0].displacement_dt;
+        self.parameters.dt = self.ledger.displacement_dt;
         let sums = self.update_elements();
         if !(sums.frequency2.is_finite() && sums.frequency2 > 0.0 && sums.strain.is_finite()) {
             return Err(self.broken(t));
         }
-        let ledger = &mut self.ledger[0];
+        let ledger = &mut self.ledger;
         ledger.strain = match self.sheet.kind() {
             SheetKind::Rate => ledger.strain + sums.strain,
             SheetKind::Total => sums.strain,
@@ -82,7 +82,7 @@ impl<const D: usize> Membrane<D> {
     /// Adds the work of this step to the ledger, then moves the nodes by `dt` (47).
     pub fn move_nodes(&mut self, t: f64, dt: f64) {
         self.book(t);
-        self.ledger[0].displacement_dt = dt;
+        self.ledger.displacement_dt = dt;
         let Self { position, velocity, .. } = self;
         parallel::for_each_pair_mut(position, velocity, |x, v| *x += *v * dt);
     }
@@ -144,13 +144,14 @@ impl<const D: usize> Membrane<D> {
 
     /// Energies now and works since the start.
     pub fn balance(&self) -> Balance {
-        self.ledger[0].balance(self.kinetic_energy())
+        self.ledger.balance(self.kinetic_energy())
     }
 
     /// Impulses since the start [N s]: of pressure, gravity and damping; of contact; of the supports.
     pub fn impulses(&self) -> [Vector<D>; 3] {
-        let ledger = &self.ledger[0];
-        [Vector(ledger.external_impulse), Vector(ledger.contact_impulse), Vector(ledger.support_impulse)]
+        let ledger = &self.ledger;
+        [ledger.external_impulse, ledger.contact_impulse, ledger.support_impulse]
+            .map(|j| Vector::from_fn(|axis| j[axis]))
     }
 
     /// Adds the work and impulse of every force of this step, with the mean velocity.
@@ -164,7 +165,7 @@ impl<const D: usize> Membrane<D> {
         )
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
-        let ledger = &mut self.ledger[0];
+        let ledger = &mut self.ledger;
         ledger.elements += work.elements * dt;
         ledger.half_step = -work.elements_new * 0.5 * dt;
         ledger.pressure += work.pressure * dt;

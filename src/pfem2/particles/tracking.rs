@@ -12,6 +12,7 @@ use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::project::ConvectedVelocity;
 use crate::pfem2::setup::Unresolved;
 use crate::pfem2::time::history::TimeHistory;
+use bytemuck::{Pod, Zeroable};
 
 /// Rules that stay the same during a run.
 #[derive(Debug, Clone)]
@@ -36,7 +37,8 @@ impl ParticleRules {
 }
 
 /// Events since the start, for histories.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
 pub(in crate::pfem2) struct ParticleEvents {
     /// Particles that left through open boundaries.
     pub left: u64,

@@ -13,10 +13,10 @@ mod plane;
 mod separation;
 
 use super::folded_stencil::FoldedStencil;
-use super::impulse::{self, Impulse, Touch};
+use super::impulse::{self, ContactTotals, Impulse, Touch};
 use super::method::ContactMethod;
 use super::support_blocks::SupportBlocks;
-use crate::math::{Tensor, Vector};
+use crate::math::Tensor;
 use crate::mpm::{Body, Friction, Grid};
 use crate::parallel::{self, CHUNK, Groups};
 use plane::{ContactPlane, NodeParticle, contact_plane};
@@ -225,18 +225,18 @@ impl<const D: usize> Pairwise<D> {
     }
 
     /// Per pair of fields: the impulse −Σ J on the first [N s], and normal and friction dissipation J·(v̂_a − v̂_b) [J] (theory (D.29)).
-    pub fn totals(&self, grid: &Grid<D>, dt: f64) -> Vec<(Vector<D>, [f64; 2])> {
-        let mut sums = vec![(Vector::ZERO, [0.0; 2]); self.pairs.len()];
+    pub fn totals(&self, grid: &Grid<D>, dt: f64) -> Vec<ContactTotals<D>> {
+        let mut sums = vec![ContactTotals::default(); self.pairs.len()];
         for contact in &self.contacts {
             let [a, b] = contact.fields.map(|field| {
                 let node = &grid.fields[field].nodes[contact.node];
                 (node.momentum - node.force * (0.5 * dt)) / node.mass
             });
             let Some(pair) = self.pairs.iter().position(|(fields, _)| *fields == contact.fields) else { continue };
-            let (impulse, lost) = &mut sums[pair];
+            let ContactTotals { impulse, dissipated, .. } = &mut sums[pair];
             *impulse -= contact.impulse.total();
-            lost[0] += contact.impulse.normal.dot(a - b);
-            lost[1] += contact.impulse.tangent.dot(a - b);
+            dissipated.normal += contact.impulse.normal.dot(a - b);
+            dissipated.friction += contact.impulse.tangent.dot(a - b);
         }
         sums
     }
