@@ -47,11 +47,11 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
 
 /// The blocks by which a body is sorted: a resumed run must sum in the same order.
 fn bin_columns<const D: usize>(body: &str, bins: &mut Bins<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    let (mut blocks, mut starts, mut drift) = bins.to_numbers();
+    let (mut blocks, mut ranges) = bins.to_columns();
     visit(&format!("{body}.bins"), Column::growing(&mut blocks));
-    visit(&format!("{body}.bin-starts"), Column::growing(&mut starts));
-    show(visit, body, "drift", &mut drift);
-    *bins = Bins::from_numbers(&blocks, &starts, &drift);
+    visit(&format!("{body}.bin-ranges"), Column::growing(&mut ranges));
+    visit(&format!("{body}.disorder"), Column::record(&mut bins.disorder));
+    *bins = Bins::from_columns(&blocks, &ranges, bins.disorder);
 }
 
 /// The first contradiction among restored columns, if there is one.
