@@ -216,7 +216,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
         body.work.shift = shifts;
     }
     coupling.find_membranes(walls, grid.cell);
-    work += keep_out((grid, walls), bodies, coupling, step);
+    work += keep_out(grid, walls, bodies, coupling, step);
     let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
     let shifts = coupling.contact.restore(bodies, &positions).to_vec();
     for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
@@ -229,7 +229,8 @@ pub(in crate::mpm) fn displace<const D: usize>(
 
 /// Moves particles out of obstacles; returns what the forces on nodes would have done on the way [J].
 fn keep_out<const D: usize>(
-    (grid, walls): (&Grid<D>, &Walls<D>),
+    grid: &Grid<D>,
+    walls: &Walls<D>,
     bodies: &mut [Body<D>],
     coupling: &Coupling<D>,
     step: &Step,

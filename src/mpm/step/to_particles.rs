@@ -109,7 +109,7 @@ impl<const D: usize> Mpm<D> {
             let Field { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
-            walls.constrain_velocity((grid, field), nodes, velocity, step.after());
+            walls.constrain_velocity(grid, field, nodes, velocity, step.after());
             own.heat = if members[field].iter().any(|&number| method.dissipation.warms(&bodies[number])) {
                 heat::of_contact(ghosts, own, dt)
             } else {

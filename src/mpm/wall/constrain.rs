@@ -61,7 +61,8 @@ impl<const D: usize> Walls<D> {
     /// section 6, 2 b; theory E.1).
     pub(in crate::mpm) fn constrain_start(
         &mut self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &mut [Node<D>],
         bodies: &Bodies<'_, D>,
         step: &Step,
@@ -172,7 +173,8 @@ impl<const D: usize> Walls<D> {
     /// the wall were removed, the noise about zero would keep its other half, and a body at rest would be strained without end.
     pub fn constrain_velocity(
         &self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &[Node<D>],
         velocity: &mut [Vector<D>],
         t: f64,
@@ -201,7 +203,8 @@ impl<const D: usize> Walls<D> {
     /// Removes from velocity corrections at time `t` [s] what binding conditions don't allow; returns what that pushes.
     pub fn constrain_correction(
         &self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &[Node<D>],
         correction: &mut [Vector<D>],
         t: f64,

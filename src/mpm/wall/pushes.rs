@@ -36,7 +36,7 @@ impl<const D: usize> Pushes<D> {
     }
 
     /// Folds momentum [N s], and adds `times` its change by mirrors.
-    pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), momentum: &mut [Vector<D>], times: f64) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &Limits, momentum: &mut [Vector<D>], times: f64) {
         ghosts.fold(limits, momentum, |side, _, ghost| {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
         });

@@ -96,7 +96,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Folds the ghosts of a field's nodes into the domain, and records the momentum and force that mirrors reflect.
-    pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), field: usize, nodes: &mut [Node<D>]) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &Limits, field: usize, nodes: &mut [Node<D>]) {
         let reaction = &mut self.reactions[field];
         ghosts.fold(limits, nodes, |side, node, ghost| {
             let axis = Vector::unit(side / 2);

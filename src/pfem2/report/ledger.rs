@@ -22,6 +22,7 @@ use super::through::OpenBoundaryFlux;
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::time::history::StepShares;
 use crate::simulation::TermKind::{Gain, Loss, Remainder, Stored};
 use crate::simulation::{BalanceTerm, CompensatedSum, Ledger, Record};
 use bytemuck::{Pod, Zeroable};
@@ -233,13 +234,12 @@ impl EnergyLedger {
         self.earlier = self.last;
     }
 
-    /// Adds a step of `dt` [s] with the powers and forces from outside at its end and its viscous dissipation [J]; `shares` are θ, β₁
-    /// and β₂.
-    pub fn add<const D: usize>(&mut self, dt: f64, shares: [f64; 3], outside: &ExternalRates<D>, viscous: f64) {
+    /// Adds a step by its `shares`, with the powers and forces from outside at its end and its viscous dissipation [J].
+    pub fn add<const D: usize>(&mut self, shares: StepShares, outside: &ExternalRates<D>, viscous: f64) {
         let now = outside.terms();
         let [now_terms, last, earlier] = [now, self.last, self.earlier].map(bytemuck::cast::<_, [f64; TERMS]>);
         self.external.add(std::array::from_fn(|i| {
-            dt * (shares[0] * now_terms[i] + shares[1] * last[i] + shares[2] * earlier[i])
+            shares.dt * (shares.end * now_terms[i] + shares.start * last[i] + shares.earlier * earlier[i])
         }));
         (self.earlier, self.last) = (self.last, now);
         self.external.boundary.add(std::mem::take(&mut self.impulsive));
@@ -277,11 +277,12 @@ mod tests {
     fn sums_over_many_steps_keep_what_rounding_takes() {
         let rates = |gravity| ExternalRates::<2> { gravity, ..ExternalRates::default() };
         let mut ledger = EnergyLedger::open(0.0, 0.0, 0.0);
-        ledger.add(1.0, [1.0, 0.0, 0.0], &rates(1e16), 1e16);
+        let implicit = StepShares { dt: 1.0, end: 1.0, start: 0.0, earlier: 0.0 };
+        ledger.add(implicit, &rates(1e16), 1e16);
         for _ in 0..3 {
-            ledger.add(1.0, [1.0, 0.0, 0.0], &rates(1.0), 1.0);
+            ledger.add(implicit, &rates(1.0), 1.0);
         }
-        ledger.add(1.0, [1.0, 0.0, 0.0], &rates(-1e16), -1e16);
+        ledger.add(implicit, &rates(-1e16), -1e16);
         assert_eq!((ledger.external().gravity, ledger.viscous()), (3.0, 3.0));
         ledger.set_gravity(7.0);
         assert_eq!(ledger.external().gravity, 7.0);
