@@ -50,12 +50,16 @@ pub struct Coupling<const D: usize> {
     pub contact: Contact<D>,
     /// Membranes that meet each other or themselves.
     pub(in crate::mpm) proximity: Proximity<D>,
-    cycling: SubCycling,
+    settings: CouplingSettings,
 }
 
-/// The sub-steps of the membranes.
+/// Contact of membranes with bodies, and the sub-steps of the membranes.
 #[derive(Debug, Clone, Copy)]
-pub struct SubCycling {
+pub struct CouplingSettings {
+    /// Where membranes and bodies meet.
+    pub contact: SheetContact,
+    /// Gap below which they do [m].
+    pub gap_tolerance: f64,
     /// Fraction of the stable step of a membrane.
     pub safety: f64,
     /// Most sub-steps per step.
@@ -86,29 +90,28 @@ pub fn build_membranes<const D: usize>(
 }
 
 impl<const D: usize> Coupling<D> {
-    /// Membranes and bodies that may touch; `gap`: where they meet, and the gap below which they do [m].
+    /// Membranes and bodies that may touch.
     pub fn new(
         membranes: Vec<Membrane<D>>,
         bodies: &[Body<D>],
         lattice: FoldedStencil<D>,
         friction: &FrictionTable,
-        gap: (SheetContact, f64),
-        cycling: SubCycling,
+        settings: CouplingSettings,
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contact::new(lattice, friction, gap.0, gap.1, bodies, &sources);
+        let contact = Contact::new(lattice, friction, settings.contact, settings.gap_tolerance, bodies, &sources);
         let proximity = Proximity::new(&membranes);
-        Self { membranes, contact, proximity, cycling }
+        Self { membranes, contact, proximity, settings }
     }
 
     /// The largest stable sub-step of the membranes [s]; infinity without any.
     fn substep_bound(&self) -> f64 {
-        self.membranes.iter().map(|membrane| self.cycling.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
+        self.membranes.iter().map(|membrane| self.settings.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
     }
 
     /// The largest step that the membranes allow [s].
     pub fn bound(&self) -> f64 {
-        self.substep_bound() * self.cycling.max_substeps.max(1) as f64
+        self.substep_bound() * self.settings.max_substeps.max(1) as f64
     }
 
     /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid, and with walls and
@@ -125,7 +128,7 @@ impl<const D: usize> Coupling<D> {
         timer: &mut Timer,
     ) -> Result<(), StepError> {
         let count = self.substeps(step.longer());
-        let Self { membranes, contact, proximity, cycling } = self;
+        let Self { membranes, contact, proximity, settings } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
         timed!(timer, "contact", contact.begin_step(grid, walls, bodies, &surfaces, step.momentum_dt));
@@ -146,7 +149,7 @@ impl<const D: usize> Coupling<D> {
                 let previous = membrane.velocity.clone();
                 timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
                 timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
-                for pass in 0..cycling.passes.max(1) {
+                for pass in 0..settings.passes.max(1) {
                     let surface = surface(membrane, &previous, &offsets[index]);
                     let force = timed!(
                         timer,
