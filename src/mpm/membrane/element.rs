@@ -85,7 +85,7 @@ pub struct Sums {
 
 impl Sums {
     /// Adds the sums of further elements.
-    pub fn and(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         Self {
             strain: self.strain + other.strain,
             hourglass: self.hourglass + other.hourglass,
@@ -124,9 +124,9 @@ struct Resisted {
 }
 
 impl Resisted {
-    /// Both.
+    /// The sum of both.
     #[inline(always)]
-    fn and(self, b: Self) -> Self {
+    fn plus(self, b: Self) -> Self {
         let all = Stressed {
             tension: std::array::from_fn(|i| self.all.tension[i] + b.all.tension[i]),
             volume: self.all.volume + b.all.volume,
@@ -178,7 +178,7 @@ pub fn update<S: Shape<N>, const N: usize>(
     let mut resisted = resist_at::<S, N>((&now, &rate, 0), parameters, sheet, first);
     for point in 1..S::POINTS {
         let state = (&mut blocks[point], references.get(point));
-        resisted = resisted.and(resist_at::<S, N>((&now, &rate, point), parameters, sheet, state));
+        resisted = resisted.plus(resist_at::<S, N>((&now, &rate, point), parameters, sheet, state));
     }
     let Resisted { on: [mut p, mut r, mut h], all: stressed } = resisted;
     let mut hourglass = 0.0;

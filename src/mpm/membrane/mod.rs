@@ -115,7 +115,7 @@ impl<const D: usize> Membrane<D> {
         load::area_vector(self.elements.nodes(element), &self.position)
     }
 
-    /// Which components of a node's motion are prescribed.
+    /// True for the components of a node's motion that are prescribed.
     pub fn constrained(&self, node: usize) -> [bool; D] {
         std::array::from_fn(|axis| self.supports.is_prescribed(node, axis))
     }

@@ -160,8 +160,8 @@ impl<const D: usize> Membrane<D> {
         let (drag, gravity) = (self.drag(), self.gravity_at(t));
         let work = parallel::reduce(
             nodes,
-            |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, gravity.at(k), drag))),
-            Work::and,
+            |range| range.fold(Work::default(), |sum, k| sum.plus(self.work(k, gravity.at(k), drag))),
+            Work::plus,
         )
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
@@ -256,7 +256,7 @@ impl<const D: usize> Membrane<D> {
             runs.push(Run { first: index * TASK, blocks, force, area });
         }
         let parts: Vec<Sums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
-        (parts.into_iter().fold(sums, Sums::and), next)
+        (parts.into_iter().fold(sums, Sums::plus), next)
     }
 
     /// The error for the worst element or node.
@@ -316,7 +316,7 @@ struct Work<const D: usize> {
 
 impl<const D: usize> Work<D> {
     #[inline(always)]
-    fn and(self, b: Self) -> Self {
+    fn plus(self, b: Self) -> Self {
         Self {
             elements: self.elements + b.elements,
             elements_new: self.elements_new + b.elements_new,

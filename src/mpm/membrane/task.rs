@@ -71,7 +71,7 @@ impl<S: Shape<N>, const D: usize, const N: usize> simd::Task for Update<'_, '_, 
             if let Some(area) = area.get_mut(index * LANES..index * LANES + count) {
                 scatter(&[updated.area], area);
             }
-            sums = sums.and(updated.sums);
+            sums = sums.plus(updated.sums);
         }
         sums
     }

@@ -90,8 +90,8 @@ pub(in crate::mpm) struct ForceWork {
 }
 
 impl ForceWork {
-    /// Both together.
-    pub fn and(self, other: Self) -> Self {
+    /// The sum of both.
+    pub fn plus(self, other: Self) -> Self {
         Self {
             all: self.all + other.all,
             applied: self.applied + other.applied,
@@ -196,7 +196,7 @@ impl Energy {
     ///
     /// Of p dV, which gases give, nodes get (p − p_a) dV and the atmosphere the rest (`ambient`).
     pub fn close_step<const D: usize>(&mut self, bodies: &[Body<D>]) {
-        let all = bodies.iter().fold(Summary::default(), |sum, body| sum.and(body.summary));
+        let all = bodies.iter().fold(Summary::default(), |sum, body| sum.plus(body.summary));
         let Summary { kinetic, internal, heat, .. } = all;
         let heat = heat + self.work.heat;
         self.accounts.add(self.ids.transfer, self.work.nodes - (kinetic - self.kinetic));

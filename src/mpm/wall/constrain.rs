@@ -192,12 +192,12 @@ impl<const D: usize> Walls<D> {
                 if !kind.binds() && force != Vector::ZERO {
                     constrained -= normal * (constrained - wall).dot(normal);
                 }
-                pushes.push(condition.boundary, (constrained - *v) * nodes[node].mass, wall);
+                pushes.add(condition.boundary, (constrained - *v) * nodes[node].mass, wall);
                 *v = constrained;
             }
             pushes
         });
-        parts.into_iter().fold(at_surface, Pushes::and)
+        parts.into_iter().fold(at_surface, Pushes::plus)
     }
 
     /// Removes from velocity corrections at time `t` [s] what binding conditions don't allow; returns what that pushes.
@@ -219,12 +219,12 @@ impl<const D: usize> Walls<D> {
                     let c = &mut correction[node - first];
                     let constrained = kind.constrain(*c, Vector::ZERO, condition.normal);
                     let wall = self.velocity(boundary, grid.position(node), t);
-                    pushes.push(condition.boundary, (constrained - *c) * nodes[node].mass, wall);
+                    pushes.add(condition.boundary, (constrained - *c) * nodes[node].mass, wall);
                     *c = constrained;
                 }
             }
             pushes
         });
-        parts.into_iter().fold(at_surface, Pushes::and)
+        parts.into_iter().fold(at_surface, Pushes::plus)
     }
 }

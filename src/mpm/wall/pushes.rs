@@ -22,15 +22,15 @@ pub struct Pushes<const D: usize> {
 }
 
 impl<const D: usize> Pushes<D> {
-    /// Both together.
+    /// The sum of both.
     #[must_use]
-    pub fn and(mut self, other: Self) -> Self {
+    pub fn plus(mut self, other: Self) -> Self {
         self.impulse.iter_mut().zip(other.impulse).for_each(|(sum, impulse)| *sum += impulse);
         Self { work: self.work + other.work, ..self }
     }
 
     /// Counts the impulse [N s] of a condition whose boundary moves with `wall` [m/s].
-    pub(super) fn push(&mut self, boundary: u32, impulse: Vector<D>, wall: Vector<D>) {
+    pub(super) fn add(&mut self, boundary: u32, impulse: Vector<D>, wall: Vector<D>) {
         self.impulse[boundary as usize] += impulse;
         self.work += impulse.dot(wall);
     }

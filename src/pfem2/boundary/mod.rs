@@ -81,7 +81,7 @@ impl<const D: usize> Boundary<D> {
         &self.sets
     }
 
-    /// Which unknowns are prescribed; their values are set by [`Boundary::prescribe`].
+    /// The unknowns that are prescribed; their values are set by [`Boundary::prescribe`].
     pub fn constraints<const N: usize>(&self, nodes: usize) -> Constraints<D, N> {
         let upright = Constraints::<D, N>::UPRIGHT;
         let (mask, value, frame) = (vec![0; nodes], vec![[0.0; N]; nodes], vec![upright; nodes]);

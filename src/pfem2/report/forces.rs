@@ -156,7 +156,7 @@ impl<const D: usize> BoundaryPart<D> {
     ) -> (Vector<D>, f64) {
         let push = |n: usize| {
             let (node, share) = self.nodes[n];
-            let push = elements.push(node as usize, |i| unknowns[i]) + loads[node as usize];
+            let push = elements.nodal_force(node as usize, |i| unknowns[i]) + loads[node as usize];
             let push = Vector::from_fn(|axis| push[axis] * share[axis]);
             let velocity = Vector::from_fn(|r| unknowns[node as usize][r]);
             (push, -push.dot(velocity))

@@ -175,7 +175,7 @@ impl<const D: usize> RigidContacts<D> {
     pub fn sweep(&mut self, v: &mut [Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, dt: f64) -> (f64, f64) {
         let (mut change, mut largest) = (0.0_f64, 0.0_f64);
         for contact in &mut self.contacts {
-            let delta = contact.push(v, inverse_mass, dt);
+            let delta = contact.update_impulse(v, inverse_mass, dt);
             change = change.max(delta.norm());
             largest = largest.max(contact.impulse.normal.norm());
             if delta != Vector::ZERO {

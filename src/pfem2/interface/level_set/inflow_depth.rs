@@ -45,7 +45,7 @@ impl InflowDepth {
         if !fronts.is_empty() {
             let fronts = InterfacePolygons::of_facets(mesh, &fronts);
             set.limit_depths(mesh, &fronts.distances(mesh, set.band), particles);
-            interface = interface.and(fronts);
+            interface = interface.union(fronts);
         }
         let mut distance = interface.distances(mesh, set.band);
         distance.iter_mut().zip(&set.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
