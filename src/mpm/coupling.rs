@@ -143,27 +143,12 @@ impl<const D: usize> Coupling<D> {
         let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
             let elapsed = dt * substep as f64;
-            let (t, momentum_end) = (step.t + elapsed, momentum_dt * (substep + 1) as f64);
-            let at = SubStep { step, elapsed, dt, momentum_end, momentum_dt };
-            for (index, membrane) in membranes.iter_mut().enumerate() {
-                let previous = membrane.velocity.clone();
-                timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
-                timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
-                for pass in 0..settings.passes.max(1) {
-                    let surface = surface(membrane, &previous, &offsets[index]);
-                    let force = timed!(
-                        timer,
-                        "contact",
-                        contact.resolve(ContactPass { sheet: index, pass }, &surface, walls, &at)
-                    );
-                    timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
-                }
-                let surface = surface(membrane, &previous, &offsets[index]);
-                timed!(timer, "contact", contact.conclude(index, &surface, &at));
-                timed!(timer, "membrane", membrane.move_nodes(t, dt)); // x_K                      (47)
-                timed!(timer, "contact", contact.part(index, &mut membrane.position, &at));
+            let at = SubStep { step, elapsed, dt, momentum_end: momentum_dt * (substep + 1) as f64, momentum_dt };
+            for (index, (membrane, offset)) in membranes.iter_mut().zip(&offsets).enumerate() {
+                let mut sheet = SheetInContact { index, offset, contact: &mut *contact, walls };
+                sheet.advance(membrane, &at, settings.passes, timer)?;
             }
-            timed!(timer, "apart", proximity.watch(membranes, work, t + dt));
+            timed!(timer, "apart", proximity.watch(membranes, work, step.t + elapsed + dt));
         }
         timed!(timer, "contact", contact.finish_step(grid));
         timed!(timer, "contact", self.leave_a_way_out(walls, step))
@@ -199,6 +184,43 @@ impl<const D: usize> Coupling<D> {
     /// Sub-steps of a step of `dt` [s].
     pub fn substeps(&self, dt: f64) -> usize {
         (dt / self.substep_bound() * (1.0 - 1e-12)).ceil().max(1.0) as usize
+    }
+}
+
+/// A membrane during a sub-step, with what it meets.
+struct SheetInContact<'a, const D: usize> {
+    /// Number of the membrane.
+    index: usize,
+    /// Distance from the mid-surface to the faces, per element [m].
+    offset: &'a [f64],
+    contact: &'a mut Contact<D>,
+    walls: &'a Walls<D>,
+}
+
+impl<const D: usize> SheetInContact<'_, D> {
+    /// One sub-step of the membrane, with so many passes of contact (theory D.7).
+    fn advance(
+        &mut self,
+        membrane: &mut Membrane<D>,
+        at: &SubStep<'_>,
+        passes: usize,
+        timer: &mut Timer,
+    ) -> Result<(), StepError> {
+        let Self { index, offset, contact, walls } = self;
+        let (index, t, momentum_dt) = (*index, at.step.t + at.elapsed, at.momentum_dt);
+        let previous = membrane.velocity.clone();
+        timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
+        timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
+        for pass in 0..passes.max(1) {
+            let (pass, surface) = (ContactPass { sheet: index, pass }, surface(membrane, &previous, offset));
+            let force = timed!(timer, "contact", contact.resolve(pass, &surface, walls, at));
+            timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
+        }
+        let surface = surface(membrane, &previous, offset);
+        timed!(timer, "contact", contact.conclude(index, &surface, at));
+        timed!(timer, "membrane", membrane.move_nodes(t, at.dt)); // x_K                      (47)
+        timed!(timer, "contact", contact.part(index, &mut membrane.position, at));
+        Ok(())
     }
 }
 
