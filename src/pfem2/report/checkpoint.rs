@@ -2,6 +2,7 @@
 
 use crate::linalg::SolverCounters;
 use crate::pfem2::Pfem2;
+use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::time::step_control::ErrorEstimates;
@@ -74,10 +75,40 @@ impl Record for ParticleEvents {
 
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    visit("steps", Column::scalar(&mut pfem.steps));
+    solver_columns(pfem, visit);
+    pfem.particles.columns.visit_columns(visit);
+    visit("particles/unresolved energy", Column::scalar(&mut pfem.particles.unresolved_energy));
+    visit("particles/events", Column::record(&mut pfem.particles.events));
+    node_columns(pfem, visit);
+    interface_columns(&mut pfem.interface, visit);
+    visit("energy ledger", Column::record(&mut pfem.balance.ledger));
+    let dissipation = &mut pfem.balance.dissipation;
+    visit("dissipation/power", Column::scalar(&mut dissipation.power_last));
+    visit("dissipation/power earlier", Column::scalar(&mut dissipation.power_earlier));
+    visit("dissipation/change", Column::new(&mut dissipation.change));
+    visit("forces", Column::new(&mut pfem.forces.last));
+    visit("forces/earlier", Column::new(&mut pfem.forces.previous));
+    // Nothing depends on these, but the state is shown with them.
+    visit("forces/mean", Column::new(&mut pfem.forces.mean));
+    visit("dt/previous", Column::scalar(&mut pfem.history.dt_previous));
+    visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
+    visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
+    visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
+    pfem.notices.columns(visit);
+}
+
+/// The matrix that the linear solver keeps, and its counts.
+fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.solver_state = pfem.system.solver_state();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
     visit("solver/counters", Column::record(&mut pfem.solver_state.counters));
-    pfem.particles.columns.visit_columns(visit);
+    visit("solver/preconditioners", Column::scalar(&mut pfem.system.preconditioners));
+    visit_count(visit, "solver/iterations", &mut pfem.system.outcome.iterations);
+}
+
+/// Values at the nodes.
+fn node_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
     visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
     visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));
@@ -87,35 +118,21 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("nodes/earlier", Column::new(&mut pfem.history.velocity_earlier));
     visit("nodes/acceleration", Column::new(&mut pfem.history.acceleration));
     visit("nodes/carried", Column::new(&mut pfem.history.acceleration_previous));
-    visit("nodes/level", Column::new(&mut pfem.interface.level));
     for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.interface.fraction) {
         visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
     }
-    visit("energy ledger", Column::record(&mut pfem.balance.ledger));
-    visit("friction/power", Column::scalar(&mut pfem.balance.dissipation.power_last));
-    visit("friction/power earlier", Column::scalar(&mut pfem.balance.dissipation.power_earlier));
-    visit("friction/change", Column::new(&mut pfem.balance.dissipation.change));
-    visit("forces", Column::new(&mut pfem.forces.last));
-    visit("forces/earlier", Column::new(&mut pfem.forces.previous));
-    // Nothing depends on these, but the state is shown with them.
-    visit("forces/mean", Column::new(&mut pfem.forces.mean));
-    visit("interface/shift", Column::scalar(&mut pfem.interface.shift));
-    visit("interface/weight", Column::scalar(&mut pfem.interface.weight));
-    visit("particles/unresolved energy", Column::scalar(&mut pfem.particles.unresolved_energy));
-    visit("particles/events", Column::record(&mut pfem.particles.events));
-    visit("dt/previous", Column::scalar(&mut pfem.history.dt_previous));
-    visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
-    visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
-    visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
-    pfem.notices.columns(visit);
-    visit("steps", Column::scalar(&mut pfem.steps));
-    visit("solver/preconditioners", Column::scalar(&mut pfem.system.preconditioners));
-    visit_count(visit, "solver/iterations", &mut pfem.system.outcome.iterations);
-    if let Some(sharp) = &mut pfem.interface.sharp {
+}
+
+/// The level sets, and how their volumes are kept.
+fn interface_columns<const D: usize>(interface: &mut InterfaceTracking<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    visit("interface/level", Column::new(&mut interface.level));
+    visit("interface/shift", Column::scalar(&mut interface.shift));
+    visit("interface/weight", Column::scalar(&mut interface.weight));
+    if let Some(sharp) = &mut interface.sharp {
         visit("level set/level", Column::new(&mut sharp.level));
         visit("level set/band", Column::scalar(&mut sharp.band));
         visit_count(visit, "level set/age", &mut sharp.age);
-        visit("level set/outflow", Column::record(&mut pfem.interface.outflow));
+        visit("level set/outflow", Column::record(&mut interface.outflow));
     }
 }
 
