@@ -81,12 +81,12 @@ impl<const D: usize> Membrane<D> {
             self.references.reserve(self.blocks.len());
             let mut first = 0;
             if self.sheet.wrinkles() {
-                self.add_references::<FullQuadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+                self.add_references::<FullQuadrilateral, 4>(&mut first, quadrilaterals, warp, thickness, natural);
             } else {
-                self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+                self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, thickness, natural);
             }
-            self.add_references::<Triangle, 3>(&mut first, triangles, warp, (thickness, natural));
-            self.add_references::<Segment, 2>(&mut first, segments, warp, (thickness, natural));
+            self.add_references::<Triangle, 3>(&mut first, triangles, warp, thickness, natural);
+            self.add_references::<Segment, 2>(&mut first, segments, warp, thickness, natural);
         }
         let sums = self.update_elements();
         let kinetic = self.kinetic_energy();
@@ -103,7 +103,8 @@ impl<const D: usize> Membrane<D> {
         first: &mut usize,
         count: usize,
         warp: &[Vector<D>],
-        (thickness, natural): (f64, Natural),
+        thickness: f64,
+        natural: Natural,
     ) {
         for start in (0..count).step_by(LANES) {
             let lanes = LANES.min(count - start);
@@ -113,7 +114,7 @@ impl<const D: usize> Membrane<D> {
             let warp = std::array::from_fn(|k| warp.get(*first + start + k.min(lanes - 1)).map(|w| Vector(w.to3())));
             let plane = self.parameters.plane;
             self.references.extend((0..S::POINTS).map(|point| {
-                let mut reference = reference_at::<S, N>((&modes, point), &warp, (thickness, natural));
+                let mut reference = reference_at::<S, N>(&modes, point, &warp, thickness, natural);
                 reference.bound = element::bound::<S, N>(&natural_metric(&reference), plane).0;
                 reference
             }));
@@ -143,9 +144,11 @@ impl<const D: usize> Membrane<D> {
 
 /// Reference state at a quadrature point of the elements with the given tangents and warps, without its bound.
 fn reference_at<S: Shape<N>, const N: usize>(
-    (modes, point): (&Modes, usize),
+    modes: &Modes,
+    point: usize,
     warp: &[Option<Vector<3>>; LANES],
-    (thickness, natural): (f64, Natural),
+    thickness: f64,
+    natural: Natural,
 ) -> Reference {
     let tangents = |m: &Modes, k: usize| [m.g1, m.g2].map(|g| Vector(g.0.map(|axis| axis.0[k])));
     let here = S::at(modes, point);
