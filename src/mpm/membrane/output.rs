@@ -64,17 +64,17 @@ impl<const D: usize> Membrane<D> {
                 SheetKind::Rate => principal(self.blocks[block].stress.map(|s| s[lane])).0,
                 SheetKind::Total => {
                     let place = if points > 1 { GAUSS[block - first] } else { [0.0; 2] };
-                    self.total_stress(element, (block, lane), place)
+                    self.total_stress(element, block, lane, place)
                 }
             })
             .collect();
         [0, 1].map(|i| values.iter().map(|value| value[i]).sum::<f64>() / points as f64)
     }
 
-    /// Principal values of the true stress of a total law at (ξ, η) of an element [Pa].
-    fn total_stress(&self, element: usize, state: (usize, usize), place: [f64; 2]) -> [f64; 2] {
+    /// Principal values of the true stress of a total law at (ξ, η) of an element with its state in `block`, `lane` [Pa].
+    fn total_stress(&self, element: usize, block: usize, lane: usize, place: [f64; 2]) -> [f64; 2] {
         // σ = F S Fᵀ / J has the eigenvalues of C S / J.
-        let c @ [c11, c22, c12] = self.right_cauchy_green(element, state, place);
+        let c @ [c11, c22, c12] = self.right_cauchy_green(element, block, lane, place);
         let SheetState { stress: [s11, s22, s12], volume, .. } = self.sheet.total(c);
         let mean = 0.5 * (c11 * s11 + c22 * s22 + 2.0 * c12 * s12);
         let determinant = (c11 * c22 - c12 * c12) * (s11 * s22 - s12 * s12);
@@ -100,7 +100,7 @@ impl<const D: usize> Membrane<D> {
     }
 
     /// C11, C22, C12 in the material axes (total laws) at (ξ, η) of an element with its reference in `block`, `lane`.
-    fn right_cauchy_green(&self, element: usize, (block, lane): (usize, usize), [xi, eta]: [f64; 2]) -> [f64; 3] {
+    fn right_cauchy_green(&self, element: usize, block: usize, lane: usize, [xi, eta]: [f64; 2]) -> [f64; 3] {
         let nodes = self.elements.nodes(element);
         let x = |k: usize| Vector(self.position[nodes[k] as usize].to3());
         let [g1, g2] = match nodes.len() {
