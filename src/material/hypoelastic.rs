@@ -6,6 +6,7 @@
 //!
 //! For small strains at any rotation; in large shear γ the Jaumann rate answers G sin γ.
 
+use super::Phase;
 use super::elastic::Elastic;
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
@@ -22,6 +23,8 @@ pub struct Hypoelastic {
 }
 
 impl Solid for Hypoelastic {
+    const PHASE: Phase = Phase::Elastic;
+
     fn elastic(&self) -> &Elastic {
         &self.elastic
     }

@@ -81,9 +81,12 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// state at the start ([`PointState::sound_speed`]).
     fn reference_sound_speed(&self) -> f64;
 
+    /// What the material is to the presets of a case.
+    fn phase(&self) -> Phase;
+
     /// True if neighbours stay neighbours, so that particles at the surface stay there.
     fn keeps_shape(&self) -> bool {
-        true
+        matches!(self.phase(), Phase::Plastic | Phase::Elastic)
     }
 
     /// True if the pressure depends on the internal energy, so that heat acts.
@@ -100,6 +103,19 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     fn diffusivity(&self) -> f64 {
         0.0
     }
+}
+
+/// What a material is to the presets of a case, which choose defaults by it (`case/preset.rs`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// A fluid whose pressure is that of its energy: it fills its room.
+    Gas,
+    /// A fluid that resists compression and rests at its own density.
+    Liquid,
+    /// A solid that yields.
+    Plastic,
+    /// A solid that gives back all work.
+    Elastic,
 }
 
 /// Which optional columns a law needs.

@@ -7,7 +7,7 @@
 use super::elastic::{Elastic, Moduli, start_stress};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
-use super::{PointState, StartState};
+use super::{Phase, PointState, StartState};
 use crate::math::{SymTensor, Tensor, nearest_root};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,7 @@ impl NeoHookean {
 }
 
 impl Solid for NeoHookean {
+    const PHASE: Phase = Phase::Elastic;
     const DEFORMATION: bool = true;
 
     fn elastic(&self) -> &Elastic {

@@ -12,7 +12,7 @@ use super::bulk_viscosity::Shock;
 use super::elastic::Elastic;
 use super::increment::{Increment, Point, Response};
 use super::kinematics;
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
+use super::{Phase, PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use std::ops::Range;
 
@@ -36,6 +36,8 @@ use std::ops::Range;
 /// assert!((response.modulus - 1.2e6).abs() < 1e-6);
 /// ```
 pub trait Solid: std::fmt::Debug + Send + Sync {
+    /// Elastic, or plastic for a law that yields.
+    const PHASE: Phase;
     /// Names of the history variables.
     const HISTORY: &'static [&'static str] = &[];
     /// True if the law needs the deformation gradient.
@@ -68,6 +70,10 @@ impl<L: Solid> PointLaw for L {
     fn initial(&self, start: &StartState) -> Result<PointState, String> {
         self.elastic().bulk_viscosity.check()?;
         self.start(start)
+    }
+
+    fn phase(&self) -> Phase {
+        L::PHASE
     }
 
     fn update(&self, batch: &mut PointBatch<'_>) {
