@@ -116,8 +116,8 @@ impl Solid for DruckerPrager {
 
     const HISTORY: &'static [&'static str] = &["plastic strain", "plastic volume strain"];
 
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
+    fn elastic(&self) -> Elastic {
+        self.elastic
     }
 
     fn start(&self, start: &StartState) -> Result<PointState, String> {

@@ -100,8 +100,8 @@ impl Solid for JohnsonCook {
     const PHASE: Phase = Phase::Plastic;
     const HISTORY: &'static [&'static str] = &["plastic strain", "temperature rise"];
 
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
+    fn elastic(&self) -> Elastic {
+        self.elastic
     }
 
     fn start(&self, start: &StartState) -> Result<PointState, String> {
