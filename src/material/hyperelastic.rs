@@ -145,12 +145,12 @@ fn free_thickness<L: Hyperelastic>(law: &L, in_plane: &Tensor<2>) -> Option<f64>
     None
 }
 
-/// A state is stable if waves run along all principal axes: c_iiii + σ_ii > 0 there (theory B.9).
+/// A state is stable if waves of all polarisations run along all principal axes (theory B.9).
 ///
 /// # Errors
 /// A sentence that says so, and which laws bear more.
 fn is_stable<L: Hyperelastic>(law: &L, deformation: &Tensor<3>) -> Result<(), String> {
-    if longitudinal_moduli(law, deformation).iter().all(|modulus| *modulus > 0.0) {
+    if principal_waves(law, deformation).iter().flatten().all(|modulus| *modulus > 0.0) {
         return Ok(());
     }
     let [.., stretch] = principal_stretches(deformation);
@@ -166,12 +166,15 @@ pub(super) fn principal_stretches(deformation: &Tensor<3>) -> [f64; 3] {
     deformation.dot(&deformation.transpose()).symmetric().spectrum().values.map(f64::sqrt)
 }
 
-/// ρ c² of the pressure waves along the principal axes [Pa]; negative where the material is unstable.
-pub(super) fn longitudinal_moduli<L: Hyperelastic>(law: &L, deformation: &Tensor<3>) -> [f64; 3] {
+/// Places of c_ijij among the components of a stiffness.
+const POLARISED: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+
+/// ρ c² of the waves along the principal axis i with polarisation j, c_ijij + σ_ii [Pa]; negative where the material is unstable.
+pub(super) fn principal_waves<L: Hyperelastic>(law: &L, deformation: &Tensor<3>) -> [[f64; 3]; 3] {
     let [x, y, z] = principal_stretches(deformation);
     let f = Tensor([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]);
     let (stress, c) = (law.stress(&f).stress, law.tangent(&f));
-    std::array::from_fn(|i| c.0[i][i] + stress.0[i])
+    std::array::from_fn(|i| POLARISED[i].map(|place| c.0[place][place] + stress.0[i]))
 }
 
 /// Bounds of the principal values of a symmetric tensor, the least and the largest, by Gershgorin's circles.

@@ -13,8 +13,9 @@ use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Elastic solid of large rotations and moderate strains. Not for strong compression: uniaxial strain is unstable below the
-/// stretch 1/√3, about 0.58, and a stress at the start beyond that is refused.
+/// Elastic solid of large rotations and moderate strains. Not for compression by more than a tenth: it is unstable there, under
+/// pressure from all sides below the stretch √((1 + ν)/(2 − ν)), in uniaxial strain below 1/√3, and a stress at the start beyond
+/// that is refused.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct StVenantKirchhoff {
@@ -65,9 +66,9 @@ impl Hyperelastic for StVenantKirchhoff {
 mod tests {
     use super::StVenantKirchhoff;
     use crate::material::elastic::Elastic;
-    use crate::material::hyperelastic::{Hyperelastic, longitudinal_moduli};
+    use crate::material::hyperelastic::{Hyperelastic, principal_waves};
+    use crate::material::testing::check_law;
     use crate::material::testing::elastic::{check_hyperelastic, diagonal, simple_shear};
-    use crate::material::testing::{TestParticle, check_law};
     use crate::material::{ElasticLaw, PointLaw, StartState};
     use crate::math::{SymTensor, Tensor};
 
@@ -128,16 +129,32 @@ mod tests {
     /// The force ½ (λ + 2 G)(Λ³ − Λ) of uniaxial strain has its extremum at the stretch 1/√3.
     #[test]
     fn uniaxial_strain_is_unstable_below_one_over_the_root_of_three() {
-        let along = |stretch: f64| longitudinal_moduli(&solid(), &diagonal([1.0, 1.0, stretch]))[2];
-        let limit = 3f64.sqrt().recip();
-        assert!(along(limit).abs() < 1e-9 * YOUNG && along(limit + 1e-3) > 0.0 && along(limit - 1e-3) < 0.0);
-        assert!(TestParticle::new(&solid(), StartState::default()).signal[0] > 0.0);
+        let along = |stretch: f64| principal_waves(&solid(), &diagonal([1.0, 1.0, stretch]))[2][2];
+        changes_sign_at(3f64.sqrt().recip(), along);
+    }
+
+    /// Shear waves are lost sooner: G + (½ λ + G)(Λ² − 1) = 0 in uniaxial strain, G + (3/2 λ + 2 G)(Λ² − 1) = 0 in even compression.
+    #[test]
+    fn shear_is_unstable_sooner() {
+        let uniaxial = |stretch: f64| principal_waves(&solid(), &diagonal([1.0, 1.0, stretch]))[2][0];
+        changes_sign_at((POISSON / (1.0 - POISSON)).sqrt(), uniaxial);
+        let even = |stretch: f64| principal_waves(&solid(), &(Tensor::identity() * stretch))[2][0];
+        changes_sign_at(((1.0 + POISSON) / (2.0 - POISSON)).sqrt(), even);
+    }
+
+    fn changes_sign_at(limit: f64, modulus: impl Fn(f64) -> f64) {
+        assert!(modulus(limit).abs() < 1e-9 * YOUNG, "{}", modulus(limit));
+        assert!(modulus(limit + 1e-3) > 0.0 && modulus(limit - 1e-3) < 0.0);
     }
 
     #[test]
     fn an_unstable_start_is_refused() {
-        let stress = solid().stress(&diagonal([1.0, 1.0, 0.45])).stress;
-        let error = solid().initial(&StartState { stress: Some(stress), ..StartState::default() }).unwrap_err();
-        assert!(error.contains("unstable") || error.contains("no deformation"), "{error}");
+        let start = |stretch: f64| {
+            let stress = solid().stress(&(Tensor::identity() * stretch)).stress;
+            solid().initial(&StartState { stress: Some(stress), ..StartState::default() })
+        };
+        let error = start(0.87).unwrap_err();
+        assert!(error.contains("unstable") && error.contains("0.870") && error.contains("`neo-hookean`"), "{error}");
+        assert!((start(0.88).unwrap().deformation[0][0] - 0.88).abs() < 1e-12);
     }
 }
