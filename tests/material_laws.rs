@@ -36,6 +36,33 @@ fn unknown_keys_and_names_are_errors() {
 }
 
 #[test]
+fn rubber_has_keys_of_its_own() {
+    let rubber = r#"law = "mooney-rivlin"
+        density = 1100.0
+        c10 = 0.2e6
+        c01 = 0.05e6
+        bulk = 2e6"#;
+    let PointLaws::MooneyRivlin(law_of_rubber) = law(rubber).unwrap() else { panic!("rubber") };
+    assert_eq!((law_of_rubber.c10, law_of_rubber.c01, law_of_rubber.bulk), (0.2e6, 0.05e6, 2e6));
+    assert!(law(&format!("{rubber}\nyoung = 1e6")).unwrap_err().contains("unknown field `young`"));
+    assert!(law(&rubber.replace("bulk = 2e6", "")).unwrap_err().contains("missing field `bulk`"));
+}
+
+/// Only elastic solids can be linearised; others say why not.
+#[test]
+fn elastic_laws_have_tangents_and_others_refuse() {
+    let numbers = "density = 1e3\nyoung = 1e6\npoisson = 0.3";
+    for name in ["hypoelastic", "neo-hookean", "st-venant-kirchhoff"] {
+        assert!(law(&format!("law = '{name}'\n{numbers}")).unwrap().as_dyn().elastic_law().is_ok(), "{name}");
+    }
+    let soil = law(&format!("law = 'drucker-prager'\nfriction-angle = 0.5\n{numbers}")).unwrap();
+    let refusal = soil.as_dyn().elastic_law().unwrap_err();
+    assert!(refusal.contains("plastic strain"), "{refusal}");
+    let water = law("law = 'fluid'\ndensity = 1e3\neos = { kind = 'linear', sound-speed = 100.0 }").unwrap();
+    assert!(water.as_dyn().elastic_law().unwrap_err().contains("fluid"));
+}
+
+#[test]
 fn laws_read_back_what_they_write() {
     let text = r#"law = "j2"
         density = 8930.0

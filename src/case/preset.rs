@@ -1,5 +1,8 @@
 //! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says itself.
 
+use super::Material;
+use crate::material::Phase;
+
 /// Lian, Liu & Zhang (2014): hat functions, pure FLIP, stresses first, one step for bodies and membranes.
 const LIAN_2014: &str = r#"
 kernel = "linear"
@@ -126,7 +129,7 @@ fn bodies(case: &toml::Table) -> impl Iterator<Item = &toml::Value> {
 
 /// One choice serves all bodies: liquids are the most demanding, then gases, then what yields.
 fn recommended(case: &toml::Table) -> &'static str {
-    let phases: Vec<Phase> = bodies(case).filter_map(|b| b.get("material")).map(phase).collect();
+    let phases: Vec<Phase> = bodies(case).filter_map(phase).collect();
     match () {
         () if phases.contains(&Phase::Liquid) => LIQUID,
         () if phases.contains(&Phase::Gas) => GAS,
@@ -135,21 +138,31 @@ fn recommended(case: &toml::Table) -> &'static str {
     }
 }
 
-#[derive(PartialEq)]
-enum Phase {
-    Gas,
-    Liquid,
-    Plastic,
-    Elastic,
+/// What the law of a body says that it is. A law with a fault has no phase; reading the case reports it.
+fn phase(body: &toml::Value) -> Option<Phase> {
+    match body.get("material")?.clone().try_into() {
+        Ok(Material::Point(law)) => Some(law.as_dyn().phase()),
+        Ok(Material::Flow(_)) | Err(_) => None,
+    }
 }
 
-fn phase(material: &toml::Value) -> Phase {
-    let law = material.get("law").and_then(toml::Value::as_str);
-    let eos = material.get("eos").and_then(|e| e.get("kind")).and_then(toml::Value::as_str);
-    match eos {
-        Some("ideal-gas" | "jwl") => Phase::Gas,
-        Some(_) => Phase::Liquid,
-        None if matches!(law, Some("j2" | "johnson-cook" | "drucker-prager")) => Phase::Plastic,
-        None => Phase::Elastic,
+#[cfg(test)]
+mod tests {
+    use super::{ELASTIC, GAS, LIQUID, PLASTIC, recommended};
+
+    #[test]
+    fn materials_choose_the_preset() {
+        let gas = "{ law = 'fluid', density = 1.2, eos = { kind = 'ideal-gas', gamma = 1.4 } }";
+        let water = "{ law = 'fluid', density = 1e3, eos = { kind = 'linear', sound-speed = 100.0 } }";
+        let metal = "{ law = 'j2', density = 8e3, young = 2e11, poisson = 0.3, yield-stress = 4e8 }";
+        let rubber = "{ law = 'neo-hookean', density = 1e3, young = 1e6, poisson = 0.3 }";
+        let chosen = |materials: &[&str]| {
+            let body = |material: &&str| format!("[[body]]\nmaterial = {material}\n");
+            recommended(&toml::from_str(&materials.iter().map(body).collect::<String>()).unwrap())
+        };
+        assert_eq!(chosen(&[rubber]), ELASTIC);
+        assert_eq!(chosen(&[rubber, metal]), PLASTIC);
+        assert_eq!(chosen(&[metal, gas]), GAS);
+        assert_eq!(chosen(&[gas, rubber, water]), LIQUID);
     }
 }

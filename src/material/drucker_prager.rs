@@ -12,7 +12,7 @@
 use super::elastic::{Elastic, Moduli};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
-use super::{PointState, StartState};
+use super::{Phase, PointState, StartState};
 use crate::math::SymTensor;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -112,10 +112,12 @@ fn shear_stress(s: &SymTensor) -> f64 {
 }
 
 impl Solid for DruckerPrager {
+    const PHASE: Phase = Phase::Plastic;
+
     const HISTORY: &'static [&'static str] = &["plastic strain", "plastic volume strain"];
 
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
+    fn elastic(&self) -> Elastic {
+        self.elastic
     }
 
     fn start(&self, start: &StartState) -> Result<PointState, String> {

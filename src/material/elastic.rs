@@ -108,6 +108,18 @@ impl Moduli {
         self.bulk - 2.0 / 3.0 * self.shear
     }
 
+    /// Young's modulus 9 K G/(3 K + G) [Pa].
+    #[inline(always)]
+    pub fn young(&self) -> f64 {
+        9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
+    }
+
+    /// Poisson's ratio (3 K − 2 G)/(6 K + 2 G).
+    #[inline(always)]
+    pub fn poisson(&self) -> f64 {
+        (3.0 * self.bulk - 2.0 * self.shear) / (6.0 * self.bulk + 2.0 * self.shear)
+    }
+
     /// Modulus K + ⁴⁄₃ G of pressure waves [Pa].
     #[inline(always)]
     pub fn wave(&self) -> f64 {

@@ -4,7 +4,7 @@
 use super::bulk_viscosity::BulkViscosity;
 use super::eos::{Coefficients, EquationsOfState};
 use super::flow::FlowProperties;
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
+use super::{Phase, PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,8 +43,8 @@ impl PointLaw for Fluid {
         self.density
     }
 
-    fn keeps_shape(&self) -> bool {
-        false
+    fn phase(&self) -> Phase {
+        self.eos.as_dyn().phase()
     }
 
     fn storage(&self) -> Storage {

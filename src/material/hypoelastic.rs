@@ -6,9 +6,13 @@
 //!
 //! For small strains at any rotation; in large shear γ the Jaumann rate answers G sin γ.
 
-use super::elastic::Elastic;
+use super::Phase;
+use super::elastic::{Elastic, Moduli};
 use super::increment::{Increment, Point, Response};
+use super::linearised::{ElasticLaw, ElasticState, Linearised};
 use super::solid::Solid;
+use super::stiffness::Stiffness;
+use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +26,14 @@ pub struct Hypoelastic {
 }
 
 impl Solid for Hypoelastic {
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
+    const PHASE: Phase = Phase::Elastic;
+
+    fn elastic(&self) -> Elastic {
+        self.elastic
+    }
+
+    fn linearisable(&self) -> Option<&dyn ElasticLaw> {
+        Some(self)
     }
 
     #[inline(always)]
@@ -34,12 +44,38 @@ impl Solid for Hypoelastic {
     }
 }
 
+impl ElasticLaw for Hypoelastic {
+    fn reference_density(&self) -> f64 {
+        self.elastic.density
+    }
+
+    fn moduli(&self) -> Moduli {
+        self.elastic.moduli()
+    }
+
+    /// The tangent of an increment as it goes to zero. Truesdell's rate is Jaumann's less d σ + σ d and with tr d σ (Becker (7)):
+    /// c = K 1 ⊗ 1 + 2 G (1 ⊙ 1 − ⅓ 1 ⊗ 1) − 2 (1 ⊙ σ) + σ ⊗ 1. The last makes it unsymmetric: no stored energy is behind it.
+    fn linearised(&self, state: &ElasticState) -> Linearised<6> {
+        let (moduli, one) = (self.elastic.moduli(), SymTensor::isotropic(1.0));
+        let pressure = moduli.pressure(state.deformation.determinant());
+        let stress = state.stress.deviator() - SymTensor::isotropic(pressure);
+        let elastic = Stiffness::volumetric() * moduli.lame() + Stiffness::identity() * (2.0 * moduli.shear);
+        let turning = Stiffness::dyad(&stress, &one) - Stiffness::product(&one, &stress) * 2.0;
+        Linearised::new(stress, elastic + turning)
+    }
+
+    fn thickness_stretch(&self, _in_plane: &Tensor<2>) -> Result<f64, String> {
+        Err("the stress of a rate law is not a function of the deformation: its thickness is followed in time".into())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::Hypoelastic;
-    use crate::material::StartState;
     use crate::material::elastic::Elastic;
+    use crate::material::testing::elastic::{check_moduli_at_rest, check_plane_stress_increment, check_tangent};
     use crate::material::testing::{TestParticle, check_law};
+    use crate::material::{ElasticLaw, ElasticState, StartState};
     use crate::math::{SymTensor, Tensor};
 
     fn steel() -> Hypoelastic {
@@ -70,6 +106,45 @@ mod tests {
         assert!(zz.abs() + yz.abs() + zx.abs() < 1e-6 * g);
         // The work of that stress, ∫ G sin γ dγ.
         assert!((sample.energy[0] / g - (1.0 - shear.cos())).abs() < 1e-6);
+    }
+
+    #[test]
+    fn tangents_are_those_of_small_increments() {
+        let rest = ElasticState { deformation: Tensor::identity(), stress: SymTensor::ZERO };
+        let strained = ElasticState {
+            deformation: Tensor([[1.02, 0.03, 0.0], [-0.01, 0.97, 0.0], [0.0, 0.0, 1.01]]),
+            stress: SymTensor([2e10, -1e10, -1e10, 7e9, -3e9, 5e9]),
+        };
+        check_moduli_at_rest(&steel());
+        for state in [rest, strained] {
+            check_tangent(&steel(), &steel(), &state);
+        }
+    }
+
+    /// Of c only σ ⊗ 1 has no partner: c − cᵀ = σ ⊗ 1 − 1 ⊗ σ.
+    #[test]
+    fn the_unsymmetric_part_is_that_of_the_stress() {
+        let stress = SymTensor([2e10, -1e10, -1e10, 7e9, -3e9, 5e9]);
+        let c = steel().linearised(&ElasticState { deformation: Tensor::identity(), stress }).tangent;
+        for i in 0..6 {
+            for j in 0..6 {
+                let unit = |k: usize| f64::from(u8::from(k < 3));
+                let exact = stress.0[i] * unit(j) - unit(i) * stress.0[j];
+                assert!((c[i][j] - c[j][i] - exact).abs() < 1e-4, "{i}{j}");
+            }
+        }
+    }
+
+    /// A strain in the plane with the thickness rate of plane stress leaves σ_zz zero to second order.
+    #[test]
+    fn thickness_follows_plane_stress() {
+        let j: f64 = 0.99;
+        // The deviator whose σ_zz is that of the pressure.
+        let pressure = steel().elastic.moduli().pressure(j);
+        let deviator = SymTensor([-0.3 * pressure, -0.7 * pressure, pressure, 8e8, 0.0, 0.0]);
+        let state = ElasticState { deformation: Tensor::identity() * j.cbrt(), stress: deviator };
+        check_plane_stress_increment(&steel(), &steel(), &state);
+        assert!(steel().thickness_stretch(&Tensor::identity()).unwrap_err().contains("rate law"));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::elastic::{Elastic, equivalent};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
 use super::yield_curve::YieldCurve;
-use super::{PointState, StartState};
+use super::{Phase, PointState, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -86,10 +86,11 @@ fn power(strain: f64, exponent: f64) -> f64 {
 }
 
 impl Solid for J2 {
+    const PHASE: Phase = Phase::Plastic;
     const HISTORY: &'static [&'static str] = &["plastic strain"];
 
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
+    fn elastic(&self) -> Elastic {
+        self.elastic
     }
 
     fn start(&self, start: &StartState) -> Result<PointState, String> {
@@ -198,5 +199,11 @@ mod tests {
         let stress = SymTensor([0.0, 0.0, 0.0, 3e8, 0.0, 0.0]);
         let error = copper(0.0, 1.0).initial(&StartState { stress: Some(stress), ..StartState::default() });
         assert!(error.unwrap_err().contains("yield"));
+    }
+
+    #[test]
+    fn a_law_that_yields_has_no_tangent() {
+        let refusal = copper(0.0, 1.0).elastic_law().unwrap_err();
+        assert!(refusal.contains("tangent") && refusal.contains("plastic strain"), "{refusal}");
     }
 }

@@ -9,7 +9,7 @@
 use super::elastic::{Elastic, equivalent};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
-use super::{PointState, StartState};
+use super::{Phase, PointState, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -97,10 +97,11 @@ impl JohnsonCook {
 }
 
 impl Solid for JohnsonCook {
+    const PHASE: Phase = Phase::Plastic;
     const HISTORY: &'static [&'static str] = &["plastic strain", "temperature rise"];
 
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
+    fn elastic(&self) -> Elastic {
+        self.elastic
     }
 
     fn start(&self, start: &StartState) -> Result<PointState, String> {

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. Lian (22)
-//! with (24), and (63), turns it the other way (theory B.14).
+//! with (24), and (63), turns it the other way (theory B.15).
 
 use crate::math::{Tensor, Vector};
 

@@ -9,14 +9,19 @@ mod elastic;
 pub mod eos;
 mod flow;
 mod fluid;
+mod hyperelastic;
 mod hypoelastic;
 mod increment;
 mod j2;
 mod johnson_cook;
 mod kinematics;
+mod linearised;
+mod mooney_rivlin;
 mod neo_hookean;
 pub mod sheet;
 mod solid;
+mod st_venant_kirchhoff;
+mod stiffness;
 #[cfg(test)]
 mod testing;
 pub mod viscous;
@@ -24,17 +29,22 @@ mod yield_curve;
 
 pub use bulk_viscosity::BulkViscosity;
 pub use drucker_prager::DruckerPrager;
-pub use elastic::Elastic;
+pub use elastic::{Elastic, Moduli};
 pub use eos::EquationsOfState;
 pub use flow::FlowProperties;
 pub use fluid::Fluid;
+pub use hyperelastic::Hyperelastic;
 pub use hypoelastic::Hypoelastic;
 pub use increment::{Increment, Point, Response};
 pub use j2::J2;
 pub use johnson_cook::JohnsonCook;
+pub use linearised::{ElasticLaw, ElasticState, Linearised, Mixed};
+pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use sheet::{LANES, Sheet, SheetKind, SheetLanes, SheetState};
 pub use solid::Solid;
+pub use st_venant_kirchhoff::StVenantKirchhoff;
+pub use stiffness::Stiffness;
 pub use viscous::{Bingham, HerschelBulkley, Newtonian, ViscousLaw, ViscousLaws};
 pub use yield_curve::YieldCurve;
 
@@ -47,6 +57,8 @@ registry! {
         "fluid" => Fluid,
         "hypoelastic" => Hypoelastic,
         "neo-hookean" => NeoHookean,
+        "st-venant-kirchhoff" => StVenantKirchhoff,
+        "mooney-rivlin" => MooneyRivlin,
         "j2" => J2,
         "johnson-cook" => JohnsonCook,
         "drucker-prager" => DruckerPrager,
@@ -81,9 +93,20 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// state at the start ([`PointState::sound_speed`]).
     fn reference_sound_speed(&self) -> f64;
 
+    /// What the material is to the presets of a case.
+    fn phase(&self) -> Phase;
+
+    /// The law as an elastic one, with the tangents that an implicit system in velocity and pressure needs (theory B.13).
+    ///
+    /// # Errors
+    /// A sentence that says why it has none: fluids, and solids that yield.
+    fn elastic_law(&self) -> Result<&dyn ElasticLaw, String> {
+        Err(linearised::no_tangent(self.phase()))
+    }
+
     /// True if neighbours stay neighbours, so that particles at the surface stay there.
     fn keeps_shape(&self) -> bool {
-        true
+        matches!(self.phase(), Phase::Plastic | Phase::Elastic)
     }
 
     /// True if the pressure depends on the internal energy, so that heat acts.
@@ -100,6 +123,19 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     fn diffusivity(&self) -> f64 {
         0.0
     }
+}
+
+/// What a material is to the presets of a case, which choose defaults by it (`case/preset.rs`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// A fluid whose pressure is that of its energy: it fills its room.
+    Gas,
+    /// A fluid that resists compression and rests at its own density.
+    Liquid,
+    /// A solid that yields.
+    Plastic,
+    /// A solid that gives back all work.
+    Elastic,
 }
 
 /// Which optional columns a law needs.

@@ -4,10 +4,10 @@
 //! W = ½ G (tr b − 3) − G ln J + ½ λ ln² J,      J σ = τ = G (b − 1) + λ ln J 1,      b = F Fᵀ
 //! ```
 
-use super::elastic::{Elastic, Moduli, start_stress};
-use super::increment::{Increment, Point, Response};
-use super::solid::Solid;
-use super::{PointState, StartState};
+use super::elastic::{Elastic, Moduli};
+use super::hyperelastic::{Hyperelastic, left_cauchy_green, principal_bounds};
+use super::increment::Response;
+use super::stiffness::Stiffness;
 use crate::math::{SymTensor, Tensor, nearest_root};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,33 +21,44 @@ pub struct NeoHookean {
     pub elastic: Elastic,
 }
 
-impl NeoHookean {
-    /// Stored energy W per reference volume [J/m³].
-    pub fn stored_energy(&self, deformation: &Tensor<3>) -> f64 {
+impl Hyperelastic for NeoHookean {
+    const NAME: &'static str = "neo-Hookean";
+
+    #[inline(always)]
+    fn elastic(&self) -> Elastic {
+        self.elastic
+    }
+
+    fn stored_energy(&self, deformation: &Tensor<3>) -> f64 {
         let moduli = self.elastic.moduli();
         let ln_j = deformation.determinant().ln();
         0.5 * moduli.shear * (deformation.contract(deformation) - 3.0) - moduli.shear * ln_j
             + 0.5 * moduli.lame() * ln_j * ln_j
     }
 
-    /// Cauchy stress [Pa] and the modulus ρ c² of the fastest wave [Pa]: along the principal stretch λ_i
-    /// ρ c² = ∂σ_i/∂ln λ_i = [G (λ_i² + 1) + λ (1 − ln J)]/J, with the largest λ_i² bounded by Gershgorin.
+    /// Along the principal stretch λ_i ρ c² = ∂σ_i/∂ln λ_i = [G (λ_i² + 1) + λ (1 − ln J)]/J, with the largest λ_i² bounded by
+    /// Gershgorin.
     #[inline(always)]
     fn stress(&self, deformation: &Tensor<3>) -> Response {
         let Moduli { shear, .. } = self.elastic.moduli();
         let lame = self.elastic.moduli().lame();
         let j = deformation.determinant();
         let (per_j, ln_j) = (1.0 / j, j.ln());
-        let b = deformation.dot(&deformation.transpose()).symmetric();
+        let b = left_cauchy_green(deformation);
         let stress = (b * shear + SymTensor::isotropic(lame * ln_j - shear)) * per_j;
-        let [xx, yy, zz, xy, yz, zx] = b.0;
-        let (xy, yz, zx) = (xy.abs(), yz.abs(), zx.abs());
-        let largest = (xx + xy + zx).max(yy + xy + yz).max(zz + yz + zx);
+        let [_, largest] = principal_bounds(&b);
         Response { stress, modulus: (shear * (largest + 1.0) + lame * (1.0 - ln_j)).max(shear) * per_j }
     }
 
-    /// A symmetric deformation gradient that carries `stress`: in its principal axes
-    /// λ_i² = 1 + (J σ_i − λ ln J)/G, where J is found from J² = Π λ_i².
+    /// J c = λ 1 ⊗ 1 + 2 (G − λ ln J) 1 ⊙ 1.
+    fn tangent(&self, deformation: &Tensor<3>) -> Stiffness {
+        let Moduli { shear, .. } = self.elastic.moduli();
+        let (lame, j) = (self.elastic.moduli().lame(), deformation.determinant());
+        let kirchhoff = Stiffness::volumetric() * lame + Stiffness::identity() * (2.0 * (shear - lame * j.ln()));
+        kirchhoff * (1.0 / j)
+    }
+
+    /// In the principal axes of the stress λ_i² = 1 + (J σ_i − λ ln J)/G, where one unknown J is found from J² = Π λ_i².
     fn prestretch(&self, stress: &SymTensor) -> Option<Tensor<3>> {
         let Moduli { shear, .. } = self.elastic.moduli();
         let lame = self.elastic.moduli().lame();
@@ -66,43 +77,15 @@ impl NeoHookean {
     }
 }
 
-impl Solid for NeoHookean {
-    const DEFORMATION: bool = true;
-
-    fn elastic(&self) -> &Elastic {
-        &self.elastic
-    }
-
-    fn start(&self, start: &StartState) -> Result<PointState, String> {
-        let stress = start_stress(start)?;
-        let deformation = self
-            .prestretch(&stress)
-            .ok_or_else(|| format!("no deformation of this neo-Hookean solid carries the stress {:?} Pa", stress.0))?;
-        let density = self.elastic.density / deformation.determinant();
-        let Response { stress, modulus } = self.stress(&deformation);
-        Ok(PointState {
-            density,
-            energy: self.stored_energy(&deformation),
-            pressure: -stress.trace() / 3.0,
-            stress,
-            deformation,
-            sound_speed: (modulus / density).sqrt(),
-        })
-    }
-
-    #[inline(always)]
-    fn response(&self, _increment: &Increment, point: Point<'_>) -> Response {
-        self.stress(&point.deformation)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::NeoHookean;
     use crate::material::elastic::Elastic;
-    use crate::material::testing::{TestParticle, check_law, smooth_path};
+    use crate::material::hyperelastic::Hyperelastic;
+    use crate::material::testing::check_law;
+    use crate::material::testing::elastic::{check_hyperelastic, simple_shear};
     use crate::material::{PointLaw, StartState};
-    use crate::math::{SymTensor, Tensor};
+    use crate::math::SymTensor;
 
     fn rubber() -> NeoHookean {
         NeoHookean { elastic: Elastic::new(1100.0, 1e6, 0.4) }
@@ -113,37 +96,16 @@ mod tests {
         check_law(&rubber(), StartState::default());
         let stress = SymTensor([2e5, -1e5, 5e4, 3e4, -2e4, 8e4]);
         check_law(&rubber(), StartState { stress: Some(stress), ..StartState::default() });
+        check_hyperelastic(&rubber());
     }
 
-    /// J σ Fᵀ⁻¹ = ∂W/∂F, by central differences.
+    /// Simple shear has J = 1: σ_xy = G γ and σ_xx = G γ², alone.
     #[test]
-    fn stress_is_the_derivative_of_the_stored_energy() {
-        let (law, step) = (rubber(), 1e-6);
-        let f = Tensor([[1.2, 0.3, -0.1], [0.05, 0.8, 0.2], [-0.15, 0.1, 1.1]]);
-        let piola = law.stress(&f).stress.full().dot(&f.inverse().unwrap().transpose()) * f.determinant();
-        for i in 0..3 {
-            for j in 0..3 {
-                let (mut ahead, mut back) = (f, f);
-                ahead[i][j] += step;
-                back[i][j] -= step;
-                let slope = (law.stored_energy(&ahead) - law.stored_energy(&back)) / (2.0 * step);
-                assert!((slope - piola[i][j]).abs() < 1e-3, "{i}{j}: {slope} {}", piola[i][j]);
-            }
-        }
-    }
-
-    /// The trapezoidal energy converges to W with second order, from a stressed start too.
-    #[test]
-    fn energy_follows_the_stored_energy() {
-        let law = rubber();
-        let start = StartState { pressure: Some(3e4), ..StartState::default() };
-        let error = |steps| {
-            let mut sample = TestParticle::new(&law, start);
-            smooth_path(&mut sample, &law, steps, 0.5);
-            sample.energy[0] / sample.reference_volume(&law) - law.stored_energy(&sample.deformation[0])
-        };
-        let (coarse, fine) = (error(200), error(400));
-        assert!(fine.abs() < 1.0 && (coarse / fine - 4.0).abs() < 0.2, "{coarse:e} {fine:e}");
+    fn simple_shear_has_one_normal_stress() {
+        let (shear, g) = (0.9, 1e6 / 2.8);
+        let error = rubber().stress(&simple_shear(shear)).stress
+            - SymTensor([g * shear * shear, 0.0, 0.0, g * shear, 0.0, 0.0]);
+        assert!(error.contract(&error).sqrt() < 1e-9 * g);
     }
 
     #[test]

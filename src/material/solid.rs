@@ -12,7 +12,8 @@ use super::bulk_viscosity::Shock;
 use super::elastic::Elastic;
 use super::increment::{Increment, Point, Response};
 use super::kinematics;
-use super::{PointBatch, PointLaw, PointState, StartState, Storage};
+use super::linearised::{ElasticLaw, no_tangent};
+use super::{Phase, PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use std::ops::Range;
 
@@ -36,13 +37,15 @@ use std::ops::Range;
 /// assert!((response.modulus - 1.2e6).abs() < 1e-6);
 /// ```
 pub trait Solid: std::fmt::Debug + Send + Sync {
+    /// Elastic, or plastic for a law that yields.
+    const PHASE: Phase;
     /// Names of the history variables.
     const HISTORY: &'static [&'static str] = &[];
     /// True if the law needs the deformation gradient.
     const DEFORMATION: bool = false;
 
     /// Density, moduli at zero strain, artificial viscosity.
-    fn elastic(&self) -> &Elastic;
+    fn elastic(&self) -> Elastic;
 
     /// The state of one particle at the start; the default is that of the rate laws.
     ///
@@ -50,6 +53,11 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// A sentence that says why the law can't start from this state.
     fn start(&self, start: &StartState) -> Result<PointState, String> {
         self.elastic().start(start)
+    }
+
+    /// The law as one that can be linearised; `None` where the stress depends on the path, as that of plastic flow does.
+    fn linearisable(&self) -> Option<&dyn ElasticLaw> {
+        None
     }
 
     /// The stress at the end of an increment, from the state at its start.
@@ -70,6 +78,14 @@ impl<L: Solid> PointLaw for L {
         self.start(start)
     }
 
+    fn phase(&self) -> Phase {
+        L::PHASE
+    }
+
+    fn elastic_law(&self) -> Result<&dyn ElasticLaw, String> {
+        self.linearisable().ok_or_else(|| no_tangent(L::PHASE))
+    }
+
     fn update(&self, batch: &mut PointBatch<'_>) {
         advance(self, batch);
     }
@@ -81,7 +97,7 @@ impl<L: Solid> PointLaw for L {
 
 /// Advances a batch of a solid by one increment.
 fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
-    let Elastic { density, bulk_viscosity: q, .. } = *law.elastic();
+    let Elastic { density, bulk_viscosity: q, .. } = law.elastic();
     let stride = L::HISTORY.len();
     for p in 0..batch.len() {
         let v = batch.volume[p] * batch.volume_ratio[p];

@@ -1,5 +1,7 @@
 //! Tests that every law of material points must pass: one particle of unit mass-to-density, moved by hand.
 
+pub mod elastic;
+
 use super::bulk_viscosity::BulkViscosity;
 use super::eos::EquationsOfState;
 use super::fluid::Fluid;

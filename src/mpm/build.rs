@@ -1,7 +1,7 @@
 //! From a description to a solver that is ready to step.
 
 use super::contact::{FoldedStencil, FrictionTable};
-use super::coupling::{Coupling, SubCycling, build_membranes};
+use super::coupling::{Coupling, CouplingSettings, build_membranes};
 use super::grid::{Ghosts, Kernel, MassCutoffs};
 use super::particles::regions;
 use super::particles::{Body, Particles};
@@ -13,7 +13,7 @@ use super::step::schedule::Schedule;
 use super::stress::ambient;
 use super::transfer::{CHUNK, Plain, Tiles, View};
 use super::wall::Walls;
-use super::{BodySetup, Dissipation, Grid, Locking, Membrane, Mpm, Setup, Transfer};
+use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
@@ -23,51 +23,21 @@ impl<const D: usize> Mpm<D> {
     ///
     /// # Errors
     /// Everything in the description that can't be run, with the keys of the case.
-    pub fn new(setup: Setup<D>) -> Result<Self, Vec<Diagnostic>> {
-        let mut findings = check(&setup);
-        let fields = field_numbers(&setup.bodies);
-        let cell = setup.grid.cell;
-        let mut bodies = Vec::new();
-        for (index, (body, field)) in setup.bodies.into_iter().zip(fields).enumerate() {
-            match build_body(body, field, (setup.kernel, setup.transfer), cell) {
-                Ok(body) => bodies.push(body),
-                Err(message) => findings.push(Diagnostic::error(format!("body[{index}].material"), message)),
-            }
-        }
-        let membranes = build_membranes(setup.membranes, &setup.gravity).unwrap_or_else(|found| {
-            findings.extend(found);
-            Vec::new()
-        });
-        if findings.iter().any(|finding| finding.severity == crate::error::Severity::Error) {
-            return Err(findings);
-        }
-        let friction = FrictionTable { listed: setup.friction, default: setup.default_friction };
+    pub fn new(mut setup: Setup<D>) -> Result<Self, Vec<Diagnostic>> {
+        let (bodies, membranes) = build_parts(&mut setup)?;
+        let friction = FrictionTable { listed: std::mem::take(&mut setup.friction), default: setup.default_friction };
         let bodies = regions::divide(bodies, &membranes, &friction)?;
         let field_count = bodies.iter().map(|body| body.field + 1).max().unwrap_or(0);
         let kernel = Kernel::new(setup.kernel, 0.25);
-        let cutoffs = mass_cutoffs(&bodies, field_count, (kernel, &setup.transfer));
+        let cutoffs = mass_cutoffs(&bodies, field_count, kernel, &setup.transfer);
         let touching = cutoffs.iter().map(|cutoffs| cutoffs.contact).fold(f64::INFINITY, f64::min);
         let lattice = FoldedStencil::new(kernel, &setup.grid.walls).without_nodes_below(touching);
-        let coupling = Coupling::new(
-            membranes,
-            &bodies,
-            lattice,
-            &friction,
-            (setup.sheet_contact, setup.gap_tolerance * cell),
-            SubCycling {
-                safety: setup.membrane_safety,
-                max_substeps: setup.max_substeps,
-                passes: setup.contact_passes,
-            },
-        );
-        let filter_time = filter_time(setup.transfer, &bodies, cell);
+        let coupling = Coupling::new(membranes, &bodies, lattice, &friction, coupling_settings(&setup));
+        let method = build_method(&setup, &bodies);
         let mut walls = Walls::new(&setup.grid, setup.obstacles, field_count, lattice);
         walls.note_overlaps(&bodies);
         walls.note_solids(&bodies);
-        let mut grid = Grid::new(setup.grid.lower, cell, setup.grid.cells, field_count);
-        grid.folds = walls.folds();
-        grid.own_folds = (0..field_count).map(|field| walls.folds_in(field)).collect();
-        grid.fields.iter_mut().zip(cutoffs).for_each(|(field, cutoffs)| field.cutoffs = cutoffs);
+        let grid = build_grid(&setup.grid, &walls, cutoffs);
         let member = |field: usize| (0..bodies.len()).filter(|&number| bodies[number].field == field).collect();
         let mut mpm = Self {
             grid,
@@ -76,16 +46,7 @@ impl<const D: usize> Mpm<D> {
             members: (0..field_count).map(member).collect(),
             bodies,
             coupling,
-            method: Method {
-                transfer: setup.transfer,
-                schedule: Schedule::new(setup.stress_update, setup.locking),
-                locking: setup.locking,
-                filter_time,
-                // With APIC the nodes lose more than what their forces do.
-                dissipation: if setup.transfer == Transfer::Apic { Dissipation::Lost } else { setup.dissipation },
-                safety: setup.safety,
-                gravity: setup.gravity,
-            },
+            method,
             executor: Box::new(Tiles),
             filter_order: 0,
             energy: Energy::new(),
@@ -130,6 +91,60 @@ impl<const D: usize> Mpm<D> {
     }
 }
 
+/// Bodies and membranes of a description, which are taken out of it.
+///
+/// # Errors
+/// Everything in the description that can't be run.
+fn build_parts<const D: usize>(setup: &mut Setup<D>) -> Result<(Vec<Body<D>>, Vec<Membrane<D>>), Vec<Diagnostic>> {
+    let mut findings = check(setup);
+    let fields = field_numbers(&setup.bodies);
+    let mut bodies = Vec::new();
+    for (index, (body, field)) in std::mem::take(&mut setup.bodies).into_iter().zip(fields).enumerate() {
+        match build_body(body, field, setup.kernel, setup.transfer, setup.grid.cell) {
+            Ok(body) => bodies.push(body),
+            Err(message) => findings.push(Diagnostic::error(format!("body[{index}].material"), message)),
+        }
+    }
+    let membranes = build_membranes(std::mem::take(&mut setup.membranes), &setup.gravity).unwrap_or_else(|found| {
+        findings.extend(found);
+        Vec::new()
+    });
+    let fails = findings.iter().any(|finding| finding.severity == crate::error::Severity::Error);
+    if fails { Err(findings) } else { Ok((bodies, membranes)) }
+}
+
+fn coupling_settings<const D: usize>(setup: &Setup<D>) -> CouplingSettings {
+    CouplingSettings {
+        contact: setup.sheet_contact,
+        gap_tolerance: setup.gap_tolerance * setup.grid.cell,
+        safety: setup.membrane_safety,
+        max_substeps: setup.max_substeps,
+        passes: setup.contact_passes,
+    }
+}
+
+fn build_method<const D: usize>(setup: &Setup<D>, bodies: &[Body<D>]) -> Method<D> {
+    Method {
+        transfer: setup.transfer,
+        schedule: Schedule::new(setup.stress_update, setup.locking),
+        locking: setup.locking,
+        filter_time: filter_time(setup.transfer, bodies, setup.grid.cell),
+        // With APIC the nodes lose more than what their forces do.
+        dissipation: if setup.transfer == Transfer::Apic { Dissipation::Lost } else { setup.dissipation },
+        safety: setup.safety,
+        gravity: setup.gravity.clone(),
+    }
+}
+
+/// The grid with a velocity field for each of the cutoffs.
+fn build_grid<const D: usize>(setup: &GridSetup<D>, walls: &Walls<D>, cutoffs: Vec<MassCutoffs>) -> Grid<D> {
+    let mut grid = Grid::new(setup.lower, setup.cell, setup.cells, cutoffs.len());
+    grid.folds = walls.folds();
+    grid.own_folds = (0..cutoffs.len()).map(|field| walls.folds_in(field)).collect();
+    grid.fields.iter_mut().zip(cutoffs).for_each(|(field, cutoffs)| field.cutoffs = cutoffs);
+    grid
+}
+
 /// Findings about descriptions that can't be run, whatever the laws say.
 fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
@@ -152,31 +167,31 @@ fn check<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     if let Transfer::Flip { relaxation, .. } = setup.transfer {
         require(relaxation > 0.0, "mpm.transfer.relaxation", format!("must be positive, is {relaxation}"));
     }
-    let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
     for (index, body) in setup.bodies.iter().enumerate() {
-        let key = format!("body[{index}]");
-        let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));
-        let outside = body.position.iter().filter(|x| !inside(x)).count();
-        let message = format!("{outside} particles of `{}` lie outside the grid", body.name);
-        require(outside == 0, &format!("{key}.region"), message);
-        let message = format!("`{}` has no particles: the region is smaller than the spacing", body.name);
-        require(!body.position.is_empty(), &format!("{key}.region"), message);
-        let volumes = body.volume.iter().all(|&v| v > 0.0 && v.is_finite());
-        require(volumes, &format!("{key}.spacing"), "every particle needs a positive volume".into());
-        let velocities = body.velocity.iter().all(|v| v.is_finite());
-        let gradients = body.velocity_gradient.iter().flat_map(|l| l.0).flatten().all(f64::is_finite);
-        require(velocities && gradients, &format!("{key}.velocity"), "is not finite everywhere".into());
-        let n = body.position.len();
-        let lengths = [body.volume.len(), body.velocity.len(), body.state.len()];
-        let gradients = body.velocity_gradient.len();
-        require(
-            lengths == [n; 3] && [0, n].contains(&gradients),
-            &key,
-            "positions, volumes, velocities (and their gradients) and states differ in number".into(),
-        );
+        check_body(body, grid, |good, key, message| require(good, &format!("body[{index}]{key}"), message));
     }
     findings.extend(ambient::check(&setup.bodies));
     findings
+}
+
+/// The same about one body; `require` takes a condition, a key of the body with a dot before it, and the message if the condition fails.
+fn check_body<const D: usize>(body: &BodySetup<D>, grid: &GridSetup<D>, mut require: impl FnMut(bool, &str, String)) {
+    let upper = grid.lower + Vector::from_fn(|a| f64::from(grid.cells[a])) * grid.cell;
+    let inside = |x: &Vector<D>| (0..D).all(|a| (grid.lower[a]..=upper[a]).contains(&x[a]));
+    let outside = body.position.iter().filter(|x| !inside(x)).count();
+    require(outside == 0, ".region", format!("{outside} particles of `{}` lie outside the grid", body.name));
+    let message = format!("`{}` has no particles: the region is smaller than the spacing", body.name);
+    require(!body.position.is_empty(), ".region", message);
+    let volumes = body.volume.iter().all(|&v| v > 0.0 && v.is_finite());
+    require(volumes, ".spacing", "every particle needs a positive volume".into());
+    let velocities = body.velocity.iter().all(|v| v.is_finite());
+    let gradients = body.velocity_gradient.iter().flat_map(|l| l.0).flatten().all(f64::is_finite);
+    require(velocities && gradients, ".velocity", "is not finite everywhere".into());
+    let n = body.position.len();
+    let lengths = [body.volume.len(), body.velocity.len(), body.state.len()];
+    let gradients = body.velocity_gradient.len();
+    let message = "positions, volumes, velocities (and their gradients) and states differ in number".into();
+    require(lengths == [n; 3] && [0, n].contains(&gradients), "", message);
 }
 
 /// The velocity field of each body: groups are numbered as they appear.
@@ -195,7 +210,8 @@ fn field_numbers<const D: usize>(bodies: &[BodySetup<D>]) -> Vec<usize> {
 fn build_body<const D: usize>(
     setup: BodySetup<D>,
     field: usize,
-    (kernel, transfer): (super::KernelKind, Transfer),
+    kernel: KernelKind,
+    transfer: Transfer,
     cell: f64,
 ) -> Result<Body<D>, String> {
     let n = setup.position.len();
@@ -238,7 +254,8 @@ fn build_body<const D: usize>(
 fn mass_cutoffs<const D: usize>(
     bodies: &[Body<D>],
     fields: usize,
-    (kernel, transfer): (Kernel, &Transfer),
+    kernel: Kernel,
+    transfer: &Transfer,
 ) -> Vec<MassCutoffs> {
     let masses = |field: usize| {
         let own = bodies.iter().filter(move |body| body.field == field);

@@ -50,12 +50,16 @@ pub struct Coupling<const D: usize> {
     pub contact: Contact<D>,
     /// Membranes that meet each other or themselves.
     pub(in crate::mpm) proximity: Proximity<D>,
-    cycling: SubCycling,
+    settings: CouplingSettings,
 }
 
-/// The sub-steps of the membranes.
+/// Contact of membranes with bodies, and the sub-steps of the membranes.
 #[derive(Debug, Clone, Copy)]
-pub struct SubCycling {
+pub struct CouplingSettings {
+    /// Where membranes and bodies meet.
+    pub contact: SheetContact,
+    /// Gap below which they do [m].
+    pub gap_tolerance: f64,
     /// Fraction of the stable step of a membrane.
     pub safety: f64,
     /// Most sub-steps per step.
@@ -86,29 +90,28 @@ pub fn build_membranes<const D: usize>(
 }
 
 impl<const D: usize> Coupling<D> {
-    /// Membranes and bodies that may touch; `gap`: where they meet, and the gap below which they do [m].
+    /// Membranes and bodies that may touch.
     pub fn new(
         membranes: Vec<Membrane<D>>,
         bodies: &[Body<D>],
         lattice: FoldedStencil<D>,
         friction: &FrictionTable,
-        gap: (SheetContact, f64),
-        cycling: SubCycling,
+        settings: CouplingSettings,
     ) -> Self {
         let sources: Vec<_> = membranes.iter().map(source).collect();
-        let contact = Contact::new(lattice, friction, gap.0, gap.1, bodies, &sources);
+        let contact = Contact::new(lattice, friction, settings.contact, settings.gap_tolerance, bodies, &sources);
         let proximity = Proximity::new(&membranes);
-        Self { membranes, contact, proximity, cycling }
+        Self { membranes, contact, proximity, settings }
     }
 
     /// The largest stable sub-step of the membranes [s]; infinity without any.
     fn substep_bound(&self) -> f64 {
-        self.membranes.iter().map(|membrane| self.cycling.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
+        self.membranes.iter().map(|membrane| self.settings.safety * membrane.stable_dt()).fold(f64::INFINITY, f64::min)
     }
 
     /// The largest step that the membranes allow [s].
     pub fn bound(&self) -> f64 {
-        self.substep_bound() * self.cycling.max_substeps.max(1) as f64
+        self.substep_bound() * self.settings.max_substeps.max(1) as f64
     }
 
     /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid, and with walls and
@@ -125,7 +128,7 @@ impl<const D: usize> Coupling<D> {
         timer: &mut Timer,
     ) -> Result<(), StepError> {
         let count = self.substeps(step.longer());
-        let Self { membranes, contact, proximity, cycling } = self;
+        let Self { membranes, contact, proximity, settings } = self;
         let offsets: Vec<Vec<f64>> = membranes.iter().map(offsets).collect();
         let surfaces: Vec<_> = membranes.iter().zip(&offsets).map(|(m, offset)| surface(m, &[], offset)).collect();
         timed!(timer, "contact", contact.begin_step(grid, walls, bodies, &surfaces, step.momentum_dt));
@@ -140,27 +143,12 @@ impl<const D: usize> Coupling<D> {
         let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
             let elapsed = dt * substep as f64;
-            let (t, momentum_end) = (step.t + elapsed, momentum_dt * (substep + 1) as f64);
-            let at = SubStep { step, elapsed, dt, momentum_end, momentum_dt };
-            for (index, membrane) in membranes.iter_mut().enumerate() {
-                let previous = membrane.velocity.clone();
-                timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
-                timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
-                for pass in 0..cycling.passes.max(1) {
-                    let surface = surface(membrane, &previous, &offsets[index]);
-                    let force = timed!(
-                        timer,
-                        "contact",
-                        contact.resolve(ContactPass { sheet: index, pass }, &surface, walls, &at)
-                    );
-                    timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
-                }
-                let surface = surface(membrane, &previous, &offsets[index]);
-                timed!(timer, "contact", contact.conclude(index, &surface, &at));
-                timed!(timer, "membrane", membrane.move_nodes(t, dt)); // x_K                      (47)
-                timed!(timer, "contact", contact.part(index, &mut membrane.position, &at));
+            let at = SubStep { step, elapsed, dt, momentum_end: momentum_dt * (substep + 1) as f64, momentum_dt };
+            for (index, (membrane, offset)) in membranes.iter_mut().zip(&offsets).enumerate() {
+                let mut sheet = SheetInContact { index, offset, contact: &mut *contact, walls };
+                sheet.advance(membrane, &at, settings.passes, timer)?;
             }
-            timed!(timer, "apart", proximity.watch(membranes, work, t + dt));
+            timed!(timer, "apart", proximity.watch(membranes, work, step.t + elapsed + dt));
         }
         timed!(timer, "contact", contact.finish_step(grid));
         timed!(timer, "contact", self.leave_a_way_out(walls, step))
@@ -196,6 +184,43 @@ impl<const D: usize> Coupling<D> {
     /// Sub-steps of a step of `dt` [s].
     pub fn substeps(&self, dt: f64) -> usize {
         (dt / self.substep_bound() * (1.0 - 1e-12)).ceil().max(1.0) as usize
+    }
+}
+
+/// A membrane during a sub-step, with what it meets.
+struct SheetInContact<'a, const D: usize> {
+    /// Number of the membrane.
+    index: usize,
+    /// Distance from the mid-surface to the faces, per element [m].
+    offset: &'a [f64],
+    contact: &'a mut Contact<D>,
+    walls: &'a Walls<D>,
+}
+
+impl<const D: usize> SheetInContact<'_, D> {
+    /// One sub-step of the membrane, with so many passes of contact (theory D.7).
+    fn advance(
+        &mut self,
+        membrane: &mut Membrane<D>,
+        at: &SubStep<'_>,
+        passes: usize,
+        timer: &mut Timer,
+    ) -> Result<(), StepError> {
+        let Self { index, offset, contact, walls } = self;
+        let (index, t, momentum_dt) = (*index, at.step.t + at.elapsed, at.momentum_dt);
+        let previous = membrane.velocity.clone();
+        timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
+        timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
+        for pass in 0..passes.max(1) {
+            let (pass, surface) = (ContactPass { sheet: index, pass }, surface(membrane, &previous, offset));
+            let force = timed!(timer, "contact", contact.resolve(pass, &surface, walls, at));
+            timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
+        }
+        let surface = surface(membrane, &previous, offset);
+        timed!(timer, "contact", contact.conclude(index, &surface, at));
+        timed!(timer, "membrane", membrane.move_nodes(t, at.dt)); // x_K                      (47)
+        timed!(timer, "contact", contact.part(index, &mut membrane.position, at));
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
 //!
-//! Which sweeps over the particles each stage makes depends on the stress update (theory A.8); [`schedule::Schedule`] lists
+//! The sweeps over the particles that each stage makes depend on the stress update (theory A.8); [`schedule::Schedule`] lists
 //! them, and stages without any do nothing:
 //!
 //! | stage | first | last | modified last | average |
@@ -135,7 +135,6 @@ impl<const D: usize> Solver for Mpm<D> {
 
     fn restored(&mut self) {
         self.coupling.proximity.forget();
-        self.coupling.contact.restored();
     }
 
     fn notices(&mut self) -> Vec<String> {
@@ -213,6 +212,6 @@ impl<const D: usize> Mpm<D> {
     fn displace_particles(&mut self, step: &Step) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, .. } = self;
         let work = shifting::displace(Surroundings { grid, ghosts, walls }, bodies, coupling, step);
-        energy.ledger.add(energy.terms.displacement, work);
+        energy.accounts.add(energy.ids.displacement, work);
     }
 }

@@ -236,11 +236,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Forces on the boundary, and the energy balance.
     fn account(&mut self, step: TimeStep, convected: &[Vector<D>]) {
         let Self { system, interface, forces, balance, .. } = self;
-        let [last, earlier] = self.history.explicit_shares(step);
-        let shares = [step.theta, last, earlier];
+        let shares = self.history.shares(step);
         let action = forces.update(system, step, convected, shares);
         interface.trace(system);
-        balance.add((step, shares, self.steps == 0), system, interface, action);
+        balance.add(shares, self.steps == 0, system, interface, action);
     }
 
     /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.

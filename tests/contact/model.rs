@@ -1,6 +1,6 @@
 //! Bodies and sheets without stresses: contact and gravity are all that acts in the solver's own step.
 
-use lateen::material::{PointBatch, PointLaw, PointState, Sheet, SheetKind, StartState, Storage};
+use lateen::material::{Phase, PointBatch, PointLaw, PointState, Sheet, SheetKind, StartState, Storage};
 use lateen::math::{Signal, SymTensor, Tensor, Vector};
 use lateen::mpm::{
     BodySetup, Dissipation, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, SheetContact,
@@ -22,6 +22,9 @@ struct Dust {
 impl PointLaw for Dust {
     fn density(&self) -> f64 {
         self.density
+    }
+    fn phase(&self) -> Phase {
+        Phase::Elastic
     }
     fn storage(&self) -> Storage {
         Storage::default()

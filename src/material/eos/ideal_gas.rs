@@ -1,7 +1,7 @@
 //! Ideal gas, `p = (γ − 1) (ρ/ρ0) E` (Lian (67); theory B.4).
 
 use super::{Coefficients, EquationOfState, FluidState, gas};
-use crate::material::StartState;
+use crate::material::{Phase, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,10 @@ pub struct IdealGas {
 }
 
 impl EquationOfState for IdealGas {
+    fn phase(&self) -> Phase {
+        Phase::Gas
+    }
+
     #[inline(always)]
     fn coefficients(&self, _density: f64, eta: f64) -> Coefficients {
         let excess = self.gamma - 1.0;

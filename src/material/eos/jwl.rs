@@ -5,7 +5,7 @@
 //! ```
 
 use super::{Coefficients, EquationOfState, FluidState, gas};
-use crate::material::StartState;
+use crate::material::{Phase, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +25,10 @@ pub struct Jwl {
 }
 
 impl EquationOfState for Jwl {
+    fn phase(&self) -> Phase {
+        Phase::Gas
+    }
+
     #[inline(always)]
     fn coefficients(&self, _density: f64, eta: f64) -> Coefficients {
         let v = 1.0 / (1.0 + eta);

@@ -1,6 +1,7 @@
 //! Linear liquid, `p = c0² (ρ − ρ0)` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
+use crate::material::Phase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +19,10 @@ pub struct Linear {
 }
 
 impl EquationOfState for Linear {
+    fn phase(&self) -> Phase {
+        Phase::Liquid
+    }
+
     #[inline(always)]
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
         let modulus = density * self.sound_speed * self.sound_speed;

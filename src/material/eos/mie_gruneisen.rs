@@ -10,6 +10,7 @@
 //! The paper's branch jumps by γ0 E at η = 0 once the material is heated; the limited one is continuous.
 
 use super::{Coefficients, EquationOfState};
+use crate::material::Phase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +51,10 @@ pub enum Tension {
 const LEAST_DENOMINATOR: f64 = 0.1;
 
 impl EquationOfState for MieGruneisen {
+    fn phase(&self) -> Phase {
+        Phase::Liquid
+    }
+
     #[inline(always)]
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
         let (slope, gruneisen) = (self.slope - 1.0, self.gruneisen);

@@ -28,7 +28,7 @@ pub use stiffened_gas::StiffenedGas;
 pub use tait::Tait;
 
 use super::flow::{self, FlowProperties};
-use super::{PointBatch, StartState};
+use super::{Phase, PointBatch, StartState};
 use crate::math::nearest_root;
 use crate::registry;
 
@@ -98,6 +98,9 @@ pub struct FluidState {
 pub trait EquationOfState: std::fmt::Debug + Send + Sync {
     /// A, B and their derivatives at compression `eta`, for the reference density ρ0 [kg/m³].
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients;
+
+    /// A gas or a liquid.
+    fn phase(&self) -> Phase;
 
     /// The pressure never falls below this value [Pa]; −∞ for a fluid that bears any tension.
     fn least_pressure(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! Polynomial, `p = c0 + c1 η + c2 η² + c3 η³ + (c4 + c5 η + c6 η²) E` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
+use crate::material::Phase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,10 @@ pub struct Polynomial {
 }
 
 impl EquationOfState for Polynomial {
+    fn phase(&self) -> Phase {
+        Phase::Liquid
+    }
+
     #[inline(always)]
     fn coefficients(&self, _density: f64, eta: f64) -> Coefficients {
         let ([c0, c1, c2, c3], [c4, c5, c6]) = (self.cold, self.thermal);

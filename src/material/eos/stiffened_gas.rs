@@ -7,6 +7,7 @@
 //! ```
 
 use super::{Coefficients, EquationOfState};
+use crate::material::Phase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,10 @@ pub struct StiffenedGas {
 }
 
 impl EquationOfState for StiffenedGas {
+    fn phase(&self) -> Phase {
+        Phase::Liquid
+    }
+
     #[inline(always)]
     fn coefficients(&self, _density: f64, eta: f64) -> Coefficients {
         let (excess, stiffness) = (self.gamma - 1.0, self.gamma * self.stiffness);

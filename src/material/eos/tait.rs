@@ -1,6 +1,7 @@
 //! Tait (Murnaghan) liquid, `p = (ρ0 c0²/n) [(ρ/ρ0)ⁿ − 1]` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
+use crate::material::Phase;
 use crate::material::PointBatch;
 use crate::material::flow::{self, FlowProperties};
 use schemars::JsonSchema;
@@ -39,6 +40,10 @@ impl Tait {
 }
 
 impl EquationOfState for Tait {
+    fn phase(&self) -> Phase {
+        Phase::Liquid
+    }
+
     #[inline(always)]
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
         self.with_power(density, eta, |x| x.powf(self.exponent - 1.0))
@@ -62,6 +67,10 @@ impl EquationOfState for Tait {
 struct Water<'a>(&'a Tait);
 
 impl EquationOfState for Water<'_> {
+    fn phase(&self) -> Phase {
+        self.0.phase()
+    }
+
     #[inline(always)]
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients {
         let cube = |x: f64| x * x * x;

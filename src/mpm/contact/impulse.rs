@@ -13,6 +13,7 @@
 //! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r m_s/(m_r + m_s): eq. 55
 //! with the right sign, which has −J on the sheet r.
 
+use super::ledger::Dissipation;
 use crate::math::Vector;
 use crate::mpm::Friction;
 
@@ -50,8 +51,8 @@ impl<const D: usize> Impulse<D> {
 pub struct ContactTotals<const D: usize> {
     /// Σ J on the body [N s].
     pub impulse: Vector<D>,
-    /// Energy lost along the normals and by friction [J].
-    pub lost: [f64; 2],
+    /// Energy dissipated.
+    pub dissipated: Dissipation,
     /// Angular momentum that appeared because the two impulses of a pair act at different places: Σ (x_s − x_r) × J
     /// [N m s] (theory (D.28)).
     pub spin: Vector<3>,
@@ -62,8 +63,8 @@ impl<const D: usize> ContactTotals<D> {
     /// of the body [m/s], and the arm from the middle partner to the body [m]: lost is J·(v̂_r − v̂_b) (theory (D.29)).
     pub fn add(&mut self, j: &Impulse<D>, work: [f64; 2], v: Vector<D>, arm: Vector<D>) {
         self.impulse += j.total();
-        self.lost[0] += work[0] - j.normal.dot(v);
-        self.lost[1] += work[1] - j.tangent.dot(v);
+        self.dissipated.normal += work[0] - j.normal.dot(v);
+        self.dissipated.friction += work[1] - j.tangent.dot(v);
         self.spin += Vector(arm.to3()).cross(Vector(j.total().to3()));
     }
 }

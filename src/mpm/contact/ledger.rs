@@ -1,7 +1,9 @@
-//! Named contact forces, and the energy that contact has dissipated.
+//! Named contact forces, the energy that contact has dissipated, and counts of particles that crossed sheets.
 
 use super::impulse::ContactTotals;
 use crate::math::Vector;
+use crate::simulation::{Column, Record, SaidOnce};
+use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
 
 /// The energy that contact has dissipated since the start [J] (theory D.16).
@@ -31,9 +33,25 @@ pub(super) struct ContactLedger<const D: usize> {
     forces: Vec<NamedForce<D>>,
     /// Index of the force of each pair: parts of one body share one.
     force_of: Vec<usize>,
-    sheets: usize,
-    /// Losses of each pair (normal, friction), then the mapping loss of each sheet, then the spin.
-    pub losses: Vec<f64>,
+    /// Energy that each pair has dissipated since the start.
+    dissipated: Vec<Dissipation>,
+    /// Mapping loss of each sheet since the start [J].
+    mapping: Vec<f64>,
+    /// Angular momentum that contact of sheets has added since the start [N m s].
+    spin: [f64; 3],
+}
+
+/// Energy that one pair has dissipated [J].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Dissipation {
+    /// Inelastic impact along the normals.
+    pub normal: f64,
+    pub friction: f64,
+}
+
+impl Record for Dissipation {
+    type Number = f64;
 }
 
 impl<const D: usize> ContactLedger<D> {
@@ -49,23 +67,23 @@ impl<const D: usize> ContactLedger<D> {
             }
             force_of.push(number);
         }
-        Self { losses: vec![0.0; 2 * force_of.len() + sheets + 3], forces, force_of, sheets }
+        let dissipated = vec![Dissipation::default(); force_of.len()];
+        Self { forces, force_of, dissipated, mapping: vec![0.0; sheets], spin: [0.0; 3] }
     }
 
     /// Records the energy [J] that a sheet has lost in mapping.
     pub fn record_mapping_loss(&mut self, sheet: usize, lost: f64) {
-        self.losses[2 * self.force_of.len() + sheet] += lost;
+        self.mapping[sheet] += lost;
     }
 
     /// Records forces and losses of all pairs in a step of length `dt` [s].
     pub fn record_step(&mut self, pairs: impl Iterator<Item = ContactTotals<D>>, dt: f64) {
-        let spin = 2 * self.force_of.len() + self.sheets;
         self.forces.iter_mut().for_each(|force| force.value = Vector::ZERO);
         for (index, totals) in pairs.enumerate() {
             self.forces[self.force_of[index]].value += totals.impulse / dt;
-            self.losses[2 * index] += totals.lost[0];
-            self.losses[2 * index + 1] += totals.lost[1];
-            (0..3).for_each(|axis| self.losses[spin + axis] += totals.spin[axis]);
+            self.dissipated[index].normal += totals.dissipated.normal;
+            self.dissipated[index].friction += totals.dissipated.friction;
+            (0..3).for_each(|axis| self.spin[axis] += totals.spin[axis]);
         }
     }
 
@@ -76,13 +94,68 @@ impl<const D: usize> ContactLedger<D> {
 
     /// The energy that was dissipated since the start.
     pub fn losses(&self) -> Losses {
-        let (pairs, rest) = self.losses.split_at(2 * self.force_of.len());
-        let (mapping, spin) = rest.split_at(self.sheets);
         Losses {
-            normal: pairs.iter().step_by(2).sum(),
-            friction: pairs.iter().skip(1).step_by(2).sum(),
-            mapping: mapping.iter().sum(),
-            spin: std::array::from_fn(|axis| spin[axis]),
+            normal: self.dissipated.iter().map(|pair| pair.normal).sum(),
+            friction: self.dissipated.iter().map(|pair| pair.friction).sum(),
+            mapping: self.mapping.iter().sum(),
+            spin: self.spin,
         }
+    }
+
+    /// Shows the losses to a checkpoint.
+    pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        visit(&format!("{prefix}dissipated"), Column::new(&mut self.dissipated));
+        visit(&format!("{prefix}mapping-loss"), Column::new(&mut self.mapping));
+        visit(&format!("{prefix}spin"), Column::record(&mut self.spin));
+    }
+}
+
+/// Counts since the start, and the notices that they give.
+#[derive(Debug, Default)]
+pub(super) struct ContactCounts {
+    /// Steps taken.
+    pub steps: u64,
+    /// Particles found to have crossed each sheet.
+    pub crossed: Vec<u64>,
+    /// Particles put back to their least distance from a sheet, once per step each.
+    pub held_back: u64,
+    notices: SaidOnce,
+}
+
+impl ContactCounts {
+    /// For so many sheets.
+    pub fn new(sheets: usize) -> Self {
+        Self { crossed: vec![0; sheets], ..Self::default() }
+    }
+
+    /// The largest of them.
+    pub fn largest(&self) -> u64 {
+        self.crossed.iter().copied().fold(self.steps.max(self.held_back), u64::max)
+    }
+
+    /// Notices since the last call: one in a run for each sheet that particles have crossed; `names` are those of the sheets.
+    pub fn notices<'a>(&mut self, names: impl Iterator<Item = &'a str>) -> Vec<String> {
+        for (name, _) in names.zip(&self.crossed).filter(|(_, count)| **count > 0) {
+            self.notices.say(name, || {
+                format!(
+                    "particles have crossed the membrane `{name}` (`crossed:{name}` in counts.csv): its elements may be much \
+                     larger than cells, or a body begins on both sides of it"
+                )
+            });
+        }
+        self.notices.take()
+    }
+
+    /// The contradiction in columns that were just restored, if there is one.
+    pub fn misfit(&self) -> Option<String> {
+        self.notices.misfit()
+    }
+
+    /// Shows the counts to a checkpoint, and the notices that were given.
+    pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
+        visit(&format!("{prefix}steps"), Column::scalar(&mut self.steps));
+        visit(&format!("{prefix}crossed"), Column::new(&mut self.crossed));
+        visit(&format!("{prefix}held-back"), Column::scalar(&mut self.held_back));
+        self.notices.column(&format!("{prefix}said"), visit);
     }
 }

@@ -52,7 +52,7 @@ use crate::mpm::{Body, Friction, Grid, SheetContact, SubStep};
 use crate::simulation::Column;
 use bodies::Pairwise;
 use impulse::ContactTotals;
-use ledger::ContactLedger;
+use ledger::{ContactCounts, ContactLedger};
 use method::{ContactMethod, StepContext};
 use partner::Partners;
 use sheet::{GuardedParticle, MovedSheet, Sheet, keep_sides, particles_to_check};
@@ -88,10 +88,7 @@ pub struct Contact<const D: usize> {
     /// Particles next to sheets during the step.
     guarded: Vec<GuardedParticle<D>>,
     ledger: ContactLedger<D>,
-    /// Steps taken, particles found to have crossed each sheet, and particles put back (once per step).
-    counts: Vec<u64>,
-    /// Sheets with a notice that particles have crossed them.
-    noticed: Vec<bool>,
+    counts: ContactCounts,
 }
 
 impl<const D: usize> Contact<D> {
@@ -130,8 +127,7 @@ impl<const D: usize> Contact<D> {
             pairwise: Pairwise::new(pairs),
             shifts: vec![Vec::new(); bodies.len()],
             guarded: Vec::new(),
-            counts: vec![0; 2 + sheets.len()],
-            noticed: vec![false; sheets.len()],
+            counts: ContactCounts::new(sheets.len()),
         }
     }
 
@@ -147,16 +143,16 @@ impl<const D: usize> Contact<D> {
         dt: f64,
     ) {
         (self.dt, self.cell) = (dt, grid.cell);
-        self.counts[0] += 1;
+        self.counts.steps += 1;
         self.partners.begin(dt);
         self.shifts.iter_mut().for_each(Vec::clear);
         self.guarded.clear();
         let Self { stencil, sheets, methods, partners, guarded, counts, .. } = self;
-        let step = counts[0];
+        let step = counts.steps;
         let context = StepContext { grid: &*grid, stencil, bodies, step, dt };
         for ((sheet, method), surface) in sheets.iter_mut().zip(&mut *methods).zip(surfaces) {
             sheet.begin_step(surface, walls);
-            counts[1 + sheet.number] += method.find(sheet, surface, &context, guarded);
+            counts.crossed[sheet.number] += method.find(sheet, surface, &context, guarded);
         }
         self.pairwise.resolve(grid, stencil, bodies, methods, self.tolerance, dt);
         // The grid has changed.
@@ -232,9 +228,7 @@ impl<const D: usize> Contact<D> {
             method.add_totals(&self.partners, grid, self.dt, &mut sums);
             sums
         });
-        let pairs = self.pairwise.totals(grid, self.dt).into_iter();
-        let pairs = pairs.map(|(impulse, lost)| ContactTotals { impulse, lost, spin: Vector::ZERO });
-        self.ledger.record_step(sheets.chain(pairs), self.dt);
+        self.ledger.record_step(sheets.chain(self.pairwise.totals(grid, self.dt)), self.dt);
     }
 
     /// Calls `visit` with the nodes around the particles of a field next to sheets, and their distances from the sheets on the side of most
@@ -296,7 +290,7 @@ impl<const D: usize> Contact<D> {
         let sheets: Vec<MovedSheet<'_, D>> =
             self.sheets.iter().zip(positions).map(|(sheet, at)| sheet.moved(at)).collect();
         let displaced = keep_sides(&self.guarded, &to_check, &sheets, bodies, self.cell);
-        self.counts[1 + self.sheets.len()] += displaced.len() as u64;
+        self.counts.held_back += displaced.len() as u64;
         for (body, shift) in displaced {
             bodies[body as usize].particles.position[shift.particle as usize] += shift.by;
             self.shifts[body as usize].push(shift);
@@ -312,29 +306,20 @@ impl<const D: usize> Contact<D> {
     /// Since the start: particles found on the wrong side of each sheet, `crossed:<sheet>`, and how often one
     /// was put back to its least distance from a sheet, `held-back`.
     pub fn counts(&self) -> Vec<(String, u64)> {
-        let names = self.sheets.iter().map(|sheet| format!("crossed:{}", sheet.name));
-        let names = names.chain((!self.sheets.is_empty()).then(|| "held-back".to_owned()));
-        names.zip(self.counts[1..].iter().copied()).collect()
+        let crossed =
+            self.sheets.iter().map(|sheet| format!("crossed:{}", sheet.name)).zip(self.counts.crossed.clone());
+        let held_back = (!self.sheets.is_empty()).then(|| ("held-back".to_owned(), self.counts.held_back));
+        crossed.chain(held_back).collect()
     }
 
-    /// A notice for each sheet that particles have crossed, once in a run.
+    /// Notices since the last call: one in a run for each sheet that particles have crossed.
     pub fn notices(&mut self) -> Vec<String> {
-        let sheets = self.sheets.iter().zip(&self.counts[1..]).zip(&mut self.noticed);
-        let news = sheets.filter_map(|((sheet, &count), noticed)| {
-            (count > 0 && !std::mem::replace(noticed, count > 0)).then(|| sheet.name.clone())
-        });
-        news.map(|name| {
-            format!(
-                "particles have crossed the membrane `{name}` (`crossed:{name}` in counts.csv): its elements may be much \
-                 larger than cells, or a body begins on both sides of it"
-            )
-        })
-        .collect()
+        self.counts.notices(self.sheets.iter().map(|sheet| sheet.name.as_str()))
     }
 
-    /// After a restore: crossings that are counted by then have had their notice.
-    pub fn restored(&mut self) {
-        self.noticed.iter_mut().zip(&self.counts[1..]).for_each(|(noticed, &count)| *noticed = count > 0);
+    /// The contradiction in columns that were just restored, if there is one.
+    pub fn misfit(&self) -> Option<String> {
+        self.counts.misfit()
     }
 
     /// The shape functions of the bodies, folded at walls.
@@ -353,8 +338,8 @@ impl<const D: usize> Contact<D> {
     }
 
     /// The largest of the counters that a checkpoint keeps.
-    pub fn counted(&self) -> u64 {
-        self.counts.iter().copied().max().unwrap_or(0)
+    pub fn largest_count(&self) -> u64 {
+        self.counts.largest()
     }
 
     /// Columns of a checkpoint: sides of particles and normal forces on them, shares held by walls, counts and losses.
@@ -369,7 +354,7 @@ impl<const D: usize> Contact<D> {
         for sheet in &mut self.sheets {
             visit(&format!("{prefix}pressed:{}", sheet.name), Column::new(&mut sheet.rigid.held));
         }
-        visit(&format!("{prefix}counts"), Column::new(&mut self.counts));
-        visit(&format!("{prefix}losses"), Column::new(&mut self.ledger.losses));
+        self.counts.columns(prefix, visit);
+        self.ledger.columns(prefix, visit);
     }
 }

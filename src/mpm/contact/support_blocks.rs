@@ -18,7 +18,7 @@ impl SupportBlocks {
         self.blocks.resize(grid.blocks().len(), false);
     }
 
-    /// SupportBlocks the blocks in which the support of a particle that reaches `node` may start.
+    /// Marks the blocks in which the support of a particle that reaches `node` may start.
     pub fn mark<const D: usize>(&mut self, grid: &Grid<D>, stencil: &FoldedStencil<D>, node: usize) {
         let ijk = grid.coordinates(node);
         for corner in 0..1 << D {

@@ -141,7 +141,7 @@ impl<const D: usize> Ghosts<D> {
             let outside = |a: usize| !(0..=grid.cells[a]).contains(&ijk[a]);
             for axis in (0..D).filter(|&a| outside(a)) {
                 let end = usize::from(ijk[axis] > 0);
-                axes[axis].push(ghost(grid, (node, ijk), 2 * axis + end, grid.folds[axis][end] == Fold::Mirror));
+                axes[axis].push(ghost(grid, node, ijk, 2 * axis + end, grid.folds[axis][end] == Fold::Mirror));
             }
         }
         Self { axes }
@@ -194,7 +194,7 @@ impl<const D: usize> Ghosts<D> {
 }
 
 /// A node beyond a side of the domain, numbered 2·axis + (0 lower | 1 upper), that is a mirror or not.
-fn ghost<const D: usize>(grid: &Grid<D>, (node, ijk): (usize, [i32; D]), side: usize, mirror: bool) -> Ghost {
+fn ghost<const D: usize>(grid: &Grid<D>, node: usize, ijk: [i32; D], side: usize, mirror: bool) -> Ghost {
     let axis = side / 2;
     let plane = if side.is_multiple_of(2) { 0 } else { grid.cells[axis] };
     let inward = plane - ijk[axis];

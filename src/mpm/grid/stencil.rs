@@ -13,7 +13,7 @@ pub(crate) struct Stencil<const D: usize, const S: usize> {
     corners: [u32; 8],
     /// Part of the node number inside its block, per axis.
     local: [[u32; S]; D],
-    /// Which of the two blocks along each axis, as a bit of the corner.
+    /// The node's block of the two along each axis, as a bit of the corner.
     side: [[u8; S]; D],
     /// From the point to the first node [m], and the cell size [m].
     offset: Vector<D>,

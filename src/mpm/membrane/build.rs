@@ -13,7 +13,6 @@ use crate::error::Diagnostic;
 use crate::material::{Sheet, SheetKind};
 use crate::math::{Signal, Vector};
 use crate::mpm::MembraneSetup;
-use bytemuck::Zeroable;
 
 impl<const D: usize> Membrane<D> {
     /// Builds a membrane at rest under no gravity.
@@ -51,7 +50,7 @@ impl<const D: usize> Membrane<D> {
             touch_time: 0.0,
             enclosure: Enclosure::new(&elements, &setup.position),
             momentum_dt: 0.0,
-            ledger: vec![MembraneLedger::zeroed()],
+            ledger: MembraneLedger::default(),
             position: setup.position,
             velocity: setup.velocity,
             elements,
@@ -82,16 +81,16 @@ impl<const D: usize> Membrane<D> {
             self.references.reserve(self.blocks.len());
             let mut first = 0;
             if self.sheet.wrinkles() {
-                self.add_references::<FullQuadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+                self.add_references::<FullQuadrilateral, 4>(&mut first, quadrilaterals, warp, thickness, natural);
             } else {
-                self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, (thickness, natural));
+                self.add_references::<Quadrilateral, 4>(&mut first, quadrilaterals, warp, thickness, natural);
             }
-            self.add_references::<Triangle, 3>(&mut first, triangles, warp, (thickness, natural));
-            self.add_references::<Segment, 2>(&mut first, segments, warp, (thickness, natural));
+            self.add_references::<Triangle, 3>(&mut first, triangles, warp, thickness, natural);
+            self.add_references::<Segment, 2>(&mut first, segments, warp, thickness, natural);
         }
         let sums = self.update_elements();
         let kinetic = self.kinetic_energy();
-        let ledger = &mut self.ledger[0];
+        let ledger = &mut self.ledger;
         let strain = if self.sheet.kind() == SheetKind::Total { sums.strain } else { 0.0 };
         (ledger.frequency2, ledger.kinetic_start) = (sums.frequency2, kinetic);
         (ledger.strain, ledger.strain_start) = (strain, strain);
@@ -104,7 +103,8 @@ impl<const D: usize> Membrane<D> {
         first: &mut usize,
         count: usize,
         warp: &[Vector<D>],
-        (thickness, natural): (f64, Natural),
+        thickness: f64,
+        natural: Natural,
     ) {
         for start in (0..count).step_by(LANES) {
             let lanes = LANES.min(count - start);
@@ -114,7 +114,7 @@ impl<const D: usize> Membrane<D> {
             let warp = std::array::from_fn(|k| warp.get(*first + start + k.min(lanes - 1)).map(|w| Vector(w.to3())));
             let plane = self.parameters.plane;
             self.references.extend((0..S::POINTS).map(|point| {
-                let mut reference = reference_at::<S, N>((&modes, point), &warp, (thickness, natural));
+                let mut reference = reference_at::<S, N>(&modes, point, &warp, thickness, natural);
                 reference.bound = element::bound::<S, N>(&natural_metric(&reference), plane).0;
                 reference
             }));
@@ -144,9 +144,11 @@ impl<const D: usize> Membrane<D> {
 
 /// Reference state at a quadrature point of the elements with the given tangents and warps, without its bound.
 fn reference_at<S: Shape<N>, const N: usize>(
-    (modes, point): (&Modes, usize),
+    modes: &Modes,
+    point: usize,
     warp: &[Option<Vector<3>>; LANES],
-    (thickness, natural): (f64, Natural),
+    thickness: f64,
+    natural: Natural,
 ) -> Reference {
     let tangents = |m: &Modes, k: usize| [m.g1, m.g2].map(|g| Vector(g.0.map(|axis| axis.0[k])));
     let here = S::at(modes, point);

@@ -1,4 +1,4 @@
-//! Which nodes an element has, and which element corners meet at a node.
+//! The nodes of each element, and the element corners at each node.
 
 use super::lanes::LANES;
 use std::ops::Range;

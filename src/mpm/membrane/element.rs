@@ -12,7 +12,7 @@
 //! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
 //! axes; no frame is needed.
 
-use super::hourglass::{Hourglass, Surroundings};
+use super::hourglass::{Hourglass, HourglassForce, Surroundings};
 use super::lanes::{LANES, LaneVector, Lanes};
 use super::shape::{Metric, Modes, Shape};
 use crate::material::Sheet;
@@ -85,7 +85,7 @@ pub struct Sums {
 
 impl Sums {
     /// Adds the sums of further elements.
-    pub fn and(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         Self {
             strain: self.strain + other.strain,
             hourglass: self.hourglass + other.hourglass,
@@ -124,9 +124,9 @@ struct Resisted {
 }
 
 impl Resisted {
-    /// Both.
+    /// The sum of both.
     #[inline(always)]
-    fn and(self, b: Self) -> Self {
+    fn plus(self, b: Self) -> Self {
         let all = Stressed {
             tension: std::array::from_fn(|i| self.all.tension[i] + b.all.tension[i]),
             volume: self.all.volume + b.all.volume,
@@ -163,46 +163,40 @@ fn spread(area: Lanes, reference: Option<&Reference>, volume: Lanes) -> Lanes {
     -((-fourth).max(-1.0))
 }
 
-/// Updates `count` elements with nodes at `x` moving with `v`; they have a block and a reference for each quadrature
-/// point (rate laws: no reference).
+/// The tangents of a block of elements and their rates.
+pub struct Motion {
+    now: Modes,
+    rate: Modes,
+}
+
+impl Motion {
+    /// Of elements with nodes at `x` [m] moving with `v` [m/s].
+    #[inline(always)]
+    pub fn of_nodes<S: Shape<N>, const N: usize>(x: [LaneVector; N], v: [LaneVector; N]) -> Self {
+        Self { now: S::modes(x, 1.0), rate: S::modes(v, 0.0) }
+    }
+}
+
+/// Updates `count` elements; they have a block and a reference for each quadrature point (rate laws: no reference).
 #[inline(always)]
 pub fn update<S: Shape<N>, const N: usize>(
-    (x, v): ([LaneVector; N], [LaneVector; N]),
+    motion: &Motion,
     parameters: &Parameters,
     sheet: &dyn Sheet,
-    (blocks, references): (&mut [Block], &[Reference]),
+    blocks: &mut [Block],
+    references: &[Reference],
     count: usize,
 ) -> Updated<N> {
-    let (now, rate) = (S::modes(x, 1.0), S::modes(v, 0.0));
-    let first = (&mut blocks[0], references.first());
-    let mut resisted = resist_at::<S, N>((&now, &rate, 0), parameters, sheet, first);
+    let mut resisted = resist_at::<S, N>(motion, 0, parameters, sheet, &mut blocks[0], references.first());
     for point in 1..S::POINTS {
-        let state = (&mut blocks[point], references.get(point));
-        resisted = resisted.and(resist_at::<S, N>((&now, &rate, point), parameters, sheet, state));
+        let (block, reference) = (&mut blocks[point], references.get(point));
+        resisted = resisted.plus(resist_at::<S, N>(motion, point, parameters, sheet, block, reference));
     }
     let Resisted { on: [mut p, mut r, mut h], all: stressed } = resisted;
     let mut hourglass = 0.0;
     if S::HOURGLASS {
-        let (metric, block) = (Metric::new(now.g1, now.g2), &mut blocks[0]);
-        let area = metric.det.sqrt() * S::AREA;
-        let [t11, t22, _] = stressed.tension;
-        let spread = if S::POINTS > 1 { spread(area, references.first(), stressed.volume) } else { Lanes::splat(1.0) };
-        let least = if S::POINTS > 1 { LEAST_SPREAD } else { 0.0 };
-        let surroundings = Surroundings {
-            now: &now,
-            rate: &rate,
-            metric: &metric,
-            inverse: Lanes::splat(1.0) / metric.det.max(least * S::AREA * S::AREA),
-            area,
-            volume: stressed.volume * spread,
-            // Several points see the mode and resist it themselves.
-            tension: if S::POINTS > 1 { Lanes::splat(0.0) } else { t11 + t22 },
-        };
-        let mut q = block.hourglass.map(Lanes);
-        let force = parameters.hourglass.resist(&surroundings, &mut q, parameters.dt);
+        let force = resist_hourglass::<S, N>(motion, parameters, &stressed, &mut blocks[0], references.first());
         (p, r, h) = (p + force.p, r + force.r, h + force.h);
-        block.hourglass = q.map(|q| q.0);
-        block.hourglass_work = (Lanes(block.hourglass_work) + force.work).0;
         hourglass = force.work.sum(count);
     }
     let sums = Sums {
@@ -212,30 +206,65 @@ pub fn update<S: Shape<N>, const N: usize>(
         frequency2: stressed.frequency2.0.into_iter().fold(0.0, greater),
     };
     // (45): the nodes get the opposite.
-    Updated { force: S::spread(-p, -r, -h), area: now.g1.cross(now.g2) * (S::AREA / N as f64), sums }
+    let area = motion.now.g1.cross(motion.now.g2) * (S::AREA / N as f64);
+    Updated { force: S::spread(-p, -r, -h), area, sums }
 }
 
 /// Resultants of the stress at a quadrature point (42–44).
 #[inline(always)]
 fn resist_at<S: Shape<N>, const N: usize>(
-    (now, rate, point): (&Modes, &Modes, usize),
+    motion: &Motion,
+    point: usize,
     parameters: &Parameters,
     sheet: &dyn Sheet,
-    (block, reference): (&mut Block, Option<&Reference>),
+    block: &mut Block,
+    reference: Option<&Reference>,
 ) -> Resisted {
-    let (now, rate) = (S::at(now, point), S::at(rate, point));
+    let here = Motion { now: S::at(&motion.now, point), rate: S::at(&motion.rate, point) };
+    let now = &here.now;
     let metric = Metric::new(now.g1, now.g2);
     let all = match reference {
-        None => rate_form::<S, N>((&now, &rate, &metric), parameters, sheet, block),
-        Some(reference) => total_form((&now, &rate, &metric), parameters, sheet, (block, reference)),
+        None => rate_form::<S, N>(&here, &metric, parameters, sheet, block),
+        Some(reference) => total_form(&here, &metric, parameters, sheet, block, reference),
     };
     let [t11, t22, t12] = all.tension;
     Resisted { on: S::resultants(now.g1 * t11 + now.g2 * t12, now.g1 * t12 + now.g2 * t22, point), all }
 }
 
+/// Forces of the hourglass control of elements under the stress of all their points; `block` holds its history.
+#[inline(always)]
+fn resist_hourglass<S: Shape<N>, const N: usize>(
+    Motion { now, rate }: &Motion,
+    parameters: &Parameters,
+    stressed: &Stressed,
+    block: &mut Block,
+    reference: Option<&Reference>,
+) -> HourglassForce {
+    let metric = Metric::new(now.g1, now.g2);
+    let area = metric.det.sqrt() * S::AREA;
+    let [t11, t22, _] = stressed.tension;
+    let spread = if S::POINTS > 1 { spread(area, reference, stressed.volume) } else { Lanes::splat(1.0) };
+    let least = if S::POINTS > 1 { LEAST_SPREAD } else { 0.0 };
+    let surroundings = Surroundings {
+        now,
+        rate,
+        metric: &metric,
+        inverse: Lanes::splat(1.0) / metric.det.max(least * S::AREA * S::AREA),
+        area,
+        volume: stressed.volume * spread,
+        // Several points see the mode and resist it themselves.
+        tension: if S::POINTS > 1 { Lanes::splat(0.0) } else { t11 + t22 },
+    };
+    let mut q = block.hourglass.map(Lanes);
+    let force = parameters.hourglass.resist(&surroundings, &mut q, parameters.dt);
+    block.hourglass = q.map(|q| q.0);
+    block.hourglass_work = (Lanes(block.hourglass_work) + force.work).0;
+    force
+}
+
 /// Half the change of the metric over the step, at mid-step: the covariant strain increment (40; theory (C.10)).
 #[inline(always)]
-fn strain_increment(now: &Modes, rate: &Modes, dt: f64) -> (Metric, [Lanes; 3]) {
+fn strain_increment(Motion { now, rate }: &Motion, dt: f64) -> (Metric, [Lanes; 3]) {
     let (u1, u2) = (rate.g1 * dt, rate.g2 * dt);
     let (m1, m2) = (now.g1 - u1 * 0.5, now.g2 - u2 * 0.5);
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
@@ -291,12 +320,13 @@ fn contract(s: [Lanes; 3], d: [Lanes; 3]) -> Lanes {
 
 #[inline(always)]
 fn rate_form<S: Shape<N>, const N: usize>(
-    (now, rate, metric): (&Modes, &Modes, &Metric),
+    motion: &Motion,
+    metric: &Metric,
     parameters: &Parameters,
     sheet: &dyn Sheet,
     block: &mut Block,
 ) -> Stressed {
-    let (middle, increment) = strain_increment(now, rate, parameters.dt);
+    let (middle, increment) = strain_increment(motion, parameters.dt);
     let d = Frame::new(&middle).local(increment);
     let (old, old_thickness) = (block.stress, Lanes(block.thickness));
     let d33 = Lanes(sheet.rate_lanes(&[d[0].0, d[1].0, (d[2] * 2.0).0], &mut block.stress));
@@ -321,10 +351,12 @@ fn rate_form<S: Shape<N>, const N: usize>(
 
 #[inline(always)]
 fn total_form(
-    (now, rate, metric): (&Modes, &Modes, &Metric),
+    motion: &Motion,
+    metric: &Metric,
     parameters: &Parameters,
     sheet: &dyn Sheet,
-    (block, reference): (&mut Block, &Reference),
+    block: &mut Block,
+    reference: &Reference,
 ) -> Stressed {
     let [m11, m12, m21, m22] = reference.duals.map(Lanes);
     let volume = Lanes(reference.volume);
@@ -348,7 +380,7 @@ fn total_form(
     let viscous: [Lanes; 3] = std::array::from_fn(|i| (elastic[i] - old[i]) * parameters.damping);
     let [s11, s22, s12]: [Lanes; 3] = std::array::from_fn(|i| elastic[i] + viscous[i]);
     let damping = if parameters.damping > 0.0 {
-        let (_, increment) = strain_increment(now, rate, parameters.dt);
+        let (_, increment) = strain_increment(motion, parameters.dt);
         volume * contract(viscous, material(increment))
     } else {
         Lanes::splat(0.0)

@@ -1,11 +1,12 @@
 //! The ledger of energy and momentum of a membrane (theory C.11).
 
+use crate::simulation::Record;
 use bytemuck::{Pod, Zeroable};
 
-/// Running sums since the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Running sums since the start, a column of checkpoints. Impulses are padded with zeros in 2D.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct MembraneLedger<const D: usize> {
+pub(super) struct MembraneLedger {
     /// The last displacement step, Δt^{n−½} [s].
     pub displacement_dt: f64,
     /// Greatest ω² of an element [1/s²].
@@ -35,19 +36,16 @@ pub(super) struct MembraneLedger<const D: usize> {
     /// Work of the supports [J].
     pub supports: f64,
     /// Impulse of pressure and gravity less mass damping [N s].
-    pub external_impulse: [f64; D],
+    pub external_impulse: [f64; 3],
     /// Impulse of the contact forces [N s].
-    pub contact_impulse: [f64; D],
+    pub contact_impulse: [f64; 3],
     /// Impulse of the supports [N s].
-    pub support_impulse: [f64; D],
+    pub support_impulse: [f64; 3],
 }
 
-// SAFETY: f64 and arrays of f64 in C order: no padding, every bit pattern is valid.
-#[allow(unsafe_code)]
-unsafe impl<const D: usize> Zeroable for MembraneLedger<D> {}
-// SAFETY: as above.
-#[allow(unsafe_code)]
-unsafe impl<const D: usize> Pod for MembraneLedger<D> {}
+impl Record for MembraneLedger {
+    type Number = f64;
+}
 
 /// Energies of a membrane now and works since the start [J]:
 /// Δ(kinetic + strain + hourglass) = pressure + gravity + supports + contact − damping + mismatch + closure.
@@ -86,7 +84,7 @@ impl Balance {
     }
 }
 
-impl<const D: usize> MembraneLedger<D> {
+impl MembraneLedger {
     /// The balance with the given kinetic energy [J].
     pub fn balance(&self, kinetic: f64) -> Balance {
         let strain = self.strain + self.half_step;

@@ -94,7 +94,7 @@ impl<const D: usize> Pressure<D> {
 pub(super) struct Prescribed {
     pub node: u32,
     pub axis: u8,
-    /// Which support prescribes it.
+    /// The support that prescribes it.
     pub support: u16,
 }
 

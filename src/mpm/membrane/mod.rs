@@ -86,7 +86,7 @@ pub struct Membrane<const D: usize> {
     enclosure: Option<Enclosure<D>>,
     /// The Δt of the momentum update under way [s].
     momentum_dt: f64,
-    ledger: Vec<MembraneLedger<D>>,
+    ledger: MembraneLedger,
 }
 
 impl<const D: usize> Membrane<D> {
@@ -115,7 +115,7 @@ impl<const D: usize> Membrane<D> {
         load::area_vector(self.elements.nodes(element), &self.position)
     }
 
-    /// Which components of a node's motion are prescribed.
+    /// True for the components of a node's motion that are prescribed.
     pub fn constrained(&self, node: usize) -> [bool; D] {
         std::array::from_fn(|axis| self.supports.is_prescribed(node, axis))
     }
@@ -134,6 +134,6 @@ impl<const D: usize> Membrane<D> {
     /// The caller applies its safety factor.
     pub fn stable_dt(&self) -> f64 {
         let zeta = self.parameters.damping;
-        2.0 / self.ledger[0].frequency2.sqrt() * ((1.0 + zeta * zeta).sqrt() - zeta)
+        2.0 / self.ledger.frequency2.sqrt() * ((1.0 + zeta * zeta).sqrt() - zeta)
     }
 }

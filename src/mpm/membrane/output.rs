@@ -2,11 +2,10 @@
 
 use super::Membrane;
 use super::element::Block;
-use super::ledger::MembraneLedger;
 use super::shape::GAUSS;
 use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
-use crate::simulation::{Column, ColumnData, Elements, Field, SurfaceSet};
+use crate::simulation::{Column, Elements, Field, Record, SurfaceSet};
 use std::borrow::Cow;
 
 impl<const D: usize> Membrane<D> {
@@ -15,7 +14,7 @@ impl<const D: usize> Membrane<D> {
         visit(&format!("{prefix}position"), Column::new(&mut self.position));
         visit(&format!("{prefix}velocity"), Column::new(&mut self.velocity));
         visit(&format!("{prefix}elements"), Column::new(&mut self.blocks));
-        visit(&format!("{prefix}books"), Column::new(&mut self.ledger));
+        visit(&format!("{prefix}ledger"), Column::record(&mut self.ledger));
     }
 
     /// Nodes, elements and fields for outputs.
@@ -65,17 +64,17 @@ impl<const D: usize> Membrane<D> {
                 SheetKind::Rate => principal(self.blocks[block].stress.map(|s| s[lane])).0,
                 SheetKind::Total => {
                     let place = if points > 1 { GAUSS[block - first] } else { [0.0; 2] };
-                    self.total_stress(element, (block, lane), place)
+                    self.total_stress(element, block, lane, place)
                 }
             })
             .collect();
         [0, 1].map(|i| values.iter().map(|value| value[i]).sum::<f64>() / points as f64)
     }
 
-    /// Principal values of the true stress of a total law at (ξ, η) of an element [Pa].
-    fn total_stress(&self, element: usize, state: (usize, usize), place: [f64; 2]) -> [f64; 2] {
+    /// Principal values of the true stress of a total law at (ξ, η) of an element with its state in `block`, `lane` [Pa].
+    fn total_stress(&self, element: usize, block: usize, lane: usize, place: [f64; 2]) -> [f64; 2] {
         // σ = F S Fᵀ / J has the eigenvalues of C S / J.
-        let c @ [c11, c22, c12] = self.right_cauchy_green(element, state, place);
+        let c @ [c11, c22, c12] = self.right_cauchy_green(element, block, lane, place);
         let SheetState { stress: [s11, s22, s12], volume, .. } = self.sheet.total(c);
         let mean = 0.5 * (c11 * s11 + c22 * s22 + 2.0 * c12 * s12);
         let determinant = (c11 * c22 - c12 * c12) * (s11 * s22 - s12 * s12);
@@ -101,7 +100,7 @@ impl<const D: usize> Membrane<D> {
     }
 
     /// C11, C22, C12 in the material axes (total laws) at (ξ, η) of an element with its reference in `block`, `lane`.
-    fn right_cauchy_green(&self, element: usize, (block, lane): (usize, usize), [xi, eta]: [f64; 2]) -> [f64; 3] {
+    fn right_cauchy_green(&self, element: usize, block: usize, lane: usize, [xi, eta]: [f64; 2]) -> [f64; 3] {
         let nodes = self.elements.nodes(element);
         let x = |k: usize| Vector(self.position[nodes[k] as usize].to3());
         let [g1, g2] = match nodes.len() {
@@ -137,27 +136,6 @@ fn flat<const D: usize>(vectors: impl Iterator<Item = Vector<D>>) -> Vec<f64> {
     vectors.flat_map(Vector::to3).collect()
 }
 
-macro_rules! column_of_numbers {
-    ([$($generic:tt)*] $T:ty) => {
-        impl<$($generic)*> ColumnData for Vec<$T> {
-            fn kind(&self) -> &'static str {
-                "f64"
-            }
-            fn number_size(&self) -> usize {
-                size_of::<f64>()
-            }
-            fn bytes(&self) -> &[u8] {
-                bytemuck::cast_slice(self)
-            }
-            fn replace(&mut self, bytes: &[u8]) -> bool {
-                if bytes.len() != size_of::<$T>() * self.len() {
-                    return false;
-                }
-                bytemuck::cast_slice_mut::<$T, u8>(self).copy_from_slice(bytes);
-                true
-            }
-        }
-    };
+impl Record for Block {
+    type Number = f64;
 }
-column_of_numbers!([] Block);
-column_of_numbers!([const D: usize] MembraneLedger<D>);

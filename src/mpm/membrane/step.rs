@@ -25,12 +25,12 @@ impl<const D: usize> Membrane<D> {
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.
     pub fn internal_force(&mut self, t: f64) -> Result<(), StepError> {
-        self.parameters.dt = self.ledger[0].displacement_dt;
+        self.parameters.dt = self.ledger.displacement_dt;
         let sums = self.update_elements();
         if !(sums.frequency2.is_finite() && sums.frequency2 > 0.0 && sums.strain.is_finite()) {
             return Err(self.broken(t));
         }
-        let ledger = &mut self.ledger[0];
+        let ledger = &mut self.ledger;
         ledger.strain = match self.sheet.kind() {
             SheetKind::Rate => ledger.strain + sums.strain,
             SheetKind::Total => sums.strain,
@@ -79,10 +79,10 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// MembraneLedger the work of this step, then moves the nodes by `dt` (47).
+    /// Adds the work of this step to the ledger, then moves the nodes by `dt` (47).
     pub fn move_nodes(&mut self, t: f64, dt: f64) {
         self.book(t);
-        self.ledger[0].displacement_dt = dt;
+        self.ledger.displacement_dt = dt;
         let Self { position, velocity, .. } = self;
         parallel::for_each_pair_mut(position, velocity, |x, v| *x += *v * dt);
     }
@@ -144,13 +144,14 @@ impl<const D: usize> Membrane<D> {
 
     /// Energies now and works since the start.
     pub fn balance(&self) -> Balance {
-        self.ledger[0].balance(self.kinetic_energy())
+        self.ledger.balance(self.kinetic_energy())
     }
 
     /// Impulses since the start [N s]: of pressure, gravity and damping; of contact; of the supports.
     pub fn impulses(&self) -> [Vector<D>; 3] {
-        let ledger = &self.ledger[0];
-        [Vector(ledger.external_impulse), Vector(ledger.contact_impulse), Vector(ledger.support_impulse)]
+        let ledger = &self.ledger;
+        [ledger.external_impulse, ledger.contact_impulse, ledger.support_impulse]
+            .map(|j| Vector::from_fn(|axis| j[axis]))
     }
 
     /// Adds the work and impulse of every force of this step, with the mean velocity.
@@ -159,12 +160,12 @@ impl<const D: usize> Membrane<D> {
         let (drag, gravity) = (self.drag(), self.gravity_at(t));
         let work = parallel::reduce(
             nodes,
-            |range| range.fold(Work::default(), |sum, k| sum.and(self.work(k, gravity.at(k), drag))),
-            Work::and,
+            |range| range.fold(Work::default(), |sum, k| sum.plus(self.work(k, gravity.at(k), drag))),
+            Work::plus,
         )
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
-        let ledger = &mut self.ledger[0];
+        let ledger = &mut self.ledger;
         ledger.elements += work.elements * dt;
         ledger.half_step = -work.elements_new * 0.5 * dt;
         ledger.pressure += work.pressure * dt;
@@ -255,19 +256,15 @@ impl<const D: usize> Membrane<D> {
             runs.push(Run { first: index * TASK, blocks, force, area });
         }
         let parts: Vec<Sums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
-        (parts.into_iter().fold(sums, Sums::and), next)
+        (parts.into_iter().fold(sums, Sums::plus), next)
     }
 
     /// The error for the worst element or node.
     fn broken(&self, t: f64) -> StepError {
+        let advice = "lower `mpm.membrane-safety` or the load, refine the sheet, or let it wrinkle";
         let error = |what: &str, place, quantity, value| StepError {
-            what: what.into(),
             time: t,
-            step: 0,
-            place,
-            quantity,
-            value,
-            advice: "lower `mpm.membrane-safety` or the load, refine the sheet, or let it wrinkle".into(),
+            ..StepError::new(place, what, quantity, value, advice)
         };
         if let Some(k) = (0..self.position.len()).find(|&k| !self.position[k].is_finite()) {
             let place = Place::Node { body: self.name.clone(), index: k, position: self.reference[k].to3() };
@@ -319,7 +316,7 @@ struct Work<const D: usize> {
 
 impl<const D: usize> Work<D> {
     #[inline(always)]
-    fn and(self, b: Self) -> Self {
+    fn plus(self, b: Self) -> Self {
         Self {
             elements: self.elements + b.elements,
             elements_new: self.elements_new + b.elements_new,

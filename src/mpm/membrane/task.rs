@@ -1,6 +1,6 @@
 //! A run of element blocks as one parallel task: gather the nodes, update, scatter the forces.
 
-use super::element::{self, Block, Parameters, Reference, Sums};
+use super::element::{self, Block, Motion, Parameters, Reference, Sums};
 use super::lanes::{LANES, LaneVector};
 use super::shape::Shape;
 use crate::material::Sheet;
@@ -66,12 +66,13 @@ impl<S: Shape<N>, const D: usize, const N: usize> simd::Task for Update<'_, '_, 
             let points = (first + index) * S::POINTS..(first + index + 1) * S::POINTS;
             let references = task.references.get(points).unwrap_or(&[]);
             let (x, v) = (gather(nodes, count, task.position), gather(nodes, count, task.velocity));
-            let updated = element::update::<S, N>((x, v), task.parameters, task.sheet, (blocks, references), count);
+            let motion = Motion::of_nodes::<S, N>(x, v);
+            let updated = element::update::<S, N>(&motion, task.parameters, task.sheet, blocks, references, count);
             scatter(&updated.force, force);
             if let Some(area) = area.get_mut(index * LANES..index * LANES + count) {
                 scatter(&[updated.area], area);
             }
-            sums = sums.and(updated.sums);
+            sums = sums.plus(updated.sums);
         }
         sums
     }

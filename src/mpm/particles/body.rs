@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct Body<const D: usize> {
     /// Name, as the case gives it; parts of one body share it.
     pub name: String,
-    /// Which part of the body this is.
+    /// The part of the body that this is.
     pub part: Part,
     /// Its law.
     pub law: Arc<dyn PointLaw>,

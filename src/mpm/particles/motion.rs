@@ -61,7 +61,7 @@ impl Summary {
 }
 
 impl Reduce for Summary {
-    fn and(self, other: Self) -> Self {
+    fn plus(self, other: Self) -> Self {
         Self {
             kinetic: self.kinetic + other.kinetic,
             internal: self.internal + other.internal,

@@ -170,7 +170,8 @@ pub(in crate::mpm) fn divide<const D: usize>(
     for (index, (body, met)) in bodies.into_iter().zip(met).enumerate() {
         let divided = !body.law.keeps_shape() && body.skin.is_empty();
         let shares = regions.share(&body.particles.position, &met, divided);
-        let numbers: Vec<usize> = shares.iter().map(|share| number(&mut fields, (body.field, &share.within))).collect();
+        let numbers: Vec<usize> =
+            shares.iter().map(|share| field_number(&mut fields, body.field, &share.within)).collect();
         match part(body, shares, &numbers) {
             Ok(own) => parts.extend(own),
             Err(message) => findings.push(Diagnostic::error(format!("body[{index}].traction"), message).help(
@@ -182,7 +183,7 @@ pub(in crate::mpm) fn divide<const D: usize>(
 }
 
 /// The number of a velocity field: that of a group in a region, in the order in which they appear.
-fn number(fields: &mut Vec<(usize, Vec<u32>)>, (group, within): (usize, &[u32])) -> usize {
+fn field_number(fields: &mut Vec<(usize, Vec<u32>)>, group: usize, within: &[u32]) -> usize {
     let known = fields.iter().position(|(other, region)| *other == group && region == within);
     known.unwrap_or_else(|| {
         fields.push((group, within.to_vec()));

@@ -94,29 +94,20 @@ pub(in crate::mpm) fn even_out<const D: usize>(
 
 /// c_I of a field, ghosts filled.
 fn find_excess<const D: usize>(
-    Surroundings { grid, ghosts, walls }: Surroundings<'_, D>,
+    around: Surroundings<'_, D>,
     field: usize,
     kernel: Kernel,
     bodies: &mut [Body<D>],
     contact: &mut Contact<D>,
 ) -> Vec<[f64; 1]> {
+    let Surroundings { grid, ghosts, .. } = around;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
     for body in bodies.iter().filter(|body| body.field == field) {
         Sweep::new(grid, body).scatter(&mut sums, body, Content::Pressures);
     }
     ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
-    let (rows, reached) = (rooms(grid, kernel), |node: usize| sums[node][0] > 0.0);
-    let free = |node| {
-        if !reached(node) {
-            return 0.0;
-        }
-        let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
-        room(grid, &rows, node).min(share_beside(beside))
-    };
-    let mut rooms: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
-    contact.limit_rooms(grid, bodies, field, |node, distance| {
-        rooms[node] = rooms[node].min(share_beside(distance / grid.cell));
-    });
+    let reached = |node: usize| sums[node][0] > 0.0;
+    let rooms = free_rooms(around, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
     for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
         let filled = |node: usize| if rooms[node] > LEAST_ROOM { sums[node][0] / (volume * rooms[node]) } else { 0.0 };
@@ -141,6 +132,30 @@ fn find_excess<const D: usize>(
     excess
 }
 
+/// The room around each node that particles of a field reach, which walls, obstacles and sheets leave, over the volume of a cell.
+fn free_rooms<const D: usize>(
+    Surroundings { grid, walls, .. }: Surroundings<'_, D>,
+    field: usize,
+    kernel: Kernel,
+    reached: &(impl Fn(usize) -> bool + Sync),
+    bodies: &[Body<D>],
+    contact: &mut Contact<D>,
+) -> Vec<f64> {
+    let rows = rooms(grid, kernel);
+    let free = |node| {
+        if !reached(node) {
+            return 0.0;
+        }
+        let beside = walls.clearance_of_obstacles(grid.position(node)) / grid.cell;
+        room(grid, &rows, node).min(share_beside(beside))
+    };
+    let mut rooms: Vec<f64> = parallel::collect(grid.node_count(), CHUNK, free);
+    contact.limit_rooms(grid, bodies, field, |node, distance| {
+        rooms[node] = rooms[node].min(share_beside(distance / grid.cell));
+    });
+    rooms
+}
+
 /// Sets the shifts of the liquids in a field [m], and takes from their volumes; returns the work of that [J].
 fn follow<const D: usize>(
     Surroundings { grid, ghosts, .. }: Surroundings<'_, D>,
@@ -151,41 +166,52 @@ fn follow<const D: usize>(
 ) -> f64 {
     let mut velocity = velocities(&grid.fields[field]);
     ghosts.fill(&grid.fields[field].limits, &mut velocity);
-    let (square, mut work) = (grid.cell * grid.cell, 0.0);
+    let mut work = 0.0;
     for body in bodies.iter_mut().filter(|body| body.field == field && is_liquid(body)) {
         body.work.shift.resize(body.particles.len(), Vector::ZERO);
-        let node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
-        let (sweep, _, view) = body.sweep(grid);
-        sweep.gather(node, view, GatherFields::Gradient, |chunk| {
-            for p in 0..chunk.particles.len() {
-                let rate = rate_of_strain(&chunk.rows.gradient(p));
-                chunk.particles.shift[p][0] = (PACE * rate * dt).min(MOST);
-            }
-        });
-        let node = |n: usize, record: &mut Record| {
-            put_scalar(record, excess[n][0]);
-            put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
-        };
-        let (sweep, law, view) = body.sweep(grid);
-        let sound = law.reference_sound_speed();
-        work += sweep.gather(node, view, GatherFields::Gradient, |chunk| {
-            let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
-            for p in 0..particles.len() {
-                let pace = particles.shift[p][0];
-                let pressed = if particles.pressure[p] > 0.0 { pace + SHARE } else { 0.0 };
-                let (volume, share) = (particles.volume[p], (pressed * rows.scalar[p]).clamp(0.0, MOST_TAKEN));
-                // The mean of the pressures before and after it.
-                let stiff = particles.mass[p] / volume * sound * sound;
-                let done = (particles.pressure[p] + 0.5 * stiff * share) * share * volume;
-                particles.volume[p] -= share * volume;
-                particles.energy[p] += done;
-                work += done;
-                particles.shift[p] = Vector::from_fn(|b| rows.gradient[b][0][p]) * (-square * pace);
-            }
-            work
-        });
+        set_pace(grid, body, &velocity, dt);
+        work += set_shift(grid, body, excess);
     }
     work
+}
+
+/// Sets the first component of each particle's shift to the part of the way that it goes in `dt` [s], by its rate of strain.
+fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
+    let node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
+    let (sweep, _, view) = body.sweep(grid);
+    sweep.gather(node, view, GatherFields::Gradient, |chunk| {
+        for p in 0..chunk.particles.len() {
+            let rate = rate_of_strain(&chunk.rows.gradient(p));
+            chunk.particles.shift[p][0] = (PACE * rate * dt).min(MOST);
+        }
+    });
+}
+
+/// Sets the shifts of a body's particles [m] by their paces, and takes from their volumes; returns the work of that [J].
+fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
+    let square = grid.cell * grid.cell;
+    let node = |n: usize, record: &mut Record| {
+        put_scalar(record, excess[n][0]);
+        put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
+    };
+    let (sweep, law, view) = body.sweep(grid);
+    let sound = law.reference_sound_speed();
+    sweep.gather(node, view, GatherFields::Gradient, |chunk| {
+        let (particles, rows, mut work) = (&mut chunk.particles, &chunk.rows, 0.0);
+        for p in 0..particles.len() {
+            let pace = particles.shift[p][0];
+            let pressed = if particles.pressure[p] > 0.0 { pace + SHARE } else { 0.0 };
+            let (volume, share) = (particles.volume[p], (pressed * rows.scalar[p]).clamp(0.0, MOST_TAKEN));
+            // The mean of the pressures before and after it.
+            let stiff = particles.mass[p] / volume * sound * sound;
+            let done = (particles.pressure[p] + 0.5 * stiff * share) * share * volume;
+            particles.volume[p] -= share * volume;
+            particles.energy[p] += done;
+            work += done;
+            particles.shift[p] = Vector::from_fn(|b| rows.gradient[b][0][p]) * (-square * pace);
+        }
+        work
+    })
 }
 
 /// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on their sides of
@@ -216,7 +242,7 @@ pub(in crate::mpm) fn displace<const D: usize>(
         body.work.shift = shifts;
     }
     coupling.find_membranes(walls, grid.cell);
-    work += keep_out((grid, walls), bodies, coupling, step);
+    work += keep_out(grid, walls, bodies, coupling, step);
     let positions: Vec<&[Vector<D>]> = coupling.membranes.iter().map(|m| &m.position[..]).collect();
     let shifts = coupling.contact.restore(bodies, &positions).to_vec();
     for (body, shifts) in bodies.iter_mut().zip(&shifts).filter(|(_, shifts)| !shifts.is_empty()) {
@@ -229,7 +255,8 @@ pub(in crate::mpm) fn displace<const D: usize>(
 
 /// Moves particles out of obstacles; returns what the forces on nodes would have done on the way [J].
 fn keep_out<const D: usize>(
-    (grid, walls): (&Grid<D>, &Walls<D>),
+    grid: &Grid<D>,
+    walls: &Walls<D>,
     bodies: &mut [Body<D>],
     coupling: &Coupling<D>,
     step: &Step,

@@ -2,6 +2,7 @@
 
 use crate::math::Vector;
 use crate::mpm::Mpm;
+use crate::mpm::coupling::Coupling;
 use crate::mpm::particles::Body;
 use crate::mpm::transfer::Bins;
 use crate::simulation::{Column, ColumnData, MOST_COUNTED};
@@ -41,23 +42,25 @@ fn body_columns<const D: usize>(body: &mut Body<D>, visit: &mut dyn FnMut(&str, 
     show(visit, name, "signal", &mut particles.wave_speed);
     // No step depends on it, but the pressure is shown with it. A model that hasn't taken a step has none.
     visit(&format!("{name}.excess"), Column::growing(&mut body.work.excess));
+    visit(&format!("{name}.largest-wave-speed"), Column::scalar(&mut body.largest_wave_speed));
 }
 
 /// The blocks by which a body is sorted: a resumed run must sum in the same order.
 fn bin_columns<const D: usize>(body: &str, bins: &mut Bins<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
-    let (mut blocks, mut starts, mut drift) = bins.to_numbers();
+    let (mut blocks, mut ranges) = bins.to_columns();
     visit(&format!("{body}.bins"), Column::growing(&mut blocks));
-    visit(&format!("{body}.bin-starts"), Column::growing(&mut starts));
-    show(visit, body, "drift", &mut drift);
-    *bins = Bins::from_numbers(&blocks, &starts, &drift);
+    visit(&format!("{body}.bin-ranges"), Column::growing(&mut ranges));
+    visit(&format!("{body}.disorder"), Column::record(&mut bins.disorder));
+    *bins = Bins::from_columns(&blocks, &ranges, bins.disorder);
 }
 
 /// The first contradiction among restored columns, if there is one.
 pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
-    if mpm.clock.steps > MOST_COUNTED || mpm.coupling.contact.counted() > MOST_COUNTED {
+    let Coupling { contact, proximity, .. } = &mpm.coupling;
+    if mpm.clock.steps > MOST_COUNTED || contact.largest_count() > MOST_COUNTED {
         return Some("it counts more than any run does".to_owned());
     }
-    if let Some(misfit) = mpm.notices.misfit().or_else(|| mpm.coupling.proximity.misfit()) {
+    if let Some(misfit) = contact.misfit().or_else(|| mpm.notices.misfit()).or_else(|| proximity.misfit()) {
         return Some(misfit);
     }
     mpm.bodies.iter().find_map(|body| {
@@ -86,27 +89,19 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
         body_columns(body, visit);
         bin_columns(&prefix(body), &mut body.bins, visit);
     }
-    let mut speeds: Vec<f64> = mpm.bodies.iter().map(|body| body.largest_wave_speed).collect();
-    visit("mpm.fastest", Column::new(&mut speeds));
-    mpm.bodies.iter_mut().zip(speeds).for_each(|(body, speed)| body.largest_wave_speed = speed);
     for membrane in &mut mpm.coupling.membranes {
         let prefix = format!("membrane.{}.", membrane.name);
         membrane.columns(&prefix, visit);
     }
     mpm.coupling.contact.columns("contact.", visit);
     let (clock, energy) = (&mut mpm.clock, &mut mpm.energy);
-    let mut numbers = vec![clock.dt_before, clock.bound, energy.kinetic, energy.internal, energy.displaced];
-    visit("mpm.clock", Column::new(&mut numbers));
-    if let [dt_before, bound, kinetic, internal, displaced] = numbers[..] {
-        (clock.dt_before, clock.bound) = (dt_before, bound);
-        (energy.kinetic, energy.internal, energy.displaced) = (kinetic, internal, displaced);
-    }
-    let mut steps = vec![clock.steps];
-    visit("mpm.steps", Column::new(&mut steps));
-    clock.steps = steps.first().copied().unwrap_or(clock.steps);
-    let mut ledger = energy.ledger.to_numbers();
-    visit("mpm.ledger", Column::new(&mut ledger));
-    energy.ledger.set_numbers(&ledger);
+    visit("mpm.steps", Column::scalar(&mut clock.steps));
+    visit("mpm.dt-before", Column::scalar(&mut clock.dt_before));
+    visit("mpm.step-bound", Column::scalar(&mut clock.bound));
+    visit("mpm.kinetic-energy", Column::scalar(&mut energy.kinetic));
+    visit("mpm.internal-energy", Column::scalar(&mut energy.internal));
+    visit("mpm.displaced-atmosphere", Column::scalar(&mut energy.displaced));
+    energy.accounts.column("mpm.ledger", visit);
     mpm.notices.columns(visit);
     mpm.coupling.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));

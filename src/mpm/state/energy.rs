@@ -1,7 +1,23 @@
-//! The energy of the bodies over a step: the work of the forces on nodes, and what transfers and stress updates lost or
-//! made up (theory A.17).
+//! The energy of the bodies over a step and its ledger, which closes to round-off: the work of the forces on nodes, and what transfers and
+//! stress updates lost or made up (theory A.17).
+//!
+//! With v̂ = ½(v⁻ + v⁺) at the nodes and Δt the step of the momentum:
+//!
+//! ```text
+//! nodes          ΔK_I = Δt Σ f_I · v̂_I                       exact, since p⁺ = p⁻ + Δt f; of stresses that are updated with velocities
+//!                                                            mapped back, less the part that particles don't get (`leave_unspent`)
+//! transfer loss  D    = Σ ΔK_I − ΔK_p                        FLIP, PIC, APIC, filter and bound p⁻
+//! its heat       Q    = Σ q_p                                what of D the particles keep (`heat`)
+//! atmosphere     W_a  = −Δ Σ p_a V_p                         work on gases whose forces count from p_a (`ambient`)
+//! stress error   ε_s  = ΔU_p − Q + Δt Σ f_I^int · v̂_I − W_a  first: gains; modified last: loses
+//! external       W    = Δt Σ F_p · Σ N_Ip v̂_I                equals Δt Σ f_I^ext · v̂_I
+//! walls          W_w − D_w = Δt Σ f_I^wall · v̂_I
+//! balance        Δ(K + U) = Σ gains − Σ losses + closure
+//! ```
+//!
+//! The closure ([`Ledger::closure`](crate::simulation::Ledger::closure)) is what no term accounts for: f_I is booked where it is made, so it
+//! shows any force that changed a node without being booked.
 
-use super::ledger::{EnergyLedger, TermId};
 use crate::math::Vector;
 use crate::mpm::grid::{Field, NodeMotion};
 use crate::mpm::particles::Body;
@@ -9,41 +25,41 @@ use crate::mpm::particles::motion::Summary;
 use crate::mpm::transfer::Reduce;
 use crate::mpm::wall::WallWork;
 use crate::parallel;
-use crate::simulation::TermKind;
+use crate::simulation::{AccountId, Accounts, TermKind};
 
-/// The terms of the ledger that the bodies have.
+/// The accounts of the bodies in the ledger.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::mpm) struct LedgerTerms {
-    pub gravity: TermId,
-    pub traction: TermId,
-    pub wall: TermId,
-    pub atmosphere: TermId,
-    pub wall_loss: TermId,
-    pub transfer: TermId,
-    pub heat: TermId,
-    pub stress: TermId,
+pub(in crate::mpm) struct BodyAccounts {
+    pub gravity: AccountId,
+    pub traction: AccountId,
+    pub wall: AccountId,
+    pub atmosphere: AccountId,
+    pub wall_loss: AccountId,
+    pub transfer: AccountId,
+    pub heat: AccountId,
+    pub stress: AccountId,
     /// Work that forces would have done over displacements of particles, which change places alone; no part of the closure.
-    pub displacement: TermId,
-    pub volume: TermId,
+    pub displacement: AccountId,
+    pub volume: AccountId,
 }
 
-impl LedgerTerms {
-    /// Opens the terms, in the order in which the ledger shows them.
-    fn open() -> (EnergyLedger, Self) {
-        let mut ledger = EnergyLedger::default();
-        let terms = Self {
-            gravity: ledger.open("work of gravity", TermKind::Gain),
-            traction: ledger.open("work of tractions", TermKind::Gain),
-            wall: ledger.open("work of walls", TermKind::Gain),
-            atmosphere: ledger.open("work of the atmosphere", TermKind::Gain),
-            stress: ledger.open("stress update error", TermKind::Gain),
-            volume: ledger.open("work of volume corrections", TermKind::Gain),
-            heat: ledger.open("heat of transfer dissipation", TermKind::Gain),
-            wall_loss: ledger.open("wall dissipation", TermKind::Loss),
-            transfer: ledger.open("transfer dissipation", TermKind::Loss),
-            displacement: ledger.open("work over displacements", TermKind::Other),
+impl BodyAccounts {
+    /// Opens the accounts, in the order in which the ledger shows them.
+    fn open() -> (Accounts, Self) {
+        let mut accounts = Accounts::default();
+        let ids = Self {
+            gravity: accounts.open("work of gravity", TermKind::Gain),
+            traction: accounts.open("work of tractions", TermKind::Gain),
+            wall: accounts.open("work of walls", TermKind::Gain),
+            atmosphere: accounts.open("work of the atmosphere", TermKind::Gain),
+            stress: accounts.open("stress update error", TermKind::Gain),
+            volume: accounts.open("work of volume corrections", TermKind::Gain),
+            heat: accounts.open("heat of transfer dissipation", TermKind::Gain),
+            wall_loss: accounts.open("wall dissipation", TermKind::Loss),
+            transfer: accounts.open("transfer dissipation", TermKind::Loss),
+            displacement: accounts.open("work over displacements", TermKind::Other),
         };
-        (ledger, terms)
+        (accounts, ids)
     }
 }
 
@@ -74,8 +90,8 @@ pub(in crate::mpm) struct ForceWork {
 }
 
 impl ForceWork {
-    /// Both together.
-    pub fn and(self, other: Self) -> Self {
+    /// The sum of both.
+    pub fn plus(self, other: Self) -> Self {
         Self {
             all: self.all + other.all,
             applied: self.applied + other.applied,
@@ -88,8 +104,9 @@ impl ForceWork {
 /// The energy of the bodies and its ledger.
 #[derive(Debug)]
 pub(in crate::mpm) struct Energy {
-    pub ledger: EnergyLedger,
-    pub terms: LedgerTerms,
+    /// Gains, losses and the impulse of gravity, tractions and walls since the start.
+    pub accounts: Accounts,
+    pub ids: BodyAccounts,
     /// Kinetic energy of the bodies [J].
     pub kinetic: f64,
     /// Their internal energy [J].
@@ -103,8 +120,8 @@ pub(in crate::mpm) struct Energy {
 impl Energy {
     /// An empty ledger.
     pub fn new() -> Self {
-        let (ledger, terms) = LedgerTerms::open();
-        Self { ledger, terms, kinetic: 0.0, internal: 0.0, displaced: 0.0, work: GridWork::default() }
+        let (accounts, ids) = BodyAccounts::open();
+        Self { accounts, ids, kinetic: 0.0, internal: 0.0, displaced: 0.0, work: GridWork::default() }
     }
 
     /// The energies that bodies start with, and those that are `stored` elsewhere [J].
@@ -112,7 +129,7 @@ impl Energy {
         self.kinetic = bodies.iter().map(|body| body.particles.kinetic_energy()).sum();
         self.internal = bodies.iter().map(|body| body.particles.internal_energy()).sum();
         self.displaced = displaced_atmosphere(bodies);
-        self.ledger.start(stored + (self.kinetic + self.internal));
+        self.accounts.set_start(stored + (self.kinetic + self.internal));
     }
 
     /// Books the work of all forces on the nodes of a field, under `gravity` [m/s²] over `dt` [s].
@@ -120,24 +137,24 @@ impl Energy {
         self.work.nodes += work.all;
         self.work.applied += work.applied;
         self.work.external += work.weight;
-        self.ledger.add(self.terms.gravity, work.weight);
-        self.ledger.push((gravity * (work.mass * dt)).to3());
+        self.accounts.add(self.ids.gravity, work.weight);
+        self.accounts.add_impulse((gravity * (work.mass * dt)).to3());
     }
 
     /// Books the work and impulse of external forces on the particles of a body over `dt` [s].
     pub fn add_external<const D: usize>(&mut self, body: &Body<D>, dt: f64) {
         let (all, tractions, impulse) = body.external_work(dt);
         self.work.external += all;
-        self.ledger.add(self.terms.gravity, all - tractions);
-        self.ledger.add(self.terms.traction, tractions);
-        self.ledger.push(impulse.to3());
+        self.accounts.add(self.ids.gravity, all - tractions);
+        self.accounts.add(self.ids.traction, tractions);
+        self.accounts.add_impulse(impulse.to3());
     }
 
     /// Books the work of walls and obstacles, their dissipation and their impulse.
     pub fn add_walls<const D: usize>(&mut self, done: &WallWork<D>) {
-        self.ledger.add(self.terms.wall, done.work);
-        self.ledger.add(self.terms.wall_loss, done.dissipation);
-        self.ledger.push(done.impulse.to3());
+        self.accounts.add(self.ids.wall, done.work);
+        self.accounts.add(self.ids.wall_loss, done.dissipation);
+        self.accounts.add_impulse(done.impulse.to3());
     }
 
     /// Books the heat that the noise filter leaves to the particles [J], and the work of moving walls on filtered velocities,
@@ -145,13 +162,13 @@ impl Energy {
     pub fn add_filter<const D: usize>(&mut self, heat: f64, done: &WallWork<D>) {
         self.work.heat += heat;
         self.work.nodes += done.work;
-        self.ledger.add(self.terms.wall, done.work);
-        self.ledger.push(done.impulse.to3());
+        self.accounts.add(self.ids.wall, done.work);
+        self.accounts.add_impulse(done.impulse.to3());
     }
 
     /// Books the work of volume corrections, which the internal energy has taken up [J].
     pub fn add_volume_corrections(&mut self, work: f64) {
-        self.ledger.add(self.terms.volume, work);
+        self.accounts.add(self.ids.volume, work);
         self.internal += work;
     }
 
@@ -179,23 +196,23 @@ impl Energy {
     ///
     /// Of p dV, which gases give, nodes get (p − p_a) dV and the atmosphere the rest (`ambient`).
     pub fn close_step<const D: usize>(&mut self, bodies: &[Body<D>]) {
-        let all = bodies.iter().fold(Summary::default(), |sum, body| sum.and(body.summary));
+        let all = bodies.iter().fold(Summary::default(), |sum, body| sum.plus(body.summary));
         let Summary { kinetic, internal, heat, .. } = all;
         let heat = heat + self.work.heat;
-        self.ledger.add(self.terms.transfer, self.work.nodes - (kinetic - self.kinetic));
+        self.accounts.add(self.ids.transfer, self.work.nodes - (kinetic - self.kinetic));
         let internal_work = self.work.applied - self.work.external;
-        self.ledger.add(self.terms.heat, heat);
+        self.accounts.add(self.ids.heat, heat);
         let displaced = displaced_atmosphere(bodies);
         let expansion = displaced - self.displaced;
-        self.ledger.add(self.terms.atmosphere, -expansion);
-        self.ledger.add(self.terms.stress, internal - self.internal - heat + internal_work + expansion);
+        self.accounts.add(self.ids.atmosphere, -expansion);
+        self.accounts.add(self.ids.stress, internal - self.internal - heat + internal_work + expansion);
         (self.kinetic, self.internal) = (kinetic, internal);
         self.displaced = displaced;
     }
 
     /// All energies [J]: finite as long as every term is.
     pub fn sum(&self) -> f64 {
-        self.kinetic + self.internal + self.ledger.sum()
+        self.kinetic + self.internal + self.accounts.sum()
     }
 }
 

@@ -23,7 +23,8 @@ pub fn inverted<const D: usize>(body: &Body<D>) -> StepError {
     let bad = body.work.volume_ratio.iter().position(|j| *j <= 0.0 || !j.is_finite()).unwrap_or(0);
     let advice = "the velocities change too fast over a cell: lower `mpm.safety`, refine the grid, \
                   or check the material and the initial velocities";
-    error(body, bad, "a particle was turned inside out", ("volume ratio", body.work.volume_ratio[bad]), advice)
+    let ratio = body.work.volume_ratio[bad];
+    StepError::new(particle(body, bad), "a particle was turned inside out", "volume ratio", ratio, advice)
 }
 
 /// Positions, velocities, pressures and energies are finite, and every particle is in the domain.
@@ -45,11 +46,11 @@ pub fn check_particles<const D: usize>(grid: &Grid<D>, body: &Body<D>) -> Result
             let axis = (0..D).find(|&a| !(lower[a]..=upper[a]).contains(&x[a])).unwrap_or(0);
             let quantity = ["x", "y", "z"][axis];
             let advice = "enlarge the grid, or give that wall a kind that holds the material (`slip`, `separate`, …)";
-            Err(error(body, p, "a particle left the domain", (quantity, x[axis]), advice))
+            Err(StepError::new(particle(body, p), "a particle left the domain", quantity, x[axis], advice))
         } else {
             let advice = "lower `mpm.safety`; if it stays, look for parameters of the material in wrong units";
             let value = particles.velocity[p].norm();
-            Err(error(body, p, "a particle's state is not a number", ("speed", value), advice))
+            Err(StepError::new(particle(body, p), "a particle's state is not a number", "speed", value, advice))
         }
     })
 }
@@ -69,7 +70,7 @@ pub fn check_membrane<const D: usize>(
         let place = Place::Node { body: membrane.name.clone(), index: k, position: membrane.reference[k].to3() };
         let what = "the place of a membrane node is not a number";
         let advice = "look for loads and velocities in wrong units, then lower `mpm.membrane-safety`";
-        return Err(at(place, what, ("coordinate", f64::NAN), advice));
+        return Err(StepError::new(place, what, "coordinate", f64::NAN, advice));
     }
     let beyond = |k: usize| (0..D).find(|&a| !(lower[a]..=upper[a]).contains(&membrane.position[k][a]));
     let obstacle = |k: usize| {
@@ -92,7 +93,7 @@ pub fn check_membrane<const D: usize>(
     };
     let axis = wall.map_or(D - 1, |(axis, _)| axis);
     let place = Place::Node { body: membrane.name.clone(), index: k, position: x.to3() };
-    Err(at(place, &what, (["x", "y", "z"][axis], x[axis]), advice))
+    Err(StepError::new(place, what, ["x", "y", "z"][axis], x[axis], advice))
 }
 
 const LEAVE_A_WAY_OUT: &str = "it moves by more than the obstacle is thick in a sub-step, or another obstacle or a support presses it \
@@ -109,16 +110,18 @@ pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) ->
     let Squeeze { node, place, solid, other, distance } = squeeze;
     let place = Place::Node { body: membrane.name.clone(), index: *node, position: place.to3() };
     match other {
-        Some(other) => at(
+        Some(other) => StepError::new(
             place,
-            &format!("`{solid}` and `{other}` close on a membrane and leave it no way out"),
-            ("their distance", *distance),
+            format!("`{solid}` and `{other}` close on a membrane and leave it no way out"),
+            "their distance",
+            *distance,
             "keep them apart by its thickness at least (`velocity` of the obstacles), or end the run before they meet (`time.end`)",
         ),
-        None => at(
+        None => StepError::new(
             place,
-            &format!("supports hold a node of a membrane, and `{solid}` went over it"),
-            ("depth", *distance),
+            format!("supports hold a node of a membrane, and `{solid}` went over it"),
+            "depth",
+            *distance,
             "neither gives way: stop one of the two before they meet, or free that axis in `supports`",
         ),
     }
@@ -131,16 +134,13 @@ pub fn squeezed<const D: usize>(membrane: &Membrane<D>, squeeze: &Squeeze<D>) ->
 pub fn check_external<const D: usize>(body: &Body<D>) -> Result<(), StepError> {
     let external = &body.work.external;
     let bad = parallel::first(external.len(), |p| !external[p].is_finite());
-    bad.map_or(Ok(()), |p| Err(error(body, p, NO_FORCE, ("force", external[p].norm()), LOOK_AT_LOADS)))
+    bad.map_or(Ok(()), |p| Err(no_load(particle(body, p), external[p].norm())))
 }
 
-const NO_FORCE: &str = "an external force is not a number";
-
-const LOOK_AT_LOADS: &str = "look for a formula or value of gravity, pressure or traction beyond what numbers can hold";
-
-/// The error of a load on a membrane that is not a number at a place.
+/// The error of a load that is not a number at a place; `value` is the norm of its force [N].
 pub fn no_load(place: Place, value: f64) -> StepError {
-    at(place, NO_FORCE, ("force", value), LOOK_AT_LOADS)
+    let advice = "look for a formula or value of gravity, pressure or traction beyond what numbers can hold";
+    StepError::new(place, "an external force is not a number", "force", value, advice)
 }
 
 /// The energy and every term of the ledger is a number.
@@ -153,22 +153,10 @@ pub fn check_energy(energy: f64) -> Result<(), StepError> {
     }
     let advice = "a pressure, energy or velocity at the start is beyond what numbers can hold, or the run has become \
                   unstable: look for values in wrong units, then lower `mpm.safety`";
-    Err(at(Place::Everywhere, "the energy is not a number", ("energy", energy), advice))
+    Err(StepError::new(Place::Everywhere, "the energy is not a number", "energy", energy, advice))
 }
 
-/// Time and step are filled in by the step and the time loop.
-fn error<const D: usize>(
-    body: &Body<D>,
-    p: usize,
-    what: &str,
-    (quantity, value): (&'static str, f64),
-    advice: &str,
-) -> StepError {
-    let position = body.particles.position[p].to3();
-    at(Place::Particle { body: body.name.clone(), id: body.particles.id[p], position }, what, (quantity, value), advice)
-}
-
-/// The same anywhere.
-fn at(place: Place, what: &str, (quantity, value): (&'static str, f64), advice: &str) -> StepError {
-    StepError { what: what.to_owned(), time: 0.0, step: 0, place, quantity, value, advice: advice.to_owned() }
+/// The place of a particle of a body.
+fn particle<const D: usize>(body: &Body<D>, p: usize) -> Place {
+    Place::Particle { body: body.name.clone(), id: body.particles.id[p], position: body.particles.position[p].to3() }
 }

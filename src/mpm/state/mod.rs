@@ -1,7 +1,7 @@
 //! The state of a run as others see it: ledger, checkpoints, snapshots, and what must hold after each step.
 //!
 //! ```text
-//! Δ(K + U) = Σ gains − Σ losses + closure        `ledger`, whose terms of a step are in `energy` (theory A.17)
+//! Δ(K + U) = Σ gains − Σ losses + closure        `energy`     theory A.17
 //! Δt ≤ safety · min_p h / (c_p + |v_p|)          `stability`  Lian (21), theory A.15
 //! ```
 //!
@@ -11,7 +11,6 @@
 pub(in crate::mpm) mod columns;
 pub(in crate::mpm) mod energy;
 pub(in crate::mpm) mod health;
-pub(in crate::mpm) mod ledger;
 pub(in crate::mpm) mod notices;
 pub mod proximity;
 pub(in crate::mpm) mod snapshot;

@@ -6,7 +6,8 @@
 
 use super::energy::Energy;
 use crate::mpm::coupling::Coupling;
-use crate::simulation::{Column, SaidOnce};
+use crate::simulation::{Column, Record, SaidOnce};
+use bytemuck::{Pod, Zeroable};
 
 /// Steps between two checks of the ledger.
 const EVERY: u64 = 16;
@@ -38,15 +39,31 @@ struct Reading {
 /// The notices so far, each kind given once.
 #[derive(Debug, Clone, Default)]
 pub(in crate::mpm) struct Notices {
-    /// Internal energy of the bodies at the start, the largest W, and the largest term so far [J].
-    scales: [f64; 3],
+    scales: EnergyScales,
     said: SaidOnce,
+}
+
+/// Energies that errors are compared with [J].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+struct EnergyScales {
+    /// Internal energy of the bodies at the start.
+    internal_start: f64,
+    /// The largest W so far.
+    work: f64,
+    /// The largest term so far.
+    largest: f64,
+}
+
+impl Record for EnergyScales {
+    type Number = f64;
 }
 
 impl Notices {
     /// For bodies that begin with this internal energy [J].
     pub fn new(internal: f64) -> Self {
-        Self { scales: [internal, 0.0, 0.0], ..Self::default() }
+        let scales = EnergyScales { internal_start: internal, ..EnergyScales::default() };
+        Self { scales, ..Self::default() }
     }
 
     /// The notices since the last call.
@@ -56,11 +73,7 @@ impl Notices {
 
     /// The columns of a checkpoint: the scales that the next look compares with, and the notices that were given.
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        let mut scales = self.scales.to_vec();
-        visit("mpm.scales", Column::new(&mut scales));
-        if let [internal, work, largest] = scales[..] {
-            self.scales = [internal, work, largest];
-        }
+        visit("mpm.scales", Column::record(&mut self.scales));
         self.said.column("mpm.said", visit);
     }
 
@@ -72,13 +85,13 @@ impl Notices {
     /// Looks at the ledger every few steps; `t` is the end of step number `steps` [s].
     pub fn watch<const D: usize>(&mut self, steps: u64, t: f64, energy: &Energy, coupling: &Coupling<D>) {
         if steps.is_multiple_of(EVERY) {
-            self.look(&Reading::new(energy, coupling, self.scales[0]), t);
+            self.look(&Reading::new(energy, coupling, self.scales.internal_start), t);
         }
     }
 
     /// Looks at the ledger at time `t` [s].
     fn look(&mut self, reading: &Reading, t: f64) {
-        let [_, work, largest] = &mut self.scales;
+        let EnergyScales { work, largest, .. } = &mut self.scales;
         *work = work.max(reading.work);
         *largest = largest.max(reading.largest).max(*work);
         let (work, largest) = (*work, *largest);
@@ -114,17 +127,17 @@ impl Notices {
 impl Reading {
     /// The terms of a run.
     fn new<const D: usize>(energy: &Energy, coupling: &Coupling<D>, internal_start: f64) -> Self {
-        let Energy { ledger, terms, kinetic, internal, .. } = energy;
+        let Energy { accounts, ids, kinetic, internal, .. } = energy;
         let (mut kinetic, internal) = (*kinetic, *internal);
         let taken = internal - internal_start;
-        let from_outside = [terms.gravity, terms.traction, terms.wall, terms.atmosphere];
-        let mut works: f64 = from_outside.iter().map(|&id| ledger.value(id).abs()).sum();
+        let from_outside = [ids.gravity, ids.traction, ids.wall, ids.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| accounts.value(id).abs()).sum();
         let losses = coupling.contact.losses();
         let mut positive = vec![
             ("contact dissipation".to_owned(), losses.normal),
             ("friction dissipation".to_owned(), losses.friction),
         ];
-        let mut made = vec![("stress update error".to_owned(), ledger.value(terms.stress))];
+        let mut made = vec![("stress update error".to_owned(), accounts.value(ids.stress))];
         let mut strain = 0.0f64;
         for membrane in &coupling.membranes {
             let (name, balance) = (&membrane.name, membrane.balance());
@@ -136,7 +149,7 @@ impl Reading {
             made.push((format!("stress update error: {name}"), balance.mismatch));
         }
         let work = works.max(kinetic).max(taken.abs()).max(strain);
-        let lost = ledger.value(terms.transfer) - ledger.value(terms.heat);
+        let lost = accounts.value(ids.transfer) - accounts.value(ids.heat);
         Self { work, largest: work.max(internal.abs()), positive, made, lost }
     }
 }

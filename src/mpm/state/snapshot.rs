@@ -1,6 +1,5 @@
 //! The snapshot for outputs: particles, membranes, ledger, reactions.
 
-use super::ledger::{energy, other};
 use crate::math::{Tensor, Vector};
 use crate::mpm::Mpm;
 use crate::mpm::membrane::Membrane;
@@ -140,25 +139,34 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     for parts in wholes(&mpm.bodies) {
         let name = &parts[0].name;
         let sum = |of: &dyn Fn(&Body<D>) -> f64| parts.iter().map(of).sum::<f64>();
-        terms.push(energy(Stored, format!("kinetic energy: {name}"), sum(&|b| b.particles.kinetic_energy())));
-        terms.push(energy(Stored, format!("internal energy: {name}"), sum(&|b| b.particles.internal_energy())));
+        terms.push(BalanceTerm::energy(
+            Stored,
+            format!("kinetic energy: {name}"),
+            sum(&|b| b.particles.kinetic_energy()),
+        ));
+        terms.push(BalanceTerm::energy(
+            Stored,
+            format!("internal energy: {name}"),
+            sum(&|b| b.particles.internal_energy()),
+        ));
         if !parts[0].particles.affine.is_empty() {
             let affine = sum(&|body| affine_energy(body, mpm.grid.cell));
-            terms.push(other(format!("affine kinetic energy: {name}"), "J", affine));
+            terms.push(BalanceTerm::other(format!("affine kinetic energy: {name}"), "J", affine));
         }
     }
-    let mut impulse = Vector(mpm.energy.ledger.impulse());
+    let mut impulse = Vector(mpm.energy.accounts.impulse());
     for membrane in &mpm.coupling.membranes {
         membrane_terms(membrane, &mut terms);
         let [external, _, supports] = membrane.impulses();
         impulse += Vector((external + supports).to3());
     }
     let losses = mpm.coupling.contact.losses();
-    terms.push(energy(Loss, "contact dissipation".into(), losses.normal));
-    terms.push(energy(Loss, "friction dissipation".into(), losses.friction));
-    terms.push(energy(Loss, "contact mapping loss".into(), losses.mapping));
+    terms.push(BalanceTerm::energy(Loss, "contact dissipation", losses.normal));
+    terms.push(BalanceTerm::energy(Loss, "friction dissipation", losses.friction));
+    terms.push(BalanceTerm::energy(Loss, "contact mapping loss", losses.mapping));
     moment_terms(mpm, impulse, &mut terms);
-    mpm.energy.ledger.ledger(terms)
+    terms.extend(mpm.energy.accounts.terms());
+    Ledger { terms, largest: 0.0 }
 }
 
 /// Kinetic energy of the motion about the particles that APIC carries, Σ ½ m D C:C with its inertia D [J]. The ledger counts it
@@ -185,7 +193,7 @@ fn membrane_terms<const D: usize>(membrane: &Membrane<D>, terms: &mut Vec<Balanc
         (Gain, "stress update error", balance.mismatch),
         (Loss, "damping", balance.damping),
     ];
-    terms.extend(rows.map(|(kind, what, value)| energy(kind, format!("{what}: {name}"), value)));
+    terms.extend(rows.map(|(kind, what, value)| BalanceTerm::energy(kind, format!("{what}: {name}"), value)));
 }
 
 /// Mass, momentum, angular momentum, and the impulse from outside.
@@ -195,15 +203,15 @@ fn moment_terms<const D: usize>(mpm: &Mpm<D>, impulse: Vector<3>, terms: &mut Ve
     let (mass, momentum, spin) =
         parts.fold((0.0, Vector::ZERO, Vector::ZERO), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2));
     let added = mpm.coupling.contact.losses().spin;
-    terms.push(other("mass".into(), "kg", mass));
+    terms.push(BalanceTerm::other("mass", "kg", mass));
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         if axis < D {
-            terms.push(other(format!("momentum {name}"), "N s", momentum[axis]));
-            terms.push(other(format!("external impulse {name}"), "N s", impulse[axis]));
+            terms.push(BalanceTerm::other(format!("momentum {name}"), "N s", momentum[axis]));
+            terms.push(BalanceTerm::other(format!("external impulse {name}"), "N s", impulse[axis]));
         }
         if D == 3 || axis == 2 {
-            terms.push(other(format!("angular momentum {name}"), "N m s", spin[axis]));
-            terms.push(other(format!("angular momentum of contact {name}"), "N m s", added[axis]));
+            terms.push(BalanceTerm::other(format!("angular momentum {name}"), "N m s", spin[axis]));
+            terms.push(BalanceTerm::other(format!("angular momentum of contact {name}"), "N m s", added[axis]));
         }
     }
 }

@@ -53,11 +53,11 @@ impl<const D: usize> Mpm<D> {
                 visitor.run(&method.schedule.momentum, own, body)?;
             }
             own.limits.measure(ghosts, grid.folds_in(field), &own.nodes);
-            walls.fold((ghosts, &own.limits), field, &mut own.nodes);
+            walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             own.small = small_mass::find(grid, &mut own.nodes, &own.cutoffs);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);
             let bodies = Bodies::of_field(bodies, field, &shielded);
-            walls.constrain_start((grid, field), &mut own.nodes, &bodies, step);
+            walls.constrain_start(grid, field, &mut own.nodes, &bodies, step);
             Ok(())
         })
     }
@@ -83,7 +83,7 @@ impl<const D: usize> Mpm<D> {
             }
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
             members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
-            walls.fold((ghosts, &own.limits), field, &mut own.nodes);
+            walls.fold(ghosts, &own.limits, field, &mut own.nodes);
             Ok(())
         })
     }

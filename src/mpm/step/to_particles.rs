@@ -31,7 +31,7 @@ impl<const D: usize> Mpm<D> {
                 let (all, applied, weight) = (force.dot(mean), applied.dot(mean), mass * gravity.dot(mean));
                 ForceWork { all: all * dt, applied: applied * dt, weight: weight * dt, mass }
             };
-            let work = parallel::reduce_pair_mut(nodes, applied, finish, ForceWork::and).unwrap_or_default();
+            let work = parallel::reduce_pair_mut(nodes, applied, finish, ForceWork::plus).unwrap_or_default();
             energy.add_nodes(work, gravity, dt);
             ghosts.fill(limits, nodes);
             energy.add_walls(&walls.finish_reactions(grid, field, NodeMotion::of(&own.nodes), step, share));
@@ -109,7 +109,7 @@ impl<const D: usize> Mpm<D> {
             let Field { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
-            walls.constrain_velocity((grid, field), nodes, velocity, step.after());
+            walls.constrain_velocity(grid, field, nodes, velocity, step.after());
             own.heat = if members[field].iter().any(|&number| method.dissipation.warms(&bodies[number])) {
                 heat::of_contact(ghosts, own, dt)
             } else {

@@ -43,7 +43,7 @@ impl<const D: usize> Filter<'_, D> {
         let Visitor { grid, ghosts, parameters, .. } = self.visitor;
         let (nodes, limits, mut pushes) = (&grid.fields[field].nodes, &grid.fields[field].limits, walls.pushes());
         let mut w = self.on_grid(bodies, Vec::new(), &mut pushes, 1.0);
-        pushes = pushes.and(walls.constrain_velocity((grid, field), nodes, &mut w, t));
+        pushes = pushes.plus(walls.constrain_velocity(grid, field, nodes, &mut w, t));
         ghosts.fill(limits, &mut w);
         let (mut v, mut smooth) = (w.clone(), Vec::new());
         for body in bodies.iter_mut().filter(|body| parameters.dissipation.warms(body)) {
@@ -53,7 +53,7 @@ impl<const D: usize> Filter<'_, D> {
         for j in 2..=order {
             smooth = self.on_grid(bodies, smooth, &mut pushes, -1.0);
             w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= *s);
-            pushes = pushes.and(walls.constrain_correction((grid, field), nodes, &mut w, t));
+            pushes = pushes.plus(walls.constrain_correction(grid, field, nodes, &mut w, t));
             ghosts.fill(limits, &mut w);
             v.iter_mut().zip(&w).for_each(|(v, w)| *v += *w);
             heat += self.gather(&w, bodies, j);
@@ -62,7 +62,7 @@ impl<const D: usize> Filter<'_, D> {
             body.work.noise.clear();
             self.gather_from(&v, &[], &[Operation::TakeVelocity], body);
         }
-        (heat, pushes.and(walls.reflect(field, &w)))
+        (heat, pushes.plus(walls.reflect(field, &w)))
     }
 
     /// Σ m_p N_Ip v_p / m_I [m/s], in the memory of `velocity`; counts so many times the impulse of mirrors.
@@ -81,7 +81,7 @@ impl<const D: usize> Filter<'_, D> {
             let targets = Targets::Momentum(&mut velocity);
             executor.scatter(grid, body, Scattering { content: Content::Momentum, targets });
         }
-        pushes.fold((ghosts, &field.limits), &mut velocity, times);
+        pushes.fold(ghosts, &field.limits, &mut velocity, times);
         divide_by_mass(&field.nodes, &field.small, &mut velocity);
         velocity
     }

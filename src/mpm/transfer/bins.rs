@@ -10,6 +10,8 @@ use crate::math::Vector;
 use crate::mpm::Kernel;
 use crate::mpm::grid::{EDGE, Grid};
 use crate::mpm::particles::{Body, Particles};
+use crate::simulation::Record;
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -38,7 +40,8 @@ pub(crate) struct Bins<const D: usize> {
 }
 
 /// The loss of order of a body since it was sorted.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Disorder {
     /// Largest distance that a particle may have moved along an axis [cells].
     pub drift: f64,
@@ -46,6 +49,10 @@ pub(crate) struct Disorder {
     fresh: f64,
     /// Visits beyond those since then.
     excess: f64,
+}
+
+impl Record for Disorder {
+    type Number = f64;
 }
 
 /// A sort takes about as long as this many visits of nodes per particle.
@@ -85,25 +92,16 @@ impl<const D: usize> Bins<D> {
         Self { bins, slots: Vec::new(), extents, colours, disorder }
     }
 
-    /// Block coordinates, first particle and one past the last of each bin, and the disorder: for checkpoints.
-    pub fn to_numbers(&self) -> (Vec<i32>, Vec<u32>, Vec<f64>) {
-        let blocks = self.bins.iter().flat_map(|bin| bin.block).collect();
-        let starts = self.bins.iter().flat_map(|bin| [bin.range.start as u32, bin.range.end as u32]).collect();
-        let Disorder { drift, fresh, excess } = self.disorder;
-        (blocks, starts, vec![drift, fresh, excess])
+    /// Block coordinates, and first particle and one past the last, of each bin: with the disorder all that a checkpoint keeps.
+    pub fn to_columns(&self) -> (Vec<[i32; D]>, Vec<[u32; 2]>) {
+        let range = |bin: &Bin<D>| [bin.range.start as u32, bin.range.end as u32];
+        (self.bins.iter().map(|bin| bin.block).collect(), self.bins.iter().map(range).collect())
     }
 
-    /// Restores what [`Self::to_numbers`] gave.
-    pub fn from_numbers(blocks: &[i32], starts: &[u32], disorder: &[f64]) -> Self {
-        let bins = blocks.chunks_exact(D).zip(starts.chunks_exact(2)).map(|(block, range)| Bin {
-            block: std::array::from_fn(|a| block[a]),
-            range: range[0] as usize..range[1] as usize,
-        });
-        let disorder = match *disorder {
-            [drift, fresh, excess] => Disorder { drift, fresh, excess },
-            _ => Disorder { drift: f64::INFINITY, ..Disorder::default() },
-        };
-        Self::new(bins.collect(), disorder)
+    /// Restores what [`Self::to_columns`] gave.
+    pub fn from_columns(blocks: &[[i32; D]], ranges: &[[u32; 2]], disorder: Disorder) -> Self {
+        let bin = |(&block, range): (&[i32; D], &[u32; 2])| Bin { block, range: range[0] as usize..range[1] as usize };
+        Self::new(blocks.iter().zip(ranges).map(bin).collect(), disorder)
     }
 
     /// True if the bins follow each other, and each holds particles that a sweep of `kernel` may find there.

@@ -100,7 +100,7 @@ impl<const D: usize> Visitor<'_, D> {
             if summary.inverted {
                 return Err(health::inverted(body));
             }
-            body.summary = body.summary.and(summary);
+            body.summary = body.summary.plus(summary);
         }
         Ok(())
     }

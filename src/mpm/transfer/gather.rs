@@ -73,17 +73,17 @@ sums! {
 
 /// Sums over particles, added in a fixed order.
 pub(crate) trait Reduce: Send + Default {
-    /// Both.
-    fn and(self, other: Self) -> Self;
+    /// The sum of both.
+    fn plus(self, other: Self) -> Self;
 }
 
 impl Reduce for () {
-    fn and(self, (): ()) {}
+    fn plus(self, (): ()) {}
 }
 
 /// A sum.
 impl Reduce for f64 {
-    fn and(self, other: Self) -> Self {
+    fn plus(self, other: Self) -> Self {
         self + other
     }
 }
@@ -108,7 +108,7 @@ impl<const D: usize> Sweep<'_, D> {
                 rest = others;
                 reader.fill(slots, extent, &node);
                 let frame = Frame::new(self, bin.block);
-                sum = sum.and(reader.read(self.kernel, frame, mine, fields, |chunk, _| visit(chunk)));
+                sum = sum.plus(reader.read(self.kernel, frame, mine, fields, |chunk, _| visit(chunk)));
             }
             sum
         })
@@ -155,7 +155,7 @@ impl<const D: usize> Reader<D> {
             particles = rest;
             places.locate(kernel, frame, chunk.position);
             let visits = gather_chunk(kernel, tile, places, frame.scale, fields, rows);
-            sum = sum.and(visit(&mut Chunk { particles: chunk, rows, visits }, places));
+            sum = sum.plus(visit(&mut Chunk { particles: chunk, rows, visits }, places));
         }
         sum
     }
@@ -203,7 +203,7 @@ fn split<const D: usize, A: Reduce>(
     let (first, second) = part.split_at(part.bins.len() / 2);
     let (left, right) = particles.split_at(second.bins[0].range.start - first.bins[0].range.start);
     let (a, b) = rayon::join(|| split(first, left, work), || split(second, right, work));
-    a.and(b)
+    a.plus(b)
 }
 
 struct ChunkGather<'a, S, const W: usize, const D: usize> {

@@ -14,13 +14,13 @@ use super::tile::{TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, WIDTH};
 use crate::mpm::grid::kernel::Weights;
 
-/// Which sums a gather forms, as a type: unused ones are never computed.
+/// The sums that a gather forms, as a type: unused ones are never computed.
 pub(crate) trait Sums: Copy {
     /// The first lane of a record that is read: 0 the scalar, 1 the velocity.
     const FROM: usize;
     /// One past the last lane that is read, in so many dimensions: the scalar's, the velocity's, or the acceleration's.
     const TO: fn(usize) -> usize;
-    /// Which slopes of the velocity: its gradient, its affine moment.
+    /// The slopes of the velocity that it forms: its gradient, its affine moment.
     const SLOPES: [bool; 2];
 }
 

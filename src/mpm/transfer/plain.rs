@@ -62,7 +62,7 @@ impl<const D: usize> Executor<D> for Plain {
         for mut particle in view.in_parts(std::iter::repeat_n(1, count)) {
             let x = particle.position[0];
             let sums = with_shape!(kernel, shape => gather(shape, grid, x, nodal));
-            summary = summary.and(perform(&operations, law, sums, &mut particle));
+            summary = summary.plus(perform(&operations, law, sums, &mut particle));
         }
         summary
     }

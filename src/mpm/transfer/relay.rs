@@ -48,6 +48,6 @@ impl<const D: usize> Sweep<'_, D> {
                 sums[b] = sum;
             }
         }
-        sums.into_iter().fold(A::default(), A::and)
+        sums.into_iter().fold(A::default(), A::plus)
     }
 }

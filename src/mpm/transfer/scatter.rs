@@ -122,7 +122,7 @@ impl<const D: usize> Sweep<'_, D> {
                 let mut extent = Extent::EMPTY;
                 for start in bin.range.clone().step_by(CHUNK) {
                     let chunk = source.range(start..bin.range.end.min(start + CHUNK));
-                    extent = extent.and(&places.locate(self.kernel, frame, chunk.position));
+                    extent = extent.union(&places.locate(self.kernel, frame, chunk.position));
                     T::collect(tile, self.kernel, frame, places, &chunk);
                 }
                 nodes.add(&self.bins.slots[b], &extent, tile, content);
@@ -160,7 +160,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterRecords<'_, '_
 }
 
 impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D> {
-    /// Which slope weights the source takes.
+    /// The slope weights that the source takes.
     #[inline(always)]
     fn slope(&self) -> Slope {
         match self.source.pushes() {

@@ -64,7 +64,7 @@ impl Packing for Paired {
     }
 }
 
-/// Which weights the slopes of a scatter take.
+/// The weights that the slopes of a scatter take.
 #[derive(Clone, Copy)]
 pub(crate) enum Slope {
     /// None: the values alone.

@@ -49,8 +49,8 @@ impl Extent {
         Self { from: [0; 3], to: std::array::from_fn(|a| if a < D { TILE } else { 1 }) }
     }
 
-    /// Both.
-    pub fn and(&self, other: &Self) -> Self {
+    /// The smallest extent that holds both.
+    pub fn union(&self, other: &Self) -> Self {
         Self {
             from: std::array::from_fn(|a| self.from[a].min(other.from[a])),
             to: std::array::from_fn(|a| self.to[a].max(other.to[a])),

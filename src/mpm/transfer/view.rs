@@ -182,13 +182,13 @@ impl<const D: usize> View<'_, D> {
         if len > GRAIN {
             let (left, right) = self.split_at(len / 2);
             let (a, b) = rayon::join(|| left.visit(visit), || right.visit(visit));
-            return a.and(b);
+            return a.plus(b);
         }
         let mut sum = A::default();
         while self.len() > 0 {
             let len = CHUNK.min(self.len());
             let (mut chunk, rest) = self.split_at(len);
-            sum = sum.and(visit(&mut chunk));
+            sum = sum.plus(visit(&mut chunk));
             self = rest;
         }
         sum

@@ -61,7 +61,8 @@ impl<const D: usize> Walls<D> {
     /// section 6, 2 b; theory E.1).
     pub(in crate::mpm) fn constrain_start(
         &mut self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &mut [Node<D>],
         bodies: &Bodies<'_, D>,
         step: &Step,
@@ -172,7 +173,8 @@ impl<const D: usize> Walls<D> {
     /// the wall were removed, the noise about zero would keep its other half, and a body at rest would be strained without end.
     pub fn constrain_velocity(
         &self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &[Node<D>],
         velocity: &mut [Vector<D>],
         t: f64,
@@ -190,18 +192,19 @@ impl<const D: usize> Walls<D> {
                 if !kind.binds() && force != Vector::ZERO {
                     constrained -= normal * (constrained - wall).dot(normal);
                 }
-                pushes.push(condition.boundary, (constrained - *v) * nodes[node].mass, wall);
+                pushes.add(condition.boundary, (constrained - *v) * nodes[node].mass, wall);
                 *v = constrained;
             }
             pushes
         });
-        parts.into_iter().fold(at_surface, Pushes::and)
+        parts.into_iter().fold(at_surface, Pushes::plus)
     }
 
     /// Removes from velocity corrections at time `t` [s] what binding conditions don't allow; returns what that pushes.
     pub fn constrain_correction(
         &self,
-        (grid, field): (&Grid<D>, usize),
+        grid: &Grid<D>,
+        field: usize,
         nodes: &[Node<D>],
         correction: &mut [Vector<D>],
         t: f64,
@@ -216,12 +219,12 @@ impl<const D: usize> Walls<D> {
                     let c = &mut correction[node - first];
                     let constrained = kind.constrain(*c, Vector::ZERO, condition.normal);
                     let wall = self.velocity(boundary, grid.position(node), t);
-                    pushes.push(condition.boundary, (constrained - *c) * nodes[node].mass, wall);
+                    pushes.add(condition.boundary, (constrained - *c) * nodes[node].mass, wall);
                     *c = constrained;
                 }
             }
             pushes
         });
-        parts.into_iter().fold(at_surface, Pushes::and)
+        parts.into_iter().fold(at_surface, Pushes::plus)
     }
 }

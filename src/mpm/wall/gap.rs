@@ -148,27 +148,17 @@ impl<const D: usize> Walls<D> {
         let mut measured = (u32::MAX, 0.0, false);
         for n in 0..support.pow(D as u32) {
             let node = node(std::array::from_fn(|a| first[a] + n / support.pow(a as u32) % support));
-            let from = self.gap_conditions.first[node];
-            if from == NONE {
-                continue;
-            }
             let offset = x - grid.position(node);
-            for (k, condition) in self.conditions.iter().enumerate().skip(from as usize) {
-                if condition.node as usize != node {
-                    break;
-                }
-                let normal = condition.normal;
-                if !self.has_gap(condition) || self.continues(body.field, condition.boundary as usize) {
-                    continue;
-                }
+            for (k, condition) in self.conditions_with_gap(node, body.field) {
+                let (boundary, normal) = (condition.boundary, condition.normal);
                 // Nothing may pass a wall of the domain by even a rounding: there all nodes of the support act.
                 let aside = (offset - normal * offset.dot(normal)).norm();
-                if aside > patch && condition.boundary as usize >= 2 * D {
+                if aside > patch && boundary as usize >= 2 * D {
                     continue;
                 }
-                if measured.0 != condition.boundary {
-                    let distance = self.distance(condition.boundary as usize, x);
-                    measured = (condition.boundary, distance, shielded(x, normal, distance));
+                if measured.0 != boundary {
+                    let distance = self.distance(boundary as usize, x);
+                    measured = (boundary, distance, shielded(x, normal, distance));
                 }
                 let (_, distance, shielded) = measured;
                 if !shielded {
@@ -177,6 +167,17 @@ impl<const D: usize> Walls<D> {
             }
         }
         gaps
+    }
+
+    /// The conditions of a node that act on a field where a gap closes, by number.
+    fn conditions_with_gap(&self, node: usize, field: usize) -> impl Iterator<Item = (usize, &Condition<D>)> {
+        let from = match self.gap_conditions.first[node] {
+            NONE => self.conditions.len(),
+            first => first as usize,
+        };
+        let own = self.conditions.iter().enumerate().skip(from);
+        let own = own.take_while(move |(_, condition)| condition.node as usize == node);
+        own.filter(move |(_, condition)| self.has_gap(condition) && !self.continues(field, condition.boundary as usize))
     }
 }
 

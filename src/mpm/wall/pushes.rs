@@ -22,21 +22,21 @@ pub struct Pushes<const D: usize> {
 }
 
 impl<const D: usize> Pushes<D> {
-    /// Both together.
+    /// The sum of both.
     #[must_use]
-    pub fn and(mut self, other: Self) -> Self {
+    pub fn plus(mut self, other: Self) -> Self {
         self.impulse.iter_mut().zip(other.impulse).for_each(|(sum, impulse)| *sum += impulse);
         Self { work: self.work + other.work, ..self }
     }
 
     /// Counts the impulse [N s] of a condition whose boundary moves with `wall` [m/s].
-    pub(super) fn push(&mut self, boundary: u32, impulse: Vector<D>, wall: Vector<D>) {
+    pub(super) fn add(&mut self, boundary: u32, impulse: Vector<D>, wall: Vector<D>) {
         self.impulse[boundary as usize] += impulse;
         self.work += impulse.dot(wall);
     }
 
     /// Folds momentum [N s], and adds `times` its change by mirrors.
-    pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), momentum: &mut [Vector<D>], times: f64) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &Limits, momentum: &mut [Vector<D>], times: f64) {
         ghosts.fold(limits, momentum, |side, _, ghost| {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
         });

@@ -69,7 +69,7 @@ impl<const D: usize> Sums<D> {
         self.work += force.dot(wall(step.before()) + wall(step.after())) * (0.5 * dt);
     }
 
-    fn and(mut self, other: Self) -> Self {
+    fn plus(mut self, other: Self) -> Self {
         self.impulse.iter_mut().zip(other.impulse).for_each(|(sum, impulse)| *sum += impulse);
         Self { work: self.work + other.work, total: self.total + other.total, ..self }
     }
@@ -96,7 +96,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Folds the ghosts of a field's nodes into the domain, and records the momentum and force that mirrors reflect.
-    pub fn fold(&mut self, (ghosts, limits): (&Ghosts<D>, &Limits), field: usize, nodes: &mut [Node<D>]) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &Limits, field: usize, nodes: &mut [Node<D>]) {
         let reaction = &mut self.reactions[field];
         ghosts.fold(limits, nodes, |side, node, ghost| {
             let axis = Vector::unit(side / 2);
@@ -152,7 +152,7 @@ impl<const D: usize> Walls<D> {
             }
             sums
         };
-        let mut sums = parallel::reduce(self.conditions.len(), sum, Sums::and).unwrap_or_else(none);
+        let mut sums = parallel::reduce(self.conditions.len(), sum, Sums::plus).unwrap_or_else(none);
         for (point, velocity) in self.reactions[field].surface.velocities(mean) {
             let SurfacePoint { boundary, place, force, .. } = *point;
             sums.add(self, BoundaryForce { boundary, x: place, force, velocity }, step);

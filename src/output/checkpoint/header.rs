@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::str::SplitWhitespace;
 
 /// Bytes of the first line, which says how long the header is.
-pub(super) const FIRST_LINE: usize = "lateen checkpoint 1 header 0000000000 crc 00000000\n".len();
+pub(super) const FIRST_LINE: usize = "lateen checkpoint 2 header 0000000000 crc 00000000\n".len();
 /// A compressed block is never longer than this.
 const LONGEST_BLOCK: usize = BLOCK + BLOCK / 128 + 512;
 

@@ -4,7 +4,7 @@
 //! blocks, then holds the columns, each from a multiple of 64 bytes on, as zstd blocks of at most 1 MiB:
 //!
 //! ```text
-//! lateen checkpoint 1 header 0000001234 crc 89abcdef
+//! lateen checkpoint 2 header 0000001234 crc 89abcdef
 //! program 0.1.0
 //! case "5be0cd19137e2179"
 //! step 1200
@@ -28,8 +28,8 @@ use read::{Reader, Trouble};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Version of the file format.
-const FORMAT: u32 = 1;
+/// Version of the file format and of the columns of the methods.
+const FORMAT: u32 = 2;
 /// Bytes per block before compression.
 const BLOCK: usize = 1 << 20;
 /// Columns start at multiples of this many bytes.

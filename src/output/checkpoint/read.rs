@@ -305,7 +305,7 @@ mod tests {
             lines in proptest::collection::vec("(column f64|block at|name) ?[0-9]{0,25}( [a-z0-9\"]{0,12}){0,9}", 1..9)
         ) {
             let text = format!("program 0\ncase \"case\"\nstep 1\ntime 0.5\n{}", lines.join("\n"));
-            let start = format!("lateen checkpoint 1 header {:010} crc ", text.len());
+            let start = format!("lateen checkpoint {FORMAT} header {:010} crc ", text.len());
             let crc = crc32fast::hash(format!("{start}{text}").as_bytes());
             let file = format!("{start}{crc:08x}\n{text}");
             prop_assert!(matches!(read(file.as_bytes()), Err(Trouble::Damaged(_))));

@@ -1,4 +1,4 @@
-//! Which nodes are held, in which directions.
+//! The nodes that are held, and the directions in which they are.
 
 use super::{BoundaryKind, BoundarySetup};
 use crate::math::{Tensor, Vector};

@@ -22,6 +22,7 @@ pub use pin::{Pin, PressurePin};
 
 use crate::math::Vector;
 use crate::mesh::{Facet, Mesh};
+use crate::pfem2::equations::system::TimeStep;
 use constraints::{Glide, axes_of, fixed_nodes, glides};
 
 /// The conditions of a mesh.
@@ -80,7 +81,7 @@ impl<const D: usize> Boundary<D> {
         &self.sets
     }
 
-    /// Which unknowns are prescribed; their values are set by [`Boundary::prescribe`].
+    /// The unknowns that are prescribed; their values are set by [`Boundary::prescribe`].
     pub fn constraints<const N: usize>(&self, nodes: usize) -> Constraints<D, N> {
         let upright = Constraints::<D, N>::UPRIGHT;
         let (mask, value, frame) = (vec![0; nodes], vec![[0.0; N]; nodes], vec![upright; nodes]);
@@ -118,11 +119,12 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step (theory (F.31)).
-    pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, [t, dt, theta]: [f64; 3], convected: &mut [Vector<D>]) {
+    pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, step: TimeStep, convected: &mut [Vector<D>]) {
+        let TimeStep { dt, theta, .. } = step;
         for (node, sets) in &self.fixed {
             let x = mesh.nodes()[*node as usize];
-            let change = self.change(x, sets, [t + dt, dt]);
-            convected[*node as usize] = self.prescribed(x, sets, t + dt) - change * theta;
+            let change = self.change(x, sets, step.end(), dt);
+            convected[*node as usize] = self.prescribed(x, sets, step.end()) - change * theta;
         }
     }
 
@@ -135,7 +137,7 @@ impl<const D: usize> Boundary<D> {
 
     /// Δt times the acceleration of what moves with the prescribed velocity at the time `t` [m/s]: a wall that turns
     /// leads the fluid around. The formula of an inlet doesn't say how the velocity changes across it.
-    fn change(&self, x: Vector<D>, sets: &[u32], [t, dt]: [f64; 2]) -> Vector<D> {
+    fn change(&self, x: Vector<D>, sets: &[u32], t: f64, dt: f64) -> Vector<D> {
         let inlet = sets.iter().any(|&set| self.sets[set as usize].condition.kind() == BoundaryKind::Inlet);
         let along = if inlet { Vector::ZERO } else { self.prescribed(x, sets, t) };
         let between = |along: Vector<D>| {
@@ -152,16 +154,8 @@ impl<const D: usize> Boundary<D> {
         velocities.min_by(|v, w| v.norm_squared().total_cmp(&w.norm_squared())).unwrap_or_default()
     }
 
-    /// The inflow through the facet of an element opposite to a local node, at the place `x` [m] and time `t` [s];
-    /// `None` inside.
-    pub fn inflow<const N: usize>(
-        &self,
-        mesh: &Mesh<D, N>,
-        (element, opposite): (usize, usize),
-        x: Vector<D>,
-        t: f64,
-    ) -> Option<Inflow<D>> {
-        let facet = Facet { element: element as u32, opposite: opposite as u32 };
+    /// The inflow through a facet at the place `x` [m] and time `t` [s]; `None` inside.
+    pub fn inflow<const N: usize>(&self, mesh: &Mesh<D, N>, facet: Facet, x: Vector<D>, t: f64) -> Option<Inflow<D>> {
         let place = mesh.boundary().binary_search(&facet).ok()?;
         let set = &self.sets[self.owner[place] as usize];
         Some(Inflow { velocity: set.condition.velocity(x, t), fluid: set.brings, facet: place })
@@ -283,7 +277,7 @@ mod tests {
         let speed = |node: usize| constraints.value[node][0];
         assert_eq!([speed(0), speed(3), speed(6)], [2.0, 2.0, 3.0]);
         let mut convected = vec![Vector::splat(9.0); 9];
-        boundary.impose(&mesh, [3.0, 0.5, 0.5], &mut convected);
+        boundary.impose(&mesh, TimeStep { t: 3.0, dt: 0.5, theta: 0.5 }, &mut convected);
         assert_eq!([convected[6], convected[4]], [Vector([3.25, 0.0]), Vector::splat(9.0)]);
     }
 

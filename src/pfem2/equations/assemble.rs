@@ -131,23 +131,23 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     /// Force of the elements on their node `i` [N] when the nodal unknowns are `x`: load − matrix · x. The rows of
     /// free nodes vanish; those of prescribed ones are minus the reaction of the support, and slip nodes pass on the
     /// pressure of their facets, too.
-    pub fn push(&self, i: usize, x: impl Fn(usize) -> [f64; N]) -> Vector<D> {
-        let mut push = Vector::ZERO;
+    pub fn nodal_force(&self, i: usize, x: impl Fn(usize) -> [f64; N]) -> Vector<D> {
+        let mut force = Vector::ZERO;
         for &e in self.mesh.elements_around(i) {
             let element = e as usize;
             let nodes = &self.mesh.elements()[element];
             let Some(own) = nodes.iter().position(|&node| node as usize == i) else { continue };
             let cut = self.cut(element);
             let load = self.load(element, cut, own);
-            (0..D).for_each(|r| push[r] += load[r]);
+            (0..D).for_each(|r| force[r] += load[r]);
             for (j, &node) in nodes.iter().enumerate() {
                 let (block, x) = (self.block(element, cut, (own, j)), x(node as usize));
                 for r in 0..D {
-                    push[r] -= (0..N).map(|s| block[r][s] * x[s]).sum::<f64>();
+                    force[r] -= (0..N).map(|s| block[r][s] * x[s]).sum::<f64>();
                 }
             }
         }
-        push
+        force
     }
 }
 

@@ -29,6 +29,5 @@ pub(super) fn not_converged(place: Place, history: &[f64], residual: f64, option
     };
     let residuals = residuals(history, residual);
     let advice = format!("{residuals}: {few}halve the step, look for flat or tiny elements there, or {last}");
-    let what = "the linear solver did not converge".to_owned();
-    StepError { what, time: 0.0, step: 0, place, quantity: "relative residual", value: residual, advice }
+    StepError::new(place, "the linear solver did not converge", "relative residual", residual, advice)
 }

@@ -23,7 +23,7 @@ use crate::math::Vector;
 use crate::mesh::{Mesh, Simplex};
 use crate::pfem2::boundary::{Boundary, Condition};
 
-/// Which facets of each element are open in this way: bit k for the one opposite to local node k.
+/// The facets of each element that are open in this way: bit k for the one opposite to local node k.
 pub fn open_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
     boundary.facet_bits(mesh, |condition| matches!(condition, Condition::Outlet | Condition::Pressure(_)))
 }

@@ -16,7 +16,7 @@ use crate::mesh::{Mesh, Simplex};
 use crate::pfem2::boundary::{Boundary, Condition};
 use crate::pfem2::interface::{CutGeometry, Enrichment};
 
-/// Which facets of each element are slip facets: bit k for the one opposite to local node k.
+/// The slip facets of each element: bit k for the one opposite to local node k.
 pub fn slip_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Vec<u8> {
     boundary.facet_bits(mesh, |condition| matches!(condition, Condition::Slip))
 }

@@ -194,7 +194,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
     pub fn imposed(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut convected = convected.to_vec();
-        self.boundary.impose(&self.mesh, [step.t, step.dt, step.theta], &mut convected);
+        self.boundary.impose(&self.mesh, step, &mut convected);
         convected
     }
 

@@ -21,7 +21,7 @@ use super::sub_simplices::{self, SubSimplex, split};
 use crate::math::Vector;
 use crate::pfem2::equations::element::Content;
 
-/// Which functions enrich the pressure of a cut element.
+/// The functions that enrich the pressure of a cut element.
 ///
 /// Both keep fluids at rest. In motion one kink ties the two gradients together: a standing wave of water under air
 /// gains energy with it and loses a little with one function per node, which also carries the jump of surface tension.

@@ -1,6 +1,6 @@
 //! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start (theory F.10, G.4).
 
-use super::level_set::{self, InflowDepth, InflowFluid, LevelSet};
+use super::level_set::{self, CameIn, InflowDepth, InflowFluid, LevelSet};
 use super::phase_list::PhaseList;
 use super::phases::Phases;
 use crate::math::Vector;
@@ -65,7 +65,7 @@ impl<const D: usize> InflowComposition<D> {
         };
         let facet = mesh.boundary()[inflow.facet];
         let held = level_set::on_facet(facet, &corners, place);
-        let (own, depth) = set.inflow_at(mesh, (place, facet), way, (held, entering));
+        let (own, depth) = set.inflow_at(mesh, &CameIn { place, facet, way, held }, entering);
         (inflow.fluid.unwrap_or(own), depth)
     }
 }

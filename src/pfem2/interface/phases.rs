@@ -1,4 +1,4 @@
-//! Which fluid fills an element: one, two with an interface between them, or a mixture of more.
+//! The fluids that fill an element: one, two with an interface between them, or a mixture of more.
 //!
 //! ```text
 //! one fluid at all nodes       the element is full of it

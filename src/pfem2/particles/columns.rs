@@ -1,12 +1,11 @@
 //! Particles of PFEM-2: columns sorted by element.
 //!
 //! Particles carry velocity and fluid, no mass: a particle stands for V_e/n_e, its share of the element that it is
-//! in (theory F.3). Those of element e are `first[e]..first[e + 1]`; a stable counting sort restores this
-//! after every motion. Its result is unique, so that it doesn't depend on the number of threads.
+//! in (theory F.3). Those of an element follow one another; a stable counting sort ([`Groups`]) restores this after every motion.
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use crate::parallel;
+use crate::parallel::{self, Groups};
 use crate::simulation::Column;
 use std::ops::Range;
 
@@ -20,8 +19,8 @@ macro_rules! particle_columns {
             $($(#[$doc])* pub $name: Vec<$type>,)*
             /// Columns that a law or a phase asks for.
             optional: Vec<OptionalColumn>,
-            /// Particles of element e are `first[e]..first[e + 1]`.
-            first: Vec<u32>,
+            /// Particles by element.
+            pub(super) by_element: Groups,
             /// Memory for the sort, kept because fresh pages cost more than the sort itself.
             spare: Spare<D>,
         }
@@ -33,7 +32,7 @@ macro_rules! particle_columns {
                 self.optional.iter_mut().for_each(OptionalColumn::push_zeros);
             }
 
-            /// InflowFluid all columns into a new order.
+            /// Brings all columns into a new order.
             fn reorder(&mut self, order: &[u32], spare: &mut Spare<D>) {
                 $(gather(order, &mut self.$name, &mut spare.$spare);)*
                 self.optional.iter_mut().for_each(|column| column.reorder(order, &mut spare.floats));
@@ -126,11 +125,10 @@ struct Spare<const D: usize> {
     bytes: Vec<u8>,
     floats: Vec<f64>,
     elements: Vec<u32>,
-    order: Vec<u32>,
 }
 
 /// The element of a particle that is to be dropped by the next sort.
-pub const GONE: u32 = u32::MAX;
+pub const GONE: u32 = Groups::NONE;
 
 impl<const D: usize> Particles<D> {
     /// Seeds every element with the points of a lattice, [`lattice`].
@@ -152,7 +150,7 @@ impl<const D: usize> Particles<D> {
             points.filter_map(|x| fluid_at(x).map(|fluid| (x, fluid))).collect::<Vec<_>>()
         };
         let seeded = parallel::collect(mesh.elements().len(), 64, filled);
-        let mut particles = Self { first: vec![0; mesh.elements().len() + 1], ..Self::default() };
+        let mut particles = Self { by_element: Groups::new(mesh.elements().len()), ..Self::default() };
         for (element, points) in (0u32..).zip(seeded) {
             for (x, fluid) in points {
                 particles.push(x, velocity_at(x), fluid, element);
@@ -186,12 +184,7 @@ impl<const D: usize> Particles<D> {
 
     /// The particles of an element.
     pub fn of(&self, element: usize) -> Range<usize> {
-        self.first[element] as usize..self.first[element + 1] as usize
-    }
-
-    /// Starts of the elements' particles, one more than there are elements.
-    pub fn first(&self) -> &[u32] {
-        &self.first
+        self.by_element.range(element)
     }
 
     /// Appends a particle. [`Particles::sort`] has to follow.
@@ -204,51 +197,19 @@ impl<const D: usize> Particles<D> {
 
     /// Sorts by element and drops the particles whose element is [`GONE`]; those of one element keep their order.
     pub fn sort(&mut self) {
-        let order = self.count_and_order();
-        let mut spare = std::mem::take(&mut self.spare);
-        self.reorder(&order, &mut spare);
-        self.spare = Spare { order, ..spare };
+        self.group_by_element();
+        let (by_element, mut spare) = (std::mem::take(&mut self.by_element), std::mem::take(&mut self.spare));
+        self.reorder(by_element.entries(), &mut spare);
+        (self.by_element, self.spare) = (by_element, spare);
     }
 
-    /// Takes back the memory of an order.
-    pub(super) fn keep(&mut self, order: Vec<u32>) {
-        self.spare.order = order;
-    }
-
-    /// Counts the particles of the elements into `first` and returns the particles in their order.
-    ///
-    /// Every thread orders a range of elements: it reads all element numbers, one after the other, and writes
-    /// only its own part.
-    pub(super) fn count_and_order(&mut self) -> Vec<u32> {
-        let elements = self.first.len() - 1;
-        self.first.fill(0);
-        for &e in self.element.iter().filter(|&&e| e != GONE) {
-            self.first[e as usize + 1] += 1;
-        }
-        (0..elements).for_each(|e| self.first[e + 1] += self.first[e]);
-        let mut order = std::mem::take(&mut self.spare.order);
-        order.resize(self.first[elements] as usize, 0);
-        let share = elements.div_ceil(parallel::threads()).max(1);
-        let range = |part: usize| part * share..((part + 1) * share).min(elements);
-        let first = |element: usize| self.first[element] as usize;
-        let places = |part: usize| first(range(part).start)..first(range(part).end);
-        let mut parts = parallel::parts_mut(&mut order, (0..elements.div_ceil(share)).map(places));
-        parallel::change(&mut parts, 1, |n, part| {
-            let range = range(n);
-            let base = self.first[range.start];
-            let mut next: Vec<u32> = self.first[range.clone()].iter().map(|start| start - base).collect();
-            for (p, &e) in (0u32..).zip(&self.element) {
-                if let Some(next) = (e as usize).checked_sub(range.start).and_then(|own| next.get_mut(own)) {
-                    part[*next as usize] = p;
-                    *next += 1;
-                }
-            }
-        });
-        order
+    /// Groups the particles by element and leaves them where they are; [`Particles::sort`] has to follow.
+    pub(super) fn group_by_element(&mut self) {
+        self.by_element.sort(&self.element);
     }
 }
 
-/// InflowFluid a column into a new order, through another one that takes its place.
+/// Brings a column into a new order, through another one that takes its place.
 fn gather<T: Copy + Send + Sync + Default>(order: &[u32], column: &mut Vec<T>, spare: &mut Vec<T>) {
     parallel::map_into(order, spare, |&from| column[from as usize]);
     std::mem::swap(column, spare);
@@ -322,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_column_of_a_law_is_sorted_and_merged_with_the_others() {
-        let mut particles = Particles::<2> { first: vec![0; 4], ..Particles::default() };
+        let mut particles = Particles::<2> { by_element: Groups::new(3), ..Particles::default() };
         particles.add_column("stress", 2);
         for element in [2, 0, 1, 0] {
             particles.push(Vector::ZERO, Vector::ZERO, 0, element);
@@ -341,7 +302,7 @@ mod tests {
 
     #[test]
     fn sorting_is_stable_and_drops_particles_that_left() {
-        let mut particles = Particles::<2> { first: vec![0; 9], ..Particles::default() };
+        let mut particles = Particles::<2> { by_element: Groups::new(8), ..Particles::default() };
         for (p, element) in [5, GONE, 0, 5, 7, 0, GONE, 5].into_iter().enumerate() {
             particles.push(Vector::ZERO, Vector::ZERO, p as u8, element);
         }

@@ -12,6 +12,7 @@ use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::project::ConvectedVelocity;
 use crate::pfem2::setup::Unresolved;
 use crate::pfem2::time::history::TimeHistory;
+use bytemuck::{Pod, Zeroable};
 
 /// Rules that stay the same during a run.
 #[derive(Debug, Clone)]
@@ -36,7 +37,8 @@ impl ParticleRules {
 }
 
 /// Events since the start, for histories.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
 pub(in crate::pfem2) struct ParticleEvents {
     /// Particles that left through open boundaries.
     pub left: u64,
@@ -107,7 +109,7 @@ impl<const D: usize> ParticleTracking<D> {
         if last + earlier != 0.0 {
             let increment = history.explicit_increment(step);
             let each = vec![&increment[..]; interface.list.count()];
-            self.add_increment(&each, ((last + earlier) * step.dt, 0.0), system, interface);
+            self.add_increment(&each, (last + earlier) * step.dt, 0.0, system, interface);
         }
     }
 
@@ -126,7 +128,7 @@ impl<const D: usize> ParticleTracking<D> {
         let increment = averaged.increments(&system.velocity, interface.list.count());
         let increment: Vec<&[Vector<D>]> = increment.iter().map(|own| &own[..]).collect();
         let filter = correct::filter(step.dt, self.rules.relaxation);
-        self.add_increment(&increment, (step.delta(), filter), system, interface);
+        self.add_increment(&increment, step.delta(), filter, system, interface);
         self.bound_unresolved(system, interface.list.density());
         if interface.list.reseeds_by_elements() {
             let phases = interface.phases();
@@ -140,7 +142,8 @@ impl<const D: usize> ParticleTracking<D> {
     fn add_increment<const N: usize>(
         &mut self,
         increment: &[&[Vector<D>]],
-        (dt, filter): (f64, f64),
+        dt: f64,
+        filter: f64,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
     ) {

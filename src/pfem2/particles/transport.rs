@@ -12,7 +12,7 @@ use super::correct;
 use super::reseed::{NewParticle, ParticleSource};
 use super::tracking::ParticleTracking;
 use crate::math::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::level_set::InflowDepth;
@@ -94,7 +94,8 @@ impl<const D: usize> FrozenFlow<D> {
         };
         let inflow = |place: &MeshPoint<N>, opposite: usize, after: f64| {
             let (element, x) = (place.element, place.position(mesh));
-            let inflow = boundary.inflow(mesh, (element, opposite), x, self.step.t + after.max(0.0))?;
+            let facet = Facet { element: element as u32, opposite: opposite as u32 };
+            let inflow = boundary.inflow(mesh, facet, x, self.step.t + after.max(0.0))?;
             let here = || correct::at(&place.shape, &mesh.elements()[element], &self.start);
             let velocity = inflow.velocity.unwrap_or_else(here);
             let sharp = sharp.zip(self.inflow_depth.as_ref());

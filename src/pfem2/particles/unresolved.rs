@@ -44,7 +44,7 @@ impl<const D: usize> ParticleTracking<D> {
         }
         let differences = differences(system);
         let elements = system.mesh.elements().len();
-        let bounded = |e: usize| bounded(&self.columns, (system, density), e, &differences);
+        let bounded = |e: usize| bounded(&self.columns, system, density, &differences, e);
         let changes = parallel::collect_some(elements, 256, bounded);
         for BoundedElement { element, velocity, energy } in changes {
             let own = self.columns.of(element);
@@ -68,9 +68,10 @@ fn differences<const D: usize, const N: usize>(system: &VelocityPressureSystem<D
 /// The particles of an element after the bound, if it changes one.
 fn bounded<const D: usize, const N: usize>(
     particles: &Particles<D>,
-    (system, density): (&VelocityPressureSystem<D, N>, &[f64]),
-    element: usize,
+    system: &VelocityPressureSystem<D, N>,
+    density: &[f64],
     differences: &[f64],
+    element: usize,
 ) -> Option<BoundedElement<D>> {
     let VelocityPressureSystem { mesh, velocity, .. } = system;
     let nodes = &mesh.elements()[element];

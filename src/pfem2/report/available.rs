@@ -118,7 +118,8 @@ impl AvailablePotentialEnergy {
         totals: &FlowTotals,
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<EnergyCheck, StepError> {
-        let (gained, excess) = (ledger.gained(totals, system.surface_energy()), ledger.external.gravity - self.energy);
+        let (gained, excess) =
+            (ledger.gained(totals, system.surface_energy()), ledger.external().gravity - self.energy);
         let (at_hand, exchanged) = (self.at_hand(ledger), ledger.exchanged());
         if gained.max(excess) > RUNAWAY * (at_hand + exchanged) {
             return Err(health::runaway(system, gained.max(excess), at_hand));

@@ -8,8 +8,9 @@ use super::ledger::{EnergyLedger, ExternalRates, FlowTotals};
 use super::notices::Notices;
 use super::through::OpenBoundaryFlux;
 use crate::error::StepError;
-use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::tracking::InterfaceTracking;
+use crate::pfem2::time::history::StepShares;
 
 /// Part of the largest other energy so far that errors may take, or give, without a notice.
 const TAKEN: f64 = 0.05;
@@ -71,17 +72,18 @@ impl<const D: usize> EnergyBalance<D> {
         self.dissipation.begin(system);
     }
 
-    /// Adds a step with the `shares` θ, β₁ and β₂; `first`: nothing came before it but its prediction.
+    /// Adds a step with its `shares`; `first`: nothing came before it but its prediction.
     pub fn add<const N: usize>(
         &mut self,
-        (step, shares, first): (TimeStep, [f64; 3], bool),
+        shares: StepShares,
+        first: bool,
         system: &VelocityPressureSystem<D, N>,
         interface: &InterfaceTracking<D>,
         action: BoundaryAction<D>,
     ) {
         let rates = self.external_rates(system, interface, action);
-        let viscous = self.dissipation.of_step(system, step.dt, shares, first);
-        self.ledger.add(step.dt, shares, &rates, viscous);
+        let viscous = self.dissipation.of_step(system, shares, first);
+        self.ledger.add(shares, &rates, viscous);
         if let Some(available) = self.available.as_ref().filter(|_| interface.keeps_volumes()) {
             self.ledger.set_gravity(available.released(&self.totals));
         }
@@ -136,7 +138,7 @@ impl<const D: usize> EnergyBalance<D> {
         let gained = self.ledger.gained(&self.totals, system.surface_energy());
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
-        if self.ledger.viscous < -NEGATIVE * largest {
+        if self.ledger.viscous() < -NEGATIVE * largest {
             notices.negative_dissipation();
         }
     }

@@ -2,10 +2,11 @@
 
 use crate::linalg::SolverCounters;
 use crate::pfem2::Pfem2;
+use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::time::step_control::ErrorEstimates;
-use crate::simulation::{Column, MOST_COUNTED, Number, Record};
+use crate::simulation::{Column, MOST_COUNTED, Record};
 
 /// The contradiction in restored columns, if there is one.
 pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
@@ -21,10 +22,10 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if fluid.iter().any(|&f| usize::from(f) >= fluids) {
         return Some(format!("a particle is of a fluid beyond the {fluids} there are"));
     }
-    let ParticleEvents { left, stuck, added, inflow, merged, joined, empty } = pfem.particles.events;
     let age = pfem.interface.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
-    let counted = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, pfem.system.preconditioners, age];
-    if counted.iter().any(|&count| count > MOST_COUNTED) {
+    let counts = [pfem.steps, pfem.system.preconditioners, age];
+    let events: &[u64] = bytemuck::cast_slice(std::slice::from_ref(&pfem.particles.events));
+    if counts.iter().chain(events).any(|&count| count > MOST_COUNTED) {
         return Some("it counts more than any run does".to_owned());
     }
     if !finite(pfem) {
@@ -64,12 +65,50 @@ impl Record for SolverCounters {
     type Number = f64;
 }
 
+impl Record for ErrorEstimates {
+    type Number = f64;
+}
+
+impl Record for ParticleEvents {
+    type Number = u64;
+}
+
 /// The columns of a checkpoint, with what the linear solver keeps over steps: a resumed run repeats the same bits.
 pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    visit("steps", Column::scalar(&mut pfem.steps));
+    solver_columns(pfem, visit);
+    pfem.particles.columns.visit_columns(visit);
+    visit("particles/unresolved energy", Column::scalar(&mut pfem.particles.unresolved_energy));
+    visit("particles/events", Column::record(&mut pfem.particles.events));
+    node_columns(pfem, visit);
+    interface_columns(&mut pfem.interface, visit);
+    visit("energy ledger", Column::record(&mut pfem.balance.ledger));
+    let dissipation = &mut pfem.balance.dissipation;
+    visit("dissipation/power", Column::scalar(&mut dissipation.power_last));
+    visit("dissipation/power earlier", Column::scalar(&mut dissipation.power_earlier));
+    visit("dissipation/change", Column::new(&mut dissipation.change));
+    visit("forces", Column::new(&mut pfem.forces.last));
+    visit("forces/earlier", Column::new(&mut pfem.forces.previous));
+    // Nothing depends on these, but the state is shown with them.
+    visit("forces/mean", Column::new(&mut pfem.forces.mean));
+    visit("dt/previous", Column::scalar(&mut pfem.history.dt_previous));
+    visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
+    visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
+    visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
+    pfem.notices.columns(visit);
+}
+
+/// The matrix that the linear solver keeps, and its counts.
+fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     pfem.solver_state = pfem.system.solver_state();
     visit("solver/matrix", Column::growing(&mut pfem.solver_state.values));
     visit("solver/counters", Column::record(&mut pfem.solver_state.counters));
-    pfem.particles.columns.visit_columns(visit);
+    visit("solver/preconditioners", Column::scalar(&mut pfem.system.preconditioners));
+    visit_count(visit, "solver/iterations", &mut pfem.system.outcome.iterations);
+}
+
+/// Values at the nodes.
+fn node_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
     visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
     visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));
@@ -79,53 +118,27 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("nodes/earlier", Column::new(&mut pfem.history.velocity_earlier));
     visit("nodes/acceleration", Column::new(&mut pfem.history.acceleration));
     visit("nodes/carried", Column::new(&mut pfem.history.acceleration_previous));
-    visit("nodes/level", Column::new(&mut pfem.interface.level));
     for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.interface.fraction) {
         visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
     }
-    pfem.balance.ledger.columns(visit);
-    let dissipation = &mut pfem.balance.dissipation;
-    [dissipation.power_last, dissipation.power_earlier] =
-        visit_numbers(visit, "friction/power", [dissipation.power_last, dissipation.power_earlier]);
-    visit("friction/change", Column::new(&mut dissipation.change));
-    visit("forces", Column::new(&mut pfem.forces.last));
-    visit("forces/earlier", Column::new(&mut pfem.forces.previous));
-    // Nothing depends on these, but the state is shown with them.
-    visit("forces/mean", Column::new(&mut pfem.forces.mean));
-    let (interface, particles) = (&mut pfem.interface, &mut pfem.particles);
-    let shown = [interface.shift, interface.weight, particles.unresolved_energy];
-    [interface.shift, interface.weight, particles.unresolved_energy] =
-        visit_numbers(visit, "shift, weight, unresolved", shown);
-    let (history, control) = (&mut pfem.history, &mut pfem.limits.control);
-    let ErrorEstimates { time, mesh, interface } = control.errors;
-    let clock = [history.dt_previous, history.dt_earlier, control.proposal, time, mesh, interface];
-    let [previous, earlier, proposal, time, mesh, interface] = visit_numbers(visit, "dt", clock);
-    (history.dt_previous, history.dt_earlier, control.proposal) = (previous, earlier, proposal);
-    control.errors = ErrorEstimates { time, mesh, interface };
-    pfem.notices.columns(visit);
-    let ParticleEvents { left, stuck, added, inflow, merged, joined, empty } = pfem.particles.events;
-    let (preconditioners, iterations) = (pfem.system.preconditioners, pfem.system.outcome.iterations as u64);
-    let counts = [pfem.steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations];
-    let [steps, left, stuck, added, inflow, merged, joined, empty, preconditioners, iterations] =
-        visit_numbers(visit, "counts", counts);
-    pfem.particles.events = ParticleEvents { left, stuck, added, inflow, merged, joined, empty };
-    (pfem.steps, pfem.system.preconditioners) = (steps, preconditioners);
-    pfem.system.outcome.iterations = iterations as usize;
-    if let Some(sharp) = &mut pfem.interface.sharp {
+}
+
+/// The level sets, and how their volumes are kept.
+fn interface_columns<const D: usize>(interface: &mut InterfaceTracking<D>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    visit("interface/level", Column::new(&mut interface.level));
+    visit("interface/shift", Column::scalar(&mut interface.shift));
+    visit("interface/weight", Column::scalar(&mut interface.weight));
+    if let Some(sharp) = &mut interface.sharp {
         visit("level set/level", Column::new(&mut sharp.level));
-        let [inside, all] = pfem.interface.outflow;
-        let state = [sharp.band, sharp.age as f64, inside, all];
-        let [band, age, inside, all] = visit_numbers(visit, "level set/state", state);
-        (sharp.band, sharp.age, pfem.interface.outflow) = (band, age as usize, [inside, all]);
+        visit("level set/band", Column::scalar(&mut sharp.band));
+        visit_count(visit, "level set/age", &mut sharp.age);
+        visit("level set/outflow", Column::record(&mut interface.outflow));
     }
 }
 
-/// Shows named numbers as one column; returns them as they are afterwards.
-pub(super) fn visit_numbers<T: Number, const K: usize>(
-    visit: &mut dyn FnMut(&str, Column<'_>),
-    name: &str,
-    mut numbers: [T; K],
-) -> [T; K] {
-    visit(name, Column::record(&mut numbers));
-    numbers
+/// Shows a count as one number.
+fn visit_count(visit: &mut dyn FnMut(&str, Column<'_>), name: &str, count: &mut usize) {
+    let mut number = *count as u64;
+    visit(name, Column::scalar(&mut number));
+    *count = number as usize;
 }

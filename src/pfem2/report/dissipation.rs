@@ -17,6 +17,7 @@ use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::shear::shear_rate;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::time::history::StepShares;
 
 /// Powers and velocities of the steps before.
 #[derive(Debug, Clone, Default)]
@@ -50,12 +51,11 @@ impl<const D: usize> ViscousDissipation<D> {
         (self.power_last, self.power_earlier) = (end, end);
     }
 
-    /// Viscous dissipation of the step [J]; `shares` are θ, β₁ and β₂, `first`: nothing came before it but the predictor step.
+    /// Viscous dissipation of the step [J]; by its `shares`; `first`: nothing came before it but the predictor step.
     pub fn of_step<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
-        dt: f64,
-        shares: [f64; 3],
+        shares: StepShares,
         first: bool,
     ) -> f64 {
         let grown = |i: usize| system.velocity[i] - self.start[i];
@@ -67,10 +67,11 @@ impl<const D: usize> ViscousDissipation<D> {
         let (u_last, u_earlier) = (self.power_last, self.power_earlier);
         let start = if first { start } else { u_last };
         let work = |own: f64, differences: f64| 0.25 * (end + start + 2.0 * own - differences);
-        let works = [work(end, from_start), work(u_last, from_last + last), work(u_earlier, from_earlier + earlier)];
+        let [own, last, earlier] =
+            [work(end, from_start), work(u_last, from_last + last), work(u_earlier, from_earlier + earlier)];
         self.change = (0..self.change.len()).map(|i| grown(i) + lag(i)).collect();
         (self.power_last, self.power_earlier) = (end, u_last);
-        dt * shares.iter().zip(works).map(|(share, work)| share * work).sum::<f64>()
+        shares.dt * (shares.end * own + shares.start * last + shares.earlier * earlier)
     }
 }
 

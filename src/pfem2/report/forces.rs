@@ -15,6 +15,7 @@ use crate::parallel;
 use crate::pfem2::boundary::{Boundary, BoundaryKind};
 use crate::pfem2::equations::assemble::ElementEquations;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::time::history::StepShares;
 use std::collections::BTreeMap;
 
 /// A part of the boundary that holds the fluid.
@@ -86,17 +87,17 @@ impl<const D: usize> BoundaryForces<D> {
         Self { parts, last: none.clone(), previous: none.clone(), mean: none }
     }
 
-    /// Takes the forces at the end of a step with the `shares` θ, β₁ and β₂.
+    /// Takes the forces at the end of a step with its `shares`.
     pub fn update<const N: usize>(
         &mut self,
         system: &VelocityPressureSystem<D, N>,
         step: TimeStep,
         convected: &[Vector<D>],
-        [theta, last, earlier]: [f64; 3],
+        shares: StepShares,
     ) -> BoundaryAction<D> {
         let (now, action) = self.measure(system, step, convected);
         let all = self.previous.iter().zip(&self.last).zip(&now);
-        self.mean = all.map(|((f0, f1), f2)| *f0 * earlier + *f1 * last + *f2 * theta).collect();
+        self.mean = all.map(|((f0, f1), f2)| *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end).collect();
         self.previous = std::mem::replace(&mut self.last, now);
         action
     }
@@ -155,7 +156,7 @@ impl<const D: usize> BoundaryPart<D> {
     ) -> (Vector<D>, f64) {
         let push = |n: usize| {
             let (node, share) = self.nodes[n];
-            let push = elements.push(node as usize, |i| unknowns[i]) + loads[node as usize];
+            let push = elements.nodal_force(node as usize, |i| unknowns[i]) + loads[node as usize];
             let push = Vector::from_fn(|axis| push[axis] * share[axis]);
             let velocity = Vector::from_fn(|r| unknowns[node as usize][r]);
             (push, -push.dot(velocity))

@@ -16,7 +16,7 @@ pub fn check_nodes<const D: usize, const N: usize>(system: &VelocityPressureSyst
     let Some(bad) = parallel::first(system.velocity.len(), |i| !finite(i)) else { return Ok(()) };
     let advice = "look for formulas of boundaries or gravity that are no numbers there, or properties in wrong units";
     let what = "velocity or pressure is not a number";
-    Err(error(what, system.place(bad), ("speed", system.velocity[bad].norm()), advice))
+    Err(StepError::new(system.place(bad), what, "speed", system.velocity[bad].norm(), advice))
 }
 
 /// There are particles left.
@@ -28,7 +28,7 @@ pub fn check_particles<const D: usize>(particles: &Particles<D>) -> Result<(), S
         return Ok(());
     }
     let advice = "check the directions of inlets and outlets, and that a region of a fluid covers the mesh";
-    Err(error("all particles have left the mesh", Place::Everywhere, ("particles", 0.0), advice))
+    Err(StepError::new(Place::Everywhere, "all particles have left the mesh", "particles", 0.0, advice))
 }
 
 /// The flow has gained many times the energy [J] that there was: an error at the fastest node.
@@ -43,10 +43,5 @@ pub fn runaway<const D: usize, const N: usize>(
     let advice = "take a shorter step (`time.step`, `pfem2.courant`), or smaller elements where fluids meet; look at the \
                   last pictures for where it began";
     let node = fastest.unwrap_or(0);
-    error(&what, system.place(node), ("speed", speed(node)), advice)
-}
-
-/// Time and step are filled in by the step and the time loop.
-fn error(what: &str, place: Place, (quantity, value): (&'static str, f64), advice: &str) -> StepError {
-    StepError { what: what.to_owned(), time: 0.0, step: 0, place, quantity, value, advice: advice.to_owned() }
+    StepError::new(system.place(node), what, "speed", speed(node), advice)
 }

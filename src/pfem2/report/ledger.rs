@@ -14,17 +14,18 @@
 //! the velocity, or behind it, show in the ledger. The second would not see them.
 //!
 //! Powers and forces are taken with the weights of the step: θ at its end, β₁ at its start, β₂ at the start of the one
-//! before (see `step`). Walls and inlets that hold nodes from the start on take them along in the first step: that is work of
+//! before (see `step`); their sums over time are compensated (Neumaier). Walls and inlets that hold nodes from the start on take them along in the first step: that is work of
 //! boundaries, too. The rest is booked as numerical dissipation: of the transport by particles, of the time
 //! integration and of the stabilisation.
 
-use super::checkpoint::visit_numbers;
 use super::through::OpenBoundaryFlux;
 use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
-use crate::simulation::TermKind::{Gain, Loss, Other, Remainder, Stored};
-use crate::simulation::{BalanceTerm, Column, Ledger};
+use crate::pfem2::time::history::StepShares;
+use crate::simulation::TermKind::{Gain, Loss, Remainder, Stored};
+use crate::simulation::{BalanceTerm, CompensatedSum, Ledger, Record};
+use bytemuck::{Pod, Zeroable};
 
 /// Sums over the mesh.
 #[derive(Debug, Clone, Copy, Default)]
@@ -114,7 +115,8 @@ impl<const D: usize> ExternalRates<D> {
 const TERMS: usize = 9;
 
 /// Works and impulses from outside [J, N s], or their rates, powers and forces [W, N].
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct ExternalTerms {
     /// Of gravity [J] or [W].
     pub gravity: f64,
@@ -128,24 +130,37 @@ pub struct ExternalTerms {
     pub momentum: [f64; 3],
 }
 
-impl ExternalTerms {
-    fn to_array(self) -> [f64; TERMS] {
-        let ([fx, fy, fz], [px, py, pz]) = (self.impulse, self.momentum);
-        [self.gravity, self.boundary, self.openings, fx, fy, fz, px, py, pz]
+/// The sums of [`ExternalTerms`] over time, with the rounding errors of their additions.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+struct ExternalSums {
+    gravity: CompensatedSum,
+    boundary: CompensatedSum,
+    openings: CompensatedSum,
+    impulse: [CompensatedSum; 3],
+    momentum: [CompensatedSum; 3],
+}
+
+impl ExternalSums {
+    fn add(&mut self, terms: [f64; TERMS]) {
+        let sums: &mut [CompensatedSum; TERMS] = bytemuck::cast_mut(self);
+        sums.iter_mut().zip(terms).for_each(|(sum, term)| sum.add(term));
     }
 
-    fn from_array([gravity, boundary, openings, fx, fy, fz, px, py, pz]: [f64; TERMS]) -> Self {
-        Self { gravity, boundary, openings, impulse: [fx, fy, fz], momentum: [px, py, pz] }
+    fn value(&self) -> ExternalTerms {
+        let sums: &[CompensatedSum; TERMS] = bytemuck::cast_ref(self);
+        bytemuck::cast(sums.map(CompensatedSum::value))
     }
 }
 
-/// The energy ledger since the start.
-#[derive(Debug, Clone, Copy, Default)]
+/// The energy ledger since the start, a column of checkpoints.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct EnergyLedger {
     /// Works and impulses from outside since the start.
-    pub external: ExternalTerms,
+    external: ExternalSums,
     /// Viscous dissipation since the start [J].
-    pub viscous: f64,
+    viscous: CompensatedSum,
     /// Powers and forces from outside at the end of the last step.
     pub last: ExternalTerms,
     /// Those at the end of the step before.
@@ -160,6 +175,10 @@ pub struct EnergyLedger {
     pub largest: f64,
 }
 
+impl Record for EnergyLedger {
+    type Number = f64;
+}
+
 impl EnergyLedger {
     /// Opens the ledger with the kinetic and the surface energy at the start, and the kinetic energy of an impulsive start [J].
     pub fn open(kinetic: f64, surface: f64, impulsive: f64) -> Self {
@@ -168,22 +187,33 @@ impl EnergyLedger {
         Self { stored, impulsive, peak, largest, ..Self::default() }
     }
 
+    /// Works and impulses from outside since the start.
+    pub fn external(&self) -> ExternalTerms {
+        self.external.value()
+    }
+
+    /// Viscous dissipation since the start [J].
+    pub fn viscous(&self) -> f64 {
+        self.viscous.value()
+    }
+
     /// Sets the work of gravity since the start to the potential energy that the fluids have lost [J].
     pub fn set_gravity(&mut self, lost: f64) {
-        self.external.gravity = lost;
+        self.external.gravity = CompensatedSum::default();
+        self.external.gravity.add(lost);
     }
 
     /// Keeps the largest energies, with those of a state [J].
     pub fn keep_largest(&mut self, totals: &FlowTotals, surface: f64) {
-        let ExternalTerms { gravity, boundary, openings, .. } = self.external;
-        let terms = [surface, gravity, boundary, openings, self.viscous];
+        let ExternalTerms { gravity, boundary, openings, .. } = self.external();
+        let terms = [surface, gravity, boundary, openings, self.viscous()];
         let largest = terms.iter().fold(totals.kinetic, |largest, term| largest.max(term.abs()));
         (self.peak, self.largest) = (self.peak.max(totals.kinetic), self.largest.max(largest));
     }
 
     /// Energy exchanged with boundaries and dissipated since the start [J].
     pub fn exchanged(&self) -> f64 {
-        self.external.boundary.abs() + self.viscous
+        self.external().boundary.abs() + self.viscous()
     }
 
     /// Kinetic and surface energy at the start, with that of an impulsive start [J].
@@ -193,9 +223,9 @@ impl EnergyLedger {
 
     /// Energy of the flow and its surfaces that no term explains [J].
     pub fn gained(&self, totals: &FlowTotals, surface: f64) -> f64 {
-        let ExternalTerms { gravity, boundary, openings, .. } = self.external;
+        let ExternalTerms { gravity, boundary, openings, .. } = self.external();
         let gained: f64 = [gravity, boundary, openings].iter().sum();
-        totals.kinetic + surface - (self.stored + gained - self.viscous)
+        totals.kinetic + surface - (self.stored + gained - self.viscous())
     }
 
     /// Takes powers and forces from outside as those at the start, of which the first step takes its explicit share.
@@ -204,57 +234,57 @@ impl EnergyLedger {
         self.earlier = self.last;
     }
 
-    /// Adds a step of `dt` [s] with the powers and forces from outside at its end and its viscous dissipation [J]; `shares` are θ, β₁
-    /// and β₂.
-    pub fn add<const D: usize>(&mut self, dt: f64, shares: [f64; 3], outside: &ExternalRates<D>, viscous: f64) {
+    /// Adds a step by its `shares`, with the powers and forces from outside at its end and its viscous dissipation [J].
+    pub fn add<const D: usize>(&mut self, shares: StepShares, outside: &ExternalRates<D>, viscous: f64) {
         let now = outside.terms();
-        let mut sums = self.external.to_array();
-        let rates = now.to_array().into_iter().zip(self.last.to_array()).zip(self.earlier.to_array());
-        for (sum, ((now, last), earlier)) in sums.iter_mut().zip(rates) {
-            *sum += dt * (shares[0] * now + shares[1] * last + shares[2] * earlier);
-        }
-        self.external = ExternalTerms::from_array(sums);
+        let [now_terms, last, earlier] = [now, self.last, self.earlier].map(bytemuck::cast::<_, [f64; TERMS]>);
+        self.external.add(std::array::from_fn(|i| {
+            shares.dt * (shares.end * now_terms[i] + shares.start * last[i] + shares.earlier * earlier[i])
+        }));
         (self.earlier, self.last) = (self.last, now);
-        self.external.boundary += std::mem::take(&mut self.impulsive);
-        self.viscous += viscous;
-    }
-
-    /// Columns of a checkpoint.
-    pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        let [mut sums, mut rates] = [self.external.to_array().to_vec(), self.last.to_array().to_vec()];
-        sums.push(self.viscous);
-        rates.extend(self.earlier.to_array());
-        visit("books/works", Column::new(&mut sums));
-        visit("books/last", Column::new(&mut rates));
-        if let (Some((external, [viscous])), Some((last, earlier))) =
-            (sums.split_first_chunk::<TERMS>(), rates.split_first_chunk::<TERMS>())
-        {
-            (self.external, self.viscous) = (ExternalTerms::from_array(*external), *viscous);
-            self.last = ExternalTerms::from_array(*last);
-            self.earlier = earlier.first_chunk().map_or(self.earlier, |earlier| ExternalTerms::from_array(*earlier));
-        }
-        [self.stored, self.impulsive] = visit_numbers(visit, "books/start", [self.stored, self.impulsive]);
-        [self.peak, self.largest] = visit_numbers(visit, "books/peak", [self.peak, self.largest]);
+        self.external.boundary.add(std::mem::take(&mut self.impulsive));
+        self.viscous.add(viscous);
     }
 
     /// All terms of the ledger: energies, mass, momentum.
     pub fn ledger<const D: usize>(&self, totals: &FlowTotals, surface: f64) -> Ledger {
-        let term = |kind, name: &str, unit, value| BalanceTerm { name: name.to_owned(), unit, kind, value };
+        let (external, viscous) = (self.external(), self.viscous());
         let mut terms = vec![
-            term(Stored, "kinetic energy", "J", totals.kinetic),
-            term(Stored, "surface energy", "J", surface),
-            term(Gain, "work of gravity", "J", self.external.gravity),
-            term(Gain, "work of boundaries", "J", self.external.boundary),
-            term(Gain, "energy through openings", "J", self.external.openings),
-            term(Loss, "viscous dissipation", "J", self.viscous),
-            term(Remainder, "numerical dissipation", "J", -self.gained(totals, surface)),
-            term(Other, "mass", "kg", totals.mass),
+            BalanceTerm::energy(Stored, "kinetic energy", totals.kinetic),
+            BalanceTerm::energy(Stored, "surface energy", surface),
+            BalanceTerm::energy(Gain, "work of gravity", external.gravity),
+            BalanceTerm::energy(Gain, "work of boundaries", external.boundary),
+            BalanceTerm::energy(Gain, "energy through openings", external.openings),
+            BalanceTerm::energy(Loss, "viscous dissipation", viscous),
+            BalanceTerm::energy(Remainder, "numerical dissipation", -self.gained(totals, surface)),
+            BalanceTerm::other("mass", "kg", totals.mass),
         ];
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate().take(D) {
-            terms.push(term(Other, &format!("momentum {name}"), "N s", totals.momentum[axis]));
-            terms.push(term(Other, &format!("external impulse {name}"), "N s", self.external.impulse[axis]));
-            terms.push(term(Other, &format!("momentum through openings {name}"), "N s", self.external.momentum[axis]));
+            terms.push(BalanceTerm::other(format!("momentum {name}"), "N s", totals.momentum[axis]));
+            terms.push(BalanceTerm::other(format!("external impulse {name}"), "N s", external.impulse[axis]));
+            terms.push(BalanceTerm::other(format!("momentum through openings {name}"), "N s", external.momentum[axis]));
         }
         Ledger { terms, ..Ledger::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A work of 1 J per step on top of 10¹⁶ J, which a plain sum in double precision would not see.
+    #[test]
+    fn sums_over_many_steps_keep_what_rounding_takes() {
+        let rates = |gravity| ExternalRates::<2> { gravity, ..ExternalRates::default() };
+        let mut ledger = EnergyLedger::open(0.0, 0.0, 0.0);
+        let implicit = StepShares { dt: 1.0, end: 1.0, start: 0.0, earlier: 0.0 };
+        ledger.add(implicit, &rates(1e16), 1e16);
+        for _ in 0..3 {
+            ledger.add(implicit, &rates(1.0), 1.0);
+        }
+        ledger.add(implicit, &rates(-1e16), -1e16);
+        assert_eq!((ledger.external().gravity, ledger.viscous()), (3.0, 3.0));
+        ledger.set_gravity(7.0);
+        assert_eq!(ledger.external().gravity, 7.0);
     }
 }

@@ -4,7 +4,6 @@
 //! Neither stops a run. Where an interface comes to an inlet, what flows in stays the fluid of each place at the start,
 //! unless the case names one; what a fluid without particles leaves behind is filled by the others.
 
-use super::checkpoint::visit_numbers;
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particles::Particles;
@@ -158,9 +157,9 @@ impl Notices {
     /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have been there,
     /// and inlets that they have met, are found again by the next look.)
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        let [lasting] = visit_numbers(visit, "notices/lasting", [self.lasting]);
+        visit("notices/lasting", Column::scalar(&mut self.lasting));
         // No more steps count than those after which a notice is given; a state that was not left by a run may hold any number.
-        self.lasting = lasting.min(LASTING);
+        self.lasting = self.lasting.min(LASTING);
         self.said.column("notices/said", visit);
     }
 

@@ -264,10 +264,10 @@ fn the_work_of_gravity_is_the_loss_of_potential_energy() {
     }
     let lost = (start - height(&pfem)) * GRAVITY;
     assert!(
-        (pfem.balance.ledger.external.gravity / lost - 1.0).abs() < 1e-9,
+        (pfem.balance.ledger.external().gravity / lost - 1.0).abs() < 1e-9,
         "{} {lost}",
-        pfem.balance.ledger.external.gravity
+        pfem.balance.ledger.external().gravity
     );
-    let work = pfem.balance.ledger.external.gravity / (999.0 * GRAVITY * 0.4 * 0.2);
+    let work = pfem.balance.ledger.external().gravity / (999.0 * GRAVITY * 0.4 * 0.2);
     assert!((work - 1.0).abs() < 0.01, "{work}");
 }

@@ -17,6 +17,19 @@ pub(in crate::pfem2) const LARGEST_CHANGE: f64 = 2.0;
 /// Room for rounding where times are compared.
 const ROUNDING: f64 = 1.0 + 1e-9;
 
+/// The shares with which forces and powers at three times act in a step (theory (F.8)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::pfem2) struct StepShares {
+    /// Length of the step [s].
+    pub dt: f64,
+    /// θ, of its end.
+    pub end: f64,
+    /// β₁, of its start.
+    pub start: f64,
+    /// β₂, of the start of the step before.
+    pub earlier: f64,
+}
+
 /// The steps before, at the nodes.
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct TimeHistory<const D: usize> {
@@ -81,6 +94,12 @@ impl<const D: usize> TimeHistory<D> {
             }
             _ => [0.0, 0.0],
         }
+    }
+
+    /// The shares of a step in forces and powers at three times.
+    pub fn shares(&self, step: TimeStep) -> StepShares {
+        let [start, earlier] = self.explicit_shares(step);
+        StepShares { dt: step.dt, end: step.theta, start, earlier }
     }
 
     /// The explicit share of the velocity increment at the nodes, Δt (β₁ aⁿ + β₂ aⁿ⁻¹) [m/s].

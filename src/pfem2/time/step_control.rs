@@ -20,6 +20,7 @@ use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use bytemuck::{Pod, Zeroable};
 
 /// Growth from one step to the next.
 const GROWTH: f64 = 1.25;
@@ -40,7 +41,8 @@ const ROUND_OFF: f64 = 1e-6;
 const INTERFACE: f64 = 0.1;
 
 /// Estimated errors of a step.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct ErrorEstimates {
     /// Of the velocity, in time, over the velocity.
     pub time: f64,

@@ -71,7 +71,7 @@ impl<const D: usize> AtNodes<D> {
         context.bodies.iter().map(near).collect()
     }
 
-    /// SupportBlocks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
+    /// Marks the pairs whose gap closes by the time `t` [s] after the start of the step, at the end of a sub-step of
     /// length `dt` [s] (50, 52; theory (D.10)); they have exchanged nothing yet.
     fn detect(&mut self, partners: &Partners<D>, at: &SubStep<'_>) {
         self.received.fill(Vector::ZERO);

@@ -13,12 +13,12 @@ mod plane;
 mod separation;
 
 use super::folded_stencil::FoldedStencil;
-use super::impulse::{self, Impulse, Touch};
+use super::impulse::{self, ContactTotals, Impulse, Touch};
 use super::method::ContactMethod;
 use super::support_blocks::SupportBlocks;
-use crate::math::{Tensor, Vector};
+use crate::math::Tensor;
 use crate::mpm::{Body, Friction, Grid};
-use crate::parallel::{self, CHUNK};
+use crate::parallel::{self, CHUNK, Groups};
 use plane::{ContactPlane, NodeParticle, contact_plane};
 
 /// Turns that the pairs at a node take when there are several.
@@ -60,8 +60,15 @@ pub struct Pairwise<const D: usize> {
     contacts: Vec<BodyContact<D>>,
 }
 
-/// A particle near a shared node: index of the node, field, and the particle relative to the node.
-type PointAtNode<const D: usize> = (u32, u32, NodeParticle<D>);
+/// A particle near a shared node.
+#[derive(Debug, Clone, Copy)]
+struct PointNearNode<const D: usize> {
+    /// Index among the shared nodes.
+    node: u32,
+    field: u32,
+    /// Relative to the node.
+    particle: NodeParticle<D>,
+}
 
 const NONE: u32 = u32::MAX;
 
@@ -87,10 +94,11 @@ impl<const D: usize> Pairwise<D> {
         if self.nodes.is_empty() {
             return;
         }
-        let (starts, cloud) = self.points_at_nodes(grid, stencil, bodies);
+        let points = self.points_near_nodes(grid, stencil, bodies);
+        let by_node = Groups::from_pairs(self.nodes.len(), (0..).zip(&points).map(|(n, point)| (point.node, n)));
         let search = ContactSearch { grid: &*grid, stencil, sheets, tolerance, dt };
         let found: Vec<Vec<BodyContact<D>>> = parallel::collect(self.nodes.len(), NODES, |index| {
-            let near = &cloud[starts[index] as usize..starts[index + 1] as usize];
+            let near = by_node.of(index).iter().map(|&n| &points[n as usize]);
             self.contacts_at(&search, self.nodes[index], near)
         });
         for mut contacts in found {
@@ -122,39 +130,25 @@ impl<const D: usize> Pairwise<D> {
         }
     }
 
-    /// The particles around the shared nodes, node by node: starts, and the particles with their fields.
-    fn points_at_nodes(
+    /// The particles around the shared nodes, body by body.
+    fn points_near_nodes(
         &self,
         grid: &Grid<D>,
         stencil: &FoldedStencil<D>,
         bodies: &[Body<D>],
-    ) -> (Vec<u32>, Vec<(u32, NodeParticle<D>)>) {
+    ) -> Vec<PointNearNode<D>> {
         let mut marked = SupportBlocks::default();
         marked.clear(grid);
         for &node in &self.nodes {
             marked.mark(grid, stencil, node);
         }
-        let mut found: Vec<PointAtNode<D>> = Vec::new();
+        let mut found = Vec::new();
         for body in bodies {
             let near = marked.particles(grid, stencil, &body.particles.position);
             let around = |n: usize| self.points_of_particle(grid, stencil, body, near[n] as usize);
             found.extend(parallel::collect_all(near.len(), 256, around));
         }
-        let mut starts = vec![0_u32; self.nodes.len() + 1];
-        for (index, ..) in &found {
-            starts[*index as usize + 1] += 1;
-        }
-        for index in 0..self.nodes.len() {
-            starts[index + 1] += starts[index];
-        }
-        let mut next = starts.clone();
-        let empty = NodeParticle { position: Vector::ZERO, shape: Tensor::ZERO, width: 0.0, second: false };
-        let mut cloud = vec![(0, empty); found.len()];
-        for (index, field, point) in found {
-            cloud[next[index as usize] as usize] = (field, point);
-            next[index as usize] += 1;
-        }
-        (starts, cloud)
+        found
     }
 
     fn points_of_particle(
@@ -163,7 +157,7 @@ impl<const D: usize> Pairwise<D> {
         stencil: &FoldedStencil<D>,
         body: &Body<D>,
         p: usize,
-    ) -> Vec<PointAtNode<D>> {
+    ) -> Vec<PointNearNode<D>> {
         let (x, h) = (body.particles.position[p], grid.cell);
         // Particles below the surface count as points.
         let shape = if body.shows_surface(p) { body.ball(p, h) * (1.0 / h) } else { Tensor::ZERO };
@@ -173,18 +167,19 @@ impl<const D: usize> Pairwise<D> {
             let index = self.lookup[node];
             if index != NONE {
                 let position = (stencil.mirror(grid, x, flips) - grid.position(node)) / h;
-                list.push((index, body.field as u32, NodeParticle { position, shape, width, second: false }));
+                let particle = NodeParticle { position, shape, width, second: false };
+                list.push(PointNearNode { node: index, field: body.field as u32, particle });
             }
         });
         list
     }
 
     /// The pairs in contact at a node.
-    fn contacts_at(
+    fn contacts_at<'a>(
         &self,
         search: &ContactSearch<'_, D>,
         node: usize,
-        near: &[(u32, NodeParticle<D>)],
+        near: impl Iterator<Item = &'a PointNearNode<D>> + Clone,
     ) -> Vec<BodyContact<D>> {
         let &ContactSearch { grid, stencil, sheets, tolerance, dt } = search;
         let free = stencil.free(grid, node);
@@ -196,9 +191,9 @@ impl<const D: usize> Pairwise<D> {
                 continue;
             }
             let cloud: Vec<NodeParticle<D>> = near
-                .iter()
-                .filter(|(field, _)| fields.contains(&(*field as usize)))
-                .map(|(field, point)| NodeParticle { second: *field as usize == fields[1], ..*point })
+                .clone()
+                .filter(|point| fields.contains(&(point.field as usize)))
+                .map(|point| NodeParticle { second: point.field as usize == fields[1], ..point.particle })
                 .collect();
             let slip = a.momentum / a.mass - b.momentum / b.mass;
             if let Some(plane) = contact_plane(&cloud, free) {
@@ -230,18 +225,18 @@ impl<const D: usize> Pairwise<D> {
     }
 
     /// Per pair of fields: the impulse −Σ J on the first [N s], and normal and friction dissipation J·(v̂_a − v̂_b) [J] (theory (D.29)).
-    pub fn totals(&self, grid: &Grid<D>, dt: f64) -> Vec<(Vector<D>, [f64; 2])> {
-        let mut sums = vec![(Vector::ZERO, [0.0; 2]); self.pairs.len()];
+    pub fn totals(&self, grid: &Grid<D>, dt: f64) -> Vec<ContactTotals<D>> {
+        let mut sums = vec![ContactTotals::default(); self.pairs.len()];
         for contact in &self.contacts {
             let [a, b] = contact.fields.map(|field| {
                 let node = &grid.fields[field].nodes[contact.node];
                 (node.momentum - node.force * (0.5 * dt)) / node.mass
             });
             let Some(pair) = self.pairs.iter().position(|(fields, _)| *fields == contact.fields) else { continue };
-            let (impulse, lost) = &mut sums[pair];
+            let ContactTotals { impulse, dissipated, .. } = &mut sums[pair];
             *impulse -= contact.impulse.total();
-            lost[0] += contact.impulse.normal.dot(a - b);
-            lost[1] += contact.impulse.tangent.dot(a - b);
+            dissipated.normal += contact.impulse.normal.dot(a - b);
+            dissipated.friction += contact.impulse.tangent.dot(a - b);
         }
         sums
     }

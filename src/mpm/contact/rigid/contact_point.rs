@@ -59,8 +59,13 @@ impl<const D: usize> RigidContact<D> {
         self.measured + (self.position(position) - self.wall * elapsed - self.anchor).dot(self.normal)
     }
 
-    /// Improves the impulse; returns its change [N s].
-    pub fn push(&mut self, v: &[Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, dt: f64) -> Vector<D> {
+    /// Updates the impulse to that of the velocities `v` [m/s]; returns its change [N s].
+    pub fn update_impulse(
+        &mut self,
+        v: &[Vector<D>],
+        inverse_mass: &impl Fn(usize) -> Vector<D>,
+        dt: f64,
+    ) -> Vector<D> {
         let n = self.normal;
         let (mut along, mut across) = (0.0, 0.0_f64);
         for (&k, weight) in self.nodes.iter().zip(self.weights).filter(|(_, weight)| *weight > 0.0) {

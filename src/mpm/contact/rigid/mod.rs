@@ -175,7 +175,7 @@ impl<const D: usize> RigidContacts<D> {
     pub fn sweep(&mut self, v: &mut [Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, dt: f64) -> (f64, f64) {
         let (mut change, mut largest) = (0.0_f64, 0.0_f64);
         for contact in &mut self.contacts {
-            let delta = contact.push(v, inverse_mass, dt);
+            let delta = contact.update_impulse(v, inverse_mass, dt);
             change = change.max(delta.norm());
             largest = largest.max(contact.impulse.normal.norm());
             if delta != Vector::ZERO {
@@ -212,7 +212,7 @@ impl<const D: usize> RigidContacts<D> {
         own.filter(|contact| contact.impulse.normal != Vector::ZERO)
     }
 
-    /// n·(1/m)·n of a node that may be normal_impulse against a wall [1/kg].
+    /// n·(1/m)·n of a node that may be pressed against a wall [1/kg].
     pub fn compliance(&self, node: usize, inverse_mass: Vector<D>, n: Vector<D>) -> f64 {
         let mut free = n;
         for contact in self.pressed_contacts(node) {
@@ -305,7 +305,7 @@ impl<const D: usize> RigidContacts<D> {
 mod tests {
     use super::*;
 
-    /// A node that is normal_impulse on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and against
+    /// A node that is pressed on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and against
     /// pulls up to 2 N s and slides up to half of what is left.
     #[test]
     fn a_floor_lets_go_of_what_is_pulled_or_slides() {

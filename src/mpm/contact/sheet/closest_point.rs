@@ -20,11 +20,11 @@
 //! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at the same positions, and
 //! the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
-use super::bins::{bin, for_each_bin};
 use super::facet::{Facet, closest_on_triangle, free_edges};
+use crate::geometry::SpatialBins;
 use crate::math::Vector;
-use crate::parallel;
-use hashbrown::{HashMap, HashSet};
+use crate::parallel::{self, Groups};
+use hashbrown::HashSet;
 
 /// Displacement of the sheet after which its facets are binned anew [cells].
 const SLACK: f64 = 0.5;
@@ -61,12 +61,13 @@ pub struct Foot<const D: usize> {
 /// Finds feet on one sheet.
 #[derive(Debug, Default)]
 pub struct Nearest<const D: usize> {
-    bins: HashMap<[i32; D], Vec<u32>>,
-    size: f64,
+    bins: SpatialBins<D>,
+    /// Size of a cell and of a bin [m].
+    cell: f64,
     binned: Vec<Vector<D>>,
     free_edges: HashSet<[u32; 2]>,
-    /// Facets around each node: starts, and the facets.
-    around: (Vec<u32>, Vec<u32>),
+    /// Facets around each node.
+    around: Groups,
     current: CurrentShape<D>,
 }
 
@@ -96,22 +97,9 @@ struct NodeNormal<const D: usize> {
 impl<const D: usize> Nearest<D> {
     /// For these facets over `nodes` nodes.
     pub fn new(facets: &[Facet], nodes: usize) -> Self {
-        let mut starts = vec![0_u32; nodes + 1];
-        for &k in facets.iter().flat_map(|facet| facet.nodes()) {
-            starts[k as usize + 1] += 1;
-        }
-        for k in 0..nodes {
-            starts[k + 1] += starts[k];
-        }
-        let mut next = starts.clone();
-        let mut around = vec![0; starts[nodes] as usize];
-        for (e, facet) in facets.iter().enumerate() {
-            for &k in facet.nodes() {
-                around[next[k as usize] as usize] = e as u32;
-                next[k as usize] += 1;
-            }
-        }
-        Self { free_edges: free_edges(facets), around: (starts, around), ..Self::default() }
+        let corners = (0..).zip(facets).flat_map(|(e, facet)| facet.nodes().iter().map(move |&node| (node, e)));
+        let around = Groups::from_pairs(nodes, corners);
+        Self { free_edges: free_edges(facets), around, ..Self::default() }
     }
 
     /// Sets the positions of the nodes [m]. Feet are found within `reach` [m].
@@ -134,15 +122,15 @@ impl<const D: usize> Nearest<D> {
             return;
         }
         self.binned = position.to_vec();
-        self.size = cell;
-        self.bins.clear();
-        for (e, facet) in facets.iter().enumerate() {
+        self.cell = cell;
+        self.bins.clear(cell);
+        for (e, facet) in (0..).zip(facets) {
             let x = facet.corners(position);
             let end = |sign: f64| {
                 let corner = |a: usize| x.iter().map(|x| sign * x[a]).fold(f64::NEG_INFINITY, f64::max);
-                bin(Vector::from_fn(|a| sign * (corner(a) + reach + slack)), cell)
+                Vector::from_fn(|a| sign * (corner(a) + reach + slack))
             };
-            for_each_bin(end(-1.0), end(1.0), |bin| self.bins.entry(bin).or_default().push(e as u32));
+            self.bins.add(e, end(-1.0), end(1.0));
         }
     }
 
@@ -176,9 +164,9 @@ impl<const D: usize> Nearest<D> {
         x: Vector<D>,
         reach: f64,
     ) -> Option<ClosestSoFar<D>> {
-        let candidates = self.bins.get(&bin(x, self.size))?;
+        let candidates = self.bins.at(x);
         let middle = candidates.iter().map(|&e| (x - bounds(e).middle).norm_squared()).fold(f64::INFINITY, f64::min);
-        let bound = middle * (1.0 + ROUNDING) + (TOUCHING * self.size).powi(2);
+        let bound = middle * (1.0 + ROUNDING) + (TOUCHING * self.cell).powi(2);
         let mut best =
             ClosestSoFar { square: bound.min(reach * reach), facet: u32::MAX, weights: [0.0; 4], point: Vector::ZERO };
         for &e in candidates {
@@ -206,7 +194,7 @@ impl<const D: usize> Nearest<D> {
         let (arm, distance) = (x - best.point, best.square.sqrt());
         let height = arm.dot(mean);
         let side = if height < 0.0 { -1.0 } else { 1.0 };
-        let lost = distance <= TOUCHING * self.size;
+        let lost = distance <= TOUCHING * self.cell;
         let border = on_free_edge(facet, &best.weights, &self.free_edges);
         let normal = if lost { mean } else { arm * (side / distance) };
         Foot {
@@ -220,9 +208,7 @@ impl<const D: usize> Nearest<D> {
     }
 
     fn node_normal(&self, area: impl Fn(u32) -> Vector<D>, node: u32) -> NodeNormal<D> {
-        let (starts, around) = &self.around;
-        let near = &around[starts[node as usize] as usize..starts[node as usize + 1] as usize];
-        let area: Vector<D> = near.iter().map(|&e| area(e)).sum();
+        let area: Vector<D> = self.around.of(node as usize).iter().map(|&e| area(e)).sum();
         NodeNormal { area, unit: area.normalized().unwrap_or_default() }
     }
 }

@@ -25,7 +25,7 @@ const CLOSEST: f64 = 0.5;
 /// a skin stands for its particles.
 pub const HEIGHT_ERROR: f64 = 0.25;
 
-/// How often the least distance is halved where layers leave no room, and how often positions are corrected for each.
+/// Most halvings of the least distance where layers leave no room, and corrections of positions for each.
 const HALVINGS: usize = 4;
 const TRIES: usize = 3;
 
@@ -227,7 +227,7 @@ fn beside_the_same_facet<const D: usize>(
 mod tests {
     use super::*;
 
-    /// Where a particle at `x` next to a chain is put, on the side that it has.
+    /// The place that a particle at `x` next to a chain is moved to, on the side that it has.
     fn kept(points: &[[f64; 2]], x: [f64; 2], side: f64) -> Vector<2> {
         let position: Vec<Vector<2>> = points.iter().copied().map(Vector).collect();
         let facets: Vec<Facet> = (1..points.len() as u32).map(|k| Facet::new(&[k - 1, k])).collect();

@@ -6,7 +6,6 @@
 //! c = ±1                                                            side of a particle, kept while it is near
 //! ```
 
-mod bins;
 mod closest_point;
 mod facet;
 mod guard;

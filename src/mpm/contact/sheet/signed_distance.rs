@@ -4,10 +4,10 @@
 //! Exact but not cheap: contact asks only when a particle comes near a sheet for the first time, and when
 //! the distance that the nodes see (theory (D.5)) says that one has crossed.
 
-use super::bins::{bin, for_each_bin};
 use super::facet::{Facet, closest_on_triangle, free_edges};
+use crate::geometry::SpatialBins;
 use crate::math::Vector;
-use hashbrown::{HashMap, HashSet};
+use hashbrown::HashSet;
 
 /// The position of a point relative to a sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ const RANGE: i32 = 4;
 /// Finds the facets near a point.
 #[derive(Debug, Default)]
 pub struct Locator<const D: usize> {
-    bins: HashMap<[i32; D], Vec<u32>>,
+    bins: SpatialBins<D>,
     binned: Vec<Vector<D>>,
     free_edges: HashSet<[u32; 2]>,
 }
@@ -37,7 +37,7 @@ pub struct Locator<const D: usize> {
 impl<const D: usize> Locator<D> {
     /// For these facets; edges that belong to one facet only are free edges.
     pub fn new(facets: &[Facet]) -> Self {
-        Self { bins: HashMap::new(), binned: Vec::new(), free_edges: free_edges(facets) }
+        Self { bins: SpatialBins::default(), binned: Vec::new(), free_edges: free_edges(facets) }
     }
 
     /// True if the sheet has no free edges.
@@ -52,23 +52,23 @@ impl<const D: usize> Locator<D> {
             return;
         }
         self.binned = position.to_vec();
-        self.bins.clear();
-        for (e, facet) in facets.iter().enumerate() {
+        self.bins.clear(cell);
+        for (e, facet) in (0..).zip(facets) {
             let x = facet.corners(position);
-            let lower = bin(Vector::from_fn(|a| x.iter().map(|x| x[a]).fold(f64::INFINITY, f64::min)), cell);
-            let upper = bin(Vector::from_fn(|a| x.iter().map(|x| x[a]).fold(f64::NEG_INFINITY, f64::max)), cell);
-            for_each_bin(lower, upper, |bin| self.bins.entry(bin).or_default().push(e as u32));
+            let lower = Vector::from_fn(|a| x.iter().map(|x| x[a]).fold(f64::INFINITY, f64::min));
+            let upper = Vector::from_fn(|a| x.iter().map(|x| x[a]).fold(f64::NEG_INFINITY, f64::max));
+            self.bins.add(e, lower, upper);
         }
     }
 
     /// The position of `x` [m] relative to the sheet, if that is at most a few cells away.
     pub fn locate(&self, facets: &[Facet], position: &[Vector<D>], cell: f64, x: Vector<D>) -> SheetPosition {
-        let centre = bin(x, cell);
+        let centre = self.bins.bin(x);
         let mut best = Closest::default();
         let mut compared = HashSet::new();
         for range in 1..=RANGE {
-            for_each_bin(centre.map(|i| i - range), centre.map(|i| i + range), |bin| {
-                for &e in self.bins.get(&bin).into_iter().flatten() {
+            SpatialBins::for_each(centre.map(|i| i - range), centre.map(|i| i + range), |bin| {
+                for &e in self.bins.of(&bin) {
                     if compared.insert(e) {
                         self.compare(&facets[e as usize], position, x, &mut best);
                     }

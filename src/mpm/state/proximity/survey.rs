@@ -75,7 +75,7 @@ impl SurveyResult {
         *known = known.nearer(contact);
     }
 
-    fn and(mut self, other: Self) -> Self {
+    fn merged(mut self, other: Self) -> Self {
         other.contacts.into_values().for_each(|contact| self.add(contact));
         let (compared, measured) = (self.compared + other.compared, self.measured + other.measured);
         Self { gap: self.gap.min(other.gap), compared, measured, ..self }
@@ -102,7 +102,7 @@ struct BoundingBox {
 impl BoundingBox {
     const EMPTY: Self = Self { lower: [f64::INFINITY; 3], upper: [f64::NEG_INFINITY; 3] };
 
-    fn and(self, other: Self) -> Self {
+    fn union(self, other: Self) -> Self {
         let pick = |f: fn(f64, f64) -> f64, a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| f(a[i], b[i]));
         Self { lower: pick(f64::min, self.lower, other.lower), upper: pick(f64::max, self.upper, other.upper) }
     }
@@ -142,7 +142,7 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
             found
         };
         let parts: Vec<SurveyResult> = parallel::collect(patches.len(), TASK, survey_patch);
-        parts.into_iter().fold(SurveyResult::empty(self.margin), SurveyResult::and)
+        parts.into_iter().fold(SurveyResult::empty(self.margin), SurveyResult::merged)
     }
 
     /// Thickness of an element in the survey [m].
@@ -162,7 +162,7 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
         let axis = normals.iter().copied().sum::<Vector<3>>().normalized().unwrap_or_default();
         let least = normals.iter().map(|n| n.dot(axis)).fold(1.0, f64::min);
         let boxes: Vec<BoundingBox> = patch.iter().map(|&e| self.box_of(e)).collect();
-        let all = boxes.iter().copied().fold(BoundingBox::EMPTY, BoundingBox::and);
+        let all = boxes.iter().copied().fold(BoundingBox::EMPTY, BoundingBox::union);
         PatchBounds { boxes, all, axis, angle: least.max(-1.0).acos() }
     }
 
@@ -170,7 +170,7 @@ impl<F: Fn([Element; 2], f64, bool) -> bool + Sync> Survey<'_, F> {
         let corners = self.layout.corners(e, &self.states[e.sheet as usize].position);
         let reach = 0.5 * (self.thickness(e) + self.margin);
         let own = |x: &Vector<3>| BoundingBox { lower: x.0.map(|c| c - reach), upper: x.0.map(|c| c + reach) };
-        corners.all().iter().map(own).fold(BoundingBox::EMPTY, BoundingBox::and)
+        corners.all().iter().map(own).fold(BoundingBox::EMPTY, BoundingBox::union)
     }
 
     /// Measures the distances between the elements of two patches, or of one among each other, unless they are one nearly

@@ -247,7 +247,7 @@ impl<const D: usize> SurfacePoints<D> {
         for (point, &j) in self.points.iter().zip(impulses).filter(|(_, j)| **j != Vector::ZERO) {
             let Some(sides) = point.mirrors else { continue };
             let near = &self.support[point.start as usize..point.end as usize];
-            let rest = j - near.iter().map(|at| at.give(j, point.normal)).sum::<Vector<D>>();
+            let rest = j - near.iter().map(|at| at.spread(j, point.normal)).sum::<Vector<D>>();
             kept.extend((0..D).map(|a| (sides[a], Vector::unit(a) * rest[a])));
         }
         kept
@@ -270,7 +270,7 @@ impl<const D: usize> SurfacePoints<D> {
             }
             change = change.max(delta.norm());
             for at in near {
-                let (part, node) = (at.give(delta, point.normal), at.number as usize);
+                let (part, node) = (at.spread(delta, point.normal), at.number as usize);
                 nodal_impulse[node] += part;
                 velocity[node] += part * self.nodes[node].1;
             }

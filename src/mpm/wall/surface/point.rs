@@ -70,7 +70,7 @@ impl<const D: usize> SupportNode<D> {
 
     /// Impulse on the node of an impulse `j` at the point, whose normal is `n`.
     #[inline]
-    pub fn give(&self, j: Vector<D>, n: Vector<D>) -> Vector<D> {
+    pub fn spread(&self, j: Vector<D>, n: Vector<D>) -> Vector<D> {
         let part = j * self.tilt + n * (j.dot(n) * (1.0 - self.tilt));
         Vector::from_fn(|a| part[a] * self.weight[a])
     }

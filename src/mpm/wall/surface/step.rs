@@ -232,9 +232,9 @@ impl<const D: usize> Walls<D> {
     fn pushes_of(&self, field: usize, solved: &SurfaceImpulses<D>, t: f64) -> Pushes<D> {
         let mut pushes = self.pushes();
         for (point, &impulse) in zip(&self.reactions[field].surface.points, &solved.points) {
-            pushes.push(point.boundary, impulse, self.wall_at(point, t));
+            pushes.add(point.boundary, impulse, self.wall_at(point, t));
         }
-        solved.mirrored.iter().for_each(|&(side, kept)| pushes.push(side as u32, -kept, Vector::ZERO));
+        solved.mirrored.iter().for_each(|&(side, kept)| pushes.add(side as u32, -kept, Vector::ZERO));
         pushes
     }
 

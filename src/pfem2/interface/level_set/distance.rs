@@ -111,8 +111,8 @@ impl<const D: usize> InterfacePolygons<D> {
         }
     }
 
-    /// Both.
-    pub fn and(self, other: Self) -> Self {
+    /// The polygons of both.
+    pub fn union(self, other: Self) -> Self {
         let longest_edge = self.longest_edge.max(other.longest_edge);
         let own = self.element.into_iter().zip(self.facets);
         let mut all: Vec<(u32, Polygon<D>)> = own.chain(other.element.into_iter().zip(other.facets)).collect();

@@ -45,7 +45,7 @@ impl InflowDepth {
         if !fronts.is_empty() {
             let fronts = InterfacePolygons::of_facets(mesh, &fronts);
             set.limit_depths(mesh, &fronts.distances(mesh, set.band), particles);
-            interface = interface.and(fronts);
+            interface = interface.union(fronts);
         }
         let mut distance = interface.distances(mesh, set.band);
         distance.iter_mut().zip(&set.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
@@ -67,6 +67,19 @@ fn is_front<const D: usize, const N: usize>(
     comes_in && !is_cut(&there) && !is_cut(&opening.brings) && inside(&there) != inside(&opening.brings)
 }
 
+/// A particle that came in through the boundary.
+#[derive(Debug, Clone, Copy)]
+pub struct CameIn<'a, const D: usize, const N: usize> {
+    /// Its place now.
+    pub place: &'a MeshPoint<N>,
+    /// The facet of the boundary.
+    pub facet: Facet,
+    /// Its way from beyond the facet to that place [m].
+    pub way: Vector<D>,
+    /// The level that the facet holds there [m].
+    pub held: f64,
+}
+
 impl LevelSet {
     /// Particles near an interface that begins at these distances of the nodes [m] are no deeper than that.
     fn limit_depths<const D: usize, const N: usize>(
@@ -86,15 +99,14 @@ impl LevelSet {
         });
     }
 
-    /// Fluid and depth of what came `way` [m] from beyond a facet of the boundary to a place on it that holds the level `held`
-    /// [m]. Where another line than that of the facet is near, its distance counts.
+    /// Fluid and depth of what came in. Where another line than that of the facet is near, its distance counts.
     pub fn inflow_at<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
-        (place, facet): (&MeshPoint<N>, Facet),
-        way: Vector<D>,
-        (held, entering): (f64, &InflowDepth),
+        came: &CameIn<'_, D, N>,
+        entering: &InflowDepth,
     ) -> (u8, f64) {
+        let &CameIn { place, facet, way, held } = came;
         let simplex = mesh.simplex(place.element);
         let nodes = simplex.gradient.iter().zip(&mesh.elements()[place.element]);
         let slope: Vector<D> = nodes.map(|(&g, &node)| g * entering.distance[node as usize]).sum();
@@ -133,7 +145,7 @@ mod tests {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
             let place = MeshPoint { element: facet.element as usize, shape };
-            set.inflow_at(&mesh, (&place, facet), fall * 0.05, (brings, &entering))
+            set.inflow_at(&mesh, &CameIn { place: &place, facet, way: fall * 0.05, held: brings }, &entering)
         };
         let found = openings.iter().map(middle).collect();
         (particles, found)

@@ -30,7 +30,7 @@ mod volume;
 
 pub use distance::InterfacePolygons;
 use distance::longest_edge;
-pub use inflow_depth::InflowDepth;
+pub use inflow_depth::{CameIn, InflowDepth};
 pub use inlet::{InflowFluid, brought, on_facet};
 pub use isolated_nodes::{absorb_isolated_fluids, absorb_isolated_nodes};
 pub use outflow::{OpenFacet, outflow, share_inside};

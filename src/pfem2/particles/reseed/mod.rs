@@ -113,17 +113,16 @@ impl<const D: usize> Particles<D> {
         density: ParticleCounts,
         origin: &ParticleSource<D, N>,
     ) -> Reseeded {
-        let order = self.count_and_order();
+        self.group_by_element();
         let edits = |e: usize| {
-            let own = &order[self.of(e)];
+            let own = self.by_element.of(e);
             match self.reseeding_of(list, own.first().map(|&p| p as usize)) {
                 Reseeding::SubCells => self.edits(mesh, e, own, density),
                 Reseeding::Elements => edits_of_element::<D, N>(e, own),
             }
         };
         let edits = parallel::collect_all(mesh.elements().len(), 256, edits);
-        let empty = self.first().windows(2).filter(|bounds| bounds[0] == bounds[1]).count();
-        self.keep(order);
+        let empty = (0..mesh.elements().len()).filter(|&e| self.by_element.of(e).is_empty()).count();
         let places = edits.iter().filter_map(|edit| if let Edit::Add(place) = edit { Some(*place) } else { None });
         let added = self.fill(mesh, &places.collect::<Vec<_>>(), origin);
         let merged = edits.iter().filter(|edit| self.thin(edit)).count();
