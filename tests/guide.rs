@@ -86,7 +86,7 @@ fn messages_explained_in_the_guide_are_those_of_the_program() {
 }
 
 /// Examples of files that are to be written.
-const EXAMPLES: [&str; 2] = ["ogden.rs", "quartic.rs"];
+const EXAMPLES: [&str; 2] = ["ogden.rs", "roma.rs"];
 
 #[test]
 fn sources_named_in_the_documentation_exist() {

@@ -126,7 +126,7 @@ fn modules_import_only_what_the_table_allows() {
 
 /// Loops go through `parallel`, so that sums have one place and one order; the transfers and the linear algebra cut their work themselves.
 #[test]
-fn only_parallel_sweep_and_linalg_use_rayon() {
+fn only_parallel_transfers_and_linalg_use_rayon() {
     let rooms = ["src/parallel", "src/mpm/transfer", "src/linalg"];
     let mut files = Vec::new();
     sources(&root().join("src"), &mut files);

@@ -210,15 +210,15 @@ impl<const D: usize> SheetInContact<'_, D> {
         let (index, t, momentum_dt) = (*index, at.step.t + at.elapsed, at.momentum_dt);
         let previous = membrane.velocity.clone();
         timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
-        timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K       (46)
+        timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K  Lian (46)
         for pass in 0..passes.max(1) {
             let (pass, surface) = (ContactPass { sheet: index, pass }, surface(membrane, &previous, offset));
             let force = timed!(timer, "contact", contact.resolve(pass, &surface, walls, at));
-            timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   (59)
+            timed!(timer, "membrane", membrane.apply_contact(force, t, momentum_dt)); // v_K   Lian (59)
         }
         let surface = surface(membrane, &previous, offset);
         timed!(timer, "contact", contact.conclude(index, &surface, at));
-        timed!(timer, "membrane", membrane.move_nodes(t, at.dt)); // x_K                      (47)
+        timed!(timer, "membrane", membrane.move_nodes(t, at.dt)); // x_K                 Lian (47)
         timed!(timer, "contact", contact.part(index, &mut membrane.position, at));
         Ok(())
     }

@@ -173,7 +173,7 @@ impl<const D: usize> Mpm<D> {
             timed!(self.timer, "stress", self.scatter_forces(field, step)?); // σ, f_I   Lian (62, 63; 17, 18)
             timed!(self.timer, "grid", self.advance_momentum(field, step)); // p̄_I ← p_I + Δt f_I  Lian (64)
         }
-        self.advance_membranes(step)?; // membranes, J_I                                            Lian (39–59)
+        self.advance_membranes(step)?; // membranes, J_I                                            Lian (32–59)
         self.correct_particles(step);
         timed!(self.timer, "grid", self.constrain_walls(step)); // once more
         timed!(self.timer, "contact", self.coupling.contact.account(&self.grid));

@@ -191,9 +191,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
         let (history, system, interface) = (&self.history, &self.system, &self.interface);
         timed!(self.timer, "correct", self.particles.accelerate(step, history, system, interface));
-        // 1 Convect, along the streamlines of v*: Becker (34)–(36), theory (F.4).
+        // Convect, along the streamlines of v*: Becker (34)–(36), theory (F.4).
         let flow = timed!(self.timer, "convect", self.particles.convect(step, history, system, interface));
-        // 2 Reseed: theory G.12.
+        // Reseed: theory G.12.
         timed!(self.timer, "convect", self.particles.reseed(&flow, system, interface));
         // Volumes that leave, aⁿ⁻¹ and vⁿ go along with the flow: theory G.6, F.2.
         timed!(self.timer, "convect", self.carry_along(&flow, step));
@@ -204,9 +204,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
         let convected = system.imposed(step, &averaged.mean);
         self.history.keep_velocity(&system.velocity);
-        // 3 Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
+        // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
         timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
-        // 4 Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
+        // Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
         timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));

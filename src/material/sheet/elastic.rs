@@ -1,4 +1,4 @@
-//! Isotropic linear elasticity in plane stress, in rate form (theory (C.20)), for the strain rates of Lian, Liu & Zhang 2014, eq. 40:
+//! Isotropic linear elasticity in plane stress, in rate form (theory (C.20)), for the strain rates of Lian (40):
 //!
 //! ```text
 //! σ̂11 += E/(1−ν²) (D11 + ν D22) Δt      σ̂12 += 2 G D12 Δt      D33 = −ν/(1−ν) (D11 + D22)

@@ -1,4 +1,4 @@
-//! A yield stress and a constant plastic viscosity.
+//! A yield stress and a constant plastic viscosity (theory F.8).
 
 use super::{ViscousLaw, regularisation, yielding};
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! A yield stress and a power law.
+//! A yield stress and a power law (theory F.8).
 
 use super::{ViscousLaw, regularisation, yielding};
 use schemars::JsonSchema;
@@ -15,7 +15,7 @@ pub struct HerschelBulkley {
     #[schemars(extend("minimum" = 0.0))]
     pub consistency: f64,
     /// Exponent n.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 3.0))]
+    #[schemars(extend("unit" = "1", "exclusiveMinimum" = 0.0, "maximum" = 3.0))]
     pub index: f64,
     /// Yield stress.
     #[schemars(extend("unit" = "Pa", "minimum" = 0.0))]

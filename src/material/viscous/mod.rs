@@ -1,4 +1,4 @@
-//! Laws of incompressible fluids on a mesh: the viscosity μ(γ̇) at the shear rate γ̇ = √(2 d:d).
+//! Laws of incompressible fluids on a mesh: the viscosity μ(γ̇) at the shear rate γ̇ = √(2 d:d) (theory F.8).
 //!
 //! ```text
 //! Newton             μ

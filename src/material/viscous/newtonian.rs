@@ -1,4 +1,4 @@
-//! Constant viscosity.
+//! Constant viscosity (theory F.8).
 
 use super::ViscousLaw;
 use schemars::JsonSchema;

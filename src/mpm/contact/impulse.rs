@@ -3,14 +3,14 @@
 //! ```text
 //! u_b = v̄_b·n                                    normal trial velocity, n the normal of the middle partner
 //! V:  m_r (V − u_r) + Σ₊ m_b ⟨V − u_b⟩₊ − Σ₋ m_b ⟨u_b − V⟩₊ = 0
-//! λ_b = m_b |V − u_b|  where + bodies have u_b < V, − bodies u_b > V     (theory (D.12); Lian, Liu & Zhang 2014, eqs. 54, 55)
+//! λ_b = m_b |V − u_b|  where + bodies have u_b < V, − bodies u_b > V     (theory (D.12); Lian (54, 55))
 //! T_b = m_b (V_t − v̄_b,t),  ‖T_b‖ ≤ μ_f λ_b                              (theory D.6; eqs. 56–58, corrected)
 //! J_b = c λ_b n + T_b  on the body, c = ±1 its side;  −Σ J_b on the middle partner
 //! ```
 //!
 //! `+` bodies lie on the side that n points to. The first equation is the exact solution of the strictly
 //! convex problem with the constraints v₊·n ≥ V ≥ v₋·n: its left side grows with V, so that V is unique and
-//! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r m_s/(m_r + m_s): eq. 55
+//! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r m_s/(m_r + m_s): Lian (55)
 //! with the right sign, which has −J on the sheet r.
 
 use super::ledger::Dissipation;

@@ -3,7 +3,7 @@
 //! Bodies and membranes first move as if they were alone. Then they exchange impulses. Membranes do so with bodies by one of two
 //! methods, which the case chooses ([`SheetContact`]), with one interface (`method`):
 //!
-//! * `at_nodes`: at the grid nodes, as in the paper (Lian, Liu & Zhang 2014, eqs. 49 to 59; theory D.2 to D.8);
+//! * `at_nodes`: at the grid nodes, as in the paper (Lian, Liu & Zhang 2014: Lian (49–59); theory D.2 to D.8);
 //! * `at_surface`: on the surface of the membrane, between its elements and the particles of bodies near it (theory D.9 to D.11).
 //!
 //! Both know the membrane as a `sheet` (elements, closest points, sides of particles), which touches walls and obstacles
@@ -16,7 +16,7 @@
 //! resolve        per membrane sub-step: the trial state at that time → forces on the membrane's nodes
 //!                in passes, as the nodes take up less than the grid gives (theory D.7)
 //! conclude       gaps and losses of the sub-step
-//! finish_step    finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53)
+//! finish_step    finish: displacements that undo overlaps; the impulses to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53)
 //! account        (after the walls) settle: forces of the step, and what contact dissipated (theory D.16; `ledger`)
 //! restore        (after particles and membranes moved) undo overlaps, keep particles on their sides (`sheet::guard`)
 //! ```
@@ -212,7 +212,7 @@ impl<const D: usize> Contact<D> {
         sums
     }
 
-    /// Adds the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt (53).
+    /// Adds the impulses of the step to the grid: p ← p + ΣJ, f ← f + ΣJ/Δt, Lian (53).
     pub fn finish_step(&mut self, grid: &mut Grid<D>) {
         for (sheet, method) in self.sheets.iter_mut().zip(&self.methods) {
             method.finish(sheet, &mut self.shifts);

@@ -98,11 +98,11 @@ impl<const D: usize> Partners<D> {
         self.list[partner as usize].impulse += impulse;
     }
 
-    /// Hands the impulses to the grid (Lian, Liu & Zhang 2014, eq. 53; theory (D.1)).
+    /// Hands the impulses to the grid: Lian (53), theory (D.1).
     pub fn apply_to_grid(&self, grid: &mut Grid<D>) {
         for p in &self.list {
             let node = &mut grid.fields[p.field as usize].nodes[p.node as usize];
-            node.momentum += p.impulse;
+            node.momentum += p.impulse; // Lian (53)
             node.force += p.impulse / self.dt;
         }
     }

@@ -1,14 +1,14 @@
 //! The element kernels: strain, stress and nodal forces of a block of elements.
 //!
 //! Everything follows from the metric of the two tangents g₁, g₂. With contravariant components Tᵅᵝ of the stress
-//! on the tangents, an element of volume V resists with (theory (C.14); Lian, Liu & Zhang 2014, eqs. 42–45)
+//! on the tangents, an element of volume V resists with (theory (C.14); Lian (42–45))
 //!
 //! ```text
 //! f_K = Σ_α p_αK P_α,    P₁ = V (T¹¹ g₁ + T¹² g₂),    P₂ = V (T¹² g₁ + T²² g₂)
 //! ```
 //!
 //! *Rate form* (theory C.3): the strain increment D Δt = ½ Δ(g_α·g_β), taken at mid-step where it is exact, in the orthonormal
-//! frame that bisects the normalised tangents (paper eqs. 32–41 with normalised tangents); stress history in that frame.
+//! frame that bisects the normalised tangents (Lian (32–41) with normalised tangents); stress history in that frame.
 //! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
 //! axes; no frame is needed.
 
@@ -205,7 +205,7 @@ pub fn update<S: Shape<N>, const N: usize>(
         damping: stressed.damping.sum(count),
         frequency2: stressed.frequency2.0.into_iter().fold(0.0, greater),
     };
-    // (45): the nodes get the opposite.
+    // Lian (45): the nodes get the opposite.
     let area = motion.now.g1.cross(motion.now.g2) * (S::AREA / N as f64);
     Updated { force: S::spread(-p, -r, -h), area, sums }
 }
@@ -262,7 +262,7 @@ fn resist_hourglass<S: Shape<N>, const N: usize>(
     force
 }
 
-/// Half the change of the metric over the step, at mid-step: the covariant strain increment (40; theory (C.10)).
+/// Half the change of the metric over the step, at mid-step: the covariant strain increment, Lian (40), theory (C.10).
 #[inline(always)]
 fn strain_increment(Motion { now, rate }: &Motion, dt: f64) -> (Metric, [Lanes; 3]) {
     let (u1, u2) = (rate.g1 * dt, rate.g2 * dt);
@@ -270,7 +270,7 @@ fn strain_increment(Motion { now, rate }: &Motion, dt: f64) -> (Metric, [Lanes; 
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
 }
 
-/// The orthonormal frame that bisects the normalised tangents (34–39), by its components on the metric (theory C.2).
+/// The orthonormal frame that bisects the normalised tangents, Lian (34–39), by its components on the metric (theory C.2).
 ///
 /// With the angle φ between the tangents, g₁ = |g₁| (C, S) and g₂ = |g₂| (S, C), where 2 C² = 1 + sin φ,
 /// 2 S² = 1 − sin φ, 2 C S = cos φ.
@@ -292,7 +292,7 @@ impl Frame {
         Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
     }
 
-    /// Covariant components to the frame (41).
+    /// Covariant components to the frame, Lian (41).
     #[inline(always)]
     fn local(&self, [e11, e22, e12]: [Lanes; 3]) -> [Lanes; 3] {
         let (e11, e22, e12) = (e11 * self.scale[0], e22 * self.scale[1], e12 * self.scale[2]);

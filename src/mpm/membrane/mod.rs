@@ -4,11 +4,11 @@
 //! triangles, and in 2D two-node segments of unit width. One step, from positions xⁿ and velocities v^{n−½}:
 //!
 //! ```text
-//! σⁿ, hⁿ        from the strain of the last step                              (32–41, corrected)
-//! f_K           = f_int + f_hourglass + f_ext                                 (42–45)
-//! v̄_K           = v_K + Δt f_K / m_K, prescribed components replaced          (46)   trial
-//! v_K           = v̄_K + Δt f_K^contact / m_K, prescribed components again     (59)
-//! x_K           ← x_K + Δt v_K                                                (47)
+//! σⁿ, hⁿ        from the strain of the last step                              Lian (32–41), corrected
+//! f_K           = f_int + f_hourglass + f_ext                                 Lian (42–45)
+//! v̄_K           = v_K + Δt f_K / m_K, prescribed components replaced          Lian (46)   trial
+//! v_K           = v̄_K + Δt f_K^contact / m_K, prescribed components again     Lian (59)
+//! x_K           ← x_K + Δt v_K                                                Lian (47)
 //! ```
 //!
 //! Everything that does work is booked with the mean velocity v̂ = ½ (v^{n−½} + v^{n+½}), so that the kinetic energy

@@ -2,7 +2,7 @@
 //!
 //! All shapes speak the same language. With the tangents g₁, g₂ of an element and their duals g¹, g²
 //! (gᵅ·g_β = δ), the gradient of the shape function of node K at the centre is ∇N_K = Σ_α p_αK gᵅ with
-//! constant patterns p. A quadrilateral with nodes 1-2-3-4 has (theory C.1; Lian, Liu & Zhang 2014, eqs. 32, 33)
+//! constant patterns p. A quadrilateral with nodes 1-2-3-4 has (theory C.1; Lian (32, 33))
 //!
 //! ```text
 //! g₁ = χ = x₂ − x₁ + x₃ − x₄     p₁ = ξ_K = (−1, 1, 1, −1)
@@ -85,7 +85,7 @@ impl Shape<4> for Quadrilateral {
 
     #[inline(always)]
     fn modes([x1, x2, x3, x4]: [LaneVector; 4], _depth: f64) -> Modes {
-        // (32): r21 + r34 = r31 − r42; (33).
+        // Lian (32): r21 + r34 = r31 − r42; Lian (33).
         let (r31, r42) = (x3 - x1, x4 - x2);
         Modes { g1: r31 - r42, g2: r31 + r42, h: (x1 - x2) + (x3 - x4) }
     }

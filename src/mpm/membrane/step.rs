@@ -47,7 +47,7 @@ impl<const D: usize> Membrane<D> {
         Ok(())
     }
 
-    /// Trial velocities (46): v̄ = v^{n−½} + Δt f / m, prescribed components as at `t + ½ dt`.
+    /// Trial velocities, Lian (46): v̄ = v^{n−½} + Δt f / m, prescribed components as at `t + ½ dt`.
     pub fn advance_velocity(&mut self, t: f64, dt: f64) {
         self.momentum_dt = dt;
         self.touch_time += dt;
@@ -62,7 +62,7 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// Corrects the velocities by contact forces on the nodes [N] (59), prescribed components again.
+    /// Corrects the velocities by contact forces on the nodes [N], Lian (59), prescribed components again.
     /// Several calls in a step add up.
     pub fn apply_contact(&mut self, force: &[Vector<D>], t: f64, dt: f64) {
         let Self { velocity, contact_force, touch, mass, .. } = self;
@@ -79,7 +79,7 @@ impl<const D: usize> Membrane<D> {
         self.supports.impose(&mut self.velocity, &self.reference, t + 0.5 * dt);
     }
 
-    /// Adds the work of this step to the ledger, then moves the nodes by `dt` (47).
+    /// Adds the work of this step to the ledger, then moves the nodes by `dt`, Lian (47).
     pub fn move_nodes(&mut self, t: f64, dt: f64) {
         self.book(t);
         self.ledger.displacement_dt = dt;

@@ -1,7 +1,7 @@
 //! Strain increments from a grid velocity, the cure of volumetric locking, and the call of the law.
 //!
 //! ```text
-//! L_p = Σ v_I ⊗ ∇N_Ip                                  Lian (62)
+//! L_p = Σ v_I ⊗ ∇N_Ip                                  Lian (62, 63)
 //! ΔJ_p = det(1 + Δt L_p)
 //! J̃_I = Σ V_p ΔJ_p N_Ip / Σ V_p N_Ip,   ΔJ̄_p = (1 − β) ΔJ_p + β Σ N_Ip J̃_I      (theory A.10)
 //! 1 + Δt L̄_p = (ΔJ̄_p / ΔJ_p)^(1/D) (1 + Δt L_p)

@@ -7,7 +7,7 @@
 //! v_p ← (1 − β)(v_p + Δt Σ N_Ip a_I) + β Σ N_Ip v_I⁺       β: PIC share; 1 for APIC          Lian (65)
 //! ẋ_p = Σ N_Ip v_I⁺                                                                         Lian (19)
 //! C_p = Σ N_Ip v_I⁺ ⊗ (x_I − x_p) D⁻¹,  or Σ v_I⁺ ⊗ ∇N_Ip where D is not constant
-//! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62)
+//! L_p = Σ v_I ⊗ ∇N_Ip                                                                       Lian (62, 63)
 //! ΔJ_p = det(1 + Δt L_p),  or 1/det(1 − Δt L_p) for gradients over the positions at the end
 //! ```
 //!
@@ -189,7 +189,7 @@ pub(super) struct Sums<const D: usize> {
     pub velocity: Vector<D>,
     /// Σ N a [m/s²].
     pub acceleration: Vector<D>,
-    /// Σ v ⊗ ∇N [1/s], Lian (62).
+    /// Σ v ⊗ ∇N [1/s], Lian (62, 63).
     pub gradient: Tensor<D>,
     /// Σ N v ⊗ (x_I − x) [m²/s].
     pub moment: Tensor<D>,

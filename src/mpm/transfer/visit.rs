@@ -65,7 +65,7 @@ pub(in crate::mpm) enum Operation {
     ReferToStart,
     /// Blends ΔJ_p, and the velocity gradient, with the average over the nodes (theory A.10).
     AverageVolumeRatio,
-    /// σ_p, p_p and e_p by the law, Lian (63).
+    /// σ_p, p_p and e_p by the law (theory A.8).
     Stress,
     /// p̃ − p, the difference between the averaged pressure, which makes forces, and the particle's own (theory A.10).
     AveragePressure,

@@ -1,4 +1,4 @@
-//! The equations of velocity and pressure on the mesh: stage 3 of a step (Becker (17)–(20); theory F.6–F.10).
+//! The equations of velocity and pressure on the mesh: stage `solve` of a step (Becker (17)–(20); theory F.6–F.10).
 //!
 //! ```text
 //! element      the blocks and loads of one element                             Becker (17)–(20), theory F.6, F.7

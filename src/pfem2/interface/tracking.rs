@@ -65,7 +65,7 @@ impl<const D: usize> InterfaceTracking<D> {
         Phases { list: &self.list, fraction: &self.fraction, level: &self.level }
     }
 
-    /// Stage 2: averages of the particles at the nodes. Fractions and level set stay here; returns the convected velocity v̂ [m/s]
+    /// Stage `project`: averages of the particles at the nodes. Fractions and level set stay here; returns the convected velocity v̂ [m/s]
     /// (Becker (37)–(39); theory G.2, G.11).
     pub fn project<const N: usize>(
         &mut self,

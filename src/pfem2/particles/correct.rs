@@ -1,4 +1,4 @@
-//! Stage 4: particles take over what the implicit step changed (Becker (40); theory F.11),
+//! Stage `correct`: particles take over what the implicit step changed (Becker (40); theory F.11),
 //!
 //! ```text
 //! v_p ← (1 − α)(v_p + Σ N_i δv_i) + α Σ N_i v_i,   δv_i = v_i − v̂_αi,   α = 1 − e^(−dt/T)        theory (F.36)

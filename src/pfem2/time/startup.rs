@@ -119,7 +119,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         Ok(())
     }
 
-    /// Stages 1 and 2 of a step; returns the averages of the particles at the nodes.
+    /// The stages of a step before `solve`; returns the averages of the particles at the nodes.
     fn transport(&mut self, step: TimeStep) -> ConvectedVelocity<D> {
         let flow = self.particles.convect(step, &self.history, &self.system, &self.interface);
         self.particles.reseed(&flow, &self.system, &self.interface);

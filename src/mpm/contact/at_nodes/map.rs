@@ -121,7 +121,7 @@ impl<const D: usize> Map<D> {
         self.sample_ends.push((q as u32, self.weights.len() as u32));
     }
 
-    /// Turns sums into means, and areas into normals (51); nodes with a negligible share of the sheet get no normal and
+    /// Turns sums into means, and areas into normals, Lian (51); nodes with a negligible share of the sheet get no normal and
     /// never act, those where it is folded get theirs from [`Self::find_folded_normals`].
     fn find_normals(&mut self, context: &StepContext<'_, D>, areas: &[f64]) {
         let heaviest = self.nodes.iter().map(|node| node.mass).fold(0.0, f64::max);
@@ -164,7 +164,7 @@ impl<const D: usize> Map<D> {
         (self.weights, self.sample_ends) = (kept, sample_ends);
     }
 
-    /// p̄_I^r (49), and the mean with the momentum before the forces.
+    /// p̄_I^r, Lian (49), and the mean with the momentum before the forces.
     pub fn map_momentum(&mut self, facets: &[Facet], surface: &Surface<'_, D>) {
         for node in &mut self.nodes {
             (node.momentum, node.average) = (Vector::ZERO, Vector::ZERO);
@@ -187,7 +187,7 @@ impl<const D: usize> Map<D> {
         }
     }
 
-    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map (59); they act for `dt` [s].
+    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map, Lian (59); they act for `dt` [s].
     pub fn map_back(&self, facets: &[Facet], forces: &mut [Vector<D>], dt: f64) {
         let mut start = 0;
         for &(q, end) in &self.sample_ends {

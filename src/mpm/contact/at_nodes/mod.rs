@@ -1,12 +1,12 @@
-//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with eqs. 55, 58 and 59 corrected; theory
+//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with (55), (58) and (59) corrected; theory
 //! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange an impulse.
 //!
 //! ```text
-//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection, n from the sheet r to the body s  (50, 52)
-//! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                           stick, on s        (54, 55)
-//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip, on s         (56–58)
-//! p_s ← p_s + J                                                          the body           (53)
-//! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r                      the sheet          (59)
+//! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection, n from the sheet r to the body s  Lian (50, 52)
+//! J = M (v̄_r − v̄_s),  M = m_r m_s/(m_r + m_s)                           stick, on s        Lian (54, 55)
+//! J = J_n n + min(‖J_t‖, μ_f |J_n|) J_t/‖J_t‖,  no pulling               slip, on s         Lian (56–58)
+//! p_s ← p_s + J                                                          the body           Lian (53)
+//! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r                      the sheet          Lian (59)
 //! ```
 //!
 //! The sheet comes to the nodes by its samples (`samples`, `map`), the gaps from the particles around it (`band`), and the impulses

@@ -1,4 +1,4 @@
-//! Stage 1: particles move along the frozen streamlines of the mesh (Becker (34)–(36); theory F.4, G.13),
+//! Stage `convect`: particles move along the frozen streamlines of the mesh (Becker (34)–(36); theory F.4, G.13),
 //!
 //! ```text
 //! x_p(t + dt) = x_p + ∫ v(x_p(τ)) dτ

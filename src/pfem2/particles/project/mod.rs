@@ -1,4 +1,4 @@
-//! Stage 2: from the particles to the nodes (Becker (37)–(39); theory G.11).
+//! Stage `project`: from the particles to the nodes (Becker (37)–(39); theory G.11).
 //!
 //! ```text
 //! shape      v̂_i = Σ N_i v_p / Σ N_i                                                   Becker (38), theory (G.22)
