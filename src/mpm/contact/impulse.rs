@@ -4,7 +4,7 @@
 //! u_b = v̄_b·n                                    normal trial velocity, n the normal of the middle partner
 //! V:  m_r (V − u_r) + Σ₊ m_b ⟨V − u_b⟩₊ − Σ₋ m_b ⟨u_b − V⟩₊ = 0
 //! λ_b = m_b |V − u_b|  where + bodies have u_b < V, − bodies u_b > V     (theory (D.12); Lian (54, 55))
-//! T_b = m_b (V_t − v̄_b,t),  ‖T_b‖ ≤ μ_f λ_b                              (theory D.6; eqs. 56–58, corrected)
+//! T_b = m_b (V_t − v̄_b,t),  ‖T_b‖ ≤ μ_f λ_b                              (theory D.6; Lian (56–58), corrected)
 //! J_b = c λ_b n + T_b  on the body, c = ±1 its side;  −Σ J_b on the middle partner
 //! ```
 //!
@@ -90,7 +90,7 @@ pub fn solve<const D: usize>(
     }
 }
 
-/// The normal velocity V that the middle partner and all bodies pressed against it share (54): theory (D.12).
+/// The normal velocity V that the middle partner and all bodies pressed against it share: Lian (54), theory (D.12).
 fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches: &[Touch<D>]) -> f64 {
     let excess = |v: f64| {
         touches
