@@ -239,7 +239,7 @@ impl<const D: usize> World<D> {
         self.replace(&body.name, "position", &places);
         self.replace(&body.name, "volume", &volume);
         // They may have left the blocks that they were sorted by.
-        self.replace::<f64>(&body.name, "drift", &[]);
+        self.replace(&body.name, "disorder", &[f64::INFINITY, 0.0, 0.0]);
     }
 
     /// A column of a body as a checkpoint stores it.
