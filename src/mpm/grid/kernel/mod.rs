@@ -148,7 +148,7 @@ impl Kernel {
         with_shape!(self, shape => is_smooth(shape))
     }
 
-    /// The first position of block 0 [cells] ([`Shape::WINDOW`]).
+    /// The first position of block 0 [cells] (`Shape::WINDOW`).
     pub fn window(self) -> f64 {
         fn window<const S: usize, K: Shape<S>>(_: K) -> f64 {
             K::WINDOW
@@ -156,7 +156,7 @@ impl Kernel {
         with_shape!(self, shape => window(shape))
     }
 
-    /// Distance by which a particle may leave its block [cells] ([`Shape::SLACK`]).
+    /// Distance by which a particle may leave its block [cells] (`Shape::SLACK`).
     pub fn slack(self) -> f64 {
         fn slack<const S: usize, K: Shape<S>>(_: K) -> f64 {
             K::SLACK
