@@ -15,6 +15,7 @@ pub mod interface;
 pub mod particles;
 mod report;
 pub mod setup;
+pub mod solid;
 mod step;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,19 @@
+//! Elastic solids in the system of velocity and pressure, on Lagrangian meshes of their own (theory J).
+//!
+//! ```text
+//! Δ = θ Δt,   û = uⁿ + Δt (β₁ vⁿ + β₂ vⁿ⁻¹),   v̂ = vⁿ + Δt (β₁ aⁿ + β₂ aⁿ⁻¹),   u* = uⁿ + Δt v*
+//! [M/Δ + Δ K(u*)] v = f + M v̂/Δ − F(u*) − K (û − u*) + forces of the fluid
+//! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
+//! ```
+//!
+//! The fluid ends at the surface of the solid: elements of the fixed mesh that it cuts are decomposed, and their cut points
+//! move with the solid.
+
+pub mod coupling;
+pub mod cut;
+pub mod element;
+pub mod mesh;
+pub mod setup;
+pub mod structure;
+pub mod support;
+pub mod surface;

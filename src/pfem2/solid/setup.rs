@@ -1,0 +1,63 @@
+//! A solid as a run starts with it.
+
+use super::mesh::SolidMesh;
+use crate::material::PointLaw;
+use crate::math::{Signal, Vector};
+
+/// An elastic solid, made by the case layer.
+#[derive(Debug)]
+pub struct SolidSetup<const D: usize> {
+    /// Name.
+    pub name: String,
+    /// Its mesh, in the reference state.
+    pub mesh: SolidMesh<D>,
+    /// Its law: one with an [`ElasticLaw`](crate::material::ElasticLaw).
+    pub law: Box<dyn PointLaw>,
+    /// The third direction, in two dimensions.
+    pub plane: Plane,
+    /// Velocity at its nodes at the start [m/s].
+    pub velocity: Vec<Vector<D>>,
+    /// Nodes with a prescribed velocity.
+    pub held: Vec<HeldNodes<D>>,
+    /// Loads on its surface.
+    pub tractions: Vec<SurfaceTraction<D>>,
+    /// Damping.
+    pub damping: Damping,
+}
+
+/// The third direction of a plane problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Plane {
+    /// No strain across the plane.
+    #[default]
+    Strain,
+    /// No stress across the plane.
+    Stress,
+}
+
+/// Nodes whose velocity is prescribed along some axes.
+#[derive(Debug, Clone)]
+pub struct HeldNodes<const D: usize> {
+    /// Nodes of the solid's mesh.
+    pub nodes: Vec<u32>,
+    /// Velocity along each axis [m/s]; `None`: free.
+    pub velocity: [Option<Signal>; D],
+}
+
+/// A load on facets of a solid.
+#[derive(Debug, Clone)]
+pub struct SurfaceTraction<const D: usize> {
+    /// Places in [`SolidMesh::facets`].
+    pub facets: Vec<u32>,
+    /// Force per area in the reference state [Pa], with a fixed direction.
+    pub traction: [Signal; D],
+}
+
+/// Damping forces −(α M + β K) v.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Damping {
+    /// α, in proportion to the mass [1/s].
+    pub mass: f64,
+    /// β, in proportion to the stiffness [s].
+    pub stiffness: f64,
+}

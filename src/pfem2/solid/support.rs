@@ -1,0 +1,1 @@
+//! Prescribed nodes of solids and loads on their surfaces.
