@@ -99,6 +99,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         fluids,
         tension,
         gravity,
+        solids: None,
         level_set: None,
         volume: VolumeCorrection::None,
         scheme: Scheme::default(),

@@ -13,6 +13,7 @@
 //! Results don't depend on the number of threads or on measured times: factors are kept while the iterations that they
 //! cost weigh less than a new one, by counts of operations.
 
+mod border;
 mod direct;
 mod dissection;
 mod krylov;
@@ -23,8 +24,11 @@ mod pivoted;
 mod preconditioner;
 mod schur;
 mod solver;
+mod sparse;
 mod vectors;
 
+pub use border::Border;
 pub use matrix::BlockMatrix;
 pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, Options, Outcome, SolverCounters, SolverKind, SolverState};
+pub use sparse::{SparseFactor, SparseMatrix};

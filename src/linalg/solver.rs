@@ -1,5 +1,6 @@
 //! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
 
+use super::border::Border;
 use super::direct::Analysis;
 use super::krylov::{Attempt, Krylov, Limits, System};
 use super::matrix::BlockMatrix;
@@ -67,6 +68,9 @@ pub struct NotConverged {
 
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
 const SINGLE_PATIENCE: usize = 10;
+
+/// The same for a system with a border, which takes an iteration for each of its motions that the rest resists as much as it does itself.
+const BORDERED_PATIENCE: usize = 80;
 
 /// Iterations that a fresh factor in double precision may take: more, and the part that isn't symmetric rules.
 const DOUBLE_PATIENCE: usize = 80;
@@ -154,10 +158,39 @@ impl<const B: usize> LinearSolver<B> {
     /// The tolerance isn't reached: the residuals, and where the largest one is.
     pub fn solve(&mut self, a: &BlockMatrix<B>, b: &[[f64; B]], x: &mut [[f64; B]]) -> Result<Outcome, NotConverged> {
         let scaling = a.scaling();
-        let mut residual = vec![[0.0; B]; x.len()];
-        let reference = scaled_norm(b, &scaling, &mut residual);
+        let system = Linear { a, b: b.as_flattened(), scaling: scaling.as_flattened(), border: None };
+        self.solve_flat(system, x.as_flattened_mut())
+    }
+
+    /// Solves a bordered system, in which unknowns of another kind are coupled to those of the mesh: `b` and `x` as above, `border_b` and
+    /// `border_x` for the unknowns of the border.
+    ///
+    /// # Errors
+    /// As [`LinearSolver::solve`].
+    pub fn solve_bordered(
+        &mut self,
+        a: &BlockMatrix<B>,
+        border: &mut dyn Border<B>,
+        b: [&[f64]; 2],
+        x: [&mut [f64]; 2],
+    ) -> Result<Outcome, NotConverged> {
+        let [own, others] = x;
+        let mut both = [&*own, &*others].concat();
+        let scaling = [a.scaling().as_flattened(), &border.scaling()].concat();
+        let system = Linear { a, b: &b.concat(), scaling: &scaling, border: Some(border) };
+        let outcome = self.solve_flat(system, &mut both);
+        own.copy_from_slice(&both[..own.len()]);
+        others.copy_from_slice(&both[own.len()..]);
+        outcome
+    }
+
+    /// Solves a system whose unknowns are `x`.
+    fn solve_flat(&mut self, mut system: Linear<B>, x: &mut [f64]) -> Result<Outcome, NotConverged> {
+        let a = system.a;
+        let mut residual = vec![0.0; x.len()];
+        let reference = scaled_norm(system.b, system.scaling, &mut residual);
         if reference == 0.0 {
-            x.fill([0.0; B]);
+            x.fill(0.0);
             return Ok(Outcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
         let guess = x.to_vec();
@@ -170,17 +203,17 @@ impl<const B: usize> LinearSolver<B> {
                 self.rebuild(a);
                 fresh = true;
             }
-            let limits = self.limits(fresh, self.options.tolerance * reference);
-            let attempt = self.attempt(a, b, &scaling, x, &mut residual, limits);
+            let limits = self.limits(fresh, system.border.is_some(), self.options.tolerance * reference);
+            let attempt = self.attempt(&mut system, x, &mut residual, limits);
             iterations += attempt.history.len() - 1;
             history.extend(attempt.history.iter().map(|r| r / reference));
             if attempt.converged {
                 self.reuse.count(attempt.history.len() - 1);
                 self.detour.rest = self.detour.rest.saturating_sub(1);
-                let residual = norm(residual.as_flattened()) / reference;
+                let residual = norm(&residual) / reference;
                 return Ok(Outcome { iterations, residual, rebuilt: fresh });
             }
-            if !norm(residual.as_flattened()).is_finite() {
+            if !norm(&residual).is_finite() {
                 // What comes next begins where this began.
                 x.copy_from_slice(&guess);
             }
@@ -191,7 +224,7 @@ impl<const B: usize> LinearSolver<B> {
             failed += 1;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
-                return Err(failure(history, &residual, reference));
+                return Err(failure::<B>(history, &residual, (a.pattern.rows() * B, reference)));
             }
             self.turn_to_next();
         }
@@ -257,10 +290,11 @@ impl<const B: usize> LinearSolver<B> {
         Ok(())
     }
 
-    fn limits(&self, fresh: bool, target: f64) -> Limits {
+    fn limits(&self, fresh: bool, bordered: bool, target: f64) -> Limits {
         let all = self.options.max_iterations;
         let (iterations, patience) = match (fresh, self.method) {
             (false, _) => (self.reuse.patience().min(all), Some(self.reuse.patience())),
+            (true, Preconditioning::Single) if bordered => (BORDERED_PATIENCE.min(all), None),
             (true, Preconditioning::Single) => (SINGLE_PATIENCE.min(all), None),
             (true, Preconditioning::Double) if self.methods.len() > 2 => (DOUBLE_PATIENCE.min(all), None),
             (true, _) => (all, None),
@@ -268,19 +302,11 @@ impl<const B: usize> LinearSolver<B> {
         Limits { target, restart: self.options.restart, iterations, patience }
     }
 
-    fn attempt(
-        &mut self,
-        a: &BlockMatrix<B>,
-        b: &[[f64; B]],
-        scaling: &[[f64; B]],
-        x: &mut [[f64; B]],
-        residual: &mut [[f64; B]],
-        limits: Limits,
-    ) -> Attempt {
-        let room = vec![[0.0; B]; x.len()];
+    fn attempt(&mut self, system: &mut Linear<B>, x: &mut [f64], residual: &mut [f64], limits: Limits) -> Attempt {
+        let room = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
-        let mut system = Preconditioned { a, b, scaling, analysis, preconditioner, room };
-        self.krylov.solve(&mut system, x.as_flattened_mut(), residual.as_flattened_mut(), limits)
+        let mut system = Preconditioned { system, analysis, preconditioner, room };
+        self.krylov.solve(&mut system, x, residual, limits)
     }
 
     fn rebuild(&mut self, a: &BlockMatrix<B>) {
@@ -327,49 +353,73 @@ impl<const B: usize> LinearSolver<B> {
     }
 }
 
-fn scaled_norm<const B: usize>(b: &[[f64; B]], scaling: &[[f64; B]], work: &mut [[f64; B]]) -> f64 {
-    let (b, s) = (b.as_flattened(), scaling.as_flattened());
-    update(work.as_flattened_mut(), |i, _| s[i] * b[i]);
-    norm(work.as_flattened())
+fn scaled_norm(b: &[f64], scaling: &[f64], work: &mut [f64]) -> f64 {
+    update(work, |i, _| scaling[i] * b[i]);
+    norm(work)
 }
 
-fn failure<const B: usize>(history: Vec<f64>, residual: &[[f64; B]], reference: f64) -> NotConverged {
-    let flat = residual.as_flattened();
-    let size = |i: usize| if flat[i].is_finite() { flat[i].abs() } else { f64::INFINITY };
-    let worst = (0..flat.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
-    NotConverged { residual: norm(flat) / reference, history, worst_node: worst / B, worst_unknown: worst % B }
+/// The failure with this residual, of which `own` numbers belong to the mesh.
+fn failure<const B: usize>(history: Vec<f64>, residual: &[f64], (own, reference): (usize, f64)) -> NotConverged {
+    let size = |i: usize| if residual[i].is_finite() { residual[i].abs() } else { f64::INFINITY };
+    let worst = (0..own).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
+    NotConverged { residual: norm(residual) / reference, history, worst_node: worst / B, worst_unknown: worst % B }
 }
 
-/// The scaled system with its preconditioner.
-struct Preconditioned<'a, const B: usize> {
+/// A system: the matrix on the mesh, and what borders on it. Flat vectors hold the unknowns of the mesh first.
+struct Linear<'a, const B: usize> {
     a: &'a BlockMatrix<B>,
-    b: &'a [[f64; B]],
-    scaling: &'a [[f64; B]],
+    b: &'a [f64],
+    scaling: &'a [f64],
+    border: Option<&'a mut dyn Border<B>>,
+}
+
+impl<const B: usize> Linear<'_, B> {
+    /// y = A x.
+    fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        let own = self.a.pattern.rows() * B;
+        let ((x, x_border), (y, y_border)) = (x.split_at(own), y.split_at_mut(own));
+        let (x, y) = (x.as_chunks().0, y.as_chunks_mut().0);
+        self.a.multiply(x, y);
+        if let Some(border) = &self.border {
+            border.multiply((x, x_border), (y, y_border));
+        }
+    }
+}
+
+/// A system with its preconditioner: that of the mesh, then the block of the border (see `border`).
+struct Preconditioned<'a, 'b, const B: usize> {
+    system: &'a mut Linear<'b, B>,
     analysis: Option<&'a Analysis>,
     preconditioner: Option<&'a mut Preconditioner<B>>,
-    room: Vec<[f64; B]>,
+    room: Vec<f64>,
 }
 
-impl<const B: usize> System for Preconditioned<'_, B> {
+impl<const B: usize> System for Preconditioned<'_, '_, B> {
     fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        self.a.multiply(x.as_chunks().0, y.as_chunks_mut().0);
-        let s = self.scaling.as_flattened();
+        self.system.multiply(x, y);
+        let s = self.system.scaling;
         update(y, |i, y| s[i] * y);
     }
 
     fn residual(&self, x: &[f64], r: &mut [f64]) {
-        self.a.multiply(x.as_chunks().0, r.as_chunks_mut().0);
-        let (s, b) = (self.scaling.as_flattened(), self.b.as_flattened());
+        self.system.multiply(x, r);
+        let Linear { scaling: s, b, .. } = &*self.system;
         update(r, |i, ax| s[i] * (b[i] - ax));
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
-        let s = self.scaling.as_flattened();
-        let room = self.room.as_flattened_mut();
+        let Linear { a, scaling: s, border, .. } = &mut *self.system;
+        let room = &mut self.room[..];
         update(room, |i, _| r[i] / s[i]);
+        let own = a.pattern.rows() * B;
+        let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
         match &mut self.preconditioner {
-            Some(preconditioner) => preconditioner.apply(self.analysis, &self.room, z.as_chunks_mut().0),
-            None => z.copy_from_slice(room),
+            Some(preconditioner) => preconditioner.apply(self.analysis, r.as_chunks().0, z.as_chunks_mut().0),
+            None => z.copy_from_slice(r),
+        }
+        if let Some(border) = border {
+            border.subtract(z.as_chunks().0, r_border);
+            border.solve(r_border, z_border);
         }
     }
 }

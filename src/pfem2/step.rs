@@ -28,6 +28,7 @@ use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
 use super::report::{checkpoint, health, snapshot};
 use super::setup::{Scheme, Setup};
+use super::solid::tracking::SolidTracking;
 use super::time::history::{LARGEST_CHANGE, TimeHistory};
 use super::time::startup::impulsive_energy;
 use super::time::step_bounds::{StepLimits, foreseen_speed};
@@ -45,6 +46,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) particles: ParticleTracking<D>,
     /// Interfaces between the fluids.
     pub(super) interface: InterfaceTracking<D>,
+    /// Elastic solids in the fluid.
+    pub(super) solids: Option<SolidTracking<D>>,
     /// Velocities and accelerations of the steps before.
     pub(super) history: TimeHistory<D>,
     /// Forces of the fluid on the boundary.
@@ -115,6 +118,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 
     fn forces(&self, visit: &mut dyn FnMut([f64; 3])) {
         self.forces.mean.iter().for_each(|force| visit(force.to3()));
+        let solids = self.solids.iter().flat_map(|solids| &solids.last.forces_mean);
+        solids.for_each(|force| visit(force.to3()));
     }
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
@@ -127,6 +132,9 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 
     fn restored(&mut self) {
         self.particles.columns.sort();
+        if let Some(solids) = &self.solids {
+            solids.immerse(&mut self.system);
+        }
         self.update_contents();
         self.system.restore_solver(&std::mem::take(&mut self.solver_state));
     }
@@ -155,6 +163,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let mut pfem = Self {
             particles: ParticleTracking::new(setup.particles, rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
+            solids: setup.solids.map(SolidTracking::new),
             history: TimeHistory::new(setup.scheme, &system.velocity),
             forces: BoundaryForces::new(&system),
             balance: EnergyBalance::new(places.len()),
@@ -166,13 +175,17 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             timer: Timer::default(),
             system,
         };
+        if let Some(solids) = &pfem.solids {
+            solids.immerse(&mut pfem.system);
+        }
         pfem.interface.project(&pfem.system, &pfem.particles);
         pfem.update_contents();
         pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
         pfem.interface.begin_inflow(&pfem.system);
         pfem.interface.keep_volumes(&pfem.system, setup.volume);
         pfem.begin_interface();
-        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system));
+        let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
+        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
         pfem
     }
 
@@ -188,6 +201,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The step of the method.
     fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
+        // Predict u* of solids, and cut the mesh at their surface: theory J.1, J.2.
+        timed!(self.timer, "solids", self.predict_solids(step)?);
         // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
         let (history, system, interface) = (&self.history, &self.system, &self.interface);
         timed!(self.timer, "correct", self.particles.accelerate(step, history, system, interface));
@@ -206,12 +221,33 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.history.keep_velocity(&system.velocity);
         // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
         timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
+        // Solids take their velocity: u, a and the forces on them, theory J.1.
+        timed!(self.timer, "solids", self.advance_solids(step)?);
         // Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
         timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));
         health::check_particles(&self.particles.columns)?;
         health::check_nodes(&self.system)
+    }
+
+    /// Predicts the solids and cuts the mesh at their surface.
+    ///
+    /// # Errors
+    /// An element of a solid turns inside out.
+    pub(super) fn predict_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
+        let Some(solids) = &mut self.solids else { return Ok(()) };
+        solids.predict(step, &self.history, &mut self.system)
+    }
+
+    /// Gives the solids the velocity that the system has found.
+    ///
+    /// # Errors
+    /// An element of a solid is turned inside out.
+    pub(super) fn advance_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
+        let shares = self.history.shares(step);
+        let Some(solids) = &mut self.solids else { return Ok(()) };
+        solids.advance(step, shares, &self.system)
     }
 
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
@@ -239,6 +275,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let shares = self.history.shares(step);
         let action = forces.update(system, step, convected, shares);
         interface.trace(system);
+        if let (Some(energy), Some(solids)) = (&mut balance.solids, &self.solids) {
+            energy.add(shares, solids.last.energies);
+        }
         balance.add(shares, self.steps == 0, system, interface, action);
     }
 

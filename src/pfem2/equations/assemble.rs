@@ -17,6 +17,8 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::interface::Enriched;
+use crate::pfem2::solid::cut::ElementState;
+use crate::pfem2::solid::immersed::Immersed;
 use std::sync::Arc;
 
 /// Rows per task.
@@ -60,6 +62,8 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
     pub open: &'a [u8],
     /// Slip facets of each element, as bits (see `slip`).
     pub slip: &'a [u8],
+    /// Solids in the mesh.
+    pub immersed: Option<&'a Immersed<D, N>>,
 }
 
 impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
@@ -76,9 +80,23 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected }
     }
 
+    /// The state of an element, and its equations if a solid cuts it.
+    #[inline]
+    fn beside_solid(&self, element: usize) -> Option<(&Immersed<D, N>, ElementState)> {
+        let immersed = self.immersed?;
+        let state = immersed.cut.state[element];
+        (state != ElementState::Fluid).then_some((immersed, state))
+    }
+
     /// The block of an element's local nodes `i` and `j`, condensed.
     #[inline]
     fn block(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
+        if let Some((immersed, state)) = self.beside_solid(element) {
+            return match state {
+                ElementState::Cut(place) => immersed.elements[place as usize].blocks[i][j],
+                _ => [[0.0; N]; N],
+            };
+        }
         let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
         let mut block = element::block(simplex, content, &self.equations, (i, j));
         if self.open[element] != 0 {
@@ -103,6 +121,12 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
 
     /// The right-hand side of an element's local node `i`, condensed.
     fn load(&self, element: usize, cut: Option<&CutElement<D, N>>, i: usize) -> [f64; N] {
+        if let Some((immersed, state)) = self.beside_solid(element) {
+            return match state {
+                ElementState::Cut(place) => immersed.elements[place as usize].loads[i],
+                _ => [0.0; N],
+            };
+        }
         let (simplex, content) = (self.mesh.simplex(element), &self.contents[element]);
         let drive = self.drive(element, cut.is_some());
         let source = cut.map_or_else(|| drive.source(&self.equations), |cut| cut.source);
@@ -121,7 +145,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     #[inline]
     fn equation(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
         let mut block = self.block(element, cut, (i, j));
-        if self.slip[element] != 0 {
+        if self.slip[element] != 0 && self.beside_solid(element).is_none() {
             slip::press(&mut block, self.mesh.simplex(element), self.slip[element], (i, j));
             cut.iter().for_each(|cut| add(&mut block, &cut.enriched.wall_block(i, j)));
         }
@@ -140,6 +164,10 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
             let cut = self.cut(element);
             let load = self.load(element, cut, own);
             (0..D).for_each(|r| force[r] += load[r]);
+            if let Some((immersed, ElementState::Cut(place))) = self.beside_solid(element) {
+                let of_solids = immersed.elements[place as usize].from_solid(own, &immersed.velocity);
+                (0..D).for_each(|r| force[r] -= of_solids[r]);
+            }
             for (j, &node) in nodes.iter().enumerate() {
                 let (block, x) = (self.block(element, cut, (own, j)), x(node as usize));
                 for r in 0..D {

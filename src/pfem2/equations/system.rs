@@ -15,7 +15,7 @@ use super::shear::shear_rate;
 use super::slip;
 use super::subscale::{self, Subscales};
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, LinearSolver, Options, Outcome, SolverState};
+use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, Options, Outcome, SolverState};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -24,6 +24,10 @@ use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::surface_tension;
 use crate::pfem2::interface::{Enriched, Enrichment, Medium};
 use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::solid::border::SolidBorder;
+use crate::pfem2::solid::coupling::FluidPart;
+use crate::pfem2::solid::cut::ElementState;
+use crate::pfem2::solid::immersed::Immersed;
 
 /// Time, step and implicit share of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +107,8 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub recovered: Vec<Vec<f64>>,
     /// Volume of each fluid in the last step [m³].
     pub volumes: Vec<f64>,
+    /// Solids in the mesh.
+    pub immersed: Option<Immersed<D, N>>,
     /// Outcome of the last solution.
     pub outcome: Outcome,
     pub(in crate::pfem2) equations: Equations,
@@ -116,6 +122,8 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     /// Slip facets of each element, as bits.
     slip: Vec<u8>,
     constraints: Constraints<D, N>,
+    /// Prescribed unknowns of the boundary, as the masks of `constraints`.
+    boundary_mask: Vec<u8>,
     assembly: Assembly<N>,
     matrix: BlockMatrix<N>,
     rhs: Vec<[f64; N]>,
@@ -139,12 +147,15 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let assembly = Assembly::new(&mesh);
         let force = body_force(&mesh, &physics.gravity, 0.0);
         let equations = Equations { delta: 1.0, mass: physics.mass, stabilisation: physics.stabilisation };
+        let constraints = boundary.constraints(nodes);
         Self {
             size: (0..mesh.elements().len()).map(|e| mesh.shortest_edge(e)).collect(),
             density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
             open: outflow::open_facets(&mesh, &boundary),
             slip: slip::slip_facets(&mesh, &boundary),
-            constraints: boundary.constraints(nodes),
+            boundary_mask: constraints.mask.clone(),
+            constraints,
+            immersed: None,
             matrix: BlockMatrix::zeros(assembly.pattern()),
             linear: solver(&mesh, &assembly, options),
             options,
@@ -169,7 +180,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
     }
 
-    /// Solves for velocity and pressure at the end of the step.
+    /// Solves for velocity and pressure at the end of the step, and for the velocity of immersed solids.
     ///
     /// # Errors
     /// The linear solver doesn't converge.
@@ -177,10 +188,13 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.equations.delta = step.delta();
         self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
         self.fill(phases, convected);
+        if let Some(immersed) = &self.immersed {
+            immersed.constrain(&self.mesh, &self.boundary_mask, &mut self.constraints);
+        }
         self.boundary.prescribe(&self.mesh, step.end(), &mut self.constraints);
         self.assemble(step, convected);
         self.start_from(convected);
-        self.outcome = self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns).map_err(|failure| {
+        self.outcome = self.solve_linear()?.map_err(|failure| {
             let place = self.place(failure.worst_node);
             not_converged(place, &failure.history, failure.residual, &self.options)
         })?;
@@ -191,9 +205,29 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(())
     }
 
+    /// Solves the linear system, with the solids at its border.
+    ///
+    /// # Errors
+    /// The matrix of the solids is singular; inside, the linear solver doesn't converge.
+    fn solve_linear(&mut self) -> Result<Result<Outcome, NotConverged>, StepError> {
+        let Some(immersed) = &mut self.immersed else {
+            return Ok(self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns));
+        };
+        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, &mut self.rhs).ok_or_else(|| {
+            let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
+            StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
+        })?;
+        let load = std::mem::take(&mut border.load);
+        let x = [self.unknowns.as_flattened_mut(), &mut immersed.velocity[..]];
+        Ok(self.linear.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x))
+    }
+
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
     pub fn imposed(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut convected = convected.to_vec();
+        if let Some(immersed) = &self.immersed {
+            immersed.extend(|node| immersed.velocity_hat[node], &mut convected);
+        }
         self.boundary.impose(&self.mesh, step, &mut convected);
         convected
     }
@@ -228,7 +262,14 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             subscales: &self.subscales,
             open: &self.open,
             slip: &self.slip,
+            immersed: self.immersed.as_ref(),
         }
+    }
+
+    /// Volume of the fluid in an element [m³].
+    pub(in crate::pfem2) fn fluid_volume(&self, element: usize) -> f64 {
+        let share = self.immersed.as_ref().map_or(1.0, |immersed| immersed.fluid_share(element));
+        self.mesh.simplex(element).volume * share
     }
 
     /// True where one fluid fills the element.
@@ -268,9 +309,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// Finds what fills each element: its content, and the enrichment of cut ones.
     pub(in crate::pfem2) fn fill(&mut self, phases: &Phases, convected: &[Vector<D>]) {
-        let elements = self.mesh.elements();
-        let filled: Vec<(Content<N>, bool)> = parallel::collect(elements.len(), 256, |e| {
-            let filling = phases.filling(&elements[e]);
+        let count = self.mesh.elements().len();
+        let filled: Vec<(Content<N>, bool)> = parallel::collect(count, 256, |e| {
+            let filling = phases.filling(&self.mesh.elements()[e]);
             let volume = self.mesh.simplex(e).volume;
             let (viscosity, tau) = (|fluid| self.viscosity(e, fluid), |medium| self.tau(e, medium));
             let content = match filling.cut(&self.density, viscosity) {
@@ -279,14 +320,32 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             };
             (content, matches!(filling, Filling::Pure(_)))
         });
+        let (mut contents, pure): (Vec<_>, Vec<_>) = filled.into_iter().unzip();
+        self.fill_cut_by_solids(&mut contents, convected);
         let drives = self.elements(convected);
-        let cuts = parallel::collect_some(elements.len(), 256, |e| {
-            let enrich = || self.enrich(e, phases.filling(&elements[e]), &filled[e].0, &drives.drive(e, true));
-            if filled[e].1 { None } else { enrich() }
+        let is_fluid =
+            |e: usize| self.immersed.as_ref().is_none_or(|immersed| immersed.cut.state[e] == ElementState::Fluid);
+        let elements = self.mesh.elements();
+        let cuts = parallel::collect_some(count, 256, |e| {
+            let enrich = || self.enrich(e, phases.filling(&elements[e]), &contents[e], &drives.drive(e, true));
+            if pure[e] || !is_fluid(e) { None } else { enrich() }
         });
-        self.volumes = phases.volumes(&self.mesh, elements.len(), |e| e);
+        self.volumes = phases.volumes(&self.mesh, count, |e| (e, self.fluid_volume(e)));
         self.cuts = cuts;
-        (self.contents, self.pure) = filled.into_iter().unzip();
+        (self.contents, self.pure) = (contents, pure);
+    }
+
+    /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
+    fn fill_cut_by_solids(&mut self, contents: &mut [Content<N>], convected: &[Vector<D>]) {
+        let Some(mut immersed) = self.immersed.take() else { return };
+        let drives = self.elements(convected);
+        immersed.fill(&self.mesh, &self.equations, |e| {
+            let Content { mass, viscosity, tau, .. } = contents[e];
+            let density = mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
+            FluidPart { medium: Medium { density, viscosity }, tau, drive: drives.drive(e, false) }
+        });
+        contents.iter_mut().enumerate().for_each(|(e, content)| immersed.reduce(e, content));
+        self.immersed = Some(immersed);
     }
 
     /// The enriched pressure and the surface tension of an element, if it is cut.
@@ -386,6 +445,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             self.velocity[i] = v;
             self.pressure[i] = x[D];
             x[..D].copy_from_slice(&v.0);
+        }
+        if let Some(immersed) = &self.immersed {
+            immersed.extend(|node| immersed.velocity_of(node), &mut self.velocity);
         }
     }
 

@@ -107,18 +107,18 @@ impl Phases<'_> {
         if self.at(node) == negative { level.min(-f64::MIN_POSITIVE) } else { level.max(f64::MIN_POSITIVE) }
     }
 
-    /// Volume of each fluid in `count` elements, of which `element` gives each [m³].
+    /// Volume of each fluid in `count` elements, of which `element` gives each with the volume of its fluid [m³].
     pub fn volumes<const D: usize, const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
         count: usize,
-        element: impl Fn(usize) -> usize + Sync + Send,
+        element: impl Fn(usize) -> (usize, f64) + Sync + Send,
     ) -> Vec<f64> {
         let fluids = self.list.count();
         let chunk = |range: std::ops::Range<usize>| {
             let mut volumes = vec![0.0; fluids];
-            for e in range.map(&element) {
-                self.filling(&mesh.elements()[e]).add(self.list.density(), mesh.simplex(e).volume, &mut volumes);
+            for (e, volume) in range.map(&element) {
+                self.filling(&mesh.elements()[e]).add(self.list.density(), volume, &mut volumes);
             }
             volumes
         };

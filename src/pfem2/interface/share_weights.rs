@@ -96,7 +96,10 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
     fn missing(&self, log: &[f64]) -> Vec<f64> {
         let weighed = self.weighed(log);
         let phases = Phases { list: self.list, fraction: &weighed, level: &[] };
-        let volumes = phases.volumes(self.mesh, self.band.len(), |i| self.band[i] as usize);
+        let volumes = phases.volumes(self.mesh, self.band.len(), |i| {
+            let e = self.band[i] as usize;
+            (e, self.mesh.simplex(e).volume)
+        });
         self.free.iter().map(|&k| self.wanted[k] - volumes[k]).collect()
     }
 
@@ -163,7 +166,8 @@ mod tests {
     }
 
     fn volumes(mesh: &Mesh<2, 3>, fraction: &[Vec<f64>]) -> Vec<f64> {
-        Phases { list: &PhaseList::fluids(&DENSITY), fraction, level: &[] }.volumes(mesh, mesh.elements().len(), |e| e)
+        Phases { list: &PhaseList::fluids(&DENSITY), fraction, level: &[] }
+            .volumes(mesh, mesh.elements().len(), |e| (e, mesh.simplex(e).volume))
     }
 
     #[test]

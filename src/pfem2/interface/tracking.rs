@@ -73,7 +73,9 @@ impl<const D: usize> InterfaceTracking<D> {
         particles: &ParticleTracking<D>,
     ) -> ConvectedVelocity<D> {
         let VelocityPressureSystem { mesh, velocity, .. } = system;
-        let projected = project(mesh, &particles.columns, self.list.density(), particles.rules.kernel, velocity);
+        let volume = |e: usize| system.fluid_volume(e);
+        let projected =
+            project(mesh, &particles.columns, self.list.density(), particles.rules.kernel, velocity, &volume);
         self.fraction = projected.fraction;
         self.level = match (&self.sharp, self.list.sides()) {
             (Some(sharp), _) => sharp.level.clone(),

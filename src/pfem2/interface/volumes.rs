@@ -25,7 +25,8 @@ impl<const D: usize> InterfaceTracking<D> {
         let VelocityPressureSystem { mesh, boundary, .. } = system;
         let shifts = correction == VolumeCorrection::Shift;
         let several = self.list.count() > 2 && boundary.is_closed();
-        self.kept_volumes = (several && shifts).then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| e));
+        self.kept_volumes = (several && shifts)
+            .then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| (e, mesh.simplex(e).volume)));
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
         let opening = |(place, &facet)| Some(OpenFacet { facet, brings: self.inflow.level(place)? });

@@ -107,7 +107,9 @@ mod tests {
         let rough = |x: Vector<2>| Vector([x[0] + (9e4 * x[0]).sin(), (9e4 * x[1]).sin()]);
         let mut particles = Particles::seed(&mesh, 5, |_| Some(0), rough);
         let still = vec![Vector::ZERO; mesh.nodes().len()];
-        let seen = |particles: &Particles<2>| project(&mesh, particles, &[1.0], Kernel::Linear, &still).velocity.mean;
+        let seen = |particles: &Particles<2>| {
+            project(&mesh, particles, &[1.0], Kernel::Linear, &still, &|e| mesh.simplex(e).volume).velocity.mean
+        };
         let unseen = |particles: &Particles<2>| {
             let nodal = seen(particles);
             let square = |p: usize| {
@@ -155,14 +157,15 @@ mod tests {
         };
         let start = momentum(&particles);
         for _ in 0..30 {
-            let hat = project(&mesh, &particles, &DENSITY, Kernel::Linear, &still).velocity;
+            let hat =
+                project(&mesh, &particles, &DENSITY, Kernel::Linear, &still, &|e| mesh.simplex(e).volume).velocity;
             let missing = hat.increments(&hat.mean, 2);
             let increment = [&missing[0][..], &missing[1]];
             let correction = Correction { increment: &increment, velocity: &hat.mean, filter: 0.0, projectiles: None };
             particles.correct(&mesh, &correction);
         }
         assert!((momentum(&particles) - start).norm() < 1e-12 * start.norm());
-        let projected = project(&mesh, &particles, &DENSITY, Kernel::Linear, &still);
+        let projected = project(&mesh, &particles, &DENSITY, Kernel::Linear, &still, &|e| mesh.simplex(e).volume);
         for (node, share) in projected.fraction[0].iter().enumerate() {
             let air = projected.velocity.own[1][node][0];
             assert!(!(0.1..0.9).contains(share) || air.abs() < 0.05, "{share} {air}");

@@ -8,6 +8,7 @@
 //! reseed       particles added where there are too few, merged where there are too many    theory G.12
 //! project      averages of velocity and fluid at the nodes                                 Becker (37)–(39)
 //! correct      the velocity increment of the mesh, given to the particles                  Becker (40)
+//! solids       particles that solids overtake                                          theory J.5
 //! unresolved   bound of the velocity of particles relative to the mesh                     theory (F.37)
 //! stray        particles of one fluid deep inside the other                                theory G.5
 //! ```
@@ -17,6 +18,7 @@ pub mod convect;
 pub mod correct;
 pub mod project;
 pub mod reseed;
+mod solids;
 mod stray;
 pub(super) mod tracking;
 mod transport;

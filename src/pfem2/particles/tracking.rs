@@ -6,7 +6,6 @@ use super::correct::{self, Correction};
 use super::project::Kernel;
 use super::reseed::{self, ParticleCounts, Reseeded};
 use crate::math::Vector;
-use crate::mesh::Mesh;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::project::ConvectedVelocity;
@@ -92,9 +91,9 @@ impl<const D: usize> ParticleTracking<D> {
     }
 
     /// Volume of a particle: its share of its element [m³], or per depth [m²].
-    pub fn volume<const N: usize>(&self, mesh: &Mesh<D, N>, particle: usize) -> f64 {
+    pub fn volume<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, particle: usize) -> f64 {
         let element = self.columns.element[particle] as usize;
-        mesh.simplex(element).volume / self.columns.of(element).len() as f64
+        system.fluid_volume(element) / self.columns.of(element).len() as f64
     }
 
     /// Adds the explicit share of the acceleration, Δt (β₁ aⁿ + β₂ aⁿ⁻¹), to the velocities (theory (F.3)).

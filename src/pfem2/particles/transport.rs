@@ -17,6 +17,7 @@ use crate::parallel;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::level_set::InflowDepth;
 use crate::pfem2::interface::tracking::InterfaceTracking;
+use crate::pfem2::solid::immersed::Immersed;
 use crate::pfem2::time::history::TimeHistory;
 
 /// The flow of a step, frozen, and the state at its start.
@@ -65,6 +66,9 @@ impl<const D: usize> ParticleTracking<D> {
     ) {
         let target = self.rules.target;
         let columns = &mut self.columns;
+        if let Some(immersed) = &system.immersed {
+            columns.leave_solids(&system.mesh, immersed);
+        }
         let reseeded =
             flow.with_source(system, interface, |source| columns.reseed(&system.mesh, &interface.list, target, source));
         self.events.add_reseeding(&reseeded);
@@ -103,7 +107,11 @@ impl<const D: usize> FrozenFlow<D> {
             Some(NewParticle { velocity, fluid, depth })
         };
         let (dt, velocity) = (self.step.dt, &self.start[..]);
-        take(&ParticleSource { lines: &lines, dt, velocity, fluid: &fluid, inflow: &inflow })
+        let is_fluid = |place: &MeshPoint<N>| {
+            let of = |immersed: &Immersed<D, N>| immersed.is_fluid(mesh, place.element, &place.shape);
+            system.immersed.as_ref().is_none_or(of)
+        };
+        take(&ParticleSource { lines: &lines, dt, velocity, fluid: &fluid, inflow: &inflow, is_fluid: &is_fluid })
     }
 
     /// The feet of the nodes' streamlines at the start of the step.

@@ -92,7 +92,7 @@ fn bounded<const D: usize, const N: usize>(
     let back = own.clone().zip(&cuts).map(|(p, cut)| *cut * density(p)).sum::<Vector<D>>() / mass;
     let bounded: Vec<Vector<D>> = own.clone().zip(cuts).map(|(p, cut)| particles.velocity[p] - cut + back).collect();
     let lost = |(p, v): (usize, &Vector<D>)| density(p) * (particles.velocity[p].norm_squared() - v.norm_squared());
-    let share = mesh.simplex(element).volume / own.len() as f64;
+    let share = system.fluid_volume(element) / own.len() as f64;
     let energy = 0.5 * share * own.zip(&bounded).map(lost).sum::<f64>();
     Some(BoundedElement { element, velocity: bounded, energy })
 }

@@ -6,6 +6,7 @@ use super::dissipation::ViscousDissipation;
 use super::forces::BoundaryAction;
 use super::ledger::{EnergyLedger, ExternalRates, FlowTotals};
 use super::notices::Notices;
+use super::solids::{SolidEnergies, SolidEnergy};
 use super::through::OpenBoundaryFlux;
 use crate::error::StepError;
 use crate::pfem2::equations::system::VelocityPressureSystem;
@@ -26,6 +27,8 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
     pub totals: FlowTotals,
     /// Works and losses since the start.
     pub ledger: EnergyLedger,
+    /// Energy of solids, if there are any.
+    pub solids: Option<SolidEnergy>,
     /// Viscous dissipation.
     pub dissipation: ViscousDissipation<D>,
     /// Work that gravity can do, where that can be told.
@@ -40,6 +43,7 @@ impl<const D: usize> EnergyBalance<D> {
         Self {
             totals: FlowTotals::default(),
             ledger: EnergyLedger::default(),
+            solids: None,
             dissipation: ViscousDissipation::at_rest(nodes),
             available: None,
             initial_volumes: Vec::new(),
@@ -47,9 +51,16 @@ impl<const D: usize> EnergyBalance<D> {
     }
 
     /// Opens the balance with the state at the start and the kinetic energy that its boundary adds at once [J].
-    pub fn open<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>, impulsive: f64) {
-        self.available = AvailablePotentialEnergy::new(system, &self.totals);
-        if system.boundary.is_closed() {
+    pub fn open<const N: usize>(
+        &mut self,
+        system: &VelocityPressureSystem<D, N>,
+        impulsive: f64,
+        solids: Option<SolidEnergies>,
+    ) {
+        self.solids = solids.map(SolidEnergy::open);
+        // Solids that sink or rise, and the strain in them, belong to it too.
+        self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| solids.is_none());
+        if system.boundary.is_closed() && solids.is_none() {
             self.initial_volumes = system.volumes.clone();
         }
         self.ledger = EnergyLedger::open(self.totals.kinetic, system.surface_energy(), impulsive);
@@ -88,6 +99,15 @@ impl<const D: usize> EnergyBalance<D> {
             self.ledger.set_gravity(available.released(&self.totals));
         }
         self.ledger.keep_largest(&self.totals, system.surface_energy());
+        if let Some(solids) = &self.solids {
+            self.ledger.largest = self.ledger.largest.max(solids.largest());
+        }
+    }
+
+    /// Energy of the flow, its surfaces and the solids that no term explains [J].
+    pub fn gained<const N: usize>(&self, system: &VelocityPressureSystem<D, N>) -> f64 {
+        let of_solids = self.solids.as_ref().map_or(0.0, SolidEnergy::gained);
+        self.ledger.gained(&self.totals, system.surface_energy()) + of_solids
     }
 
     /// Powers and forces from outside at the end of a step, with the sums over the mesh.
@@ -135,7 +155,7 @@ impl<const D: usize> EnergyBalance<D> {
     /// Gives notice of the part of the energy that errors have taken, or given.
     fn check_errors<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, notices: &mut Notices) {
         let largest = self.largest_energy();
-        let gained = self.ledger.gained(&self.totals, system.surface_energy());
+        let gained = self.gained(system);
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
         if self.ledger.viscous() < -NEGATIVE * largest {

@@ -83,6 +83,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     node_columns(pfem, visit);
     interface_columns(&mut pfem.interface, visit);
     visit("energy ledger", Column::record(&mut pfem.balance.ledger));
+    solid_columns(pfem, visit);
     let dissipation = &mut pfem.balance.dissipation;
     visit("dissipation/power", Column::scalar(&mut dissipation.power_last));
     visit("dissipation/power earlier", Column::scalar(&mut dissipation.power_earlier));
@@ -134,6 +135,26 @@ fn interface_columns<const D: usize>(interface: &mut InterfaceTracking<D>, visit
         visit_count(visit, "level set/age", &mut sharp.age);
         visit("level set/outflow", Column::record(&mut interface.outflow));
     }
+}
+
+/// State of solids, and the forces on them.
+fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
+    if let Some(energy) = &mut pfem.balance.solids {
+        visit("solids/energy", Column::record(energy));
+    }
+    let Some(solids) = &mut pfem.solids else { return };
+    let (state, last) = (&mut solids.structure.state, &mut solids.last);
+    visit("solids/displacement", Column::new(&mut state.displacement));
+    visit("solids/velocity", Column::new(&mut state.velocity));
+    visit("solids/velocity before", Column::new(&mut state.velocity_previous));
+    visit("solids/velocity earlier", Column::new(&mut state.velocity_earlier));
+    visit("solids/acceleration", Column::new(&mut state.acceleration));
+    visit("solids/acceleration before", Column::new(&mut state.acceleration_previous));
+    visit("solids/predicted", Column::new(&mut last.predicted));
+    visit("solids/forces", Column::new(&mut last.forces));
+    visit("solids/forces earlier", Column::new(&mut last.forces_earlier));
+    visit("solids/forces mean", Column::new(&mut last.forces_mean));
+    visit("solids/energies", Column::record(&mut last.energies));
 }
 
 /// Shows a count as one number.

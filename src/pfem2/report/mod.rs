@@ -7,6 +7,7 @@
 //! through     energy and momentum that the flow carries through openings  theory F.13
 //! available   available potential energy, and the check against it        theory F.14
 //! balance     the energy balance of a run, and its checks
+//! solids      energy of solids                                        theory J.6
 //! health      errors that stop a run
 //! notices     notices of a run
 //! snapshot    the state as outputs see it
@@ -22,4 +23,5 @@ pub(super) mod health;
 pub(super) mod ledger;
 pub(super) mod notices;
 pub(super) mod snapshot;
+pub(super) mod solids;
 pub(super) mod through;

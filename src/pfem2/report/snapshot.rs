@@ -26,9 +26,9 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         dt: pfem.history.dt_previous,
         dimension: D,
         points: (0..pfem.interface.list.count()).map(|fluid| points(pfem, fluid)).collect(),
-        surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).collect(),
+        surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).chain(solids(pfem)).collect(),
         ledger: ledger(pfem),
-        forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).collect(),
+        forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).chain(forces_on_solids(pfem)).collect(),
         counts: counts(pfem),
         amounts: amounts(pfem),
         ..Snapshot::default()
@@ -44,11 +44,11 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     let id = Cow::Owned(own.clone());
     let count = own.len();
     let [here, there] = [own.clone(), own.clone()];
-    let volume = move || here.iter().map(|&p| pfem.particles.volume(&pfem.system.mesh, p as usize)).collect();
+    let volume = move || here.iter().map(|&p| pfem.particles.volume(&pfem.system, p as usize)).collect();
     let mass = move || {
         there
             .iter()
-            .map(|&p| pfem.interface.list.density()[fluid] * pfem.particles.volume(&pfem.system.mesh, p as usize))
+            .map(|&p| pfem.interface.list.density()[fluid] * pfem.particles.volume(&pfem.system, p as usize))
             .collect()
     };
     let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
@@ -102,6 +102,32 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
     })
 }
 
+/// The solids: their elements as simple ones, with displacement and velocity.
+fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = SurfaceSet<'_>> {
+    pfem.solids.iter().flat_map(|solids| {
+        solids.structure.bodies().zip(&solids.outlines).map(|(body, outline)| SurfaceSet {
+            name: body.name,
+            position: Cow::Owned(body.positions().iter().map(|x| x.to3()).collect()),
+            reference: Cow::Owned(body.mesh.nodes.iter().map(|x| x.to3()).collect()),
+            elements: outline.iter().map(|nodes| &nodes[..]).collect(),
+            kind: Elements::Sheet,
+            node_fields: vec![
+                vectors("displacement", "m", body.displacement),
+                vectors("velocity", "m/s", body.velocity),
+            ],
+            element_fields: Vec::new(),
+        })
+    })
+}
+
+/// Forces of the fluid on the solids [N].
+fn forces_on_solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = (String, [f64; 3])> {
+    pfem.solids.iter().flat_map(|solids| {
+        let named = solids.structure.bodies().zip(&solids.last.forces_mean);
+        named.map(|(body, force)| (body.name.to_owned(), force.to3()))
+    })
+}
+
 /// Mean density at the nodes [kg/m³].
 fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
     let at = |node: usize| {
@@ -112,7 +138,9 @@ fn densities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<f64> {
 
 /// Energies, momentum, and the volume of each fluid.
 fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
-    let mut ledger = pfem.balance.ledger.ledger::<D>(&pfem.balance.totals, pfem.system.surface_energy());
+    let (balance, system) = (&pfem.balance, &pfem.system);
+    let mut ledger = balance.ledger.ledger::<D>(&balance.totals, system.surface_energy(), balance.gained(system));
+    ledger.terms.extend(balance.solids.iter().flat_map(|solids| solids.terms()));
     ledger.largest = pfem.balance.largest_energy();
     let unit = if D == 2 { "m^2" } else { "m^3" };
     for (fluid, &value) in pfem.system.physics.fluids.iter().zip(&pfem.system.volumes) {

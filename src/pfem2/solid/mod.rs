@@ -9,11 +9,16 @@
 //! The fluid ends at the surface of the solid: elements of the fixed mesh that it cuts are decomposed, and their cut points
 //! move with the solid.
 
+pub mod bodies;
+pub mod border;
 pub mod coupling;
 pub mod cut;
 pub mod element;
+pub mod equations;
+pub mod immersed;
 pub mod mesh;
 pub mod setup;
 pub mod structure;
 pub mod support;
 pub mod surface;
+pub(in crate::pfem2) mod tracking;

@@ -8,6 +8,7 @@ mod inlet;
 mod outflow;
 mod rest;
 mod resume;
+mod solids;
 mod stokes;
 mod stray_particles;
 mod three_fluids;
@@ -92,6 +93,7 @@ fn setup<const D: usize, const N: usize>(
         tension,
         gravity,
         particles,
+        solids: None,
         level_set: None,
         volume: VolumeCorrection::default(),
         velocity,

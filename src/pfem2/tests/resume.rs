@@ -1,5 +1,6 @@
 //! The same bits for any number of threads, and after a restart.
 
+use super::solids::bar;
 use super::*;
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::level_set::LevelSet;
@@ -32,17 +33,20 @@ fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
     columns
 }
 
+/// What is run: fluids, and a fluid with a solid.
+const CASES: [fn() -> Pfem2<2, 3>; 2] = [drop, || bar(3, 0.02)];
+
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {
-    let run = |threads: usize| {
+    let run = |case: fn() -> Pfem2<2, 3>, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut pfem = drop();
+            let mut pfem = case();
             advance(&mut pfem, 0..8);
             bytes(&mut pfem)
         })
     };
-    assert!(run(1) == run(3));
+    assert!(CASES.iter().all(|&case| run(case, 1) == run(case, 3)));
 }
 
 /// All that is shown, as bits.
@@ -61,11 +65,15 @@ fn shown(pfem: &Pfem2<2, 3>) -> Vec<(String, Vec<u64>)> {
 
 #[test]
 fn a_restored_run_goes_on_with_the_same_bits() {
-    let mut whole = drop();
+    CASES.into_iter().for_each(goes_on_with_the_same_bits);
+}
+
+fn goes_on_with_the_same_bits(case: fn() -> Pfem2<2, 3>) {
+    let mut whole = case();
     advance(&mut whole, 0..4);
     let (saved, longest) = (bytes(&mut whole), whole.stable_dt());
     advance(&mut whole, 4..8);
-    let mut resumed = drop();
+    let mut resumed = case();
     let mut next = saved.iter();
     resumed.columns(&mut |name, column: Column<'_>| {
         let (saved, bytes) = next.next().unwrap();
@@ -74,7 +82,7 @@ fn a_restored_run_goes_on_with_the_same_bits() {
     });
     resumed.restored();
     assert!(bytes(&mut resumed) == saved);
-    let mut whole_then = drop();
+    let mut whole_then = case();
     advance(&mut whole_then, 0..4);
     for (now, then) in shown(&resumed).into_iter().zip(shown(&whole_then)) {
         assert!(now == then, "{} is shown otherwise after a restore", now.0);

@@ -109,14 +109,23 @@ impl<const D: usize> TimeHistory<D> {
         both.map(|(a, previous)| *a * last + *previous * earlier).collect()
     }
 
+    /// Weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² in the convecting velocity v* (theory (F.15)).
+    pub fn convecting_weights(&self, step: TimeStep) -> [f64; 3] {
+        match self.scheme {
+            Scheme::SecondOrder { theta } if self.extends_over(step.dt) => {
+                let part = if self.bends_over(step.dt) { second_difference_share(theta) } else { 0.0 };
+                convecting_weights(step.dt, [self.dt_previous, self.dt_earlier], part)
+            }
+            _ => [1.0, 0.0, 0.0],
+        }
+    }
+
     /// The convecting velocity v* at the nodes, where vⁿ is `velocity` [m/s].
     pub fn convecting_velocity(&self, step: TimeStep, velocity: &[Vector<D>]) -> Vec<Vector<D>> {
-        let Scheme::SecondOrder { theta } = self.scheme else { return velocity.to_vec() };
-        if !self.extends_over(step.dt) {
+        let weights = self.convecting_weights(step);
+        if weights == [1.0, 0.0, 0.0] {
             return velocity.to_vec();
         }
-        let part = if self.bends_over(step.dt) { second_difference_share(theta) } else { 0.0 };
-        let weights = convecting_weights(step.dt, [self.dt_previous, self.dt_earlier], part);
         let all = velocity.iter().zip(&self.velocity_previous).zip(&self.velocity_earlier);
         all.map(|((v, previous), earlier)| *v * weights[0] + *previous * weights[1] + *earlier * weights[2]).collect()
     }

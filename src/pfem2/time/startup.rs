@@ -24,6 +24,7 @@ use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
 use crate::pfem2::report::ledger::EnergyLedger;
 use crate::pfem2::setup::Scheme;
+use crate::pfem2::solid::tracking::{SolidStart, SolidTracking};
 
 /// Solutions of the predicted step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;
@@ -32,6 +33,7 @@ const SOLUTIONS: usize = 8;
 struct StartOfStep<const D: usize> {
     particles: ParticleTracking<D>,
     interface: InterfaceTracking<D>,
+    solids: Option<SolidStart<D>>,
     /// Velocity [m/s] and body force [m/s²] at the nodes.
     nodes: [Vec<Vector<D>>; 2],
 }
@@ -39,14 +41,20 @@ struct StartOfStep<const D: usize> {
 impl<const D: usize> StartOfStep<D> {
     fn of<const N: usize>(pfem: &Pfem2<D, N>) -> Self {
         let nodes = [pfem.system.velocity.clone(), pfem.system.force.clone()];
-        Self { particles: pfem.particles.clone(), interface: pfem.interface.clone(), nodes }
+        let (particles, interface) = (pfem.particles.clone(), pfem.interface.clone());
+        Self { particles, interface, solids: pfem.solids.as_ref().map(SolidTracking::start), nodes }
     }
 
     /// Puts the state back; returns the velocity at the end of the step [m/s].
     fn restore<const N: usize>(self, pfem: &mut Pfem2<D, N>) -> Vec<Vector<D>> {
         let [velocity, force] = self.nodes;
         (pfem.particles, pfem.interface, pfem.system.force) = (self.particles, self.interface, force);
-        std::mem::replace(&mut pfem.system.velocity, velocity)
+        let end = std::mem::replace(&mut pfem.system.velocity, velocity);
+        if let (Some(solids), Some(start)) = (&mut pfem.solids, self.solids) {
+            solids.restart(start);
+            solids.immerse(&mut pfem.system);
+        }
+        end
     }
 }
 
@@ -98,6 +106,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Clears the step before the first.
     fn clear_history(&mut self) {
         self.history.clear(&self.system.velocity);
+        if let Some(solids) = &mut self.solids {
+            solids.clear_history();
+        }
         self.system.subscales = Subscales::at_rest(self.system.velocity.len());
     }
 
@@ -130,17 +141,22 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// A step of backward Euler.
     fn predictor_step(&mut self, step: TimeStep) -> Result<(), StepError> {
+        self.predict_solids(step)?;
         let averaged = self.transport(step);
         let convected = self.system.imposed(step, &averaged.mean);
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         for _ in 0..solutions {
             self.system.solve(step, &self.interface.phases(), &convected)?;
         }
+        self.advance_solids(step)?;
         self.system.subscales.begin_average();
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         self.history.acceleration_previous.copy_from_slice(&self.history.acceleration);
         let action = self.forces.begin(&self.system, step, &convected);
         self.balance.begin(&self.system, &self.interface, action);
+        if let (Some(energy), Some(solids)) = (&mut self.balance.solids, &self.solids) {
+            energy.begin(solids.last.energies);
+        }
         Ok(())
     }
 }

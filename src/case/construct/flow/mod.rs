@@ -84,6 +84,7 @@ impl Construction<'_> {
             boundaries,
             pin,
             fluids,
+            solids: None,
             tension,
             gravity: std::array::from_fn(|i| gravity[i].clone()),
             particles,

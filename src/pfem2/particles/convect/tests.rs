@@ -269,7 +269,8 @@ fn any_number_of_threads_gives_the_same_bits() {
                 particles.convect(&Streamlines::new(&mesh, &flow), 0.1);
                 level.update(&mesh, &mut particles, &[]);
             }
-            let projected = project(&mesh, &particles, &[1.0, 1000.0], Kernel::Linear, &velocity);
+            let projected =
+                project(&mesh, &particles, &[1.0, 1000.0], Kernel::Linear, &velocity, &|e| mesh.simplex(e).volume);
             (particles.position, particles.depth, projected.velocity, level.level)
         })
     };

@@ -70,15 +70,17 @@ pub struct Projected<const D: usize> {
 
 /// Projects velocity and fluids onto the nodes.
 ///
-/// `densities` [kg/m³] has one entry per fluid, `previous` [m/s] one per node for those that see no particle.
+/// `densities` [kg/m³] has one entry per fluid, `previous` [m/s] one per node for those that see no particle; `volume` is that of the
+/// fluid in an element, which its particles share [m³].
 pub fn project<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     particles: &Particles<D>,
     densities: &[f64],
     kernel: Kernel,
     previous: &[Vector<D>],
+    volume: &(dyn Fn(usize) -> f64 + Sync),
 ) -> Projected<D> {
-    let (mut table, fluids) = (table(mesh, particles), densities.len());
+    let (mut table, fluids) = (table(mesh, particles, volume), densities.len());
     let equal = vec![1.0; fluids];
     let (average, densities): (Vec<Average<D>>, _) = match kernel {
         Kernel::Shape => {
@@ -133,7 +135,11 @@ fn gather<const D: usize, const N: usize>(
 }
 
 /// The moments of all particles, each fluid by itself, weighted with the particle volume V_e/n_e.
-fn table<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particles<D>) -> MomentTable<D, N> {
+fn table<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    particles: &Particles<D>,
+    volume: &(dyn Fn(usize) -> f64 + Sync),
+) -> MomentTable<D, N> {
     MomentTable::collect(mesh.elements().len(), |e, entries| {
         let own = particles.of(e);
         let count = own.len();
@@ -147,7 +153,7 @@ fn table<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particle
             }
             entries.put(&moments);
         }
-        entries.weigh(mesh.simplex(e).volume / count.max(1) as f64);
+        entries.weigh(volume(e) / count.max(1) as f64);
     })
 }
 

@@ -24,7 +24,9 @@ fn two_fluids<const D: usize, const N: usize>(
 }
 
 fn plain<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particles<D>, kernel: Kernel) -> Projected<D> {
-    project(mesh, particles, &[1000.0, 1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()])
+    project(mesh, particles, &[1000.0, 1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()], &|e| {
+        mesh.simplex(e).volume
+    })
 }
 
 fn linear_exactness<const D: usize, const N: usize>(mesh: &Mesh<D, N>) {
@@ -186,7 +188,7 @@ fn nodes_without_particles_keep_their_velocity() {
     let mesh = square(4);
     let particles = Particles::seed(&mesh, 4, |x| (x[0] < 0.4).then_some(0), |_| Vector([1.0, 0.0]));
     let previous = vec![Vector([0.0, 7.0]); mesh.nodes().len()];
-    let projected = project(&mesh, &particles, &[1.0], Kernel::Linear, &previous);
+    let projected = project(&mesh, &particles, &[1.0], Kernel::Linear, &previous, &|e| mesh.simplex(e).volume);
     for (node, x) in mesh.nodes().iter().enumerate() {
         assert_eq!(projected.bare[node], x[0] > 0.6);
         let expected = if x[0] > 0.6 { previous[node] } else { Vector([1.0, 0.0]) };
@@ -199,7 +201,9 @@ fn errors(cells: usize, kernel: Kernel) -> [f64; 2] {
     let mesh = square(cells);
     let field = |x: Vector<2>| Vector([(PI * x[0]).cos() * (1.5 * x[1] + 0.3).sin(), (2.0 * x[0] + x[1]).exp() * 0.2]);
     let particles = Particles::seed(&mesh, 3, |_| Some(0), field);
-    let projected = project(&mesh, &particles, &[1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()]);
+    let projected = project(&mesh, &particles, &[1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()], &|e| {
+        mesh.simplex(e).volume
+    });
     let mut sums = [[0.0, 0.0]; 2];
     for (x, v) in mesh.nodes().iter().zip(&projected.velocity.mean) {
         let at_boundary = x.0.iter().any(|&c| c == 0.0 || c == 1.0);

@@ -71,6 +71,8 @@ pub struct ParticleSource<'a, const D: usize, const N: usize> {
     /// The particle that flows in through the boundary facet of an element opposite to a local node, at a place on it and a time after
     /// the start of the step [s], negative before it; `None` where nothing is prescribed.
     pub inflow: &'a (dyn Fn(&MeshPoint<N>, usize, f64) -> Option<NewParticle<D>> + Sync),
+    /// True for places in the fluid at the end of the step, false inside solids.
+    pub is_fluid: &'a (dyn Fn(&MeshPoint<N>) -> bool + Sync),
 }
 
 /// Velocity, fluid and depth of a new particle.
@@ -124,6 +126,7 @@ impl<const D: usize> Particles<D> {
         let edits = parallel::collect_all(mesh.elements().len(), 256, edits);
         let empty = (0..mesh.elements().len()).filter(|&e| self.by_element.of(e).is_empty()).count();
         let places = edits.iter().filter_map(|edit| if let Edit::Add(place) = edit { Some(*place) } else { None });
+        let places = places.filter(|place| (origin.is_fluid)(place));
         let added = self.fill(mesh, &places.collect::<Vec<_>>(), origin);
         let merged = edits.iter().filter(|edit| self.thin(edit)).count();
         self.sort();

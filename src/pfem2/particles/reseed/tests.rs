@@ -46,7 +46,14 @@ fn mirrored<const D: usize, const N: usize>(
     for _ in 0..6 {
         particles.convect(&lines, dt);
         let (fluid, inflow) = (|place: &MeshPoint<N>| set.at(mesh, place), |_: &MeshPoint<N>, _: usize, _: f64| None);
-        let origin = ParticleSource { lines: &lines, dt, velocity: &velocity, fluid: &fluid, inflow: &inflow };
+        let origin = ParticleSource {
+            lines: &lines,
+            dt,
+            velocity: &velocity,
+            fluid: &fluid,
+            inflow: &inflow,
+            is_fluid: &|_| true,
+        };
         let reseeded = particles.reseed(mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
         done = [done[0] + reseeded.added, done[1] + reseeded.merged];
         set.update(mesh, &mut particles, &[]);
@@ -96,7 +103,14 @@ fn a_channel_is_filled_with_its_inflow() {
             let (velocity, fluid) = (Vector([dt * step as f64 + after, 0.0]), u8::from(step > 0));
             (place.position(&mesh)[0] < 1e-9).then_some(NewParticle { velocity, fluid, depth: 0.0 })
         };
-        let origin = ParticleSource { lines: &lines, dt, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &inflow };
+        let origin = ParticleSource {
+            lines: &lines,
+            dt,
+            velocity: &velocity,
+            fluid: &|_| (0, 0.0),
+            inflow: &inflow,
+            is_fluid: &|_| true,
+        };
         let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), ParticleCounts::new::<2>(15), &origin);
         assert!(done.inflow > 0 && done.empty > 0, "{done:?}");
     }
@@ -118,8 +132,14 @@ fn merging_keeps_centres_and_fluids() {
     let boundary = vec![BoundaryKind::Wall; mesh.boundary().len()];
     let lines = Streamlines::new(&mesh, &Flow { velocity: &velocity, boundary: &boundary, projectiles: None });
     let mut particles = Particles::seed(&mesh, 12, |x| Some(u8::from(x[1] > 0.37)), |x| x);
-    let origin =
-        ParticleSource { lines: &lines, dt: 0.0, velocity: &velocity, fluid: &|_| (0, 0.0), inflow: &|_, _, _| None };
+    let origin = ParticleSource {
+        lines: &lines,
+        dt: 0.0,
+        velocity: &velocity,
+        fluid: &|_| (0, 0.0),
+        inflow: &|_, _, _| None,
+        is_fluid: &|_| true,
+    };
     let density = ParticleCounts { nominal: 15, most: 14 };
     let before = particles.len();
     let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);

@@ -1,0 +1,87 @@
+//! The solids of a structure one by one, for outputs and sums.
+
+use super::equations::SolidEquations;
+use super::immersed::Immersed;
+use super::mesh::{SolidMesh, element_nodes};
+use super::structure::{Prediction, Structure};
+use crate::math::{Signal, Vector};
+use crate::pfem2::equations::system::TimeStep;
+use std::ops::Range;
+
+/// A solid of a structure.
+pub struct SolidBody<'a, const D: usize> {
+    /// Name.
+    pub name: &'a str,
+    /// Mesh.
+    pub mesh: &'a SolidMesh<D>,
+    /// Displacement of its nodes [m].
+    pub displacement: &'a [Vector<D>],
+    /// Velocity of its nodes [m/s].
+    pub velocity: &'a [Vector<D>],
+}
+
+impl<const D: usize> SolidBody<'_, D> {
+    /// Places of its nodes [m].
+    pub fn positions(&self) -> Vec<Vector<D>> {
+        self.mesh.nodes.iter().zip(self.displacement).map(|(x, u)| *x + *u).collect()
+    }
+}
+
+/// Quadrilaterals that show the elements of a mesh in 2D, four to each, and its surface in 3D, four to each facet.
+pub fn quadrilaterals<const D: usize>(mesh: &SolidMesh<D>) -> Vec<[u32; 4]> {
+    let four =
+        |nodes: &[u32]| [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]].map(|quad| quad.map(|a| nodes[a]));
+    match element_nodes::<D>() {
+        9 => mesh.elements.iter().flat_map(|nodes| four(nodes)).collect(),
+        _ => mesh.facets.iter().flat_map(|facet| four(&facet.nodes)).collect(),
+    }
+}
+
+impl<const D: usize> Structure<D> {
+    /// The solids.
+    pub fn bodies(&self) -> impl Iterator<Item = SolidBody<'_, D>> {
+        self.setups().iter().enumerate().map(|(solid, setup)| {
+            let own = self.nodes_of(solid);
+            SolidBody {
+                name: &setup.name,
+                mesh: &setup.mesh,
+                displacement: &self.state.displacement[own.clone()],
+                velocity: &self.state.velocity[own],
+            }
+        })
+    }
+
+    /// The nodes of a solid among those of all.
+    fn nodes_of(&self, solid: usize) -> Range<usize> {
+        let (mesh, first) = self.meshes()[solid];
+        first as usize..first as usize + mesh.nodes.len()
+    }
+
+    /// Sums over the nodes of each solid.
+    pub fn sums(&self, nodal: &[Vector<D>]) -> Vec<Vector<D>> {
+        (0..self.setups().len()).map(|solid| nodal[self.nodes_of(solid)].iter().copied().sum()).collect()
+    }
+
+    /// Powers at the end of a step [W]: of gravity, and of supports and loads. Supports give what the equations lack of the
+    /// `nodal` forces of the fluid [N].
+    pub(in crate::pfem2) fn powers<const N: usize>(
+        &self,
+        step: TimeStep,
+        prediction: &Prediction<D>,
+        immersed: &Immersed<D, N>,
+        nodal: &[Vector<D>],
+        gravity: &[Signal; D],
+    ) -> [f64; 2] {
+        let Some(SolidEquations { matrix, rhs, .. }) = &immersed.equations else { return [0.0; 2] };
+        let at = |x: Vector<D>| Vector::from_fn(|i| gravity[i].value(x.to3(), step.end()));
+        let forces = |gravity: &dyn Fn(Vector<D>) -> Vector<D>| {
+            self.external_forces(step.end(), &prediction.displacement, gravity)
+        };
+        let (loads, all) = (forces(&|_| Vector::ZERO), forces(&at));
+        let mut rows = vec![0.0; rhs.len()];
+        matrix.multiply(&immersed.velocity, &mut rows);
+        let supports = |k: usize| rows[k] - rhs[k] - nodal[k / D][k % D] + loads[k];
+        let power = |force: &dyn Fn(usize) -> f64| (0..rhs.len()).map(|k| force(k) * immersed.velocity[k]).sum::<f64>();
+        [power(&|k| all[k] - loads[k]), power(&supports)]
+    }
+}

@@ -1,0 +1,200 @@
+//! The nodes of solids as the border of the system of velocity and pressure (theory J.4).
+//!
+//! ```text
+//! [ A    E ] [v, p]   [b]      A: the fluid, with the solids as rigid walls
+//! [ F    S ] [v_S ] = [c]      S = M_S/Δ + Δ K + what cut points give it
+//! ```
+//!
+//! Prescribed unknowns of both sides are eliminated: their columns go to the right-hand sides.
+
+use super::coupling::CoupledElement;
+use super::equations::SolidEquations;
+use super::immersed::Immersed;
+use crate::linalg::{Border, SparseFactor, SparseMatrix};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::pfem2::boundary::Constraints;
+
+/// Coupling blocks of a cut element, without prescribed unknowns.
+struct Coupling<const D: usize, const N: usize> {
+    nodes: [u32; N],
+    solid: Vec<u32>,
+    /// `[a][i]`: rows of node i, columns of solid node a.
+    to_fluid: Vec<[[[f64; D]; N]; N]>,
+    /// `[a][i]`: rows of solid node a, columns of node i.
+    to_solid: Vec<[[[f64; N]; D]; N]>,
+}
+
+/// The border that solids are.
+pub struct SolidBorder<const D: usize, const N: usize> {
+    couplings: Vec<Coupling<D, N>>,
+    matrix: SparseMatrix,
+    factor: SparseFactor,
+    /// Right-hand side c [N].
+    pub load: Vec<f64>,
+}
+
+impl<const D: usize, const N: usize> SolidBorder<D, N> {
+    /// From the equations of solids and cut elements; the right-hand side of the fluid, in the frames of its nodes, takes
+    /// what prescribed nodes of solids bring. `None` if the matrix of the solids is singular.
+    pub fn new(
+        mesh: &Mesh<D, N>,
+        immersed: &Immersed<D, N>,
+        constraints: &Constraints<D, N>,
+        rhs_of_fluid: &mut [[f64; N]],
+    ) -> Option<Self> {
+        let SolidEquations { matrix, rhs, held } = immersed.equations.as_ref()?;
+        let (mut entries, mut load): (Vec<_>, _) = (matrix.triplets().collect(), rhs.clone());
+        let mut couplings = Vec::with_capacity(immersed.elements.len());
+        for element in &immersed.elements {
+            let nodes = mesh.elements()[element.element as usize];
+            let mut coupling = Coupling::turned(element, nodes, constraints);
+            coupling.eliminate_fluid(constraints, &mut load);
+            coupling.eliminate_solid(held, rhs_of_fluid);
+            couplings.push(coupling);
+            add_solid_rows(element, &mut entries, &mut load);
+        }
+        let matrix = eliminated(entries, held, &mut load);
+        let factor = SparseFactor::new(&matrix)?;
+        Some(Self { couplings, matrix, factor, load })
+    }
+}
+
+/// Adds what the fluid puts on the rows of solids in a cut element.
+fn add_solid_rows<const D: usize, const N: usize>(
+    element: &CoupledElement<D, N>,
+    entries: &mut Vec<(u32, u32, f64)>,
+    load: &mut [f64],
+) {
+    let unknown = |a: u32, r: usize| a * D as u32 + r as u32;
+    for (place, &a) in element.solid.iter().enumerate() {
+        (0..D).for_each(|r| load[unknown(a, r) as usize] += element.solid_loads[place][r]);
+        for (other, &b) in element.solid.iter().enumerate() {
+            let block = &element.among_solid[place * element.solid.len() + other];
+            for r in 0..D {
+                entries.extend((0..D).map(|s| (unknown(a, r), unknown(b, s), block[r][s])));
+            }
+        }
+    }
+}
+
+/// The matrix with these entries, prescribed unknowns eliminated: their columns go to the right-hand side, their rows keep the diagonal alone.
+fn eliminated(mut entries: Vec<(u32, u32, f64)>, held: &[Option<f64>], load: &mut [f64]) -> SparseMatrix {
+    let unknowns = load.len();
+    let mut diagonal = vec![0.0; unknowns];
+    for (row, column, value) in &mut entries {
+        let (i, j) = (*row as usize, *column as usize);
+        if i == j {
+            diagonal[i] += *value;
+        }
+        if let (Some(prescribed), None) = (held[j], held[i]) {
+            load[i] -= *value * prescribed;
+        }
+        if held[i].is_some() || held[j].is_some() {
+            *value = 0.0;
+        }
+    }
+    for (i, prescribed) in held.iter().enumerate() {
+        if let Some(prescribed) = prescribed {
+            let size = if diagonal[i] == 0.0 { 1.0 } else { diagonal[i].abs() };
+            entries.push((i as u32, i as u32, size));
+            load[i] = size * prescribed;
+        }
+    }
+    SparseMatrix::from_triplets(unknowns, entries)
+}
+
+impl<const D: usize, const N: usize> Coupling<D, N> {
+    /// The blocks of an element in the frames of its nodes.
+    fn turned(element: &CoupledElement<D, N>, nodes: [u32; N], constraints: &Constraints<D, N>) -> Self {
+        let CoupledElement { solid, to_fluid, to_solid, .. } = element;
+        let mut own = Self { nodes, solid: solid.clone(), to_fluid: to_fluid.clone(), to_solid: to_solid.clone() };
+        for (i, &node) in nodes.iter().enumerate() {
+            let Some(frame) = constraints.frame(node as usize) else { continue };
+            for (rows, columns) in own.to_fluid.iter_mut().zip(&mut own.to_solid) {
+                for s in 0..D {
+                    let turned = frame.apply(Vector::<D>::from_fn(|r| rows[i][r][s]));
+                    (0..D).for_each(|r| rows[i][r][s] = turned[r]);
+                    let turned = frame.apply(Vector::<D>::from_fn(|r| columns[i][s][r]));
+                    columns[i][s][..D].copy_from_slice(&turned.0);
+                }
+            }
+        }
+        own
+    }
+
+    /// Takes out the prescribed unknowns of the fluid.
+    fn eliminate_fluid(&mut self, constraints: &Constraints<D, N>, load: &mut [f64]) {
+        for (i, &node) in self.nodes.iter().enumerate() {
+            let (mask, value) = (constraints.mask[node as usize], &constraints.value[node as usize]);
+            for k in (0..N).filter(|k| mask >> k & 1 == 1) {
+                for (place, &a) in self.solid.iter().enumerate() {
+                    self.to_fluid[place][i][k] = [0.0; D];
+                    for s in 0..D {
+                        load[a as usize * D + s] -= self.to_solid[place][i][s][k] * value[k];
+                        self.to_solid[place][i][s][k] = 0.0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes out the prescribed unknowns of solids.
+    fn eliminate_solid(&mut self, held: &[Option<f64>], rhs: &mut [[f64; N]]) {
+        for (place, &a) in self.solid.iter().enumerate() {
+            for s in 0..D {
+                let Some(value) = held[a as usize * D + s] else { continue };
+                for (i, &node) in self.nodes.iter().enumerate() {
+                    for k in 0..N {
+                        rhs[node as usize][k] -= self.to_fluid[place][i][k][s] * value;
+                        self.to_fluid[place][i][k][s] = 0.0;
+                    }
+                    self.to_solid[place][i][s] = [0.0; N];
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
+    fn scaling(&self) -> Vec<f64> {
+        let diagonal = |k: usize| self.matrix.entry(k, k).map_or(0.0, |entry| self.matrix.values[entry].abs());
+        let scale = |k: usize| if diagonal(k) == 0.0 { 1.0 } else { diagonal(k).sqrt().recip() };
+        (0..self.matrix.rows()).map(scale).collect()
+    }
+
+    fn multiply(&self, (x, y): (&[[f64; N]], &[f64]), (rows, own): (&mut [[f64; N]], &mut [f64])) {
+        self.matrix.multiply(y, own);
+        for coupling in &self.couplings {
+            for (place, &a) in coupling.solid.iter().enumerate() {
+                let y = &y[a as usize * D..][..D];
+                for (i, &node) in coupling.nodes.iter().enumerate() {
+                    let (to_fluid, to_solid) = (&coupling.to_fluid[place][i], &coupling.to_solid[place][i]);
+                    let x = &x[node as usize];
+                    for (sum, row) in rows[node as usize].iter_mut().zip(to_fluid) {
+                        *sum += row.iter().zip(y).map(|(a, y)| a * y).sum::<f64>();
+                    }
+                    for (sum, row) in own[a as usize * D..][..D].iter_mut().zip(to_solid) {
+                        *sum += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+
+    fn subtract(&self, x: &[[f64; N]], rows: &mut [f64]) {
+        for coupling in &self.couplings {
+            for (place, &a) in coupling.solid.iter().enumerate() {
+                for (to_solid, &node) in coupling.to_solid[place].iter().zip(&coupling.nodes) {
+                    for (sum, row) in rows[a as usize * D..][..D].iter_mut().zip(to_solid) {
+                        *sum -= row.iter().zip(&x[node as usize]).map(|(a, x)| a * x).sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+
+    fn solve(&mut self, r: &[f64], y: &mut [f64]) {
+        self.factor.solve(r, y);
+    }
+}

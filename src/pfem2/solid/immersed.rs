@@ -1,0 +1,126 @@
+//! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
+
+use super::coupling::{CoupledElement, FluidPart};
+use super::cut::{ElementState, SolidCut};
+use super::equations::SolidEquations;
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::pfem2::boundary::Constraints;
+use crate::pfem2::equations::element::{Content, Equations};
+
+/// Solids in the mesh of the fluid.
+#[derive(Debug, Clone)]
+pub struct Immersed<const D: usize, const N: usize> {
+    /// The mesh cut by their surfaces.
+    pub cut: SolidCut<D, N>,
+    /// Equations of the cut elements, in their order.
+    pub elements: Vec<CoupledElement<D, N>>,
+    /// Velocity of the nodes of all solids at the end of the last step [m/s]: the unknowns, axis by axis.
+    pub velocity: Vec<f64>,
+    /// Their convected velocity v̂ [m/s].
+    pub velocity_hat: Vec<Vector<D>>,
+    /// Their equations, without what the fluid adds; none before the first step.
+    pub equations: Option<SolidEquations>,
+}
+
+impl<const D: usize, const N: usize> Immersed<D, N> {
+    /// Solids whose nodes have this convected velocity [m/s], and these equations.
+    pub fn new(cut: SolidCut<D, N>, velocity_hat: Vec<Vector<D>>, equations: Option<SolidEquations>) -> Self {
+        let velocity = velocity_hat.iter().flat_map(|v| v.0).collect();
+        Self { cut, elements: Vec::new(), velocity, velocity_hat, equations }
+    }
+
+    /// Part of an element's volume that is fluid.
+    pub fn fluid_share(&self, element: usize) -> f64 {
+        match self.cut.state[element] {
+            ElementState::Fluid => 1.0,
+            ElementState::Solid => 0.0,
+            ElementState::Cut(place) => self.elements.get(place as usize).map_or(1.0, |element| element.share),
+        }
+    }
+
+    /// True for places of an element that belong to the fluid, by the distance of its nodes to the surface.
+    #[inline]
+    pub fn is_fluid(&self, mesh: &Mesh<D, N>, element: usize, shape: &[f64; N]) -> bool {
+        match self.cut.state[element] {
+            ElementState::Fluid => true,
+            ElementState::Solid => false,
+            ElementState::Cut(_) => {
+                let distance = mesh.elements()[element].map(|node| self.cut.distance[node as usize]);
+                distance.iter().zip(shape).map(|(distance, n)| distance * n).sum::<f64>() > 0.0
+            }
+        }
+    }
+
+    /// Makes the equations of the cut elements.
+    pub fn fill(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        equations: &Equations,
+        fluid: impl Fn(usize) -> FluidPart<D, N> + Sync + Send,
+    ) {
+        let SolidCut { elements, points, .. } = &self.cut;
+        let hat = &self.velocity_hat;
+        self.elements = parallel::collect(elements.len(), 16, |place| {
+            let cut = &elements[place];
+            CoupledElement::new(mesh, cut, points, &fluid(cut.element as usize), equations, hat)
+        });
+    }
+
+    /// Leaves in the content of an element what its fluid part holds.
+    pub fn reduce(&self, element: usize, content: &mut Content<N>) {
+        match self.cut.state[element] {
+            ElementState::Fluid => {}
+            ElementState::Solid => {
+                *content = Content { mass: [0.0; N], viscosity: 0.0, volume_over_density: 0.0, ..*content }
+            }
+            ElementState::Cut(place) => {
+                let CoupledElement { mass, share, .. } = &self.elements[place as usize];
+                content.mass = *mass;
+                content.viscosity *= share;
+                content.volume_over_density *= share;
+            }
+        }
+    }
+
+    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid around them. `base` are the
+    /// prescribed unknowns of the boundary.
+    pub fn constrain(&self, mesh: &Mesh<D, N>, base: &[u8], constraints: &mut Constraints<D, N>) {
+        constraints.mask.copy_from_slice(base);
+        for inside in &self.cut.inside {
+            let node = inside.node as usize;
+            let covered = |e: &u32| self.cut.state[*e as usize] == ElementState::Solid;
+            let dry = mesh.elements_around(node).iter().all(covered);
+            let new = ((1 << D) - 1) | u8::from(dry) << D;
+            for k in (0..N).filter(|k| new & !base[node] & (1 << k) != 0) {
+                constraints.value[node][k] = 0.0;
+            }
+            constraints.mask[node] |= new;
+        }
+    }
+
+    /// Sets the velocity of nodes inside to that of the solid there [m/s].
+    pub fn extend(&self, solid: impl Fn(usize) -> Vector<D>, nodal: &mut [Vector<D>]) {
+        for inside in &self.cut.inside {
+            nodal[inside.node as usize] = inside.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
+        }
+    }
+
+    /// Velocity of a node of a solid at the end of the last step [m/s].
+    pub fn velocity_of(&self, node: usize) -> Vector<D> {
+        Vector::from_fn(|r| self.velocity[node * D + r])
+    }
+
+    /// Forces of the fluid on the nodes of solids [N], where the nodes of the mesh have the unknowns `x`.
+    pub fn forces(&self, mesh: &Mesh<D, N>, x: &[[f64; N]]) -> Vec<Vector<D>> {
+        let mut forces = vec![Vector::ZERO; self.velocity_hat.len()];
+        for element in &self.elements {
+            let own = mesh.elements()[element.element as usize].map(|node| x[node as usize]);
+            for (place, &a) in element.solid.iter().enumerate() {
+                forces[a as usize] += element.force(place, &own, &self.velocity);
+            }
+        }
+        forces
+    }
+}

@@ -1,0 +1,174 @@
+//! The solids of a run in the steps of the fluid: their prediction cuts the mesh, and they take the velocity of the system (theory J.1).
+
+use super::bodies::quadrilaterals;
+use super::cut::SolidCut;
+use super::equations::SolidEquations;
+use super::immersed::Immersed;
+use super::structure::{Prediction, SolidState, Structure};
+use super::surface::Surface;
+use crate::error::StepError;
+use crate::math::Vector;
+use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::report::solids::SolidEnergies;
+use crate::pfem2::time::history::{StepShares, TimeHistory};
+
+/// The solids of a run.
+#[derive(Debug)]
+pub(in crate::pfem2) struct SolidTracking<const D: usize> {
+    /// Their meshes, laws and state.
+    pub structure: Structure<D>,
+    /// The elements of each as simple ones, for pictures.
+    pub outlines: Vec<Vec<[u32; 4]>>,
+    /// Prediction of the step that is being made.
+    prediction: Option<Prediction<D>>,
+    /// Results of the last step.
+    pub last: SolidStep<D>,
+}
+
+/// Results of a step.
+#[derive(Debug, Clone, Default)]
+pub(in crate::pfem2) struct SolidStep<const D: usize> {
+    /// Predicted displacement u* [m]: the surface that cut the mesh.
+    pub predicted: Vec<Vector<D>>,
+    /// Forces of the fluid on each solid at its end [N].
+    pub forces: Vec<Vector<D>>,
+    /// The same at the end of the step before [N].
+    pub forces_earlier: Vec<Vector<D>>,
+    /// Means over the step, with the shares that it takes of each [N].
+    pub forces_mean: Vec<Vector<D>>,
+    /// Energies at its end, and powers from outside.
+    pub energies: SolidEnergies,
+}
+
+/// State of solids at the start of a step.
+pub(in crate::pfem2) struct SolidStart<const D: usize> {
+    state: SolidState<D>,
+    last: SolidStep<D>,
+}
+
+impl<const D: usize> SolidTracking<D> {
+    /// Solids at the start.
+    pub fn new(structure: Structure<D>) -> Self {
+        let none = vec![Vector::ZERO; structure.setups().len()];
+        let last = SolidStep {
+            predicted: structure.state.displacement.clone(),
+            forces: none.clone(),
+            forces_earlier: none.clone(),
+            forces_mean: none,
+            // Elements that are turned inside out are found by the first step.
+            energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
+        };
+        let outlines = structure.setups().iter().map(|setup| quadrilaterals(&setup.mesh)).collect();
+        Self { structure, outlines, prediction: None, last }
+    }
+
+    /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
+    pub fn immerse<const N: usize>(&self, system: &mut VelocityPressureSystem<D, N>) {
+        self.cut(system, self.structure.state.velocity.clone(), None);
+        if let Some(immersed) = &system.immersed {
+            immersed.extend(|node| self.structure.state.velocity[node], &mut system.velocity);
+        }
+    }
+
+    fn cut<const N: usize>(
+        &self,
+        system: &mut VelocityPressureSystem<D, N>,
+        velocity_hat: Vec<Vector<D>>,
+        equations: Option<SolidEquations>,
+    ) {
+        let positions = self.structure.positions(&self.last.predicted);
+        let surface = Surface::new(&self.structure.meshes(), &positions);
+        let cut = SolidCut::new(&system.mesh, &surface);
+        system.immersed = Some(Immersed::new(cut, velocity_hat, equations));
+    }
+
+    /// Predicts the displacement u* at the end of a step, makes the equations of the solids about it, and cuts the mesh at their surface
+    /// (theory J.1, J.2).
+    ///
+    /// # Errors
+    /// An element of a solid turns inside out.
+    pub fn predict<const N: usize>(
+        &mut self,
+        step: TimeStep,
+        history: &TimeHistory<D>,
+        system: &mut VelocityPressureSystem<D, N>,
+    ) -> Result<(), StepError> {
+        let (shares, weights) = (history.shares(step), history.convecting_weights(step));
+        let prediction = self.structure.predict(step.end(), shares, weights);
+        let gravity = |x: Vector<D>| Vector::from_fn(|i| system.physics.gravity[i].value(x.to3(), step.end()));
+        let equations = self.structure.equations(step.end(), step.delta(), &prediction, gravity)?;
+        self.last.predicted.clone_from(&prediction.displacement);
+        self.cut(system, prediction.velocity_hat.clone(), Some(equations));
+        self.prediction = Some(prediction);
+        Ok(())
+    }
+
+    /// Takes the velocity that the system has found for the end of the step.
+    ///
+    /// # Errors
+    /// An element of a solid is turned inside out.
+    pub fn advance<const N: usize>(
+        &mut self,
+        step: TimeStep,
+        shares: StepShares,
+        system: &VelocityPressureSystem<D, N>,
+    ) -> Result<(), StepError> {
+        let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(()) };
+        let nodes = self.structure.node_count();
+        let velocity = (0..nodes).map(|a| immersed.velocity_of(a)).collect();
+        self.structure.advance(step.delta(), prediction, velocity);
+        let nodal = immersed.forces(&system.mesh, &system.unknowns);
+        let powers = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
+        self.last.energies = energies(&self.structure, powers)?;
+        self.last.add_forces(self.structure.sums(&nodal), shares);
+        Ok(())
+    }
+
+    /// State at the start of a step.
+    pub fn start(&self) -> SolidStart<D> {
+        SolidStart { state: self.structure.state.clone(), last: self.last.clone() }
+    }
+
+    /// Takes the state at the start of a predicted first step, and the step before it from its end: a⁰ = a¹, v⁻¹ = 2 v⁰ − v¹
+    /// (theory H.9).
+    pub fn restart(&mut self, SolidStart { mut state, last }: SolidStart<D>) {
+        let end = &self.structure.state;
+        let both = || state.velocity.iter().zip(&end.velocity);
+        let previous = both().map(|(start, end)| *start * 2.0 - *end).collect();
+        let earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
+        (state.velocity_previous, state.velocity_earlier) = (previous, earlier);
+        state.acceleration.clone_from(&end.acceleration);
+        state.acceleration_previous.clone_from(&end.acceleration);
+        let forces = std::mem::take(&mut self.last.forces);
+        self.last = SolidStep { forces_earlier: forces.clone(), forces, ..last };
+        self.structure.state = state;
+    }
+
+    /// Forgets the steps before.
+    pub fn clear_history(&mut self) {
+        let SolidState { displacement, velocity, .. } = &self.structure.state;
+        let displacement = displacement.clone();
+        self.structure.state = SolidState { displacement, ..SolidState::new(velocity.clone()) };
+    }
+}
+
+/// Energies of a structure [J], with these powers of gravity and of supports [W].
+///
+/// # Errors
+/// An element is turned inside out.
+fn energies<const D: usize>(structure: &Structure<D>, powers: [f64; 2]) -> Result<SolidEnergies, StepError> {
+    let [gravity, supports] = powers;
+    let (kinetic, strain) = (structure.kinetic_energy(), structure.strain_energy()?);
+    Ok(SolidEnergies { kinetic, strain, gravity, supports })
+}
+
+impl<const D: usize> SolidStep<D> {
+    fn add_forces(&mut self, now: Vec<Vector<D>>, shares: StepShares) {
+        let all = self.forces_earlier.iter().zip(&self.forces).zip(&now);
+        let mean = |((f0, f1), f2): ((&Vector<D>, &Vector<D>), &Vector<D>)| {
+            *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end
+        };
+        self.forces_mean = all.map(mean).collect();
+        self.forces_earlier = std::mem::replace(&mut self.forces, now);
+    }
+}
