@@ -23,8 +23,10 @@ mod pivoted;
 mod preconditioner;
 mod schur;
 mod solver;
+mod sparse;
 mod vectors;
 
 pub use matrix::BlockMatrix;
 pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, Options, Outcome, SolverCounters, SolverKind, SolverState};
+pub use sparse::{SparseFactor, SparseMatrix};

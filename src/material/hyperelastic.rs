@@ -92,6 +92,10 @@ impl<L: Hyperelastic> ElasticLaw for L {
             format!("no thickness of this {} solid is free of stress at the deformation {:?}", L::NAME, in_plane.0)
         })
     }
+
+    fn strain_energy(&self, state: &ElasticState) -> Option<f64> {
+        Some(self.stored_energy(&state.deformation))
+    }
 }
 
 /// Logarithms of stretches move by at most this much in one of Newton's steps.

@@ -43,6 +43,11 @@ pub trait ElasticLaw: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// A sentence, where there is none, and for rate laws, whose thickness is followed in time ([`Linearised::thickness_slope`]).
     fn thickness_stretch(&self, in_plane: &Tensor<2>) -> Result<f64, String>;
+
+    /// Stored energy per reference volume [J/m³]; `None` for rate laws, whose stress depends on the path.
+    fn strain_energy(&self, _state: &ElasticState) -> Option<f64> {
+        None
+    }
 }
 
 /// Why a law of another phase has no tangent.

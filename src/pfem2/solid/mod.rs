@@ -12,6 +12,8 @@
 pub mod coupling;
 pub mod cut;
 pub mod element;
+pub mod equations;
+pub mod equilibrium;
 pub mod mesh;
 pub mod setup;
 pub mod structure;

@@ -1,1 +1,415 @@
 //! The solids of a run: state, prediction, equations, energies (theory J.1).
+//!
+//! ```text
+//! Δ = θ Δt,   û = uⁿ + Δt (β₁ vⁿ + β₂ vⁿ⁻¹),   v̂ = vⁿ + Δt (β₁ aⁿ + β₂ aⁿ⁻¹),   u* = uⁿ + Δt v*
+//! [M (1/Δ + α) + Δ K(u*) + β K_c(u*)] v = f + M (v̂/Δ + b) − F(u*) − K(u*) (û − u*)
+//! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
+//! ```
+//!
+//! F + K (uⁿ⁺¹ − u*) is the internal force at the end of the step to first order about the prediction. α and β are those of the damping; K_c
+//! is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Prescribed velocities
+//! are unknowns as others, and [`SolidEquations::constrain`] eliminates them. Nodes are numbered over all solids; unknown D a + i is the velocity
+//! of node a along axis i.
+
+use super::element::{self, ElementFault, ElementForces, GaussPoint, SolidLaw};
+use super::equations::SolidEquations;
+use super::mesh::SolidMesh;
+use super::setup::SolidSetup;
+use super::support::Supports;
+use crate::error::{Place, StepError};
+use crate::linalg::SparseMatrix;
+use crate::material::ElasticState;
+use crate::math::{SymTensor, Tensor, Vector};
+use crate::parallel;
+use crate::pfem2::time::history::StepShares;
+
+/// Elements whose forces are held in memory at a time.
+const BATCH: usize = 64;
+
+/// The solids of a run.
+#[derive(Debug)]
+pub struct Structure<const D: usize> {
+    /// Displacement, velocity and their history.
+    pub state: SolidState<D>,
+    setups: Vec<SolidSetup<D>>,
+    /// First node of each solid, and the number of all.
+    first: Vec<u32>,
+    /// Places of all nodes in the reference state [m].
+    nodes: Vec<Vector<D>>,
+    supports: Supports<D>,
+    /// M_ab [kg], one entry per pair of nodes that share an element.
+    mass: SparseMatrix,
+    points: Vec<GaussPoint>,
+}
+
+/// Motion of the nodes of all solids, and of the steps before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolidState<const D: usize> {
+    /// uⁿ [m].
+    pub displacement: Vec<Vector<D>>,
+    /// vⁿ [m/s].
+    pub velocity: Vec<Vector<D>>,
+    /// vⁿ⁻¹ [m/s].
+    pub velocity_previous: Vec<Vector<D>>,
+    /// vⁿ⁻² [m/s].
+    pub velocity_earlier: Vec<Vector<D>>,
+    /// aⁿ [m/s²].
+    pub acceleration: Vec<Vector<D>>,
+    /// aⁿ⁻¹ [m/s²].
+    pub acceleration_previous: Vec<Vector<D>>,
+}
+
+/// What a step knows of its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction<const D: usize> {
+    /// û [m].
+    pub displacement_hat: Vec<Vector<D>>,
+    /// v̂ [m/s].
+    pub velocity_hat: Vec<Vector<D>>,
+    /// u* [m].
+    pub displacement: Vec<Vector<D>>,
+}
+
+impl<const D: usize> SolidState<D> {
+    /// Of nodes in their reference places that start with `velocity` [m/s].
+    pub fn new(velocity: Vec<Vector<D>>) -> Self {
+        let zero = vec![Vector::ZERO; velocity.len()];
+        Self {
+            displacement: zero.clone(),
+            velocity_previous: velocity.clone(),
+            velocity_earlier: velocity.clone(),
+            velocity,
+            acceleration: zero.clone(),
+            acceleration_previous: zero,
+        }
+    }
+}
+
+impl<const D: usize> Structure<D> {
+    /// Of solids in their reference states, with the velocities at time 0.
+    ///
+    /// # Errors
+    /// A law without an elastic tangent or whose stress depends on the path; an element without a positive volume; velocities for another number
+    /// of nodes; supports and loads of nodes and facets that aren't there.
+    pub fn new(setups: Vec<SolidSetup<D>>) -> Result<Self, String> {
+        let points = element::gauss_points(D);
+        setups.iter().try_for_each(check)?;
+        let mut first = vec![0];
+        for setup in &setups {
+            first.push(first[first.len() - 1] + setup.mesh.nodes.len() as u32);
+        }
+        let supports = Supports::new(&setups, &first)?;
+        let nodes: Vec<_> = setups.iter().flat_map(|setup| setup.mesh.nodes.iter().copied()).collect();
+        let mut velocity: Vec<_> = setups.iter().flat_map(|setup| setup.velocity.iter().copied()).collect();
+        impose(&supports.velocities(nodes.len() * D, 0.0), &mut velocity);
+        let mass = mass_matrix(&setups, &first, &points)?;
+        Ok(Self { state: SolidState::new(velocity), setups, first, nodes, supports, mass, points })
+    }
+
+    /// The solids as they were set up.
+    pub fn setups(&self) -> &[SolidSetup<D>] {
+        &self.setups
+    }
+
+    /// The mesh of each solid with its first node.
+    pub fn meshes(&self) -> Vec<(&SolidMesh<D>, u32)> {
+        self.setups.iter().map(|setup| &setup.mesh).zip(self.first.iter().copied()).collect()
+    }
+
+    /// Number of nodes of all solids.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Places of all nodes [m] with a displacement [m].
+    pub fn positions(&self, displacement: &[Vector<D>]) -> Vec<Vector<D>> {
+        self.nodes.iter().zip(displacement).map(|(x, u)| *x + *u).collect()
+    }
+
+    /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² (theory (F.8), (F.15)).
+    /// Prescribed nodes are where they will be.
+    pub(in crate::pfem2) fn predict(&self, t_end: f64, shares: StepShares, weights: [f64; 3]) -> Prediction<D> {
+        let StepShares { dt, end, start, earlier } = shares;
+        let SolidState { displacement: u, velocity: v, velocity_previous, velocity_earlier, .. } = &self.state;
+        let SolidState { acceleration: a, acceleration_previous, .. } = &self.state;
+        let hat = |x: &[Vector<D>], now: &[Vector<D>], before: &[Vector<D>]| -> Vec<Vector<D>> {
+            let all = x.iter().zip(now).zip(before);
+            all.map(|((x, now), before)| *x + (*now * start + *before * earlier) * dt).collect()
+        };
+        let displacement_hat = hat(u, v, velocity_previous);
+        let velocity_hat = hat(v, a, acceleration_previous);
+        let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
+        let all = u.iter().zip(v).zip(earlier_steps);
+        let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
+            *u + (*v * weights[0] + *previous * weights[1] + *earlier * weights[2]) * dt
+        };
+        let mut displacement: Vec<Vector<D>> = all.map(predicted).collect();
+        for (unknown, velocity) in self.held_velocities(t_end).into_iter().enumerate() {
+            if let Some(velocity) = velocity {
+                let (node, axis) = (unknown / D, unknown % D);
+                displacement[node][axis] = displacement_hat[node][axis] + end * dt * velocity;
+            }
+        }
+        Prediction { displacement_hat, velocity_hat, displacement }
+    }
+
+    /// Prescribed velocity of each unknown at time `t` [m/s].
+    pub fn held_velocities(&self, t: f64) -> Vec<Option<f64>> {
+        self.supports.velocities(self.nodes.len() * D, t)
+    }
+
+    /// The equations of a step with the implicit part `delta` [s] that ends at `t_end` [s]; gravity in a place [m/s²].
+    ///
+    /// # Errors
+    /// An element that is turned inside out by the prediction, or has no thickness that is free of stress.
+    pub fn equations(
+        &self,
+        t_end: f64,
+        delta: f64,
+        prediction: &Prediction<D>,
+        gravity: impl Fn(Vector<D>) -> Vector<D>,
+    ) -> Result<SolidEquations, StepError> {
+        let Prediction { displacement_hat, velocity_hat, displacement } = prediction;
+        let mut matrix = self.mass.zero_blocks(D);
+        self.add_inertia(delta, &mut matrix);
+        let places = self.positions(displacement);
+        let start: Vec<_> = places.iter().zip(velocity_hat).map(|(x, hat)| *hat / delta + gravity(*x)).collect();
+        let mut rhs = self.weighted_by_mass(&start);
+        self.supports.add_forces(t_end, &mut rhs);
+        let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
+        self.visit(displacement, |solid, nodes, forces| {
+            let damping = self.setups[solid].damping.stiffness;
+            for (a, &row) in nodes.iter().enumerate() {
+                let mut force = forces.internal[a];
+                for (b, &column) in nodes.iter().enumerate() {
+                    let tangent = forces.tangent(a, b);
+                    force += tangent.apply(rest[column as usize]);
+                    let block = tangent * delta + forces.material[a * nodes.len() + b] * damping;
+                    self.add_block(&mut matrix, (row, column), &block);
+                }
+                (0..D).for_each(|axis| rhs[row as usize * D + axis] -= force[axis]);
+            }
+        })?;
+        Ok(SolidEquations { matrix, rhs, held: self.held_velocities(t_end) })
+    }
+
+    /// Ends a step with the implicit part `delta` [s] and the velocity that its equations gave [m/s].
+    pub fn advance(&mut self, delta: f64, prediction: &Prediction<D>, velocity: Vec<Vector<D>>) {
+        let both = || velocity.iter().zip(&prediction.displacement_hat);
+        self.state.displacement = both().map(|(v, hat)| *hat + *v * delta).collect();
+        let both = velocity.iter().zip(&prediction.velocity_hat);
+        let acceleration = both.map(|(v, hat)| (*v - *hat) / delta).collect();
+        self.state.acceleration_previous = std::mem::replace(&mut self.state.acceleration, acceleration);
+        let last = std::mem::replace(&mut self.state.velocity, velocity);
+        self.state.velocity_earlier = std::mem::replace(&mut self.state.velocity_previous, last);
+    }
+
+    /// Calls `work` with the solid, the nodes and the forces of every element at a displacement [m], in order.
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    pub(super) fn visit(
+        &self,
+        displacement: &[Vector<D>],
+        mut work: impl FnMut(usize, &[u32], &ElementForces<D>),
+    ) -> Result<(), StepError> {
+        for solid in 0..self.setups.len() {
+            let law = self.law(solid)?;
+            for begin in (0..self.setups[solid].mesh.elements.len()).step_by(BATCH) {
+                let count = BATCH.min(self.setups[solid].mesh.elements.len() - begin);
+                let all = parallel::collect(count, 1, |k| {
+                    let (nodes, [places, own]) = self.gather(solid, begin + k, [&self.nodes, displacement]);
+                    (nodes, ElementForces::new(&self.points, law, &places, &own))
+                });
+                for (k, (nodes, forces)) in all.into_iter().enumerate() {
+                    work(solid, &nodes, &forces.map_err(|fault| self.error(solid, begin + k, fault))?);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodes of an element, and its entries of nodal columns.
+    fn gather<const K: usize>(
+        &self,
+        solid: usize,
+        element: usize,
+        columns: [&[Vector<D>]; K],
+    ) -> (Vec<u32>, [Vec<Vector<D>>; K]) {
+        let own = &self.setups[solid].mesh.elements[element];
+        let nodes: Vec<u32> = own.iter().map(|node| node + self.first[solid]).collect();
+        let entries = columns.map(|column| nodes.iter().map(|&node| column[node as usize]).collect());
+        (nodes, entries)
+    }
+
+    fn law(&self, solid: usize) -> Result<SolidLaw<'_>, StepError> {
+        let setup = &self.setups[solid];
+        let law = setup.law.elastic_law();
+        let law = law.map_err(|what| StepError::new(Place::Everywhere, what, "solid", solid as f64, "another law"))?;
+        Ok(SolidLaw { law, plane: setup.plane })
+    }
+
+    fn error(&self, solid: usize, element: usize, fault: ElementFault<D>) -> StepError {
+        let body = self.setups[solid].name.clone();
+        let place = Place::Element { body, index: element, position: fault.position.to3() };
+        let advice = "take shorter steps, larger elements where the solid is distorted most, or a law that bears large compression \
+                      (`neo-hookean`)";
+        StepError::new(place, fault.what, "volume ratio", fault.volume_ratio, advice)
+    }
+
+    /// Adds a block to the rows of node `row` and the columns of node `column`.
+    pub(super) fn add_block(&self, matrix: &mut SparseMatrix, (row, column): (u32, u32), block: &Tensor<D>) {
+        let own = self.mass.row(row as usize);
+        let Some(entry) = self.mass.entry(row as usize, column as usize) else { return };
+        for i in 0..D {
+            let first = own.start * D * D + i * own.len() * D + (entry - own.start) * D;
+            for j in 0..D {
+                matrix.values[first + j] += block[i][j];
+            }
+        }
+    }
+
+    /// Adds M (1/Δ + α).
+    fn add_inertia(&self, delta: f64, matrix: &mut SparseMatrix) {
+        for (solid, setup) in self.setups.iter().enumerate() {
+            let rate = 1.0 / delta + setup.damping.mass;
+            for row in self.first[solid]..self.first[solid + 1] {
+                for entry in self.mass.row(row as usize) {
+                    let block = Tensor::identity() * (self.mass.values[entry] * rate);
+                    self.add_block(matrix, (row, self.mass.columns[entry]), &block);
+                }
+            }
+        }
+    }
+
+    /// M x at each unknown.
+    fn weighted_by_mass(&self, x: &[Vector<D>]) -> Vec<f64> {
+        let row = |row: usize| -> Vector<D> {
+            self.mass.row(row).map(|n| x[self.mass.columns[n] as usize] * self.mass.values[n]).sum()
+        };
+        (0..self.nodes.len()).flat_map(|node| row(node).0).collect()
+    }
+
+    /// Forces of loads and gravity on each unknown at time `t` [N], at a displacement [m].
+    pub(super) fn external_forces(
+        &self,
+        t: f64,
+        displacement: &[Vector<D>],
+        gravity: impl Fn(Vector<D>) -> Vector<D>,
+    ) -> Vec<f64> {
+        let gravity: Vec<_> = self.positions(displacement).into_iter().map(gravity).collect();
+        let mut force = self.weighted_by_mass(&gravity);
+        self.supports.add_forces(t, &mut force);
+        force
+    }
+
+    /// A matrix with the places of the equations, full of zeros.
+    pub(super) fn zero_matrix(&self) -> SparseMatrix {
+        self.mass.zero_blocks(D)
+    }
+
+    /// Mass of all solids [kg].
+    pub fn mass(&self) -> f64 {
+        self.mass.values.iter().sum()
+    }
+
+    /// Momentum of all solids [kg m/s].
+    pub fn momentum(&self) -> Vector<D> {
+        let momentum = self.weighted_by_mass(&self.state.velocity);
+        Vector::from_fn(|axis| momentum.iter().skip(axis).step_by(D).sum())
+    }
+
+    /// Kinetic energy ½ v · M v of all solids [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        let momentum = self.weighted_by_mass(&self.state.velocity);
+        0.5 * momentum.iter().zip(self.state.velocity.iter().flat_map(|v| v.0)).map(|(p, v)| p * v).sum::<f64>()
+    }
+
+    /// Stored energy of all solids [J].
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    pub fn strain_energy(&self) -> Result<f64, StepError> {
+        let mut energy = 0.0;
+        for solid in 0..self.setups.len() {
+            let law = self.law(solid)?;
+            let all = parallel::collect(self.setups[solid].mesh.elements.len(), BATCH, |element| {
+                let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
+                element::strain_energy(&self.points, law, &places, &own)
+            });
+            for (element, own) in all.into_iter().enumerate() {
+                energy += own.map_err(|fault| self.error(solid, element, fault))?;
+            }
+        }
+        Ok(energy)
+    }
+
+    /// Volume of all solids with their nodes at `positions` [m³].
+    pub fn volume(&self, positions: &[Vector<D>]) -> f64 {
+        let of = |solid: usize, element: usize| {
+            let (_, [places]) = self.gather(solid, element, [positions]);
+            element::volume(&self.points, &places)
+        };
+        let elements = |solid: usize| 0..self.setups[solid].mesh.elements.len();
+        (0..self.setups.len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element))).sum()
+    }
+}
+
+/// Replaces prescribed components.
+fn impose<const D: usize>(held: &[Option<f64>], velocity: &mut [Vector<D>]) {
+    for (unknown, held) in held.iter().enumerate() {
+        if let Some(held) = held {
+            velocity[unknown / D][unknown % D] = *held;
+        }
+    }
+}
+
+/// What a solid must be.
+///
+/// # Errors
+/// As [`Structure::new`].
+fn check<const D: usize>(setup: &SolidSetup<D>) -> Result<(), String> {
+    let law = setup.law.elastic_law().map_err(|error| format!("the solid `{}`: {error}", setup.name))?;
+    let rest = ElasticState { deformation: Tensor::identity(), stress: SymTensor::ZERO };
+    if law.strain_energy(&rest).is_none() {
+        return Err(format!(
+            "the solid `{}` needs a law with a stored energy: the stress of a rate law depends on the path, which solids of `pfem2` don't \
+             keep; for small strains `st-venant-kirchhoff` and `neo-hookean` agree with it",
+            setup.name
+        ));
+    }
+    if setup.velocity.len() != setup.mesh.nodes.len() {
+        let (given, nodes) = (setup.velocity.len(), setup.mesh.nodes.len());
+        return Err(format!("the solid `{}` has {nodes} nodes, but {given} velocities", setup.name));
+    }
+    Ok(())
+}
+
+/// M_ab of all solids.
+///
+/// # Errors
+/// An element without a positive volume.
+fn mass_matrix<const D: usize>(
+    setups: &[SolidSetup<D>],
+    first: &[u32],
+    points: &[GaussPoint],
+) -> Result<SparseMatrix, String> {
+    let mut entries = Vec::new();
+    for (setup, &first) in setups.iter().zip(first) {
+        for (index, nodes) in setup.mesh.elements.iter().enumerate() {
+            let places: Vec<_> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
+            let mass = element::mass(points, &places).map_err(|fault| {
+                format!("element {index} of the solid `{}` at {:?} m: {}", setup.name, fault.position.0, fault.what)
+            })?;
+            let density = setup.law.density();
+            for (a, &row) in nodes.iter().enumerate() {
+                let all = nodes.iter().zip(&mass[a * nodes.len()..]);
+                entries.extend(all.map(|(&column, mass)| (first + row, first + column, density * mass)));
+            }
+        }
+    }
+    Ok(SparseMatrix::from_triplets(first.last().map_or(0, |&count| count as usize), entries))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,254 @@
+//! General sparse matrices of single numbers, and their factorisation with row exchanges: S A S = Pᵀ L U, by `faer`.
+//!
+//! For parts of a system that have no mesh of simplices, as elastic solids. S scales the diagonal to ±1.
+
+use faer::MatMut;
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use std::ops::Range;
+
+/// A square sparse matrix by compressed rows; columns ascend within a row.
+///
+/// ```
+/// use lateen::linalg::{SparseFactor, SparseMatrix};
+///
+/// let a = SparseMatrix::from_triplets(2, vec![(0, 0, 1.0), (0, 1, 2.0), (1, 0, 3.0), (0, 0, 3.0)]);
+/// let mut r = [0.0; 2];
+/// a.multiply(&[1.0, 5.0], &mut r);
+/// assert_eq!(r, [14.0, 3.0]);
+/// let mut z = [0.0; 2];
+/// SparseFactor::new(&a).unwrap().solve(&r, &mut z);
+/// assert!((z[0] - 1.0).abs() < 1e-15 && (z[1] - 5.0).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseMatrix {
+    /// Entries of row i are `start[i]..start[i + 1]`.
+    pub start: Vec<u32>,
+    /// Column of every entry.
+    pub columns: Vec<u32>,
+    /// Value of every entry.
+    pub values: Vec<f64>,
+}
+
+impl SparseMatrix {
+    /// Of `rows` rows and columns, from entries (row, column, value); those at one place are added in their order.
+    pub fn from_triplets(rows: usize, mut entries: Vec<(u32, u32, f64)>) -> Self {
+        // Stable, so that sums have one order.
+        entries.sort_by_key(|&(row, column, _)| (row, column));
+        let mut matrix =
+            Self { start: Vec::with_capacity(rows + 1), columns: Vec::new(), values: Vec::with_capacity(entries.len()) };
+        let mut entries = entries.into_iter().peekable();
+        matrix.start.push(0);
+        for row in 0..rows as u32 {
+            let begin = matrix.columns.len();
+            while let Some((_, column, value)) = entries.next_if(|entry| entry.0 == row) {
+                if matrix.columns.len() > begin && matrix.columns.last() == Some(&column) {
+                    let last = matrix.values.len() - 1;
+                    matrix.values[last] += value;
+                } else {
+                    matrix.columns.push(column);
+                    matrix.values.push(value);
+                }
+            }
+            matrix.start.push(matrix.columns.len() as u32);
+        }
+        matrix
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// The entries of a row.
+    pub fn row(&self, row: usize) -> Range<usize> {
+        self.start[row] as usize..self.start[row + 1] as usize
+    }
+
+    /// The entry at (`row`, `column`), if there is one.
+    pub fn entry(&self, row: usize, column: usize) -> Option<usize> {
+        let range = self.row(row);
+        self.columns[range.clone()].binary_search(&(column as u32)).ok().map(|place| range.start + place)
+    }
+
+    /// All entries (row, column, value).
+    pub fn triplets(&self) -> impl Iterator<Item = (u32, u32, f64)> + '_ {
+        let of_row = move |row: usize| self.row(row).map(move |n| (row as u32, self.columns[n], self.values[n]));
+        (0..self.rows()).flat_map(of_row)
+    }
+
+    /// With more entries (row, column, value) added.
+    #[must_use]
+    pub fn with(&self, more: &[(u32, u32, f64)]) -> Self {
+        Self::from_triplets(self.rows(), self.triplets().chain(more.iter().copied()).collect())
+    }
+
+    /// The matrix in which every entry is a full block of `size` rows and columns of zeros.
+    #[must_use]
+    pub fn zero_blocks(&self, size: usize) -> Self {
+        let count = self.columns.len() * size * size;
+        let (mut start, mut columns) = (vec![0], Vec::with_capacity(count));
+        for row in 0..self.rows() {
+            for _ in 0..size {
+                let own = &self.columns[self.row(row)];
+                columns.extend(own.iter().flat_map(|&column| (0..size).map(move |k| column * size as u32 + k as u32)));
+                start.push(columns.len() as u32);
+            }
+        }
+        Self { start, columns, values: vec![0.0; count] }
+    }
+
+    /// y = A x.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        for (row, y) in y.iter_mut().enumerate() {
+            *y = self.row(row).map(|n| self.values[n] * x[self.columns[n] as usize]).sum();
+        }
+    }
+
+    /// 1/√|a_ii|; 1 where that is zero.
+    fn scaling(&self) -> Vec<f64> {
+        let diagonal = |row: usize| self.entry(row, row).map_or(0.0, |n| self.values[n].abs());
+        (0..self.rows()).map(|row| if diagonal(row) > 0.0 { 1.0 / diagonal(row).sqrt() } else { 1.0 }).collect()
+    }
+}
+
+/// The factor of a sparse matrix.
+pub struct SparseFactor {
+    factor: Lu<u32, f64>,
+    symbolic: SymbolicLu<u32>,
+    columns: Columns,
+    scaling: Vec<f64>,
+    work: Vec<f64>,
+}
+
+/// A matrix by compressed columns.
+#[derive(Default)]
+struct Columns {
+    start: Vec<u32>,
+    rows: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Columns {
+    /// S A S.
+    fn scaled(a: &SparseMatrix, s: &[f64]) -> Self {
+        let n = a.rows();
+        let mut start = vec![0; n + 1];
+        a.columns.iter().for_each(|&column| start[column as usize + 1] += 1);
+        (0..n).for_each(|column| start[column + 1] += start[column]);
+        let mut next = start.clone();
+        let (mut rows, mut values) = (vec![0; a.columns.len()], vec![0.0; a.columns.len()]);
+        for (row, column, value) in a.triplets() {
+            let place = &mut next[column as usize];
+            rows[*place as usize] = row;
+            values[*place as usize] = value * s[row as usize] * s[column as usize];
+            *place += 1;
+        }
+        Self { start, rows, values }
+    }
+
+    fn places(&self) -> SymbolicSparseColMatRef<'_, u32> {
+        let n = self.start.len() - 1;
+        SymbolicSparseColMatRef::new_checked(n, n, &self.start, None, &self.rows)
+    }
+
+    fn factor(&self, symbolic: &SymbolicLu<u32>) -> Option<Lu<u32, f64>> {
+        Lu::try_new_with_symbolic(symbolic.clone(), SparseColMatRef::new(self.places(), &self.values[..])).ok()
+    }
+}
+
+impl SparseFactor {
+    /// Factorises; `None` where the structure makes the matrix singular, or it has more entries than 31 bits can count.
+    pub fn new(a: &SparseMatrix) -> Option<Self> {
+        if a.columns.len() > i32::MAX as usize {
+            return None;
+        }
+        let scaling = a.scaling();
+        let columns = Columns::scaled(a, &scaling);
+        let symbolic = SymbolicLu::try_new(columns.places()).ok()?;
+        let factor = columns.factor(&symbolic)?;
+        Some(Self { factor, symbolic, columns, work: vec![0.0; scaling.len()], scaling })
+    }
+
+    /// The factor of another matrix in place of this; the order of elimination is kept if the entries have the same places.
+    /// `None` as in [`SparseFactor::new`].
+    #[must_use]
+    pub fn renewed(self, a: &SparseMatrix) -> Option<Self> {
+        let scaling = a.scaling();
+        let columns = Columns::scaled(a, &scaling);
+        if columns.start != self.columns.start || columns.rows != self.columns.rows {
+            return Self::new(a);
+        }
+        let factor = columns.factor(&self.symbolic)?;
+        Some(Self { factor, columns, scaling, ..self })
+    }
+
+    /// z = A⁻¹ r; not finite where A is singular.
+    pub fn solve(&mut self, r: &[f64], z: &mut [f64]) {
+        self.work.iter_mut().zip(r).zip(&self.scaling).for_each(|((work, r), s)| *work = r * s);
+        let rows = self.work.len();
+        self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.work, rows, 1));
+        z.iter_mut().zip(&self.work).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// −u'' on a line with a skew part and a zero on the diagonal: the solution is put in.
+    fn unsymmetric(n: usize) -> SparseMatrix {
+        let row = |i: usize| {
+            let near = [i.checked_sub(1), Some(i), (i + 1 < n).then_some(i + 1)].into_iter().flatten();
+            near.map(move |j| {
+                let value = match (i, j) {
+                    (5, 5) => 0.0,
+                    (i, j) if i == j => 2.0 + i as f64,
+                    (i, j) => -1.0 + 0.5 * (i as f64 - j as f64),
+                };
+                (i as u32, j as u32, 1e6 * value)
+            })
+        };
+        SparseMatrix::from_triplets(n, (0..n).flat_map(row).collect())
+    }
+
+    #[test]
+    fn solves_what_was_multiplied() {
+        let a = unsymmetric(40);
+        let x: Vec<f64> = (0..40).map(|i| (1.0 + i as f64).sin()).collect();
+        let (mut r, mut z) = (vec![0.0; 40], vec![0.0; 40]);
+        a.multiply(&x, &mut r);
+        // row 7 by hand
+        assert!((r[7] - 1e6 * (-0.5 * x[6] + 9.0 * x[7] - 1.5 * x[8])).abs() < 1e-9);
+        let mut factor = SparseFactor::new(&a).unwrap();
+        factor.solve(&r, &mut z);
+        assert!(x.iter().zip(&z).all(|(x, z)| (x - z).abs() < 1e-12));
+        let more = a.with(&[(3, 3, 4e6), (3, 3, 5e6)]);
+        more.multiply(&x, &mut r);
+        let mut factor = factor.renewed(&more).unwrap();
+        factor.solve(&r, &mut z);
+        assert!(x.iter().zip(&z).all(|(x, z)| (x - z).abs() < 1e-12));
+        let wider = more.with(&[(0, 39, 1e6)]);
+        wider.multiply(&x, &mut r);
+        factor.renewed(&wider).unwrap().solve(&r, &mut z);
+        assert!(x.iter().zip(&z).all(|(x, z)| (x - z).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_singular_matrix_gives_no_finite_solution() {
+        let a = SparseMatrix::from_triplets(2, vec![(0, 0, 1.0), (0, 1, 1.0), (1, 0, 1.0), (1, 1, 1.0)]);
+        let mut z = [0.0; 2];
+        let solved = SparseFactor::new(&a).is_some_and(|mut factor| {
+            factor.solve(&[1.0, 2.0], &mut z);
+            z.iter().all(|z| z.is_finite())
+        });
+        assert!(!solved, "{z:?}");
+    }
+
+    #[test]
+    fn blocks_stand_where_entries_are() {
+        let a = SparseMatrix::from_triplets(2, vec![(0, 1, 1.0), (1, 1, 1.0)]).zero_blocks(2);
+        assert_eq!((&a.start[..], &a.columns[..]), (&[0, 2, 4, 6, 8][..], &[2, 3, 2, 3, 2, 3, 2, 3][..]));
+    }
+}
