@@ -36,8 +36,11 @@ impl SparseMatrix {
     pub fn from_triplets(rows: usize, mut entries: Vec<(u32, u32, f64)>) -> Self {
         // Stable, so that sums have one order.
         entries.sort_by_key(|&(row, column, _)| (row, column));
-        let mut matrix =
-            Self { start: Vec::with_capacity(rows + 1), columns: Vec::new(), values: Vec::with_capacity(entries.len()) };
+        let mut matrix = Self {
+            start: Vec::with_capacity(rows + 1),
+            columns: Vec::new(),
+            values: Vec::with_capacity(entries.len()),
+        };
         let mut entries = entries.into_iter().peekable();
         matrix.start.push(0);
         for row in 0..rows as u32 {

@@ -212,11 +212,8 @@ impl<const D: usize> ElementForces<D> {
         displacement: &[Vector<D>],
     ) -> Result<Self, ElementFault<D>> {
         let n = places.len();
-        let mut forces = Self {
-            internal: vec![Vector::ZERO; n],
-            material: vec![Tensor::ZERO; n * n],
-            geometric: vec![0.0; n * n],
-        };
+        let mut forces =
+            Self { internal: vec![Vector::ZERO; n], material: vec![Tensor::ZERO; n * n], geometric: vec![0.0; n * n] };
         visit(points, law, places, displacement, |sample, deformation| {
             let inverse = deformation.inverse().unwrap_or(Tensor::identity() * f64::NAN);
             let spatial = |g: &Vector<D>| Vector::from_fn(|i| (0..D).map(|k| inverse[k][i] * g[k]).sum());
@@ -412,7 +409,8 @@ mod tests {
         let u: Vec<_> = places.iter().map(|x| turned(x) - *x).collect();
         let spin: Vec<_> = places.iter().map(|x| Vector([-turned(x)[1], turned(x)[0]])).collect();
         for law in &laws() {
-            let forces = ElementForces::new(&points, SolidLaw { law: &**law, plane: Plane::Stress }, &places, &u).unwrap();
+            let forces =
+                ElementForces::new(&points, SolidLaw { law: &**law, plane: Plane::Stress }, &places, &u).unwrap();
             assert!(forces.internal.iter().all(|f| f.norm() < 1e-12 * 1e6), "{:?}", forces.internal);
             for a in 0..9 {
                 let force: Vector<2> = (0..9).map(|b| forces.material[a * 9 + b].apply(spin[b])).sum();

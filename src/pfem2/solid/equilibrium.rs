@@ -15,6 +15,9 @@ use crate::math::Vector;
 /// Out-of-balance forces this small, relative to loads and internal forces, end the iteration.
 const TOLERANCE: f64 = 1e-10;
 
+/// Changes this small, relative to the extent of the solids, are rounding.
+const ROUNDING: f64 = 1e-14;
+
 /// Newton's method converges quadratically; it takes more iterations only where the load step is too large.
 const ITERATIONS: usize = 25;
 
@@ -55,15 +58,11 @@ impl<const D: usize> Structure<D> {
     ///
     /// # Errors
     /// As [`Structure::equilibrium`].
-    fn iterate(
-        &mut self,
-        t: f64,
-        load: f64,
-        gravity: &impl Fn(Vector<D>) -> Vector<D>,
-    ) -> Result<usize, StepError> {
+    fn iterate(&mut self, t: f64, load: f64, gravity: &impl Fn(Vector<D>) -> Vector<D>) -> Result<usize, StepError> {
         let mut factor: Option<SparseFactor> = None;
         let mut change = vec![0.0; self.node_count() * D];
         let mut excess = f64::INFINITY;
+        let extent = self.extent();
         for iteration in 0..ITERATIONS {
             let (mut equations, scale) = self.imbalance(t, load, gravity)?;
             equations.constrain();
@@ -79,6 +78,9 @@ impl<const D: usize> Structure<D> {
             factor.solve(&equations.rhs, &mut change);
             if change.iter().any(|change| !change.is_finite()) {
                 return Err(no_equilibrium(excess));
+            }
+            if change.iter().all(|change| change.abs() <= ROUNDING * extent) {
+                return Ok(iteration);
             }
             let own = self.state.displacement.iter_mut().zip(change.chunks_exact(D));
             own.for_each(|(u, change)| *u += Vector::from_fn(|axis| change[axis]));

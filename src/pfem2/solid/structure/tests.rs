@@ -111,24 +111,26 @@ fn timoshenko(length: f64, bending: f64, shear: f64) -> f64 {
 
 #[test]
 fn a_cantilever_bends_as_timoshenkos_beam() {
-    let (young, poisson, density, g) = (1e6, 0.3, 1.0, 1e-4);
+    let (young, poisson, density, g) = (1e6, 0.3, 1.0, 0.1);
     let mesh = SolidMesh::block(Vector::ZERO, Vector([10.0, 1.0]), [10, 1]).unwrap();
     let mut structure = Structure::new(vec![solid(mesh, [density, young, poisson], |x| x[0] == 0.0)]).unwrap();
     structure.equilibrium(0.0, |_| Vector([0.0, -g])).unwrap();
     let tip = -structure.state.displacement[2 * 21 - 1][1];
     let (plane, shear) = (young / (1.0 - poisson * poisson), 5.0 / 6.0 * young / (2.0 * (1.0 + poisson)));
     let exact = density * g * timoshenko(10.0, plane / 12.0, shear);
+    println!("canti {}", tip / exact);
     assert!((tip / exact - 1.0).abs() < 0.015, "{}", tip / exact - 1.0);
 }
 
 #[test]
 fn a_cantilever_in_space_bends_as_timoshenkos_beam() {
-    let (young, poisson, density, g) = (1e6, 0.3, 1.0, 1e-4);
-    let mesh = SolidMesh::block(Vector::ZERO, Vector([6.0, 1.0, 1.0]), [4, 1, 1]).unwrap();
+    let (young, poisson, density, g) = (1e6, 0.3, 1.0, 0.1);
+    let mesh = SolidMesh::block(Vector::ZERO, Vector([20.0, 1.0, 1.0]), [12, 1, 1]).unwrap();
     let mut structure = Structure::new(vec![solid(mesh, [density, young, poisson], |x| x[0] == 0.0)]).unwrap();
     structure.equilibrium(0.0, |_| Vector([0.0, 0.0, -g])).unwrap();
     let tip = -structure.state.displacement.last().unwrap()[2];
-    let exact = density * g * timoshenko(6.0, young / 12.0, 5.0 / 6.0 * young / (2.0 * (1.0 + poisson)));
+    let exact = density * g * timoshenko(20.0, young / 12.0, 5.0 / 6.0 * young / (2.0 * (1.0 + poisson)));
+    println!("canti {}", tip / exact);
     assert!((tip / exact - 1.0).abs() < 0.02, "{}", tip / exact - 1.0);
 }
 
@@ -153,7 +155,7 @@ fn tip(counts: [usize; 2]) -> usize {
 /// CSM1: the displacement of the tip under gravity, (−7.187, −66.10) mm.
 #[test]
 fn the_beam_of_turek_and_hron_sags() {
-    let counts = [20, 2];
+    let counts = [40, 1];
     let mut structure = Structure::new(vec![turek_beam(counts, YOUNG)]).unwrap();
     structure.equilibrium(0.0, |_| Vector([0.0, -2.0])).unwrap();
     let [x, y] = structure.state.displacement[tip(counts)].0;
@@ -177,7 +179,6 @@ fn the_beam_of_turek_and_hron_swings() {
         last = now;
     }
     let frequency = 1.0 / (crossings[2] - crossings[0]);
-    println!("CSM3 {frequency} {lowest}");
     assert!((frequency / 1.0995 - 1.0).abs() < 0.007, "{frequency}");
     assert!((lowest / -128.767e-3 - 1.0).abs() < 0.01, "{lowest}");
 }
@@ -186,26 +187,26 @@ fn the_beam_of_turek_and_hron_swings() {
 fn spinning() -> SolidSetup<2> {
     let mesh = SolidMesh::block(Vector([-1.0, -0.25]), Vector([1.0, 0.25]), [4, 1]).unwrap();
     let mut setup = solid(mesh, [1000.0, 1e6, 0.3], |_| false);
-    setup.velocity = setup.mesh.nodes.iter().map(|x| Vector([3.0 - 4.0 * x[1] + 2.0 * x[0], 4.0 * x[0] - 1.0])).collect();
+    setup.velocity =
+        setup.mesh.nodes.iter().map(|x| Vector([3.0 - 4.0 * x[1] + 2.0 * x[0], 4.0 * x[0] - 1.0])).collect();
     setup
 }
 
 #[test]
 fn momentum_stays_and_energy_never_grows() {
-    for (theta, kept) in [(0.5, 0.999), (0.6, 0.95)] {
+    // Largest rise above the energy after the first step, and what is left of it in the end.
+    for (theta, rise, kept) in [(0.5, 1e-4, 1.0 - 1e-4), (0.6, 0.0, 0.999)] {
         let mut run = Alone::new(spinning(), 2e-3, theta);
         let momentum = run.structure.momentum();
         assert!((momentum - Vector([3e3, -1e3])).norm() < 1e-9, "{momentum:?}");
         run.solve_alone(Vector::ZERO);
         let start = run.energy();
-        let mut last = start;
         for _ in 0..150 {
             run.solve_alone(Vector::ZERO);
             assert!((run.structure.momentum() - momentum).norm() < 1e-7);
-            println!("{theta} {}", run.energy() / start);
-            last = run.energy();
+            assert!(run.energy() / start < 1.0 + rise, "{theta}: {}", run.energy() / start);
         }
-        assert!(last / start > kept && last / start < 1.0, "{theta}: {}", last / start);
+        assert!(run.energy() / start > kept, "{theta}: {}", run.energy() / start);
     }
 }
 
@@ -226,7 +227,8 @@ fn supports_carry_and_bear() {
         });
         let inertia: f64 = run.structure.weighted_by_mass(&run.structure.state.acceleration).iter().step_by(2).sum();
         assert!((force[0] - inertia).abs() < 1e-8 * 1e4, "{force:?} {inertia}");
-        let inertia: f64 = run.structure.weighted_by_mass(&run.structure.state.acceleration).iter().skip(1).step_by(2).sum();
+        let inertia: f64 =
+            run.structure.weighted_by_mass(&run.structure.state.acceleration).iter().skip(1).step_by(2).sum();
         assert!((force[1] + 1000.0 * gravity[1] - inertia).abs() < 1e-8 * 1e4, "{force:?} {inertia}");
     }
     let u = run.structure.state.displacement[held[1] as usize];
@@ -259,14 +261,14 @@ fn damping_of_strain_leaves_the_spin() {
     let spin = |run: &Alone<2>| {
         let structure = &run.structure;
         let centre = structure.momentum() / structure.mass();
-        let momentum = structure.weighted_by_mass(&structure.state.velocity.iter().map(|v| *v - centre).collect::<Vec<_>>());
+        let momentum =
+            structure.weighted_by_mass(&structure.state.velocity.iter().map(|v| *v - centre).collect::<Vec<_>>());
         let places = structure.positions(&structure.state.displacement);
         places.iter().zip(momentum.chunks(2)).map(|(x, p)| x[0] * p[1] - x[1] * p[0]).sum::<f64>()
     };
     let before = spin(&run);
     (0..150).for_each(|_| drop(run.solve_alone(Vector::ZERO)));
     let after = spin(&run);
-    println!("spin {}", after / before);
     assert!((after / before - 1.0).abs() < 0.01, "{}", after / before);
 }
 
