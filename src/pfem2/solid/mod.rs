@@ -15,7 +15,7 @@ pub mod coupling;
 pub mod cut;
 pub mod element;
 pub mod equations;
-pub mod immersed;
+pub mod equilibrium;
 pub mod mesh;
 pub mod setup;
 pub mod structure;

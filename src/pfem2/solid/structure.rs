@@ -121,6 +121,15 @@ impl<const D: usize> Structure<D> {
         self.nodes.len()
     }
 
+    /// Largest coordinate difference of nodes in the reference state [m].
+    pub(super) fn extent(&self) -> f64 {
+        let range = |axis: usize| {
+            let all = || self.nodes.iter().map(|x| x[axis]);
+            all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
+        };
+        (0..D).map(range).fold(0.0, f64::max)
+    }
+
     /// Places of all nodes [m] with a displacement [m].
     pub fn positions(&self, displacement: &[Vector<D>]) -> Vec<Vector<D>> {
         self.nodes.iter().zip(displacement).map(|(x, u)| *x + *u).collect()

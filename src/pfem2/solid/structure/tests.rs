@@ -1,1 +1,296 @@
+//! Solids against closed forms, and against the benchmark of Turek & Hron (2006).
 
+use super::*;
+use crate::linalg::SparseFactor;
+use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
+use crate::math::Signal;
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane};
+
+/// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
+/// are held along all axes.
+fn solid<const D: usize>(
+    mesh: SolidMesh<D>,
+    [density, young, poisson]: [f64; 3],
+    fixed: impl Fn(Vector<D>) -> bool,
+) -> SolidSetup<D> {
+    let nodes = (0..mesh.nodes.len() as u32).filter(|&node| fixed(mesh.nodes[node as usize])).collect();
+    SolidSetup {
+        name: "solid".into(),
+        velocity: vec![Vector::ZERO; mesh.nodes.len()],
+        law: Box::new(StVenantKirchhoff { elastic: Elastic::new(density, young, poisson) }),
+        plane: Plane::Strain,
+        held: vec![HeldNodes { nodes, velocity: std::array::from_fn(|_| Some(Signal::ZERO)) }],
+        tractions: Vec::new(),
+        damping: Damping::default(),
+        mesh,
+    }
+}
+
+/// Solids without a fluid, in equal steps.
+struct Alone<const D: usize> {
+    structure: Structure<D>,
+    dt: f64,
+    theta: f64,
+    steps: usize,
+    factor: Option<SparseFactor>,
+}
+
+impl<const D: usize> Alone<D> {
+    fn new(setup: SolidSetup<D>, dt: f64, theta: f64) -> Self {
+        Self { structure: Structure::new(vec![setup]).unwrap(), dt, theta, steps: 0, factor: None }
+    }
+
+    /// Shares and weights of equal steps: the first of first order, the second without the second difference (theory (F.8), (F.15)).
+    fn shares(&self) -> (StepShares, [f64; 3]) {
+        let (dt, theta) = (self.dt, self.theta);
+        let part = 5.0 / 12.0 * (2.0 - 2.4 * theta);
+        match self.steps {
+            0 => (StepShares { dt, end: 1.0, start: 0.0, earlier: 0.0 }, [1.0, 0.0, 0.0]),
+            1 => (StepShares { dt, end: theta, start: 1.5 - 2.0 * theta, earlier: theta - 0.5 }, [1.5, -0.5, 0.0]),
+            _ => (
+                StepShares { dt, end: theta, start: 1.5 - 2.0 * theta, earlier: theta - 0.5 },
+                [1.5 + part, -0.5 - 2.0 * part, part],
+            ),
+        }
+    }
+
+    /// Takes a step; returns the forces of the supports [N].
+    fn solve_alone(&mut self, gravity: Vector<D>) -> Vec<(u32, f64)> {
+        let (shares, weights) = self.shares();
+        let (t_end, delta) = ((self.steps + 1) as f64 * self.dt, shares.end * shares.dt);
+        let prediction = self.structure.predict(t_end, shares, weights);
+        let mut equations = self.structure.equations(t_end, delta, &prediction, |_| gravity).unwrap();
+        let rows = equations.constrain();
+        let factor = match self.factor.take() {
+            Some(factor) => factor.renewed(&equations.matrix),
+            None => SparseFactor::new(&equations.matrix),
+        };
+        let mut v = vec![0.0; equations.rhs.len()];
+        self.factor.insert(factor.unwrap()).solve(&equations.rhs, &mut v);
+        let velocity = v.chunks(D).map(|v| Vector::from_fn(|axis| v[axis])).collect();
+        self.structure.advance(delta, &prediction, velocity);
+        self.steps += 1;
+        rows.reactions(&v)
+    }
+
+    fn energy(&self) -> f64 {
+        self.structure.kinetic_energy() + self.structure.strain_energy().unwrap()
+    }
+}
+
+/// A patch of distorted elements whose boundary follows a homogeneous deformation: so does the interior, without any force.
+fn patch<const D: usize>() {
+    let mut mesh = SolidMesh::<D>::block(Vector::ZERO, Vector::splat(1.0), [2; D]).unwrap();
+    let inside = |x: Vector<D>| x.0.iter().all(|x| *x > 0.0 && *x < 1.0);
+    for x in mesh.nodes.iter_mut().filter(|x| inside(**x)) {
+        *x += Vector::from_fn(|k| 0.05 * (7.0 * x[(k + 1) % D] + 3.0 * x[k] + k as f64).sin());
+    }
+    let setup = solid(mesh, [1000.0, 1e6, 0.3], |x| !inside(x));
+    let stretch = Tensor::<D>::from_fn(|i, j| [0.11, -0.07, 0.05, 0.2][(2 * i + 3 * j) % 4]);
+    let exact: Vec<_> = setup.mesh.nodes.iter().map(|x| stretch.apply(*x)).collect();
+    let interior: Vec<bool> = setup.mesh.nodes.iter().map(|x| inside(*x)).collect();
+    let mut structure = Structure::new(vec![setup]).unwrap();
+    let boundary = exact.iter().zip(&interior).map(|(u, inside)| if *inside { *u * 0.8 } else { *u });
+    structure.state.displacement = boundary.collect();
+    structure.equilibrium(0.0, |_| Vector::ZERO).unwrap();
+    let error = structure.state.displacement.iter().zip(&exact).map(|(u, exact)| (*u - *exact).norm());
+    let error = error.fold(0.0, f64::max);
+    assert!(error < 1e-10, "{error:e}");
+}
+
+#[test]
+fn distorted_patches_deform_evenly() {
+    patch::<2>();
+    patch::<3>();
+}
+
+/// Tip of a cantilever under its own weight by Timoshenko's theory, per q/(E I): L⁴/8 + E I L²/(2 κ G A).
+fn timoshenko(length: f64, bending: f64, shear: f64) -> f64 {
+    length.powi(4) / (8.0 * bending) + length.powi(2) / (2.0 * shear)
+}
+
+#[test]
+fn a_cantilever_bends_as_timoshenkos_beam() {
+    let (young, poisson, density, g) = (1e6, 0.3, 1.0, 0.1);
+    let mesh = SolidMesh::block(Vector::ZERO, Vector([10.0, 1.0]), [10, 1]).unwrap();
+    let mut structure = Structure::new(vec![solid(mesh, [density, young, poisson], |x| x[0] == 0.0)]).unwrap();
+    structure.equilibrium(0.0, |_| Vector([0.0, -g])).unwrap();
+    let tip = -structure.state.displacement[2 * 21 - 1][1];
+    let (plane, shear) = (young / (1.0 - poisson * poisson), 5.0 / 6.0 * young / (2.0 * (1.0 + poisson)));
+    let exact = density * g * timoshenko(10.0, plane / 12.0, shear);
+    println!("canti {}", tip / exact);
+    assert!((tip / exact - 1.0).abs() < 0.015, "{}", tip / exact - 1.0);
+}
+
+#[test]
+fn a_cantilever_in_space_bends_as_timoshenkos_beam() {
+    let (young, poisson, density, g) = (1e6, 0.3, 1.0, 0.1);
+    let mesh = SolidMesh::block(Vector::ZERO, Vector([20.0, 1.0, 1.0]), [12, 1, 1]).unwrap();
+    let mut structure = Structure::new(vec![solid(mesh, [density, young, poisson], |x| x[0] == 0.0)]).unwrap();
+    structure.equilibrium(0.0, |_| Vector([0.0, 0.0, -g])).unwrap();
+    let tip = -structure.state.displacement.last().unwrap()[2];
+    let exact = density * g * timoshenko(20.0, young / 12.0, 5.0 / 6.0 * young / (2.0 * (1.0 + poisson)));
+    println!("canti {}", tip / exact);
+    assert!((tip / exact - 1.0).abs() < 0.02, "{}", tip / exact - 1.0);
+}
+
+/// The beam behind the cylinder of Turek & Hron (2006), clamped along the arc, of elements along and across it.
+fn turek_beam(counts: [usize; 2], young: f64) -> SolidSetup<2> {
+    let mut mesh = SolidMesh::block(Vector([0.0, 0.19]), Vector([1.0, 0.21]), counts).unwrap();
+    let arc = |y: f64| 0.2 + (0.05f64.powi(2) - (y - 0.2f64).powi(2)).sqrt();
+    for x in &mut mesh.nodes {
+        x[0] = arc(x[1]) + x[0] * (0.6 - arc(x[1]));
+    }
+    solid(mesh, [1000.0, young, 0.4], |x| x[0] <= arc(x[1]))
+}
+
+/// Young's modulus of their μ_s = 0.5 MPa with ν = 0.4.
+const YOUNG: f64 = 1.4e6;
+
+/// The node at (0.6, 0.2).
+fn tip(counts: [usize; 2]) -> usize {
+    counts[1] * (2 * counts[0] + 1) + 2 * counts[0]
+}
+
+/// CSM1: the displacement of the tip under gravity, (−7.187, −66.10) mm.
+#[test]
+fn the_beam_of_turek_and_hron_sags() {
+    let counts = [40, 1];
+    let mut structure = Structure::new(vec![turek_beam(counts, YOUNG)]).unwrap();
+    structure.equilibrium(0.0, |_| Vector([0.0, -2.0])).unwrap();
+    let [x, y] = structure.state.displacement[tip(counts)].0;
+    assert!((x / -7.187e-3 - 1.0).abs() < 0.01 && (y / -66.10e-3 - 1.0).abs() < 0.01, "{x} {y}");
+}
+
+/// CSM3: the tip swings from rest by −63.607 ± 65.160 mm at 1.0995 Hz.
+#[test]
+fn the_beam_of_turek_and_hron_swings() {
+    let (counts, dt) = ([18, 1], 5e-3);
+    let mut run = Alone::new(turek_beam(counts, YOUNG), dt, 0.6);
+    let (mut last, mut lowest, mut crossings) = (0.0, 0.0f64, Vec::new());
+    while crossings.len() < 3 {
+        run.solve_alone(Vector([0.0, -2.0]));
+        let now = run.structure.state.displacement[tip(counts)][1];
+        let level = -63.607e-3;
+        if (last - level) * (now - level) < 0.0 {
+            crossings.push(dt * ((run.steps - 1) as f64 + (level - last) / (now - last)));
+        }
+        lowest = lowest.min(now);
+        last = now;
+    }
+    let frequency = 1.0 / (crossings[2] - crossings[0]);
+    assert!((frequency / 1.0995 - 1.0).abs() < 0.007, "{frequency}");
+    assert!((lowest / -128.767e-3 - 1.0).abs() < 0.01, "{lowest}");
+}
+
+/// A free block that spins and stretches.
+fn spinning() -> SolidSetup<2> {
+    let mesh = SolidMesh::block(Vector([-1.0, -0.25]), Vector([1.0, 0.25]), [4, 1]).unwrap();
+    let mut setup = solid(mesh, [1000.0, 1e6, 0.3], |_| false);
+    setup.velocity =
+        setup.mesh.nodes.iter().map(|x| Vector([3.0 - 4.0 * x[1] + 2.0 * x[0], 4.0 * x[0] - 1.0])).collect();
+    setup
+}
+
+#[test]
+fn momentum_stays_and_energy_never_grows() {
+    // Largest rise above the energy after the first step, and what is left of it in the end.
+    for (theta, rise, kept) in [(0.5, 1e-4, 1.0 - 1e-4), (0.6, 0.0, 0.999)] {
+        let mut run = Alone::new(spinning(), 2e-3, theta);
+        let momentum = run.structure.momentum();
+        assert!((momentum - Vector([3e3, -1e3])).norm() < 1e-9, "{momentum:?}");
+        run.solve_alone(Vector::ZERO);
+        let start = run.energy();
+        for _ in 0..150 {
+            run.solve_alone(Vector::ZERO);
+            assert!((run.structure.momentum() - momentum).norm() < 1e-7);
+            assert!(run.energy() / start < 1.0 + rise, "{theta}: {}", run.energy() / start);
+        }
+        assert!(run.energy() / start > kept, "{theta}: {}", run.energy() / start);
+    }
+}
+
+/// A support that moves by sin t carries its nodes along exactly, and its force is the change of momentum.
+#[test]
+fn supports_carry_and_bear() {
+    let mesh = SolidMesh::block(Vector::ZERO, Vector([2.0, 0.5]), [3, 1]).unwrap();
+    let mut setup = solid(mesh, [1000.0, 1e6, 0.3], |x| x[0] == 0.0);
+    setup.held[0].velocity = [Some(Signal::formula("cos(t)").unwrap()), Some(Signal::ZERO)];
+    let held = setup.held[0].nodes.clone();
+    let gravity = Vector([0.0, -9.81]);
+    let mut run = Alone::new(setup, 0.01, 0.6);
+    assert_eq!(run.structure.state.velocity[held[0] as usize], Vector([1.0, 0.0]));
+    for _ in 0..20 {
+        let reactions = run.solve_alone(gravity);
+        let force = Vector::<2>::from_fn(|axis| {
+            reactions.iter().filter(|(unknown, _)| *unknown as usize % 2 == axis).map(|(_, force)| force).sum()
+        });
+        let inertia: f64 = run.structure.weighted_by_mass(&run.structure.state.acceleration).iter().step_by(2).sum();
+        assert!((force[0] - inertia).abs() < 1e-8 * 1e4, "{force:?} {inertia}");
+        let inertia: f64 =
+            run.structure.weighted_by_mass(&run.structure.state.acceleration).iter().skip(1).step_by(2).sum();
+        assert!((force[1] + 1000.0 * gravity[1] - inertia).abs() < 1e-8 * 1e4, "{force:?} {inertia}");
+    }
+    let u = run.structure.state.displacement[held[1] as usize];
+    // sin 0.2; the first step is of first order
+    assert!((u[0] - 0.2f64.sin()).abs() < 1e-4 && u[1] == 0.0, "{u:?}");
+}
+
+/// Damping in proportion to the stiffness leaves a free flight alone; that in proportion to the mass slows it by exp(−α t).
+#[test]
+fn damping_of_rigid_motion_is_that_of_the_mass() {
+    for (damping, left) in
+        [(Damping { mass: 0.0, stiffness: 0.1 }, 1.0), (Damping { mass: 2.0, stiffness: 0.0 }, (-0.4f64).exp())]
+    {
+        let mut setup = spinning();
+        setup.damping = damping;
+        setup.velocity.fill(Vector([3.0, -1.0]));
+        let mut run = Alone::new(setup, 2e-3, 0.6);
+        (0..100).for_each(|_| drop(run.solve_alone(Vector::ZERO)));
+        let momentum = run.structure.momentum();
+        assert!((momentum - Vector([3e3, -1e3]) * left).norm() < 5e-3 * 3e3 * (1.0 - left) + 1e-7, "{momentum:?}");
+    }
+}
+
+/// Damping in proportion to the stiffness slows vibrations: the stretching of a spinning block fades, and its spin stays.
+#[test]
+fn damping_of_strain_leaves_the_spin() {
+    let mut setup = spinning();
+    setup.damping.stiffness = 0.01;
+    let mut run = Alone::new(setup, 2e-3, 0.6);
+    let spin = |run: &Alone<2>| {
+        let structure = &run.structure;
+        let centre = structure.momentum() / structure.mass();
+        let momentum =
+            structure.weighted_by_mass(&structure.state.velocity.iter().map(|v| *v - centre).collect::<Vec<_>>());
+        let places = structure.positions(&structure.state.displacement);
+        places.iter().zip(momentum.chunks(2)).map(|(x, p)| x[0] * p[1] - x[1] * p[0]).sum::<f64>()
+    };
+    let before = spin(&run);
+    (0..150).for_each(|_| drop(run.solve_alone(Vector::ZERO)));
+    let after = spin(&run);
+    assert!((after / before - 1.0).abs() < 0.01, "{}", after / before);
+}
+
+#[test]
+fn unfit_solids_are_refused() {
+    let block = || SolidMesh::<2>::block(Vector::ZERO, Vector([1.0, 1.0]), [1, 1]).unwrap();
+    let mut rate = solid(block(), [1.0, 1.0, 0.3], |_| false);
+    rate.law = Box::new(Hypoelastic { elastic: Elastic::new(1.0, 1.0, 0.3) });
+    assert!(Structure::new(vec![rate]).unwrap_err().contains("stored energy"));
+    let mut turned = solid(block(), [1.0, 1.0, 0.3], |_| false);
+    turned.mesh.elements[0].reverse();
+    assert!(Structure::new(vec![turned]).is_ok(), "half a turn");
+    let mut mirrored = solid(block(), [1.0, 1.0, 0.3], |_| false);
+    mirrored.mesh.nodes.iter_mut().for_each(|x| x[0] = -x[0]);
+    assert!(Structure::new(vec![mirrored]).unwrap_err().contains("no positive volume"));
+}
+
+#[test]
+fn a_solid_that_nothing_holds_has_no_equilibrium() {
+    let mesh = SolidMesh::<2>::block(Vector::ZERO, Vector([1.0, 1.0]), [1, 1]).unwrap();
+    let mut structure = Structure::new(vec![solid(mesh, [1.0, 1.0, 0.3], |_| false)]).unwrap();
+    let error = structure.equilibrium(0.0, |_| Vector([0.0, -1.0])).unwrap_err();
+    assert!(error.advice.contains("hold"), "{error}");
+    assert!(structure.state.displacement.iter().all(|u| *u == Vector::ZERO));
+}
