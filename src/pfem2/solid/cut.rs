@@ -1,1 +1,0 @@
-//! The fixed mesh cut by the surfaces of solids (theory J.2).

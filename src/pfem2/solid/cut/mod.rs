@@ -1,0 +1,261 @@
+//! The fixed mesh cut by the surfaces of solids (theory J.2).
+//!
+//! ```text
+//! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
+//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.02, 0.98]
+//!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
+//! ```
+//!
+//! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
+//! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
+//! simplices whose corners are nodes and cut points.
+
+mod parts;
+#[cfg(test)]
+mod tests;
+
+use super::surface::{Foot, Surface, Weights};
+use crate::math::Vector;
+use crate::mesh::{Location, Locator, Mesh, Simplex};
+use crate::parallel;
+use hashbrown::HashMap;
+pub use parts::{SubSimplex, Vertex};
+use std::collections::BTreeSet;
+
+/// Cut points keep this fraction of their edge away from its ends.
+const CLOSEST: f64 = 0.02;
+
+/// Nodes and points per piece of a parallel loop.
+const PIECE: usize = 16;
+
+/// The background mesh in the presence of solids.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolidCut<const D: usize, const N: usize> {
+    /// Signed distance of the background nodes to the surfaces [m], negative inside. Known at nodes of elements that have a
+    /// node inside, and at those in boxes around elements of solids; infinite elsewhere.
+    pub distance: Vec<f64>,
+    /// Background nodes inside, ascending.
+    pub inside: Vec<NodeInside>,
+    /// State of each background element.
+    pub state: Vec<ElementState>,
+    /// Cut points, in the order of cut elements and their edges.
+    pub points: Vec<CutPoint<D>>,
+    /// Cut elements, ascending.
+    pub elements: Vec<CutBySolid<N>>,
+}
+
+/// A background node inside a solid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeInside {
+    /// The node.
+    pub node: u32,
+    /// Shape functions of the solids' nodes at it, by global node.
+    pub weights: Weights,
+}
+
+/// State of a background element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ElementState {
+    /// No node inside.
+    Fluid,
+    /// All nodes inside.
+    Solid,
+    /// Some nodes inside; its place in [`SolidCut::elements`].
+    Cut(u32),
+}
+
+/// The point where the surface crosses a background edge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutPoint<const D: usize> {
+    /// The node outside and the node inside.
+    pub edge: [u32; 2],
+    /// Position on the edge [m].
+    pub position: Vector<D>,
+    /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
+    pub weights: Weights,
+}
+
+/// A background element that has nodes inside and nodes outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutBySolid<const N: usize> {
+    /// The element.
+    pub element: u32,
+    /// Its nodes.
+    pub nodes: [u32; N],
+    /// Its cut points, places in [`SolidCut::points`].
+    pub points: Vec<u32>,
+    /// The part outside of solids.
+    pub parts: Vec<SubSimplex<N>>,
+}
+
+impl<const D: usize, const N: usize> SolidCut<D, N> {
+    /// The background mesh cut by the surface of all solids.
+    pub fn new(mesh: &Mesh<D, N>, surface: &Surface<D>) -> Self {
+        let (distance, nodes) = distances(mesh, surface);
+        let mut cut = Self {
+            inside: extensions(mesh, surface, &nodes),
+            state: vec![ElementState::Fluid; mesh.elements().len()],
+            points: Vec::new(),
+            elements: Vec::new(),
+            distance,
+        };
+        let edges = cut.divide(mesh, &touched(mesh, &nodes));
+        let distance = &cut.distance;
+        cut.points = parallel::collect(edges.len(), PIECE, |k| cut_point(mesh, surface, distance, edges[k]));
+        cut
+    }
+
+    /// Sets the state of these ascending elements, decomposes the cut ones, and numbers their cut edges.
+    fn divide(&mut self, mesh: &Mesh<D, N>, elements: &[u32]) -> Vec<[u32; 2]> {
+        let mut edges = Vec::new();
+        let mut numbers: HashMap<[u32; 2], u32> = HashMap::new();
+        for &element in elements {
+            let nodes = mesh.elements()[element as usize];
+            let inside = nodes.map(|node| self.is_inside(node));
+            if inside == [true; N] {
+                self.state[element as usize] = ElementState::Solid;
+                continue;
+            }
+            let mut number = |[outside, inside]: [usize; 2]| {
+                let edge = [nodes[outside], nodes[inside]];
+                *numbers.entry(edge).or_insert_with(|| {
+                    edges.push(edge);
+                    edges.len() as u32 - 1
+                })
+            };
+            let points = parts::cut_edges(inside).into_iter().map(&mut number).collect();
+            self.state[element as usize] = ElementState::Cut(self.elements.len() as u32);
+            self.elements.push(CutBySolid { element, nodes, points, parts: parts::outside(&nodes, inside) });
+        }
+        edges
+    }
+
+    /// True for a background node inside a solid.
+    pub fn is_inside(&self, node: u32) -> bool {
+        self.distance[node as usize] <= 0.0
+    }
+
+    /// Positions of the corners of a sub-simplex [m].
+    pub fn corners(&self, mesh: &Mesh<D, N>, element: &CutBySolid<N>, part: &SubSimplex<N>) -> [Vector<D>; N] {
+        part.vertices.map(|vertex| match vertex {
+            Vertex::Node(k) => mesh.nodes()[element.nodes[k as usize] as usize],
+            Vertex::Point(k) => self.points[element.points[k as usize] as usize].position,
+        })
+    }
+
+    /// Volume of the part of a cut element outside of solids [m³]; [m²] in 2D.
+    pub fn volume_outside(&self, mesh: &Mesh<D, N>, element: &CutBySolid<N>) -> f64 {
+        let volume = |part| Simplex::new(self.corners(mesh, element, part)).map_or(0.0, |simplex| simplex.volume);
+        element.parts.iter().map(volume).sum()
+    }
+
+    /// Volume of the background mesh that counts as solid [m³]; [m²] in 2D.
+    pub fn volume_inside(&self, mesh: &Mesh<D, N>) -> f64 {
+        let volume = |e: usize| match self.state[e] {
+            ElementState::Fluid => 0.0,
+            ElementState::Solid => mesh.simplex(e).volume,
+            ElementState::Cut(place) => {
+                mesh.simplex(e).volume - self.volume_outside(mesh, &self.elements[place as usize])
+            }
+        };
+        parallel::sum(self.state.len(), volume)
+    }
+
+    /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes is
+    /// inside a solid: there a solid is too thin, or too sharp, for the mesh.
+    pub fn missed(&self, mesh: &Mesh<D, N>, locator: &Locator<D>, surface: &Surface<D>) -> Vec<u32> {
+        /// Least shape function of a place well inside an element.
+        const INSIDE: f64 = 0.02;
+        let mut missed = BTreeSet::new();
+        let mut guess = 0;
+        for x in surface.facet_nodes().filter(|x| x.is_finite()) {
+            let Location::Inside { element, shape } = locator.locate(mesh, x, guess) else { continue };
+            guess = element;
+            if self.state[element] == ElementState::Fluid && shape.iter().all(|&n| n > INSIDE) {
+                missed.insert(element as u32);
+            }
+        }
+        missed.into_iter().collect()
+    }
+}
+
+/// Signed distances of the nodes near solids, and the nodes inside, ascending.
+fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &Surface<D>) -> (Vec<f64>, Vec<u32>) {
+    let place = |node: u32| mesh.nodes()[node as usize];
+    let is_near = |node: usize| surface.is_near(place(node as u32)).then_some(node as u32);
+    let near = parallel::collect_some(mesh.nodes().len(), parallel::CHUNK, is_near);
+    let mut distance = vec![f64::INFINITY; mesh.nodes().len()];
+    let known = parallel::collect(near.len(), PIECE, |k| surface.distance(place(near[k])));
+    near.iter().zip(&known).for_each(|(&node, &d)| distance[node as usize] = d);
+    let inside: Vec<u32> = near.into_iter().filter(|&node| distance[node as usize] <= 0.0).collect();
+    let neighbours = touched(mesh, &inside).into_iter().flat_map(|e| mesh.elements()[e as usize]);
+    let mut around: Vec<u32> = neighbours.filter(|&node| distance[node as usize] == f64::INFINITY).collect();
+    around.sort_unstable();
+    around.dedup();
+    // They are in no box around an element, so they are outside.
+    let known = parallel::collect(around.len(), PIECE, |k| surface.distance(place(around[k])).abs());
+    around.iter().zip(known).for_each(|(&node, d)| distance[node as usize] = d.max(f64::MIN_POSITIVE));
+    (distance, inside)
+}
+
+/// Elements around nodes, ascending.
+fn touched<const D: usize, const N: usize>(mesh: &Mesh<D, N>, nodes: &[u32]) -> Vec<u32> {
+    let mut elements: Vec<u32> = nodes.iter().flat_map(|&node| mesh.elements_around(node as usize)).copied().collect();
+    elements.sort_unstable();
+    elements.dedup();
+    elements
+}
+
+/// Weights by which nodes inside move with the solids.
+fn extensions<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    surface: &Surface<D>,
+    nodes: &[u32],
+) -> Vec<NodeInside> {
+    let weights = |x| surface.locate_inside(x).or_else(|| Some(surface.nearest(x)?.weights)).unwrap_or_default();
+    let inside = |k: usize| NodeInside { node: nodes[k], weights: weights(mesh.nodes()[nodes[k] as usize]) };
+    parallel::collect(nodes.len(), PIECE, inside)
+}
+
+/// The cut point of an edge from the node outside to the node inside.
+fn cut_point<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    surface: &Surface<D>,
+    distance: &[f64],
+    edge: [u32; 2],
+) -> CutPoint<D> {
+    let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
+    let at = |t: f64| start + (end - start) * t;
+    let (t, foot) = crossing(surface, &at, edge.map(|node| distance[node as usize]), (end - start).norm());
+    let kept = t.clamp(CLOSEST, 1.0 - CLOSEST);
+    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
+    CutPoint { edge, position: at(kept), weights: foot.map_or_else(Vec::new, |foot| surface.weights(&foot)) }
+}
+
+/// Where the surface crosses an edge of some length [m], as a fraction of it, given the signed distances at its ends, of which
+/// the first is positive and the second is not; the nearest point of the surface there, if the crossing was found.
+fn crossing<const D: usize>(
+    surface: &Surface<D>,
+    at: impl Fn(f64) -> Vector<D>,
+    [outside, inside]: [f64; 2],
+    length: f64,
+) -> (f64, Option<Foot<D>>) {
+    const PASSES: usize = 20;
+    /// Distance from the surface, relative to the edge.
+    const TOLERANCE: f64 = 1e-7;
+    let edge = at(1.0) - at(0.0);
+    let mut t = outside / (outside - inside);
+    let mut bracket = [0.0, 1.0];
+    for _ in 0..PASSES {
+        let Some(foot) = surface.foot(at(t)) else { break };
+        if foot.distance.abs() <= TOLERANCE * length {
+            return (t, Some(foot));
+        }
+        bracket[usize::from(foot.distance < 0.0)] = t;
+        // ∇d is the direction to the nearest point, backwards outside.
+        let gradient = (at(t) - foot.position) / foot.distance;
+        let next = t - foot.distance / gradient.dot(edge);
+        t = if bracket[0] < next && next < bracket[1] { next } else { 0.5 * (bracket[0] + bracket[1]) };
+    }
+    (t, None)
+}

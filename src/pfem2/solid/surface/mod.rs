@@ -1,0 +1,269 @@
+//! The surface of solids in a configuration: nearest points, signed distance, places inside (theory J.2).
+//!
+//! ```text
+//! d(x) = ± min |x − x_Γ(ξ)|   over the quadratic facets of a solid, negative inside;   the least of several solids
+//! x = Σ_a N_a(ξ) x_a          weights N_a of the nodes at a point of a facet or of an element
+//! ```
+//!
+//! Boxes around facets and elements are kept in trees. The sign is that of (x − x_Γ)·n with the normal n of all facets which
+//! meet at x_Γ, so that it holds at corners, too.
+
+mod facet;
+mod normals;
+mod quadratic;
+#[cfg(test)]
+pub(super) mod tests;
+
+use super::mesh::{SolidMesh, element_nodes};
+use crate::math::Vector;
+use crate::parallel;
+use facet::Facet;
+use normals::Normals;
+use quadratic::{bounds, coordinates, shape_functions};
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
+
+/// Nearer than this fraction of a facet a place lies on the surface.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Facets per piece of a parallel loop.
+const PIECE: usize = 64;
+
+/// Boxes with numbers.
+type Boxes<const D: usize> = RTree<GeomWithData<Rectangle<[f64; D]>, u32>>;
+
+/// Weights of global nodes.
+pub type Weights = Vec<(u32, f64)>;
+
+/// The surface of the solids of a run in one configuration.
+#[derive(Debug, Clone)]
+pub struct Surface<const D: usize> {
+    /// Facets of all solids, one solid after the other.
+    facets: Vec<Facet<D>>,
+    normals: Normals<D>,
+    solids: Vec<Outline<D>>,
+    /// Global nodes of all elements, 3ᴰ each.
+    elements: Vec<u32>,
+    element_boxes: Boxes<D>,
+    positions: Vec<Vector<D>>,
+}
+
+/// The facets of a solid.
+#[derive(Debug, Clone)]
+struct Outline<const D: usize> {
+    /// Number of its first facet.
+    first: u32,
+    boxes: Boxes<D>,
+    lower: Vector<D>,
+    upper: Vector<D>,
+}
+
+/// The point of the surface that is nearest to a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfacePoint<const D: usize> {
+    /// The solid, in the order of [`Surface::new`].
+    pub solid: u32,
+    /// The facet, in [`SolidMesh::facets`].
+    pub facet: u32,
+    /// Coordinates on the facet, in −1..=1; in 2D the second is zero.
+    pub local: [f64; 2],
+    /// Position [m].
+    pub position: Vector<D>,
+    /// Outward unit normal; at an edge or corner the mean of those of all facets which meet there.
+    pub normal: Vector<D>,
+    /// Signed distance of the place [m]: positive outside, negative inside.
+    pub distance: f64,
+    /// Shape functions of the global nodes at it; their sum is one.
+    pub weights: Weights,
+}
+
+/// The nearest point of one solid or of all.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Foot<const D: usize> {
+    solid: usize,
+    /// Among the facets of all solids.
+    facet: u32,
+    local: [f64; 2],
+    /// Position [m].
+    pub position: Vector<D>,
+    /// Signed distance of the place from it [m].
+    pub distance: f64,
+}
+
+impl<const D: usize> Surface<D> {
+    /// From the meshes of the solids, each with its first global node, and the positions of all global nodes [m]. Facets and
+    /// elements with a position that is not finite are left out.
+    pub fn new(solids: &[(&SolidMesh<D>, u32)], positions: &[Vector<D>]) -> Self {
+        let of = |(mesh, first): (&SolidMesh<D>, u32)| {
+            let facet = |f: usize| {
+                let nodes = mesh.facets[f].nodes.iter().map(|node| node + first).collect();
+                Facet::new(nodes, positions)
+            };
+            parallel::collect(mesh.facets.len(), PIECE, facet)
+        };
+        let (mut facets, mut outlines) = (Vec::new(), Vec::new());
+        for &solid in solids {
+            let start = facets.len() as u32;
+            facets.extend(of(solid));
+            outlines.push(Outline::new(start, &facets[start as usize..]));
+        }
+        let shifted = |(mesh, first): &(&SolidMesh<D>, u32)| {
+            let first = *first;
+            mesh.elements.iter().flatten().map(move |node| node + first).collect::<Vec<u32>>()
+        };
+        let elements: Vec<u32> = solids.iter().flat_map(shifted).collect();
+        let hull = |e: usize| {
+            let nodes = &elements[e * element_nodes::<D>()..][..element_nodes::<D>()];
+            bounds(&nodes.iter().map(|&node| positions[node as usize]).collect::<Vec<_>>())
+        };
+        let hulls = parallel::collect(elements.len() / element_nodes::<D>(), PIECE, hull);
+        let normals = Normals::new(&facets, positions.len());
+        let positions = positions.to_vec();
+        Self { facets, normals, solids: outlines, elements, element_boxes: boxes(0, hulls.into_iter()), positions }
+    }
+
+    /// The nearest point of the surface to `x` [m], that of the solid with the least signed distance; `None` without solids.
+    pub fn nearest(&self, x: Vector<D>) -> Option<SurfacePoint<D>> {
+        let foot = self.foot(x)?;
+        let Foot { facet, local, position, distance, .. } = foot;
+        let away = (x - position) * distance.signum();
+        let normal = self.normals.at(&self.facets, facet, local).normalized().or(away.normalized());
+        Some(SurfacePoint {
+            solid: foot.solid as u32,
+            facet: facet - self.solids[foot.solid].first,
+            local,
+            position,
+            normal: normal.unwrap_or_default(),
+            distance,
+            weights: self.weights(&foot),
+        })
+    }
+
+    /// Signed distance of `x` [m]: positive outside, negative inside, infinite without solids.
+    pub fn distance(&self, x: Vector<D>) -> f64 {
+        self.foot(x).map_or(f64::INFINITY, |foot| foot.distance)
+    }
+
+    /// Shape functions of the global nodes at `x` [m] in the element that holds it; `None` outside of all elements.
+    pub fn locate_inside(&self, x: Vector<D>) -> Option<Weights> {
+        /// Beyond its sides an element holds what rounding puts there.
+        const BEYOND: f64 = 1e-9;
+        let at = self.element_boxes.locate_in_envelope_intersecting(AABB::from_point(x.0));
+        let mut candidates: Vec<u32> = at.map(|entry| entry.data).collect();
+        candidates.sort_unstable();
+        let mut best: Option<(f64, u32, Vector<D>)> = None;
+        for e in candidates {
+            let nodes: Vec<Vector<D>> = self.element(e).iter().map(|&node| self.positions[node as usize]).collect();
+            let Some(local) = coordinates(&nodes, x) else { continue };
+            let beyond = local.0.iter().fold(0.0, |most: f64, s| most.max(s.abs() - 1.0));
+            if best.is_none_or(|(least, ..)| beyond < least) {
+                best = Some((beyond, e, local));
+            }
+        }
+        let (beyond, e, local) = best?;
+        (beyond <= BEYOND).then(|| weights(self.element(e), &local.0))
+    }
+
+    /// True if the box around an element holds `x` [m]: elsewhere `x` is outside.
+    pub fn is_near(&self, x: Vector<D>) -> bool {
+        self.solids.iter().any(|solid| solid.gap_squared(x) == 0.0) && self.element_boxes.locate_at_point(x.0).is_some()
+    }
+
+    /// Positions of the nodes of the facets [m], facet by facet; shared ones repeat.
+    pub fn facet_nodes(&self) -> impl Iterator<Item = Vector<D>> {
+        self.facets.iter().flat_map(|facet| facet.nodes.iter().map(|&node| self.positions[node as usize]))
+    }
+
+    fn element(&self, e: u32) -> &[u32] {
+        &self.elements[e as usize * element_nodes::<D>()..][..element_nodes::<D>()]
+    }
+
+    /// Shape functions of the global nodes at a nearest point.
+    pub(super) fn weights(&self, foot: &Foot<D>) -> Weights {
+        weights(&self.facets[foot.facet as usize].nodes, &foot.local[..D - 1])
+    }
+
+    /// The nearest point of the solid with the least signed distance.
+    pub(super) fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
+        if !x.is_finite() {
+            return None;
+        }
+        let mut best: Option<Foot<D>> = None;
+        for (s, solid) in self.solids.iter().enumerate() {
+            let may_be_nearer = |best: &Foot<D>| {
+                let gap = solid.gap_squared(x);
+                gap == 0.0 || best.distance > 0.0 && gap < best.distance.powi(2)
+            };
+            if best.as_ref().is_none_or(may_be_nearer) {
+                let foot = self.foot_on(s, x);
+                best = best.into_iter().chain(foot).reduce(|a, b| if b.distance < a.distance { b } else { a });
+            }
+        }
+        best
+    }
+
+    /// The nearest point of a solid's surface.
+    fn foot_on(&self, solid: usize, x: Vector<D>) -> Option<Foot<D>> {
+        let mut best: Option<(u32, facet::Projection)> = None;
+        for (entry, gap) in self.solids[solid].boxes.nearest_neighbor_iter_with_distance_2(x.0) {
+            if best.is_some_and(|(_, best)| gap > best.squared) {
+                break;
+            }
+            let limit = best.map_or(f64::INFINITY, |(_, best)| best.squared);
+            let Some(next) = self.facets[entry.data as usize].nearest(x, limit) else { continue };
+            let is_nearer = |(facet, best): (u32, facet::Projection)| {
+                next.squared < best.squared || next.squared == best.squared && entry.data < facet
+            };
+            if best.is_none_or(is_nearer) {
+                best = Some((entry.data, next));
+            }
+        }
+        let (facet, projection) = best?;
+        let local = projection.local;
+        let position = self.facets[facet as usize].position(local);
+        Some(Foot { solid, facet, local, position, distance: self.signed(x, facet, local, position) })
+    }
+
+    fn signed(&self, x: Vector<D>, facet: u32, local: [f64; 2], position: Vector<D>) -> f64 {
+        /// Sine of the angle between the way to the surface and the tangent plane, below which it doesn't tell the side.
+        const UNCLEAR: f64 = 1e-8;
+        let away = x - position;
+        let distance = away.norm();
+        if distance <= ROUND_OFF * self.facets[facet as usize].size() {
+            return 0.0;
+        }
+        let normal = self.normals.at(&self.facets, facet, local).normalized().unwrap_or_default();
+        let side = away.dot(normal);
+        let outside = if side.abs() > UNCLEAR * distance { side > 0.0 } else { self.locate_inside(x).is_none() };
+        if outside { distance } else { -distance }
+    }
+}
+
+impl<const D: usize> Outline<D> {
+    fn new(first: u32, facets: &[Facet<D>]) -> Self {
+        let corner = |side: usize, pick: fn(f64, f64) -> f64, start: f64| {
+            let corners = facets.iter().map(|facet| facet.bounds[side]);
+            corners.fold(Vector::splat(start), |a, b| Vector::from_fn(|i| pick(a[i], b[i])))
+        };
+        let boxes = boxes(first, facets.iter().map(|facet| facet.bounds));
+        Self { first, boxes, lower: corner(0, f64::min, f64::INFINITY), upper: corner(1, f64::max, f64::NEG_INFINITY) }
+    }
+
+    /// Square of the distance from the box around it [m²].
+    fn gap_squared(&self, x: Vector<D>) -> f64 {
+        Vector::<D>::from_fn(|i| (self.lower[i] - x[i]).max(x[i] - self.upper[i]).max(0.0)).norm_squared()
+    }
+}
+
+/// A tree of boxes, numbered from `first`; those that are not finite are left out.
+fn boxes<const D: usize>(first: u32, corners: impl Iterator<Item = [Vector<D>; 2]>) -> Boxes<D> {
+    let finite = (first..).zip(corners).filter(|(_, [lower, upper])| lower.is_finite() && upper.is_finite());
+    let entry =
+        |(n, [lower, upper]): (u32, [Vector<D>; 2])| GeomWithData::new(Rectangle::from_corners(lower.0, upper.0), n);
+    RTree::bulk_load(finite.map(entry).collect())
+}
+
+/// Shape functions of nodes that are not zero.
+fn weights(nodes: &[u32], local: &[f64]) -> Weights {
+    nodes.iter().copied().zip(shape_functions(local)).filter(|(_, weight)| *weight != 0.0).collect()
+}
