@@ -226,7 +226,7 @@ fn cut_point<const D: usize, const N: usize>(
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
-    let (t, foot) = crossing(surface, &at, edge.map(|node| distance[node as usize]), (end - start).norm());
+    let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
     let kept = t.clamp(CLOSEST, 1.0 - CLOSEST);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     CutPoint { edge, position: at(kept), weights: foot.map_or_else(Vec::new, |foot| surface.weights(&foot)) }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// A mesh of cubes [m] of [−1, 1]ᴰ, scaled.
+/// A mesh of [−half, half]ᴰ [m].
 fn background<const D: usize, const N: usize>(half: f64, cells: usize) -> Mesh<D, N> {
     Mesh::block(Vector::splat(-half), Vector::splat(half), [cells; D]).unwrap()
 }
