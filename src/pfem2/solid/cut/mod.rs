@@ -14,7 +14,7 @@ mod parts;
 #[cfg(test)]
 mod tests;
 
-use super::surface::{Surface, Weights};
+use super::surface::{Foot, Surface, Weights};
 use crate::math::Vector;
 use crate::mesh::{Location, Locator, Mesh, Simplex};
 use crate::parallel;
@@ -225,29 +225,37 @@ fn cut_point<const D: usize, const N: usize>(
     edge: [u32; 2],
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
-    let t = crossing(surface, [start, end], edge.map(|node| distance[node as usize])).clamp(CLOSEST, 1.0 - CLOSEST);
-    let position = start + (end - start) * t;
-    let weights = surface.nearest(position).map_or_else(Vec::new, |point| point.weights);
-    CutPoint { edge, position, weights }
+    let at = |t: f64| start + (end - start) * t;
+    let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
+    let kept = t.clamp(CLOSEST, 1.0 - CLOSEST);
+    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
+    CutPoint { edge, position: at(kept), weights: foot.map_or_else(Vec::new, |foot| surface.weights(&foot)) }
 }
 
-/// Where the surface crosses an edge, as a fraction of its length, given the signed distances at its ends, of which the first is
-/// positive and the second is not.
-fn crossing<const D: usize>(surface: &Surface<D>, [start, end]: [Vector<D>; 2], [outside, inside]: [f64; 2]) -> f64 {
+/// Where the surface crosses an edge of some length [m], as a fraction of it, given the signed distances at its ends, of which
+/// the first is positive and the second is not; the nearest point of the surface there, if the crossing was found.
+fn crossing<const D: usize>(
+    surface: &Surface<D>,
+    at: impl Fn(f64) -> Vector<D>,
+    [outside, inside]: [f64; 2],
+    length: f64,
+) -> (f64, Option<Foot<D>>) {
     const PASSES: usize = 20;
     /// Distance from the surface, relative to the edge.
     const TOLERANCE: f64 = 1e-7;
-    let edge = end - start;
+    let edge = at(1.0) - at(0.0);
     let mut t = outside / (outside - inside);
     let mut bracket = [0.0, 1.0];
     for _ in 0..PASSES {
-        let Some((distance, gradient)) = surface.distance_and_gradient(start + edge * t) else { break };
-        if distance.abs() <= TOLERANCE * edge.norm() {
-            break;
+        let Some(foot) = surface.foot(at(t)) else { break };
+        if foot.distance.abs() <= TOLERANCE * length {
+            return (t, Some(foot));
         }
-        bracket[usize::from(distance < 0.0)] = t;
-        let next = t - distance / gradient.dot(edge);
+        bracket[usize::from(foot.distance < 0.0)] = t;
+        // ∇d is the direction to the nearest point, backwards outside.
+        let gradient = (at(t) - foot.position) / foot.distance;
+        let next = t - foot.distance / gradient.dot(edge);
         t = if bracket[0] < next && next < bracket[1] { next } else { 0.5 * (bracket[0] + bracket[1]) };
     }
-    t
+    (t, None)
 }

@@ -24,6 +24,8 @@ pub struct Facet<const D: usize> {
     x: [Vector<D>; 9],
     /// Points of the grid [m].
     grid: Vec<Vector<D>>,
+    /// Longest diagonal of the cells between them [m]: no point of the facet is farther from the grid.
+    cell: f64,
 }
 
 /// A point of a facet.
@@ -49,14 +51,22 @@ impl<const D: usize> Facet<D> {
         let mut x = [Vector::ZERO; 9];
         x.iter_mut().zip(&nodes).for_each(|(x, &node)| *x = positions[node as usize]);
         let bounds = bounds(&x[..nodes.len()]);
-        let mut facet = Self { nodes, bounds, x, grid: Vec::new() };
+        let mut facet = Self { nodes, bounds, x, grid: Vec::new(), cell: 0.0 };
         facet.grid = (0..GRID.pow(D as u32 - 1)).map(|n| facet.position(Self::grid_point(n))).collect();
+        facet.cell = facet.longest_diagonal();
         facet
     }
 
     /// Length of the diagonal of its box [m].
     pub fn size(&self) -> f64 {
         (self.bounds[1] - self.bounds[0]).norm()
+    }
+
+    fn longest_diagonal(&self) -> f64 {
+        let rows = if D == 3 { GRID } else { 0 };
+        let cells = (0..self.grid.len()).filter(|n| n % GRID + 1 < GRID && n + rows + 1 < self.grid.len());
+        let length = |a: usize, b: usize| (self.grid[a] - self.grid[b]).norm();
+        cells.map(|n| length(n, n + rows + 1).max(length(n + 1, n + rows))).fold(0.0, f64::max)
     }
 
     fn grid_point(n: usize) -> [f64; 2] {
@@ -107,12 +117,17 @@ impl<const D: usize> Facet<D> {
         Vector::from3(area.0).normalized().unwrap_or_default()
     }
 
-    /// The nearest point to `p`.
-    pub fn nearest(&self, p: Vector<D>) -> Projection {
-        let away: Vec<f64> = self.grid.iter().map(|x| (*x - p).norm_squared()).collect();
-        let starts = (0..away.len()).filter(|&n| is_least(&away, n)).map(|n| self.project(p, Self::grid_point(n)));
-        let first = Projection { local: Self::grid_point(0), squared: f64::INFINITY };
-        starts.fold(first, |best, next| if next.squared < best.squared { next } else { best })
+    /// The nearest point to `p`; `None` if it is clearly farther than a distance with this square [m²].
+    pub fn nearest(&self, p: Vector<D>, limit: f64) -> Option<Projection> {
+        let mut away = [f64::INFINITY; GRID * GRID];
+        let away = &mut away[..self.grid.len()];
+        away.iter_mut().zip(&self.grid).for_each(|(away, x)| *away = (*x - p).norm_squared());
+        let least = away.iter().copied().fold(f64::INFINITY, f64::min);
+        if least.sqrt() - self.cell > limit.sqrt() {
+            return None;
+        }
+        let starts = (0..away.len()).filter(|&n| is_least(away, n)).map(|n| self.project(p, Self::grid_point(n)));
+        starts.reduce(|best, next| if next.squared < best.squared { next } else { best })
     }
 
     fn project(&self, p: Vector<D>, start: [f64; 2]) -> Projection {

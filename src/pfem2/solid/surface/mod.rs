@@ -79,12 +79,15 @@ pub struct SurfacePoint<const D: usize> {
 
 /// The nearest point of one solid or of all.
 #[derive(Debug, Clone, Copy)]
-struct Foot<const D: usize> {
+pub(super) struct Foot<const D: usize> {
     solid: usize,
+    /// Among the facets of all solids.
     facet: u32,
     local: [f64; 2],
-    position: Vector<D>,
-    distance: f64,
+    /// Position [m].
+    pub position: Vector<D>,
+    /// Signed distance of the place from it [m].
+    pub distance: f64,
 }
 
 impl<const D: usize> Surface<D> {
@@ -125,7 +128,6 @@ impl<const D: usize> Surface<D> {
         let Foot { facet, local, position, distance, .. } = foot;
         let away = (x - position) * distance.signum();
         let normal = self.normals.at(&self.facets, facet, local).normalized().or(away.normalized());
-        let nodes = &self.facets[facet as usize].nodes;
         Some(SurfacePoint {
             solid: foot.solid as u32,
             facet: facet - self.solids[foot.solid].first,
@@ -133,20 +135,13 @@ impl<const D: usize> Surface<D> {
             position,
             normal: normal.unwrap_or_default(),
             distance,
-            weights: weights(nodes, &local[..D - 1]),
+            weights: self.weights(&foot),
         })
     }
 
     /// Signed distance of `x` [m]: positive outside, negative inside, infinite without solids.
     pub fn distance(&self, x: Vector<D>) -> f64 {
         self.foot(x).map_or(f64::INFINITY, |foot| foot.distance)
-    }
-
-    /// Signed distance of `x` [m] and its gradient, zero on the surface.
-    pub(super) fn distance_and_gradient(&self, x: Vector<D>) -> Option<(f64, Vector<D>)> {
-        let foot = self.foot(x)?;
-        let away = (x - foot.position).normalized().unwrap_or_default();
-        Some((foot.distance, away * foot.distance.signum()))
     }
 
     /// Shape functions of the global nodes at `x` [m] in the element that holds it; `None` outside of all elements.
@@ -183,7 +178,13 @@ impl<const D: usize> Surface<D> {
         &self.elements[e as usize * element_nodes::<D>()..][..element_nodes::<D>()]
     }
 
-    fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
+    /// Shape functions of the global nodes at a nearest point.
+    pub(super) fn weights(&self, foot: &Foot<D>) -> Weights {
+        weights(&self.facets[foot.facet as usize].nodes, &foot.local[..D - 1])
+    }
+
+    /// The nearest point of the solid with the least signed distance.
+    pub(super) fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
         if !x.is_finite() {
             return None;
         }
@@ -208,7 +209,8 @@ impl<const D: usize> Surface<D> {
             if best.is_some_and(|(_, best)| gap > best.squared) {
                 break;
             }
-            let next = self.facets[entry.data as usize].nearest(x);
+            let limit = best.map_or(f64::INFINITY, |(_, best)| best.squared);
+            let Some(next) = self.facets[entry.data as usize].nearest(x, limit) else { continue };
             let is_nearer = |(facet, best): (u32, facet::Projection)| {
                 next.squared < best.squared || next.squared == best.squared && entry.data < facet
             };

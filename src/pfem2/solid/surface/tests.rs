@@ -151,7 +151,7 @@ fn distances_at_the_corners_of_boxes_are_exact() {
     }
 }
 
-/// Quadratic facets over an arc of 2δ leave the circle by about δ⁴/8... the radius is met to fourth order.
+/// Quadratic facets leave the circle that their nodes lie on in fourth order of their length.
 #[test]
 fn distances_of_a_disc_and_a_cylinder_converge_to_those_of_the_circle() {
     let error = |n: usize| {
@@ -161,14 +161,13 @@ fn distances_of_a_disc_and_a_cylinder_converge_to_those_of_the_circle() {
         for _ in 0..300 {
             let x = place::<2>(&mut seed, 1.6);
             let distance = surface.distance(x);
-            // At the centre all points of the circle are nearest.
             assert_eq!(distance < 0.0, surface.locate_inside(x).is_some());
             most = most.max((distance - (x.norm() - 1.0)).abs());
         }
         most
     };
     let [coarse, fine] = [error(2), error(4)];
-    assert!(coarse < 2e-3 && fine < coarse / 7.0, "{coarse} {fine}");
+    assert!(coarse < 2e-3 && fine < coarse / 12.0, "{coarse} {fine}");
     let (mesh, mut seed) = (drawn_out(&disc(4), 0.5, 1), 11);
     let surface = surface_of(&mesh);
     for _ in 0..200 {
