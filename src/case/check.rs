@@ -163,25 +163,7 @@ pub(super) fn steps(case: &Case, summary: &CaseSummary, findings: &mut Vec<Diagn
         findings.push(Diagnostic::error("time", format!("the stable step is {stable} s")));
         return;
     }
-    if let Some(step) = file.time.step.filter(|step| *step > stable) {
-        let finding = Diagnostic::error(
-            "time.step",
-            format!("the step of {step:.4e} s is above the stable one of {stable:.4e} s"),
-        );
-        let help = match file.method {
-            Method::Mpm => {
-                let safety = file.mpm.safety;
-                format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})")
-            }
-            // Only waves bound a step that is written.
-            Method::Pfem2 => format!(
-                "the shortest wave that gravity or surface tension make on an interface would grow: write `step = {}`, or \
-                 leave it out",
-                below(stable)
-            ),
-        };
-        findings.push(finding.help(help));
-    }
+    findings.extend(file.time.step.filter(|step| *step > stable).map(|step| too_long(file, step, stable)));
     let step = file.time.step.unwrap_or(stable);
     if step.is_infinite() {
         return;
@@ -191,6 +173,30 @@ pub(super) fn steps(case: &Case, summary: &CaseSummary, findings: &mut Vec<Diagn
         let key = if file.time.step.is_some() { "time.step" } else { "time.end" };
         findings.push(Diagnostic::error(key, message).help("take longer steps or a shorter run; are the units right?"));
     }
+    outputs_between_steps(case, step, findings);
+}
+
+/// A step that is written and longer than the stable one.
+fn too_long(file: &CaseFile, step: f64, stable: f64) -> Diagnostic {
+    let message = format!("the step of {step:.4e} s is above the stable one of {stable:.4e} s");
+    let help = match file.method {
+        Method::Mpm => {
+            let safety = file.mpm.safety;
+            format!("decrease it, or leave `step` out: it then adapts (`mpm.safety` is {safety})")
+        }
+        // Only waves bound a step that is written.
+        Method::Pfem2 => format!(
+            "the shortest wave that gravity or surface tension make on an interface would grow: write `step = {}`, or \
+             leave it out",
+            below(stable)
+        ),
+    };
+    Diagnostic::error("time.step", message).help(help)
+}
+
+/// Outputs that are due more often than there are steps.
+fn outputs_between_steps(case: &Case, step: f64, findings: &mut Vec<Diagnostic>) {
+    let file = &case.file;
     for (name, interval) in [("fields", file.output.fields), ("history", file.output.history)] {
         let key = format!("output.{name}");
         let Some(interval) = interval.filter(|interval| *interval < step) else { continue };

@@ -15,6 +15,7 @@ use super::transfer::{CHUNK, Plain, Tiles, View};
 use super::wall::Walls;
 use super::{BodySetup, Dissipation, Grid, GridSetup, KernelKind, Locking, Membrane, Mpm, Setup, Transfer};
 use crate::error::Diagnostic;
+use crate::material::{PointLaw, StartState};
 use crate::math::{Tensor, Vector};
 use crate::simulation::Timer;
 
@@ -215,7 +216,6 @@ fn build_body<const D: usize>(
     cell: f64,
 ) -> Result<Body<D>, String> {
     let n = setup.position.len();
-    let storage = setup.law.storage();
     let mut affine = setup.velocity_gradient;
     affine.resize(if transfer == Transfer::Apic { n } else { 0 }, Tensor::ZERO);
     let mut particles = Particles {
@@ -226,10 +226,26 @@ fn build_body<const D: usize>(
         wave_speed: vec![0.0; n],
         ..Particles::default()
     };
+    set_first_state(&mut particles, &*setup.law, &setup.state, &setup.volume)?;
+    let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
+    let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
+    let kernel = Kernel::new(kernel, 0.5 * width / cell);
+    let body = Body::new(setup.name, setup.law.into(), kernel, particles);
+    Ok(Body { field, skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
+}
+
+/// Gives placed particles their volumes [m³] and the masses, energies, pressures and stresses that the law makes of their start.
+fn set_first_state<const D: usize>(
+    particles: &mut Particles<D>,
+    law: &dyn PointLaw,
+    start: &[StartState],
+    volume: &[f64],
+) -> Result<(), String> {
+    let storage = law.storage();
     particles.allocate(storage);
-    let reference = setup.law.density();
-    for (p, (start, &volume)) in setup.state.iter().zip(&setup.volume).enumerate() {
-        let state = setup.law.initial(start)?;
+    let reference = law.density();
+    for (p, (start, &volume)) in start.iter().zip(volume).enumerate() {
+        let state = law.initial(start)?;
         let mass = state.density * volume;
         particles.mass.push(mass);
         particles.volume.push(volume);
@@ -243,11 +259,7 @@ fn build_body<const D: usize>(
             particles.deformation[p] = state.deformation;
         }
     }
-    let depth = depth_in_edges::<D>(&setup.depth, &particles.volume, setup.law.keeps_shape());
-    let width = particles.volume.iter().map(|v| v.powf(1.0 / D as f64)).sum::<f64>() / n.max(1) as f64;
-    let kernel = Kernel::new(kernel, 0.5 * width / cell);
-    let body = Body::new(setup.name, setup.law.into(), kernel, particles);
-    Ok(Body { field, skin: setup.skin, depth, traction: setup.traction, ambient: setup.ambient, ..body })
+    Ok(())
 }
 
 /// The masses below which the nodes of each field are small, from the lightest particle among its bodies.

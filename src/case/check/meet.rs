@@ -10,60 +10,98 @@ use std::collections::{HashMap, HashSet};
 
 /// Every pair has names that are there, and is named once.
 pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
-    let membranes: HashSet<&str> = file.membrane.iter().map(|m| m.name.as_str()).collect();
-    let known: Vec<&str> =
-        file.body.iter().map(|b| b.name.as_str()).chain(file.membrane.iter().map(|m| m.name.as_str())).collect();
-    let there: HashSet<&str> = known.iter().copied().collect();
-    let groups: HashMap<&str, &str> =
-        file.body.iter().filter_map(|body| Some((body.name.as_str(), body.group.as_deref()?))).collect();
-    let together = |name| groups.get(name).map_or((name, false), |group| (*group, true));
+    let parts = Parts::of(file);
     let mut pairs: HashMap<_, usize> = HashMap::new();
     let mut sides: HashMap<_, usize> = HashMap::new();
     for (i, contact) in file.contact.iter().enumerate() {
-        let [first, second] = contact.between.each_ref().map(String::as_str);
-        let meets_solid = |j: usize, name: &str| membranes.contains([second, first][j]) && is_solid(file, name);
-        for (j, name) in [first, second].into_iter().enumerate().filter(|(_, name)| !there.contains(name)) {
-            if meets_solid(j, name) {
-                continue;
-            }
-            findings.push(nobody(file, name, &known, format!("contact[{i}].between[{j}]")));
-        }
-        let mut wrong = |message: String, help: &str| {
-            findings.push(Diagnostic::error(format!("contact[{i}].between"), message).help(help));
-        };
-        // A wall or an obstacle has two names.
-        let own = |name| if there.contains(name) { name } else { without_kind(name) };
-        let (pair, both) = (in_order([own(first), own(second)]), in_order([together(first), together(second)]));
+        let names = contact.between.each_ref().map(String::as_str);
+        findings.extend(parts.unknown(names, i));
+        let (pair, both) = (in_order(names.map(|name| parts.own(name))), in_order(names.map(|name| parts.side(name))));
         let twin = pairs.get(&pair).copied();
         let other = sides.get(&both).copied().filter(|&other| file.contact[other].friction != contact.friction);
-        if first == second {
-            let sheet = membranes.contains(first);
-            let help = if sheet {
-                "contact of a membrane with itself comes later: until then it passes through itself, and the run says where"
-            } else {
-                "name two different parts"
-            };
-            wrong(format!("`{first}` is named twice: this is the contact of a part with itself"), help);
-        } else if membranes.contains(first) && membranes.contains(second) {
-            let help = "contact among membranes comes later: name a body and a membrane, or two bodies; until then membranes pass \
-                        through each other, and the run says where";
-            wrong(format!("`{first}` and `{second}` are membranes, which don't meet each other"), help);
-        } else if let Some(twin) = twin {
-            let message = format!("this pair already has a contact, contact[{twin}]");
-            wrong(message, "a pair has one friction: take one of them out");
-        } else if both[0] == both[1] {
-            let message = format!("`{first}` and `{second}` are of one group: they share a velocity and don't meet");
-            wrong(message, "take the contact out, or take one of them out of the group");
-        } else if let Some(other) = other {
-            let message = format!("contact[{other}] says something else of the same groups");
-            wrong(
-                message,
-                "bodies of one group share a velocity, and so one friction: say the same, or part the group",
-            );
+        if let Some((message, help)) = parts.mismatch(names).or_else(|| repeated(names, both, twin, other)) {
+            findings.push(Diagnostic::error(format!("contact[{i}].between"), message).help(help));
         }
         pairs.entry(pair).or_insert(i);
         sides.entry(both).or_insert(i);
     }
+}
+
+/// The parts of a case that may meet, by their names.
+struct Parts<'a> {
+    file: &'a CaseFile,
+    /// Bodies, then membranes.
+    names: Vec<&'a str>,
+    known: HashSet<&'a str>,
+    membranes: HashSet<&'a str>,
+    /// The group of each body that has one.
+    groups: HashMap<&'a str, &'a str>,
+}
+
+/// A name, and `true` if it is that of a group.
+type Side<'a> = (&'a str, bool);
+
+impl<'a> Parts<'a> {
+    fn of(file: &'a CaseFile) -> Self {
+        let membranes = file.membrane.iter().map(|membrane| membrane.name.as_str());
+        let names: Vec<&str> = file.body.iter().map(|body| body.name.as_str()).chain(membranes.clone()).collect();
+        let groups = file.body.iter().filter_map(|body| Some((body.name.as_str(), body.group.as_deref()?)));
+        let known = names.iter().copied().collect();
+        Self { file, names, known, membranes: membranes.collect(), groups: groups.collect() }
+    }
+
+    /// The name of a part; a wall or an obstacle has two.
+    fn own(&self, name: &'a str) -> &'a str {
+        if self.known.contains(name) { name } else { without_kind(name) }
+    }
+
+    /// The group of a body, or the part itself.
+    fn side(&self, name: &'a str) -> Side<'a> {
+        self.groups.get(name).map_or((name, false), |group| (*group, true))
+    }
+
+    /// Names of the pair that no part has. A membrane's other may be a wall or an obstacle.
+    fn unknown(&self, names: [&'a str; 2], contact: usize) -> impl Iterator<Item = Diagnostic> {
+        let beside_membrane = move |j: usize| self.membranes.contains(names[1 - j]) && is_solid(self.file, names[j]);
+        let wrong = (0..2).filter(move |&j| !self.known.contains(names[j]) && !beside_membrane(j));
+        wrong.map(move |j| nobody(self.file, names[j], &self.names, format!("contact[{contact}].between[{j}]")))
+    }
+
+    /// Why two parts can have no contact, and what to write.
+    fn mismatch(&self, [first, second]: [&str; 2]) -> Option<(String, &'static str)> {
+        let sheets = [first, second].map(|name| self.membranes.contains(name));
+        if first == second {
+            let help = if sheets[0] {
+                "contact of a membrane with itself comes later: until then it passes through itself, and the run says where"
+            } else {
+                "name two different parts"
+            };
+            return Some((format!("`{first}` is named twice: this is the contact of a part with itself"), help));
+        }
+        let help = "contact among membranes comes later: name a body and a membrane, or two bodies; until then membranes pass \
+                    through each other, and the run says where";
+        let message = || format!("`{first}` and `{second}` are membranes, which don't meet each other");
+        (sheets == [true, true]).then(|| (message(), help))
+    }
+}
+
+/// What an earlier contact has said of the pair, `twin`, or differently of its groups, `other`.
+fn repeated(
+    [first, second]: [&str; 2],
+    sides: [Side<'_>; 2],
+    twin: Option<usize>,
+    other: Option<usize>,
+) -> Option<(String, &'static str)> {
+    if let Some(twin) = twin {
+        let message = format!("this pair already has a contact, contact[{twin}]");
+        return Some((message, "a pair has one friction: take one of them out"));
+    }
+    if sides[0] == sides[1] {
+        let message = format!("`{first}` and `{second}` are of one group: they share a velocity and don't meet");
+        return Some((message, "take the contact out, or take one of them out of the group"));
+    }
+    let message = format!("contact[{}] says something else of the same groups", other?);
+    Some((message, "bodies of one group share a velocity, and so one friction: say the same, or part the group"))
 }
 
 /// More pairs of velocity fields than a run has contacts and histories for.

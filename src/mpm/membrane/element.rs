@@ -358,17 +358,9 @@ fn total_form(
     block: &mut Block,
     reference: &Reference,
 ) -> Stressed {
-    let [m11, m12, m21, m22] = reference.duals.map(Lanes);
+    let duals = reference.duals.map(Lanes);
     let volume = Lanes(reference.volume);
-    // Mᵀ g M: covariant components to the material axes.
-    let material = |[a, b, c]: [Lanes; 3]| {
-        [
-            m11 * m11 * a + m21 * m21 * b + m11 * m21 * c * 2.0,
-            m12 * m12 * a + m22 * m22 * b + m12 * m22 * c * 2.0,
-            m11 * m12 * a + m21 * m22 * b + (m11 * m22 + m12 * m21) * c,
-        ]
-    };
-    let state = sheet.total_lanes(&material([metric.a, metric.b, metric.c]).map(|c| c.0));
+    let state = sheet.total_lanes(&to_material(duals, [metric.a, metric.b, metric.c]).map(|c| c.0));
     let mut stiffness = Lanes(state.stiffness);
     if sheet.wrinkles() {
         // A slack or wrinkled point may be taut in the next step.
@@ -378,19 +370,13 @@ fn total_form(
     block.stress = state.stress;
     block.thickness = (Lanes(reference.thickness) * Lanes(state.thickness)).0;
     let viscous: [Lanes; 3] = std::array::from_fn(|i| (elastic[i] - old[i]) * parameters.damping);
-    let [s11, s22, s12]: [Lanes; 3] = std::array::from_fn(|i| elastic[i] + viscous[i]);
     let damping = if parameters.damping > 0.0 {
         let (_, increment) = strain_increment(motion, parameters.dt);
-        volume * contract(viscous, material(increment))
+        volume * contract(viscous, to_material(duals, increment))
     } else {
         Lanes::splat(0.0)
     };
-    // M S Mᵀ: material axes to contravariant components.
-    let tension = [
-        m11 * m11 * s11 + m12 * m12 * s22 + m11 * m12 * s12 * 2.0,
-        m21 * m21 * s11 + m22 * m22 * s22 + m21 * m22 * s12 * 2.0,
-        m11 * m21 * s11 + m12 * m22 * s22 + (m11 * m22 + m12 * m21) * s12,
-    ];
+    let tension = to_contravariant(duals, std::array::from_fn(|i| elastic[i] + viscous[i]));
     Stressed {
         tension: tension.map(|t| t * volume),
         volume,
@@ -398,6 +384,26 @@ fn total_form(
         damping,
         frequency2: Lanes(reference.bound) * stiffness * (1.0 / parameters.density),
     }
+}
+
+/// Mᵀ g M: covariant components to the material axes.
+#[inline(always)]
+fn to_material([m11, m12, m21, m22]: [Lanes; 4], [a, b, c]: [Lanes; 3]) -> [Lanes; 3] {
+    [
+        m11 * m11 * a + m21 * m21 * b + m11 * m21 * c * 2.0,
+        m12 * m12 * a + m22 * m22 * b + m12 * m22 * c * 2.0,
+        m11 * m12 * a + m21 * m22 * b + (m11 * m22 + m12 * m21) * c,
+    ]
+}
+
+/// M S Mᵀ: material axes to contravariant components.
+#[inline(always)]
+fn to_contravariant([m11, m12, m21, m22]: [Lanes; 4], [s11, s22, s12]: [Lanes; 3]) -> [Lanes; 3] {
+    [
+        m11 * m11 * s11 + m12 * m12 * s22 + m11 * m12 * s12 * 2.0,
+        m21 * m21 * s11 + m22 * m22 * s22 + m21 * m22 * s12 * 2.0,
+        m11 * m21 * s11 + m12 * m22 * s22 + (m11 * m22 + m12 * m21) * s12,
+    ]
 }
 
 /// Bound of the element's greatest frequency (48; theory (C.33)): ω² = c² n μ, where

@@ -226,10 +226,10 @@ pub(super) fn gather<const D: usize, const S: usize>(
 fn perform<const D: usize>(
     operations: &Operations<'_, D>,
     law: &dyn PointLaw,
-    sums: Sums<D>,
+    mut sums: Sums<D>,
     particle: &mut View<'_, D>,
 ) -> Summary {
-    let (mut summary, mut sums, dt) = (Summary::default(), sums, operations.strain_dt);
+    let (mut summary, dt) = (Summary::default(), operations.strain_dt);
     for operation in operations.list {
         match operation {
             Operation::MidstepVelocity => particle.mean[0] = sums.velocity,
@@ -239,32 +239,15 @@ fn perform<const D: usize>(
             Operation::FilterHeat { stage, order } => {
                 particle.noise[0] -= sums.velocity;
                 let per_mass = filter_heat(*stage, *order, particle.noise[0], sums.velocity, sums.scalar);
-                particle.energy[0] += particle.mass[0] * per_mass;
-                summary.heat += particle.mass[0] * per_mass;
+                summary.heat += add_heat(per_mass, particle);
             }
-            Operation::VolumeRatio(Positions::Start) => {
-                particle.volume_ratio[0] = (Tensor::identity() + sums.gradient * dt).embed(1.0).determinant();
+            Operation::VolumeRatio(positions) => {
+                particle.volume_ratio[0] = volume_ratio(sums.gradient * dt, *positions);
             }
-            Operation::VolumeRatio(Positions::End) => {
-                particle.volume_ratio[0] = 1.0 / (Tensor::identity() - sums.gradient * dt).embed(1.0).determinant();
-            }
-            Operation::Heat if operations.heated => {
-                particle.energy[0] += particle.mass[0] * sums.scalar;
-                summary.heat += particle.mass[0] * sums.scalar;
-            }
+            Operation::Heat if operations.heated => summary.heat += add_heat(sums.scalar, particle),
             Operation::Heat => {}
-            Operation::ReferToStart => {
-                let back = (Tensor::identity() - sums.gradient * dt).embed(1.0).inverse().unwrap_or_default();
-                let start = sums.gradient.embed(0.0).dot(&back);
-                sums.gradient = Tensor::from_fn(|a, b| start[a][b]);
-            }
-            Operation::AverageVolumeRatio => {
-                let own = particle.volume_ratio[0];
-                let blended = own + operations.blend * (sums.scalar - own);
-                let growth = (blended / own).powf(1.0 / D as f64);
-                particle.volume_ratio[0] = blended;
-                sums.gradient = ((Tensor::identity() + sums.gradient * dt) * growth - Tensor::identity()) * (1.0 / dt);
-            }
+            Operation::ReferToStart => sums.gradient = referred_to_start(sums.gradient, dt),
+            Operation::AverageVolumeRatio => average_volume_ratio(operations, &mut sums, particle),
             Operation::Stress => {
                 let ratio = particle.volume_ratio[0];
                 if !(ratio > 0.0 && ratio.is_finite()) {
@@ -278,17 +261,60 @@ fn perform<const D: usize>(
                 particle.excess[0] = operations.blend * (sums.scalar - particle.mean_pressure(0));
             }
             Operation::Land(by) => {
-                let gathered = *by == MoveBy::Gathered || operations.strain_moves;
-                let landed = if gathered {
-                    operations.landing.land_by(particle, &[sums.velocity][..])
-                } else {
-                    operations.landing.land(particle)
-                };
-                summary = Summary { heat: summary.heat, ..landed };
+                summary = Summary { heat: summary.heat, ..land(operations, *by, &sums, particle) };
             }
         }
     }
     summary
+}
+
+/// Adds a heat per mass [J/kg] to the energy of the particle; returns the heat [J].
+fn add_heat<const D: usize>(per_mass: f64, particle: &mut View<'_, D>) -> f64 {
+    let heat = particle.mass[0] * per_mass;
+    particle.energy[0] += heat;
+    heat
+}
+
+/// ΔJ_p, from the increment of strain L_p Δt over the positions at the start or at the end of the step.
+fn volume_ratio<const D: usize>(increment: Tensor<D>, positions: Positions) -> f64 {
+    match positions {
+        Positions::Start => (Tensor::identity() + increment).embed(1.0).determinant(),
+        Positions::End => 1.0 / (Tensor::identity() - increment).embed(1.0).determinant(),
+    }
+}
+
+/// A gradient over the positions at the end of a step, referred to those at its start [1/s].
+fn referred_to_start<const D: usize>(gradient: Tensor<D>, dt: f64) -> Tensor<D> {
+    let back = (Tensor::identity() - gradient * dt).embed(1.0).inverse().unwrap_or_default();
+    let start = gradient.embed(0.0).dot(&back);
+    Tensor::from_fn(|a, b| start[a][b])
+}
+
+/// Blends ΔJ_p with its average at the nodes, and gives the gradient the same change of volume.
+fn average_volume_ratio<const D: usize>(
+    operations: &Operations<'_, D>,
+    sums: &mut Sums<D>,
+    particle: &mut View<'_, D>,
+) {
+    let (own, dt) = (particle.volume_ratio[0], operations.strain_dt);
+    let blended = own + operations.blend * (sums.scalar - own);
+    let growth = (blended / own).powf(1.0 / D as f64);
+    particle.volume_ratio[0] = blended;
+    sums.gradient = ((Tensor::identity() + sums.gradient * dt) * growth - Tensor::identity()) * (1.0 / dt);
+}
+
+/// Moves the particle to the place where it ends the step.
+fn land<const D: usize>(
+    operations: &Operations<'_, D>,
+    by: MoveBy,
+    sums: &Sums<D>,
+    particle: &mut View<'_, D>,
+) -> Summary {
+    if by == MoveBy::Gathered || operations.strain_moves {
+        operations.landing.land_by(particle, &[sums.velocity][..])
+    } else {
+        operations.landing.land(particle)
+    }
 }
 
 /// v_p and C_p of one particle, Lian (65).

@@ -7,11 +7,12 @@ use crate::mpm::Grid;
 use crate::mpm::particles::{Body, Particles, Work};
 
 macro_rules! view {
-    ($($column:ident: $T:ty),+ $(,)?) => {
+    (particles { $($kept:ident: $K:ty),+ $(,)? } work { $($passing:ident: $P:ty),+ $(,)? }) => {
         /// Mutable columns of consecutive particles. Optional columns are empty.
         #[derive(Default)]
         pub(crate) struct View<'a, const D: usize> {
-            $(pub $column: &'a mut [$T],)+
+            $(pub $kept: &'a mut [$K],)+
+            $(pub $passing: &'a mut [$P],)+
             /// History variables, `stride` per particle.
             pub history: &'a mut [f64],
             /// Mass [kg].
@@ -24,20 +25,36 @@ macro_rules! view {
         }
 
         impl<'a, const D: usize> View<'a, D> {
+            /// All columns of a body, with so many history variables per particle and the pressure of the atmosphere [Pa].
+            fn whole(particles: &'a mut Particles<D>, work: &'a mut Work<D>, stride: usize, ambient: f64) -> Self {
+                Self {
+                    $($kept: &mut particles.$kept,)+
+                    $($passing: &mut work.$passing,)+
+                    history: &mut particles.history,
+                    mass: &particles.mass,
+                    external: &work.external,
+                    ambient,
+                    stride,
+                }
+            }
+
             /// The first `n` particles and the rest.
             pub fn split_at(self, n: usize) -> (Self, Self) {
-                $(let $column = self.$column.split_at_mut(if self.$column.is_empty() { 0 } else { n });)+
+                $(let $kept = self.$kept.split_at_mut(if self.$kept.is_empty() { 0 } else { n });)+
+                $(let $passing = self.$passing.split_at_mut(if self.$passing.is_empty() { 0 } else { n });)+
                 let history = self.history.split_at_mut(n * self.stride);
                 let mass = self.mass.split_at(n);
                 let external = self.external.split_at(if self.external.is_empty() { 0 } else { n });
                 let (ambient, stride) = (self.ambient, self.stride);
                 (
                     Self {
-                        $($column: $column.0,)+
+                        $($kept: $kept.0,)+
+                        $($passing: $passing.0,)+
                         history: history.0, mass: mass.0, external: external.0, ambient, stride,
                     },
                     Self {
-                        $($column: $column.1,)+
+                        $($kept: $kept.1,)+
+                        $($passing: $passing.1,)+
                         history: history.1, mass: mass.1, external: external.1, ambient, stride,
                     },
                 )
@@ -47,74 +64,32 @@ macro_rules! view {
 }
 
 view! {
-    position: Vector<D>,
-    velocity: Vector<D>,
-    volume: f64,
-    energy: f64,
-    pressure: f64,
-    stress: SymTensor,
-    deformation: Tensor<3>,
-    affine: Tensor<D>,
-    wave_speed: f64,
-    volume_ratio: f64,
-    excess: f64,
-    rate: Vector<D>,
-    mean: Vector<D>,
-    noise: Vector<D>,
-    shift: Vector<D>,
+    particles {
+        position: Vector<D>,
+        velocity: Vector<D>,
+        volume: f64,
+        energy: f64,
+        pressure: f64,
+        stress: SymTensor,
+        deformation: Tensor<3>,
+        affine: Tensor<D>,
+        wave_speed: f64,
+    }
+    work {
+        volume_ratio: f64,
+        excess: f64,
+        rate: Vector<D>,
+        mean: Vector<D>,
+        noise: Vector<D>,
+        shift: Vector<D>,
+    }
 }
 
 impl<const D: usize> Body<D> {
     /// The law and all particles.
     pub(crate) fn view(&mut self) -> (&dyn PointLaw, View<'_, D>) {
         let stride = self.law.storage().history.len();
-        (&*self.law, columns(&mut self.particles, &mut self.work, stride, self.ambient))
-    }
-}
-
-/// All columns of a body, with so many history variables per particle and the pressure of the atmosphere [Pa].
-fn columns<'a, const D: usize>(
-    particles: &'a mut Particles<D>,
-    work: &'a mut Work<D>,
-    stride: usize,
-    ambient: f64,
-) -> View<'a, D> {
-    let Particles {
-        position,
-        velocity,
-        mass,
-        volume,
-        energy,
-        pressure,
-        stress,
-        deformation,
-        affine,
-        history,
-        wave_speed,
-        ..
-    } = particles;
-    let Work { volume_ratio, excess, rate, mean, noise, shift, external, .. } = work;
-    View {
-        position,
-        velocity,
-        volume,
-        energy,
-        pressure,
-        stress,
-        deformation,
-        affine,
-        wave_speed,
-        volume_ratio,
-        excess,
-        rate,
-        mean,
-        noise,
-        shift,
-        history,
-        mass,
-        external,
-        ambient,
-        stride,
+        (&*self.law, View::whole(&mut self.particles, &mut self.work, stride, self.ambient))
     }
 }
 
@@ -122,7 +97,7 @@ impl<const D: usize> Body<D> {
     /// A sweep over all particles, the law, and the particles.
     pub(crate) fn sweep(&mut self, grid: &Grid<D>) -> (Sweep<'_, D>, &dyn PointLaw, View<'_, D>) {
         let Self { law, particles, work, bins, kernel, field, ambient, .. } = self;
-        let view = columns(particles, work, law.storage().history.len(), *ambient);
+        let view = View::whole(particles, work, law.storage().history.len(), *ambient);
         (Sweep::over(grid, *field, *kernel, bins), &**law, view)
     }
 }
