@@ -4,6 +4,7 @@ mod closing;
 mod meet;
 pub(super) mod plausible;
 mod sheets;
+pub(super) mod solids;
 
 use super::summary::CaseSummary;
 use super::{Case, CaseFile, Method, names};

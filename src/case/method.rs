@@ -1,25 +1,20 @@
 //! Keys of each method.
 
 use super::tree::{Node, Value};
+use super::walk::nearest;
 use crate::error::Diagnostic;
+use crate::material::PointLaws;
 
 /// Top-level keys of one method alone; the first must be there.
 const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
 const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
+/// Keys of a body that only elastic solids in a fluid on a mesh have.
+const SOLID_BODY: &[&str] = &["mesh", "plane", "damping", "supports"];
+
 /// Keys of a body that only particles with a volume of their own have.
-const MPM_BODY: &[&str] = &[
-    "spacing",
-    "particles-per-cell",
-    "exact-volume",
-    "lattice",
-    "pressure",
-    "energy",
-    "stress",
-    "ambient",
-    "group",
-    "traction",
-];
+const MPM_BODY: &[&str] =
+    &["spacing", "particles-per-cell", "exact-volume", "lattice", "pressure", "energy", "stress", "ambient", "group"];
 
 /// The method that a case names.
 fn name(tree: &Node) -> &str {
@@ -45,8 +40,10 @@ pub(super) fn check(tree: &Node, findings: &mut Vec<Diagnostic>) {
         findings.push(foreign(tree, key, tree.get(key)));
     }
     preset(tree, findings);
-    if name(tree) == "pfem2" {
-        bodies(tree, findings);
+    let Some(Value::Array(bodies)) = tree.get("body").map(|node| &node.value) else { return };
+    for (i, body) in bodies.iter().enumerate() {
+        keys_of_body(tree, &format!("body[{i}]"), body, findings);
+        region(tree, &format!("body[{i}]"), body, findings);
     }
 }
 
@@ -89,13 +86,46 @@ fn preset(tree: &Node, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-fn bodies(tree: &Node, findings: &mut Vec<Diagnostic>) {
-    let Some(Value::Array(bodies)) = tree.get("body").map(|node| &node.value) else { return };
-    for (i, body) in bodies.iter().enumerate() {
-        for key in MPM_BODY.iter().filter(|key| body.get(key).is_some()) {
-            findings.push(foreign(tree, &format!("body[{i}].{key}"), body.get(key)));
+/// True for a body with a law of material points, which in PFEM-2 is one of solids.
+fn is_solid(body: &Node) -> bool {
+    let law = body.get("material").and_then(|material| material.get("law")).and_then(Node::as_str);
+    law.is_some_and(|law| PointLaws::NAMES.contains(&law))
+}
+
+fn keys_of_body(tree: &Node, key: &str, body: &Node, findings: &mut Vec<Diagnostic>) {
+    let given = |keys: &'static [&str]| keys.iter().filter(|key| body.get(key).is_some());
+    if name(tree) == "mpm" {
+        findings.extend(given(SOLID_BODY).map(|own| foreign(tree, &format!("{key}.{own}"), body.get(own))));
+        return;
+    }
+    findings.extend(given(MPM_BODY).map(|own| foreign(tree, &format!("{key}.{own}"), body.get(own))));
+    if !is_solid(body) {
+        for own in given(SOLID_BODY).chain(given(&["traction"])) {
+            let message = format!("`{own}` is for elastic solids, and this body is a fluid");
+            let help = "take it out, or give the body an elastic law, such as `law = \"neo-hookean\"`";
+            let finding = Diagnostic::error(format!("{key}.{own}"), message).help(help);
+            findings.push(Diagnostic { span: body.get(own).and_then(|node| node.span.clone()), ..finding });
         }
     }
+}
+
+/// Every body has a region, except solids whose mesh comes from a file.
+fn region(tree: &Node, key: &str, body: &Node, findings: &mut Vec<Diagnostic>) {
+    let file = body.get("mesh").and_then(|mesh| mesh.get("path")).filter(|_| name(tree) == "pfem2");
+    let misspelt = |known: &str| nearest(known, ["region"].into_iter()).is_some();
+    let finding = match (&body.value, body.get("region"), file) {
+        (_, Some(node), Some(_)) => {
+            let message = "the mesh says where the body is: it needs no region";
+            let finding = Diagnostic::error(format!("{key}.region"), message).help("take it out, or the mesh");
+            Diagnostic { span: node.span.clone(), ..finding }
+        }
+        (Value::Table(entries), None, None) if !entries.iter().any(|entry| misspelt(&entry.key)) => {
+            let finding = Diagnostic::error(key, "the key `region` is missing");
+            Diagnostic { span: body.span.clone(), ..finding }
+        }
+        _ => return,
+    };
+    findings.push(finding);
 }
 
 /// Takes the sections of the other method out of a resolved case.

@@ -23,6 +23,7 @@ mod reference;
 mod report;
 mod schema;
 mod signal;
+mod solid;
 mod summary;
 mod tree;
 mod walk;
@@ -36,7 +37,8 @@ pub use reference::{laws, schema};
 pub use report::{line_and_column, render};
 pub use schema::*;
 pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
-pub use summary::{BodySummary, CaseSummary, MembraneSummary};
+pub use solid::{PlaneSpec, SolidCells, SolidDampingSpec, SolidMeshSpec};
+pub use summary::{BodySummary, CaseSummary, MembraneSummary, SolidSummary};
 
 use crate::error::{Diagnostic, Error, Result};
 use crate::input;

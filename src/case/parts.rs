@@ -2,6 +2,7 @@
 
 use super::friction::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
+use super::solid::{PlaneSpec, SolidDampingSpec, SolidMeshSpec};
 use crate::geometry::Shape;
 use crate::material::sheet::SheetLaw;
 use crate::material::{PointLaws, ViscousLaws};
@@ -10,14 +11,28 @@ use crate::mpm::WallKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// A body: of material points, or a fluid on a mesh.
+/// A body: of material points, a fluid on a mesh, or an elastic solid in such a fluid.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BodySpec {
     /// Its name in contacts, probes and files.
     pub name: String,
-    /// Its region at the start.
-    pub region: Shape,
+    /// Its region at the start; only a solid whose mesh comes from a file has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Shape>,
+    /// The mesh of an elastic solid of `method = "pfem2"`; by default its elements are about two cells of the fluid's mesh long, and two
+    /// or more across its thinnest part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<SolidMeshSpec>,
+    /// The third direction of an elastic solid of `method = "pfem2"`, in 2D.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane: Option<PlaneSpec>,
+    /// Damping of an elastic solid of `method = "pfem2"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<SolidDampingSpec>,
+    /// Nodes of an elastic solid of `method = "pfem2"` whose motion is prescribed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub supports: Vec<SupportSpec>,
     /// Distance of the particles; or give `particles-per-cell`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
@@ -59,19 +74,29 @@ pub struct BodySpec {
     pub group: Option<String>,
     /// The law.
     pub material: Material,
-    /// Loads on its surface.
+    /// Loads on its surface; on fluids of `method = "pfem2"` none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<TractionSpec>,
 }
 
-/// The law of a body: of material points, or of a fluid on a mesh.
+/// The law of a body: of material points, elastic solids among them, or of a fluid on a mesh.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Material {
-    /// For `method = "mpm"`.
+    /// For `method = "mpm"`, and, if elastic, for solids of `method = "pfem2"`.
     Point(PointLaws),
     /// For `method = "pfem2"`.
     Flow(ViscousLaws),
+}
+
+impl Material {
+    /// True for a law that solids in a fluid on a mesh can have.
+    pub fn is_elastic(&self) -> bool {
+        match self {
+            Self::Point(law) => law.as_dyn().elastic_law().is_ok(),
+            Self::Flow(_) => false,
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for Material {
@@ -107,13 +132,14 @@ pub enum LatticeSpec {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TractionSpec {
-    /// The loaded side: the outermost layer of particles towards it.
-    pub on: Side,
+    /// The loaded part of the surface. Of material points a side, `"left"`: the outermost layer of particles towards it; of a solid of
+    /// `method = "pfem2"` sides of elements all of whose nodes are in this place.
+    pub on: SupportPlace,
     /// Force per area of the undeformed surface, fixed in direction; or give `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa", "axes" = true))]
     pub value: Option<[SignalSpec; 3]>,
-    /// Pressure that follows the deformed surface, into the body where positive; or give `value`.
+    /// Pressure that follows the deformed surface, into the body where positive; or give `value`. For material points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa"))]
     pub pressure: Option<SignalSpec>,
@@ -138,6 +164,16 @@ pub enum Side {
 }
 
 impl Side {
+    /// All sides, by their names.
+    pub const NAMED: [(&str, Self); 6] = [
+        ("left", Self::Left),
+        ("right", Self::Right),
+        ("front", Self::Front),
+        ("back", Self::Back),
+        ("bottom", Self::Bottom),
+        ("top", Self::Top),
+    ];
+
     /// Axis, and whether the side is its upper end; `None` if there is no such side in `dimension`.
     pub fn axis(self, dimension: usize) -> Option<(usize, bool)> {
         match self {
@@ -238,11 +274,11 @@ pub struct SupportSpec {
     pub velocity: [AxisMotion; 3],
 }
 
-/// Nodes of a membrane: by name, the nearest to a point, or those in a region.
+/// Nodes of a membrane or solid: by name, the nearest to a point, or those in a region.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SupportPlace {
-    /// `"all"`, `"edges"`, a side such as `"left"`, or a group of the mesh.
+    /// `"all"`, `"edges"` of a membrane, `"surface"` of a solid, a side such as `"left"`, or a group of the mesh.
     Named(String),
     /// The node nearest to this point.
     Point(#[schemars(extend("unit" = "m", "axes" = true))] [f64; 3]),

@@ -1,7 +1,7 @@
 //! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says itself.
 
 use super::Material;
-use crate::material::Phase;
+use crate::material::{Phase, PointLaws};
 
 /// Lian, Liu & Zhang (2014): hat functions, pure FLIP, stresses first, one step for bodies and membranes.
 const LIAN_2014: &str = r#"
@@ -83,7 +83,7 @@ pub(super) fn apply(case: &mut toml::Table) {
     let text = |key| case.get(key).and_then(toml::Value::as_str);
     let (section, preset) = match (text("method"), text("preset")) {
         (Some("pfem2"), Some("becker-2015")) => ("pfem2", BECKER_2015),
-        (Some("pfem2"), _) if bodies(case).count() > 2 => ("pfem2", SEVERAL_FLUIDS),
+        (Some("pfem2"), _) if bodies(case).filter(|body| is_fluid(body)).count() > 2 => ("pfem2", SEVERAL_FLUIDS),
         (Some("pfem2"), _) if interface(case) == Some("pseudo") => ("pfem2", PSEUDO),
         // The defaults of the section are the recommended ones.
         (Some("pfem2"), _) => ("pfem2", ""),
@@ -125,6 +125,12 @@ fn interface(case: &toml::Table) -> Option<&str> {
 
 fn bodies(case: &toml::Table) -> impl Iterator<Item = &toml::Value> {
     case.get("body").and_then(toml::Value::as_array).into_iter().flatten()
+}
+
+/// True unless the law is one of material points, which in PFEM-2 solids have.
+fn is_fluid(body: &toml::Value) -> bool {
+    let law = body.get("material").and_then(|material| material.get("law")).and_then(toml::Value::as_str);
+    law.is_none_or(|law| !PointLaws::NAMES.contains(&law))
 }
 
 /// One choice serves all bodies: liquids are the most demanding, then gases, then what yields.

@@ -66,7 +66,7 @@ const SECTIONS: &[(&str, &str)] = &[
     ("MembraneSpec", "`[[membrane]]`"),
     ("MembraneShape", "Meshes of membranes: `geometry = { shape = … }`"),
     ("SheetLaw", "Laws of membranes: `material = { law = … }`"),
-    ("SupportSpec", "Supports of membranes"),
+    ("SupportSpec", "Supports of membranes and solids"),
     ("ObstacleSpec", "`[[obstacle]]`"),
     ("ContactSpec", "`[[contact]]`"),
     ("OutputSpec", "`[output]`"),

@@ -3,6 +3,7 @@
 use super::{CaseFile, LinearKind};
 use crate::linalg::Pattern;
 use crate::math::Vector;
+use crate::mesh::Locator;
 use crate::mpm::{EDGE, Setup};
 use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
 use crate::simulation::Solver;
@@ -15,6 +16,8 @@ pub struct CaseSummary {
     pub bodies: Vec<BodySummary>,
     /// Membranes.
     pub membranes: Vec<MembraneSummary>,
+    /// Elastic solids in fluids.
+    pub solids: Vec<SolidSummary>,
     /// Cells of the whole grid, or elements of the mesh.
     pub cells: f64,
     /// Grid nodes that are stored at the start, over all velocity fields; nodes of the mesh.
@@ -59,6 +62,29 @@ pub struct MembraneSummary {
     pub nodes: usize,
     /// Elements.
     pub elements: usize,
+}
+
+/// One elastic solid in a fluid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolidSummary {
+    /// Name.
+    pub name: String,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Elements.
+    pub elements: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Mass [kg; kg/m in 2D].
+    pub mass: f64,
+    /// Thickness of its thinnest part [m].
+    pub thickness: f64,
+    /// The place of that [m].
+    pub thinnest: [f64; 3],
+    /// Elements across it.
+    pub across: usize,
+    /// Elements of the fluid's mesh across it; `None` outside of that mesh.
+    pub cells_across: Option<f64>,
 }
 
 fn body_summary<const D: usize>(body: &crate::mpm::BodySetup<D>) -> BodySummary {
@@ -130,6 +156,7 @@ impl CaseSummary {
         Self {
             bodies: setup.bodies.iter().map(body_summary).collect(),
             membranes: setup.membranes.iter().map(membrane_summary).collect(),
+            solids: Vec::new(),
             cells: setup.grid.cells.iter().map(|&n| f64::from(n)).product(),
             nodes,
             unknowns: 0,
@@ -149,7 +176,10 @@ impl CaseSummary {
         let (mesh, particles) = (&setup.mesh, &setup.particles);
         let nodes = mesh.nodes().len();
         let count = |fluid: usize| particles.fluid.iter().filter(|&&f| usize::from(f) == fluid).count();
-        let share = |e: usize| mesh.simplex(e).volume / particles.of(e).len().max(1) as f64;
+        // Elements that a solid cuts have fewer particles, not larger ones.
+        let full = (0..mesh.elements().len()).map(|e| particles.of(e).len()).max().unwrap_or(1).max(1);
+        let within = |e: usize| if setup.solids.is_empty() { particles.of(e).len().max(1) } else { full };
+        let share = |e: usize| mesh.simplex(e).volume / within(e) as f64;
         let volume = |fluid: usize| {
             let own = (0..particles.len()).filter(|&p| usize::from(particles.fluid[p]) == fluid);
             own.map(|p| share(particles.element[p] as usize)).sum()
@@ -159,6 +189,10 @@ impl CaseSummary {
             particles: count(fluid),
             volume: volume(fluid),
         });
+        let locator = (!setup.solids.is_empty()).then(|| Locator::new(mesh));
+        let solids =
+            locator.iter().flat_map(|locator| setup.solids.iter().map(|solid| SolidSummary::new(solid, mesh, locator)));
+        let solids = solids.collect();
         let axis = |i: usize| mesh.nodes().iter().map(move |x| x.to3()[i]);
         let lower = std::array::from_fn(|i| axis(i).fold(f64::INFINITY, f64::min));
         let upper = std::array::from_fn(|i| axis(i).fold(f64::NEG_INFINITY, f64::max));
@@ -169,6 +203,7 @@ impl CaseSummary {
         Self {
             bodies: bodies.collect(),
             membranes: Vec::new(),
+            solids,
             cells: mesh.elements().len() as f64,
             nodes,
             unknowns: nodes * N,
@@ -225,10 +260,28 @@ impl CaseSummary {
     }
 }
 
+impl std::fmt::Display for SolidSummary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let unit = if self.dimension == 2 { "kg/m" } else { "kg" };
+        write!(
+            f,
+            "solid {}: {} elements, {} nodes, {:.4} {unit}; its thinnest part, {:.4e} m, is {} elements across",
+            self.name, self.elements, self.nodes, self.mass, self.thickness, self.across
+        )?;
+        match self.cells_across {
+            Some(cells) => write!(f, ", {cells:.1} of the mesh"),
+            None => Ok(()),
+        }
+    }
+}
+
 impl std::fmt::Display for CaseSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for body in &self.bodies {
             writeln!(f, "body {}: {} particles", body.name, body.particles)?;
+        }
+        for solid in &self.solids {
+            writeln!(f, "{solid}")?;
         }
         for membrane in &self.membranes {
             writeln!(f, "membrane {}: {} nodes, {} elements", membrane.name, membrane.nodes, membrane.elements)?;

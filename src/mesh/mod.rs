@@ -4,6 +4,7 @@
 //! * [`Facets`]: quadrilaterals and triangles in 3D, segments in 2D, with named sets of nodes;
 //! * [`generate`]: sheets, discs, cylinders, tubes, spheres, chains and circles;
 //! * [`domain`]: whole domains of triangles or tetrahedra, refined, with holes;
+//! * [`QuadraticMesh`]: quadrilaterals and hexahedra of second order, of solids;
 //! * [`gmsh`]: files of Gmsh, versions 2.2 and 4.1, ASCII and binary;
 //! * [`check`]: inverted, degenerate, doubled, dangling;
 //! * [`Mesh`]: simplices with their shape functions, neighbours and point location.
@@ -14,6 +15,7 @@ pub mod domain;
 mod facets;
 pub mod generate;
 pub mod gmsh;
+pub mod quadratic;
 mod simplex;
 mod turned;
 
@@ -21,5 +23,6 @@ pub use closed::{ClosedSurface, closed_surfaces};
 pub use domain::DomainMesh;
 pub use facets::{Facets, FileNumbers};
 pub use generate::MembraneShape;
+pub use quadratic::QuadraticMesh;
 pub use simplex::{CellCut, Facet, Location, Locator, Mesh, Simplex, side_names};
 pub use turned::ClosedPart;

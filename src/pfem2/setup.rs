@@ -11,7 +11,7 @@ use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::Kernel;
 use crate::pfem2::particles::reseed::Reseeding;
-use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::solid::setup::SolidSetup;
 use std::sync::Arc;
 
 /// Everything that a run of PFEM-2 starts from.
@@ -25,8 +25,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub pin: Option<PressurePin<D>>,
     /// The fluids.
     pub fluids: Vec<FluidSetup>,
-    /// Elastic solids in the fluids.
-    pub solids: Option<Structure<D>>,
+    /// Elastic solids; where they are there is no fluid.
+    pub solids: Vec<SolidSetup<D>>,
     /// Surface tension of pairs of fluids [N/m].
     pub tension: Vec<([usize; 2], f64)>,
     /// Body force per unit mass, a formula per axis [m/s²].

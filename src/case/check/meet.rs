@@ -237,7 +237,7 @@ pub(super) fn obstacles<const D: usize>(case: &Case, setup: &Setup<D>, findings:
 /// Two bodies may touch, but no particle may lie inside another body. Both are looked at: a strip that lies between
 /// the lattice lines of a block holds no particle of the block.
 pub(super) fn overlaps<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
-    let regions = case.file.body.iter().filter_map(|body| body.region.build(&case.source.base, D).ok());
+    let regions = case.file.body.iter().filter_map(|body| body.region.as_ref()?.build(&case.source.base, D).ok());
     let regions: Vec<Region> = regions.collect();
     if regions.len() != setup.bodies.len() {
         return;

@@ -76,7 +76,11 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
         return;
     }
     findings.extend(gravity("pfem2.gravity", &setup.gravity, case.file.time.end));
-    for (i, fluid) in setup.fluids.iter().enumerate() {
+    let (fluids, solids) = (case.file.fluids(), case.file.solids());
+    for (i, solid) in solids.iter().zip(&setup.solids) {
+        findings.extend(density(&format!("body[{i}].material.density"), &solid.name, solid.law.density(), DENSE));
+    }
+    for (i, fluid) in fluids.iter().zip(&setup.fluids) {
         findings.extend(density(&format!("body[{i}].material.density"), &fluid.name, fluid.density, FLOWING));
     }
     let heaviest = setup.fluids.iter().map(|fluid| fluid.density).fold(0.0, f64::max);
@@ -89,7 +93,7 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
         (speed > most).then_some(finding)
     };
     let fastest = setup.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    findings.extend(too_fast("body[0].velocity".to_owned(), fastest));
+    findings.extend(too_fast(format!("body[{}].velocity", fluids.first().unwrap_or(&0)), fastest));
     for (i, set) in setup.boundaries.iter().enumerate() {
         let (Condition::Wall(v) | Condition::Inlet(v)) = &set.condition else { continue };
         let nodes = set.facets.iter().flat_map(|&facet| setup.mesh.facet_nodes(facet));
@@ -238,7 +242,8 @@ fn vast<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagno
 fn beside_slip<const D: usize>(case: &Case, setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     let grid = &setup.grid;
     for (i, body) in setup.bodies.iter().enumerate().filter(|(_, body)| body.law.keeps_shape()) {
-        let Ok(region) = case.file.body[i].region.build(&case.source.base, D) else { continue };
+        let region = case.file.body[i].region.as_ref().map(|shape| shape.build(&case.source.base, D));
+        let Some(Ok(region)) = region else { continue };
         let bounds = region.bounds();
         for (axis, end) in (0..D).flat_map(|axis| [(axis, 0), (axis, 1)]) {
             if grid.walls[axis][end].kind != WallKind::Slip {

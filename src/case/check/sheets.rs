@@ -30,21 +30,33 @@ pub(super) fn idle_stiffness(case: &Case, findings: &mut Vec<Diagnostic>) {
 /// Checks that supports that share a node prescribe the same motion.
 pub(super) fn supports<const D: usize>(setup: &Setup<D>, findings: &mut Vec<Diagnostic>) {
     for (i, membrane) in setup.membranes.iter().enumerate() {
-        let mut given: Vec<[Option<(usize, &Signal)>; 3]> = vec![[None; 3]; membrane.position.len()];
-        for (j, support) in membrane.supports.iter().enumerate() {
-            let conflict = support.nodes.iter().find_map(|&node| {
-                (0..D).find_map(|axis| {
-                    let new = support.velocity[axis].as_ref()?;
-                    let (other, old) = given[node as usize][axis].replace((j, new))?;
-                    (old != new).then_some((node, axis, other))
-                })
-            });
-            if let Some((node, axis, other)) = conflict {
-                let axis = ["x", "y", "z"][axis];
-                let message = format!("supports[{other}] moves node {node} along {axis} with another velocity");
-                let finding = Diagnostic::error(format!("membrane[{i}].supports[{j}]"), message);
-                findings.push(finding.help("write \"free\" for that axis in one of them, or choose other nodes"));
-            }
+        let supports: Vec<_> =
+            membrane.supports.iter().map(|support| (&support.nodes[..], &support.velocity[..D])).collect();
+        conflicts(&format!("membrane[{i}]"), membrane.position.len(), &supports, findings);
+    }
+}
+
+/// Checks that supports of the part `key`, nodes with a velocity per axis, that share one of `count` nodes prescribe the same motion.
+pub(super) fn conflicts(
+    key: &str,
+    count: usize,
+    supports: &[(&[u32], &[Option<Signal>])],
+    findings: &mut Vec<Diagnostic>,
+) {
+    let mut given: Vec<[Option<(usize, &Signal)>; 3]> = vec![[None; 3]; count];
+    for (j, (nodes, velocity)) in supports.iter().enumerate() {
+        let conflict = nodes.iter().find_map(|&node| {
+            (0..velocity.len()).find_map(|axis| {
+                let new = velocity[axis].as_ref()?;
+                let (other, old) = given[node as usize][axis].replace((j, new))?;
+                (old != new).then_some((node, axis, other))
+            })
+        });
+        if let Some((node, axis, other)) = conflict {
+            let axis = ["x", "y", "z"][axis];
+            let message = format!("supports[{other}] moves node {node} along {axis} with another velocity");
+            let finding = Diagnostic::error(format!("{key}.supports[{j}]"), message);
+            findings.push(finding.help("write \"free\" for that axis in one of them, or choose other nodes"));
         }
     }
 }

@@ -14,7 +14,7 @@ impl Construction<'_> {
     pub(super) fn body<const D: usize>(&mut self, index: usize) -> Option<BodySetup<D>> {
         let spec = &self.case.file.body[index];
         let key = format!("body[{index}]");
-        let region = self.region(&format!("{key}.region"), &spec.region)?;
+        let region = self.region(&format!("{key}.region"), spec.region.as_ref()?)?;
         let spacing = self.spacing(spec, &key)?;
         let sample = self.sample(spec, &key, &region, spacing)?;
         let position: Vec<Vector<D>> = sample.position.iter().map(|&x| Vector::from3(x)).collect();

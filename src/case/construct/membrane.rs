@@ -2,7 +2,6 @@
 
 use super::Construction;
 use super::signals::TrialPoints;
-use crate::case::{AxisMotion, SupportPlace, SupportSpec};
 use crate::error::{Diagnostic, Severity};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facets, check};
@@ -27,7 +26,8 @@ impl Construction<'_> {
         let warp = spec.warp.map_or_else(Vec::new, |w| vec![Vector::from3(w); facets.elements.len()]);
         let supports = spec.supports.iter().enumerate();
         let supports =
-            supports.filter_map(|(i, s)| self.support(s, &format!("{key}.supports[{i}]"), &facets, &over)).collect();
+            supports.filter_map(|(i, s)| self.support(s, &format!("{key}.supports[{i}]"), "membrane", &facets, &over));
+        let supports = supports.map(|(nodes, velocity)| SupportSetup { nodes, velocity }).collect();
         Some(MembraneSetup {
             name: spec.name.clone(),
             sheet: spec.material.clone().into_box(),
@@ -99,33 +99,5 @@ impl Construction<'_> {
                 _ => {}
             }
         }
-    }
-
-    fn support(&mut self, spec: &SupportSpec, key: &str, facets: &Facets, over: &TrialPoints) -> Option<SupportSetup> {
-        let nodes = self.support_nodes(&spec.on, &format!("{key}.on"), facets)?;
-        let velocity = std::array::from_fn(|i| match &spec.velocity[i] {
-            AxisMotion::Free(_) => None,
-            AxisMotion::Velocity(v) => Some(self.signal(&format!("{key}.velocity[{i}]"), v, over)),
-        });
-        Some(SupportSetup { nodes, velocity })
-    }
-
-    fn support_nodes(&mut self, on: &SupportPlace, key: &str, facets: &Facets) -> Option<Vec<u32>> {
-        let nodes = match on {
-            SupportPlace::Named(name) => facets.set(name),
-            SupportPlace::Point(x) => facets.nearest_node(*x).map(|node| vec![node]),
-            SupportPlace::Region(shape) => {
-                let region = self.region(key, shape)?;
-                Some(facets.nodes_in(&region))
-            }
-        };
-        let finding = match nodes {
-            Some(nodes) if !nodes.is_empty() => return Some(nodes),
-            Some(_) => Diagnostic::error(key, "there is no node of the membrane here"),
-            None => Diagnostic::error(key, "the membrane has no such set of nodes")
-                .help(format!("its sets are {}", facets.set_names().join(", "))),
-        };
-        self.findings.push(finding);
-        None
     }
 }

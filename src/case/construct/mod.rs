@@ -7,7 +7,10 @@ mod body;
 mod flow;
 mod membrane;
 mod signals;
+mod support;
 mod traction;
+
+pub(super) use flow::size_of;
 
 use super::schema::{GridSpec, Method};
 use super::summary::CaseSummary;

@@ -2,7 +2,7 @@
 
 use super::Construction;
 use super::signals::TrialPoints;
-use crate::case::TractionSpec;
+use crate::case::{Side, SupportPlace, TractionSpec};
 use crate::error::Diagnostic;
 use crate::math::Vector;
 use crate::mpm::{Load, Traction, traction};
@@ -64,9 +64,17 @@ impl Construction<'_> {
         position: &[Vector<D>],
         spacing: f64,
     ) -> Vec<Traction> {
-        let Some((axis, upper)) = spec.on.axis(D) else {
-            let finding = Diagnostic::error(format!("{key}.on"), "this side exists in 3D only");
-            self.findings.push(finding.help("in 2D the sides are left, right, bottom and top"));
+        let side = |name: &str| Side::NAMED.into_iter().find(|(known, _)| *known == name)?.1.axis(D);
+        let named = match &spec.on {
+            SupportPlace::Named(name) => side(name),
+            SupportPlace::Point(_) | SupportPlace::Region(_) => None,
+        };
+        let Some((axis, upper)) = named else {
+            let message = format!("loads of material points act on a side of the body, and this is none in {D}D");
+            let sides: Vec<&str> =
+                Side::NAMED.into_iter().map(|(name, _)| name).filter(|&name| side(name).is_some()).collect();
+            let finding = Diagnostic::error(format!("{key}.on"), message);
+            self.findings.push(finding.help(format!("the sides are {}", sides.join(", "))));
             return Vec::new();
         };
         let samples = TrialPoints::over(position, self.case.file.time.end);

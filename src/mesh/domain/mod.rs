@@ -13,9 +13,9 @@ mod boundary;
 mod carve;
 mod file;
 mod graded;
-mod planar;
+pub(super) mod planar;
 mod relax;
-mod size;
+pub(super) mod size;
 
 pub use block::{BoxMesh, CellPattern, Hole, Refinement};
 pub use file::MeshFile;

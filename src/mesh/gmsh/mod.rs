@@ -1,7 +1,7 @@
 //! Files of Gmsh (`.msh`), versions 2.2 and 4.1, ASCII and binary (Gmsh reference manual, chapter 10).
 //!
-//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, with the physical
-//! groups that they belong to. Counts are checked against the bytes that are left before memory is taken.
+//! Points, lines, triangles, quadrilaterals and tetrahedra of first order are read, or, of second order, lines, quadrilaterals and
+//! hexahedra with all their nodes; with the physical groups that they belong to. Counts are checked against the bytes that are left before memory is taken.
 
 mod cursor;
 mod select;
@@ -9,6 +9,7 @@ mod version2;
 mod version4;
 
 pub use cursor::{FilePlace, GmshError};
+pub(super) use select::flatten;
 
 use crate::input;
 use crate::math::Vector;
@@ -17,15 +18,15 @@ use hashbrown::HashMap;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Contents of a Gmsh file.
+/// Contents of a Gmsh file, whose elements have `MOST` nodes at most: 4 in a file of first order, 27 in one of second order.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct GmshMesh {
+pub struct GmshMesh<const MOST: usize = 4> {
     /// Node positions, in units of the file.
     pub nodes: Vec<[f64; 3]>,
     /// The file's own numbers of the nodes.
     pub numbers: Vec<i64>,
     /// Elements of all dimensions, in the order of the file.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<Cell<MOST>>,
     /// Physical groups.
     pub groups: Vec<Group>,
     /// Lists of physical tags; cells name theirs by number.
@@ -43,18 +44,18 @@ pub struct Group {
     pub name: String,
 }
 
-/// An element.
+/// An element, with `MOST` nodes at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cell {
+pub struct Cell<const MOST: usize = 4> {
     /// Its kind.
     pub kind: CellKind,
     /// The file's own number of it.
     pub number: i64,
-    nodes: [u32; 4],
+    nodes: [u32; MOST],
     membership: u32,
 }
 
-impl Cell {
+impl<const MOST: usize> Cell<MOST> {
     /// Its nodes, as indices into [`GmshMesh::nodes`].
     pub fn nodes(&self) -> &[u32] {
         &self.nodes[..self.kind.node_count()]
@@ -74,6 +75,22 @@ pub enum CellKind {
     Quadrilateral,
     /// A tetrahedron of four nodes.
     Tetrahedron,
+    /// A line of three nodes.
+    QuadraticLine,
+    /// A quadrilateral of nine nodes.
+    QuadraticQuadrilateral,
+    /// A hexahedron of 27 nodes.
+    QuadraticHexahedron,
+}
+
+/// Orders of the elements of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Order {
+    /// Nodes at the corners.
+    #[default]
+    First,
+    /// Nodes at corners and in the middles of edges, faces and elements.
+    Second,
 }
 
 impl CellKind {
@@ -84,6 +101,9 @@ impl CellKind {
             Self::Line => 2,
             Self::Triangle => 3,
             Self::Quadrilateral | Self::Tetrahedron => 4,
+            Self::QuadraticLine => 3,
+            Self::QuadraticQuadrilateral => 9,
+            Self::QuadraticHexahedron => 27,
         }
     }
 
@@ -91,14 +111,44 @@ impl CellKind {
     pub fn dimension(self) -> usize {
         match self {
             Self::Point => 0,
-            Self::Line => 1,
-            Self::Triangle | Self::Quadrilateral => 2,
-            Self::Tetrahedron => 3,
+            Self::Line | Self::QuadraticLine => 1,
+            Self::Triangle | Self::Quadrilateral | Self::QuadraticQuadrilateral => 2,
+            Self::Tetrahedron | Self::QuadraticHexahedron => 3,
         }
     }
 
-    /// From Gmsh's number of the element type.
-    fn from_number(number: i64) -> Result<Self, String> {
+    /// From Gmsh's number of the element type, in a file of an order.
+    fn from_number(number: i64, order: Order) -> Result<Self, String> {
+        match order {
+            Order::First => Self::linear(number),
+            Order::Second => Self::quadratic(number),
+        }
+    }
+
+    fn quadratic(number: i64) -> Result<Self, String> {
+        Ok(match number {
+            15 => Self::Point,
+            8 => Self::QuadraticLine,
+            10 => Self::QuadraticQuadrilateral,
+            12 => Self::QuadraticHexahedron,
+            1..=7 => return Err(format!("element type {number} is of first order; save with Mesh.ElementOrder = 2")),
+            9 => return Err("triangles of a solid are not read; mesh with Mesh.RecombineAll = 1".into()),
+            11 => return Err("tetrahedra of a solid are not read; mesh with hexahedra".into()),
+            16 | 17 => {
+                let message =
+                    format!("element type {number} has no nodes inside; save with Mesh.SecondOrderIncomplete = 0");
+                return Err(message);
+            }
+            13 | 14 | 18..=140 => {
+                return Err(format!(
+                    "element type {number} is not read; mesh with quadrilaterals or hexahedra of order 2"
+                ));
+            }
+            _ => return Err(format!("there is no element type {number}")),
+        })
+    }
+
+    fn linear(number: i64) -> Result<Self, String> {
         Ok(match number {
             15 => Self::Point,
             1 => Self::Line,
@@ -121,9 +171,19 @@ impl CellKind {
 /// # Errors
 /// Unreadable, torn, of another version, or with elements that are not read; with line or byte.
 pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
-    let bytes = input::read(path)
-        .map_err(|why| GmshError { message: format!("can't be read: {why}"), place: FilePlace::File })?;
-    parse(&bytes)
+    parse(&bytes(path)?)
+}
+
+/// Reads a file of quadrilaterals and hexahedra of second order.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_quadratic(path: &Path) -> Result<GmshMesh<27>, GmshError> {
+    parse_as(&bytes(path)?, Order::Second)
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>, GmshError> {
+    input::read(path).map_err(|why| GmshError { message: format!("can't be read: {why}"), place: FilePlace::File })
 }
 
 /// Reads the bytes of a file.
@@ -143,9 +203,13 @@ pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
 /// assert!(gmsh::parse(b"solid cube\n").is_err());
 /// ```
 pub fn parse(bytes: &[u8]) -> Result<GmshMesh, GmshError> {
+    parse_as(bytes, Order::First)
+}
+
+fn parse_as<const MOST: usize>(bytes: &[u8], order: Order) -> Result<GmshMesh<MOST>, GmshError> {
     let mut cursor = Cursor::new(bytes);
     let major = header(&mut cursor)?;
-    let mut builder = Builder::default();
+    let mut builder = Builder { order, ..Builder::default() };
     let mut sections = Vec::new();
     while let Some(name) = cursor.section()? {
         match (name.as_str(), major) {
@@ -202,7 +266,7 @@ fn header(cursor: &mut Cursor<'_>) -> Result<u32, GmshError> {
 }
 
 /// Text even in binary files: `dimension tag "name"`.
-fn physical_names(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+fn physical_names<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
     let count = cursor.text_integer()?;
     for _ in 0..cursor.checked_count(count, 6)? {
         let dimension = cursor.text_integer()?;
@@ -218,15 +282,16 @@ fn physical_names(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), 
 
 /// A mesh in the making: the file's numbers of nodes, entities and groups become indices.
 #[derive(Default)]
-struct Builder {
-    mesh: GmshMesh,
+struct Builder<const MOST: usize> {
+    order: Order,
+    mesh: GmshMesh<MOST>,
     index_of: HashMap<i64, u32>,
     membership_of: HashMap<Vec<i64>, u32>,
     /// Physical tags of each entity (dimension, tag), version 4 only.
     entities: BTreeMap<(i64, i64), Vec<i64>>,
 }
 
-impl Builder {
+impl<const MOST: usize> Builder<MOST> {
     fn node(&mut self, cursor: &Cursor<'_>, tag: i64, position: [f64; 3]) -> Result<(), GmshError> {
         if !Vector(position).is_finite() {
             return cursor.fail(format!("node {tag} has a coordinate that is not finite"));
@@ -259,7 +324,7 @@ impl Builder {
         membership: u32,
         number: impl Fn(&mut Cursor<'a>) -> Result<i64, GmshError>,
     ) -> Result<(), GmshError> {
-        let mut nodes = [0; 4];
+        let mut nodes = [0; MOST];
         for node in &mut nodes[..kind.node_count()] {
             let tag = number(cursor)?;
             match self.index_of.get(&tag) {
@@ -272,7 +337,7 @@ impl Builder {
     }
 
     /// Groups without a name get their number as name.
-    fn finish(mut self) -> GmshMesh {
+    fn finish(mut self) -> GmshMesh<MOST> {
         for cell in &self.mesh.cells {
             for &tag in &self.mesh.memberships[cell.membership as usize] {
                 let dimension = cell.kind.dimension();

@@ -5,12 +5,12 @@ use crate::mesh::{Facets, FileNumbers};
 use hashbrown::HashSet;
 use std::collections::{BTreeMap, BTreeSet};
 
-impl GmshMesh {
+impl<const MOST: usize> GmshMesh<MOST> {
     /// The elements of one dimension that belong to a group, or all of them; each once.
     ///
     /// # Errors
     /// There is no such group (the message lists those there are), or no such element.
-    pub fn cells_of(&self, group: Option<&str>, dimension: usize) -> Result<Vec<Cell>, String> {
+    pub fn cells_of(&self, group: Option<&str>, dimension: usize) -> Result<Vec<Cell<MOST>>, String> {
         let things = ["points", "lines", "surfaces", "volumes"][dimension.min(3)];
         let tags: Vec<i64> =
             self.groups.iter().filter(|g| g.dimension == dimension && group == Some(&g.name)).map(|g| g.tag).collect();
@@ -22,13 +22,13 @@ impl GmshMesh {
                 None => format!("there is no physical group `{name}` of {things}; {}", self.list_groups(dimension)),
             });
         }
-        let in_group = |cell: &Cell| {
+        let in_group = |cell: &Cell<MOST>| {
             group.is_none() || self.memberships[cell.membership as usize].iter().any(|t| tags.contains(t))
         };
         let mut seen = HashSet::new();
         let of_dimension = self.cells.iter().filter(|cell| cell.kind.dimension() == dimension);
         // Version 2.2 repeats an element for each of its groups.
-        let cells: Vec<Cell> =
+        let cells: Vec<Cell<MOST>> =
             of_dimension.filter(|cell| in_group(cell) && seen.insert((cell.kind, cell.nodes))).copied().collect();
         if cells.is_empty() {
             return Err(format!("the file holds no {things}; {}", self.list_groups(dimension)));
@@ -67,6 +67,19 @@ impl GmshMesh {
             flatten(&mut nodes)?;
         }
         let elements = cells.iter().map(|cell| cell.nodes().iter().filter_map(index).collect()).collect();
+        let sets = self.node_sets(&used);
+        let numbers = FileNumbers {
+            nodes: used.iter().map(|&n| self.numbers[n as usize]).collect(),
+            elements: cells.iter().map(|cell| cell.number).collect(),
+        };
+        Ok(Facets { nodes, elements, sets, numbers })
+    }
+}
+
+impl<const MOST: usize> GmshMesh<MOST> {
+    /// The nodes of each physical group among those that are `used`, ascending, as places in that list; groups without any are left out.
+    pub(in crate::mesh) fn node_sets(&self, used: &[u32]) -> BTreeMap<String, Vec<u32>> {
+        let index = |node: &u32| used.binary_search(node).ok().map(|place| place as u32);
         let mut sets: BTreeMap<String, BTreeSet<u32>> = BTreeMap::new();
         for cell in &self.cells {
             for tag in &self.memberships[cell.membership as usize] {
@@ -77,17 +90,12 @@ impl GmshMesh {
                 }
             }
         }
-        let sets = sets.into_iter().map(|(name, nodes)| (name, nodes.into_iter().collect())).collect();
-        let numbers = FileNumbers {
-            nodes: used.iter().map(|&n| self.numbers[n as usize]).collect(),
-            elements: cells.iter().map(|cell| cell.number).collect(),
-        };
-        Ok(Facets { nodes, elements, sets, numbers })
+        sets.into_iter().map(|(name, nodes)| (name, nodes.into_iter().collect())).collect()
     }
 }
 
 /// Rounding in the z of a plane mesh is removed; more than that is an error.
-fn flatten(nodes: &mut [[f64; 3]]) -> Result<(), String> {
+pub(in crate::mesh) fn flatten(nodes: &mut [[f64; 3]]) -> Result<(), String> {
     const ROUNDING: f64 = 1e-9;
     let extent = nodes.iter().flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
     if let Some([x, y, z]) = nodes.iter().find(|x| x[2].abs() > ROUNDING * extent) {

@@ -1,10 +1,10 @@
 //! Sections of version 2.2.
 
 use super::cursor::{Cursor, GmshError};
-use super::{Builder, CellKind};
+use super::{Builder, CellKind, Order};
 
 /// `count`, then `number x y z` each.
-pub(super) fn nodes(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
     let count = cursor.text_integer()?;
     cursor.end_line();
     for _ in 0..cursor.count(count, 8, 28)? {
@@ -17,7 +17,10 @@ pub(super) fn nodes(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<()
 
 /// `count`, then in text `number type tag-count tags nodes` each; in binary blocks of one type and one count
 /// of tags: `type element-count tag-count`, then `number tags nodes` each.
-pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+pub(super) fn elements<const MOST: usize>(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder<MOST>,
+) -> Result<(), GmshError> {
     let count = cursor.text_integer()?;
     cursor.end_line();
     let mut left = cursor.count(count, 6, 8)?;
@@ -25,7 +28,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
         let (block, kind, tags);
         let mut own = 0;
         if cursor.is_binary() {
-            kind = self::kind(cursor)?;
+            kind = self::kind(cursor, builder.order)?;
             let size = cursor.integer()?;
             block = cursor.checked_count(size, 8)?;
             tags = cursor.integer()?;
@@ -34,7 +37,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
             }
         } else {
             own = cursor.integer()?;
-            kind = self::kind(cursor)?;
+            kind = self::kind(cursor, builder.order)?;
             block = 1;
             tags = cursor.integer()?;
         }
@@ -50,15 +53,15 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
     Ok(())
 }
 
-fn kind(cursor: &mut Cursor<'_>) -> Result<CellKind, GmshError> {
+fn kind(cursor: &mut Cursor<'_>, order: Order) -> Result<CellKind, GmshError> {
     let number = cursor.integer()?;
-    CellKind::from_number(number).or_else(|why| cursor.fail(why))
+    CellKind::from_number(number, order).or_else(|why| cursor.fail(why))
 }
 
 /// An element of a kind, with a number of its own. The first tag is the physical group; 0 means none.
-fn element(
+fn element<const MOST: usize>(
     cursor: &mut Cursor<'_>,
-    builder: &mut Builder,
+    builder: &mut Builder<MOST>,
     kind: CellKind,
     own: i64,
     tags: usize,

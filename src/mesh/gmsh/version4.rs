@@ -4,7 +4,10 @@ use super::cursor::{Cursor, GmshError};
 use super::{Builder, CellKind};
 
 /// Counts of points, curves, surfaces and volumes; then each entity with its physical tags.
-pub(super) fn entities(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+pub(super) fn entities<const MOST: usize>(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder<MOST>,
+) -> Result<(), GmshError> {
     let counts = [cursor.long()?, cursor.long()?, cursor.long()?, cursor.long()?];
     for (dimension, count) in counts.into_iter().enumerate() {
         let extents = if dimension == 0 { 3 } else { 6 };
@@ -76,7 +79,7 @@ fn entity(cursor: &mut Cursor<'_>) -> Result<(i64, i64), GmshError> {
 
 /// Counts of blocks and nodes, least and greatest number; blocks of one entity: its dimension and number,
 /// whether parameters follow the positions, the count, all numbers, then all positions.
-pub(super) fn nodes(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
     let mut promise = Promise::read(cursor, "node")?;
     for _ in 0..promise.blocks {
         let (dimension, _) = entity(cursor)?;
@@ -102,7 +105,10 @@ pub(super) fn nodes(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<()
 
 /// Counts of blocks and elements, least and greatest number; blocks of one entity: its dimension and number,
 /// the element type, the count, then `number nodes` each.
-pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result<(), GmshError> {
+pub(super) fn elements<const MOST: usize>(
+    cursor: &mut Cursor<'_>,
+    builder: &mut Builder<MOST>,
+) -> Result<(), GmshError> {
     let mut promise = Promise::read(cursor, "element")?;
     for _ in 0..promise.blocks {
         let entity = entity(cursor)?;
@@ -111,7 +117,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, builder: &mut Builder) -> Result
             return cursor.fail(format!("entity {number} of dimension {dimension} is not in $Entities"));
         }
         let number = cursor.integer()?;
-        let kind = CellKind::from_number(number).or_else(|why| cursor.fail(why))?;
+        let kind = CellKind::from_number(number, builder.order).or_else(|why| cursor.fail(why))?;
         if kind.dimension() as i64 != entity.0 {
             let (own, of) = (kind.dimension(), entity.0);
             return cursor.fail(format!("elements of dimension {own} in a block of dimension {of}"));

@@ -192,14 +192,15 @@ impl<'c> Construction<'c> {
     /// The fluid that a boundary brings in, if it names one.
     fn inflowing(&mut self, key: &str, spec: &BoundarySpec) -> Option<u8> {
         let name = spec.fluid.as_ref()?;
-        let bodies: Vec<&str> = self.case.file.body.iter().map(|body| body.name.as_str()).collect();
-        let place = bodies.iter().position(|body| body == name);
+        let file = &self.case.file;
+        let fluids: Vec<&str> = file.fluids().into_iter().map(|i| file.body[i].name.as_str()).collect();
+        let place = fluids.iter().position(|fluid| fluid == name);
         let finding = match (spec.kind, place) {
             (BoundaryWord::Wall | BoundaryWord::Slip | BoundaryWord::Symmetry, _) => {
                 Diagnostic::error(key, "nothing flows in through a boundary of this kind").help("take it out")
             }
-            (_, None) => Diagnostic::error(key, format!("there is no body `{name}`"))
-                .help(format!("there are `{}`", bodies.join("`, `"))),
+            (_, None) => Diagnostic::error(key, format!("there is no body `{name}` of a fluid"))
+                .help(format!("there are `{}`", fluids.join("`, `"))),
             (_, Some(place)) => return Some(place as u8),
         };
         self.findings.push(finding);

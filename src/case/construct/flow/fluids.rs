@@ -3,6 +3,7 @@
 use super::super::signals::TrialPoints;
 use super::super::{Construction, has_errors};
 use super::mesh::at;
+use super::solids::{InitialSolid, solid_at};
 use crate::case::{EnrichmentSpec, InterfaceSpec, Material, Pfem2Spec, Preset, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::geometry::Region;
@@ -21,11 +22,16 @@ const MOST: usize = 256;
 /// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
 const GAP_POINTS: usize = 8;
 
+/// Laws of material points that are elastic.
+const ELASTIC: [&str; 4] = ["hypoelastic", "neo-hookean", "st-venant-kirchhoff", "mooney-rivlin"];
+
 /// Nodes and elements that a thread asks for their bodies at once.
 const PIECE: usize = 256;
 
 /// A fluid as the case describes it: where it is, and how it moves at the start.
 pub(super) struct InitialFluid {
+    /// Its place in `body`.
+    body: usize,
     region: Region,
     velocity: [Signal; 3],
 }
@@ -34,8 +40,9 @@ impl Construction<'_> {
     pub(super) fn tensions(&mut self) -> Vec<([usize; 2], f64)> {
         let file = &self.case.file;
         let mut made: Vec<([usize; 2], f64)> = Vec::new();
+        let fluids: Vec<&str> = file.fluids().into_iter().map(|i| file.body[i].name.as_str()).collect();
         for (i, spec) in file.tension.iter().enumerate() {
-            let place = |name: &String| file.body.iter().position(|body| body.name == *name);
+            let place = |name: &String| fluids.iter().position(|fluid| fluid == name);
             match [place(&spec.between[0]), place(&spec.between[1])] {
                 [Some(a), Some(b)] if a != b => {
                     if made.iter().any(|(pair, _)| *pair == [a, b] || *pair == [b, a]) {
@@ -46,9 +53,9 @@ impl Construction<'_> {
                     made.push(([a, b], spec.value));
                 }
                 _ => {
-                    let names: Vec<&str> = file.body.iter().map(|body| body.name.as_str()).collect();
-                    let finding = Diagnostic::error(format!("tension[{i}].between"), "these are not two bodies");
-                    self.findings.push(finding.help(format!("there are {}", names.join(", "))));
+                    let message = "these are not two bodies of fluids";
+                    let finding = Diagnostic::error(format!("tension[{i}].between"), message);
+                    self.findings.push(finding.help(format!("there are {}", fluids.join(", "))));
                 }
             }
         }
@@ -59,7 +66,7 @@ impl Construction<'_> {
     /// The key `enrichment` has no effect with surface tension: the pressure jumps.
     fn idle_enrichment(&mut self, tensions: &[([usize; 2], f64)]) {
         const KEY: &str = "pfem2.enrichment";
-        let (file, fluids) = (&self.case.file, self.case.file.body.len());
+        let (file, fluids) = (&self.case.file, self.case.file.fluids().len());
         let all = fluids * fluids.saturating_sub(1) / 2;
         let pulled = tensions.iter().filter(|(_, tension)| *tension > 0.0).count();
         let other = file.pfem2.enrichment != EnrichmentSpec::Jump;
@@ -76,7 +83,11 @@ impl Construction<'_> {
             Material::Point(law) => {
                 let message = format!("the law `{}` is for `method = \"mpm\"`", law.name());
                 let finding = Diagnostic::error(format!("body[{index}].material"), message);
-                let help = format!("laws of fluids on a mesh are {}", ViscousLaws::NAMES.join(", "));
+                let help = format!(
+                    "laws of fluids on a mesh are {}; solids in them have elastic ones: {}",
+                    ViscousLaws::NAMES.join(", "),
+                    ELASTIC.join(", ")
+                );
                 self.findings.push(finding.help(help));
                 None
             }
@@ -89,18 +100,24 @@ impl Construction<'_> {
         mesh: &Mesh<D, N>,
     ) -> Option<InitialFluid> {
         let spec = &self.case.file.body[index];
-        let region = self.region(&format!("body[{index}].region"), &spec.region)?;
+        let region = self.region(&format!("body[{index}].region"), spec.region.as_ref()?)?;
         let within: Vec<Vector<D>> =
             mesh.nodes().iter().copied().filter(|x| region.signed_distance(x.to3()) <= 0.0).collect();
         let samples = TrialPoints::start(&within);
         let velocity = self.signals(&format!("body[{index}].velocity"), &spec.velocity, &samples);
-        Some(InitialFluid { region, velocity })
+        Some(InitialFluid { body: index, region, velocity })
     }
 
-    /// Every element must have a fluid.
-    pub(super) fn unfilled<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[InitialFluid]) {
+    /// Every element must have a fluid, or be in a solid.
+    pub(super) fn unfilled<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        parts: &[InitialFluid],
+        solids: &[InitialSolid<D>],
+    ) {
         let count = mesh.elements().len();
-        let mut bare = (0..count).map(|e| mesh.center(e)).filter(|&x| part_at(parts, x).is_none()).peekable();
+        let is_bare = |x: &Vector<D>| part_at(parts, *x).is_none() && solid_at(solids, *x).is_none();
+        let mut bare = (0..count).map(|e| mesh.center(e)).filter(is_bare).peekable();
         let Some(first) = bare.peek().map(|&x| at(x)) else { return };
         let number = bare.count();
         let message = format!("{number} of {count} elements lie in no body, the first at ({first})");
@@ -112,24 +129,28 @@ impl Construction<'_> {
         &mut self,
         mesh: &Mesh<D, N>,
         parts: &[InitialFluid],
+        solids: &[InitialSolid<D>],
     ) -> Option<Particles<D>> {
-        if parts.len() > MOST {
-            let message = format!("a flow has at most {MOST} bodies, and here are {}", parts.len());
-            let finding = Diagnostic::error(format!("body[{MOST}]"), message);
+        if let Some(first) = parts.get(MOST) {
+            let message = format!("a flow has at most {MOST} bodies of fluids, and here are {}", parts.len());
+            let finding = Diagnostic::error(format!("body[{}]", first.body), message);
             self.findings.push(finding.help("join those of one material: a region may be a union of shapes"));
             return None;
         }
         let per_edge = self.case.file.pfem2.particles_per_edge;
-        let fluid = |x: Vector<D>| part_at(parts, x).map(|part| part as u8);
+        let fluid = |x: Vector<D>| match solid_at(solids, x) {
+            Some(_) => None,
+            None => part_at(parts, x).map(|part| part as u8),
+        };
         let particles = Particles::seed(mesh, per_edge, fluid, |x| velocity_at(parts, x));
         if !has_errors(&self.findings) {
-            self.gaps(mesh, parts);
+            self.gaps(mesh, parts, solids);
         }
-        for index in 0..parts.len() {
-            if !particles.fluid.contains(&(index as u8)) && !self.comes_in(index) {
-                let help = "the region lies outside the mesh, under a body listed before it, or between particles; a fluid that is to \
-                            come in is the `fluid` of an inlet";
-                let finding = Diagnostic::error(format!("body[{index}].region"), "no particles are in this region");
+        for (index, InitialFluid { body, .. }) in parts.iter().enumerate() {
+            if !particles.fluid.contains(&(index as u8)) && !self.comes_in(*body) {
+                let help = "the region lies outside the mesh, under a body listed before it or a solid, or between particles; a fluid \
+                            that is to come in is the `fluid` of an inlet";
+                let finding = Diagnostic::error(format!("body[{body}].region"), "no particles are in this region");
                 self.findings.push(finding.help(help));
             }
         }
@@ -146,7 +167,8 @@ impl Construction<'_> {
     /// it, and warns of the replacement otherwise.
     pub(super) fn several_fluids<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
         let (case, spec) = (self.case, &self.case.file.pfem2);
-        let count = case.file.body.len();
+        let fluids = case.file.fluids();
+        let count = fluids.len();
         if count < 3 {
             self.pseudo_shift();
             return;
@@ -156,19 +178,19 @@ impl Construction<'_> {
             let help = "write `interface = \"pseudo\"`, or leave it out";
             self.findings.push(Diagnostic::error("pfem2.interface", message).help(help));
         }
-        self.open_volumes(sets);
+        self.open_volumes(sets, fluids[2]);
         if case.file.preset == Preset::Recommended && !case.says("pfem2.interface") {
             let message = format!(
                 "interfaces of {count} fluids are known within a part of an element (`interface = \"pseudo\"`)"
             );
             let help =
                 "write `interface = \"pseudo\"` in `[pfem2]` if that is meant; two fluids have a sharp interface";
-            self.findings.push(Diagnostic::warning("body[2]", message).help(help));
+            self.findings.push(Diagnostic::warning(format!("body[{}]", fluids[2]), message).help(help));
         }
     }
 
     /// The outflow of three and more fluids isn't known by fluid: their volumes are corrected in closed boxes only.
-    fn open_volumes<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) {
+    fn open_volumes<const D: usize>(&mut self, sets: &[BoundarySetup<D>], third: usize) {
         let spec = &self.case.file.pfem2;
         let Some(open) = sets.iter().find(|set| set.condition.kind().is_open()) else { return };
         if spec.volume == VolumeSpec::None {
@@ -179,7 +201,7 @@ impl Construction<'_> {
         let help = "write `volume = \"none\"` in `[pfem2]`: they are in `history/balance.csv`";
         self.findings.push(match self.case.says("pfem2.volume") {
             true => Diagnostic::error("pfem2.volume", message).help(help),
-            false => Diagnostic::warning("body[2]", message + ": they are not kept").help(help),
+            false => Diagnostic::warning(format!("body[{}]", third), message + ": they are not kept").help(help),
         });
     }
 
@@ -195,7 +217,13 @@ impl Construction<'_> {
     }
 
     /// Warns of gaps between bodies, in elements whose centre is in one of them.
-    fn gaps<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>, parts: &[InitialFluid]) {
+    fn gaps<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        parts: &[InitialFluid],
+        solids: &[InitialSolid<D>],
+    ) {
+        let is_bare = |x: Vector<D>| part_at(parts, x).is_none() && solid_at(solids, x).is_none();
         let points = lattice::<N>(GAP_POINTS);
         let held: Vec<Option<usize>> =
             parallel::collect(mesh.nodes().len(), PIECE, |n| part_at(parts, mesh.nodes()[n]));
@@ -206,7 +234,7 @@ impl Construction<'_> {
             }
             let x = mesh.corners(e);
             let place = |shape: &[f64; N]| (0..N).map(|k| x[k] * shape[k]).sum::<Vector<D>>();
-            points.iter().filter(|shape| part_at(parts, place(shape)).is_none()).count()
+            points.iter().filter(|shape| is_bare(place(shape))).count()
         };
         let bare: Vec<usize> = parallel::collect(mesh.elements().len(), PIECE, bare);
         let Some(first) = bare.iter().position(|&count| count > 0) else { return };

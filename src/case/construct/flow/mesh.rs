@@ -65,7 +65,7 @@ impl Construction<'_> {
 
     /// One shift of the interface keeps the volumes of the whole: it would fill one piece from another.
     fn one_shift(&mut self, pieces: usize) {
-        let (spec, fluids) = (&self.case.file.pfem2, self.case.file.body.len());
+        let (spec, fluids) = (&self.case.file.pfem2, self.case.file.fluids().len());
         let kept = fluids > 2 || (fluids == 2 && spec.interface == InterfaceSpec::Sharp);
         if kept && spec.volume == VolumeSpec::Shift {
             let message = format!(

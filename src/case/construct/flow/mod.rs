@@ -3,7 +3,10 @@
 mod boundary;
 mod fluids;
 mod mesh;
+mod solids;
 mod through;
+
+pub(in crate::case) use solids::size_of;
 
 use super::signals::TrialPoints;
 use super::{Construction, Model, guarded, has_errors};
@@ -17,6 +20,7 @@ use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::{Pfem2, Setup};
 use crate::simulation::Solver;
 use fluids::{InitialFluid, sharp, velocity_at};
+use solids::{InitialSolid, solid_at};
 
 /// Makes the mesh of a case in its dimension.
 pub(super) type MakeMesh<const D: usize, const N: usize> =
@@ -32,6 +36,7 @@ impl Case {
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
         check::plausible::of_flow(self, &setup, &mut findings);
         let summary = CaseSummary::of_flow(&setup, &self.file);
+        check::solids::of_flow(self, &setup, &summary.solids, &mut findings);
         let mut solver = Pfem2::new(setup);
         let mut summary = summary.with_solver(&mut solver, &self.file);
         summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
@@ -58,13 +63,17 @@ impl Construction<'_> {
         let boundaries = self.boundaries(&mesh);
         let pin = self.pin(&mesh, &boundaries);
         let tension = self.tensions();
-        let fluids: Vec<FluidSetup> = (0..file.body.len()).filter_map(|i| self.fluid(i)).collect();
-        let parts: Vec<InitialFluid> = (0..file.body.len()).filter_map(|i| self.part(i, &mesh)).collect();
-        if file.body.is_empty() {
-            let finding = Diagnostic::error("", "there is no body: nothing fills the mesh");
+        let (flowing, solid) = (file.fluids(), file.solids());
+        let fluids: Vec<FluidSetup> = flowing.iter().filter_map(|&i| self.fluid(i)).collect();
+        let parts: Vec<InitialFluid> = flowing.iter().filter_map(|&i| self.part(i, &mesh)).collect();
+        let solids: Vec<InitialSolid<D>> = solid.iter().filter_map(|&i| self.solid(i, &mesh)).collect();
+        if flowing.is_empty() {
+            let what = if file.body.is_empty() { "body" } else { "fluid" };
+            let finding = Diagnostic::error("", format!("there is no {what}: nothing fills the mesh"));
             self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
         }
         self.several_fluids(&boundaries);
+        self.overlaps(&solids);
         if has_errors(&self.findings) {
             return None;
         }
@@ -74,13 +83,15 @@ impl Construction<'_> {
         self.falling_out(&mesh, &boundaries, &gravity, fluids[0].density);
         self.left_over(&mesh, &boundaries);
         self.nearly_flat(&mesh);
-        self.unfilled(&mesh, &parts);
-        let mut particles = self.seed(&mesh, &parts)?;
+        self.unfilled(&mesh, &parts, &solids);
+        let mut particles = self.seed(&mesh, &parts, &solids)?;
         let level_set = sharp(&file.pfem2, &mesh, &fluids, &parts, &mut particles);
-        let start = |x: Vector<D>| velocity_at(&parts, x);
+        let start =
+            |x: Vector<D>| solid_at(&solids, x).map_or_else(|| velocity_at(&parts, x), |solid| solid.velocity(x));
         let spec = &file.pfem2;
         Some(Setup {
             velocity: mesh.nodes().iter().map(|&x| start(x)).collect(),
+            solids: solids.into_iter().map(|solid| solid.setup).collect(),
             boundaries,
             pin,
             fluids,

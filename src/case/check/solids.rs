@@ -1,0 +1,92 @@
+//! Elastic solids in fluids: supports, place and thickness.
+
+use super::sheets::conflicts;
+use crate::case::construct::size_of;
+use crate::case::{Case, SolidSummary};
+use crate::error::Diagnostic;
+use crate::math::Vector;
+use crate::mesh::{Locator, Mesh, QuadraticMesh};
+use crate::pfem2;
+use crate::pfem2::solid::setup::SolidSetup;
+
+/// Elements across the thinnest part of a solid below which it bends too stiffly.
+const ACROSS: usize = 2;
+
+/// Elements of the fluid's mesh across the thinnest part of a solid below which the flow on its two sides isn't told apart.
+const CELLS_ACROSS: f64 = 3.0;
+
+impl SolidSummary {
+    /// Sizes of a solid in the mesh of the fluid.
+    pub(in crate::case) fn new<const D: usize, const N: usize>(
+        solid: &SolidSetup<D>,
+        background: &Mesh<D, N>,
+        locator: &Locator<D>,
+    ) -> Self {
+        let mesh = quadratic(solid);
+        let thinnest = mesh.thinnest();
+        let cell = |x: [f64; 3]| Some(size_of(background, locator.search(background, Vector::from3(x))?.element()?));
+        Self {
+            name: solid.name.clone(),
+            dimension: D,
+            elements: mesh.elements.len(),
+            nodes: mesh.nodes.len(),
+            mass: mesh.volume() * solid.law.density(),
+            thickness: thinnest.map_or(0.0, |place| place.length),
+            thinnest: thinnest.map_or([0.0; 3], |place| place.middle),
+            across: thinnest.map_or(0, |place| place.elements),
+            cells_across: thinnest.and_then(|place| Some(place.length / cell(place.middle)?)),
+        }
+    }
+}
+
+fn quadratic<const D: usize>(solid: &SolidSetup<D>) -> QuadraticMesh {
+    QuadraticMesh {
+        dimension: D,
+        nodes: solid.mesh.nodes.iter().map(|x| x.to3()).collect(),
+        elements: solid.mesh.elements.clone(),
+        sets: Default::default(),
+    }
+}
+
+/// Checks the solids of a case of PFEM-2.
+pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
+    case: &Case,
+    setup: &pfem2::Setup<D, N>,
+    summaries: &[SolidSummary],
+    findings: &mut Vec<Diagnostic>,
+) {
+    let locator = Locator::new(&setup.mesh);
+    let keys: Vec<String> = case.file.solids().into_iter().map(|i| format!("body[{i}]")).collect();
+    for ((key, solid), summary) in keys.iter().zip(&setup.solids).zip(summaries) {
+        let supports: Vec<_> = solid.held.iter().map(|held| (&held.nodes[..], &held.velocity[..])).collect();
+        conflicts(key, solid.mesh.nodes.len(), &supports, findings);
+        if !solid.mesh.nodes.iter().any(|&x| locator.search(&setup.mesh, x).is_some()) {
+            let message = format!("`{}` lies outside the mesh: no fluid meets it", solid.name);
+            let finding = Diagnostic::error(key, message);
+            findings.push(finding.help("move its region into the mesh, or enlarge the mesh; are the units right?"));
+        }
+        thickness(key, summary, findings);
+    }
+}
+
+fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {
+    let place = solid.thinnest[..solid.dimension].iter().map(|c| format!("{c:.6}")).collect::<Vec<_>>().join(", ");
+    let (name, thin) = (&solid.name, solid.thickness);
+    if solid.across < ACROSS {
+        let message = format!(
+            "`{name}` has one element across its thinnest part, {thin:.4e} m at ({place}): it bends too stiffly"
+        );
+        let help = format!("write `mesh = {{ cell = {:.2e} }}`: two elements or more", thin / ACROSS as f64);
+        findings.push(Diagnostic::warning(format!("{key}.mesh"), message).help(help));
+    }
+    if let Some(cells) = solid.cells_across.filter(|&cells| cells < CELLS_ACROSS) {
+        let message = format!(
+            "`{name}` is {thin:.4e} m thick at ({place}), {cells:.1} elements of the mesh: the flow on its two sides is hardly told apart"
+        );
+        let help = format!(
+            "let elements of {:.2e} m or smaller lie where it is and where it comes to: `[[mesh.refine]]`",
+            thin / CELLS_ACROSS
+        );
+        findings.push(Diagnostic::warning(key.to_owned(), message).help(help));
+    }
+}

@@ -1,0 +1,232 @@
+//! Elastic solids in the fluids: mesh, law, supports, loads, first state.
+
+use super::super::Construction;
+use super::super::signals::TrialPoints;
+use crate::case::{Material, SolidMeshSpec, SupportPlace, TractionSpec};
+use crate::error::Diagnostic;
+use crate::geometry::{FacetCorners, Region, Winding};
+use crate::material::{PointLaw, StartState};
+use crate::math::{Signal, Vector};
+use crate::mesh::{Mesh, QuadraticMesh};
+use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
+use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceTraction};
+
+/// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
+const CELLS: f64 = 2.0;
+
+/// Elements across the thinnest part of a solid where the case gives no length.
+const ACROSS: usize = 2;
+
+/// Pieces of a side that is a parabola.
+const PIECES: usize = 4;
+
+/// A solid as the case describes it: how it moves at the start, and where it is.
+pub(super) struct InitialSolid<const D: usize> {
+    /// Its place in `body`.
+    body: usize,
+    pub setup: SolidSetup<D>,
+    velocity: [Signal; 3],
+    lower: Vector<D>,
+    upper: Vector<D>,
+    surface: Winding<D>,
+}
+
+impl<const D: usize> InitialSolid<D> {
+    /// True for a place inside of it [m].
+    fn contains(&self, x: Vector<D>) -> bool {
+        (0..D).all(|i| (self.lower[i]..=self.upper[i]).contains(&x[i])) && self.surface.number(x) > 0.5
+    }
+
+    /// Velocity at the start, at a place [m/s].
+    pub fn velocity(&self, x: Vector<D>) -> Vector<D> {
+        Vector::from_fn(|i| self.velocity[i].value(x.to3(), 0.0))
+    }
+}
+
+/// The solid that a place is in [m].
+pub(super) fn solid_at<const D: usize>(solids: &[InitialSolid<D>], x: Vector<D>) -> Option<&InitialSolid<D>> {
+    solids.iter().find(|solid| solid.contains(x))
+}
+
+impl Construction<'_> {
+    /// The solid `body[index]`; `None` if it can't be made (and why was noted).
+    pub(super) fn solid<const D: usize, const N: usize>(
+        &mut self,
+        index: usize,
+        background: &Mesh<D, N>,
+    ) -> Option<InitialSolid<D>> {
+        let spec = &self.case.file.body[index];
+        let key = format!("body[{index}]");
+        let quadratic = self.solid_mesh(index, background)?;
+        let nodes: Vec<Vector<D>> = quadratic.nodes.iter().map(|&x| Vector::from3(x)).collect();
+        let mesh = match SolidMesh::new(nodes, quadratic.elements.clone()) {
+            Ok(mesh) => mesh,
+            Err(why) => {
+                self.findings.push(Diagnostic::error(format!("{key}.mesh"), why));
+                return None;
+            }
+        };
+        let (start, over) = (TrialPoints::start(&mesh.nodes), TrialPoints::over(&mesh.nodes, self.case.file.time.end));
+        let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
+        let supports = spec.supports.iter().enumerate();
+        let held = supports.filter_map(|(i, support)| {
+            let key = format!("{key}.supports[{i}]");
+            let (nodes, velocity) = self.support(support, &key, "solid", &quadratic, &over)?;
+            Some(HeldNodes { nodes, velocity })
+        });
+        let held = held.collect();
+        let loads = spec.traction.iter().enumerate();
+        let tractions = loads
+            .filter_map(|(i, load)| self.load(load, &format!("{key}.traction[{i}]"), &quadratic, &mesh, &over))
+            .collect();
+        let law = self.elastic_law(index)?;
+        if let (Some(_), 3) = (spec.plane, D) {
+            let finding = Diagnostic::error(format!("{key}.plane"), "a solid in 3D has no plane");
+            self.findings.push(finding.help("take it out: it is for `dimension = 2`"));
+        }
+        let [lower, upper] = quadratic.extent().map(Vector::from3);
+        let at = |x: &Vector<D>| Vector::from_fn(|i| velocity[i].value(x.to3(), 0.0));
+        let setup = SolidSetup {
+            name: spec.name.clone(),
+            velocity: mesh.nodes.iter().map(at).collect(),
+            law,
+            plane: spec.plane.unwrap_or_default().into(),
+            held,
+            tractions,
+            damping: spec.damping.unwrap_or_default().into(),
+            mesh,
+        };
+        let surface = Winding::new(setup.mesh.facets.iter().flat_map(|facet| pieces(&setup.mesh, facet)).collect());
+        Some(InitialSolid { body: index, setup, velocity, lower, upper, surface })
+    }
+
+    /// Two solids may touch, but no element of one may lie in the other.
+    pub(super) fn overlaps<const D: usize>(&mut self, solids: &[InitialSolid<D>]) {
+        let middle = 3usize.pow(D as u32) / 2;
+        for (a, solid) in solids.iter().enumerate() {
+            for other in solids.iter().enumerate().filter(|(b, _)| *b != a).map(|(_, other)| other) {
+                let SolidSetup { name, mesh, .. } = &solid.setup;
+                let inside = |nodes: &&Vec<u32>| other.contains(mesh.nodes[nodes[middle] as usize]);
+                let count = mesh.elements.iter().filter(inside).count();
+                if count > 0 {
+                    let message = format!("{count} elements of `{name}` lie in `{}`", other.setup.name);
+                    let finding = Diagnostic::error(format!("body[{}]", solid.body), message);
+                    self.findings.push(finding.help("solids may touch: move one of them, or make one body of both"));
+                    return;
+                }
+            }
+        }
+    }
+
+    fn elastic_law(&mut self, index: usize) -> Option<Box<dyn PointLaw>> {
+        let Material::Point(law) = &self.case.file.body[index].material else { return None };
+        let law = law.clone().into_box();
+        match law.initial(&StartState::default()) {
+            Ok(_) => Some(law),
+            Err(why) => {
+                self.findings.push(Diagnostic::error(format!("body[{index}].material"), why));
+                None
+            }
+        }
+    }
+
+    /// The mesh of a solid, made of its region or read.
+    fn solid_mesh<const D: usize, const N: usize>(
+        &mut self,
+        index: usize,
+        background: &Mesh<D, N>,
+    ) -> Option<QuadraticMesh> {
+        let spec = &self.case.file.body[index];
+        let key = format!("body[{index}]");
+        if let Some(SolidMeshSpec::File(file)) = &spec.mesh {
+            let read = file.read(&self.case.source.base, D);
+            return read.map_err(|finding| self.note(&format!("{key}.mesh"), finding)).ok();
+        }
+        let region = self.region(&format!("{key}.region"), spec.region.as_ref()?)?;
+        let made = match &spec.mesh {
+            Some(SolidMeshSpec::Made(cells)) => QuadraticMesh::fill(&region, cells.cell, D),
+            _ => filled(&region, CELLS * cell_at(background, &region), D),
+        };
+        let wrong = |why| {
+            let help =
+                "another size, `mesh = { cell = ... }`, or a mesh of your own, `mesh = { path = \"...\" }`, may help";
+            self.findings.push(Diagnostic::error(format!("{key}.region"), why).help(help));
+        };
+        made.map_err(wrong).ok()
+    }
+
+    fn load<const D: usize>(
+        &mut self,
+        spec: &TractionSpec,
+        key: &str,
+        quadratic: &QuadraticMesh,
+        mesh: &SolidMesh<D>,
+        over: &TrialPoints,
+    ) -> Option<SurfaceTraction<D>> {
+        let (Some(value), None) = (&spec.value, &spec.pressure) else {
+            let message = "a load on a solid of `method = \"pfem2\"` is a force per area of the undeformed surface";
+            let finding = Diagnostic::error(key, message).help("give `value`, fixed in direction, and no `pressure`");
+            self.findings.push(finding);
+            return None;
+        };
+        let nodes = self.nodes_on(&spec.on, &format!("{key}.on"), "solid", quadratic)?;
+        let covered = |facet: &SolidFacet| facet.nodes.iter().all(|node| nodes.binary_search(node).is_ok());
+        let facets: Vec<u32> = (0u32..).zip(&mesh.facets).filter(|(_, f)| covered(f)).map(|(f, _)| f).collect();
+        if facets.is_empty() {
+            let help = match spec.on {
+                SupportPlace::Point(_) => {
+                    "a force needs an area: name a side, or a region that holds whole sides of elements"
+                }
+                _ => "take a larger place, or smaller elements: it must hold all nodes of a side",
+            };
+            let finding = Diagnostic::error(format!("{key}.on"), "no side of an element lies in this place");
+            self.findings.push(finding.help(help));
+            return None;
+        }
+        let traction = self.signals(&format!("{key}.value"), value, over);
+        Some(SurfaceTraction { facets, traction: std::array::from_fn(|i| traction[i].clone()) })
+    }
+}
+
+/// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest part.
+fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
+    let mesh = QuadraticMesh::fill(region, cell, dimension)?;
+    match mesh.thinnest() {
+        Some(place) if place.elements < ACROSS => QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension),
+        _ => Ok(mesh),
+    }
+}
+
+/// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the nearest one.
+fn cell_at<const D: usize, const N: usize>(mesh: &Mesh<D, N>, region: &Region) -> f64 {
+    let bounds = region.bounds();
+    let middle = Vector::<D>::from_fn(|i| 0.5 * (bounds.lower[i] + bounds.upper[i]));
+    let boxed = |x: Vector<D>| (0..D).all(|i| (bounds.lower[i]..=bounds.upper[i]).contains(&x[i]));
+    let near: Vec<usize> = (0..mesh.elements().len()).filter(|&e| boxed(mesh.center(e))).collect();
+    let held: Vec<usize> = near.iter().copied().filter(|&e| region.contains(mesh.center(e).to3())).collect();
+    let away = |e: &usize| (mesh.center(*e) - middle).norm_squared();
+    let nearest = || (0..mesh.elements().len()).min_by(|a, b| away(a).total_cmp(&away(b))).into_iter().collect();
+    let chosen: Vec<usize> = [held, near].into_iter().find(|list| !list.is_empty()).unwrap_or_else(nearest);
+    chosen.iter().map(|&e| size_of(mesh, e)).sum::<f64>() / chosen.len() as f64
+}
+
+/// The edge of a cube, in 2D a square, from which an element of a lattice would be cut: (D! V)^(1/D) [m].
+pub(in crate::case) fn size_of<const D: usize, const N: usize>(mesh: &Mesh<D, N>, element: usize) -> f64 {
+    let factorial: f64 = (1..=D).map(|k| k as f64).product();
+    (factorial * mesh.simplex(element).volume).powf(1.0 / D as f64)
+}
+
+/// A facet as segments (2D) or triangles (3D).
+fn pieces<const D: usize>(mesh: &SolidMesh<D>, facet: &SolidFacet) -> Vec<FacetCorners<D>> {
+    let node = |a: usize| mesh.nodes[facet.nodes[a] as usize];
+    if D == 3 {
+        let quarter = |corner: usize| [corner, corner + 1, corner + 4, corner + 3].map(node);
+        let halves = |[a, b, c, d]: [Vector<D>; 4]| [[a, b, c], [a, c, d]];
+        return [0, 1, 3, 4].into_iter().flat_map(|corner| halves(quarter(corner))).collect();
+    }
+    let at = |i: usize| {
+        let xi = 2.0 * i as f64 / PIECES as f64 - 1.0;
+        node(0) * (0.5 * xi * (xi - 1.0)) + node(1) * (1.0 - xi * xi) + node(2) * (0.5 * xi * (xi + 1.0))
+    };
+    (0..PIECES).map(|i| [at(i), at(i + 1), at(i + 1)]).collect()
+}

@@ -1,0 +1,63 @@
+//! Keys of elastic solids of PFEM-2.
+
+use crate::mesh::quadratic::QuadraticFile;
+use crate::pfem2::solid::setup::{Damping, Plane};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The mesh of a solid: made of its region, or from a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SolidMeshSpec {
+    /// Elements of a size that fill the region.
+    Made(SolidCells),
+    /// From a Gmsh file.
+    File(QuadraticFile),
+}
+
+/// Elements of a solid: quadrilaterals with 9 nodes, hexahedra with 27.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolidCells {
+    /// Length of their edges, about.
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub cell: f64,
+}
+
+/// The third direction of a plane problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlaneSpec {
+    /// No strain across the plane: the solid is long in that direction.
+    #[default]
+    Strain,
+    /// No stress across the plane: it is thin.
+    Stress,
+}
+
+impl From<PlaneSpec> for Plane {
+    fn from(plane: PlaneSpec) -> Self {
+        match plane {
+            PlaneSpec::Strain => Self::Strain,
+            PlaneSpec::Stress => Self::Stress,
+        }
+    }
+}
+
+/// Damping of a solid: forces in proportion to mass and to stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolidDampingSpec {
+    /// Coefficient of the mass.
+    #[schemars(extend("unit" = "1/s", "minimum" = 0.0))]
+    pub mass: f64,
+    /// Coefficient of the stiffness.
+    #[schemars(extend("unit" = "s", "minimum" = 0.0))]
+    pub stiffness: f64,
+}
+
+impl From<SolidDampingSpec> for Damping {
+    fn from(SolidDampingSpec { mass, stiffness }: SolidDampingSpec) -> Self {
+        Self { mass, stiffness }
+    }
+}

@@ -1,0 +1,190 @@
+//! Meshes of solids from Gmsh files.
+
+use super::QuadraticMesh;
+use crate::error::Diagnostic;
+use crate::mesh::gmsh::{self, GmshMesh};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Gmsh's number of the node at each place of an element of ours: corners first, then the middles of edges, of faces, of the element
+/// (Gmsh reference manual, section on node ordering).
+const QUADRILATERAL: [usize; 9] = [0, 4, 1, 7, 8, 5, 3, 6, 2];
+const HEXAHEDRON: [usize; 27] =
+    [0, 8, 1, 9, 20, 11, 3, 13, 2, 10, 21, 12, 22, 26, 23, 15, 24, 14, 4, 16, 5, 17, 25, 18, 7, 19, 6];
+
+/// A mesh from a Gmsh file (`.msh`, versions 2.2 and 4.1) of second order: quadrilaterals of 9 nodes in 2D, hexahedra of 27 in 3D
+/// (`Mesh.ElementOrder = 2`, `Mesh.RecombineAll = 1`). The physical groups of the file are the names of its node sets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct QuadraticFile {
+    /// The file, relative to the case file.
+    pub path: PathBuf,
+    /// Physical group of the solid's elements; by default all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// Length of one unit of the file [m]: `unit = "1 mm"` for a file in millimetres.
+    #[serde(default = "one")]
+    #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
+    pub unit: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl QuadraticFile {
+    /// Reads the mesh. The file is looked for below `base_dir`.
+    ///
+    /// # Errors
+    /// A finding with a key relative to this mesh: an unreadable file, one of first order, no such group, elements that fold.
+    pub fn read(&self, base_dir: &Path, dimension: usize) -> Result<QuadraticMesh, Diagnostic> {
+        if !(self.unit > 0.0 && self.unit.is_finite()) {
+            return Err(Diagnostic::error("unit", format!("must be positive and finite, not {}", self.unit)));
+        }
+        let wrong = |key: &str, why: String| Diagnostic::error(key, format!("{}: {why}", self.path.display()));
+        let file = gmsh::read_quadratic(&base_dir.join(&self.path)).map_err(|why| wrong("path", why.to_string()))?;
+        let key = if self.group.is_some() { "group" } else { "path" };
+        QuadraticMesh::from_gmsh(&file, self.group.as_deref(), dimension, self.unit).map_err(|why| wrong(key, why))
+    }
+}
+
+impl QuadraticMesh {
+    /// The quadrilaterals (2D) or hexahedra (3D) of a physical group, or all of them; `unit` is the length of one unit of the file [m].
+    ///
+    /// # Errors
+    /// No such group or element; in 2D a mesh that leaves the plane z = 0; elements that fold.
+    fn from_gmsh(file: &GmshMesh<27>, group: Option<&str>, dimension: usize, unit: f64) -> Result<Self, String> {
+        let cells = file.cells_of(group, dimension)?;
+        let mut used: Vec<u32> = cells.iter().flat_map(|cell| cell.nodes()).copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let mut nodes: Vec<[f64; 3]> = used.iter().map(|&n| file.nodes[n as usize].map(|c| c * unit)).collect();
+        if dimension == 2 {
+            gmsh::flatten(&mut nodes)?;
+        }
+        let order = if dimension == 2 { &QUADRILATERAL[..] } else { &HEXAHEDRON[..] };
+        let element =
+            |own: &[u32]| order.iter().filter_map(|&a| used.binary_search(&own[a]).ok()).map(|n| n as u32).collect();
+        let elements = cells.iter().map(|cell| element(cell.nodes())).collect();
+        let mut mesh = Self { dimension, nodes, elements, sets: file.node_sets(&used) };
+        mesh.turn_inverted();
+        match mesh.folded() {
+            Some((e, [x, y, z])) => Err(format!("element {} is folded at ({x:.6}, {y:.6}, {z:.6})", cells[e].number)),
+            None => Ok(mesh),
+        }
+    }
+
+    /// Elements whose nodes run clockwise, or left-handed, change their first two directions.
+    fn turn_inverted(&mut self) {
+        for e in 0..self.elements.len() {
+            if self.jacobian(e, [0.0; 3]) < 0.0 {
+                let own = self.elements[e].clone();
+                self.elements[e] = (0..own.len()).map(|a| own[a / 9 * 9 + a % 3 * 3 + a / 3 % 3]).collect();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file as Gmsh writes it for one element of second order; `places` of its nodes in Gmsh's order.
+    fn file(kind: usize, places: &[[f64; 3]], line: &str) -> String {
+        let nodes: String = (1..).zip(places).map(|(n, [x, y, z])| format!("{n} {x} {y} {z}\n")).collect();
+        let own: Vec<String> = (1..=places.len()).map(|n| n.to_string()).collect();
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 7 \"held\"\n$EndPhysicalNames\n$Nodes\n{}\n{nodes}$EndNodes\n\
+             $Elements\n2\n{line}\n2 {kind} 2 3 1 {}\n$EndElements\n",
+            places.len(),
+            own.join(" ")
+        )
+    }
+
+    fn read(text: &str, dimension: usize) -> Result<QuadraticMesh, Diagnostic> {
+        let home = tempfile::tempdir().unwrap();
+        std::fs::write(home.path().join("solid.msh"), text).unwrap();
+        QuadraticFile { path: "solid.msh".into(), group: None, unit: 1e-3 }.read(home.path(), dimension)
+    }
+
+    /// Nodes of a rectangle in the order that the manual of Gmsh draws: corners, then edges 0-1, 1-2, 2-3, 3-0, then the middle.
+    const RECTANGLE: [[f64; 3]; 9] = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [2.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [2.0, 0.5, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 0.5, 0.0],
+        [1.0, 0.5, 0.0],
+    ];
+
+    #[test]
+    fn a_quadrilateral_of_nine_nodes_is_read_with_its_groups() {
+        let mesh = read(&file(10, &RECTANGLE, "1 8 2 7 1 1 4 8"), 2).unwrap();
+        assert!((mesh.volume() - 2e-6).abs() < 1e-18);
+        // Nodes 1, 4 and 8 of the file: the left side.
+        let held: Vec<[f64; 3]> = mesh.sets["held"].iter().map(|&n| mesh.nodes[n as usize]).collect();
+        assert!(held.len() == 3 && held.iter().all(|x| x[0] == 0.0));
+        let mut mirrored = RECTANGLE;
+        mirrored.iter_mut().for_each(|x| x[0] = -x[0]);
+        assert!((read(&file(10, &mirrored, "1 8 2 7 1 1 4 8"), 2).unwrap().volume() - 2e-6).abs() < 1e-18);
+    }
+
+    /// The edges and faces of the manual's drawing of a hexahedron, by the corners that they join.
+    #[test]
+    fn a_hexahedron_of_27_nodes_is_read() {
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 2.0, 0.0],
+            [0.0, 2.0, 0.0],
+            [0.0, 0.0, 3.0],
+            [1.0, 0.0, 3.0],
+            [1.0, 2.0, 3.0],
+            [0.0, 2.0, 3.0],
+        ];
+        let joined: [&[usize]; 19] = [
+            &[0, 1],
+            &[0, 3],
+            &[0, 4],
+            &[1, 2],
+            &[1, 5],
+            &[2, 3],
+            &[2, 6],
+            &[3, 7],
+            &[4, 5],
+            &[4, 7],
+            &[5, 6],
+            &[6, 7],
+            &[0, 1, 2, 3],
+            &[0, 1, 5, 4],
+            &[0, 3, 7, 4],
+            &[1, 2, 6, 5],
+            &[2, 3, 7, 6],
+            &[4, 5, 6, 7],
+            &[0, 1, 2, 3, 4, 5, 6, 7],
+        ];
+        let middle = |own: &&[usize]| {
+            std::array::from_fn(|k| own.iter().map(|&c| corners[c][k]).sum::<f64>() / own.len() as f64)
+        };
+        let places: Vec<[f64; 3]> = corners.into_iter().chain(joined.iter().map(middle)).collect();
+        let mesh = read(&file(12, &places, "1 8 2 7 1 1 2 9"), 3).unwrap();
+        assert!((mesh.volume() - 6e-9).abs() < 1e-21);
+        assert_eq!(mesh.position(0, [0.5, -0.5, 0.5]), [0.75e-3, 0.5e-3, 2.25e-3]);
+    }
+
+    #[test]
+    fn files_of_first_order_and_triangles_are_refused_with_what_to_do() {
+        let first = read(&file(3, &RECTANGLE[..4], "1 1 2 7 1 1 4"), 2).unwrap_err();
+        assert!(first.key == "path" && first.message.contains("Mesh.ElementOrder = 2"), "{first:?}");
+        let triangle = read(&file(9, &RECTANGLE[..6], "1 8 2 7 1 1 2 4"), 2).unwrap_err();
+        assert!(triangle.message.contains("Mesh.RecombineAll"), "{triangle:?}");
+        let mut folded = RECTANGLE;
+        folded[2] = [0.1, 0.1, 0.0];
+        let folded = read(&file(10, &folded, "1 8 2 7 1 1 4 8"), 2).unwrap_err();
+        assert!(folded.message.contains("element 2 is folded"), "{folded:?}");
+    }
+}

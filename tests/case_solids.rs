@@ -1,0 +1,217 @@
+//! Elastic solids in the fluids of PFEM-2: sizes, meshes, particles around them, errors in their keys.
+
+use lateen::Error;
+use lateen::case::{Case, Model, Source, line_and_column};
+use lateen::error::{Diagnostic, Severity};
+use std::path::Path;
+
+const GOOD: &str = r#"
+name = "flap"
+method = "pfem2"
+dimension = 2
+[time]
+end = "0.1 s"
+step = "0.01 s"
+[mesh]
+shape = "box"
+lower = ["0 m", "0 m"]
+upper = ["1 m", "0.5 m"]
+cell = "0.02 m"
+[[body]]
+name = "flap"
+region = { shape = "box", lower = ["0.4 m", "0 m"], upper = ["0.5 m", "0.3 m"] }
+material = { law = "neo-hookean", density = "1200 kg/m^3", young = "1 MPa", poisson = 0.3 }
+mesh = { cell = "0.05 m" }
+supports = [{ on = "bottom" }]
+traction = [{ on = "top", value = [0, "-10 Pa"] }]
+damping = { mass = "0.1 1/s" }
+plane = "stress"
+[[body]]
+name = "water"
+region = { shape = "box", lower = ["-1 m", "-1 m"], upper = ["0.45 m", "2 m"] }
+material = { law = "newtonian", density = "1000 kg/m^3", viscosity = "1e-3 Pa s" }
+[[body]]
+name = "oil"
+region = { shape = "box", lower = ["-1 m", "-1 m"], upper = ["2 m", "2 m"] }
+material = { law = "newtonian", density = "800 kg/m^3", viscosity = "1e-2 Pa s" }
+[[tension]]
+between = ["water", "oil"]
+value = "0.01 N/m"
+[[boundary]]
+on = "left"
+kind = "inlet"
+velocity = ["0.1 m/s", 0]
+fluid = "oil"
+[[boundary]]
+on = "right"
+kind = "outlet"
+[[boundary]]
+on = "rest"
+"#;
+
+fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
+    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
+        Ok(model) => Ok(model),
+        Err(Error::Case(findings)) => Err(findings),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn good(text: &str) -> Model {
+    model(text, Path::new("")).unwrap_or_else(|findings| {
+        panic!("{}", Source::new("case.toml", "", text).render(&findings, false));
+    })
+}
+
+/// Expects one error at the place of `at` after replacing `from` by `to`.
+#[track_caller]
+fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
+    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
+    let text = GOOD.replace(from, to);
+    let Err(mut found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
+    found.retain(|finding| finding.severity == Severity::Error);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].message.contains(message), "{}", found[0].message);
+    assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);
+    if !at.is_empty() {
+        let start = found[0].span.as_ref().expect("a place").start;
+        let wanted = text.find(at).expect("the marked text is there");
+        assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{:?}", found[0]);
+    }
+}
+
+/// 0.1 m by 0.3 m of 1200 kg/m³ in elements of 0.05 m. The fluids have the rest: 0.4 · 0.5 + 0.05 · 0.2 and what is behind.
+#[test]
+fn a_solid_has_its_elements_and_mass_and_no_particles() {
+    let model = good(GOOD);
+    assert!(model.warnings.is_empty(), "{:?}", model.warnings);
+    let [solid] = &model.summary.solids[..] else { panic!("one solid") };
+    assert_eq!((solid.name.as_str(), solid.elements, solid.nodes, solid.across), ("flap", 12, 5 * 13, 2));
+    assert!((solid.mass - 36.0).abs() < 1e-9 && (solid.thickness - 0.1).abs() < 1e-12, "{solid:?}");
+    assert!((solid.cells_across.unwrap() - 5.0).abs() < 1e-9, "{solid:?}");
+    assert!(model.summary.to_string().contains("solid flap: 12 elements, 65 nodes, 36.0000 kg/m"), "{}", model.summary);
+    let fluids: Vec<(&str, f64)> = model.summary.bodies.iter().map(|body| (body.name.as_str(), body.volume)).collect();
+    let [("water", water), ("oil", oil)] = fluids[..] else { panic!("{fluids:?}") };
+    assert!((water - 0.21).abs() < 2e-3 && (oil - 0.26).abs() < 2e-3, "{fluids:?}");
+}
+
+#[test]
+fn a_resolved_case_keeps_the_keys_of_its_solids() {
+    let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
+    let first = resolved(GOOD);
+    for key in ["[body.mesh]", "plane = \"stress\"", "[[body.supports]]", "[[body.traction]]", "[body.damping]"] {
+        assert!(first.contains(key), "{key}\n{first}");
+    }
+    assert_eq!(resolved(&first), first);
+}
+
+/// Without a size: two cells of 0.02 m, which makes 3 by 8 elements; a thin one has two across all the same.
+#[test]
+fn the_default_size_follows_the_mesh_of_the_fluid_and_the_thickness() {
+    let sizes = |upper: &str| {
+        let text = GOOD.replace("mesh = { cell = \"0.05 m\" }\n", "");
+        let solid = good(&text.replace("[\"0.5 m\", \"0.3 m\"]", upper)).summary.solids[0].clone();
+        (solid.elements, solid.across)
+    };
+    assert_eq!(sizes("[\"0.5 m\", \"0.3 m\"]"), (24, 3));
+    let (elements, across) = sizes("[\"0.43 m\", \"0.3 m\"]");
+    assert_eq!((elements, across), (40, 2));
+}
+
+#[test]
+fn a_thin_solid_and_a_coarse_one_are_warned_of() {
+    let warnings = |from: &str, to: &str| -> Vec<String> {
+        assert_eq!(GOOD.matches(from).count(), 1, "{from}");
+        good(&GOOD.replace(from, to)).warnings.iter().map(ToString::to_string).collect()
+    };
+    let coarse = warnings("cell = \"0.05 m\" }", "cell = \"0.1 m\" }");
+    assert!(coarse.len() == 1 && coarse[0].contains("one element across its thinnest part"), "{coarse:?}");
+    let thin = warnings("[\"0.5 m\", \"0.3 m\"]", "[\"0.45 m\", \"0.3 m\"]");
+    let told = thin.iter().filter(|warning| warning.contains("2.5 elements of the mesh")).count();
+    assert_eq!(told, 1, "{thin:?}");
+}
+
+#[test]
+fn mistakes_in_solids_are_errors_with_their_place() {
+    let steel = "law = \"j2\", density = 1.0, young = 1.0, poisson = 0.3, yield-stress = 1.0";
+    let rubber = "law = \"neo-hookean\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
+    assert!(GOOD.contains(rubber));
+    let bottom = "{ on = \"bottom\" }";
+    expect(bottom, "{ on = \"foot\" }", "\"foot\"", "no such set of nodes", "all, surface, bottom, left, right, top");
+    let twice = "{ on = \"bottom\" }, { on = \"all\", velocity = [\"1 m/s\", \"free\"] }";
+    expect(bottom, twice, "{ on = \"all\"", "moves node 0 along x with another velocity", "\"free\"");
+    expect("on = \"top\", value", "on = [0.45, 0.3], value", "[0.45", "no side of an element", "a force needs an area");
+    let follower = "value = [0, \"-10 Pa\"]";
+    expect(
+        follower,
+        "pressure = \"10 Pa\"",
+        "{ on = \"top\"",
+        "force per area of the undeformed surface",
+        "give `value`",
+    );
+    expect("plane = \"stress\"", "plane = \"flat\"", "\"flat\"", "unknown name `flat`", "");
+    expect(
+        "{ cell = \"0.05 m\" }",
+        "{ path = \"flap.msh\" }",
+        "{ shape = \"box\", lower = [\"0.4",
+        "needs no region",
+        "",
+    );
+    expect(
+        "fluid = \"oil\"",
+        "fluid = \"flap\"",
+        "\"flap\"\n[[boundary]]",
+        "no body `flap` of a fluid",
+        "`water`, `oil`",
+    );
+    expect("[\"water\", \"oil\"]", "[\"water\", \"flap\"]", "[\"water\", \"flap\"]", "not two bodies", "water, oil");
+    expect(
+        "lower = [\"0.4 m\", \"0 m\"], upper = [\"0.5 m\"",
+        "lower = [\"4 m\", \"0 m\"], upper = [\"5 m\"",
+        "",
+        "outside the mesh",
+        "",
+    );
+    let text = GOOD.replace("name = \"oil\"", "name = \"oil\"\nspacing = 1.0\nsupports = [{ on = \"left\" }]");
+    let messages: Vec<String> =
+        model(&text, Path::new("")).map(|_| ()).unwrap_err().iter().map(|f| f.message.clone()).collect();
+    assert!(messages[0].contains("`body[2].spacing` does not belong to `method = \"pfem2\"`"), "{messages:?}");
+    assert!(messages[1].contains("`supports` is for elastic solids, and this body is a fluid"), "{messages:?}");
+    // Laws that yield have no tangent.
+    let text = GOOD.replace(rubber, steel);
+    let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
+    let law = found.iter().find(|f| f.message.contains("`j2` is for `method = \"mpm\"`")).expect("the law");
+    assert!(law.help.as_deref().unwrap_or("").contains("st-venant-kirchhoff"), "{law:?}");
+}
+
+#[test]
+fn solids_that_overlap_are_refused_and_may_touch() {
+    let second = |lower: &str| {
+        let body = format!(
+            "[[body]]\nname = \"block\"\nregion = {{ shape = \"box\", lower = [\"{lower}\", \"0 m\"], upper = [\"0.8 m\", \"0.2 m\"] }}\n\
+             material = {{ law = \"neo-hookean\", density = 1200.0, young = 1e6, poisson = 0.3 }}\n[[tension]]"
+        );
+        model(&GOOD.replace("[[tension]]", &body), Path::new(""))
+    };
+    assert!(second("0.5 m").is_ok());
+    let found = second("0.42 m").map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("lie in `block`"), "{found:?}");
+}
+
+#[test]
+fn keys_of_solids_do_not_belong_to_material_points() {
+    let text = "name = \"bar\"\ndimension = 2\ntime = { end = 1.0 }\ngrid = { cell = 0.1, lower = [0, 0], upper = [1, 1] }\n\
+        [[body]]\nname = \"bar\"\nregion = { shape = \"box\", lower = [0, 0], upper = [1, 1] }\nparticles-per-cell = 2\n\
+        material = { law = \"neo-hookean\", density = 1200.0, young = 1e6, poisson = 0.3 }\nsupports = [{ on = \"left\" }]\n";
+    let found = model(text, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(
+        found.len() == 1 && found[0].message.contains("`body[0].supports` does not belong to `method = \"mpm\"`"),
+        "{found:?}"
+    );
+    let text = text.replace("supports = [{ on = \"left\" }]", "traction = [{ on = [0.0, 0.5], value = [1.0, 0] }]");
+    let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("act on a side of the body"), "{found:?}");
+    let text = text.replace("region = { shape = \"box\", lower = [0, 0], upper = [1, 1] }\n", "");
+    let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("the key `region` is missing"), "{found:?}");
+}
