@@ -178,7 +178,7 @@ impl CaseSummary {
         let count = |fluid: usize| particles.fluid.iter().filter(|&&f| usize::from(f) == fluid).count();
         // Elements that a solid cuts have fewer particles, not larger ones.
         let full = (0..mesh.elements().len()).map(|e| particles.of(e).len()).max().unwrap_or(1).max(1);
-        let within = |e: usize| if setup.solids.is_empty() { particles.of(e).len().max(1) } else { full };
+        let within = |e: usize| if setup.solids.is_none() { particles.of(e).len().max(1) } else { full };
         let share = |e: usize| mesh.simplex(e).volume / within(e) as f64;
         let volume = |fluid: usize| {
             let own = (0..particles.len()).filter(|&p| usize::from(particles.fluid[p]) == fluid);
@@ -189,9 +189,10 @@ impl CaseSummary {
             particles: count(fluid),
             volume: volume(fluid),
         });
-        let locator = (!setup.solids.is_empty()).then(|| Locator::new(mesh));
-        let solids =
-            locator.iter().flat_map(|locator| setup.solids.iter().map(|solid| SolidSummary::new(solid, mesh, locator)));
+        let locator = setup.solids.is_some().then(|| Locator::new(mesh));
+        let solids = locator
+            .iter()
+            .flat_map(|locator| setup.solid_setups().iter().map(|solid| SolidSummary::new(solid, mesh, locator)));
         let solids = solids.collect();
         let axis = |i: usize| mesh.nodes().iter().map(move |x| x.to3()[i]);
         let lower = std::array::from_fn(|i| axis(i).fold(f64::INFINITY, f64::min));

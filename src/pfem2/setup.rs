@@ -12,6 +12,7 @@ use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::Kernel;
 use crate::pfem2::particles::reseed::Reseeding;
 use crate::pfem2::solid::setup::SolidSetup;
+use crate::pfem2::solid::structure::Structure;
 use std::sync::Arc;
 
 /// Everything that a run of PFEM-2 starts from.
@@ -26,7 +27,7 @@ pub struct Setup<const D: usize, const N: usize> {
     /// The fluids.
     pub fluids: Vec<FluidSetup>,
     /// Elastic solids; where they are there is no fluid.
-    pub solids: Vec<SolidSetup<D>>,
+    pub solids: Option<Structure<D>>,
     /// Surface tension of pairs of fluids [N/m].
     pub tension: Vec<([usize; 2], f64)>,
     /// Body force per unit mass, a formula per axis [m/s²].
@@ -63,6 +64,13 @@ pub struct Setup<const D: usize, const N: usize> {
     pub step_tolerance: f64,
     /// The linear solver.
     pub linear: linalg::Options,
+}
+
+impl<const D: usize, const N: usize> Setup<D, N> {
+    /// The solids one by one.
+    pub fn solid_setups(&self) -> &[SolidSetup<D>] {
+        self.solids.as_ref().map_or(&[], |structure| structure.setups())
+    }
 }
 
 /// Treatment of the volumes of several fluids (theory G.6).

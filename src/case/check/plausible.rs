@@ -77,7 +77,7 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
     }
     findings.extend(gravity("pfem2.gravity", &setup.gravity, case.file.time.end));
     let (fluids, solids) = (case.file.fluids(), case.file.solids());
-    for (i, solid) in solids.iter().zip(&setup.solids) {
+    for (i, solid) in solids.iter().zip(setup.solid_setups()) {
         findings.extend(density(&format!("body[{i}].material.density"), &solid.name, solid.law.density(), DENSE));
     }
     for (i, fluid) in fluids.iter().zip(&setup.fluids) {

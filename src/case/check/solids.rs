@@ -57,7 +57,7 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
 ) {
     let locator = Locator::new(&setup.mesh);
     let keys: Vec<String> = case.file.solids().into_iter().map(|i| format!("body[{i}]")).collect();
-    for ((key, solid), summary) in keys.iter().zip(&setup.solids).zip(summaries) {
+    for ((key, solid), summary) in keys.iter().zip(setup.solid_setups()).zip(summaries) {
         let supports: Vec<_> = solid.held.iter().map(|held| (&held.nodes[..], &held.velocity[..])).collect();
         conflicts(key, solid.mesh.nodes.len(), &supports, findings);
         if !solid.mesh.nodes.iter().any(|&x| locator.search(&setup.mesh, x).is_some()) {

@@ -16,6 +16,7 @@ pub mod cut;
 pub mod element;
 pub mod equations;
 pub mod equilibrium;
+pub mod immersed;
 pub mod mesh;
 pub mod setup;
 pub mod structure;

@@ -88,21 +88,22 @@ impl Construction<'_> {
         let level_set = sharp(&file.pfem2, &mesh, &fluids, &parts, &mut particles);
         let start =
             |x: Vector<D>| solid_at(&solids, x).map_or_else(|| velocity_at(&parts, x), |solid| solid.velocity(x));
+        let velocity = mesh.nodes().iter().map(|&x| start(x)).collect();
         let spec = &file.pfem2;
+        let structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
         Some(Setup {
-            velocity: mesh.nodes().iter().map(|&x| start(x)).collect(),
-            solids: solids.into_iter().map(|solid| solid.setup).collect(),
+            velocity,
+            solids: structure,
             boundaries,
             pin,
             fluids,
-            solids: None,
             tension,
             gravity: std::array::from_fn(|i| gravity[i].clone()),
             particles,
             level_set,
-            volume: spec.volume.into(),
+            volume: self.volume(),
             scheme: (&spec.scheme).into(),
-            stabilisation: spec.stabilisation.into(),
+            stabilisation: self.stabilisation(),
             mass: spec.mass.into(),
             enrichment: spec.enrichment.into(),
             kernel: spec.kernel.into(),

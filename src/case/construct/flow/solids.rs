@@ -2,14 +2,17 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
-use crate::case::{Material, SolidMeshSpec, SupportPlace, TractionSpec};
+use crate::case::{Material, Preset, SolidMeshSpec, SupportPlace, TractionSpec, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Region, Winding};
 use crate::material::{PointLaw, StartState};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
+use crate::pfem2::equations::element::Stabilisation;
+use crate::pfem2::setup::VolumeCorrection;
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
 use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceTraction};
+use crate::pfem2::solid::structure::Structure;
 
 /// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
 const CELLS: f64 = 2.0;
@@ -98,6 +101,42 @@ impl Construction<'_> {
         };
         let surface = Winding::new(setup.mesh.facets.iter().flat_map(|facet| pieces(&setup.mesh, facet)).collect());
         Some(InitialSolid { body: index, setup, velocity, lower, upper, surface })
+    }
+
+    /// The solids of a case together; inside `None` if there are none.
+    pub(super) fn structure<const D: usize>(&mut self, setups: Vec<SolidSetup<D>>) -> Option<Option<Structure<D>>> {
+        if setups.is_empty() {
+            return Some(None);
+        }
+        match Structure::new(setups) {
+            Ok(structure) => Some(Some(structure)),
+            Err(why) => {
+                self.findings.push(Diagnostic::error("body", why));
+                None
+            }
+        }
+    }
+
+    /// Stabilisation of the pressure: the consistent one beside solids, whose motion orthogonal subscales would damp (theory J.3).
+    pub(super) fn stabilisation(&self) -> Stabilisation {
+        let (case, spec) = (self.case, &self.case.file.pfem2);
+        let chosen = case.says("pfem2.stabilisation") || case.file.preset != Preset::Recommended;
+        if chosen || case.file.solids().is_empty() { spec.stabilisation.into() } else { Stabilisation::ConsistentPspg }
+    }
+
+    /// Correction of the volumes of several fluids: none beside solids, where the level set doesn't tell them.
+    pub(super) fn volume(&mut self) -> VolumeCorrection {
+        let (case, spec) = (self.case, &self.case.file.pfem2);
+        if case.file.solids().is_empty() || case.file.fluids().len() < 2 || spec.volume == VolumeSpec::None {
+            return spec.volume.into();
+        }
+        let message = "the volumes of several fluids are not kept beside solids";
+        let help = "write `volume = \"none\"` in `[pfem2]`: they are in `history/balance.csv`";
+        self.findings.push(match case.says("pfem2.volume") {
+            true => Diagnostic::error("pfem2.volume", message).help(help),
+            false => Diagnostic::warning("pfem2.volume", message).help(help),
+        });
+        VolumeCorrection::None
     }
 
     /// Two solids may touch, but no element of one may lie in the other.
