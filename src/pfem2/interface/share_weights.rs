@@ -209,7 +209,7 @@ mod tests {
             Phases { list: &PhaseList::fluids(&density), fraction, level: &[] }.volumes(
                 &mesh,
                 mesh.elements().len(),
-                |e| e,
+                |e| (e, mesh.simplex(e).volume),
             )
         };
         let start = of(&fraction);

@@ -45,7 +45,8 @@ const BAR: [f64; 3] = [0.1, 0.3, 0.05];
 pub fn bar(cells: usize, speed: f64) -> Pfem2<2, 3> {
     let [length, channel, width] = BAR;
     let counts = [cells * 6, cells];
-    let mesh = shaken(&Mesh::block(Vector::ZERO, Vector([channel, width]), counts).unwrap(), width / cells as f64);
+    let mesh =
+        shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([channel, width]), counts).unwrap(), width / cells as f64);
     let sides = |y: f64| y < 1e-9 || y > width - 1e-9;
     let sets = vec![
         set(&mesh, "end", Condition::Outlet, |x| x[0] > channel - 1e-9),
@@ -109,7 +110,7 @@ fn a_bar_that_pushes_a_column_of_water_has_the_frequency_of_a_bar_with_a_mass() 
 /// A solid as heavy as the water in it, under gravity: nothing moves but for its compression, and the water carries its weight.
 #[test]
 fn a_solid_as_heavy_as_the_water_hovers() {
-    let mesh = shaken(&Mesh::block(Vector::ZERO, Vector([1.0, 1.0]), [12, 12]).unwrap(), 1.0 / 12.0);
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [12, 12]).unwrap(), 1.0 / 12.0);
     let block = SolidMesh::block(Vector([0.33, 0.41]), Vector([0.71, 0.64]), [3, 2]).unwrap();
     let solid = solid(block, (1e9, 0.3), |_| [false; 2], |_| Vector::ZERO);
     let mut setup = setup(mesh, Vec::new(), water([Signal::ZERO, (-9.81).into()]), |_| 0, |_| Vector::ZERO);
