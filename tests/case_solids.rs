@@ -17,6 +17,8 @@ shape = "box"
 lower = ["0 m", "0 m"]
 upper = ["1 m", "0.5 m"]
 cell = "0.02 m"
+[pfem2]
+volume = "none"
 [[body]]
 name = "flap"
 region = { shape = "box", lower = ["0.4 m", "0 m"], upper = ["0.5 m", "0.3 m"] }

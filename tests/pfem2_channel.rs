@@ -108,7 +108,6 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         enrichment,
         kernel: Kernel::Linear,
         reseeding: Reseeding::default(),
-        solids: Vec::new(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         unresolved: Unresolved::default(),

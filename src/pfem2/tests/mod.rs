@@ -103,7 +103,6 @@ fn setup<const D: usize, const N: usize>(
         enrichment,
         kernel: Kernel::default(),
         reseeding: Reseeding::default(),
-        solids: Vec::new(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         unresolved: Unresolved::default(),
