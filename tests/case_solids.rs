@@ -17,6 +17,8 @@ shape = "box"
 lower = ["0 m", "0 m"]
 upper = ["1 m", "0.5 m"]
 cell = "0.02 m"
+[pfem2]
+volume = "none"
 [[body]]
 name = "flap"
 region = { shape = "box", lower = ["0.4 m", "0 m"], upper = ["0.5 m", "0.3 m"] }
@@ -113,7 +115,7 @@ fn the_default_size_follows_the_mesh_of_the_fluid_and_the_thickness() {
         let solid = good(&text.replace("[\"0.5 m\", \"0.3 m\"]", upper)).summary.solids[0].clone();
         (solid.elements, solid.across)
     };
-    assert_eq!(sizes("[\"0.5 m\", \"0.3 m\"]"), (24, 3));
+    assert_eq!(sizes("[\"0.52 m\", \"0.32 m\"]"), (24, 3));
     let (elements, across) = sizes("[\"0.43 m\", \"0.3 m\"]");
     assert_eq!((elements, across), (40, 2));
 }

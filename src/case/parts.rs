@@ -90,10 +90,10 @@ pub enum Material {
 }
 
 impl Material {
-    /// True for a law that solids in a fluid on a mesh can have.
+    /// True for a law that solids in a fluid on a mesh can have: elastic, with a stress that follows from the deformation, not from rates.
     pub fn is_elastic(&self) -> bool {
         match self {
-            Self::Point(law) => law.as_dyn().elastic_law().is_ok(),
+            Self::Point(law) => law.as_dyn().elastic_law().is_ok() && law.as_dyn().storage().deformation,
             Self::Flow(_) => false,
         }
     }

@@ -31,10 +31,10 @@ impl SolidSummary {
             elements: mesh.elements.len(),
             nodes: mesh.nodes.len(),
             mass: mesh.volume() * solid.law.density(),
-            thickness: thinnest.map_or(0.0, |place| place.length),
-            thinnest: thinnest.map_or([0.0; 3], |place| place.middle),
-            across: thinnest.map_or(0, |place| place.elements),
-            cells_across: thinnest.and_then(|place| Some(place.length / cell(place.middle)?)),
+            thickness: thinnest.length,
+            thinnest: thinnest.middle,
+            across: thinnest.elements,
+            cells_across: cell(thinnest.middle).map(|cell| thinnest.length / cell),
         }
     }
 }

@@ -64,19 +64,7 @@ impl Construction<'_> {
         position: &[Vector<D>],
         spacing: f64,
     ) -> Vec<Traction> {
-        let side = |name: &str| Side::NAMED.into_iter().find(|(known, _)| *known == name)?.1.axis(D);
-        let named = match &spec.on {
-            SupportPlace::Named(name) => side(name),
-            SupportPlace::Point(_) | SupportPlace::Region(_) => None,
-        };
-        let Some((axis, upper)) = named else {
-            let message = format!("loads of material points act on a side of the body, and this is none in {D}D");
-            let sides: Vec<&str> =
-                Side::NAMED.into_iter().map(|(name, _)| name).filter(|&name| side(name).is_some()).collect();
-            let finding = Diagnostic::error(format!("{key}.on"), message);
-            self.findings.push(finding.help(format!("the sides are {}", sides.join(", "))));
-            return Vec::new();
-        };
+        let Some((axis, upper)) = self.loaded_side(&spec.on, &format!("{key}.on"), D) else { return Vec::new() };
         let samples = TrialPoints::over(position, self.case.file.time.end);
         let layer = Layer::new(position, spacing, axis, upper);
         let area = spacing.powi(D as i32 - 1);
@@ -105,5 +93,23 @@ impl Construction<'_> {
                 Vec::new()
             }
         }
+    }
+
+    /// The axis of a side of a body of material points, and whether it is the upper end.
+    fn loaded_side(&mut self, on: &SupportPlace, key: &str, dimension: usize) -> Option<(usize, bool)> {
+        let named = match on {
+            SupportPlace::Named(name) => Side::NAMED.into_iter().find(|(known, _)| known == name),
+            SupportPlace::Point(_) | SupportPlace::Region(_) => None,
+        };
+        let message = match named.map(|(_, side)| side.axis(dimension)) {
+            Some(Some(side)) => return Some(side),
+            Some(None) => "this side exists in 3D only",
+            None => "loads of material points act on a side of the body, and this is none",
+        };
+        let sides = Side::NAMED.into_iter().filter(|(_, side)| side.axis(dimension).is_some());
+        let sides: Vec<&str> = sides.map(|(name, _)| name).collect();
+        let help = format!("in {dimension}D the sides are {}", sides.join(", "));
+        self.findings.push(Diagnostic::error(key, message).help(help));
+        None
     }
 }

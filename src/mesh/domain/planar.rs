@@ -78,6 +78,9 @@ fn chance(i: u64, j: u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
+/// A triangle of nodes on one straight side has this part of the square of its longest edge as area at most, from rounding.
+const FLAT: f64 = 1e-9;
+
 /// The triangles inside the region, counter-clockwise.
 fn connect(points: &[Vector<2>], segments: &[[u32; 2]], region: &Region) -> Result<Vec<[u32; 3]>, String> {
     let edges = segments.iter().map(|s| s.map(|n| n as usize)).collect();
@@ -88,7 +91,7 @@ fn connect(points: &[Vector<2>], segments: &[[u32; 2]], region: &Region) -> Resu
         .map(|face| face.vertices().map(|vertex| vertex.data().index))
         .filter(|element| {
             let center = element.iter().map(|&n| points[n as usize]).sum::<Vector<2>>() / 3.0;
-            region.contains(center.to3())
+            region.contains(center.to3()) && !is_flat(element.map(|n| points[n as usize]))
         })
         .collect();
     if elements.is_empty() {
@@ -96,6 +99,11 @@ fn connect(points: &[Vector<2>], segments: &[[u32; 2]], region: &Region) -> Resu
     }
     elements.sort_unstable();
     Ok(elements)
+}
+
+fn is_flat([a, b, c]: [Vector<2>; 3]) -> bool {
+    let (u, v, w) = (b - a, c - a, c - b);
+    u[0] * v[1] - u[1] * v[0] <= FLAT * u.norm_squared().max(v.norm_squared()).max(w.norm_squared())
 }
 
 /// An element with all nodes on the boundary could not move there: the side that it shares is turned.

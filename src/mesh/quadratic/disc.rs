@@ -87,29 +87,26 @@ fn square(u: f64, v: f64) -> Vector<2> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::parabolic_disc;
     use super::*;
-    use std::f64::consts::PI;
 
-    /// The area of a disc whose arcs are parabolas through three of its points is short by the fourth power of their angle.
     #[test]
     fn a_disc_has_its_area_and_nodes_on_its_circle() {
         let disc = Region::Sphere { center: [0.3, -0.2, 0.0], radius: 0.1 };
-        let error = |cell: f64| {
+        for (cell, side) in [(0.05, 2), (0.0125, 10)] {
             let mesh = QuadraticMesh::fill(&disc, cell, 2).unwrap();
             for &n in &mesh.set("surface").unwrap() {
                 let [x, y, _] = mesh.nodes[n as usize];
                 assert!(((x - 0.3).hypot(y + 0.2) - 0.1).abs() < 1e-15);
             }
-            (mesh.volume() / (0.01 * PI) - 1.0).abs()
-        };
-        let (coarse, fine) = (error(0.05), error(0.0125));
-        assert!(coarse < 1e-4 && fine < coarse / 200.0, "{coarse} {fine}");
+            assert!((mesh.volume() / (0.01 * parabolic_disc(4 * side)) - 1.0).abs() < 1e-12, "{}", mesh.volume());
+        }
     }
 
     #[test]
     fn an_ellipse_is_stretched() {
         let ellipse = Region::Ellipsoid { center: [0.0; 3], semi_axes: [2.0, 1.0, f64::INFINITY] };
         let mesh = QuadraticMesh::fill(&ellipse, 0.4, 2).unwrap();
-        assert!((mesh.volume() / (2.0 * PI) - 1.0).abs() < 1e-5);
+        assert!((mesh.volume() / (2.0 * parabolic_disc(24)) - 1.0).abs() < 1e-12, "{}", mesh.volume());
     }
 }

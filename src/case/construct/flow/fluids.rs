@@ -22,8 +22,8 @@ const MOST: usize = 256;
 /// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
 const GAP_POINTS: usize = 8;
 
-/// Laws of material points that are elastic.
-const ELASTIC: [&str; 4] = ["hypoelastic", "neo-hookean", "st-venant-kirchhoff", "mooney-rivlin"];
+/// Laws of solids in fluids: those of material points with a stored energy.
+const ELASTIC: [&str; 3] = ["neo-hookean", "st-venant-kirchhoff", "mooney-rivlin"];
 
 /// Nodes and elements that a thread asks for their bodies at once.
 const PIECE: usize = 256;
@@ -275,4 +275,26 @@ fn part_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Option<usize
 pub(super) fn velocity_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Vector<D> {
     let Some(part) = part_at(parts, x) else { return Vector::ZERO };
     Vector::from_fn(|i| parts[part].velocity[i].value(x.to3(), 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ELASTIC;
+    use crate::case::Material;
+
+    #[test]
+    fn laws_with_a_stored_energy_are_those_of_solids() {
+        let elastic = "density = 1e3, young = 1e6, poisson = 0.3";
+        let laws = ["hypoelastic", "neo-hookean", "st-venant-kirchhoff"].map(|law| format!("law = '{law}', {elastic}"));
+        let others = [
+            format!("law = 'j2', {elastic}, yield-stress = 1e3"),
+            "law = 'mooney-rivlin', density = 1e3, c10 = 1e5, c01 = 1e4, bulk = 1e7".to_owned(),
+            "law = 'newtonian', density = 1e3, viscosity = 1e-3".to_owned(),
+        ];
+        for law in laws.into_iter().chain(others) {
+            let table: toml::Table = toml::from_str(&format!("material = {{ {law} }}")).unwrap();
+            let material: Material = table["material"].clone().try_into().expect(&law);
+            assert_eq!(material.is_elastic(), ELASTIC.iter().any(|name| law.contains(name)), "{law}");
+        }
+    }
 }

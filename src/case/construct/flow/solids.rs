@@ -230,10 +230,11 @@ impl Construction<'_> {
 /// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest part.
 fn filled(region: &Region, cell: f64, dimension: usize) -> Result<QuadraticMesh, String> {
     let mesh = QuadraticMesh::fill(region, cell, dimension)?;
-    match mesh.thinnest() {
-        Some(place) if place.elements < ACROSS => QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension),
-        _ => Ok(mesh),
+    let place = mesh.thinnest();
+    if place.elements >= ACROSS {
+        return Ok(mesh);
     }
+    QuadraticMesh::fill(region, place.length / ACROSS as f64, dimension)
 }
 
 /// The mean size of the elements of the fluid's mesh in a region [m]; where it holds none, in the box around it, or the nearest one.
