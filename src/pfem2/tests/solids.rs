@@ -103,14 +103,14 @@ fn a_bar_that_pushes_a_column_of_water_has_the_frequency_of_a_bar_with_a_mass() 
     assert!((first / (speed / omega) - 1.0).abs() < 0.03, "{first} {}", speed / omega);
     assert!((0.98..1.0).contains(&(last / first)), "{last} {first}");
     let gained = pfem.balance.gained(&pfem.system);
-    let energy = pfem.balance.solids.unwrap().stored;
-    assert!(gained < 1e-3 * energy && gained > -0.03 * energy, "{gained} {energy}");
+    let energy = pfem.balance.solids.unwrap().stored + pfem.balance.ledger.stored;
+    assert!(gained < 1e-3 * energy && gained > -0.05 * energy, "{gained} {energy}");
 }
 
-/// A solid as heavy as the water in it, under gravity: nothing moves but for its compression, and the water carries its weight.
+/// A solid as heavy as the water around it, under gravity: the water carries its weight, but for the corners that the cut rounds off.
 #[test]
 fn a_solid_as_heavy_as_the_water_hovers() {
-    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [12, 12]).unwrap(), 1.0 / 12.0);
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [24, 24]).unwrap(), 1.0 / 24.0);
     let block = SolidMesh::block(Vector([0.33, 0.41]), Vector([0.71, 0.64]), [3, 2]).unwrap();
     let solid = solid(block, (1e9, 0.3), |_| [false; 2], |_| Vector::ZERO);
     let mut setup = setup(mesh, Vec::new(), water([Signal::ZERO, (-9.81).into()]), |_| 0, |_| Vector::ZERO);
@@ -119,8 +119,12 @@ fn a_solid_as_heavy_as_the_water_hovers() {
     for k in 0..20 {
         pfem.step(0.01 * f64::from(k), 0.01).unwrap();
     }
-    let weight = 9.81 * 1000.0 * 0.38 * 0.23;
+    let (volume, weight) = (0.38 * 0.23, 9.81 * 1000.0 * 0.38 * 0.23);
     let force = pfem.solids.as_ref().unwrap().last.forces[0];
     assert!((force[1] / weight - 1.0).abs() < 0.01 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
-    assert!(fastest(&pfem.system.velocity) < 1e-3, "{}", fastest(&pfem.system.velocity));
+    let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
+    assert!((cut / volume - 1.0).abs() < 0.01, "{cut} {volume}");
+    // What the corners lack of buoyancy lets it sink.
+    let fall = 9.81 * 0.2 * (1.0 - cut / volume).abs();
+    assert!(fastest(&pfem.system.velocity) < 2.0 * fall, "{} {fall}", fastest(&pfem.system.velocity));
 }
