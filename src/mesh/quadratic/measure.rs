@@ -65,7 +65,7 @@ impl QuadraticMesh {
         (0..self.elements.len()).find_map(|e| {
             let sampled = || self.points([-1.0, 0.0, 1.0]).map(|xi| (self.jacobian(e, xi), xi));
             let most = sampled().map(|(j, _)| j.abs()).fold(0.0, f64::max);
-            let (_, xi) = sampled().find(|(j, _)| !(*j > FOLDED * most))?;
+            let (_, xi) = sampled().find(|(j, _)| j.is_nan() || *j <= FOLDED * most)?;
             Some((e, self.position(e, xi)))
         })
     }
