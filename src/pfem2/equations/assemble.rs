@@ -4,13 +4,10 @@
 //! parallel, each by one thread in a fixed order, so the values have the same bits for any number of threads. The
 //! places of an element's nodes in a row are found once, since the mesh is fixed.
 //!
-//! With the consistent stabilisation the rows of continuity are those of D + R/Δ, and R = −τ D inside a mesh with one τ. Multiplied with
-//! s_i = 1/(1 − τ̄_i/Δ), the matrix is nearly symmetric again, for a factor of its symmetric part; s_i ≤ 100.
-//!
 //! Rows of rotated nodes are turned into their frames, A_ij ← Q_i A_ij Q_jᵀ; prescribed unknowns are eliminated
 //! symmetrically: their columns go to the right-hand side, their rows keep the diagonal alone.
 
-use super::element::{self, Block, Content, Drive, Equations, Stabilisation};
+use super::element::{self, Block, Content, Drive, Equations};
 use super::outflow;
 use super::slip;
 use super::subscale::Subscales;
@@ -142,22 +139,6 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
             (0..D).for_each(|r| load[r] += cut.tension[i][r]);
         }
         load
-    }
-
-    /// Factor s_i of the continuity row of a node.
-    pub fn continuity_factor(&self, i: usize) -> f64 {
-        /// Beyond it, what is not symmetric counts less than the diagonal.
-        const LARGEST: f64 = 100.0;
-        if self.equations.stabilisation != Stabilisation::ConsistentPspg {
-            return 1.0;
-        }
-        let (mut volume, mut delay) = (0.0, 0.0);
-        for e in self.mesh.elements_around(i).iter().map(|&e| e as usize) {
-            let own = self.mesh.simplex(e).volume;
-            volume += own;
-            delay += own * self.contents[e].tau;
-        }
-        (1.0 - delay / (volume * self.equations.delta)).max(1.0 / LARGEST).recip()
     }
 
     /// The block of the equations: what a slip wall takes up doesn't push the fluid along it.
@@ -292,9 +273,6 @@ impl<const N: usize> Assembly<N> {
                 add(&mut row[place as usize], &elements.equation(element, cut, (own, j)));
             }
         }
-        let factor = elements.continuity_factor(i);
-        f[D] *= factor;
-        row.iter_mut().for_each(|block| block[D].iter_mut().for_each(|entry| *entry *= factor));
     }
 }
 

@@ -210,26 +210,16 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// # Errors
     /// The matrix of the solids is singular; inside, the linear solver doesn't converge.
     fn solve_linear(&mut self) -> Result<Result<Outcome, NotConverged>, StepError> {
-        let Some(immersed) = &self.immersed else {
+        let Some(immersed) = &mut self.immersed else {
             return Ok(self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns));
         };
-        let mut rhs = std::mem::take(&mut self.rhs);
-        let equations = self.elements(&self.velocity);
-        let factor = |node: usize| equations.continuity_factor(node);
-        let border = SolidBorder::new(&self.mesh, immersed, &self.constraints, factor, &mut rhs);
-        self.rhs = rhs;
-        let mut border = border.ok_or_else(|| {
+        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, &mut self.rhs).ok_or_else(|| {
             let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
             StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
         })?;
         let load = std::mem::take(&mut border.load);
-        let mut velocity = immersed.velocity.clone();
-        let x = [self.unknowns.as_flattened_mut(), &mut velocity[..]];
-        let solved = self.linear.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x);
-        if let Some(immersed) = &mut self.immersed {
-            immersed.velocity = velocity;
-        }
-        Ok(solved)
+        let x = [self.unknowns.as_flattened_mut(), &mut immersed.velocity[..]];
+        Ok(self.linear.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x))
     }
 
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).

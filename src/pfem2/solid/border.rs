@@ -36,12 +36,11 @@ pub struct SolidBorder<const D: usize, const N: usize> {
 
 impl<const D: usize, const N: usize> SolidBorder<D, N> {
     /// From the equations of solids and cut elements; the right-hand side of the fluid, in the frames of its nodes, takes
-    /// what prescribed nodes of solids bring; `continuity_factor` is that of a node's continuity row. `None` if the matrix of the solids is singular.
+    /// what prescribed nodes of solids bring. `None` if the matrix of the solids is singular.
     pub fn new(
         mesh: &Mesh<D, N>,
         immersed: &Immersed<D, N>,
         constraints: &Constraints<D, N>,
-        continuity_factor: impl Fn(usize) -> f64,
         rhs_of_fluid: &mut [[f64; N]],
     ) -> Option<Self> {
         let SolidEquations { matrix, rhs, held } = immersed.equations.as_ref()?;
@@ -50,7 +49,6 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         for element in &immersed.elements {
             let nodes = mesh.elements()[element.element as usize];
             let mut coupling = Coupling::turned(element, nodes, constraints);
-            coupling.scale_continuity(&continuity_factor);
             coupling.eliminate_fluid(constraints, &mut load);
             coupling.eliminate_solid(held, rhs_of_fluid);
             couplings.push(coupling);
@@ -123,14 +121,6 @@ impl<const D: usize, const N: usize> Coupling<D, N> {
             }
         }
         own
-    }
-
-    /// Multiplies the rows of continuity as those of the matrix are.
-    fn scale_continuity(&mut self, factor: impl Fn(usize) -> f64) {
-        for (i, &node) in self.nodes.iter().enumerate() {
-            let factor = factor(node as usize);
-            self.to_fluid.iter_mut().for_each(|rows| rows[i][D].iter_mut().for_each(|entry| *entry *= factor));
-        }
     }
 
     /// Takes out the prescribed unknowns of the fluid.
