@@ -104,6 +104,10 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak);
         self.history.advance(dt);
         self.steps += 1;
+        if let (Some(solids), Some(immersed)) = (&self.solids, &self.system.immersed) {
+            let own = solids.structure.volume(&solids.structure.positions(&solids.last.predicted));
+            self.notices.solid_volume(immersed.cut.volume_inside(&self.system.mesh), own);
+        }
         self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
         self.balance.check(&self.system, &self.interface, &mut self.notices).map_err(at)
     }

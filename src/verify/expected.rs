@@ -24,7 +24,7 @@
 //! [[check]]
 //! name = "pressure inside less that outside"
 //! history = "inside"
-//! minus = "outside"             # the same value of another history is taken off
+//! minus = "outside"             # the same value of another history is taken off; `plus` adds it
 //! ...
 //!
 //! [[profile]]                   # a field of particles at the end, over a coordinate
@@ -106,6 +106,8 @@ pub struct Check {
     pub value: String,
     /// Another table of the run, whose value at the same time is taken off.
     pub minus: Option<String>,
+    /// Another table of the run, whose value at the same time is added.
+    pub plus: Option<String>,
     /// A column of the table, or a formula, whose periods the value is averaged over, phase by phase: from one rise through
     /// its mean to the next. What particles add to an oscillation by chance is not in its extremes then.
     pub phase: Option<String>,

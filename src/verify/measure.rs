@@ -8,24 +8,23 @@ use crate::error::Result;
 use crate::output::history::HistoryTable;
 
 impl Check {
-    /// Applies the check to its history; `other` is the one to take off, `read_curve` reads the table of a reference
-    /// curve.
+    /// Applies the check to its history; `others` come with the factor with which they are added, `read_curve` reads the table of a
+    /// reference curve.
     ///
     /// # Errors
     /// Columns that aren't there; tables that can't be read.
     pub fn apply(
         &self,
         history: &HistoryTable,
-        other: Option<&HistoryTable>,
+        others: &[(f64, HistoryTable)],
         tolerance: Tolerance,
         read_curve: impl Fn(&str) -> Result<HistoryTable>,
     ) -> Result<Outcome> {
         let phase = self.phase.as_ref().map(|phase| series(history, "time", phase)).transpose()?;
-        let own = series(history, "time", &self.value)?;
-        let history = match other {
-            Some(other) => own.minus(&series(other, "time", &self.value)?),
-            None => own,
-        };
+        let mut history = series(history, "time", &self.value)?;
+        for (factor, other) in others {
+            history = history.plus(*factor, &series(other, "time", &self.value)?);
+        }
         let mut history = history.window(self.from, self.until);
         if let Some(phase) = phase {
             history = history.folded(&phase.window(self.from, self.until));
@@ -117,7 +116,7 @@ mod tests {
             Ok(HistoryTable::parse(format!("t_ms,z_mm\n{}", (0..=100).map(row).collect::<String>()).as_bytes())
                 .unwrap())
         };
-        check.apply(&ringing(), None, check.tolerance, curve).unwrap()
+        check.apply(&ringing(), &[], check.tolerance, curve).unwrap()
     }
 
     /// sin ωt + ¼ cos 2ωt swings from −5/4 to 3/4; what goes on at another frequency, at two thirds of its strength, does not
@@ -137,7 +136,7 @@ mod tests {
                  tolerance = {{ absolute = 0.01 }}\nsource = 's'"
             );
             let check = Expected::parse(&text).unwrap().checks.remove(0);
-            check.apply(&table, None, check.tolerance, |_| Ok(HistoryTable::default())).unwrap().computed.unwrap()
+            check.apply(&table, &[], check.tolerance, |_| Ok(HistoryTable::default())).unwrap().computed.unwrap()
         };
         assert!((measured("amplitude", "phase = 'lift'\n") - 1.0).abs() < 0.01);
         assert!((measured("midrange", "phase = 'lift'\n") + 0.25).abs() < 0.01);
@@ -155,7 +154,8 @@ mod tests {
                     tolerance = { absolute = 1e-12 }\nsource = 's'";
         let check = Expected::parse(text).unwrap().checks.remove(0);
         let none = |_: &str| Ok(HistoryTable::default());
-        let apply = |other: &HistoryTable| check.apply(&table(0.3), Some(other), check.tolerance, none).unwrap();
+        let apply =
+            |other: &HistoryTable| check.apply(&table(0.3), &[(-1.0, other.clone())], check.tolerance, none).unwrap();
         assert!(apply(&table(0.15)).passed());
         // A difference that vanishes does not grow.
         assert_eq!(apply(&table(0.3)).computed, None);

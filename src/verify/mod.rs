@@ -73,8 +73,10 @@ pub fn compare(folder: &Folder, expected: &Expected, level: Level, histories: &P
             let history = if path.is_file() { HistoryTable::read(&path)? } else { HistoryTable::default() };
             if history.heads.is_empty() { Err(no_history(check, name, histories)) } else { Ok(history) }
         };
-        let (history, other) = (read(&check.history)?, check.minus.as_ref().map(read).transpose()?);
-        check.apply(&history, other.as_ref(), check.tolerance_at(level), |file| table_beside(folder, file))
+        let history = read(&check.history)?;
+        let others = check.minus.iter().map(|name| (-1.0, name)).chain(check.plus.iter().map(|name| (1.0, name)));
+        let others = others.map(|(factor, name)| Ok((factor, read(name)?))).collect::<Result<Vec<_>>>()?;
+        check.apply(&history, &others, check.tolerance_at(level), |file| table_beside(folder, file))
     };
     expected.checks.iter().map(apply).collect()
 }

@@ -120,11 +120,11 @@ impl Series {
         if self.y.iter().all(|&y| y > 0.0) { self.map(f64::ln).slope() } else { None }
     }
 
-    /// This curve less another one, where that has values.
+    /// This curve and `factor` times another one, where that has values.
     #[must_use]
-    pub fn minus(&self, other: &Self) -> Self {
-        let less = self.x.iter().zip(&self.y).filter_map(|(&x, &y)| Some((x, y - other.at(x)?)));
-        let (x, y) = less.unzip();
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        let sum = self.x.iter().zip(&self.y).filter_map(|(&x, &y)| Some((x, y + factor * other.at(x)?)));
+        let (x, y) = sum.unzip();
         Self { x, y }
     }
 

@@ -122,6 +122,8 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     /// Slip facets of each element, as bits.
     slip: Vec<u8>,
     constraints: Constraints<D, N>,
+    /// True for nodes on the boundary of the mesh.
+    boundary_nodes: Vec<bool>,
     /// Prescribed unknowns of the boundary, as the masks of `constraints`.
     boundary_mask: Vec<u8>,
     assembly: Assembly<N>,
@@ -153,6 +155,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
             open: outflow::open_facets(&mesh, &boundary),
             slip: slip::slip_facets(&mesh, &boundary),
+            boundary_nodes: boundary_nodes(&mesh),
             boundary_mask: constraints.mask.clone(),
             constraints,
             immersed: None,
@@ -295,6 +298,11 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// Energy of the interfaces, σ A [J].
     pub fn surface_energy(&self) -> f64 {
         self.cuts.iter().map(|cut| cut.energy).sum()
+    }
+
+    /// True for nodes on the boundary of the mesh.
+    pub(in crate::pfem2) fn is_on_boundary(&self, node: usize) -> bool {
+        self.boundary_nodes[node]
     }
 
     /// The shortest edge of the mesh [m].
@@ -477,6 +485,16 @@ fn solver<const D: usize, const N: usize>(
 ) -> LinearSolver<N> {
     let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
     LinearSolver::new(assembly.pattern(), &places, options)
+}
+
+/// True for nodes on the boundary of a mesh.
+fn boundary_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>) -> Vec<bool> {
+    let mut on_boundary = vec![false; mesh.nodes().len()];
+    mesh.boundary()
+        .iter()
+        .flat_map(|&facet| mesh.facet_nodes(facet))
+        .for_each(|node| on_boundary[node as usize] = true);
+    on_boundary
 }
 
 /// Body force at the nodes at time `t` [m/s²].

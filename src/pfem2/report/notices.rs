@@ -17,6 +17,9 @@ const LEFT: f64 = 0.9;
 /// Part of the volume of several fluids that may be missing without a word.
 const CHANGED: f64 = 1e-3;
 
+/// Part of the volume of solids that the mesh may show too little, or too much.
+const SOLID_VOLUME: f64 = 0.1;
+
 /// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at first.
 const LASTING: u32 = 5;
 
@@ -146,6 +149,19 @@ impl Notices {
                     )
                 });
             }
+        }
+    }
+
+    /// The mesh shows solids with a volume `shown` that is not their `own` [m³], where none of them ends in the boundary.
+    pub fn solid_volume(&mut self, shown: f64, own: f64) {
+        if (shown - own).abs() > SOLID_VOLUME * own {
+            self.said.say("volume of solids", || {
+                format!(
+                    "the mesh shows {:.0} % of the volume of the solids: they are thinner than elements somewhere, or have left the mesh; take \
+                     smaller elements along their way",
+                    100.0 * shown / own
+                )
+            });
         }
     }
 

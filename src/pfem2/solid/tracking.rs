@@ -98,7 +98,9 @@ impl<const D: usize> SolidTracking<D> {
         let gravity = |x: Vector<D>| Vector::from_fn(|i| system.physics.gravity[i].value(x.to3(), step.end()));
         let equations = self.structure.equations(step.end(), step.delta(), &prediction, gravity)?;
         self.last.predicted.clone_from(&prediction.displacement);
+        let held: Vec<bool> = equations.held.chunks(D).map(|axes| axes.iter().any(Option::is_some)).collect();
         self.cut(system, prediction.velocity_hat.clone(), Some(equations));
+        check_boundary(system, &held)?;
         self.prediction = Some(prediction);
         Ok(())
     }
@@ -150,6 +152,26 @@ impl<const D: usize> SolidTracking<D> {
         let displacement = displacement.clone();
         self.structure.state = SolidState { displacement, ..SolidState::new(velocity.clone()) };
     }
+}
+
+/// No solid has reached the boundary of the mesh, but where its nodes are `held`.
+///
+/// # Errors
+/// Names the first node of the boundary that is inside of one.
+fn check_boundary<const D: usize, const N: usize>(
+    system: &VelocityPressureSystem<D, N>,
+    held: &[bool],
+) -> Result<(), StepError> {
+    let Some(immersed) = &system.immersed else { return Ok(()) };
+    let reached = immersed.cut.inside.iter().find(|inside| {
+        system.is_on_boundary(inside.node as usize)
+            && !inside.weights.iter().any(|&(a, w)| held[a as usize] && w != 0.0)
+    });
+    let Some(inside) = reached else { return Ok(()) };
+    let node = inside.node as usize;
+    let advice = "solids don't touch walls yet, nor leave the mesh: put the boundary farther away, or support the nodes that are to stay at it";
+    let what = "a solid has reached the boundary of the mesh";
+    Err(StepError::new(system.place(node), what, "distance to its surface", -immersed.cut.distance[node], advice))
 }
 
 /// Energies of a structure [J], with these powers of gravity and of supports [W].
