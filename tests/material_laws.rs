@@ -40,11 +40,11 @@ fn unknown_keys_and_names_are_errors() {
 const SHEETS: [(&str, &[&str]); 4] = [
     ("elastic", &["density", "young", "poisson"]),
     ("neo-hookean", &["density", "shear"]),
-    ("mooney-rivlin", &["density", "c10", "c01"]),
+    ("mooney-rivlin", &["density", "c1", "c2"]),
     ("fabric", &["density", "young-warp", "young-weft", "shear"]),
 ];
 const FLUIDS: [(&str, &[&str]); 3] = [
-    ("newtonian", &["density", "viscosity"]),
+    ("newtonian", &["density"]),
     ("bingham", &["density", "viscosity", "yield-stress"]),
     ("herschel-bulkley", &["density", "consistency", "index", "yield-stress"]),
 ];
