@@ -45,7 +45,8 @@ fn measure<const D: usize, const N: usize>(cells: usize, per_edge: usize, steps:
         let start = processor_time();
         particles.convect(&Streamlines::new(&mesh, &flow), dt);
         let moved = processor_time() - start;
-        let projected = project(&mesh, &particles, &[3.0, 1.0], Kernel::Linear, &velocity);
+        let volume = |e: usize| mesh.simplex(e).volume;
+        let projected = project(&mesh, &particles, &[3.0, 1.0], Kernel::Linear, &velocity, &volume);
         let seen = processor_time() - start;
         let correction = Correction {
             increment: &[&increment, &increment],

@@ -18,7 +18,7 @@ fn solid(
 ) -> SolidSetup<2> {
     let along = |axis: usize| HeldNodes {
         nodes: (0..mesh.nodes.len() as u32).filter(|&a| held(mesh.nodes[a as usize])[axis]).collect(),
-        velocity: std::array::from_fn(|k| (k == axis).then(|| Signal::ZERO)),
+        velocity: std::array::from_fn(|k| (k == axis).then_some(Signal::ZERO)),
     };
     SolidSetup {
         name: "solid".into(),
