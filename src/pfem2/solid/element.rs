@@ -6,69 +6,15 @@
 //! K_ab = ∫ B_aᵀ c B_b dv + ∫ (g_a · σ g_b) dv 1,      M_ab = ∫ ρ₀ N_a N_b dV
 //! ```
 //!
-//! σ and the tangent c of Truesdell's rate of it are those of an elastic law (theory B.13). Integrals take three Gauss points along
-//! each axis. In the plane they are per metre of depth in the reference state; F_zz = 1 without strain across the plane, and the stretch that leaves no
-//! stress there otherwise.
+//! σ and the tangent c of Truesdell's rate of it are those of an elastic law (theory B.13), with the projected dilatation of
+//! `dilatation.rs` except in plane stress. Integrals take three Gauss points along each axis. In the plane they are per metre of depth
+//! in the reference state; F_zz = 1 without strain across the plane, and the stretch that leaves no stress there otherwise.
 
+use super::dilatation::Dilatation;
+use super::gauss::GaussPoint;
 use super::setup::Plane;
 use crate::material::{ElasticLaw, ElasticState};
 use crate::math::{SymTensor, Tensor, Vector};
-
-/// A point of numerical integration, with the shape functions of all nodes there.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GaussPoint {
-    /// Its weight: 2 per axis in sum.
-    pub weight: f64,
-    /// Shape functions N_a.
-    pub shape: Vec<f64>,
-    /// Their slopes ∂N_a/∂ξ, padded with zeros.
-    pub slopes: Vec<[f64; 3]>,
-}
-
-/// The three Gauss points per axis of [−1, 1] raised to this number of `dimensions` (at most 3).
-pub fn gauss_points(dimensions: usize) -> Vec<GaussPoint> {
-    let (places, weights) = ([-0.6f64.sqrt(), 0.0, 0.6f64.sqrt()], [5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0]);
-    let point = |index: usize| {
-        let at: Vec<usize> = (0..dimensions).map(|k| digit(index, k)).collect();
-        let local: Vec<f64> = at.iter().map(|&k| places[k]).collect();
-        let weight = at.iter().map(|&k| weights[k]).product();
-        GaussPoint { weight, shape: shape_functions(&local), slopes: shape_slopes(&local) }
-    };
-    (0..3usize.pow(dimensions as u32)).map(point).collect()
-}
-
-/// Place along axis `k` of a local node in lexicographic order.
-fn digit(node: usize, k: usize) -> usize {
-    node / 3usize.pow(k as u32) % 3
-}
-
-/// L_0, L_1, L_2 at ξ.
-fn lagrange(x: f64) -> [f64; 3] {
-    [0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)]
-}
-
-/// Slopes of L_0, L_1, L_2 at ξ.
-fn lagrange_slopes(x: f64) -> [f64; 3] {
-    [x - 0.5, -2.0 * x, x + 0.5]
-}
-
-/// Shape functions N_a of all nodes at ξ = `local`, one coordinate per dimension, in the order of [`super::mesh`].
-pub fn shape_functions(local: &[f64]) -> Vec<f64> {
-    let along: Vec<[f64; 3]> = local.iter().map(|&x| lagrange(x)).collect();
-    let shape = |a| along.iter().enumerate().map(|(k, values)| values[digit(a, k)]).product();
-    (0..3usize.pow(local.len() as u32)).map(shape).collect()
-}
-
-/// Their slopes ∂N_a/∂ξ, padded with zeros.
-pub fn shape_slopes(local: &[f64]) -> Vec<[f64; 3]> {
-    let values: Vec<[f64; 3]> = local.iter().map(|&x| lagrange(x)).collect();
-    let slopes: Vec<[f64; 3]> = local.iter().map(|&x| lagrange_slopes(x)).collect();
-    let factor = |a: usize, k: usize, axis: usize| if k == axis { slopes[k] } else { values[k] }[digit(a, k)];
-    let slope = |a: usize, axis: usize| {
-        if axis < local.len() { (0..local.len()).map(|k| factor(a, k, axis)).product() } else { 0.0 }
-    };
-    (0..3usize.pow(local.len() as u32)).map(|a| std::array::from_fn(|axis| slope(a, axis))).collect()
-}
 
 /// An elastic law and the third direction.
 #[derive(Debug, Clone, Copy)]
@@ -102,10 +48,23 @@ pub struct ElementForces<const D: usize> {
 }
 
 /// Stress and tangent at a point, times its volume in the deformed state.
-struct Weighted {
-    stress: Tensor<3>,
-    /// Components of the stress rows and strain columns of [`component`].
-    tangent: [[f64; 6]; 6],
+pub(super) struct Weighted {
+    /// σ dv [N m].
+    pub stress: Tensor<3>,
+    /// c dv [N m], with the components xx, yy, xy in the plane, those of [`SymTensor`] in space.
+    pub tangent: [[f64; 6]; 6],
+}
+
+/// A Gauss point of a deformed element.
+pub(super) struct Deformed<const D: usize> {
+    /// Its place in the reference state [m].
+    pub place: Vector<D>,
+    /// Its volume in the reference state [m³].
+    pub volume: f64,
+    /// The deformation gradient, with that of the third direction.
+    pub deformation: Tensor<3>,
+    /// g_a [1/m].
+    pub gradients: Vec<Vector<D>>,
 }
 
 /// The place of the component ij of a strain among those of the tangent in D dimensions.
@@ -122,22 +81,21 @@ const fn component<const D: usize>(i: usize, j: usize) -> usize {
 }
 
 /// A Gauss point of an element in its reference state.
-struct Sample<'a, const D: usize> {
-    point: &'a GaussPoint,
+struct Sample<const D: usize> {
     /// G_a [1/m].
     gradients: Vec<Vector<D>>,
     /// Its volume [m³].
     volume: f64,
 }
 
-impl<'a, const D: usize> Sample<'a, D> {
+impl<const D: usize> Sample<D> {
     /// `None` where the volume is not positive.
-    fn new(point: &'a GaussPoint, places: &[Vector<D>]) -> Option<Self> {
+    fn new(point: &GaussPoint, places: &[Vector<D>]) -> Option<Self> {
         let jacobian = sum_of_dyads(places, &point.slopes).embed(1.0);
         let volume = point.weight * jacobian.determinant();
         let inverse = jacobian.inverse()?;
         let gradient = |slope: &[f64; 3]| Vector::from_fn(|i| (0..D).map(|k| inverse[k][i] * slope[k]).sum());
-        (volume > 0.0).then(|| Self { point, gradients: point.slopes.iter().map(gradient).collect(), volume })
+        (volume > 0.0).then(|| Self { gradients: point.slopes.iter().map(gradient).collect(), volume })
     }
 
     /// F = 1 + Σ u_a ⊗ G_a.
@@ -151,12 +109,6 @@ impl<'a, const D: usize> Sample<'a, D> {
             }
         }
         f
-    }
-
-    /// What is wrong here with a deformation [F, u].
-    fn fault(&self, what: String, volume_ratio: f64, (x, u): (&[Vector<D>], &[Vector<D>])) -> ElementFault<D> {
-        let all = self.point.shape.iter().zip(x.iter().zip(u));
-        ElementFault { what, volume_ratio, position: all.map(|(shape, (x, u))| (*x + *u) * *shape).sum() }
     }
 }
 
@@ -177,25 +129,27 @@ impl SolidLaw<'_> {
         if !(ratio > 0.0 && ratio.is_finite()) {
             return Err("an element of the solid is turned inside out".into());
         }
-        if D == 2 && self.plane == Plane::Stress {
+        if self.is_free_across::<D>() {
             let in_plane = Tensor::<2>::from_fn(|i, j| deformation[i][j]);
             return self.law.thickness_stretch(&in_plane).map(|stretch| deformation.embed(stretch));
         }
         Ok(strain)
     }
 
-    /// Stress and tangent, times the volume in the deformed state of what has the reference `volume` [m³].
-    fn weighted<const D: usize>(&self, deformation: Tensor<3>, volume: f64) -> Weighted {
-        let dv = deformation.determinant() * volume;
-        let point = self.law.linearised(&ElasticState { deformation, stress: SymTensor::ZERO });
-        let plane = |tangent: [[f64; 3]; 3]| {
-            std::array::from_fn(|i| std::array::from_fn(|j| if i < 3 && j < 3 { tangent[i][j] * dv } else { 0.0 }))
-        };
-        let tangent = match (D, self.plane) {
-            (2, Plane::Strain) => plane(point.plane_strain().tangent),
-            (2, Plane::Stress) => plane(point.plane_stress().tangent),
-            _ => point.tangent.map(|row| row.map(|c| c * dv)),
-        };
+    /// True if the thickness follows the stress.
+    fn is_free_across<const D: usize>(&self) -> bool {
+        D == 2 && self.plane == Plane::Stress
+    }
+
+    /// Stress and tangent of plane stress.
+    fn plane_stress<const D: usize>(&self, point: &Deformed<D>) -> Weighted {
+        let dv = point.deformation.determinant() * point.volume;
+        let state = ElasticState { deformation: point.deformation, stress: SymTensor::ZERO };
+        let point = self.law.linearised(&state).plane_stress();
+        let mut tangent = [[0.0; 6]; 6];
+        for (row, own) in tangent.iter_mut().zip(&point.tangent) {
+            row.iter_mut().zip(own).for_each(|(entry, c)| *entry = c * dv);
+        }
         Weighted { stress: point.stress().full() * dv, tangent }
     }
 }
@@ -204,7 +158,7 @@ impl<const D: usize> ElementForces<D> {
     /// Forces and tangent of the element with nodes at `places` [m] in the reference state, moved by `displacement` [m].
     ///
     /// # Errors
-    /// A Gauss point is turned inside out, or has no thickness that is free of stress.
+    /// A Gauss point is turned inside out, by itself or in the projection, or has no thickness that is free of stress.
     pub fn new(
         points: &[GaussPoint],
         law: SolidLaw<'_>,
@@ -214,18 +168,18 @@ impl<const D: usize> ElementForces<D> {
         let n = places.len();
         let mut forces =
             Self { internal: vec![Vector::ZERO; n], material: vec![Tensor::ZERO; n * n], geometric: vec![0.0; n * n] };
-        visit(points, law, places, displacement, |sample, deformation| {
-            let inverse = deformation.inverse().unwrap_or(Tensor::identity() * f64::NAN);
-            let spatial = |g: &Vector<D>| Vector::from_fn(|i| (0..D).map(|k| inverse[k][i] * g[k]).sum());
-            let gradients: Vec<Vector<D>> = sample.gradients.iter().map(spatial).collect();
-            forces.add(&gradients, &law.weighted::<D>(deformation, sample.volume));
-        })?;
+        let samples = deform(points, law, places, displacement)?;
+        if law.is_free_across::<D>() {
+            samples.iter().for_each(|point| forces.add(&point.gradients, &law.plane_stress(point)));
+        } else {
+            Dilatation::new(&samples, displacement, points)?.add_forces(law.law, &mut forces);
+        }
         forces.mirror();
         Ok(forces)
     }
 
     /// Adds a point with gradients g_a [1/m], above the diagonal of the tangent and on it.
-    fn add(&mut self, gradients: &[Vector<D>], point: &Weighted) {
+    pub(super) fn add(&mut self, gradients: &[Vector<D>], point: &Weighted) {
         let n = gradients.len();
         for (b, g) in gradients.iter().enumerate() {
             let traction: Vector<D> = Vector::from_fn(|i| (0..D).map(|j| point.stress[i][j] * g[j]).sum());
@@ -268,25 +222,29 @@ fn strain_columns<const D: usize>(tangent: &[[f64; 6]; 6], g: Vector<D>) -> [[f6
     tangent.map(|row| std::array::from_fn(|l| (0..D).map(|m| row[component::<D>(l, m)] * g[m]).sum()))
 }
 
-/// Calls `work` at the Gauss points with the deformation gradient there.
+/// The Gauss points of an element with nodes at `places` [m] in the reference state, moved by `displacement` [m].
 ///
 /// # Errors
 /// As [`ElementForces::new`].
-fn visit<const D: usize>(
+fn deform<const D: usize>(
     points: &[GaussPoint],
     law: SolidLaw<'_>,
     places: &[Vector<D>],
     displacement: &[Vector<D>],
-    mut work: impl FnMut(&Sample<'_, D>, Tensor<3>),
-) -> Result<(), ElementFault<D>> {
-    for point in points {
+) -> Result<Vec<Deformed<D>>, ElementFault<D>> {
+    let deformed = |point: &GaussPoint| {
         let sample = Sample::new(point, places).ok_or_else(|| unfit(point, places))?;
+        let (place, volume) = (point.interpolate(places), sample.volume);
         let f = sample.deformation(displacement);
-        let complete = law.complete(&f);
-        let fault = |what| sample.fault(what, f.embed(1.0).determinant(), (places, displacement));
-        work(&sample, complete.map_err(fault)?);
-    }
-    Ok(())
+        let deformation = law.complete(&f).map_err(|what| {
+            let position = place + point.interpolate(displacement);
+            ElementFault { what, volume_ratio: f.embed(1.0).determinant(), position }
+        })?;
+        let inverse = deformation.inverse().unwrap_or(Tensor::identity() * f64::NAN);
+        let spatial = |g: &Vector<D>| Vector::from_fn(|i| (0..D).map(|k| inverse[k][i] * g[k]).sum());
+        Ok(Deformed { place, volume, deformation, gradients: sample.gradients.iter().map(spatial).collect() })
+    };
+    points.iter().map(deformed).collect()
 }
 
 /// A Gauss point without a positive volume in the reference state.
@@ -294,7 +252,7 @@ fn unfit<const D: usize>(point: &GaussPoint, places: &[Vector<D>]) -> ElementFau
     ElementFault {
         what: "an element of the solid has no positive volume in its reference state".into(),
         volume_ratio: point.weight * sum_of_dyads(places, &point.slopes).embed(1.0).determinant(),
-        position: point.shape.iter().zip(places).map(|(shape, x)| *x * *shape).sum(),
+        position: point.interpolate(places),
     }
 }
 
@@ -308,12 +266,15 @@ pub fn strain_energy<const D: usize>(
     places: &[Vector<D>],
     displacement: &[Vector<D>],
 ) -> Result<f64, ElementFault<D>> {
-    let mut energy = 0.0;
-    visit(points, law, places, displacement, |sample, deformation| {
-        let state = ElasticState { deformation, stress: SymTensor::ZERO };
-        energy += law.law.strain_energy(&state).unwrap_or(f64::NAN) * sample.volume;
-    })?;
-    Ok(energy)
+    let samples = deform(points, law, places, displacement)?;
+    let energy = |deformation: Tensor<3>| {
+        law.law.strain_energy(&ElasticState { deformation, stress: SymTensor::ZERO }).unwrap_or(f64::NAN)
+    };
+    if law.is_free_across::<D>() {
+        return Ok(samples.iter().map(|point| energy(point.deformation) * point.volume).sum());
+    }
+    let dilatation = Dilatation::new(&samples, displacement, points)?;
+    Ok(samples.iter().enumerate().map(|(q, point)| energy(dilatation.deformation(q)) * point.volume).sum())
 }
 
 /// M_ab per unit of density, ∫ N_a N_b dV [m³], row by row.
@@ -343,6 +304,7 @@ pub fn volume<const D: usize>(points: &[GaussPoint], places: &[Vector<D>]) -> f6
 mod tests {
     use super::*;
     use crate::material::{Elastic, NeoHookean, StVenantKirchhoff};
+    use crate::pfem2::solid::gauss::gauss_points;
     use crate::pfem2::solid::mesh::SolidMesh;
 
     /// One element with its nodes moved from those of the unit square or cube, the edges curved, too.
@@ -408,9 +370,8 @@ mod tests {
         let turned = |x: &Vector<2>| Vector([cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]);
         let u: Vec<_> = places.iter().map(|x| turned(x) - *x).collect();
         let spin: Vec<_> = places.iter().map(|x| Vector([-turned(x)[1], turned(x)[0]])).collect();
-        for law in &laws() {
-            let forces =
-                ElementForces::new(&points, SolidLaw { law: &**law, plane: Plane::Stress }, &places, &u).unwrap();
+        for (law, plane) in laws().iter().flat_map(|law| [(law, Plane::Strain), (law, Plane::Stress)]) {
+            let forces = ElementForces::new(&points, SolidLaw { law: &**law, plane }, &places, &u).unwrap();
             assert!(forces.internal.iter().all(|f| f.norm() < 1e-12 * 1e6), "{:?}", forces.internal);
             for a in 0..9 {
                 let force: Vector<2> = (0..9).map(|b| forces.material[a * 9 + b].apply(spin[b])).sum();

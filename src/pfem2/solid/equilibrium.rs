@@ -25,8 +25,8 @@ const ITERATIONS: usize = 25;
 const SMALLEST_STEP: f64 = 1.0 / 4096.0;
 
 impl<const D: usize> Structure<D> {
-    /// Finds the displacement at which the solids bear their loads at time `t` [s] and gravity in a place [m/s²]; velocities stay as they are.
-    /// The least displacement of a series of growing loads is found where there are several. Returns the number of iterations.
+    /// Finds the displacement at which the solids bear their loads at time `t` [s] and gravity in a place [m/s²]; velocities stay as
+    /// they are. Where there are several, it is the one that growing loads lead to. Returns the number of iterations.
     ///
     /// # Errors
     /// No equilibrium is found: the solids may move freely, or buckle. The displacement is then that of before.

@@ -6,13 +6,14 @@
 //! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
 //! ```
 //!
-//! F + K (uⁿ⁺¹ − u*) is the internal force at the end of the step to first order about the prediction. α and β are those of the damping; K_c
-//! is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Prescribed velocities
-//! are unknowns as others, and [`SolidEquations::constrain`] eliminates them. Nodes are numbered over all solids; unknown D a + i is the velocity
-//! of node a along axis i.
+//! F + K (uⁿ⁺¹ − u*) is the internal force at the end of the step to first order about the prediction. α and β are those of the
+//! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Prescribed
+//! velocities are unknowns as others, and [`SolidEquations::constrain`] eliminates them. Nodes are numbered over all solids; unknown
+//! D a + i is the velocity of node a along axis i.
 
-use super::element::{self, ElementFault, ElementForces, GaussPoint, SolidLaw};
+use super::element::{self, ElementFault, ElementForces, SolidLaw};
 use super::equations::SolidEquations;
+use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
 use super::setup::SolidSetup;
 use super::support::Supports;
@@ -89,10 +90,10 @@ impl<const D: usize> Structure<D> {
     /// Of solids in their reference states, with the velocities at time 0.
     ///
     /// # Errors
-    /// A law without an elastic tangent or whose stress depends on the path; an element without a positive volume; velocities for another number
-    /// of nodes; supports and loads of nodes and facets that aren't there.
+    /// A law without an elastic tangent or whose stress depends on the path; an element without a positive volume; velocities for
+    /// another number of nodes; supports and loads of nodes and facets that aren't there.
     pub fn new(setups: Vec<SolidSetup<D>>) -> Result<Self, String> {
-        let points = element::gauss_points(D);
+        let points = gauss_points(D);
         setups.iter().try_for_each(check)?;
         let mut first = vec![0];
         for setup in &setups {

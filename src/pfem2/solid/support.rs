@@ -6,7 +6,7 @@
 //!
 //! X and A are those of the reference state. Unknown D a + i is the velocity of node a along axis i; nodes are numbered over all solids.
 
-use super::element::{GaussPoint, gauss_points};
+use super::gauss::{GaussPoint, gauss_points};
 use super::setup::SolidSetup;
 use crate::math::{Signal, Vector};
 
