@@ -52,7 +52,7 @@ impl<'a, const D: usize> Dilatation<'a, D> {
     ) -> Result<Self, ElementFault<D>> {
         let mut own = Self { samples, modes: modes(samples), ratio: Vec::new() };
         own.ratio = own.projected(|q| samples[q].deformation.determinant());
-        match own.ratio.iter().position(|ratio| !(*ratio > 0.0)) {
+        match own.ratio.iter().position(|ratio| *ratio <= 0.0) {
             None => Ok(own),
             Some(q) => Err(ElementFault {
                 what: "an element of the solid is turned inside out in the mean".into(),
