@@ -11,7 +11,7 @@ use lateen::pfem2::boundary::BoundaryKind;
 use lateen::pfem2::particles::Particles;
 use lateen::pfem2::particles::convect::{Flow, Streamlines};
 use lateen::pfem2::particles::correct::Correction;
-use lateen::pfem2::particles::project::{Kernel, project};
+use lateen::pfem2::particles::project::{AveragingKernel, project};
 use std::f64::consts::PI;
 
 /// Elements that the fastest particles cross in a step.
@@ -46,7 +46,7 @@ fn measure<const D: usize, const N: usize>(cells: usize, per_edge: usize, steps:
         particles.convect(&Streamlines::new(&mesh, &flow), dt);
         let moved = processor_time() - start;
         let volume = |e: usize| mesh.simplex(e).volume;
-        let projected = project(&mesh, &particles, &[3.0, 1.0], Kernel::Linear, &velocity, &volume);
+        let projected = project(&mesh, &particles, &[3.0, 1.0], AveragingKernel::Linear, &velocity, &volume);
         let seen = processor_time() - start;
         let correction = Correction {
             increment: &[&increment, &increment],

@@ -8,7 +8,7 @@
 //! Two fluids of densities 1000 and 1 whose interface moves by a fraction of a cell per step, walls without slip, an
 //! open top. The first system includes the analysis; the others are the ones that a run sees.
 
-use lateen::linalg::{BlockMatrix, LinearSolver, Options, Pattern, SolverKind};
+use lateen::linalg::{BlockMatrix, LinearSolver, Pattern, SolverKind, SolverOptions};
 use lateen::math::Vector;
 use lateen::mesh::Mesh;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ fn measure<const D: usize, const N: usize, const B: usize>(cells: usize, kind: S
     let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
     let pattern = Arc::new(Pattern::new(mesh.nodes().len(), mesh.elements()));
     let unknowns = pattern.rows() * B;
-    let mut solver = LinearSolver::new(pattern.clone(), &places, Options { kind, ..Options::default() });
+    let mut solver = LinearSolver::new(pattern.clone(), &places, SolverOptions { kind, ..SolverOptions::default() });
     let mut x = vec![[0.0; B]; pattern.rows()];
     let (mut first, mut rest, mut iterations, mut rebuilt) = (0.0, 0.0, 0, 0);
     for step in 0..=STEPS {

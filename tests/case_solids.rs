@@ -107,6 +107,15 @@ fn a_resolved_case_keeps_the_keys_of_its_solids() {
     assert_eq!(resolved(&first), first);
 }
 
+/// The stabilisation that solids bring along is shown, and one that the case names stays.
+#[test]
+fn a_resolved_case_shows_the_stabilisation_beside_solids() {
+    let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
+    assert!(resolved(GOOD).contains("stabilisation = \"consistent-pspg\""));
+    let own = resolved(&GOOD.replace("[pfem2]", "[pfem2]\nstabilisation = \"oss\""));
+    assert!(own.contains("stabilisation = \"oss\""), "{own}");
+}
+
 /// Without a size: two cells of 0.02 m, which makes 3 by 8 elements; a thin one has two across all the same.
 #[test]
 fn the_default_size_follows_the_mesh_of_the_fluid_and_the_thickness() {

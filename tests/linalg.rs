@@ -3,7 +3,7 @@
 //! Bounds on numbers of iterations have no reference outside of this program. They guard that a preconditioner stays effective: one
 //! that is wrong takes many times as many, or fails.
 
-use lateen::linalg::{BlockMatrix, LinearSolver, Options, Pattern, SolverKind};
+use lateen::linalg::{BlockMatrix, LinearSolver, Pattern, SolverKind, SolverOptions};
 use lateen::math::Vector;
 use lateen::mesh::{CellCut, Mesh};
 use std::sync::Arc;
@@ -106,7 +106,7 @@ fn largest_error<const B: usize>(a: &[[f64; B]], b: &[[f64; B]]) -> f64 {
 fn recover<const D: usize, const N: usize, const B: usize>(
     mesh: &Mesh<D, N>,
     a: &BlockMatrix<B>,
-    options: Options,
+    options: SolverOptions,
 ) -> (f64, usize) {
     let exact = some_field::<B>(mesh.nodes().len());
     let mut b = vec![[0.0; B]; exact.len()];
@@ -126,7 +126,7 @@ const TWO_FLUIDS: Stokes = Stokes {
 
 #[test]
 fn the_direct_solver_recovers_a_field_of_two_fluids_in_2d_and_3d() {
-    let options = Options { kind: SolverKind::Direct, tolerance: 1e-12, ..Options::default() };
+    let options = SolverOptions { kind: SolverKind::Direct, tolerance: 1e-12, ..SolverOptions::default() };
     let plane = unit_box::<2, 3>(24);
     let mut a = TWO_FLUIDS.assemble::<2, 3, 3>(&plane);
     walls(&mut a, &plane, true);
@@ -144,7 +144,7 @@ fn over_steps<const D: usize, const N: usize, const B: usize>(
     mesh: &Mesh<D, N>,
     kind: SolverKind,
 ) -> (f64, usize, usize) {
-    let options = Options { kind, tolerance: 1e-10, ..Options::default() };
+    let options = SolverOptions { kind, tolerance: 1e-10, ..SolverOptions::default() };
     let exact = some_field::<B>(mesh.nodes().len());
     let (mut worst, mut iterations, mut rebuilt) = (0.0f64, 0, 0);
     let mut solver: Option<LinearSolver<B>> = None;
@@ -186,7 +186,8 @@ fn iterations_on<const D: usize, const N: usize, const B: usize>(
 ) -> usize {
     let mut a = stokes.assemble::<D, N, B>(mesh);
     walls(&mut a, mesh, open);
-    let (error, iterations) = recover(mesh, &a, Options { kind: SolverKind::Iterative, ..Options::default() });
+    let (error, iterations) =
+        recover(mesh, &a, SolverOptions { kind: SolverKind::Iterative, ..SolverOptions::default() });
     assert!(error < 1e-2, "{error}");
     iterations
 }
@@ -228,7 +229,7 @@ fn a_factor_of_the_symmetric_part_preconditions_the_unsymmetric_form() {
     let mut a = Stokes { consistent: true, ..TWO_FLUIDS }.assemble::<2, 3, 3>(&mesh);
     walls(&mut a, &mesh, true);
     let (error, iterations) =
-        recover(&mesh, &a, Options { kind: SolverKind::Direct, tolerance: 1e-11, ..Options::default() });
+        recover(&mesh, &a, SolverOptions { kind: SolverKind::Direct, tolerance: 1e-11, ..SolverOptions::default() });
     assert!(error < 1e-6 && iterations <= 40, "{error} in {iterations}");
 }
 
@@ -249,7 +250,7 @@ fn the_direct_solver_recovers_a_field_where_the_symmetric_part_is_indefinite() {
     let mesh = unit_box::<2, 3>(24);
     let a = lopsided(&mesh, 40.0);
     for kind in [SolverKind::Direct, SolverKind::Auto] {
-        let (error, _) = recover(&mesh, &a, Options { kind, tolerance: 1e-11, ..Options::default() });
+        let (error, _) = recover(&mesh, &a, SolverOptions { kind, tolerance: 1e-11, ..SolverOptions::default() });
         assert!(error < 1e-6, "{kind:?}: {error}");
     }
 }
@@ -259,7 +260,7 @@ fn the_first_preconditioner_returns_after_systems_that_needed_another() {
     let mesh = unit_box::<2, 3>(24);
     let (hard, easy) = (lopsided(&mesh, 40.0), lopsided(&mesh, 0.0));
     let b = some_field::<3>(mesh.nodes().len());
-    let mut solver = LinearSolver::new(easy.pattern.clone(), &places(&mesh), Options::default());
+    let mut solver = LinearSolver::new(easy.pattern.clone(), &places(&mesh), SolverOptions::default());
     let mut solve = |a: &BlockMatrix<3>| {
         let mut x = vec![[0.0; 3]; b.len()];
         solver.solve(a, &b, &mut x).unwrap();
@@ -311,7 +312,7 @@ fn both_solvers_agree_with_a_dense_factorisation() {
     let b: Vec<[f64; 3]> = some_field(n);
     let expected = eliminate(dense, b.as_flattened().to_vec());
     for kind in [SolverKind::Direct, SolverKind::Iterative] {
-        let options = Options { kind, tolerance: 1e-13, ..Options::default() };
+        let options = SolverOptions { kind, tolerance: 1e-13, ..SolverOptions::default() };
         let mut x = vec![[0.0; 3]; n];
         LinearSolver::new(a.pattern.clone(), &places(&mesh), options).solve(&a, &b, &mut x).unwrap();
         let scale = expected.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
@@ -342,7 +343,7 @@ fn the_pressure_of_a_poisson_problem_converges_at_second_order() {
             }
         }
         let mut x = vec![[0.0; 3]; b.len()];
-        let options = Options { kind: SolverKind::Iterative, ..Options::default() };
+        let options = SolverOptions { kind: SolverKind::Iterative, ..SolverOptions::default() };
         LinearSolver::new(a.pattern.clone(), &places(&mesh), options).solve(&a, &b, &mut x).unwrap();
         mesh.nodes().iter().zip(&x).map(|(&at, p)| (p[2] - exact(at)).abs()).fold(0.0, f64::max)
     };
@@ -355,7 +356,8 @@ fn failures_to_converge_name_the_worst_node() {
     let mesh = unit_box::<3, 4>(6);
     let mut a = TWO_FLUIDS.assemble::<3, 4, 4>(&mesh);
     walls(&mut a, &mesh, true);
-    let options = Options { kind: SolverKind::Iterative, tolerance: 1e-12, max_iterations: 2, ..Options::default() };
+    let options =
+        SolverOptions { kind: SolverKind::Iterative, tolerance: 1e-12, max_iterations: 2, ..SolverOptions::default() };
     let mut b = vec![[0.0; 4]; mesh.nodes().len()];
     b[171] = [1.0, 2.0, 3.0, 0.0];
     let mut x = vec![[0.0; 4]; b.len()];
@@ -363,7 +365,7 @@ fn failures_to_converge_name_the_worst_node() {
     assert!(failure.history.len() == 3 && failure.residual > 1e-12 && failure.worst_node < b.len());
     a.values[a.pattern.diagonal(171)][0][0] = f64::NAN;
     let mut x = vec![[0.0; 4]; b.len()];
-    let failure = LinearSolver::new(a.pattern.clone(), &places(&mesh), Options::default()).solve(&a, &b, &mut x);
+    let failure = LinearSolver::new(a.pattern.clone(), &places(&mesh), SolverOptions::default()).solve(&a, &b, &mut x);
     assert_eq!(failure.unwrap_err().worst_node, 171);
 }
 
@@ -380,7 +382,7 @@ fn a_restored_solver_and_any_number_of_threads_give_the_same_bits() {
         .collect();
     let b: Vec<[f64; 4]> = some_field(mesh.nodes().len());
     for kind in [SolverKind::Direct, SolverKind::Iterative] {
-        let options = Options { kind, ..Options::default() };
+        let options = SolverOptions { kind, ..SolverOptions::default() };
         let new = || LinearSolver::new(systems[0].pattern.clone(), &places(&mesh), options);
         let run = |solver: &mut LinearSolver<4>, steps: std::ops::Range<usize>| {
             let mut x = vec![[0.0; 4]; b.len()];

@@ -2,7 +2,7 @@
 //! other reference than the eye.
 
 use lateen::output::image::Image;
-use lateen::output::picture::{Corners, PictureObstacle};
+use lateen::output::picture::{BoxCorners, PictureObstacle};
 use lateen::output::{Picture, PictureSpec, UnitLabels};
 use lateen::simulation::{Elements, Field, Monitor, PointSet, Snapshot, SurfaceSet};
 use std::borrow::Cow;
@@ -110,10 +110,10 @@ impl PictureObstacle for Bump {
     }
 }
 
-const BOX: Corners = [[-0.027, -0.027, -0.012], [0.027, 0.027, 0.014]];
-const TANK: Corners = [[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
+const BOX: BoxCorners = [[-0.027, -0.027, -0.012], [0.027, 0.027, 0.014]];
+const TANK: BoxCorners = [[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
 
-fn picture(model: &Model, domain: Corners, keys: &str) -> Picture {
+fn picture(model: &Model, domain: BoxCorners, keys: &str) -> Picture {
     let spec: PictureSpec = toml::from_str(&format!("name = \"p\"\n{keys}")).unwrap();
     let directory = Path::new("unused");
     Picture::new(spec, "picture[0]", &model.snapshot(0.0), domain, directory, 2e-4, UnitLabels::Shown).unwrap()

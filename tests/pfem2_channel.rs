@@ -1,6 +1,6 @@
 //! Plane Poiseuille flow, with its exact solution: disturbance by outlets, and forces on the walls.
 
-use lateen::linalg::Options;
+use lateen::linalg::SolverOptions;
 use lateen::material::Newtonian;
 use lateen::math::{Signal, Vector};
 use lateen::mesh::{Facet, Mesh};
@@ -11,7 +11,7 @@ use lateen::pfem2::interface::Enrichment;
 use lateen::pfem2::interface::phase_list::PhaseList;
 use lateen::pfem2::interface::phases::Phases;
 use lateen::pfem2::particles::Particles;
-use lateen::pfem2::particles::project::Kernel;
+use lateen::pfem2::particles::project::AveragingKernel;
 use lateen::pfem2::particles::reseed::Reseeding;
 use lateen::pfem2::setup::{FluidSetup, Scheme, Unresolved, VolumeCorrection};
 use lateen::pfem2::{Boundary, Pfem2, Setup};
@@ -58,7 +58,7 @@ fn disturbed(outlet: Condition<2>) -> (f64, f64) {
     let mesh = plates(8);
     let boundary = Boundary::new(&mesh, sets(&mesh, outlet), Vector::ZERO);
     let start = mesh.nodes().iter().map(|x| profile(*x)).collect();
-    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(mesh, boundary, physics(VISCOSITY), start, options);
     for k in 0..STEPS {
         let step = TimeStep { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
@@ -106,14 +106,14 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         stabilisation,
         mass,
         enrichment,
-        kernel: Kernel::Linear,
+        kernel: AveragingKernel::Linear,
         reseeding: Reseeding::default(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         unresolved: Unresolved::default(),
         courant: f64::INFINITY,
         step_tolerance: f64::INFINITY,
-        linear: Options::default(),
+        linear: SolverOptions::default(),
     });
     let dt = 1.0 / cells as f64;
     (0..4 * cells).for_each(|k| pfem.step(k as f64 * dt, dt).unwrap());

@@ -2,7 +2,7 @@
 
 use super::keywords::Schema;
 use super::keywords::expected_dimension;
-use super::tree::{Node, Value};
+use super::tree::{PlacedValue, Value};
 use super::walk::Walker;
 use crate::input;
 use crate::math::CsvColumns;
@@ -12,7 +12,7 @@ use serde_json::Value as Json;
 impl Walker<'_> {
     /// A curve: one value, rows of two numbers, or `{ table = "file.csv" }`. It becomes rows in SI, so that a
     /// resolved case holds its numbers.
-    pub(super) fn columns(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<toml::Value> {
+    pub(super) fn columns(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<toml::Value> {
         let branches = schema.get("anyOf").and_then(Json::as_array)?.iter().filter_map(Json::as_object);
         let branch = |kind: &str| branches.clone().find(|b| b.get("type").and_then(Json::as_str) == Some(kind));
         match &node.value {
@@ -34,7 +34,7 @@ impl Walker<'_> {
     }
 
     /// Checks the units in the header of a signal's table.
-    pub(super) fn table_fits(&mut self, node: &Node, table: &toml::Value, schema: &Schema, key: &str) -> bool {
+    pub(super) fn table_fits(&mut self, node: &PlacedValue, table: &toml::Value, schema: &Schema, key: &str) -> bool {
         let name = |key: &str| table.get(key).and_then(toml::Value::as_str);
         let Some(columns) = self.csv(node, table, [name("time"), name("value")], key) else { return false };
         let wanted = [Dimension::TIME, expected_dimension(schema).unwrap_or(Dimension::NONE)];
@@ -42,7 +42,13 @@ impl Walker<'_> {
         self.column_fits(node, 0, time, wanted[0], key) && self.column_fits(node, 1, value, wanted[1], key)
     }
 
-    fn csv(&mut self, node: &Node, table: &toml::Value, names: [Option<&str>; 2], key: &str) -> Option<CsvColumns> {
+    fn csv(
+        &mut self,
+        node: &PlacedValue,
+        table: &toml::Value,
+        names: [Option<&str>; 2],
+        key: &str,
+    ) -> Option<CsvColumns> {
         let path = self.base.join(table.get("table").and_then(toml::Value::as_str).unwrap_or_default());
         let text = input::text(&path).map_err(|error| error.to_string());
         match text.and_then(|text| CsvColumns::read(&text, names)) {
@@ -56,7 +62,7 @@ impl Walker<'_> {
 
     fn column_fits(
         &mut self,
-        node: &Node,
+        node: &PlacedValue,
         column: usize,
         found: Option<Dimension>,
         wanted: Dimension,

@@ -1,6 +1,6 @@
 //! Readers of the keywords of a JSON Schema.
 
-use super::tree::{Node, Value};
+use super::tree::{PlacedValue, Value};
 use crate::math::units::{Dimension, Unit};
 use serde_json::{Map, Value as Json};
 
@@ -70,7 +70,7 @@ pub(super) fn tag_value(schema: &Schema, tag: &str) -> Option<String> {
 }
 
 /// True if a value of this kind can belong to the branch.
-pub(super) fn fits(schema: &Schema, node: &Node) -> bool {
+pub(super) fn fits(schema: &Schema, node: &PlacedValue) -> bool {
     if schema.contains_key("formula") {
         return !matches!(node.value, Value::Array(_) | Value::Boolean(_));
     }

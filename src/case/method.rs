@@ -1,6 +1,6 @@
 //! Keys of each method.
 
-use super::tree::{Node, Value};
+use super::tree::{PlacedValue, Value};
 use super::walk::nearest;
 use crate::error::Diagnostic;
 use crate::material::PointLaws;
@@ -10,19 +10,19 @@ const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
 const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
 /// Keys of a body that only elastic solids in a fluid on a mesh have.
-const SOLID_BODY: &[&str] = &["mesh", "plane", "damping", "supports"];
+const SOLID_BODY: &[&str] = &["mesh", "plane", "damping", "friction", "surface", "supports"];
 
 /// Keys of a body that only particles with a volume of their own have.
 const MPM_BODY: &[&str] =
     &["spacing", "particles-per-cell", "exact-volume", "lattice", "pressure", "energy", "stress", "ambient", "group"];
 
 /// The method that a case names.
-fn name(tree: &Node) -> &str {
-    tree.get("method").and_then(Node::as_str).unwrap_or("mpm")
+fn name(tree: &PlacedValue) -> &str {
+    tree.get("method").and_then(PlacedValue::as_str).unwrap_or("mpm")
 }
 
 /// Notes keys of the other method, and what this one needs.
-pub(super) fn check(tree: &Node, findings: &mut Vec<Diagnostic>) {
+pub(super) fn check(tree: &PlacedValue, findings: &mut Vec<Diagnostic>) {
     if let Some(finding) = forgotten(tree) {
         findings.push(finding);
         return;
@@ -47,7 +47,7 @@ pub(super) fn check(tree: &Node, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-fn grid_example(tree: &Node) -> &'static str {
+fn grid_example(tree: &PlacedValue) -> &'static str {
     match tree.get("method") {
         Some(_) => "write `[grid]` with `cell`, `lower` and `upper`",
         None => "write `[grid]` with `cell`, `lower` and `upper`, or `method = \"pfem2\"` and its `[mesh]`",
@@ -55,7 +55,7 @@ fn grid_example(tree: &Node) -> &'static str {
 }
 
 /// A case that doesn't say its method is one of material points; where it has keys of PFEM-2 alone, that was forgotten.
-fn forgotten(tree: &Node) -> Option<Diagnostic> {
+fn forgotten(tree: &PlacedValue) -> Option<Diagnostic> {
     let said = |key: &&&str| tree.get(key).is_some();
     if said(&&"method") || MPM.iter().any(|key| said(&key)) {
         return None;
@@ -66,13 +66,13 @@ fn forgotten(tree: &Node) -> Option<Diagnostic> {
     Some(Diagnostic { span: tree.get(key)?.span.clone(), ..Diagnostic::error(*key, message).help(help) })
 }
 
-fn foreign(tree: &Node, key: &str, node: Option<&Node>) -> Diagnostic {
+fn foreign(tree: &PlacedValue, key: &str, node: Option<&PlacedValue>) -> Diagnostic {
     let message = format!("`{key}` does not belong to `method = \"{}\"`", name(tree));
     let finding = Diagnostic::error(key, message).help("take it out, or choose the other method");
     Diagnostic { span: node.and_then(|node| node.span.clone()), ..finding }
 }
 
-fn preset(tree: &Node, findings: &mut Vec<Diagnostic>) {
+fn preset(tree: &PlacedValue, findings: &mut Vec<Diagnostic>) {
     let Some(node) = tree.get("preset") else { return };
     let own = match node.as_str() {
         Some("lian-2014") => "mpm",
@@ -87,12 +87,12 @@ fn preset(tree: &Node, findings: &mut Vec<Diagnostic>) {
 }
 
 /// True for a body with a law of material points, which in PFEM-2 is one of solids.
-fn is_solid(body: &Node) -> bool {
-    let law = body.get("material").and_then(|material| material.get("law")).and_then(Node::as_str);
+fn is_solid(body: &PlacedValue) -> bool {
+    let law = body.get("material").and_then(|material| material.get("law")).and_then(PlacedValue::as_str);
     law.is_some_and(|law| PointLaws::NAMES.contains(&law))
 }
 
-fn keys_of_body(tree: &Node, key: &str, body: &Node, findings: &mut Vec<Diagnostic>) {
+fn keys_of_body(tree: &PlacedValue, key: &str, body: &PlacedValue, findings: &mut Vec<Diagnostic>) {
     let given = |keys: &'static [&str]| keys.iter().filter(|key| body.get(key).is_some());
     if name(tree) == "mpm" {
         findings.extend(given(SOLID_BODY).map(|own| foreign(tree, &format!("{key}.{own}"), body.get(own))));
@@ -110,7 +110,7 @@ fn keys_of_body(tree: &Node, key: &str, body: &Node, findings: &mut Vec<Diagnost
 }
 
 /// Every body has a region, except solids whose mesh comes from a file.
-fn region(tree: &Node, key: &str, body: &Node, findings: &mut Vec<Diagnostic>) {
+fn region(tree: &PlacedValue, key: &str, body: &PlacedValue, findings: &mut Vec<Diagnostic>) {
     let file = body.get("mesh").and_then(|mesh| mesh.get("path")).filter(|_| name(tree) == "pfem2");
     let misspelt = |known: &str| nearest(known, ["region"].into_iter()).is_some();
     let finding = match (&body.value, body.get("region"), file) {

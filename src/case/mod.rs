@@ -37,7 +37,7 @@ pub use reference::{laws, schema};
 pub use report::{line_and_column, render};
 pub use schema::*;
 pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
-pub use solid::{PlaneSpec, SolidCells, SolidDampingSpec, SolidMeshSpec};
+pub use solid::{PlaneSpec, SolidCells, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
 pub use summary::{BodySummary, CaseSummary, MembraneSummary, SolidSummary};
 
 use crate::error::{Diagnostic, Error, Result};
@@ -144,7 +144,7 @@ impl Case {
     /// # Errors
     /// Everything that is wrong with the case ([`Error::Case`]).
     pub fn read(source: Source, overrides: &[(String, String)]) -> Result<Self> {
-        let mut tree = tree::Node::parse(&source.text).map_err(Error::Case)?;
+        let mut tree = tree::PlacedValue::parse(&source.text).map_err(Error::Case)?;
         let mut overridden = Vec::new();
         for (path, value) in overrides {
             let key = tree.set(path, value).map_err(|message| Error::case(Diagnostic::error("", message)))?;
@@ -209,12 +209,12 @@ fn own_text(file: &CaseFile) -> Result<String, toml::ser::Error> {
     toml::to_string(&table)
 }
 
-fn read_tree(tree: &tree::Node, base: &Path, findings: &mut Vec<Diagnostic>) -> Option<CaseFile> {
+fn read_tree(tree: &tree::PlacedValue, base: &Path, findings: &mut Vec<Diagnostic>) -> Option<CaseFile> {
     let dimension = match tree.get("dimension").map(|n| &n.value) {
         Some(tree::Value::Integer(2)) => 2,
         _ => 3,
     };
-    let units = tree.get("units").and_then(tree::Node::as_str) != Some("none");
+    let units = tree.get("units").and_then(tree::PlacedValue::as_str) != Some("none");
     let mut walker = walk::Walker::new(&SCHEMA, dimension, units, base);
     let value = walker.walk(tree, &SCHEMA, "");
     findings.append(&mut walker.findings);

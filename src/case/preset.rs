@@ -1,7 +1,7 @@
 //! Defaults of `[mpm]` and `[pfem2]` by preset and material. A preset is a piece of TOML under what the case says itself.
 
 use super::Material;
-use crate::material::{Phase, PointLaws};
+use crate::material::{MaterialKind, PointLaws};
 
 /// Lian, Liu & Zhang (2014): hat functions, pure FLIP, stresses first, one step for bodies and membranes.
 const LIAN_2014: &str = r#"
@@ -75,23 +75,29 @@ const PSEUDO: &str = r#"
 volume = "none"
 "#;
 
+/// Beside elastic solids, whose motion orthogonal subscales would damp (theory J.3).
+const BESIDE_SOLIDS: &str = r#"
+stabilisation = "consistent-pspg"
+"#;
+
 /// 15 particles in a triangle, 20 in a tetrahedron.
 const BECKER_2015_PER_EDGE: [i64; 2] = [5, 4];
 
 /// Fills the keys of the method's section that the case leaves open.
 pub(super) fn apply(case: &mut toml::Table) {
     let text = |key| case.get(key).and_then(toml::Value::as_str);
-    let (section, preset) = match (text("method"), text("preset")) {
-        (Some("pfem2"), Some("becker-2015")) => ("pfem2", BECKER_2015),
-        (Some("pfem2"), _) if bodies(case).filter(|body| is_fluid(body)).count() > 2 => ("pfem2", SEVERAL_FLUIDS),
-        (Some("pfem2"), _) if interface(case) == Some("pseudo") => ("pfem2", PSEUDO),
+    let (section, presets) = match (text("method"), text("preset")) {
+        (Some("pfem2"), Some("becker-2015")) => ("pfem2", vec![BECKER_2015]),
         // The defaults of the section are the recommended ones.
-        (Some("pfem2"), _) => ("pfem2", ""),
-        (_, Some("lian-2014")) => ("mpm", LIAN_2014),
-        _ => ("mpm", recommended(case)),
+        (Some("pfem2"), _) => ("pfem2", recommended_flow(case)),
+        (_, Some("lian-2014")) => ("mpm", vec![LIAN_2014]),
+        _ => ("mpm", vec![recommended(case)]),
     };
-    let mut defaults: toml::Table = toml::from_str(preset).expect("presets are TOML");
-    if preset == BECKER_2015 {
+    let mut defaults = toml::Table::new();
+    for preset in &presets {
+        defaults.extend(toml::from_str::<toml::Table>(preset).expect("presets are TOML"));
+    }
+    if presets == [BECKER_2015] {
         let solid = case.get("dimension").and_then(toml::Value::as_integer) == Some(3);
         let per_edge = BECKER_2015_PER_EDGE[usize::from(solid)];
         defaults.insert("particles-per-edge".to_owned(), toml::Value::Integer(per_edge));
@@ -133,19 +139,31 @@ fn is_fluid(body: &toml::Value) -> bool {
     law.is_none_or(|law| !PointLaws::NAMES.contains(&law))
 }
 
+/// What depends on the bodies of a case of PFEM-2.
+fn recommended_flow(case: &toml::Table) -> Vec<&'static str> {
+    let fluids = bodies(case).filter(|body| is_fluid(body)).count();
+    let of_fluids = match () {
+        () if fluids > 2 => Some(SEVERAL_FLUIDS),
+        () if interface(case) == Some("pseudo") => Some(PSEUDO),
+        () => None,
+    };
+    let of_solids = (fluids < bodies(case).count()).then_some(BESIDE_SOLIDS);
+    of_fluids.into_iter().chain(of_solids).collect()
+}
+
 /// One choice serves all bodies: liquids are the most demanding, then gases, then what yields.
 fn recommended(case: &toml::Table) -> &'static str {
-    let phases: Vec<Phase> = bodies(case).filter_map(phase).collect();
+    let phases: Vec<MaterialKind> = bodies(case).filter_map(phase).collect();
     match () {
-        () if phases.contains(&Phase::Liquid) => LIQUID,
-        () if phases.contains(&Phase::Gas) => GAS,
-        () if phases.contains(&Phase::Plastic) => PLASTIC,
+        () if phases.contains(&MaterialKind::Liquid) => LIQUID,
+        () if phases.contains(&MaterialKind::Gas) => GAS,
+        () if phases.contains(&MaterialKind::Plastic) => PLASTIC,
         () => ELASTIC,
     }
 }
 
 /// What the law of a body says that it is. A law with a fault has no phase; reading the case reports it.
-fn phase(body: &toml::Value) -> Option<Phase> {
+fn phase(body: &toml::Value) -> Option<MaterialKind> {
     match body.get("material")?.clone().try_into() {
         Ok(Material::Point(law)) => Some(law.as_dyn().phase()),
         Ok(Material::Flow(_)) | Err(_) => None,

@@ -2,14 +2,14 @@
 
 use super::keywords::Schema;
 use super::keywords::expected_dimension;
-use super::tree::{Node, Value};
+use super::tree::{PlacedValue, Value};
 use super::walk::Walker;
 use crate::math::formula::{Formula, FormulaError};
 use crate::math::units::{Dimension, Quantity};
 
 impl Walker<'_> {
     /// A number, or text with a number and its unit, in SI.
-    pub(super) fn number(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<f64> {
+    pub(super) fn number(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<f64> {
         let value = match &node.value {
             Value::Integer(n) => *n as f64,
             Value::Float(x) => *x,
@@ -26,7 +26,7 @@ impl Walker<'_> {
         }
     }
 
-    fn quantity(&mut self, node: &Node, text: &str, schema: &Schema, key: &str) -> Option<f64> {
+    fn quantity(&mut self, node: &PlacedValue, text: &str, schema: &Schema, key: &str) -> Option<f64> {
         let quantity = match Quantity::parse(text) {
             Ok(quantity) => quantity,
             Err(problem) => {
@@ -39,7 +39,13 @@ impl Walker<'_> {
     }
 
     /// Compares what was written (`None`: no unit) with what the schema asks for.
-    pub(super) fn dimension_fits(&mut self, node: &Node, found: Option<Dimension>, schema: &Schema, key: &str) -> bool {
+    pub(super) fn dimension_fits(
+        &mut self,
+        node: &PlacedValue,
+        found: Option<Dimension>,
+        schema: &Schema,
+        key: &str,
+    ) -> bool {
         let Some(found) = found else { return true };
         let expected = expected_dimension(schema).unwrap_or(Dimension::NONE);
         if !self.units && !schema.contains_key("clock") {
@@ -62,7 +68,7 @@ impl Walker<'_> {
     }
 
     /// Checks the range of the schema (given in SI).
-    pub(super) fn in_range(&mut self, node: &Node, value: f64, schema: &Schema, key: &str) -> bool {
+    pub(super) fn in_range(&mut self, node: &PlacedValue, value: f64, schema: &Schema, key: &str) -> bool {
         let unit = schema.get("unit").and_then(|u| u.as_str()).filter(|u| self.units && *u != "1").unwrap_or("");
         let bound = |keyword: &str| schema.get(keyword).and_then(serde_json::Value::as_f64);
         let violated = [
@@ -86,7 +92,7 @@ impl Walker<'_> {
     }
 
     /// A number, a quantity, a formula, a table, or one of the schema's `words`.
-    pub(super) fn signal(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<toml::Value> {
+    pub(super) fn signal(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<toml::Value> {
         match &node.value {
             Value::Integer(_) | Value::Float(_) => self.number(node, schema, key).map(toml::Value::Float),
             Value::String(text) => self.signal_text(node, text, schema, key),
@@ -101,7 +107,7 @@ impl Walker<'_> {
         }
     }
 
-    fn signal_text(&mut self, node: &Node, text: &str, schema: &Schema, key: &str) -> Option<toml::Value> {
+    fn signal_text(&mut self, node: &PlacedValue, text: &str, schema: &Schema, key: &str) -> Option<toml::Value> {
         let words = schema.get("words").and_then(serde_json::Value::as_array);
         if words.is_some_and(|words| words.iter().any(|w| w.as_str() == Some(text))) {
             return Some(toml::Value::String(text.to_owned()));
@@ -127,7 +133,7 @@ impl Walker<'_> {
     }
 
     /// Underlines the place inside the quotes, where the text stands in the file as it is read.
-    fn formula_error(&mut self, node: &Node, text: &str, error: FormulaError, key: &str) -> Option<toml::Value> {
+    fn formula_error(&mut self, node: &PlacedValue, text: &str, error: FormulaError, key: &str) -> Option<toml::Value> {
         self.note(node, key, error.message, None);
         let finding = self.findings.last_mut()?;
         if let Some(span) = finding.span.clone().filter(|s| s.len() == text.len() + 2) {

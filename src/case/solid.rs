@@ -1,7 +1,7 @@
 //! Keys of elastic solids of PFEM-2.
 
 use crate::mesh::quadratic::QuadraticFile;
-use crate::pfem2::solid::setup::{Damping, Plane};
+use crate::pfem2::solid::setup::{Damping, Plane, SurfaceCondition};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,6 +40,26 @@ impl From<PlaneSpec> for Plane {
         match plane {
             PlaneSpec::Strain => Self::Strain,
             PlaneSpec::Stress => Self::Stress,
+        }
+    }
+}
+
+/// What the fluid does on the surface of a solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SurfaceSpec {
+    /// It sticks.
+    #[default]
+    NoSlip,
+    /// It glides: for elements wider than half the layer in which it would be slowed down.
+    Slip,
+}
+
+impl From<SurfaceSpec> for SurfaceCondition {
+    fn from(surface: SurfaceSpec) -> Self {
+        match surface {
+            SurfaceSpec::NoSlip => Self::NoSlip,
+            SurfaceSpec::Slip => Self::Slip,
         }
     }
 }

@@ -10,7 +10,7 @@ pub(super) type Span = Option<Range<usize>>;
 
 /// A value and its place.
 #[derive(Debug, Clone)]
-pub(super) struct Node {
+pub(super) struct PlacedValue {
     pub span: Span,
     pub value: Value,
 }
@@ -22,7 +22,7 @@ pub(super) enum Value {
     Float(f64),
     Boolean(bool),
     Datetime(String),
-    Array(Vec<Node>),
+    Array(Vec<PlacedValue>),
     Table(Vec<Entry>),
 }
 
@@ -31,10 +31,10 @@ pub(super) enum Value {
 pub(super) struct Entry {
     pub key: String,
     pub key_span: Span,
-    pub node: Node,
+    pub node: PlacedValue,
 }
 
-impl Node {
+impl PlacedValue {
     /// Parses a document; its root is a table.
     pub(super) fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
         // One slip makes a cascade of syntax errors: only the first is worth showing.
@@ -199,9 +199,9 @@ fn entries(table: &DeTable<'_>, findings: &mut Vec<Diagnostic>) -> Vec<Entry> {
     table.iter().map(entry).collect()
 }
 
-fn spanned(value: &toml::Spanned<DeValue<'_>>, findings: &mut Vec<Diagnostic>) -> Node {
+fn spanned(value: &toml::Spanned<DeValue<'_>>, findings: &mut Vec<Diagnostic>) -> PlacedValue {
     let before = findings.len();
-    let node = Node { span: Some(value.span()), value: convert(value.get_ref(), findings) };
+    let node = PlacedValue { span: Some(value.span()), value: convert(value.get_ref(), findings) };
     for finding in &mut findings[before..] {
         finding.span.get_or_insert(value.span());
     }

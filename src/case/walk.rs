@@ -11,7 +11,7 @@ use super::keywords::{
     Schema, alternatives, expected, expected_dimension, fits, inherit, item_schema, kind, list, properties, required,
     tag, tag_value, texts,
 };
-use super::tree::{Entry, Node, Value, join};
+use super::tree::{Entry, PlacedValue, Value, join};
 use crate::error::Diagnostic;
 use serde_json::Value as Json;
 use std::path::Path;
@@ -37,7 +37,7 @@ impl<'a> Walker<'a> {
     }
 
     /// Checks `node` against `schema`; `None` if something in it is wrong (and was noted).
-    pub(super) fn walk(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<toml::Value> {
+    pub(super) fn walk(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<toml::Value> {
         let schema = self.resolve(schema);
         if schema.contains_key("formula") {
             return self.signal(node, &schema, key);
@@ -93,7 +93,13 @@ impl<'a> Walker<'a> {
         resolved
     }
 
-    fn walk_alternatives(&mut self, node: &Node, schema: &Schema, branches: &[Json], key: &str) -> Option<toml::Value> {
+    fn walk_alternatives(
+        &mut self,
+        node: &PlacedValue,
+        schema: &Schema,
+        branches: &[Json],
+        key: &str,
+    ) -> Option<toml::Value> {
         let mut branches: Vec<Schema> = branches.iter().filter_map(Json::as_object).map(|b| self.resolve(b)).collect();
         inherit(schema, &mut branches);
         flatten(self, &mut branches);
@@ -117,7 +123,7 @@ impl<'a> Walker<'a> {
     }
 
     /// Chooses the branch by the tag (`law = "fluid"`), or else by the keys that are there.
-    fn tagged(&mut self, node: &Node, branches: &[&Schema], key: &str) -> Option<toml::Value> {
+    fn tagged(&mut self, node: &PlacedValue, branches: &[&Schema], key: &str) -> Option<toml::Value> {
         let Some(tag) = branches.iter().find_map(|b| tag(b)) else {
             let hits = |b: &Schema| properties(b).map_or(0, |p| p.keys().filter(|k| node.get(k).is_some()).count());
             let best = branches.iter().enumerate().max_by_key(|(i, b)| (hits(b), std::cmp::Reverse(*i)));
@@ -135,7 +141,7 @@ impl<'a> Walker<'a> {
         self.walk_table(node, branch, key)
     }
 
-    fn walk_table(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<toml::Value> {
+    fn walk_table(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<toml::Value> {
         let Value::Table(entries) = &node.value else {
             return self.wrong_kind(node, "a table", key);
         };
@@ -164,7 +170,7 @@ impl<'a> Walker<'a> {
         (self.findings.len() == before).then_some(toml::Value::Table(table))
     }
 
-    fn walk_array(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<toml::Value> {
+    fn walk_array(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<toml::Value> {
         let Value::Array(items) = &node.value else {
             return self.wrong_kind(node, "a list", key);
         };
@@ -186,7 +192,14 @@ impl<'a> Walker<'a> {
         (self.findings.len() == before).then_some(toml::Value::Array(values))
     }
 
-    fn length_fits(&mut self, node: &Node, items: &[Node], schema: &Schema, axes: bool, key: &str) -> bool {
+    fn length_fits(
+        &mut self,
+        node: &PlacedValue,
+        items: &[PlacedValue],
+        schema: &Schema,
+        axes: bool,
+        key: &str,
+    ) -> bool {
         let bound = |keyword: &str| schema.get(keyword).and_then(Json::as_u64).map(|n| n as usize);
         let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
         let (least, most) = if axes { (self.dimension, 3) } else { (least, most) };
@@ -204,7 +217,7 @@ impl<'a> Walker<'a> {
     }
 
     /// Fills a list with one entry per axis up to three with zeros; what lies outside the plane must be zero.
-    fn pad(&mut self, node: &Node, values: &mut Vec<toml::Value>, key: &str) {
+    fn pad(&mut self, node: &PlacedValue, values: &mut Vec<toml::Value>, key: &str) {
         let outside = values.get(self.dimension..).unwrap_or_default();
         if outside.iter().any(|v| v.as_float() != Some(0.0)) {
             let message = format!("expected {} entries, found {}", self.dimension, values.len());
@@ -213,7 +226,7 @@ impl<'a> Walker<'a> {
         values.resize(3, toml::Value::Float(0.0));
     }
 
-    fn integer(&mut self, node: &Node, schema: &Schema, key: &str) -> Option<i64> {
+    fn integer(&mut self, node: &PlacedValue, schema: &Schema, key: &str) -> Option<i64> {
         let value = match node.value {
             Value::Integer(value) => value,
             Value::Float(value) if value.fract() == 0.0 && value.abs() < 1e15 => value as i64,
@@ -223,7 +236,7 @@ impl<'a> Walker<'a> {
     }
 
     /// One of some names.
-    fn choice(&mut self, node: &Node, names: &[String], key: &str) -> Option<toml::Value> {
+    fn choice(&mut self, node: &PlacedValue, names: &[String], key: &str) -> Option<toml::Value> {
         let Some(text) = node.as_str() else {
             return self.wrong_kind(node, &format!("one of {}", list(names)), key);
         };
@@ -247,12 +260,12 @@ impl<'a> Walker<'a> {
     }
 
     /// Notes that `node` is of the wrong kind; always `None`, for use in tail position.
-    pub(super) fn wrong_kind<T>(&mut self, node: &Node, expected: &str, key: &str) -> Option<T> {
+    pub(super) fn wrong_kind<T>(&mut self, node: &PlacedValue, expected: &str, key: &str) -> Option<T> {
         self.note(node, key, format!("expected {expected}, found {}", node.kind()), None);
         None
     }
 
-    pub(super) fn note(&mut self, node: &Node, key: &str, message: impl Into<String>, help: Option<String>) {
+    pub(super) fn note(&mut self, node: &PlacedValue, key: &str, message: impl Into<String>, help: Option<String>) {
         let finding = Diagnostic { span: node.span.clone(), help, ..Diagnostic::error(key, message) };
         self.findings.push(finding);
     }
@@ -295,7 +308,7 @@ fn flatten(walker: &Walker<'_>, branches: &mut Vec<Schema>) {
 }
 
 /// The value as it stands, where the schema says nothing about it.
-fn plain(node: &Node) -> toml::Value {
+fn plain(node: &PlacedValue) -> toml::Value {
     match &node.value {
         Value::String(text) | Value::Datetime(text) => toml::Value::String(text.clone()),
         Value::Integer(n) => toml::Value::Integer(*n),

@@ -15,6 +15,7 @@
 //! makes the [`Region`]. Points have three coordinates; in 2D the third is zero and ignored.
 
 mod bins;
+mod closest;
 mod direction;
 mod graph;
 mod outline;
@@ -29,6 +30,7 @@ mod triangles;
 mod winding;
 
 pub use bins::SpatialBins;
+pub use closest::closest_on_triangle;
 pub use direction::{Axis, Direction};
 pub use graph::{BelowShape, Height};
 pub use outline::Edge;

@@ -15,20 +15,20 @@ use std::f64::consts::TAU;
 /// A smooth piece of an outline, x(s) with s from 0 to 1.
 #[derive(Debug, Clone, Copy)]
 pub struct Edge {
-    curve: Curve,
+    curve: EdgeCurve,
     from: f64,
     to: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Curve {
+enum EdgeCurve {
     /// x = a + s (b − a)
     Line { a: Vector<2>, b: Vector<2> },
     /// x = c + cos(2π s) e_1 + sin(2π s) e_2
     Ellipse { center: Vector<2>, axes: [Vector<2>; 2] },
 }
 
-impl Curve {
+impl EdgeCurve {
     fn at(&self, s: f64) -> Vector<2> {
         match self {
             Self::Line { a, b } => *a + (*b - *a) * s,
@@ -105,7 +105,7 @@ impl Edge {
 
     /// True for a whole ellipse, whose ends are one point.
     pub fn is_closed(&self) -> bool {
-        matches!(self.curve, Curve::Ellipse { .. }) && self.to - self.from == 1.0
+        matches!(self.curve, EdgeCurve::Ellipse { .. }) && self.to - self.from == 1.0
     }
 
     fn normal(&self, s: f64) -> Vector<2> {
@@ -124,9 +124,9 @@ impl Region {
         let mut leaves = Vec::new();
         self.curves(&bounds, &|x| x, &mut leaves)?;
         let size = (0..2).map(|i| bounds.upper[i] - bounds.lower[i]).filter(|l| l.is_finite()).fold(0.0, f64::max);
-        let curves: Vec<(usize, Curve)> =
+        let curves: Vec<(usize, EdgeCurve)> =
             leaves.iter().enumerate().flat_map(|(i, leaf)| leaf.iter().map(move |curve| (i, *curve))).collect();
-        let boxed = |(n, (_, curve)): (usize, &(usize, Curve))| GeomWithData::new(curve.around(), n);
+        let boxed = |(n, (_, curve)): (usize, &(usize, EdgeCurve))| GeomWithData::new(curve.around(), n);
         let tree = RTree::bulk_load(curves.iter().enumerate().map(boxed).collect());
         let mut edges = Vec::new();
         let mut middles = Middles { near: 1e-9 * size, cells: HashMap::new() };
@@ -155,11 +155,11 @@ impl Region {
         &self,
         bounds: &Bounds,
         place: &dyn Fn(Vector<2>) -> Vector<2>,
-        leaves: &mut Vec<Vec<Curve>>,
+        leaves: &mut Vec<Vec<EdgeCurve>>,
     ) -> Result<(), String> {
         let plane = |x: &[f64; 3]| Vector([x[0], x[1]]);
         let ellipse = |center: &[f64; 3], a: f64, b: f64| {
-            vec![Curve::Ellipse { center: plane(center), axes: [Vector([a, 0.0]), Vector([0.0, b])] }]
+            vec![EdgeCurve::Ellipse { center: plane(center), axes: [Vector([a, 0.0]), Vector([0.0, b])] }]
         };
         let own = match self {
             Self::Box { lower, upper } => loop_through(&[
@@ -188,26 +188,26 @@ impl Region {
     }
 }
 
-fn loop_through(corners: &[Vector<2>]) -> Vec<Curve> {
+fn loop_through(corners: &[Vector<2>]) -> Vec<EdgeCurve> {
     let next = corners.iter().cycle().skip(1);
-    corners.iter().zip(next).map(|(&a, &b)| Curve::Line { a, b }).collect()
+    corners.iter().zip(next).map(|(&a, &b)| EdgeCurve::Line { a, b }).collect()
 }
 
 /// The line through a point, long enough to cross the bounds.
-fn across(point: Vector<2>, normal: Vector<2>, bounds: &Bounds) -> Curve {
+fn across(point: Vector<2>, normal: Vector<2>, bounds: &Bounds) -> EdgeCurve {
     let finite = |x: f64| if x.is_finite() { x.abs() } else { 0.0 };
     let reach: f64 = (0..2).map(|i| finite(bounds.lower[i]) + finite(bounds.upper[i]) + point[i].abs()).sum();
     let along = Vector([-normal[1], normal[0]]) * (2.0 * reach.max(1e-300));
-    Curve::Line { a: point - along, b: point + along }
+    EdgeCurve::Line { a: point - along, b: point + along }
 }
 
 /// A curve cut where others cross it.
-fn pieces<'a>(curve: Curve, others: impl Iterator<Item = &'a Curve>) -> Vec<Edge> {
+fn pieces<'a>(curve: EdgeCurve, others: impl Iterator<Item = &'a EdgeCurve>) -> Vec<Edge> {
     let mut cuts: Vec<f64> = others.flat_map(|other| crossings(&curve, other)).collect();
     cuts.retain(|s| (1e-9..=1.0 - 1e-9).contains(s));
     cuts.sort_by(f64::total_cmp);
     cuts.dedup_by(|a, b| *a - *b < 1e-9);
-    if let (Curve::Ellipse { .. }, [first, ..]) = (&curve, cuts.as_slice()) {
+    if let (EdgeCurve::Ellipse { .. }, [first, ..]) = (&curve, cuts.as_slice()) {
         let round = first + 1.0;
         cuts.push(round);
         return cuts.windows(2).map(|ends| Edge { curve, from: ends[0], to: ends[1] }).collect();
@@ -218,8 +218,8 @@ fn pieces<'a>(curve: Curve, others: impl Iterator<Item = &'a Curve>) -> Vec<Edge
 }
 
 /// Parameters of `a` where `b` crosses it, or where the two begin or end to coincide.
-fn crossings(a: &Curve, b: &Curve) -> Vec<f64> {
-    if let (Curve::Line { a: p, b: q }, Curve::Line { a: r, b: s }) = (a, b) {
+fn crossings(a: &EdgeCurve, b: &EdgeCurve) -> Vec<f64> {
+    if let (EdgeCurve::Line { a: p, b: q }, EdgeCurve::Line { a: r, b: s }) = (a, b) {
         let (along, other) = (*q - *p, *s - *r);
         if cross(along, other).abs() <= 1e-12 * along.norm() * other.norm() {
             let aside = cross(along, *r - *p).abs() / along.norm();
@@ -228,7 +228,7 @@ fn crossings(a: &Curve, b: &Curve) -> Vec<f64> {
         }
     }
     let (n, m) = (a.chords(), b.chords());
-    let ends = |curve: &Curve, i: usize, count: usize| {
+    let ends = |curve: &EdgeCurve, i: usize, count: usize| {
         [curve.at(i as f64 / count as f64), curve.at((i + 1) as f64 / count as f64)]
     };
     let mut found = Vec::new();
@@ -260,7 +260,7 @@ fn chords_cross([a, b]: [Vector<2>; 2], [c, d]: [Vector<2>; 2]) -> Option<[f64; 
 }
 
 /// Newton's iteration on a(s) = b(t); gives s.
-fn sharpen(a: &Curve, b: &Curve, mut s: f64, mut t: f64) -> f64 {
+fn sharpen(a: &EdgeCurve, b: &EdgeCurve, mut s: f64, mut t: f64) -> f64 {
     for _ in 0..20 {
         let (gap, u, v) = (b.at(t) - a.at(s), a.tangent(s), b.tangent(t));
         let determinant = cross(u, v);
@@ -270,7 +270,7 @@ fn sharpen(a: &Curve, b: &Curve, mut s: f64, mut t: f64) -> f64 {
         s += cross(gap, v) / determinant;
         t += cross(gap, u) / determinant;
     }
-    if matches!(a, Curve::Ellipse { .. }) { s.rem_euclid(1.0) } else { s }
+    if matches!(a, EdgeCurve::Ellipse { .. }) { s.rem_euclid(1.0) } else { s }
 }
 
 #[cfg(test)]

@@ -24,13 +24,13 @@ pub struct SkinPoint {
 /// A point is reached if the residual is smaller than this [spacings].
 const REACHED: f64 = 1e-6;
 
-type Cell = [i64; 3];
+type SpacingCell = [i64; 3];
 
 /// The points on the surface of `region` for the particles of `sample`, in an order that depends on nothing else.
 pub fn skin(region: &Region, sample: &Sample, dimension: usize) -> Vec<SkinPoint> {
     let deep = |layers: f64| move |x: &[f64; 3]| region.signed_distance(*x) > -layers * sample.spacing;
-    let mut cells: HashMap<Cell, u32> = HashMap::new();
-    let mut corners: Vec<Cell> = Vec::new();
+    let mut cells: HashMap<SpacingCell, u32> = HashMap::new();
+    let mut corners: Vec<SpacingCell> = Vec::new();
     for (p, x) in (0..).zip(&sample.position) {
         if !deep(4.0)(x) {
             continue;
@@ -38,7 +38,9 @@ pub fn skin(region: &Region, sample: &Sample, dimension: usize) -> Vec<SkinPoint
         let cell = sample.lattice_index(*x);
         cells.insert(cell, p);
         if deep(1.5)(x) {
-            corners.extend((0..1 << dimension).map(|n| -> Cell { std::array::from_fn(|a| cell[a] + (n >> a & 1)) }));
+            corners.extend(
+                (0..1 << dimension).map(|n| -> SpacingCell { std::array::from_fn(|a| cell[a] + (n >> a & 1)) }),
+            );
         }
     }
     corners.sort_unstable();
@@ -51,8 +53,8 @@ fn point(
     region: &Region,
     sample: &Sample,
     dimension: usize,
-    cells: &HashMap<Cell, u32>,
-    corner: Cell,
+    cells: &HashMap<SpacingCell, u32>,
+    corner: SpacingCell,
 ) -> Option<SkinPoint> {
     let h = sample.spacing;
     let mut s: [f64; 3] =

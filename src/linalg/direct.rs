@@ -114,17 +114,17 @@ pub(super) struct Analysis {
     first: Vec<u32>,
     blocks: Vec<u32>,
     /// The same as compressed columns of single numbers.
-    columns: Columns,
+    columns: ColumnPlaces,
     symbolic: SymbolicSupernodalCholesky<u32>,
 }
 
 /// The places of a sparse matrix, column by column.
-struct Columns {
+struct ColumnPlaces {
     start: Vec<u32>,
     rows: Vec<u32>,
 }
 
-impl Columns {
+impl ColumnPlaces {
     fn view(&self) -> SymbolicSparseColMatRef<'_, u32> {
         let n = self.start.len() - 1;
         SymbolicSparseColMatRef::new_unsorted_checked(n, n, &self.start, None, &self.rows)
@@ -182,11 +182,11 @@ impl Analysis {
 }
 
 /// Blocks on and below the diagonal of the matrix in the order of elimination, and the places of their numbers.
-fn lower_part<const B: usize>(pattern: &Pattern, order: &[u32]) -> (Vec<u32>, Vec<u32>, Columns) {
+fn lower_part<const B: usize>(pattern: &Pattern, order: &[u32]) -> (Vec<u32>, Vec<u32>, ColumnPlaces) {
     let mut rank = vec![0u32; order.len()];
     (0u32..).zip(order).for_each(|(k, &node)| rank[node as usize] = k);
     let (mut first, mut blocks) = (vec![0], Vec::with_capacity(pattern.entries() / 2 + order.len()));
-    let mut columns = Columns { start: vec![0], rows: Vec::new() };
+    let mut columns = ColumnPlaces { start: vec![0], rows: Vec::new() };
     for (k, &node) in (0u32..).zip(order) {
         // Column k of the lower part, by symmetry of the pattern found in row k.
         let mut below: Vec<(u32, u32)> = pattern

@@ -30,5 +30,5 @@ mod vectors;
 pub use border::Border;
 pub use matrix::BlockMatrix;
 pub use pattern::Pattern;
-pub use solver::{LinearSolver, NotConverged, Options, Outcome, SolverCounters, SolverKind, SolverState};
+pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverCounters, SolverKind, SolverOptions, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};

@@ -24,7 +24,7 @@ pub enum SolverKind {
 
 /// Options of the linear solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct SolverOptions {
     /// The preconditioner.
     pub kind: SolverKind,
     /// |S (b − A x)| to reach, relative to |S b|; S scales the diagonal to ±1.
@@ -35,7 +35,7 @@ pub struct Options {
     pub restart: usize,
 }
 
-impl Default for Options {
+impl Default for SolverOptions {
     fn default() -> Self {
         Self { kind: SolverKind::Auto, tolerance: 1e-8, max_iterations: 300, restart: 40 }
     }
@@ -43,7 +43,7 @@ impl Default for Options {
 
 /// Report about the solution of one system.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
+pub struct SolveOutcome {
     /// Iterations of FGMRES, with every preconditioner that was tried.
     pub iterations: usize,
     /// |S (b − A x)| / |S b| at the end.
@@ -85,7 +85,7 @@ const PIVOTED_PRICE: f64 = 30.0;
 pub struct LinearSolver<const B: usize> {
     pattern: Arc<Pattern>,
     places: Vec<[f64; 3]>,
-    options: Options,
+    options: SolverOptions,
     /// Methods to try, the usual one first.
     methods: Vec<Preconditioning>,
     /// The one in use.
@@ -135,7 +135,7 @@ pub struct SolverCounters {
 
 impl<const B: usize> LinearSolver<B> {
     /// A solver for matrices on a pattern whose nodes lie at `places` [m].
-    pub fn new(pattern: Arc<Pattern>, places: &[[f64; 3]], options: Options) -> Self {
+    pub fn new(pattern: Arc<Pattern>, places: &[[f64; 3]], options: SolverOptions) -> Self {
         let methods = methods::<B>(options.kind, pattern.rows());
         Self {
             places: places.to_vec(),
@@ -156,9 +156,14 @@ impl<const B: usize> LinearSolver<B> {
     ///
     /// # Errors
     /// The tolerance isn't reached: the residuals, and where the largest one is.
-    pub fn solve(&mut self, a: &BlockMatrix<B>, b: &[[f64; B]], x: &mut [[f64; B]]) -> Result<Outcome, NotConverged> {
+    pub fn solve(
+        &mut self,
+        a: &BlockMatrix<B>,
+        b: &[[f64; B]],
+        x: &mut [[f64; B]],
+    ) -> Result<SolveOutcome, NotConverged> {
         let scaling = a.scaling();
-        let system = Linear { a, b: b.as_flattened(), scaling: scaling.as_flattened(), border: None };
+        let system = BorderedMatrix { a, b: b.as_flattened(), scaling: scaling.as_flattened(), border: None };
         self.solve_flat(system, x.as_flattened_mut())
     }
 
@@ -173,11 +178,11 @@ impl<const B: usize> LinearSolver<B> {
         border: &mut dyn Border<B>,
         b: [&[f64]; 2],
         x: [&mut [f64]; 2],
-    ) -> Result<Outcome, NotConverged> {
+    ) -> Result<SolveOutcome, NotConverged> {
         let [own, others] = x;
         let mut both = [&*own, &*others].concat();
         let scaling = [a.scaling().as_flattened(), &border.scaling()].concat();
-        let system = Linear { a, b: &b.concat(), scaling: &scaling, border: Some(border) };
+        let system = BorderedMatrix { a, b: &b.concat(), scaling: &scaling, border: Some(border) };
         let outcome = self.solve_flat(system, &mut both);
         own.copy_from_slice(&both[..own.len()]);
         others.copy_from_slice(&both[own.len()..]);
@@ -185,13 +190,13 @@ impl<const B: usize> LinearSolver<B> {
     }
 
     /// Solves a system whose unknowns are `x`.
-    fn solve_flat(&mut self, mut system: Linear<B>, x: &mut [f64]) -> Result<Outcome, NotConverged> {
+    fn solve_flat(&mut self, mut system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
         let a = system.a;
         let mut residual = vec![0.0; x.len()];
         let reference = scaled_norm(system.b, system.scaling, &mut residual);
         if reference == 0.0 {
             x.fill(0.0);
-            return Ok(Outcome { iterations: 0, residual: 0.0, rebuilt: false });
+            return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
         let guess = x.to_vec();
         let mut history = Vec::new();
@@ -211,7 +216,7 @@ impl<const B: usize> LinearSolver<B> {
                 self.reuse.count(attempt.history.len() - 1);
                 self.detour.rest = self.detour.rest.saturating_sub(1);
                 let residual = norm(&residual) / reference;
-                return Ok(Outcome { iterations, residual, rebuilt: fresh });
+                return Ok(SolveOutcome { iterations, residual, rebuilt: fresh });
             }
             if !norm(&residual).is_finite() {
                 // What comes next begins where this began.
@@ -302,7 +307,13 @@ impl<const B: usize> LinearSolver<B> {
         Limits { target, restart: self.options.restart, iterations, patience }
     }
 
-    fn attempt(&mut self, system: &mut Linear<B>, x: &mut [f64], residual: &mut [f64], limits: Limits) -> Attempt {
+    fn attempt(
+        &mut self,
+        system: &mut BorderedMatrix<B>,
+        x: &mut [f64],
+        residual: &mut [f64],
+        limits: Limits,
+    ) -> Attempt {
         let room = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
         let mut system = Preconditioned { system, analysis, preconditioner, room };
@@ -366,14 +377,14 @@ fn failure<const B: usize>(history: Vec<f64>, residual: &[f64], (own, reference)
 }
 
 /// A system: the matrix on the mesh, and what borders on it. Flat vectors hold the unknowns of the mesh first.
-struct Linear<'a, const B: usize> {
+struct BorderedMatrix<'a, const B: usize> {
     a: &'a BlockMatrix<B>,
     b: &'a [f64],
     scaling: &'a [f64],
     border: Option<&'a mut dyn Border<B>>,
 }
 
-impl<const B: usize> Linear<'_, B> {
+impl<const B: usize> BorderedMatrix<'_, B> {
     /// y = A x.
     fn multiply(&self, x: &[f64], y: &mut [f64]) {
         let own = self.a.pattern.rows() * B;
@@ -388,7 +399,7 @@ impl<const B: usize> Linear<'_, B> {
 
 /// A system with its preconditioner: that of the mesh, then the block of the border (see `border`).
 struct Preconditioned<'a, 'b, const B: usize> {
-    system: &'a mut Linear<'b, B>,
+    system: &'a mut BorderedMatrix<'b, B>,
     analysis: Option<&'a Analysis>,
     preconditioner: Option<&'a mut Preconditioner<B>>,
     room: Vec<f64>,
@@ -403,12 +414,12 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
 
     fn residual(&self, x: &[f64], r: &mut [f64]) {
         self.system.multiply(x, r);
-        let Linear { scaling: s, b, .. } = &*self.system;
+        let BorderedMatrix { scaling: s, b, .. } = &*self.system;
         update(r, |i, ax| s[i] * (b[i] - ax));
     }
 
     fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
-        let Linear { a, scaling: s, border, .. } = &mut *self.system;
+        let BorderedMatrix { a, scaling: s, border, .. } = &mut *self.system;
         let room = &mut self.room[..];
         update(room, |i, _| r[i] / s[i]);
         let own = a.pattern.rows() * B;

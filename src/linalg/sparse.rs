@@ -120,20 +120,20 @@ impl SparseMatrix {
 pub struct SparseFactor {
     factor: Lu<u32, f64>,
     symbolic: SymbolicLu<u32>,
-    columns: Columns,
+    columns: CompressedColumns,
     scaling: Vec<f64>,
     work: Vec<f64>,
 }
 
 /// A matrix by compressed columns.
 #[derive(Default)]
-struct Columns {
+struct CompressedColumns {
     start: Vec<u32>,
     rows: Vec<u32>,
     values: Vec<f64>,
 }
 
-impl Columns {
+impl CompressedColumns {
     /// S A S.
     fn scaled(a: &SparseMatrix, s: &[f64]) -> Self {
         let n = a.rows();
@@ -168,7 +168,7 @@ impl SparseFactor {
             return None;
         }
         let scaling = a.scaling();
-        let columns = Columns::scaled(a, &scaling);
+        let columns = CompressedColumns::scaled(a, &scaling);
         let symbolic = SymbolicLu::try_new(columns.places()).ok()?;
         let factor = columns.factor(&symbolic)?;
         Some(Self { factor, symbolic, columns, work: vec![0.0; scaling.len()], scaling })
@@ -179,7 +179,7 @@ impl SparseFactor {
     #[must_use]
     pub fn renewed(self, a: &SparseMatrix) -> Option<Self> {
         let scaling = a.scaling();
-        let columns = Columns::scaled(a, &scaling);
+        let columns = CompressedColumns::scaled(a, &scaling);
         if columns.start != self.columns.start || columns.rows != self.columns.rows {
             return Self::new(a);
         }

@@ -12,7 +12,7 @@
 use super::elastic::{Elastic, Moduli};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
-use super::{Phase, PointState, StartState};
+use super::{MaterialKind, PointState, StartState};
 use crate::math::SymTensor;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -112,7 +112,7 @@ fn shear_stress(s: &SymTensor) -> f64 {
 }
 
 impl Solid for DruckerPrager {
-    const PHASE: Phase = Phase::Plastic;
+    const PHASE: MaterialKind = MaterialKind::Plastic;
 
     const HISTORY: &'static [&'static str] = &["plastic strain", "plastic volume strain"];
 

@@ -4,7 +4,7 @@
 use super::bulk_viscosity::BulkViscosity;
 use super::eos::{Coefficients, EquationsOfState};
 use super::flow::FlowProperties;
-use super::{Phase, PointBatch, PointLaw, PointState, StartState, Storage};
+use super::{MaterialKind, PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ impl PointLaw for Fluid {
         self.density
     }
 
-    fn phase(&self) -> Phase {
+    fn phase(&self) -> MaterialKind {
         self.eos.as_dyn().phase()
     }
 

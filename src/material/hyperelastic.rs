@@ -9,7 +9,7 @@ use super::increment::{Increment, Point, Response};
 use super::linearised::{ElasticLaw, ElasticState, Linearised};
 use super::solid::Solid;
 use super::stiffness::Stiffness;
-use super::{Phase, PointState, StartState};
+use super::{MaterialKind, PointState, StartState};
 use crate::math::{SymTensor, Tensor};
 
 /// An isotropic solid whose stress is the slope of a stored energy: what its author writes. It makes a [`Solid`] and an
@@ -38,7 +38,7 @@ pub trait Hyperelastic: std::fmt::Debug + Send + Sync {
 }
 
 impl<L: Hyperelastic> Solid for L {
-    const PHASE: Phase = Phase::Elastic;
+    const PHASE: MaterialKind = MaterialKind::Elastic;
     const DEFORMATION: bool = true;
 
     #[inline(always)]

@@ -6,7 +6,7 @@
 //!
 //! For small strains at any rotation; in large shear γ the Jaumann rate answers G sin γ.
 
-use super::Phase;
+use super::MaterialKind;
 use super::elastic::{Elastic, Moduli};
 use super::increment::{Increment, Point, Response};
 use super::linearised::{ElasticLaw, ElasticState, Linearised};
@@ -26,7 +26,7 @@ pub struct Hypoelastic {
 }
 
 impl Solid for Hypoelastic {
-    const PHASE: Phase = Phase::Elastic;
+    const PHASE: MaterialKind = MaterialKind::Elastic;
 
     fn elastic(&self) -> Elastic {
         self.elastic

@@ -11,7 +11,7 @@ use super::elastic::{Elastic, equivalent};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
 use super::yield_curve::YieldCurve;
-use super::{Phase, PointState, StartState};
+use super::{MaterialKind, PointState, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -86,7 +86,7 @@ fn power(strain: f64, exponent: f64) -> f64 {
 }
 
 impl Solid for J2 {
-    const PHASE: Phase = Phase::Plastic;
+    const PHASE: MaterialKind = MaterialKind::Plastic;
     const HISTORY: &'static [&'static str] = &["plastic strain"];
 
     fn elastic(&self) -> Elastic {

@@ -9,7 +9,7 @@
 use super::elastic::{Elastic, equivalent};
 use super::increment::{Increment, Point, Response};
 use super::solid::Solid;
-use super::{Phase, PointState, StartState};
+use super::{MaterialKind, PointState, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +97,7 @@ impl JohnsonCook {
 }
 
 impl Solid for JohnsonCook {
-    const PHASE: Phase = Phase::Plastic;
+    const PHASE: MaterialKind = MaterialKind::Plastic;
     const HISTORY: &'static [&'static str] = &["plastic strain", "temperature rise"];
 
     fn elastic(&self) -> Elastic {

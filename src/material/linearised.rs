@@ -6,7 +6,7 @@
 //! c = A + κ β ⊗ β,  β = h/κ :       c : d = A : d − β ṗ,      β : d + ṗ/κ = 0
 //! ```
 
-use super::Phase;
+use super::MaterialKind;
 use super::elastic::Moduli;
 use super::stiffness::Stiffness;
 use crate::math::{SymTensor, Tensor};
@@ -51,11 +51,11 @@ pub trait ElasticLaw: std::fmt::Debug + Send + Sync {
 }
 
 /// Why a law of another phase has no tangent.
-pub(super) fn no_tangent(phase: Phase) -> String {
+pub(super) fn no_tangent(phase: MaterialKind) -> String {
     let reason = match phase {
-        Phase::Gas | Phase::Liquid => "a fluid resists no shear strain",
-        Phase::Plastic => "the stress of a solid that yields depends on the plastic strain on the way",
-        Phase::Elastic => "this law gives no tangent",
+        MaterialKind::Gas | MaterialKind::Liquid => "a fluid resists no shear strain",
+        MaterialKind::Plastic => "the stress of a solid that yields depends on the plastic strain on the way",
+        MaterialKind::Elastic => "this law gives no tangent",
     };
     format!("an implicit solid needs the tangent of an elastic law, but {reason}")
 }

@@ -94,7 +94,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     fn reference_sound_speed(&self) -> f64;
 
     /// What the material is to the presets of a case.
-    fn phase(&self) -> Phase;
+    fn phase(&self) -> MaterialKind;
 
     /// The law as an elastic one, with the tangents that an implicit system in velocity and pressure needs (theory B.13).
     ///
@@ -106,7 +106,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
 
     /// True if neighbours stay neighbours, so that particles at the surface stay there.
     fn keeps_shape(&self) -> bool {
-        matches!(self.phase(), Phase::Plastic | Phase::Elastic)
+        matches!(self.phase(), MaterialKind::Plastic | MaterialKind::Elastic)
     }
 
     /// True if the pressure depends on the internal energy, so that heat acts.
@@ -127,7 +127,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
 
 /// What a material is to the presets of a case, which choose defaults by it (`case/preset.rs`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
+pub enum MaterialKind {
     /// A fluid whose pressure is that of its energy: it fills its room.
     Gas,
     /// A fluid that resists compression and rests at its own density.

@@ -13,7 +13,7 @@ use super::elastic::Elastic;
 use super::increment::{Increment, Point, Response};
 use super::kinematics;
 use super::linearised::{ElasticLaw, no_tangent};
-use super::{Phase, PointBatch, PointLaw, PointState, StartState, Storage};
+use super::{MaterialKind, PointBatch, PointLaw, PointState, StartState, Storage};
 use crate::math::{SymTensor, Tensor};
 use std::ops::Range;
 
@@ -38,7 +38,7 @@ use std::ops::Range;
 /// ```
 pub trait Solid: std::fmt::Debug + Send + Sync {
     /// Elastic, or plastic for a law that yields.
-    const PHASE: Phase;
+    const PHASE: MaterialKind;
     /// Names of the history variables.
     const HISTORY: &'static [&'static str] = &[];
     /// True if the law needs the deformation gradient.
@@ -78,7 +78,7 @@ impl<L: Solid> PointLaw for L {
         self.start(start)
     }
 
-    fn phase(&self) -> Phase {
+    fn phase(&self) -> MaterialKind {
         L::PHASE
     }
 

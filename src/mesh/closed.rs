@@ -17,13 +17,13 @@ impl ClosedSurface {
 }
 
 /// A side of a facet: its nodes, ascending; the end of a segment is one node twice.
-type Side = [u32; 2];
+type FacetSide = [u32; 2];
 
 /// The closed surfaces among `facets` (2 nodes of a segment, 3 of a triangle, 4 of a quadrilateral). What has free edges, edges of
 /// three facets, or one side only is not among them.
 pub fn closed_surfaces<'a>(facets: impl Iterator<Item = &'a [u32]>) -> Vec<ClosedSurface> {
-    let sides: Vec<Vec<(Side, bool)>> = facets.map(|nodes| sides(nodes).collect()).collect();
-    let mut meeting: HashMap<Side, Vec<(usize, bool)>> = HashMap::new();
+    let sides: Vec<Vec<(FacetSide, bool)>> = facets.map(|nodes| sides(nodes).collect()).collect();
+    let mut meeting: HashMap<FacetSide, Vec<(usize, bool)>> = HashMap::new();
     for (facet, own) in sides.iter().enumerate() {
         own.iter().for_each(|&(side, forward)| meeting.entry(side).or_default().push((facet, forward)));
     }
@@ -34,8 +34,8 @@ pub fn closed_surfaces<'a>(facets: impl Iterator<Item = &'a [u32]>) -> Vec<Close
 /// The surface around a facet, if that is closed and has two sides and was not met before.
 fn walk(
     first: usize,
-    sides: &[Vec<(Side, bool)>],
-    meeting: &HashMap<Side, Vec<(usize, bool)>>,
+    sides: &[Vec<(FacetSide, bool)>],
+    meeting: &HashMap<FacetSide, Vec<(usize, bool)>>,
     turned: &mut [Option<bool>],
 ) -> Option<ClosedSurface> {
     if turned[first].is_some() {
@@ -66,7 +66,7 @@ fn walk(
 
 /// The sides of a facet, and whether it runs along each from the lower to the higher node; a segment begins at one end and
 /// stops at the other.
-fn sides(nodes: &[u32]) -> impl Iterator<Item = (Side, bool)> + '_ {
+fn sides(nodes: &[u32]) -> impl Iterator<Item = (FacetSide, bool)> + '_ {
     let n = nodes.len();
     (0..n).map(move |k| match n {
         2 => ([nodes[k]; 2], k == 0),

@@ -8,8 +8,8 @@ use super::particles::{Body, Particles};
 use super::state::energy::Energy;
 use super::state::notices::Notices;
 use super::state::stability;
-use super::step::method::{Clock, Method};
-use super::step::schedule::Schedule;
+use super::step::method::{MethodChoices, StepCount};
+use super::step::schedule::SweepSchedule;
 use super::stress::ambient;
 use super::transfer::{CHUNK, Plain, Tiles, View};
 use super::wall::Walls;
@@ -52,7 +52,7 @@ impl<const D: usize> Mpm<D> {
             filter_order: 0,
             energy: Energy::new(),
             notices: Notices::default(),
-            clock: Clock::default(),
+            clock: StepCount::default(),
             timer: Timer::default(),
         };
         mpm.start();
@@ -124,10 +124,10 @@ fn coupling_settings<const D: usize>(setup: &Setup<D>) -> CouplingSettings {
     }
 }
 
-fn build_method<const D: usize>(setup: &Setup<D>, bodies: &[Body<D>]) -> Method<D> {
-    Method {
+fn build_method<const D: usize>(setup: &Setup<D>, bodies: &[Body<D>]) -> MethodChoices<D> {
+    MethodChoices {
         transfer: setup.transfer,
-        schedule: Schedule::new(setup.stress_update, setup.locking),
+        schedule: SweepSchedule::new(setup.stress_update, setup.locking),
         locking: setup.locking,
         filter_time: filter_time(setup.transfer, bodies, setup.grid.cell),
         // With APIC the nodes lose more than what their forces do.

@@ -9,7 +9,9 @@
 //! (theory D.7). With a single pass, as in the paper, a sheet at rest under pressure lets the gas creep, and the gas
 //! loses energy for ever.
 
-use super::contact::{Contact, ContactPass, Facet, FoldedStencil, FrictionTable, NodePositions, SheetSource, Surface};
+use super::contact::{
+    Contact, ContactPass, FoldedStencil, FrictionTable, NodePositions, SheetFacet, SheetSource, SheetSurface,
+};
 use super::membrane::Membrane;
 use super::particles::Body;
 use super::state::health;
@@ -228,7 +230,7 @@ impl<const D: usize> SheetInContact<'_, D> {
 fn source<const D: usize>(membrane: &Membrane<D>) -> SheetSource<'_, D> {
     SheetSource {
         name: &membrane.name,
-        facets: membrane.elements.iter().map(Facet::new).collect(),
+        facets: membrane.elements.iter().map(SheetFacet::new).collect(),
         reference: &membrane.reference,
         mass: &membrane.mass,
         held: (0..membrane.mass.len()).map(|k| membrane.constrained(k)).collect(),
@@ -240,8 +242,8 @@ fn surface<'a, const D: usize>(
     membrane: &'a Membrane<D>,
     previous: &'a [Vector<D>],
     offset: &'a [f64],
-) -> Surface<'a, D> {
-    Surface { position: &membrane.position, velocity: &membrane.velocity, previous, offset }
+) -> SheetSurface<'a, D> {
+    SheetSurface { position: &membrane.position, velocity: &membrane.velocity, previous, offset }
 }
 
 /// Distance from the mid-surface to the faces, per element [m].

@@ -39,8 +39,8 @@ pub mod wall;
 
 pub use coupling::SubStep;
 pub use grid::kernel::KernelKind;
-pub use grid::{EDGE, Field, Grid, Kernel, Node};
-pub use membrane::{Balance, Elements, Membrane};
+pub use grid::{EDGE, Grid, Kernel, Node, VelocityField};
+pub use membrane::{Balance, Membrane, MembraneElements};
 pub use particles::sides::check_sides;
 pub use particles::traction::{self, Load, Traction};
 pub use particles::{Body, Part, Particles, Work};

@@ -3,7 +3,7 @@
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
 //!
-//! The sweeps over the particles that each stage makes depend on the stress update (theory A.8); [`schedule::Schedule`] lists
+//! The sweeps over the particles that each stage makes depend on the stress update (theory A.8); [`schedule::SweepSchedule`] lists
 //! them, and stages without any do nothing:
 //!
 //! | stage | first | last | modified last | average |
@@ -37,7 +37,7 @@ use super::wall::Walls;
 use crate::error::StepError;
 use crate::simulation::{Column, Snapshot, Solver, Timer};
 use crate::timed;
-use method::{Clock, Method};
+use method::{MethodChoices, StepCount};
 
 /// Largest ratio of two successive steps where there are membranes.
 const CHANGE: f64 = 1.5;
@@ -86,14 +86,14 @@ pub struct Mpm<const D: usize> {
     /// Numbers of the bodies in each velocity field.
     pub(super) members: Vec<Vec<usize>>,
     pub(super) coupling: Coupling<D>,
-    pub(super) method: Method<D>,
+    pub(super) method: MethodChoices<D>,
     /// The executor of the sweeps over the particles.
     pub(super) executor: Box<dyn Executor<D>>,
     /// Order of the noise filter in this step; 0: none.
     pub(super) filter_order: u32,
     pub(super) energy: Energy,
     pub(super) notices: Notices,
-    pub(super) clock: Clock,
+    pub(super) clock: StepCount,
     pub(super) timer: Timer,
 }
 
@@ -111,8 +111,8 @@ impl<const D: usize> Solver for Mpm<D> {
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         let step = Step::new(t, dt, self.clock.dt_before);
         self.advance(&step).map_err(|error| StepError { time: t, ..error })?;
-        let Clock { bound, steps, .. } = self.clock;
-        self.clock = Clock { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
+        let StepCount { bound, steps, .. } = self.clock;
+        self.clock = StepCount { dt_before: dt, bound: self.step_bound().min(GROWTH * bound), steps: steps + 1 };
         self.notices.watch(self.clock.steps, t + dt, &self.energy, &self.coupling);
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! One number out of a vector or symmetric tensor.
 
 use crate::error::Diagnostic;
+use crate::math::SymTensor;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,10 @@ pub enum Component {
     Magnitude,
     /// √(3 J₂) of a stress.
     VonMises,
+    /// Largest principal value of a tensor.
+    LargestPrincipal,
+    /// Smallest principal value of a tensor.
+    SmallestPrincipal,
 }
 
 impl Component {
@@ -47,6 +52,8 @@ impl Component {
             Self::Zx => "zx",
             Self::Magnitude => "magnitude",
             Self::VonMises => "von-mises",
+            Self::LargestPrincipal => "largest-principal",
+            Self::SmallestPrincipal => "smallest-principal",
         }
     }
 
@@ -56,7 +63,7 @@ impl Component {
             return Some(Diagnostic::error(key, "there is no `z` in two dimensions").help("take x or y"));
         }
         let message = || format!("`{quantity}` has {components} component(s), and no `{}`", self.name());
-        let help = "x, y, z are components of vectors; xx … zx and von-mises of tensors";
+        let help = "x, y, z are components of vectors; xx … zx, von-mises, largest-principal and smallest-principal of tensors";
         (!self.fits(components)).then(|| Diagnostic::error(key, message()).help(help))
     }
 
@@ -80,6 +87,8 @@ impl Component {
             Self::Zx => value[5],
             Self::Magnitude => magnitude(value),
             Self::VonMises => von_mises(value),
+            Self::LargestPrincipal => principal(value)[0],
+            Self::SmallestPrincipal => principal(value)[2],
         }
     }
 }
@@ -100,6 +109,20 @@ fn von_mises(s: &[f64]) -> f64 {
     (0.5 * normal + 3.0 * shear).sqrt()
 }
 
+/// Principal values of xx yy zz xy yz zx, descending (Smith 1961).
+fn principal(s: &[f64]) -> [f64; 3] {
+    let tensor = SymTensor(std::array::from_fn(|k| s[k]));
+    let mean = tensor.trace() / 3.0;
+    let deviator = tensor.deviator();
+    let size = (deviator.contract(&deviator) / 6.0).sqrt();
+    if size == 0.0 {
+        return [mean; 3];
+    }
+    let angle = (deviator.determinant() / (2.0 * size.powi(3))).clamp(-1.0, 1.0).acos() / 3.0;
+    let third = 2.0 * std::f64::consts::PI / 3.0;
+    [angle, angle - third, angle + third].map(|angle| mean + 2.0 * size * angle.cos())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,6 +133,24 @@ mod tests {
         assert_eq!(Component::VonMises.of(&[5.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 5.0);
         assert_eq!(Component::VonMises.of(&[7.0, 7.0, 7.0, 0.0, 0.0, 0.0]), 0.0);
         assert!((Component::VonMises.of(&[0.0, 0.0, 0.0, 0.0, 2.0, 0.0]) - 12.0_f64.sqrt()).abs() < 1e-15);
+    }
+
+    /// A diagonal tensor, pure shear, and a turned one: x, y by 30° with the values 3 and −1.
+    #[test]
+    fn principal_values_of_simple_states() {
+        for (tensor, expected) in [
+            ([-2.0, 5.0, 1.0, 0.0, 0.0, 0.0], [5.0, 1.0, -2.0]),
+            ([0.0, 0.0, 0.0, 0.0, 2.0, 0.0], [2.0, 0.0, -2.0]),
+            ([2.0, 0.0, 0.5, 3.0_f64.sqrt(), 0.0, 0.0], [3.0, 0.5, -1.0]),
+            ([4.0, 4.0, 4.0, 0.0, 0.0, 0.0], [4.0; 3]),
+        ] {
+            let found = principal(&tensor);
+            assert!(found.iter().zip(&expected).all(|(a, b): (&f64, &f64)| (a - b).abs() < 1e-14), "{found:?}");
+        }
+        assert_eq!(
+            Component::LargestPrincipal.of(&[-2.0, 5.0, 1.0, 0.0, 0.0, 0.0]),
+            principal(&[-2.0, 5.0, 1.0, 0.0, 0.0, 0.0])[0]
+        );
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub(super) enum On {
 }
 
 /// A quantity of a set at one time.
-pub(super) struct Quantity<'s> {
+pub(super) struct SetQuantity<'s> {
     pub unit: &'s str,
     pub components: usize,
     pub on: On,
@@ -93,16 +93,16 @@ impl<'s> Set<'s> {
     }
 
     /// A field, `position`, or `displacement` (for particles from where they were at the start).
-    pub fn quantity(self, name: &str, start: &Start) -> Option<Quantity<'s>> {
+    pub fn quantity(self, name: &str, start: &Start) -> Option<SetQuantity<'s>> {
         if let Some((field, on)) = self.fields().find(|(field, _)| field.name == name) {
-            return Some(Quantity { unit: field.unit, components: field.components, on, values: field.values() });
+            return Some(SetQuantity { unit: field.unit, components: field.components, on, values: field.values() });
         }
         let values = match name {
             "position" => Cow::Borrowed(self.position().as_flattened()),
             "displacement" => Cow::Owned(self.displacement(start)),
             _ => return None,
         };
-        Some(Quantity { unit: "m", components: 3, on: On::Entries, values })
+        Some(SetQuantity { unit: "m", components: 3, on: On::Entries, values })
     }
 
     fn displacement(self, start: &Start) -> Vec<f64> {

@@ -9,7 +9,7 @@ use crate::pfem2::equations::element::{Mass, Stabilisation};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::project::Kernel;
+use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::reseed::Reseeding;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
@@ -49,7 +49,7 @@ pub struct Setup<const D: usize, const N: usize> {
     /// Enrichment of cut elements without surface tension.
     pub enrichment: Enrichment,
     /// From the particles to the nodes.
-    pub kernel: Kernel,
+    pub kernel: AveragingKernel,
     /// Rule by which particles are added and merged.
     pub reseeding: Reseeding,
     /// Density ratio from which heavy fluids follow their own side of the interface (Becker (36); theory G.13).
@@ -63,7 +63,7 @@ pub struct Setup<const D: usize, const N: usize> {
     /// The largest error of a step in time over that of the mesh; infinity: errors don't bound the step.
     pub step_tolerance: f64,
     /// The linear solver.
-    pub linear: linalg::Options,
+    pub linear: linalg::SolverOptions,
 }
 
 impl<const D: usize, const N: usize> Setup<D, N> {

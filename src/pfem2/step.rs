@@ -17,6 +17,7 @@
 //! `time/startup.rs`). All of it is linear: convection and geometry come from the particles.
 
 use super::boundary::Boundary;
+use super::equations::element::Stabilisation;
 use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use super::interface::phase_list::{Phase, PhaseList};
 use super::interface::tracking::InterfaceTracking;
@@ -167,7 +168,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let mut pfem = Self {
             particles: ParticleTracking::new(setup.particles, rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
-            solids: setup.solids.map(SolidTracking::new),
+            solids: setup.solids.map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary)),
             history: TimeHistory::new(setup.scheme, &system.velocity),
             forces: BoundaryForces::new(&system),
             balance: EnergyBalance::new(places.len()),
@@ -214,7 +215,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let flow = timed!(self.timer, "convect", self.particles.convect(step, history, system, interface));
         // Reseed: theory G.12.
         timed!(self.timer, "convect", self.particles.reseed(&flow, system, interface));
-        // Volumes that leave, aⁿ⁻¹ and vⁿ go along with the flow: theory G.6, F.2.
+        // Volumes that leave, aⁿ⁻¹, vⁿ and viscous forces go along with the flow: theory G.6, F.2, F.7.2.
         timed!(self.timer, "convect", self.carry_along(&flow, step));
         // φ follows the particles and keeps its volume: theory G.2–G.6.
         let (system, particles) = (&self.system, &mut self.particles);
@@ -261,6 +262,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
         self.balance.dissipation.start = feet.carried(mesh, &self.velocity_at_start(step));
+        if self.system.physics.stabilisation == Stabilisation::ConsistentPspg {
+            let carried = feet.carried(mesh, &self.system.subscales.projected);
+            self.system.subscales.projected = carried;
+        }
     }
 
     /// Nodal velocities at the start of a step; before the first, walls and inlets take hold of their nodes [m/s].

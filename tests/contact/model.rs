@@ -1,6 +1,6 @@
 //! Bodies and sheets without stresses: contact and gravity are all that acts in the solver's own step.
 
-use lateen::material::{Phase, PointBatch, PointLaw, PointState, Sheet, SheetKind, StartState, Storage};
+use lateen::material::{MaterialKind, PointBatch, PointLaw, PointState, Sheet, SheetKind, StartState, Storage};
 use lateen::math::{Signal, SymTensor, Tensor, Vector};
 use lateen::mpm::{
     BodySetup, Dissipation, Friction, GridSetup, KernelKind, Locking, MembraneSetup, Mpm, Setup, SheetContact,
@@ -23,8 +23,8 @@ impl PointLaw for Dust {
     fn density(&self) -> f64 {
         self.density
     }
-    fn phase(&self) -> Phase {
-        Phase::Elastic
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Elastic
     }
     fn storage(&self) -> Storage {
         Storage::default()

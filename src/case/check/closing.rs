@@ -71,14 +71,14 @@ struct MovingSolid<'a, const D: usize> {
     name: String,
     /// Its key, if it moves.
     key: String,
-    surface: SolidSurface<'a, D>,
+    surface: MeetingSurface<'a, D>,
     /// Displacements at equally distant times of the run [m]; none if it stands still.
     way: Vec<Vector<D>>,
     /// Bound of their error [m].
     unknown: f64,
 }
 
-enum SolidSurface<'a, const D: usize> {
+enum MeetingSurface<'a, const D: usize> {
     /// The normal of a wall, and how far it is from the origin along it [m].
     Plane(Vector<D>, f64),
     Region(&'a Region),
@@ -93,14 +93,14 @@ fn all<'a, const D: usize>(case: &Case, setup: &'a Setup<D>) -> Vec<MovingSolid<
         let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
         let place = grid.lower[axis] + (end as f64) * f64::from(grid.cells[axis]) * grid.cell;
         let name = format!("wall:{}", wall_name(D, axis, end));
-        let surface = SolidSurface::Plane(normal, place * normal[axis]);
+        let surface = MeetingSurface::Plane(normal, place * normal[axis]);
         MovingSolid { name, key: String::new(), surface, way: Vec::new(), unknown: 0.0 }
     };
     let obstacles = setup.obstacles.iter().enumerate().filter(|(_, obstacle)| obstacle.kind != WallKind::Open);
     let obstacle = |(i, obstacle): (usize, &'a crate::mpm::Obstacle)| {
         let (way, unknown) = way(&obstacle.velocity, case.file.time.end);
         let (name, key) = (format!("obstacle:{}", obstacle.name), format!("obstacle[{i}].velocity"));
-        MovingSolid { name, key, surface: SolidSurface::Region(&obstacle.region), way, unknown }
+        MovingSolid { name, key, surface: MeetingSurface::Region(&obstacle.region), way, unknown }
     };
     closed.map(wall).chain(obstacles.map(obstacle)).collect()
 }
@@ -145,8 +145,8 @@ impl<const D: usize> MovingSolid<'_, D> {
     /// Distance of `x` [m] and the normal, after the solid has moved.
     fn distance(&self, x: Vector<D>, moved: Vector<D>) -> (f64, Vector<D>) {
         match &self.surface {
-            SolidSurface::Plane(normal, place) => (x.dot(*normal) - place, *normal),
-            SolidSurface::Region(region) => {
+            MeetingSurface::Plane(normal, place) => (x.dot(*normal) - place, *normal),
+            MeetingSurface::Region(region) => {
                 let (distance, normal) = region.distance_and_normal((x - moved).to3());
                 (distance, Vector::from3(normal))
             }

@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 
 /// Every pair has names that are there, and is named once.
 pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
-    let parts = Parts::of(file);
+    let parts = PartNames::of(file);
     let mut pairs: HashMap<_, usize> = HashMap::new();
     let mut sides: HashMap<_, usize> = HashMap::new();
     for (i, contact) in file.contact.iter().enumerate() {
@@ -28,7 +28,7 @@ pub(super) fn contacts(file: &CaseFile, findings: &mut Vec<Diagnostic>) {
 }
 
 /// The parts of a case that may meet, by their names.
-struct Parts<'a> {
+struct PartNames<'a> {
     file: &'a CaseFile,
     /// Bodies, then membranes.
     names: Vec<&'a str>,
@@ -39,9 +39,9 @@ struct Parts<'a> {
 }
 
 /// A name, and `true` if it is that of a group.
-type Side<'a> = (&'a str, bool);
+type Named<'a> = (&'a str, bool);
 
-impl<'a> Parts<'a> {
+impl<'a> PartNames<'a> {
     fn of(file: &'a CaseFile) -> Self {
         let membranes = file.membrane.iter().map(|membrane| membrane.name.as_str());
         let names: Vec<&str> = file.body.iter().map(|body| body.name.as_str()).chain(membranes.clone()).collect();
@@ -56,7 +56,7 @@ impl<'a> Parts<'a> {
     }
 
     /// The group of a body, or the part itself.
-    fn side(&self, name: &'a str) -> Side<'a> {
+    fn side(&self, name: &'a str) -> Named<'a> {
         self.groups.get(name).map_or((name, false), |group| (*group, true))
     }
 
@@ -88,7 +88,7 @@ impl<'a> Parts<'a> {
 /// What an earlier contact has said of the pair, `twin`, or differently of its groups, `other`.
 fn repeated(
     [first, second]: [&str; 2],
-    sides: [Side<'_>; 2],
+    sides: [Named<'_>; 2],
     twin: Option<usize>,
     other: Option<usize>,
 ) -> Option<(String, &'static str)> {

@@ -276,21 +276,21 @@ pub enum LinearKind {
 
 impl Default for LinearSpec {
     fn default() -> Self {
-        let linalg::Options { tolerance, max_iterations, restart, .. } = linalg::Options::default();
+        let linalg::SolverOptions { tolerance, max_iterations, restart, .. } = linalg::SolverOptions::default();
         Self { kind: LinearKind::Auto, tolerance, max_iterations, restart }
     }
 }
 
 impl LinearSpec {
     /// The options of the solver.
-    pub fn options(&self) -> linalg::Options {
+    pub fn options(&self) -> linalg::SolverOptions {
         let kind = match self.kind {
             LinearKind::Auto => linalg::SolverKind::Auto,
             LinearKind::Direct => linalg::SolverKind::Direct,
             LinearKind::Iterative => linalg::SolverKind::Iterative,
         };
         let &Self { tolerance, max_iterations, restart, .. } = self;
-        linalg::Options { kind, tolerance, max_iterations, restart }
+        linalg::SolverOptions { kind, tolerance, max_iterations, restart }
     }
 }
 
@@ -362,7 +362,7 @@ impl From<VolumeSpec> for setup::VolumeCorrection {
     }
 }
 
-impl From<ProjectionSpec> for project::Kernel {
+impl From<ProjectionSpec> for project::AveragingKernel {
     fn from(kernel: ProjectionSpec) -> Self {
         match kernel {
             ProjectionSpec::Shape => Self::Shape,

@@ -37,22 +37,22 @@ const ENOUGH: f64 = 0.2;
 pub(super) struct Hierarchy {
     /// 1/√|a_ii| of the finest matrix.
     scaling: Vec<f32>,
-    levels: Vec<Level>,
+    levels: Vec<GridLevel>,
     coarsest: Dense,
 }
 
-struct Level {
+struct GridLevel {
     a: Csr,
     inverse_diagonal: Vec<f32>,
     /// Prolongation from the next coarser level and restriction to it; empty on the coarsest.
     prolongation: Csr,
     restriction: Csr,
-    room: Workspace,
+    room: LevelVectors,
 }
 
 /// Vectors of a level.
 #[derive(Default)]
-struct Workspace {
+struct LevelVectors {
     right: Vec<f32>,
     x: Vec<f32>,
     residual: Vec<f32>,
@@ -61,7 +61,7 @@ struct Workspace {
     image: [Vec<f32>; 2],
 }
 
-impl Workspace {
+impl LevelVectors {
     fn new(n: usize) -> Self {
         let zeros = || vec![0.0; n];
         Self {
@@ -80,20 +80,20 @@ impl Hierarchy {
     pub fn new(mut a: Csr) -> Self {
         let scaling = scale(&mut a);
         let mut smooth = smooth(&scaling);
-        let mut levels: Vec<Level> = Vec::new();
+        let mut levels: Vec<GridLevel> = Vec::new();
         let mut threshold = WEAK;
         loop {
             let coarser = if a.rows() > COARSEST { coarsen(&a, &mut smooth, threshold) } else { None };
             let diagonal = a.diagonal();
             let inverse_diagonal = diagonal.iter().map(|&d| if d == 0.0 { 0.0 } else { d.recip() }).collect();
-            let room = Workspace::new(a.rows());
+            let room = LevelVectors::new(a.rows());
             let Some((prolongation, restriction, next)) = coarser else {
                 let coarsest = if a.rows() <= 8 * COARSEST { dense(&a) } else { Dense::default() };
                 let (prolongation, restriction) = (Csr::default(), Csr::default());
-                levels.push(Level { a, inverse_diagonal, prolongation, restriction, room });
+                levels.push(GridLevel { a, inverse_diagonal, prolongation, restriction, room });
                 return Self { scaling, levels, coarsest };
             };
-            levels.push(Level { a, inverse_diagonal, prolongation, restriction, room });
+            levels.push(GridLevel { a, inverse_diagonal, prolongation, restriction, room });
             a = next;
             threshold *= 0.5;
         }
@@ -202,9 +202,9 @@ fn dense(a: &Csr) -> Dense {
 }
 
 /// x ≈ A⁻¹ right on the first of the levels: smooth, correct from the next, smooth.
-fn cycle(levels: &mut [Level], coarsest: &Dense) {
+fn cycle(levels: &mut [GridLevel], coarsest: &Dense) {
     let Some((level, coarser)) = levels.split_first_mut() else { return };
-    let Level { a, inverse_diagonal, prolongation, restriction, room } = level;
+    let GridLevel { a, inverse_diagonal, prolongation, restriction, room } = level;
     let Some(next) = coarser.first_mut() else {
         if coarsest.is_empty() {
             forward_from_zero(a, inverse_diagonal, &room.right, &mut room.x);
@@ -224,12 +224,12 @@ fn cycle(levels: &mut [Level], coarsest: &Dense) {
 }
 
 /// x ≈ A⁻¹ right by at most two steps of GCR, each preconditioned by a cycle; one on the coarsest level.
-fn minimize(levels: &mut [Level], coarsest: &Dense) {
+fn minimize(levels: &mut [GridLevel], coarsest: &Dense) {
     cycle(levels, coarsest);
     if levels.len() == 1 {
         return;
     }
-    let Level { a, room, .. } = &mut levels[0];
+    let GridLevel { a, room, .. } = &mut levels[0];
     a.multiply(&room.x, &mut room.image[0], |_, ax| ax);
     let square = dot(&room.image[0], &room.image[0]);
     let start = dot(&room.right, &room.right);
@@ -244,7 +244,7 @@ fn minimize(levels: &mut [Level], coarsest: &Dense) {
         return;
     }
     cycle(levels, coarsest);
-    let Level { a, room, .. } = &mut levels[0];
+    let GridLevel { a, room, .. } = &mut levels[0];
     a.multiply(&room.x, &mut room.image[1], |_, ax| ax);
     let along = (dot(&room.image[1], &room.image[0]) / square) as f32;
     let [first, second] = &mut room.image;

@@ -1,7 +1,7 @@
 //! Ideal gas, `p = (γ − 1) (ρ/ρ0) E` (Lian (67); theory B.4).
 
 use super::{Coefficients, EquationOfState, FluidState, gas};
-use crate::material::{Phase, StartState};
+use crate::material::{MaterialKind, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +15,8 @@ pub struct IdealGas {
 }
 
 impl EquationOfState for IdealGas {
-    fn phase(&self) -> Phase {
-        Phase::Gas
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Gas
     }
 
     #[inline(always)]

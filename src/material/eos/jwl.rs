@@ -5,7 +5,7 @@
 //! ```
 
 use super::{Coefficients, EquationOfState, FluidState, gas};
-use crate::material::{Phase, StartState};
+use crate::material::{MaterialKind, StartState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,8 +25,8 @@ pub struct Jwl {
 }
 
 impl EquationOfState for Jwl {
-    fn phase(&self) -> Phase {
-        Phase::Gas
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Gas
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Linear liquid, `p = c0² (ρ − ρ0)` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
-use crate::material::Phase;
+use crate::material::MaterialKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +19,8 @@ pub struct Linear {
 }
 
 impl EquationOfState for Linear {
-    fn phase(&self) -> Phase {
-        Phase::Liquid
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Liquid
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@
 //! The paper's branch jumps by γ0 E at η = 0 once the material is heated; the limited one is continuous.
 
 use super::{Coefficients, EquationOfState};
-use crate::material::Phase;
+use crate::material::MaterialKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -51,8 +51,8 @@ pub enum Tension {
 const LEAST_DENOMINATOR: f64 = 0.1;
 
 impl EquationOfState for MieGruneisen {
-    fn phase(&self) -> Phase {
-        Phase::Liquid
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Liquid
     }
 
     #[inline(always)]

@@ -28,7 +28,7 @@ pub use stiffened_gas::StiffenedGas;
 pub use tait::Tait;
 
 use super::flow::{self, FlowProperties};
-use super::{Phase, PointBatch, StartState};
+use super::{MaterialKind, PointBatch, StartState};
 use crate::math::nearest_root;
 use crate::registry;
 
@@ -100,7 +100,7 @@ pub trait EquationOfState: std::fmt::Debug + Send + Sync {
     fn coefficients(&self, density: f64, eta: f64) -> Coefficients;
 
     /// A gas or a liquid.
-    fn phase(&self) -> Phase;
+    fn phase(&self) -> MaterialKind;
 
     /// The pressure never falls below this value [Pa]; −∞ for a fluid that bears any tension.
     fn least_pressure(&self) -> f64 {

@@ -1,7 +1,7 @@
 //! Polynomial, `p = c0 + c1 η + c2 η² + c3 η³ + (c4 + c5 η + c6 η²) E` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
-use crate::material::Phase;
+use crate::material::MaterialKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -23,8 +23,8 @@ pub struct Polynomial {
 }
 
 impl EquationOfState for Polynomial {
-    fn phase(&self) -> Phase {
-        Phase::Liquid
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Liquid
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@
 //! ```
 
 use super::{Coefficients, EquationOfState};
-use crate::material::Phase;
+use crate::material::MaterialKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,8 +28,8 @@ pub struct StiffenedGas {
 }
 
 impl EquationOfState for StiffenedGas {
-    fn phase(&self) -> Phase {
-        Phase::Liquid
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Liquid
     }
 
     #[inline(always)]

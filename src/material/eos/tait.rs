@@ -1,7 +1,7 @@
 //! Tait (Murnaghan) liquid, `p = (ρ0 c0²/n) [(ρ/ρ0)ⁿ − 1]` (theory B.4).
 
 use super::{Coefficients, EquationOfState};
-use crate::material::Phase;
+use crate::material::MaterialKind;
 use crate::material::PointBatch;
 use crate::material::flow::{self, FlowProperties};
 use schemars::JsonSchema;
@@ -40,8 +40,8 @@ impl Tait {
 }
 
 impl EquationOfState for Tait {
-    fn phase(&self) -> Phase {
-        Phase::Liquid
+    fn phase(&self) -> MaterialKind {
+        MaterialKind::Liquid
     }
 
     #[inline(always)]
@@ -67,7 +67,7 @@ impl EquationOfState for Tait {
 struct Water<'a>(&'a Tait);
 
 impl EquationOfState for Water<'_> {
-    fn phase(&self) -> Phase {
+    fn phase(&self) -> MaterialKind {
         self.0.phase()
     }
 

@@ -42,7 +42,7 @@ use std::ops::Range;
 #[derive(Debug, Clone)]
 pub struct Formula {
     source: String,
-    root: Node,
+    root: FormulaNode,
     has_units: bool,
 }
 
@@ -58,7 +58,7 @@ pub struct FormulaError {
 type Parsed<T> = Result<T, FormulaError>;
 
 #[derive(Debug, Clone)]
-struct Node {
+struct FormulaNode {
     kind: Kind,
     span: Range<usize>,
 }
@@ -67,10 +67,10 @@ struct Node {
 enum Kind {
     Number(f64, Dimension),
     Variable(usize),
-    Negate(Box<Node>),
-    Binary(Operator, Box<[Node; 2]>),
-    One(Function, Box<Node>),
-    Two(Function2, Box<[Node; 2]>),
+    Negate(Box<FormulaNode>),
+    Binary(Operator, Box<[FormulaNode; 2]>),
+    One(Function, Box<FormulaNode>),
+    Two(Function2, Box<[FormulaNode; 2]>),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,7 +148,7 @@ impl Formula {
     }
 }
 
-impl Node {
+impl FormulaNode {
     fn value(&self, at: &[f64]) -> f64 {
         match &self.kind {
             Kind::Number(value, _) => *value,

@@ -1,7 +1,7 @@
 //! From text to the tree of a formula.
 
 use super::function::{FUNCTIONS, FUNCTIONS_OF_TWO};
-use super::{FormulaError, Kind, Node, Operator, Parsed};
+use super::{FormulaError, FormulaNode, Kind, Operator, Parsed};
 use crate::math::units::{Dimension, Unit, is_name, number_length, split_power};
 
 /// Formulas longer than this are refused: deep trees would exhaust the stack.
@@ -45,16 +45,16 @@ impl<'a> Parser<'a> {
         FormulaError { message: message.into(), span: self.at..self.at + length }
     }
 
-    fn node(&mut self, kind: Kind, start: usize) -> Parsed<Node> {
+    fn node(&mut self, kind: Kind, start: usize) -> Parsed<FormulaNode> {
         self.nodes += 1;
         if self.nodes > MOST_NODES {
             return Err(FormulaError { message: "this formula is too long".to_owned(), span: 0..self.source.len() });
         }
-        Ok(Node { kind, span: start..self.at })
+        Ok(FormulaNode { kind, span: start..self.at })
     }
 
     /// A sum: the whole formula, an argument, or what stands in parentheses.
-    pub fn sum(&mut self) -> Parsed<Node> {
+    pub fn sum(&mut self) -> Parsed<FormulaNode> {
         self.skip_spaces();
         let start = self.at;
         let mut left = self.product()?;
@@ -70,7 +70,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn product(&mut self) -> Parsed<Node> {
+    fn product(&mut self) -> Parsed<FormulaNode> {
         self.skip_spaces();
         let start = self.at;
         let mut left = self.sign()?;
@@ -86,7 +86,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn sign(&mut self) -> Parsed<Node> {
+    fn sign(&mut self) -> Parsed<FormulaNode> {
         self.skip_spaces();
         let start = self.at;
         self.depth += 1;
@@ -105,7 +105,7 @@ impl<'a> Parser<'a> {
         Ok(node)
     }
 
-    fn power(&mut self) -> Parsed<Node> {
+    fn power(&mut self) -> Parsed<FormulaNode> {
         self.skip_spaces();
         let start = self.at;
         let base = self.atom()?;
@@ -116,7 +116,7 @@ impl<'a> Parser<'a> {
         self.node(Kind::Binary(Operator::Power, Box::new([base, exponent])), start)
     }
 
-    fn atom(&mut self) -> Parsed<Node> {
+    fn atom(&mut self) -> Parsed<FormulaNode> {
         match self.peek() {
             None => Err(self.error_here("the formula ends too early")),
             Some('(') => {
@@ -131,7 +131,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn number(&mut self) -> Parsed<Node> {
+    fn number(&mut self) -> Parsed<FormulaNode> {
         let start = self.at;
         let length = number_length(self.rest());
         if length == 0 {
@@ -197,7 +197,7 @@ impl<'a> Parser<'a> {
         &rest[..rest.find(|c: char| !is_name(c)).unwrap_or(rest.len())]
     }
 
-    fn name(&mut self) -> Parsed<Node> {
+    fn name(&mut self) -> Parsed<FormulaNode> {
         let start = self.at;
         let rest = self.rest();
         let length = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
@@ -220,7 +220,7 @@ impl<'a> Parser<'a> {
         self.variable(name, start)
     }
 
-    fn braced_name(&mut self) -> Parsed<Node> {
+    fn braced_name(&mut self) -> Parsed<FormulaNode> {
         let start = self.at;
         let Some(length) = self.rest().find('}') else { return Err(self.error_here("a closing `}` is missing")) };
         let name = self.rest()[1..length].trim();
@@ -228,14 +228,14 @@ impl<'a> Parser<'a> {
         self.variable(name, start)
     }
 
-    fn variable(&mut self, name: &str, start: usize) -> Parsed<Node> {
+    fn variable(&mut self, name: &str, start: usize) -> Parsed<FormulaNode> {
         match self.names.iter().position(|known| *known == name) {
             Some(variable) => self.node(Kind::Variable(variable), start),
             None => Err(FormulaError { message: unknown_name(name, self.names), span: start..self.at }),
         }
     }
 
-    fn arguments<const N: usize>(&mut self, name: &str) -> Parsed<[Node; N]> {
+    fn arguments<const N: usize>(&mut self, name: &str) -> Parsed<[FormulaNode; N]> {
         let plural = if N == 1 { "" } else { "s" };
         let wrong = |parser: &Self| parser.error_here(format!("`{name}` takes {N} argument{plural} in parentheses"));
         if !self.accept('(') {

@@ -1,7 +1,7 @@
 //! Boxes, refined where asked, with holes.
 
 use super::BuildMesh;
-use super::carve::{Block, carve, planes};
+use super::carve::{CutBox, carve, planes};
 use super::graded::lines;
 use super::planar::{bounded, triangulate};
 use super::size::{Refined, SizeField};
@@ -198,7 +198,7 @@ impl BoxMesh {
     }
 
     /// The holes of a box in 3D, which a lattice can follow if they are boxes, too.
-    fn blocks(&self, base_dir: &Path) -> Result<Vec<Block>, Diagnostic> {
+    fn blocks(&self, base_dir: &Path) -> Result<Vec<CutBox>, Diagnostic> {
         let block = |(i, region): (usize, Region)| match region {
             Region::Box { lower, upper } => Ok([lower, upper]),
             _ => {

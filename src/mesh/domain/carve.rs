@@ -5,10 +5,10 @@ use crate::mesh::{Facet, Mesh};
 use std::collections::BTreeSet;
 
 /// A box to cut out: lower and upper corner [m].
-pub type Block = [[f64; 3]; 2];
+pub type CutBox = [[f64; 3]; 2];
 
 /// The planes through the sides of the blocks that lie between two corners, along each axis, ascending [m].
-pub fn planes(blocks: &[Block], lower: [f64; 3], upper: [f64; 3]) -> [Vec<f64>; 3] {
+pub fn planes(blocks: &[CutBox], lower: [f64; 3], upper: [f64; 3]) -> [Vec<f64>; 3] {
     std::array::from_fn(|axis| {
         let sides = blocks.iter().flatten().map(|corner| corner[axis]);
         let mut inside: Vec<f64> = sides.filter(|&x| x > lower[axis] && x < upper[axis]).collect();
@@ -26,10 +26,10 @@ pub fn planes(blocks: &[Block], lower: [f64; 3], upper: [f64; 3]) -> [Vec<f64>; 
 pub fn carve(
     lattice: &Mesh<3, 4>,
     ends: [[f64; 2]; 3],
-    blocks: &[Block],
+    blocks: &[CutBox],
     names: &[&str],
 ) -> Result<Mesh<3, 4>, String> {
-    let within = |block: &Block, x: Vector<3>, room: f64| {
+    let within = |block: &CutBox, x: Vector<3>, room: f64| {
         (0..3).all(|i| x[i] >= block[0][i] - room && x[i] <= block[1][i] + room)
     };
     let kept = (0..lattice.elements().len()).filter(|&e| !blocks.iter().any(|b| within(b, lattice.center(e), 0.0)));

@@ -42,7 +42,7 @@ impl BuildFacets for DiscShape {
         let radius = positive("radius", self.radius)?;
         let center = Vector(finite("center", self.center)?);
         let [e_1, e_2] = frame(self.normal.unit("normal", 3)?);
-        let plan = Plan { half: count.div_ceil(2), rings: count - count.div_ceil(2) };
+        let plan = DiscLayout { half: count.div_ceil(2), rings: count - count.div_ceil(2) };
         let nodes = plan.nodes().into_iter().map(|x| (center + (e_1 * x[0] + e_2 * x[1]) * radius).0).collect();
         let middle = plan.square(plan.half, plan.half);
         let rim = (0..plan.around()).map(|i| plan.ring(i, plan.rings)).collect();
@@ -52,12 +52,12 @@ impl BuildFacets for DiscShape {
 }
 
 /// The unit disc: a square of 2·`half` cells along each side within `rings` rings.
-struct Plan {
+struct DiscLayout {
     half: usize,
     rings: usize,
 }
 
-impl Plan {
+impl DiscLayout {
     fn side(&self) -> usize {
         2 * self.half
     }

@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A rectangle of `cells` quadrilaterals; nodes are numbered along u first.
-pub(super) struct Patch {
+pub(super) struct RectanglePatch {
     /// Cells along u and v.
     pub cells: [usize; 2],
     /// True if the last column of cells ends at the first column of nodes.
     pub closed: bool,
 }
 
-impl Patch {
+impl RectanglePatch {
     fn columns(&self) -> usize {
         if self.closed { self.cells[0] } else { self.cells[0] + 1 }
     }
@@ -82,7 +82,8 @@ impl BuildFacets for SheetShape {
         let center = Vector(finite("center", self.center)?);
         let [e_u, e_v] = self.directions()?;
         let at = |i: usize, axis: usize| (i as f64 / cells[axis] as f64 - 0.5) * size[axis];
-        Ok(Patch { cells, closed: false }.facets(self.elements, |i, j| center + e_u * at(i, 0) + e_v * at(j, 1)))
+        Ok(RectanglePatch { cells, closed: false }
+            .facets(self.elements, |i, j| center + e_u * at(i, 0) + e_v * at(j, 1)))
     }
 }
 

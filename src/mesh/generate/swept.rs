@@ -1,7 +1,7 @@
 //! Surfaces swept along a straight line: circular cylinders and tubes of any cross-section.
 
 use super::chain::polyline;
-use super::patch::Patch;
+use super::patch::RectanglePatch;
 use super::{BuildFacets, ElementKind, Facets, divisions, finite, frame, only, positive};
 use crate::error::Diagnostic;
 use crate::math::Vector;
@@ -54,7 +54,7 @@ impl BuildFacets for CylinderMeshShape {
             let (sin, cos) = (start + (end - start) * i as f64 / cells[0] as f64).sin_cos();
             from + (to - from) * (j as f64 / cells[1] as f64) + (e_1 * cos + e_2 * sin) * radius
         };
-        Ok(Patch { cells, closed }.facets(self.elements, position))
+        Ok(RectanglePatch { cells, closed }.facets(self.elements, position))
     }
 }
 
@@ -97,6 +97,6 @@ impl BuildFacets for TubeShape {
             let height = lower + (upper - lower) * j as f64 / layers as f64;
             Vector([line[i][0], line[i][1], height])
         };
-        Ok(Patch { cells: [around, layers], closed: self.closed }.facets(self.elements, position))
+        Ok(RectanglePatch { cells: [around, layers], closed: self.closed }.facets(self.elements, position))
     }
 }

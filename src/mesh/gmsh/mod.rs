@@ -28,14 +28,14 @@ pub struct GmshMesh<const MOST: usize = 4> {
     /// Elements of all dimensions, in the order of the file.
     pub cells: Vec<Cell<MOST>>,
     /// Physical groups.
-    pub groups: Vec<Group>,
+    pub groups: Vec<PhysicalGroup>,
     /// Lists of physical tags; cells name theirs by number.
     memberships: Vec<Vec<i64>>,
 }
 
 /// A physical group.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Group {
+pub struct PhysicalGroup {
     /// Dimension of its elements: 0 to 3.
     pub dimension: usize,
     /// Its number in the file.
@@ -85,7 +85,7 @@ pub enum CellKind {
 
 /// Orders of the elements of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Order {
+enum ElementOrder {
     /// Nodes at the corners.
     #[default]
     First,
@@ -118,10 +118,10 @@ impl CellKind {
     }
 
     /// From Gmsh's number of the element type, in a file of an order.
-    fn from_number(number: i64, order: Order) -> Result<Self, String> {
+    fn from_number(number: i64, order: ElementOrder) -> Result<Self, String> {
         match order {
-            Order::First => Self::linear(number),
-            Order::Second => Self::quadratic(number),
+            ElementOrder::First => Self::linear(number),
+            ElementOrder::Second => Self::quadratic(number),
         }
     }
 
@@ -179,7 +179,7 @@ pub fn read(path: &Path) -> Result<GmshMesh, GmshError> {
 /// # Errors
 /// As [`read`].
 pub fn read_quadratic(path: &Path) -> Result<GmshMesh<27>, GmshError> {
-    parse_as(&bytes(path)?, Order::Second)
+    parse_as(&bytes(path)?, ElementOrder::Second)
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, GmshError> {
@@ -203,10 +203,10 @@ fn bytes(path: &Path) -> Result<Vec<u8>, GmshError> {
 /// assert!(gmsh::parse(b"solid cube\n").is_err());
 /// ```
 pub fn parse(bytes: &[u8]) -> Result<GmshMesh, GmshError> {
-    parse_as(bytes, Order::First)
+    parse_as(bytes, ElementOrder::First)
 }
 
-fn parse_as<const MOST: usize>(bytes: &[u8], order: Order) -> Result<GmshMesh<MOST>, GmshError> {
+fn parse_as<const MOST: usize>(bytes: &[u8], order: ElementOrder) -> Result<GmshMesh<MOST>, GmshError> {
     let mut cursor = Cursor::new(bytes);
     let major = header(&mut cursor)?;
     let mut builder = Builder { order, ..Builder::default() };
@@ -275,7 +275,7 @@ fn physical_names<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Buil
         }
         let tag = cursor.text_integer()?;
         let name = cursor.quoted()?;
-        builder.mesh.groups.push(Group { dimension: dimension as usize, tag: tag.abs(), name });
+        builder.mesh.groups.push(PhysicalGroup { dimension: dimension as usize, tag: tag.abs(), name });
     }
     Ok(())
 }
@@ -283,7 +283,7 @@ fn physical_names<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Buil
 /// A mesh in the making: the file's numbers of nodes, entities and groups become indices.
 #[derive(Default)]
 struct Builder<const MOST: usize> {
-    order: Order,
+    order: ElementOrder,
     mesh: GmshMesh<MOST>,
     index_of: HashMap<i64, u32>,
     membership_of: HashMap<Vec<i64>, u32>,
@@ -342,7 +342,7 @@ impl<const MOST: usize> Builder<MOST> {
             for &tag in &self.mesh.memberships[cell.membership as usize] {
                 let dimension = cell.kind.dimension();
                 if !self.mesh.groups.iter().any(|g| g.dimension == dimension && g.tag == tag) {
-                    self.mesh.groups.push(Group { dimension, tag, name: tag.to_string() });
+                    self.mesh.groups.push(PhysicalGroup { dimension, tag, name: tag.to_string() });
                 }
             }
         }

@@ -83,7 +83,7 @@ impl<const MOST: usize> GmshMesh<MOST> {
         let mut sets: BTreeMap<String, BTreeSet<u32>> = BTreeMap::new();
         for cell in &self.cells {
             for tag in &self.memberships[cell.membership as usize] {
-                let named = |g: &&super::Group| g.dimension == cell.kind.dimension() && g.tag == *tag;
+                let named = |g: &&super::PhysicalGroup| g.dimension == cell.kind.dimension() && g.tag == *tag;
                 let mut members = cell.nodes().iter().filter_map(index).peekable();
                 if let (Some(group), true) = (self.groups.iter().find(named), members.peek().is_some()) {
                     sets.entry(group.name.clone()).or_default().extend(members);

@@ -1,7 +1,7 @@
 //! Sections of version 2.2.
 
 use super::cursor::{Cursor, GmshError};
-use super::{Builder, CellKind, Order};
+use super::{Builder, CellKind, ElementOrder};
 
 /// `count`, then `number x y z` each.
 pub(super) fn nodes<const MOST: usize>(cursor: &mut Cursor<'_>, builder: &mut Builder<MOST>) -> Result<(), GmshError> {
@@ -53,7 +53,7 @@ pub(super) fn elements<const MOST: usize>(
     Ok(())
 }
 
-fn kind(cursor: &mut Cursor<'_>, order: Order) -> Result<CellKind, GmshError> {
+fn kind(cursor: &mut Cursor<'_>, order: ElementOrder) -> Result<CellKind, GmshError> {
     let number = cursor.integer()?;
     CellKind::from_number(number, order).or_else(|why| cursor.fail(why))
 }

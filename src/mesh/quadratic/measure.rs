@@ -9,7 +9,7 @@ const FOLDED: f64 = 1e-3;
 
 /// A side of an element: where a coordinate ξ_axis is −1, or 1 on the upper side.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Side {
+pub(super) struct ElementSide {
     pub element: usize,
     pub axis: usize,
     pub upper: bool,
@@ -77,13 +77,13 @@ impl QuadraticMesh {
     }
 
     /// Sides on the surface, in the order of elements: those whose middle node no other element has.
-    pub(super) fn surface(&self) -> Vec<Side> {
+    pub(super) fn surface(&self) -> Vec<ElementSide> {
         let all = || {
             let ends = (0..self.dimension).flat_map(|axis| [(axis, false), (axis, true)]);
-            let of = move |element| ends.clone().map(move |(axis, upper)| Side { element, axis, upper });
+            let of = move |element| ends.clone().map(move |(axis, upper)| ElementSide { element, axis, upper });
             (0..self.elements.len()).flat_map(of)
         };
-        let node = |side: &Side| self.elements[side.element][self.middle(side.axis, side.upper)];
+        let node = |side: &ElementSide| self.elements[side.element][self.middle(side.axis, side.upper)];
         let mut count = vec![0u32; self.nodes.len()];
         all().for_each(|side| count[node(&side) as usize] += 1);
         all().filter(|side| count[node(side) as usize] == 1).collect()
@@ -91,7 +91,7 @@ impl QuadraticMesh {
 
     /// Nodes on the surface, ascending.
     pub(super) fn surface_nodes(&self) -> Vec<u32> {
-        let on = |side: Side, a: usize| a / 3usize.pow(side.axis as u32) % 3 == if side.upper { 2 } else { 0 };
+        let on = |side: ElementSide, a: usize| a / 3usize.pow(side.axis as u32) % 3 == if side.upper { 2 } else { 0 };
         let mut nodes: Vec<u32> = Vec::new();
         for side in self.surface() {
             let own = self.elements[side.element].iter().enumerate();

@@ -1,7 +1,7 @@
 //! The thickness of a solid: from the middle of a side on its surface straight inward to the other side, where that faces it.
 
 use super::QuadraticMesh;
-use super::measure::Side;
+use super::measure::ElementSide;
 use crate::math::Vector;
 
 /// Sides from which the thickness is measured, at most.
@@ -25,7 +25,7 @@ pub struct Thinnest {
 }
 
 /// A flat piece of the surface, turned outward.
-struct Piece {
+struct FacePiece {
     corners: [Vector<3>; 3],
     normal: Vector<3>,
 }
@@ -34,7 +34,7 @@ impl QuadraticMesh {
     /// The thinnest place; of a solid without sides that face each other, as that of a triangle may be, its least extent.
     pub fn thinnest(&self) -> Thinnest {
         let sides = self.surface();
-        let pieces: Vec<Piece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
+        let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
         let stride = sides.len().div_ceil(MOST).max(1);
         let places = sides.iter().step_by(stride).filter_map(|&side| self.across(side, &pieces));
         places.min_by(|a, b| a.length.total_cmp(&b.length)).unwrap_or_else(|| self.least_extent())
@@ -48,7 +48,7 @@ impl QuadraticMesh {
     }
 
     /// From the middle of a side to what faces it behind.
-    fn across(&self, side: Side, pieces: &[Piece]) -> Option<Thinnest> {
+    fn across(&self, side: ElementSide, pieces: &[FacePiece]) -> Option<Thinnest> {
         let at = |end: f64| {
             let xi = std::array::from_fn(|k| if k == side.axis { end } else { 0.0 });
             Vector(self.position(side.element, xi))
@@ -65,7 +65,7 @@ impl QuadraticMesh {
     }
 
     /// A side as triangles between its corners; in 2D each segment between its nodes is a strip, two units wide in the third direction.
-    fn pieces(&self, side: Side) -> Vec<Piece> {
+    fn pieces(&self, side: ElementSide) -> Vec<FacePiece> {
         let end = if side.upper { 1.0 } else { -1.0 };
         let along: Vec<usize> = (0..self.dimension).filter(|&k| k != side.axis).collect();
         let at = |own: [f64; 2]| {
@@ -85,7 +85,7 @@ impl QuadraticMesh {
         let turned = |corners: [Vector<3>; 3]| {
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized()?;
             let outward = (corners[0] + corners[2]) * 0.5 - center;
-            Some(Piece { corners, normal: if normal.dot(outward) < 0.0 { -normal } else { normal } })
+            Some(FacePiece { corners, normal: if normal.dot(outward) < 0.0 { -normal } else { normal } })
         };
         fours.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).filter_map(turned).collect()
     }
@@ -96,7 +96,7 @@ fn count(length: f64, size: f64) -> usize {
     (length / size).round().max(1.0) as usize
 }
 
-impl Piece {
+impl FacePiece {
     /// The distance along a unit vector to the place where it meets the triangle (Möller & Trumbore 1997).
     fn hit(&self, from: Vector<3>, along: Vector<3>) -> Option<f64> {
         let [a, b, c] = self.corners;

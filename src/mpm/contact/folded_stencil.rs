@@ -6,7 +6,7 @@
 
 use crate::math::Vector;
 use crate::mpm::grid::Fold;
-use crate::mpm::grid::kernel::{Kernel, Shape, with_shape};
+use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
 use crate::mpm::{EDGE, Grid, Wall, WallKind};
 
 /// Axes along which a vector is reversed on its way through a symmetry plane: one bit per axis.
@@ -88,7 +88,7 @@ impl<const D: usize> FoldedStencil<D> {
     fn visit<const S: usize>(
         &self,
         grid: &Grid<D>,
-        shape: impl Shape<S>,
+        shape: impl ShapeFunction<S>,
         x: Vector<D>,
         mut visit: impl FnMut(usize, f64, Flips),
     ) {

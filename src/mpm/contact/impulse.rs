@@ -13,7 +13,7 @@
 //! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r m_s/(m_r + m_s): Lian (55)
 //! with the right sign, which has −J on the sheet r.
 
-use super::ledger::Dissipation;
+use super::ledger::PairDissipation;
 use crate::math::Vector;
 use crate::mpm::Friction;
 
@@ -52,7 +52,7 @@ pub struct ContactTotals<const D: usize> {
     /// Σ J on the body [N s].
     pub impulse: Vector<D>,
     /// Energy dissipated.
-    pub dissipated: Dissipation,
+    pub dissipated: PairDissipation,
     /// Angular momentum that appeared because the two impulses of a pair act at different places: Σ (x_s − x_r) × J
     /// [N m s] (theory (D.28)).
     pub spin: Vector<3>,

@@ -34,7 +34,7 @@ pub(super) struct ContactLedger<const D: usize> {
     /// Index of the force of each pair: parts of one body share one.
     force_of: Vec<usize>,
     /// Energy that each pair has dissipated since the start.
-    dissipated: Vec<Dissipation>,
+    dissipated: Vec<PairDissipation>,
     /// Mapping loss of each sheet since the start [J].
     mapping: Vec<f64>,
     /// Angular momentum that contact of sheets has added since the start [N m s].
@@ -44,13 +44,13 @@ pub(super) struct ContactLedger<const D: usize> {
 /// Energy that one pair has dissipated [J].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[repr(C)]
-pub struct Dissipation {
+pub struct PairDissipation {
     /// Inelastic impact along the normals.
     pub normal: f64,
     pub friction: f64,
 }
 
-impl Record for Dissipation {
+impl Record for PairDissipation {
     type Number = f64;
 }
 
@@ -67,7 +67,7 @@ impl<const D: usize> ContactLedger<D> {
             }
             force_of.push(number);
         }
-        let dissipated = vec![Dissipation::default(); force_of.len()];
+        let dissipated = vec![PairDissipation::default(); force_of.len()];
         Self { forces, force_of, dissipated, mapping: vec![0.0; sheets], spin: [0.0; 3] }
     }
 

@@ -1,6 +1,6 @@
 //! The interface of the methods of contact between a sheet and the bodies.
 //!
-//! All methods know the sheet as [`Sheet`] and the bodies' nodes as [`Partners`], and exchange impulses between the two. They
+//! All methods know the sheet as [`ContactSheet`] and the bodies' nodes as [`Partners`], and exchange impulses between the two. They
 //! differ in the places at which contact is detected and resolved: at grid nodes ([`super::at_nodes`]) or on the surface of the sheet
 //! ([`super::at_surface`]).
 
@@ -9,7 +9,7 @@ use super::at_surface::AtSurface;
 use super::folded_stencil::FoldedStencil;
 use super::impulse::ContactTotals;
 use super::partner::Partners;
-use super::sheet::{GuardedParticle, ParticleShift, Sheet, SheetSource, Surface};
+use super::sheet::{ContactSheet, GuardedParticle, ParticleShift, SheetSource, SheetSurface};
 use crate::mpm::{Body, Grid, SheetContact, SubStep};
 use std::fmt::Debug;
 
@@ -29,8 +29,8 @@ pub trait ContactMethod<const D: usize>: Debug + Send + Sync {
     /// one to `guarded`. Returns how many have crossed the sheet since the last step.
     fn find(
         &mut self,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         context: &StepContext<'_, D>,
         guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64;
@@ -39,26 +39,31 @@ pub trait ContactMethod<const D: usize>: Debug + Send + Sync {
     fn separates(&self, node: usize, fields: [usize; 2]) -> bool;
 
     /// Adds the bodies' nodes that may take impulses to the partners.
-    fn choose(&mut self, sheet: &Sheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>);
+    fn choose(&mut self, sheet: &ContactSheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>);
 
     /// Resolves contact at the end of a sub-step, with walls and obstacles, in the pass of this number, from 0: adds the forces on
-    /// the sheet's nodes, in further passes their change, to [`Sheet::forces`].
+    /// the sheet's nodes, in further passes their change, to [`ContactSheet::forces`].
     fn resolve(
         &mut self,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         partners: &mut Partners<D>,
         pass: usize,
         at: &SubStep<'_>,
     );
 
     /// Ends the sub-step, with the velocities that the nodes have in the end. Returns the energy that mapping has lost [J].
-    fn conclude(&mut self, sheet: &Sheet<D>, surface: &Surface<'_, D>, partners: &Partners<D>, at: &SubStep<'_>)
-    -> f64;
+    fn conclude(
+        &mut self,
+        sheet: &ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
+        partners: &Partners<D>,
+        at: &SubStep<'_>,
+    ) -> f64;
 
     /// Ends the step. Adds the displacements that part the particles of each body from the sheet to `shifts`, and keeps with their
     /// labels the forces from which the next step starts.
-    fn finish(&self, sheet: &mut Sheet<D>, shifts: &mut [Vec<ParticleShift<D>>]);
+    fn finish(&self, sheet: &mut ContactSheet<D>, shifts: &mut [Vec<ParticleShift<D>>]);
 
     /// Adds the impulses and losses of the step to `sums`, field by field, when the momentum on the grid is final. The step
     /// was of the length `dt` [s].

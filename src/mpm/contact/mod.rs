@@ -44,7 +44,7 @@ pub use folded_stencil::{FoldedStencil, flip};
 pub use friction::FrictionTable;
 pub use ledger::Losses;
 pub use rigid::{NodePositions, Squeeze};
-pub use sheet::{Facet, Locator, ParticleShift, SheetPosition, SheetSource, Surface};
+pub use sheet::{FacetLocator, ParticleShift, SheetFacet, SheetPosition, SheetSource, SheetSurface};
 
 use crate::math::Vector;
 use crate::mpm::wall::{SheetPush, Walls};
@@ -55,7 +55,7 @@ use impulse::ContactTotals;
 use ledger::{ContactCounts, ContactLedger};
 use method::{ContactMethod, StepContext};
 use partner::Partners;
-use sheet::{GuardedParticle, MovedSheet, Sheet, keep_sides, particles_to_check};
+use sheet::{ContactSheet, GuardedParticle, MovedSheet, keep_sides, particles_to_check};
 use std::collections::BTreeMap;
 
 /// A pass of contact of a sheet in a sub-step.
@@ -76,7 +76,7 @@ pub struct Contact<const D: usize> {
     dt: f64,
     /// Size of a cell [m].
     cell: f64,
-    sheets: Vec<Sheet<D>>,
+    sheets: Vec<ContactSheet<D>>,
     /// The method of contact of each sheet with the bodies.
     methods: Vec<Box<dyn ContactMethod<D>>>,
     /// Name of each body, and which part of it.
@@ -109,7 +109,7 @@ impl<const D: usize> Contact<D> {
         let own = |sheet: &SheetSource<'_, D>| [sheet.name.to_owned()];
         let built = |(number, sheet): (usize, &SheetSource<'_, D>)| {
             let with_bodies = names.iter().map(|body| friction.between(body, &own(sheet))).collect();
-            Sheet::new(number, sheet, bodies, with_bodies, friction.listed_with(sheet.name))
+            ContactSheet::new(number, sheet, bodies, with_bodies, friction.listed_with(sheet.name))
         };
         let pairs = friction.pairs_in_contact(&names);
         let with_sheets = sheets.iter().flat_map(|sheet| names.iter().map(|body| [body.clone(), own(sheet).to_vec()]));
@@ -139,7 +139,7 @@ impl<const D: usize> Contact<D> {
         grid: &mut Grid<D>,
         walls: &Walls<D>,
         bodies: &[Body<D>],
-        surfaces: &[Surface<'_, D>],
+        surfaces: &[SheetSurface<'_, D>],
         dt: f64,
     ) {
         (self.dt, self.cell) = (dt, grid.cell);
@@ -168,7 +168,7 @@ impl<const D: usize> Contact<D> {
     pub fn resolve(
         &mut self,
         ContactPass { sheet, pass }: ContactPass,
-        surface: &Surface<'_, D>,
+        surface: &SheetSurface<'_, D>,
         walls: &Walls<D>,
         at: &SubStep<'_>,
     ) -> &[Vector<D>] {
@@ -180,7 +180,7 @@ impl<const D: usize> Contact<D> {
 
     /// Ends the sub-step of a sheet, after its last pass: gaps and losses follow the velocities that its nodes
     /// have now.
-    pub fn conclude(&mut self, sheet: usize, surface: &Surface<'_, D>, at: &SubStep<'_>) {
+    pub fn conclude(&mut self, sheet: usize, surface: &SheetSurface<'_, D>, at: &SubStep<'_>) {
         self.sheets[sheet].rigid.conclude(surface);
         let lost = self.methods[sheet].conclude(&self.sheets[sheet], surface, &self.partners, at);
         self.ledger.record_mapping_loss(sheet, lost);
@@ -344,7 +344,7 @@ impl<const D: usize> Contact<D> {
 
     /// Columns of a checkpoint: sides of particles and normal forces on them, shares held by walls, counts and losses.
     pub fn columns(&mut self, prefix: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        for Sheet { name: sheet, labels, .. } in &mut self.sheets {
+        for ContactSheet { name: sheet, labels, .. } in &mut self.sheets {
             for (labels, (body, part)) in labels.iter_mut().zip(&self.bodies) {
                 let kind = if *part == 0 { "side".to_owned() } else { format!("side-{part}") };
                 visit(&format!("{prefix}{kind}:{sheet}:{body}"), Column::growing(&mut labels.stamps));

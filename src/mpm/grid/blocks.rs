@@ -3,7 +3,7 @@
 //! A node is addressed by its number, slot · 4ᴰ + local, with x running fastest inside a block. All fields share the
 //! numbering of the blocks.
 
-use super::field::{Field, Fold, Node};
+use super::field::{Fold, Node, VelocityField};
 use crate::math::Vector;
 use hashbrown::HashMap;
 
@@ -24,7 +24,7 @@ pub struct Grid<const D: usize> {
     /// The rules of each field, if they are not the same for all (`wall::domain`).
     pub own_folds: Vec<[[Fold; 2]; D]>,
     /// Velocity fields.
-    pub fields: Vec<Field<D>>,
+    pub fields: Vec<VelocityField<D>>,
     slots: HashMap<[i32; D], u32>,
     blocks: Vec<[i32; D]>,
     corners: Vec<[u32; 8]>,
@@ -45,7 +45,7 @@ impl<const D: usize> Grid<D> {
             cells,
             folds: [[Fold::Mirror; 2]; D],
             own_folds: Vec::new(),
-            fields: vec![Field::default(); fields],
+            fields: vec![VelocityField::default(); fields],
             slots: HashMap::new(),
             blocks: Vec::new(),
             corners: Vec::new(),
@@ -155,7 +155,7 @@ impl<const D: usize> Grid<D> {
     }
 
     /// Lends one field to `run` together with the geometry of the grid.
-    pub fn with_field<R>(&mut self, field: usize, run: impl FnOnce(&Self, &mut Field<D>) -> R) -> R {
+    pub fn with_field<R>(&mut self, field: usize, run: impl FnOnce(&Self, &mut VelocityField<D>) -> R) -> R {
         let mut lent = std::mem::take(&mut self.fields[field]);
         let result = run(self, &mut lent);
         self.fields[field] = lent;

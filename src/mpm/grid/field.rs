@@ -9,7 +9,7 @@ use bytemuck::TransparentWrapper;
 
 /// One velocity field.
 #[derive(Debug, Clone, Default)]
-pub struct Field<const D: usize> {
+pub struct VelocityField<const D: usize> {
     /// Nodes of all active blocks, 4ᴰ per block.
     pub nodes: Vec<Node<D>>,
     /// The velocity that gradients are taken of [m/s]: v⁻, v⁺ or the re-mapped one, by the stress update.
@@ -17,7 +17,7 @@ pub struct Field<const D: usize> {
     /// The force of stresses, gravity and tractions alone [N], kept for the energy ledger.
     pub applied: Vec<Vector<D>>,
     /// The shares by which the ghosts extrapolate, in this step.
-    pub limits: Limits,
+    pub limits: GhostShares,
     /// Nodes of which only rounding is left, in this step.
     pub small: Vec<SmallMassNode>,
     /// The masses up to which its nodes are small.
@@ -100,12 +100,12 @@ pub enum Fold {
 
 /// The shares θ by which the ghosts of one velocity field extrapolate (`ghost::limit`); the default: all of them one.
 #[derive(Debug, Clone, Default)]
-pub struct Limits {
+pub struct GhostShares {
     /// By axis, in the order of its ghosts; nothing where the grid goes on.
     pub(super) shares: Vec<Vec<Option<f64>>>,
 }
 
-impl Limits {
+impl GhostShares {
     /// The share of a ghost, by its number among those of the axis; nothing if it is none in this field.
     #[inline]
     pub(super) fn share(&self, axis: usize, number: usize) -> Option<f64> {

@@ -23,7 +23,7 @@
 
 mod limit;
 
-use super::{EDGE, Fold, Grid, Limits, Node};
+use super::{EDGE, Fold, GhostShares, Grid, Node};
 use crate::math::Vector;
 use crate::parallel::{self, CHUNK};
 
@@ -149,7 +149,7 @@ impl<const D: usize> Ghosts<D> {
 
     /// Folds what lies on the ghosts into the domain within `limits` and zeroes the ghosts; `before` sees every mirrored
     /// ghost with the number of its side just before (its normal part changes sign, so the wall feels it).
-    pub fn fold<T: Ghosted>(&self, limits: &Limits, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
+    pub fn fold<T: Ghosted>(&self, limits: &GhostShares, values: &mut [T], mut before: impl FnMut(usize, usize, &T)) {
         for (axis, ghosts) in self.axes.iter().enumerate() {
             // Looking is what takes time, so that is done in parallel; few ghosts carry anything.
             let laden = |number: usize| !values[ghosts[number].node as usize].is_nothing();
@@ -169,7 +169,7 @@ impl<const D: usize> Ghosts<D> {
     }
 
     /// Fills the ghosts from the domain within `limits`.
-    pub fn fill<T: Ghosted>(&self, limits: &Limits, values: &mut [T]) {
+    pub fn fill<T: Ghosted>(&self, limits: &GhostShares, values: &mut [T]) {
         for (axis, ghosts) in self.axes.iter().enumerate().rev() {
             // A ghost's images are no ghosts of the same axis.
             let image = |number: usize| {
@@ -239,7 +239,7 @@ mod tests {
                 let ghosts = Ghosts::new(&grid);
                 let mut weights = vec![[0.0; 3]; grid.node_count()];
                 kernel.for_each(&grid, x, |node, n, dn| weights[node] = [n, dn[0], dn[1]]);
-                ghosts.fold(&Limits::default(), &mut weights, |_, _, _| {});
+                ghosts.fold(&GhostShares::default(), &mut weights, |_, _, _| {});
                 let (mut sum, mut centre, mut slope) = ([0.0; 3], Vector::ZERO, Vector::ZERO);
                 for (node, w) in weights.iter().enumerate() {
                     sum = sum.plus(*w, 1.0);
@@ -270,7 +270,7 @@ mod tests {
                 kernel.for_each(&grid, x, |node, n, _| half[node] += v * n);
                 let mut whole = half.clone();
                 kernel.for_each(&grid, twin, |node, n, _| whole[node] += v.mirrored(0) * n);
-                ghosts.fold(&Limits::default(), &mut half, |_, _, _| {});
+                ghosts.fold(&GhostShares::default(), &mut half, |_, _, _| {});
                 for node in 0..grid.node_count() {
                     let ijk = grid.coordinates(node);
                     if grid.contains(ijk) && ijk[0] > 0 && (2..5).contains(&ijk[1]) {
@@ -294,9 +294,9 @@ mod tests {
             let mut values: Vec<Vector<2>> =
                 (0..grid.node_count()).map(|node| Vector([(node as f64).sin(), (node as f64).cos()])).collect();
             let scattered = weights.clone();
-            ghosts.fold(&Limits::default(), &mut weights, |_, _, _| {});
+            ghosts.fold(&GhostShares::default(), &mut weights, |_, _, _| {});
             let inside: f64 = weights.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
-            ghosts.fill(&Limits::default(), &mut values);
+            ghosts.fill(&GhostShares::default(), &mut values);
             let everywhere: f64 = scattered.iter().zip(&values).map(|(w, u)| w.dot(*u)).sum();
             assert!((inside - everywhere).abs() < 1e-14);
         }

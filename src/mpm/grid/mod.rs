@@ -20,6 +20,6 @@ pub mod stencil;
 pub(in crate::mpm) mod testing;
 
 pub use blocks::{EDGE, Grid};
-pub use field::{Field, Fold, Limits, MassCutoffs, Node, NodeMotion, SmallMassNode};
+pub use field::{Fold, GhostShares, MassCutoffs, Node, NodeMotion, SmallMassNode, VelocityField};
 pub use ghost::Ghosts;
 pub use kernel::Kernel;

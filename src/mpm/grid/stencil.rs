@@ -1,6 +1,6 @@
 //! The nodes around one point with their weights: the inner loop of every transfer.
 
-use super::kernel::{Axis, Kernel, Shape, with_shape};
+use super::kernel::{AxisWeights, Kernel, ShapeFunction, with_shape};
 use super::{EDGE, Grid};
 use crate::math::Vector;
 
@@ -8,7 +8,7 @@ use crate::math::Vector;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stencil<const D: usize, const S: usize> {
     /// Weights and slopes per axis; slopes per metre.
-    axes: [Axis<S>; D],
+    axes: [AxisWeights<S>; D],
     /// First node of the blocks b + {0, 1}ᴰ, b the block of the first node.
     corners: [u32; 8],
     /// Part of the node number inside its block, per axis.
@@ -23,9 +23,9 @@ pub(crate) struct Stencil<const D: usize, const S: usize> {
 impl<const D: usize, const S: usize> Stencil<D, S> {
     /// The stencil of the point `x` [m]; `None` if its first block is not active.
     #[inline(always)]
-    pub fn new(grid: &Grid<D>, shape: impl Shape<S>, x: Vector<D>) -> Option<Self> {
+    pub fn new(grid: &Grid<D>, shape: impl ShapeFunction<S>, x: Vector<D>) -> Option<Self> {
         let inverse = 1.0 / grid.cell;
-        let mut axes: [Axis<S>; D] = std::array::from_fn(|a| shape.at((x[a] - grid.origin[a]) * inverse));
+        let mut axes: [AxisWeights<S>; D] = std::array::from_fn(|a| shape.at((x[a] - grid.origin[a]) * inverse));
         let first = std::array::from_fn(|a| axes[a].first);
         let offset = Vector::from_fn(|a| grid.origin[a] + f64::from(first[a]) * grid.cell - x[a]);
         for axis in &mut axes {

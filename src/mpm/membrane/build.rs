@@ -1,13 +1,13 @@
 //! From a set-up to a membrane: checks, lumped masses, reference state, prestress.
 
-use super::connectivity::Elements;
-use super::element::{self, Block, Parameters, Reference};
-use super::enclosed::Enclosure;
+use super::connectivity::MembraneElements;
+use super::element::{self, HistoryBlock, MembraneParameters, ReferenceBlock};
+use super::enclosed::VolumeOrigin;
 use super::hourglass::Hourglass;
-use super::lanes::{LANES, LaneVector, Lanes};
+use super::lanes::{ElementLanes, LANES, LaneVector};
 use super::ledger::MembraneLedger;
 use super::load::{Pressure, Supports, area_vector};
-use super::shape::{FullQuadrilateral, Metric, Modes, Quadrilateral, Segment, Shape, Triangle};
+use super::shape::{ElementShape, FullQuadrilateral, Metric, Modes, Quadrilateral, Segment, Triangle};
 use super::{Membrane, task};
 use crate::error::Diagnostic;
 use crate::material::{Sheet, SheetKind};
@@ -26,7 +26,7 @@ impl<const D: usize> Membrane<D> {
             return Err(findings);
         }
         let points = if setup.sheet.wrinkles() { FullQuadrilateral::POINTS } else { Quadrilateral::POINTS };
-        let elements = Elements::new(&setup.elements, setup.position.len(), points);
+        let elements = MembraneElements::new(&setup.elements, setup.position.len(), points);
         let nodes = setup.position.len();
         let warp = sorted_by_shape(&setup.elements, &setup.warp);
         let pressure = Pressure::new(setup.pressure, setup.follower, &elements, &setup.position);
@@ -40,7 +40,7 @@ impl<const D: usize> Membrane<D> {
             supports: Supports::new(&setup.supports, nodes, D),
             mass_damping: setup.damping[1],
             parameters: parameters(&*setup.sheet, setup.hourglass, setup.damping[0]),
-            blocks: vec![Block::default(); elements.block_count()],
+            blocks: vec![HistoryBlock::default(); elements.block_count()],
             references: Vec::new(),
             before: setup.velocity.clone(),
             corner_force: vec![Vector::ZERO; elements.corner_nodes().len()],
@@ -48,7 +48,7 @@ impl<const D: usize> Membrane<D> {
             contact_force: vec![Vector::ZERO; nodes],
             touch: Vec::new(),
             touch_time: 0.0,
-            enclosure: Enclosure::new(&elements, &setup.position),
+            enclosure: VolumeOrigin::new(&elements, &setup.position),
             momentum_dt: 0.0,
             ledger: MembraneLedger::default(),
             position: setup.position,
@@ -65,7 +65,7 @@ impl<const D: usize> Membrane<D> {
         let natural = match self.sheet.kind() {
             SheetKind::Rate => {
                 let stress = [prestress[0], prestress[1], 0.0].map(|s| [s; LANES]);
-                self.blocks.fill(Block { stress, thickness: [thickness; LANES], ..Block::default() });
+                self.blocks.fill(HistoryBlock { stress, thickness: [thickness; LANES], ..HistoryBlock::default() });
                 if !warp.is_empty() {
                     self.turn_prestress(warp, prestress);
                 }
@@ -98,7 +98,7 @@ impl<const D: usize> Membrane<D> {
     }
 
     /// Reference duals of `count` elements of one shape from element `first` on.
-    fn add_references<S: Shape<N>, const N: usize>(
+    fn add_references<S: ElementShape<N>, const N: usize>(
         &mut self,
         first: &mut usize,
         count: usize,
@@ -143,18 +143,18 @@ impl<const D: usize> Membrane<D> {
 }
 
 /// Reference state at a quadrature point of the elements with the given tangents and warps, without its bound.
-fn reference_at<S: Shape<N>, const N: usize>(
+fn reference_at<S: ElementShape<N>, const N: usize>(
     modes: &Modes,
     point: usize,
     warp: &[Option<Vector<3>>; LANES],
     thickness: f64,
     natural: Natural,
-) -> Reference {
+) -> ReferenceBlock {
     let tangents = |m: &Modes, k: usize| [m.g1, m.g2].map(|g| Vector(g.0.map(|axis| axis.0[k])));
     let here = S::at(modes, point);
     let area = Metric::new(here.g1, here.g2).det.sqrt() * (S::AREA / S::POINTS as f64);
     let [l1, l2, l3] = natural.stretch;
-    let mut reference = Reference { thickness: [thickness / l3; LANES], ..Reference::default() };
+    let mut reference = ReferenceBlock { thickness: [thickness / l3; LANES], ..ReferenceBlock::default() };
     for k in 0..LANES {
         // The points of an element have their axes in common.
         let common = || (S::POINTS > 1).then(|| bisector_axes(tangents(modes, k))[0]);
@@ -228,13 +228,13 @@ fn check_element<const D: usize>(element: &[u32], position: &[Vector<D>]) -> Res
 }
 
 /// Equal shares of each element's mass for its nodes (theory (C.27)).
-fn lumped_mass<const D: usize>(elements: &Elements, position: &[Vector<D>], areal_density: f64) -> Vec<f64> {
+fn lumped_mass<const D: usize>(elements: &MembraneElements, position: &[Vector<D>], areal_density: f64) -> Vec<f64> {
     let share: Vec<f64> =
         elements.iter().map(|nodes| areal_density * area_vector(nodes, position).norm() / nodes.len() as f64).collect();
     (0..position.len()).map(|k| elements.corners(k).iter().map(|&c| share[elements.element_of(c)]).sum()).collect()
 }
 
-/// Per-element values in the order of [`Elements`].
+/// Per-element values in the order of [`MembraneElements`].
 fn sorted_by_shape<T: Copy>(elements: &[Vec<u32>], values: &[T]) -> Vec<T> {
     let of_size = |n: usize| elements.iter().zip(values).filter(move |(e, _)| e.len() == n).map(|(_, &value)| value);
     [4, 3, 2].into_iter().flat_map(of_size).collect()
@@ -243,7 +243,7 @@ fn sorted_by_shape<T: Copy>(elements: &[Vec<u32>], values: &[T]) -> Vec<T> {
 /// Least stiffness-proportional damping time of sheets that wrinkle, over Δt ([`element::SNAP`]).
 const SNAP_DAMPING: f64 = 0.05;
 
-fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damping: f64) -> Parameters {
+fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damping: f64) -> MembraneParameters {
     let (density, c) = (sheet.density(), sheet.wave_speed());
     let hourglass = Hourglass {
         // The 2 × 2 points of sheets that wrinkle see the hourglass mode.
@@ -253,7 +253,7 @@ fn parameters(sheet: &dyn Sheet, [stiffness, viscosity, warping]: [f64; 3], damp
     };
     let damping = if sheet.wrinkles() { damping.max(SNAP_DAMPING) } else { damping };
     let plane = (sheet.modulus() / (density * c * c)).min(1.0);
-    Parameters { dt: 0.0, hourglass, damping, speed2: c * c, plane, density }
+    MembraneParameters { dt: 0.0, hourglass, damping, speed2: c * c, plane, density }
 }
 
 /// Orthonormal axes e1, e2 in the plane of two tangents, e1 along `warp` (projected) or, without it, bisecting.
@@ -282,10 +282,10 @@ fn duals([g1, g2]: [Vector<3>; 2], [e1, e2]: [Vector<3>; 2], [l1, l2, _]: [f64; 
 }
 
 /// Metric of the stress-free tangents, from their duals: the inverse of the duals' own products.
-fn natural_metric(reference: &Reference) -> Metric {
-    let [m11, m12, m21, m22] = reference.duals.map(Lanes);
+fn natural_metric(reference: &ReferenceBlock) -> Metric {
+    let [m11, m12, m21, m22] = reference.duals.map(ElementLanes);
     let (a, b, c) = (m11 * m11 + m12 * m12, m21 * m21 + m22 * m22, m11 * m21 + m12 * m22);
-    let det = Lanes::splat(1.0) / (a * b - c * c);
+    let det = ElementLanes::splat(1.0) / (a * b - c * c);
     Metric { a: b * det, b: a * det, c: -c * det, det }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// Elements of a membrane in blocks of equal shape: quadrilaterals first, then triangles, then segments.
 #[derive(Debug, Clone)]
-pub struct Elements {
+pub struct MembraneElements {
     /// Start of each element in `nodes`; one more entry than elements.
     offset: Vec<u32>,
     /// Nodes, element by element: one entry per corner.
@@ -20,7 +20,7 @@ pub struct Elements {
     points: usize,
 }
 
-impl Elements {
+impl MembraneElements {
     /// Sorts `elements` by shape (keeping the order within a shape) and links them to `nodes` nodes; quadrilaterals have
     /// `points` quadrature points.
     pub fn new(elements: &[Vec<u32>], node_count: usize, points: usize) -> Self {

@@ -12,16 +12,16 @@
 //! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
 //! axes; no frame is needed.
 
-use super::hourglass::{Hourglass, HourglassForce, Surroundings};
-use super::lanes::{LANES, LaneVector, Lanes};
-use super::shape::{Metric, Modes, Shape};
+use super::hourglass::{Hourglass, HourglassForce, HourglassInput};
+use super::lanes::{ElementLanes, LANES, LaneVector};
+use super::shape::{ElementShape, Metric, Modes};
 use crate::material::Sheet;
 use bytemuck::{Pod, Zeroable};
 
 /// History of a block of elements.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
-pub struct Block {
+pub struct HistoryBlock {
     /// Stress 11, 22, 12 of the flat sheet [Pa]: Cauchy in the co-rotational frame (rate laws),
     /// second Piola–Kirchhoff in the material axes (total laws).
     pub stress: [[f64; LANES]; 3],
@@ -35,7 +35,7 @@ pub struct Block {
 
 /// Reference state of a block of elements.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Reference {
+pub struct ReferenceBlock {
     /// Duals of the reference tangents in the material axes, g¹₁ g¹₂ g²₁ g²₂ [1/m].
     pub duals: [[f64; LANES]; 4],
     /// Volume [m³].
@@ -55,7 +55,7 @@ pub const SNAP: f64 = 1.6;
 
 /// The parameters that all elements of a membrane share.
 #[derive(Debug, Clone, Copy)]
-pub struct Parameters {
+pub struct MembraneParameters {
     /// The step that led here, Δt^{n−½} [s].
     pub dt: f64,
     /// Hourglass control.
@@ -72,7 +72,7 @@ pub struct Parameters {
 
 /// Sums over elements of one step.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Sums {
+pub struct ElementSums {
     /// Strain energy: increment (rate laws) or value (total laws) [J].
     pub strain: f64,
     /// Work taken up by the hourglass control [J].
@@ -83,7 +83,7 @@ pub struct Sums {
     pub frequency2: f64,
 }
 
-impl Sums {
+impl ElementSums {
     /// Adds the sums of further elements.
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -104,15 +104,15 @@ fn greater(a: f64, b: f64) -> f64 {
 /// Stress of a block, ready for the forces.
 struct Stressed {
     /// V T¹¹, V T²², V T¹² on the current tangents.
-    tension: [Lanes; 3],
+    tension: [ElementLanes; 3],
     /// Volume for the hourglass control [m³].
-    volume: Lanes,
-    /// Strain energy and damping loss, as in [`Sums`], per element.
-    strain: Lanes,
+    volume: ElementLanes,
+    /// Strain energy and damping loss, as in [`ElementSums`], per element.
+    strain: ElementLanes,
     /// Damping loss [J].
-    damping: Lanes,
+    damping: ElementLanes,
     /// ω² of the element [1/s²].
-    frequency2: Lanes,
+    frequency2: ElementLanes,
 }
 
 /// Resultants of the stress on the patterns of g₁, g₂ and h [N], and [`Stressed`] summed over the quadrature points.
@@ -132,7 +132,7 @@ impl Resisted {
             volume: self.all.volume + b.all.volume,
             strain: self.all.strain + b.all.strain,
             damping: self.all.damping + b.all.damping,
-            frequency2: Lanes(std::array::from_fn(|k| greater(self.all.frequency2.0[k], b.all.frequency2.0[k]))),
+            frequency2: ElementLanes(std::array::from_fn(|k| greater(self.all.frequency2.0[k], b.all.frequency2.0[k]))),
         };
         Self { on: std::array::from_fn(|i| self.on[i] + b.on[i]), all }
     }
@@ -145,7 +145,7 @@ pub struct Updated<const N: usize> {
     /// Area vector over the number of nodes [m²].
     pub area: LaneVector,
     /// Sums over the elements.
-    pub sums: Sums,
+    pub sums: ElementSums,
 }
 
 /// The metric of a crumpled element is at least this [m⁴], so that its inverse is a number.
@@ -155,36 +155,36 @@ const LEAST_SPREAD: f64 = 1e-60;
 /// element of a sheet that wrinkles. The duals of one that crumples to a line grow as the inverse of its squared area,
 /// and the viscosity with their squares: in full it would throw its nodes away.
 #[inline(always)]
-fn spread(area: Lanes, reference: Option<&Reference>, volume: Lanes) -> Lanes {
-    let Some(reference) = reference else { return Lanes::splat(1.0) };
-    let ratio = area * Lanes(reference.thickness) / volume;
+fn spread(area: ElementLanes, reference: Option<&ReferenceBlock>, volume: ElementLanes) -> ElementLanes {
+    let Some(reference) = reference else { return ElementLanes::splat(1.0) };
+    let ratio = area * ElementLanes(reference.thickness) / volume;
     let square = ratio * ratio;
     let fourth = square * square;
     -((-fourth).max(-1.0))
 }
 
 /// The tangents of a block of elements and their rates.
-pub struct Motion {
+pub struct MovingTangents {
     now: Modes,
     rate: Modes,
 }
 
-impl Motion {
+impl MovingTangents {
     /// Of elements with nodes at `x` [m] moving with `v` [m/s].
     #[inline(always)]
-    pub fn of_nodes<S: Shape<N>, const N: usize>(x: [LaneVector; N], v: [LaneVector; N]) -> Self {
+    pub fn of_nodes<S: ElementShape<N>, const N: usize>(x: [LaneVector; N], v: [LaneVector; N]) -> Self {
         Self { now: S::modes(x, 1.0), rate: S::modes(v, 0.0) }
     }
 }
 
 /// Updates `count` elements; they have a block and a reference for each quadrature point (rate laws: no reference).
 #[inline(always)]
-pub fn update<S: Shape<N>, const N: usize>(
-    motion: &Motion,
-    parameters: &Parameters,
+pub fn update<S: ElementShape<N>, const N: usize>(
+    motion: &MovingTangents,
+    parameters: &MembraneParameters,
     sheet: &dyn Sheet,
-    blocks: &mut [Block],
-    references: &[Reference],
+    blocks: &mut [HistoryBlock],
+    references: &[ReferenceBlock],
     count: usize,
 ) -> Updated<N> {
     let mut resisted = resist_at::<S, N>(motion, 0, parameters, sheet, &mut blocks[0], references.first());
@@ -199,7 +199,7 @@ pub fn update<S: Shape<N>, const N: usize>(
         (p, r, h) = (p + force.p, r + force.r, h + force.h);
         hourglass = force.work.sum(count);
     }
-    let sums = Sums {
+    let sums = ElementSums {
         strain: stressed.strain.sum(count),
         hourglass,
         damping: stressed.damping.sum(count),
@@ -212,15 +212,15 @@ pub fn update<S: Shape<N>, const N: usize>(
 
 /// Resultants of the stress at a quadrature point (42–44).
 #[inline(always)]
-fn resist_at<S: Shape<N>, const N: usize>(
-    motion: &Motion,
+fn resist_at<S: ElementShape<N>, const N: usize>(
+    motion: &MovingTangents,
     point: usize,
-    parameters: &Parameters,
+    parameters: &MembraneParameters,
     sheet: &dyn Sheet,
-    block: &mut Block,
-    reference: Option<&Reference>,
+    block: &mut HistoryBlock,
+    reference: Option<&ReferenceBlock>,
 ) -> Resisted {
-    let here = Motion { now: S::at(&motion.now, point), rate: S::at(&motion.rate, point) };
+    let here = MovingTangents { now: S::at(&motion.now, point), rate: S::at(&motion.rate, point) };
     let now = &here.now;
     let metric = Metric::new(now.g1, now.g2);
     let all = match reference {
@@ -233,38 +233,38 @@ fn resist_at<S: Shape<N>, const N: usize>(
 
 /// Forces of the hourglass control of elements under the stress of all their points; `block` holds its history.
 #[inline(always)]
-fn resist_hourglass<S: Shape<N>, const N: usize>(
-    Motion { now, rate }: &Motion,
-    parameters: &Parameters,
+fn resist_hourglass<S: ElementShape<N>, const N: usize>(
+    MovingTangents { now, rate }: &MovingTangents,
+    parameters: &MembraneParameters,
     stressed: &Stressed,
-    block: &mut Block,
-    reference: Option<&Reference>,
+    block: &mut HistoryBlock,
+    reference: Option<&ReferenceBlock>,
 ) -> HourglassForce {
     let metric = Metric::new(now.g1, now.g2);
     let area = metric.det.sqrt() * S::AREA;
     let [t11, t22, _] = stressed.tension;
-    let spread = if S::POINTS > 1 { spread(area, reference, stressed.volume) } else { Lanes::splat(1.0) };
+    let spread = if S::POINTS > 1 { spread(area, reference, stressed.volume) } else { ElementLanes::splat(1.0) };
     let least = if S::POINTS > 1 { LEAST_SPREAD } else { 0.0 };
-    let surroundings = Surroundings {
+    let surroundings = HourglassInput {
         now,
         rate,
         metric: &metric,
-        inverse: Lanes::splat(1.0) / metric.det.max(least * S::AREA * S::AREA),
+        inverse: ElementLanes::splat(1.0) / metric.det.max(least * S::AREA * S::AREA),
         area,
         volume: stressed.volume * spread,
         // Several points see the mode and resist it themselves.
-        tension: if S::POINTS > 1 { Lanes::splat(0.0) } else { t11 + t22 },
+        tension: if S::POINTS > 1 { ElementLanes::splat(0.0) } else { t11 + t22 },
     };
-    let mut q = block.hourglass.map(Lanes);
+    let mut q = block.hourglass.map(ElementLanes);
     let force = parameters.hourglass.resist(&surroundings, &mut q, parameters.dt);
     block.hourglass = q.map(|q| q.0);
-    block.hourglass_work = (Lanes(block.hourglass_work) + force.work).0;
+    block.hourglass_work = (ElementLanes(block.hourglass_work) + force.work).0;
     force
 }
 
 /// Half the change of the metric over the step, at mid-step: the covariant strain increment, Lian (40), theory (C.10).
 #[inline(always)]
-fn strain_increment(Motion { now, rate }: &Motion, dt: f64) -> (Metric, [Lanes; 3]) {
+fn strain_increment(MovingTangents { now, rate }: &MovingTangents, dt: f64) -> (Metric, [ElementLanes; 3]) {
     let (u1, u2) = (rate.g1 * dt, rate.g2 * dt);
     let (m1, m2) = (now.g1 - u1 * 0.5, now.g2 - u2 * 0.5);
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
@@ -274,27 +274,27 @@ fn strain_increment(Motion { now, rate }: &Motion, dt: f64) -> (Metric, [Lanes; 
 ///
 /// With the angle φ between the tangents, g₁ = |g₁| (C, S) and g₂ = |g₂| (S, C), where 2 C² = 1 + sin φ,
 /// 2 S² = 1 − sin φ, 2 C S = cos φ.
-struct Frame {
-    cc: Lanes,
-    ss: Lanes,
-    cs: Lanes,
+struct BisectingFrame {
+    cc: ElementLanes,
+    ss: ElementLanes,
+    cs: ElementLanes,
     /// 1/(|g₁| sin φ)², 1/(|g₂| sin φ)² and their geometric mean.
-    scale: [Lanes; 3],
+    scale: [ElementLanes; 3],
 }
 
-impl Frame {
+impl BisectingFrame {
     #[inline(always)]
     fn new(m: &Metric) -> Self {
         let lengths = (m.a * m.b).sqrt();
-        let half = Lanes::splat(0.5) / lengths;
+        let half = ElementLanes::splat(0.5) / lengths;
         let (sin, cos) = (m.det.sqrt() * half, m.c * half);
-        let inverse = Lanes::splat(1.0) / m.det;
+        let inverse = ElementLanes::splat(1.0) / m.det;
         Self { cc: sin + 0.5, ss: -sin + 0.5, cs: cos, scale: [m.b * inverse, m.a * inverse, lengths * inverse] }
     }
 
     /// Covariant components to the frame, Lian (41).
     #[inline(always)]
-    fn local(&self, [e11, e22, e12]: [Lanes; 3]) -> [Lanes; 3] {
+    fn local(&self, [e11, e22, e12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
         let (e11, e22, e12) = (e11 * self.scale[0], e22 * self.scale[1], e12 * self.scale[2]);
         let cross = self.cs * e12 * 2.0;
         [self.cc * e11 + self.ss * e22 - cross, self.ss * e11 + self.cc * e22 - cross, e12 - self.cs * (e11 + e22)]
@@ -302,7 +302,7 @@ impl Frame {
 
     /// From the frame to contravariant components.
     #[inline(always)]
-    fn contravariant(&self, [s11, s22, s12]: [Lanes; 3]) -> [Lanes; 3] {
+    fn contravariant(&self, [s11, s22, s12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
         let cross = self.cs * s12 * 2.0;
         [
             (self.cc * s11 + self.ss * s22 - cross) * self.scale[0],
@@ -314,34 +314,34 @@ impl Frame {
 
 /// s : d with d12 counted twice.
 #[inline(always)]
-fn contract(s: [Lanes; 3], d: [Lanes; 3]) -> Lanes {
+fn contract(s: [ElementLanes; 3], d: [ElementLanes; 3]) -> ElementLanes {
     s[0] * d[0] + s[1] * d[1] + s[2] * d[2] * 2.0
 }
 
 #[inline(always)]
-fn rate_form<S: Shape<N>, const N: usize>(
-    motion: &Motion,
+fn rate_form<S: ElementShape<N>, const N: usize>(
+    motion: &MovingTangents,
     metric: &Metric,
-    parameters: &Parameters,
+    parameters: &MembraneParameters,
     sheet: &dyn Sheet,
-    block: &mut Block,
+    block: &mut HistoryBlock,
 ) -> Stressed {
     let (middle, increment) = strain_increment(motion, parameters.dt);
-    let d = Frame::new(&middle).local(increment);
-    let (old, old_thickness) = (block.stress, Lanes(block.thickness));
-    let d33 = Lanes(sheet.rate_lanes(&[d[0].0, d[1].0, (d[2] * 2.0).0], &mut block.stress));
+    let d = BisectingFrame::new(&middle).local(increment);
+    let (old, old_thickness) = (block.stress, ElementLanes(block.thickness));
+    let d33 = ElementLanes(sheet.rate_lanes(&[d[0].0, d[1].0, (d[2] * 2.0).0], &mut block.stress));
     // (2 + D33 Δt)/(2 − D33 Δt), theory (C.11), is exp(D33 Δt) as the mid-point rule has it.
     let thickness = old_thickness * (d33 + 2.0) / (-d33 + 2.0);
     block.thickness = thickness.0;
 
-    let (old, new) = (old.map(Lanes), block.stress.map(Lanes));
-    let viscous: [Lanes; 3] = std::array::from_fn(|i| (new[i] - old[i]) * parameters.damping);
+    let (old, new) = (old.map(ElementLanes), block.stress.map(ElementLanes));
+    let viscous: [ElementLanes; 3] = std::array::from_fn(|i| (new[i] - old[i]) * parameters.damping);
     let used = std::array::from_fn(|i| new[i] + viscous[i]);
     let mean = std::array::from_fn(|i| (old[i] + new[i]) * 0.5);
     let middle_volume = middle.det.sqrt() * (old_thickness + thickness) * (0.5 * S::AREA);
     let volume = metric.det.sqrt() * thickness * S::AREA;
     Stressed {
-        tension: Frame::new(metric).contravariant(used).map(|t| t * volume),
+        tension: BisectingFrame::new(metric).contravariant(used).map(|t| t * volume),
         volume,
         strain: middle_volume * contract(mean, d),
         damping: middle_volume * contract(viscous, d),
@@ -351,44 +351,44 @@ fn rate_form<S: Shape<N>, const N: usize>(
 
 #[inline(always)]
 fn total_form(
-    motion: &Motion,
+    motion: &MovingTangents,
     metric: &Metric,
-    parameters: &Parameters,
+    parameters: &MembraneParameters,
     sheet: &dyn Sheet,
-    block: &mut Block,
-    reference: &Reference,
+    block: &mut HistoryBlock,
+    reference: &ReferenceBlock,
 ) -> Stressed {
-    let duals = reference.duals.map(Lanes);
-    let volume = Lanes(reference.volume);
+    let duals = reference.duals.map(ElementLanes);
+    let volume = ElementLanes(reference.volume);
     let state = sheet.total_lanes(&to_material(duals, [metric.a, metric.b, metric.c]).map(|c| c.0));
-    let mut stiffness = Lanes(state.stiffness);
+    let mut stiffness = ElementLanes(state.stiffness);
     if sheet.wrinkles() {
         // A slack or wrinkled point may be taut in the next step.
         stiffness = stiffness.max(parameters.speed2 * parameters.density) * (SNAP * SNAP);
     }
-    let (old, elastic) = (block.stress.map(Lanes), state.stress.map(Lanes));
+    let (old, elastic) = (block.stress.map(ElementLanes), state.stress.map(ElementLanes));
     block.stress = state.stress;
-    block.thickness = (Lanes(reference.thickness) * Lanes(state.thickness)).0;
-    let viscous: [Lanes; 3] = std::array::from_fn(|i| (elastic[i] - old[i]) * parameters.damping);
+    block.thickness = (ElementLanes(reference.thickness) * ElementLanes(state.thickness)).0;
+    let viscous: [ElementLanes; 3] = std::array::from_fn(|i| (elastic[i] - old[i]) * parameters.damping);
     let damping = if parameters.damping > 0.0 {
         let (_, increment) = strain_increment(motion, parameters.dt);
         volume * contract(viscous, to_material(duals, increment))
     } else {
-        Lanes::splat(0.0)
+        ElementLanes::splat(0.0)
     };
     let tension = to_contravariant(duals, std::array::from_fn(|i| elastic[i] + viscous[i]));
     Stressed {
         tension: tension.map(|t| t * volume),
         volume,
-        strain: volume * Lanes(state.energy),
+        strain: volume * ElementLanes(state.energy),
         damping,
-        frequency2: Lanes(reference.bound) * stiffness * (1.0 / parameters.density),
+        frequency2: ElementLanes(reference.bound) * stiffness * (1.0 / parameters.density),
     }
 }
 
 /// Mᵀ g M: covariant components to the material axes.
 #[inline(always)]
-fn to_material([m11, m12, m21, m22]: [Lanes; 4], [a, b, c]: [Lanes; 3]) -> [Lanes; 3] {
+fn to_material([m11, m12, m21, m22]: [ElementLanes; 4], [a, b, c]: [ElementLanes; 3]) -> [ElementLanes; 3] {
     [
         m11 * m11 * a + m21 * m21 * b + m11 * m21 * c * 2.0,
         m12 * m12 * a + m22 * m22 * b + m12 * m22 * c * 2.0,
@@ -398,7 +398,7 @@ fn to_material([m11, m12, m21, m22]: [Lanes; 4], [a, b, c]: [Lanes; 3]) -> [Lane
 
 /// M S Mᵀ: material axes to contravariant components.
 #[inline(always)]
-fn to_contravariant([m11, m12, m21, m22]: [Lanes; 4], [s11, s22, s12]: [Lanes; 3]) -> [Lanes; 3] {
+fn to_contravariant([m11, m12, m21, m22]: [ElementLanes; 4], [s11, s22, s12]: [ElementLanes; 3]) -> [ElementLanes; 3] {
     [
         m11 * m11 * s11 + m12 * m12 * s22 + m11 * m12 * s12 * 2.0,
         m21 * m21 * s11 + m22 * m22 * s22 + m21 * m22 * s12 * 2.0,
@@ -410,7 +410,7 @@ fn to_contravariant([m11, m12, m21, m22]: [Lanes; 4], [s11, s22, s12]: [Lanes; 3
 /// μ = ½ t + √(¼ t² − (1 − ν²) d) is the greatest eigenvalue of the strain modes, with the trace t and the
 /// determinant d of Σ_K ∇N_K ⊗ ∇N_K. For a square of side s it gives Δt = 2/ω = s / (c √(1 + ν)).
 #[inline(always)]
-pub fn bound<S: Shape<N>, const N: usize>(metric: &Metric, plane: f64) -> Lanes {
+pub fn bound<S: ElementShape<N>, const N: usize>(metric: &Metric, plane: f64) -> ElementLanes {
     let [trace, determinant] = S::gram(metric);
     let half = trace * 0.5;
     (half + (half * half - determinant * plane).max(0.0).sqrt()) * N as f64

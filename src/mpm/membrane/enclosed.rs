@@ -7,20 +7,20 @@
 //! from any point that stays, exactly, for flat triangles. A quadrilateral is the fan of four triangles around its mean point.
 
 use super::Membrane;
-use super::connectivity::Elements;
+use super::connectivity::MembraneElements;
 use crate::math::Vector;
 use hashbrown::HashSet;
 
 /// A point that volumes are measured from, and +1 where normals point outwards, −1 where they point inwards.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Enclosure<const D: usize> {
+pub(super) struct VolumeOrigin<const D: usize> {
     origin: Vector<D>,
     outward: f64,
 }
 
-impl<const D: usize> Enclosure<D> {
+impl<const D: usize> VolumeOrigin<D> {
     /// Of a membrane that has no free edges and whose elements all look to one side; else `None`.
-    pub fn new(elements: &Elements, position: &[Vector<D>]) -> Option<Self> {
+    pub fn new(elements: &MembraneElements, position: &[Vector<D>]) -> Option<Self> {
         if !is_closed(elements) {
             return None;
         }
@@ -38,7 +38,7 @@ impl<const D: usize> Membrane<D> {
 
     /// Contribution of each element to the enclosed volume [m³].
     pub(super) fn volumes(&self) -> Vec<f64> {
-        let of = |at: &Enclosure<D>| -> Vec<f64> {
+        let of = |at: &VolumeOrigin<D>| -> Vec<f64> {
             self.elements.iter().map(|nodes| at.outward * cone(nodes, &self.position, at.origin)).collect()
         };
         self.enclosure.as_ref().map_or_else(Vec::new, of)
@@ -60,7 +60,7 @@ fn cone<const D: usize>(nodes: &[u32], position: &[Vector<D>], origin: Vector<D>
 }
 
 /// True if every side of an element belongs to one other element, which runs along it in the opposite sense.
-fn is_closed(elements: &Elements) -> bool {
+fn is_closed(elements: &MembraneElements) -> bool {
     let mut sides = HashSet::new();
     for nodes in elements.iter() {
         let n = nodes.len();

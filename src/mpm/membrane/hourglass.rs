@@ -14,7 +14,7 @@
 //! act on them. A stiffness would be that of a taut element however little of it is stretched.
 //! The in-plane Q is kept by its components on the tangents, which move with the element.
 
-use super::lanes::{LaneVector, Lanes};
+use super::lanes::{ElementLanes, LaneVector};
 use super::shape::{Metric, Modes};
 
 /// Coefficients of one membrane.
@@ -29,7 +29,7 @@ pub struct Hourglass {
 }
 
 /// Numbers of the rest of the element.
-pub struct Surroundings<'a> {
+pub struct HourglassInput<'a> {
     /// Tangents and hourglass mode of the positions.
     pub now: &'a Modes,
     /// The same of the velocities.
@@ -37,13 +37,13 @@ pub struct Surroundings<'a> {
     /// Metric of the tangents.
     pub metric: &'a Metric,
     /// 1 / det of the metric.
-    pub inverse: Lanes,
+    pub inverse: ElementLanes,
     /// Area [m²].
-    pub area: Lanes,
+    pub area: ElementLanes,
     /// Volume of the element [m³].
-    pub volume: Lanes,
+    pub volume: ElementLanes,
     /// V (T¹¹ + T²²) on the tangents [J/m²].
-    pub tension: Lanes,
+    pub tension: ElementLanes,
 }
 
 /// Resultants of the hourglass force on the patterns of g₁, g₂ and h, and the work done since the last step.
@@ -55,13 +55,13 @@ pub struct HourglassForce {
     /// On the hourglass pattern [N].
     pub h: LaneVector,
     /// Work taken up: elastic energy stored and viscous energy lost [J].
-    pub work: Lanes,
+    pub work: ElementLanes,
 }
 
-impl Surroundings<'_> {
+impl HourglassInput<'_> {
     /// Components of a vector on the duals g¹ = (b g₁ − c g₂)/det and g² = (a g₂ − c g₁)/det.
     #[inline(always)]
-    fn on_duals(&self, v: LaneVector) -> [Lanes; 2] {
+    fn on_duals(&self, v: LaneVector) -> [ElementLanes; 2] {
         let (m, v1, v2) = (self.metric, v.dot(self.now.g1), v.dot(self.now.g2));
         [(m.b * v1 - m.c * v2) * self.inverse, (m.a * v2 - m.c * v1) * self.inverse]
     }
@@ -70,7 +70,7 @@ impl Surroundings<'_> {
 impl Hourglass {
     /// Advances the hourglass force `q` (on g₁, g₂ and n) by `dt` and returns the resisting force.
     #[inline(always)]
-    pub fn resist(&self, s: &Surroundings<'_>, q: &mut [Lanes; 3], dt: f64) -> HourglassForce {
+    pub fn resist(&self, s: &HourglassInput<'_>, q: &mut [ElementLanes; 3], dt: f64) -> HourglassForce {
         let (m, g1, g2) = (s.metric, s.now.g1, s.now.g2);
         let n = g1.cross(g2) * s.inverse.sqrt();
         let [x1, x2] = s.on_duals(s.now.h);

@@ -12,9 +12,9 @@ pub use crate::material::LANES;
 /// One number of each of the [`LANES`] elements of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(transparent)]
-pub struct Lanes(pub [f64; LANES]);
+pub struct ElementLanes(pub [f64; LANES]);
 
-impl Lanes {
+impl ElementLanes {
     /// The same value in every lane.
     #[inline(always)]
     pub const fn splat(value: f64) -> Self {
@@ -51,7 +51,7 @@ impl Lanes {
 
 macro_rules! lane_by_lane {
     ($Op:ident, $op:ident, $t:tt, $assign:tt) => {
-        impl $Op for Lanes {
+        impl $Op for ElementLanes {
             type Output = Self;
             #[inline(always)]
             fn $op(mut self, other: Self) -> Self {
@@ -61,7 +61,7 @@ macro_rules! lane_by_lane {
                 self
             }
         }
-        impl $Op<f64> for Lanes {
+        impl $Op<f64> for ElementLanes {
             type Output = Self;
             #[inline(always)]
             fn $op(self, other: f64) -> Self {
@@ -75,7 +75,7 @@ lane_by_lane!(Sub, sub, -, -=);
 lane_by_lane!(Mul, mul, *, *=);
 lane_by_lane!(Div, div, /, /=);
 
-impl Neg for Lanes {
+impl Neg for ElementLanes {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -85,15 +85,15 @@ impl Neg for Lanes {
 
 /// A spatial vector of each element of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LaneVector(pub [Lanes; 3]);
+pub struct LaneVector(pub [ElementLanes; 3]);
 
 impl LaneVector {
     /// The zero vector.
-    pub const ZERO: Self = Self([Lanes::splat(0.0); 3]);
+    pub const ZERO: Self = Self([ElementLanes::splat(0.0); 3]);
 
     /// Inner product.
     #[inline(always)]
-    pub fn dot(self, b: Self) -> Lanes {
+    pub fn dot(self, b: Self) -> ElementLanes {
         self.0[0] * b.0[0] + self.0[1] * b.0[1] + self.0[2] * b.0[2]
     }
 
@@ -136,10 +136,10 @@ impl Neg for LaneVector {
     }
 }
 
-impl Mul<Lanes> for LaneVector {
+impl Mul<ElementLanes> for LaneVector {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, s: Lanes) -> Self {
+    fn mul(self, s: ElementLanes) -> Self {
         Self([self.0[0] * s, self.0[1] * s, self.0[2] * s])
     }
 }

@@ -1,6 +1,6 @@
 //! Pressure, and nodes whose motion is prescribed.
 
-use super::connectivity::Elements;
+use super::connectivity::MembraneElements;
 use crate::math::{Signal, Vector};
 use crate::mpm::SupportSetup;
 use crate::parallel;
@@ -35,7 +35,7 @@ pub(super) struct Pressure<const D: usize> {
 
 impl<const D: usize> Pressure<D> {
     /// Prepares the load on `elements` at the reference positions.
-    pub fn new(value: Signal, follower: bool, elements: &Elements, reference: &[Vector<D>]) -> Self {
+    pub fn new(value: Signal, follower: bool, elements: &MembraneElements, reference: &[Vector<D>]) -> Self {
         let loaded = !value.is_zero();
         let share = |nodes: &[u32]| area_vector(nodes, reference) * (1.0 / nodes.len() as f64);
         let varies = loaded && !value.is_uniform();
@@ -73,7 +73,7 @@ impl<const D: usize> Pressure<D> {
     }
 
     /// Evaluates the load at time `t`: each element gives equal shares of p·a to its nodes: Lian (31), theory (C.28).
-    pub fn update(&mut self, t: f64, elements: &Elements, position: &[Vector<D>]) {
+    pub fn update(&mut self, t: f64, elements: &MembraneElements, position: &[Vector<D>]) {
         let Self { value, area, local, force, .. } = self;
         parallel::fill(local, 1024, |e| {
             let nodes = elements.nodes(e);

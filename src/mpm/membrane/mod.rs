@@ -30,13 +30,13 @@ mod task;
 mod tests;
 mod touch;
 
-pub use connectivity::Elements;
+pub use connectivity::MembraneElements;
 pub use ledger::Balance;
 
 use crate::material::Sheet;
 use crate::math::{Signal, Vector};
-use element::{Block, Parameters, Reference};
-use enclosed::Enclosure;
+use element::{HistoryBlock, MembraneParameters, ReferenceBlock};
+use enclosed::VolumeOrigin;
 use ledger::MembraneLedger;
 use load::{Pressure, Supports};
 
@@ -56,7 +56,7 @@ pub struct Membrane<const D: usize> {
     /// Lumped masses of the nodes [kg].
     pub mass: Vec<f64>,
     /// Nodes of the elements, sorted by shape: quadrilaterals, triangles, segments.
-    pub elements: Elements,
+    pub elements: MembraneElements,
     /// Half the thickness counts in the contact gap.
     pub contact_thickness: bool,
 
@@ -66,10 +66,10 @@ pub struct Membrane<const D: usize> {
     supports: Supports,
     /// Mass-proportional damping rate [1/s].
     mass_damping: f64,
-    parameters: Parameters,
+    parameters: MembraneParameters,
 
-    blocks: Vec<Block>,
-    references: Vec<Reference>,
+    blocks: Vec<HistoryBlock>,
+    references: Vec<ReferenceBlock>,
 
     /// Velocities before the step, v^{n−½} [m/s].
     before: Vec<Vector<D>>,
@@ -83,7 +83,7 @@ pub struct Membrane<const D: usize> {
     touch: Vec<Vector<D>>,
     touch_time: f64,
     /// Of a membrane without free edges.
-    enclosure: Option<Enclosure<D>>,
+    enclosure: Option<VolumeOrigin<D>>,
     /// The Δt of the momentum update under way [s].
     momentum_dt: f64,
     ledger: MembraneLedger,

@@ -1,7 +1,7 @@
 //! The fields of outputs and the columns of checkpoints of a membrane.
 
 use super::Membrane;
-use super::element::Block;
+use super::element::HistoryBlock;
 use super::shape::GAUSS;
 use crate::material::{SheetKind, SheetState, sheet::principal};
 use crate::math::Vector;
@@ -136,6 +136,6 @@ fn flat<const D: usize>(vectors: impl Iterator<Item = Vector<D>>) -> Vec<f64> {
     vectors.flat_map(Vector::to3).collect()
 }
 
-impl Record for Block {
+impl Record for HistoryBlock {
     type Number = f64;
 }

@@ -9,7 +9,7 @@
 //! g₂ = ψ = x₃ − x₁ + x₄ − x₂     p₂ = η_K = (−1, −1, 1, 1)      h_K = (1, −1, 1, −1)
 //! ```
 
-use super::lanes::{LaneVector, Lanes};
+use super::lanes::{ElementLanes, LaneVector};
 
 /// Tangents of the elements of a block, and the hourglass mode h·x of quadrilaterals (zero for others).
 #[derive(Clone, Copy)]
@@ -23,7 +23,7 @@ pub struct Modes {
 }
 
 /// A kind of element.
-pub trait Shape<const N: usize> {
+pub trait ElementShape<const N: usize> {
     /// Area [m²] (2D: length [m]) over |g₁ × g₂|.
     const AREA: f64;
     /// True for shapes with an hourglass mode.
@@ -39,7 +39,7 @@ pub trait Shape<const N: usize> {
     fn spread(p: LaneVector, r: LaneVector, h: LaneVector) -> [LaneVector; N];
 
     /// Trace and determinant of Σ_K ∇N_K ⊗ ∇N_K from the metric.
-    fn gram(m: &Metric) -> [Lanes; 2];
+    fn gram(m: &Metric) -> [ElementLanes; 2];
 
     /// Tangents at a quadrature point.
     #[inline(always)]
@@ -58,13 +58,13 @@ pub trait Shape<const N: usize> {
 #[derive(Clone, Copy)]
 pub struct Metric {
     /// g₁·g₁.
-    pub a: Lanes,
+    pub a: ElementLanes,
     /// g₂·g₂.
-    pub b: Lanes,
+    pub b: ElementLanes,
     /// g₁·g₂.
-    pub c: Lanes,
+    pub c: ElementLanes,
     /// ab − c² = |g₁ × g₂|².
-    pub det: Lanes,
+    pub det: ElementLanes,
 }
 
 impl Metric {
@@ -79,7 +79,7 @@ impl Metric {
 /// Four nodes, one quadrature point.
 pub struct Quadrilateral;
 
-impl Shape<4> for Quadrilateral {
+impl ElementShape<4> for Quadrilateral {
     const AREA: f64 = 0.25;
     const HOURGLASS: bool = true;
 
@@ -97,8 +97,8 @@ impl Shape<4> for Quadrilateral {
     }
 
     #[inline(always)]
-    fn gram(m: &Metric) -> [Lanes; 2] {
-        [(m.a + m.b) * 4.0 / m.det, Lanes::splat(16.0) / m.det]
+    fn gram(m: &Metric) -> [ElementLanes; 2] {
+        [(m.a + m.b) * 4.0 / m.det, ElementLanes::splat(16.0) / m.det]
     }
 }
 
@@ -112,7 +112,7 @@ const ROOT: f64 = 0.577_350_269_189_625_8;
 /// the sheet is slack. The tangents at (ξ, η) are g₁ + η h and g₂ + ξ h.
 pub struct FullQuadrilateral;
 
-impl Shape<4> for FullQuadrilateral {
+impl ElementShape<4> for FullQuadrilateral {
     const AREA: f64 = Quadrilateral::AREA;
     const HOURGLASS: bool = true;
     const POINTS: usize = GAUSS.len();
@@ -130,7 +130,7 @@ impl Shape<4> for FullQuadrilateral {
     /// As if the element had the tangents of the point throughout. The greatest of the four bounds that follow bounds the
     /// element: exactly for a parallelogram, whose stiffest modes are those of uniform strain.
     #[inline(always)]
-    fn gram(m: &Metric) -> [Lanes; 2] {
+    fn gram(m: &Metric) -> [ElementLanes; 2] {
         Quadrilateral::gram(m)
     }
 
@@ -150,7 +150,7 @@ impl Shape<4> for FullQuadrilateral {
 /// Three nodes, constant strain.
 pub struct Triangle;
 
-impl Shape<3> for Triangle {
+impl ElementShape<3> for Triangle {
     const AREA: f64 = 0.5;
     const HOURGLASS: bool = false;
 
@@ -165,8 +165,8 @@ impl Shape<3> for Triangle {
     }
 
     #[inline(always)]
-    fn gram(m: &Metric) -> [Lanes; 2] {
-        [(m.a + m.b - m.c) * 2.0 / m.det, Lanes::splat(3.0) / m.det]
+    fn gram(m: &Metric) -> [ElementLanes; 2] {
+        [(m.a + m.b - m.c) * 2.0 / m.det, ElementLanes::splat(3.0) / m.det]
     }
 }
 
@@ -174,14 +174,14 @@ impl Shape<3> for Triangle {
 /// Its normal is the tangent × z: outward for a loop that runs counter-clockwise.
 pub struct Segment;
 
-impl Shape<2> for Segment {
+impl ElementShape<2> for Segment {
     const AREA: f64 = 1.0;
     const HOURGLASS: bool = false;
 
     #[inline(always)]
     fn modes([x1, x2]: [LaneVector; 2], depth: f64) -> Modes {
-        let zero = Lanes::splat(0.0);
-        Modes { g1: x2 - x1, g2: LaneVector([zero, zero, Lanes::splat(depth)]), h: LaneVector::ZERO }
+        let zero = ElementLanes::splat(0.0);
+        Modes { g1: x2 - x1, g2: LaneVector([zero, zero, ElementLanes::splat(depth)]), h: LaneVector::ZERO }
     }
 
     #[inline(always)]
@@ -190,7 +190,7 @@ impl Shape<2> for Segment {
     }
 
     #[inline(always)]
-    fn gram(m: &Metric) -> [Lanes; 2] {
-        [m.b * 2.0 / m.det, Lanes::splat(0.0)]
+    fn gram(m: &Metric) -> [ElementLanes; 2] {
+        [m.b * 2.0 / m.det, ElementLanes::splat(0.0)]
     }
 }

@@ -1,11 +1,11 @@
 //! The stages of a membrane's step, and the bookkeeping of what they do.
 
 use super::Membrane;
-use super::element::Sums;
+use super::element::ElementSums;
 use super::lanes::LANES;
 use super::ledger::Balance;
-use super::shape::{FullQuadrilateral, Quadrilateral, Segment, Shape, Triangle};
-use super::task::{Run, Task};
+use super::shape::{ElementShape, FullQuadrilateral, Quadrilateral, Segment, Triangle};
+use super::task::{ElementTask, Run};
 use crate::error::{Place, StepError};
 use crate::material::SheetKind;
 use crate::math::{Signal, Vector};
@@ -160,8 +160,8 @@ impl<const D: usize> Membrane<D> {
         let (drag, gravity) = (self.drag(), self.gravity_at(t));
         let work = parallel::reduce(
             nodes,
-            |range| range.fold(Work::default(), |sum, k| sum.plus(self.work(k, gravity.at(k), drag))),
-            Work::plus,
+            |range| range.fold(ForcePower::default(), |sum, k| sum.plus(self.work(k, gravity.at(k), drag))),
+            ForcePower::plus,
         )
         .unwrap_or_default();
         let (support_work, support_impulse) = self.book_supports(t);
@@ -182,12 +182,12 @@ impl<const D: usize> Membrane<D> {
 
     /// Power of the forces on node `k` under `gravity` [m/s²].
     #[inline(always)]
-    fn work(&self, k: usize, gravity: Vector<D>, drag: f64) -> Work<D> {
+    fn work(&self, k: usize, gravity: Vector<D>, drag: f64) -> ForcePower<D> {
         let (old, new, m) = (self.before[k], self.velocity[k], self.mass[k]);
         let mean = (old + new) * 0.5;
         let (element, contact, pressure) = (self.element_force[k], self.contact_at(k), self.pressure.at(k));
         let (weight, drag) = (gravity * m, old * (drag * m));
-        Work {
+        ForcePower {
             elements: element.dot(mean),
             elements_new: element.dot(new),
             pressure: pressure.dot(mean),
@@ -220,9 +220,9 @@ impl<const D: usize> Membrane<D> {
     }
 
     /// One pass over all elements.
-    pub(super) fn update_elements(&mut self) -> Sums {
+    pub(super) fn update_elements(&mut self) -> ElementSums {
         let [quadrilaterals, triangles, segments] = self.elements.counts();
-        let (first, none) = (Group::default(), Sums::default());
+        let (first, none) = (FirstElement::default(), ElementSums::default());
         let (sums, next) = if self.sheet.wrinkles() {
             self.update_group::<FullQuadrilateral, 4>(first, quadrilaterals, none)
         } else {
@@ -233,11 +233,16 @@ impl<const D: usize> Membrane<D> {
     }
 
     /// Updates the `count` elements of one shape that begin at `first`; returns the sums and where the next shape begins.
-    fn update_group<S: Shape<N>, const N: usize>(&mut self, first: Group, count: usize, sums: Sums) -> (Sums, Group) {
+    fn update_group<S: ElementShape<N>, const N: usize>(
+        &mut self,
+        first: FirstElement,
+        count: usize,
+        sums: ElementSums,
+    ) -> (ElementSums, FirstElement) {
         let blocks = count.div_ceil(LANES);
         let (element, corner) = (first.element + count, first.corner + N * count);
-        let next = Group { block: first.block + blocks * S::POINTS, corner, element };
-        let task = Task {
+        let next = FirstElement { block: first.block + blocks * S::POINTS, corner, element };
+        let task = ElementTask {
             nodes: &self.elements.corner_nodes()[first.corner..next.corner],
             references: self.references.get(first.block..next.block).unwrap_or(&[]),
             position: &self.position,
@@ -255,8 +260,8 @@ impl<const D: usize> Membrane<D> {
             areas = rest;
             runs.push(Run { first: index * TASK, blocks, force, area });
         }
-        let parts: Vec<Sums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
-        (parts.into_iter().fold(sums, Sums::plus), next)
+        let parts: Vec<ElementSums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
+        (parts.into_iter().fold(sums, ElementSums::plus), next)
     }
 
     /// The error for the worst element or node.
@@ -295,7 +300,7 @@ impl<const D: usize> Gravity<'_, D> {
 
 /// The first element of one shape.
 #[derive(Clone, Copy, Default)]
-struct Group {
+struct FirstElement {
     block: usize,
     corner: usize,
     element: usize,
@@ -303,7 +308,7 @@ struct Group {
 
 /// Power of the forces on a node or several.
 #[derive(Clone, Copy, Default)]
-struct Work<const D: usize> {
+struct ForcePower<const D: usize> {
     elements: f64,
     elements_new: f64,
     pressure: f64,
@@ -314,7 +319,7 @@ struct Work<const D: usize> {
     contact_force: Vector<D>,
 }
 
-impl<const D: usize> Work<D> {
+impl<const D: usize> ForcePower<D> {
     #[inline(always)]
     fn plus(self, b: Self) -> Self {
         Self {

@@ -30,7 +30,7 @@ use crate::math::simd::{Lanes, Task, WIDTH, widest};
 use crate::math::{Tensor, Vector};
 use crate::mpm::grid::Grid;
 use crate::mpm::grid::kernel::Kernel;
-use crate::mpm::transfer::{CHUNK, Chunk, Column, GatherFields, Reduce, Rows, View};
+use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, GatherFields, Reduce, Rows, View};
 
 /// Sums over the particles of a body, and the findings of a step about them.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -110,25 +110,25 @@ impl<const D: usize> Landing<D> {
     }
 
     /// Moves the particles by rates [m/s] and sums up.
-    pub fn land_by(&self, particles: &mut View<'_, D>, rates: impl Rates<D>) -> Summary {
+    pub fn land_by(&self, particles: &mut View<'_, D>, rates: impl PositionRates<D>) -> Summary {
         widest(Land { particles, rates, landing: *self })
     }
 }
 
 /// Rates of the positions of a chunk's particles.
-pub(in crate::mpm) trait Rates<const D: usize> {
+pub(in crate::mpm) trait PositionRates<const D: usize> {
     /// Component `a` of the rate of particle `p` [m/s], whose velocity is `v`.
     fn rate(&self, p: usize, v: &Vector<D>, a: usize) -> f64;
 }
 
-impl<const D: usize> Rates<D> for &[Vector<D>] {
+impl<const D: usize> PositionRates<D> for &[Vector<D>] {
     #[inline(always)]
     fn rate(&self, p: usize, _: &Vector<D>, a: usize) -> f64 {
         self[p][a]
     }
 }
 
-impl<const D: usize> Rates<D> for &Rows<D> {
+impl<const D: usize> PositionRates<D> for &Rows<D> {
     #[inline(always)]
     fn rate(&self, p: usize, _: &Vector<D>, a: usize) -> f64 {
         self.velocity[a][p]
@@ -138,7 +138,7 @@ impl<const D: usize> Rates<D> for &Rows<D> {
 /// Particles move with their velocities: these are the nodes' (APIC).
 struct Carried;
 
-impl<const D: usize> Rates<D> for Carried {
+impl<const D: usize> PositionRates<D> for Carried {
     #[inline(always)]
     fn rate(&self, _: usize, v: &Vector<D>, a: usize) -> f64 {
         v[a]
@@ -152,7 +152,7 @@ struct Land<'a, 'b, R, const D: usize> {
     landing: Landing<D>,
 }
 
-impl<R: Rates<D>, const D: usize> Task for Land<'_, '_, R, D> {
+impl<R: PositionRates<D>, const D: usize> Task for Land<'_, '_, R, D> {
     type Output = Summary;
 
     #[inline(always)]
@@ -258,7 +258,7 @@ impl Transport {
 struct CarryAffine<'a, const D: usize> {
     affine: &'a mut [Tensor<D>],
     /// By axis and component.
-    from: &'a [[Column; D]; D],
+    from: &'a [[ChunkColumn; D]; D],
     scale: f64,
 }
 

@@ -84,7 +84,7 @@ fn simplices<const D: usize>(nodes: &[u32], position: &[Vector<D>], turned: bool
 
 /// The particles of a body in one region.
 #[derive(Debug, PartialEq)]
-struct Share {
+struct RegionShare {
     /// The enclosures that hold it, ascending.
     within: Vec<u32>,
     /// The side of each membrane.
@@ -102,15 +102,15 @@ struct Regions<const D: usize> {
 impl<const D: usize> Regions<D> {
     /// Shares the particles of a body at `position` [m] between regions, in the order of its particles. Only membranes that it
     /// `meets` count. One that is not to be `divided` is one share, with no side of a membrane that it reaches through.
-    fn share(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<Share> {
+    fn share(&self, position: &[Vector<D>], meets: &[bool], divided: bool) -> Vec<RegionShare> {
         let met = || (0..).zip(&self.enclosures).filter(|(_, enclosure)| meets[enclosure.sheet]);
         let region = |p: usize| met().filter(|(_, e)| e.holds(position[p])).map(|(n, _)| n).collect();
         let regions: Vec<Vec<u32>> = parallel::collect(position.len(), TASK, region);
-        let mut shares: Vec<Share> = Vec::new();
+        let mut shares: Vec<RegionShare> = Vec::new();
         for (p, within) in (0..).zip(regions) {
             match shares.iter_mut().find(|share| share.within == within) {
                 Some(share) => share.particles.push(p),
-                None => shares.push(Share { within, sides: Vec::new(), particles: vec![p] }),
+                None => shares.push(RegionShare { within, sides: Vec::new(), particles: vec![p] }),
             }
         }
         if divided || shares.len() < 2 {
@@ -122,7 +122,7 @@ impl<const D: usize> Regions<D> {
         let all: Vec<&[u32]> = shares.iter().map(|share| &share.within[..]).collect();
         let common = all[0].iter().copied().filter(|n| all.iter().all(|within| within.contains(n)));
         let (within, sides) = (common.collect(), self.sides(meets, &all));
-        vec![Share { within, sides, particles: (0..position.len() as u32).collect() }]
+        vec![RegionShare { within, sides, particles: (0..position.len() as u32).collect() }]
     }
 
     /// The side of each membrane that particles in all these regions are on; 0 where they aren't on one.
@@ -192,7 +192,7 @@ fn field_number(fields: &mut Vec<(usize, Vec<u32>)>, group: usize, within: &[u32
 }
 
 /// The parts of a body, one per share, in these velocity fields.
-fn part<const D: usize>(mut body: Body<D>, shares: Vec<Share>, fields: &[usize]) -> Result<Vec<Body<D>>, String> {
+fn part<const D: usize>(mut body: Body<D>, shares: Vec<RegionShare>, fields: &[usize]) -> Result<Vec<Body<D>>, String> {
     let whole = shares.len() < 2;
     let (mut parts, mut before) = (Vec::new(), 0);
     for (number, (share, &field)) in shares.into_iter().zip(fields).enumerate() {
@@ -274,8 +274,8 @@ mod tests {
         for (elements, inside) in [(ring(0, 4), -1.0), (inwards, 1.0), (mixed, 0.0)] {
             let shares = regions(&[(elements, square(0.0, 1.0))]).share(&places, &[true], true);
             let expected = [
-                Share { within: vec![0], sides: vec![inside], particles: vec![0, 2] },
-                Share { within: vec![], sides: vec![-inside], particles: vec![1] },
+                RegionShare { within: vec![0], sides: vec![inside], particles: vec![0, 2] },
+                RegionShare { within: vec![], sides: vec![-inside], particles: vec![1] },
             ];
             assert_eq!(shares, expected);
         }
@@ -317,9 +317,9 @@ mod tests {
         assert_eq!(found, [(&[0][..], 0.0), (&[1][..], 0.0), (&[][..], 1.0)]);
         let one = regions(&[(ring(0, 4), square(0.0, 1.0))]);
         let solid = one.share(&[0.5, 1.5].map(Vector::splat), &[true], false);
-        assert_eq!(solid, [Share { within: vec![], sides: vec![0.0], particles: vec![0, 1] }]);
+        assert_eq!(solid, [RegionShare { within: vec![], sides: vec![0.0], particles: vec![0, 1] }]);
         let inside = one.share(&[0.5, 0.6].map(Vector::splat), &[true], false);
-        assert_eq!(inside, [Share { within: vec![0], sides: vec![-1.0], particles: vec![0, 1] }]);
+        assert_eq!(inside, [RegionShare { within: vec![0], sides: vec![-1.0], particles: vec![0, 1] }]);
     }
 
     /// A bag that is exactly flat has no outside yet.
@@ -327,6 +327,6 @@ mod tests {
     fn a_flat_bag_has_no_sides() {
         let flat = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0]].map(Vector).to_vec();
         let shares = regions(&[(ring(0, 4), flat)]).share(&[Vector([1.0, 0.3])], &[true], true);
-        assert_eq!(shares, [Share { within: vec![], sides: vec![0.0], particles: vec![0] }]);
+        assert_eq!(shares, [RegionShare { within: vec![], sides: vec![0.0], particles: vec![0] }]);
     }
 }

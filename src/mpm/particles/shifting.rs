@@ -25,11 +25,11 @@ use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contact;
 use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::coupling::Coupling;
-use crate::mpm::grid::kernel::{Kernel, Shape, with_shape};
-use crate::mpm::grid::{Fold, Ghosts, Limits};
-use crate::mpm::transfer::{Content, GatherFields, Record, Sweep, put_scalar, put_velocity};
+use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
+use crate::mpm::grid::{Fold, GhostShares, Ghosts};
+use crate::mpm::transfer::{GatherFields, NodeRecord, ScatterContent, Sweep, put_scalar, put_velocity};
 use crate::mpm::wall::{Bodies, Walls};
-use crate::mpm::{Body, Field, Grid, Node, Step};
+use crate::mpm::{Body, Grid, Node, Step, VelocityField};
 use crate::parallel::{self, CHUNK};
 
 /// Steps between two corrections.
@@ -103,9 +103,9 @@ fn find_excess<const D: usize>(
     let Surroundings { grid, ghosts, .. } = around;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
     for body in bodies.iter().filter(|body| body.field == field) {
-        Sweep::new(grid, body).scatter(&mut sums, body, Content::Pressures);
+        Sweep::new(grid, body).scatter(&mut sums, body, ScatterContent::Pressures);
     }
-    ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
+    ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
     let rooms = free_rooms(around, field, kernel, &reached, bodies, contact);
     let volume = grid.cell.powi(D as i32);
@@ -128,7 +128,7 @@ fn find_excess<const D: usize>(
         false => [0.0],
     };
     let mut excess: Vec<[f64; 1]> = parallel::collect(rooms.len(), CHUNK, excess);
-    ghosts.fill(&Limits::default(), &mut excess);
+    ghosts.fill(&GhostShares::default(), &mut excess);
     excess
 }
 
@@ -177,7 +177,7 @@ fn follow<const D: usize>(
 
 /// Sets the first component of each particle's shift to the part of the way that it goes in `dt` [s], by its rate of strain.
 fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
-    let node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
+    let node = |n: usize, record: &mut NodeRecord| put_velocity(record, &velocity[n]);
     let (sweep, _, view) = body.sweep(grid);
     sweep.gather(node, view, GatherFields::Gradient, |chunk| {
         for p in 0..chunk.particles.len() {
@@ -190,7 +190,7 @@ fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vect
 /// Sets the shifts of a body's particles [m] by their paces, and takes from their volumes; returns the work of that [J].
 fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
     let square = grid.cell * grid.cell;
-    let node = |n: usize, record: &mut Record| {
+    let node = |n: usize, record: &mut NodeRecord| {
         put_scalar(record, excess[n][0]);
         put_velocity(record, &(Vector::<D>::unit(0) * excess[n][0]));
     };
@@ -348,7 +348,7 @@ fn work_over<const D: usize>(
 }
 
 /// v_I of a field.
-fn velocities<const D: usize>(field: &Field<D>) -> Vec<Vector<D>> {
+fn velocities<const D: usize>(field: &VelocityField<D>) -> Vec<Vector<D>> {
     let velocity = |node: &Node<D>| if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO };
     field.nodes.iter().map(velocity).collect()
 }
@@ -376,7 +376,7 @@ fn rooms<const D: usize>(grid: &Grid<D>, kernel: Kernel) -> Rooms<D> {
     grid.folds.map(|folds| folds.map(|fold| with_shape!(kernel, shape => integrate(shape, fold))))
 }
 
-fn integrate<const S: usize>(shape: impl Shape<S>, fold: Fold) -> [f64; ROWS] {
+fn integrate<const S: usize>(shape: impl ShapeFunction<S>, fold: Fold) -> [f64; ROWS] {
     let mut rooms = [0.0; ROWS];
     let mut add = |row: i32, weight: f64| {
         if let Some(room) = usize::try_from(row).ok().and_then(|row| rooms.get_mut(row)) {

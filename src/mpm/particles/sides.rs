@@ -7,7 +7,7 @@
 use super::regions::Enclosure;
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use crate::mpm::contact::{Facet, Locator, SheetPosition};
+use crate::mpm::contact::{FacetLocator, SheetFacet, SheetPosition};
 use crate::mpm::{BodySetup, Friction, MembraneSetup, Setup};
 use crate::parallel;
 
@@ -19,10 +19,10 @@ const BESIDE: f64 = 1.0;
 pub fn check_sides<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for membrane in &setup.membranes {
-        let facets: Vec<Facet> = membrane.elements.iter().map(|nodes| Facet::new(nodes)).collect();
-        let mut locator = Locator::new(&facets);
+        let facets: Vec<SheetFacet> = membrane.elements.iter().map(|nodes| SheetFacet::new(nodes)).collect();
+        let mut locator = FacetLocator::new(&facets);
         locator.refresh(&facets, &membrane.position, setup.grid.cell);
-        let sheet = Sheet { membrane, facets, locator, cell: setup.grid.cell };
+        let sheet = SheetAtStart { membrane, facets, locator, cell: setup.grid.cell };
         let bodies = setup.bodies.iter().enumerate().filter(|(_, body)| meet(setup, body, &membrane.name));
         if sheet.locator.is_closed() {
             let enclosures = Enclosure::of(0, membrane.elements.iter().map(Vec::as_slice), &membrane.position);
@@ -43,10 +43,10 @@ fn meet<const D: usize>(setup: &Setup<D>, body: &BodySetup<D>, membrane: &str) -
 }
 
 /// A membrane at the start.
-struct Sheet<'a, const D: usize> {
+struct SheetAtStart<'a, const D: usize> {
     membrane: &'a MembraneSetup<D>,
-    facets: Vec<Facet>,
-    locator: Locator<D>,
+    facets: Vec<SheetFacet>,
+    locator: FacetLocator<D>,
     cell: f64,
 }
 
@@ -58,7 +58,7 @@ struct Beside {
     nearest: f64,
 }
 
-impl<const D: usize> Sheet<'_, D> {
+impl<const D: usize> SheetAtStart<'_, D> {
     /// Those of `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
     fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>, reach: f64) -> [Beside; 2] {
         let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
@@ -149,9 +149,9 @@ mod tests {
         let around = |angle: f64, radius: f64| Vector([radius * angle.cos(), radius * angle.sin()]);
         let corner = |k: u32| around(f64::from(k) * std::f64::consts::FRAC_PI_3, 1.0);
         let position: Vec<Vector<2>> = (0..6).map(corner).collect();
-        let facets: Vec<Facet> = (0..6).map(|k| Facet::new(&[k, (k + 1) % 6])).collect();
-        let mut locator = Locator::new(&facets);
-        assert!(locator.is_closed() && !Locator::<2>::new(&facets[..5]).is_closed());
+        let facets: Vec<SheetFacet> = (0..6).map(|k| SheetFacet::new(&[k, (k + 1) % 6])).collect();
+        let mut locator = FacetLocator::new(&facets);
+        assert!(locator.is_closed() && !FacetLocator::<2>::new(&facets[..5]).is_closed());
         locator.refresh(&facets, &position, 0.1);
         let middle = std::f64::consts::FRAC_PI_6;
         for (x, outside) in [(around(middle, 0.9), true), (around(middle, 0.84), false), (corner(1) * 0.95, false)] {

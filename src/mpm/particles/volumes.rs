@@ -24,10 +24,10 @@ use super::shifting::Surroundings;
 use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contact;
 use crate::mpm::contact::FoldedStencil;
-use crate::mpm::grid::Limits;
-use crate::mpm::transfer::{Content, Sweep};
+use crate::mpm::grid::GhostShares;
+use crate::mpm::transfer::{ScatterContent, Sweep};
 use crate::mpm::wall::Walls;
-use crate::mpm::{Body, Field, Grid, Particles};
+use crate::mpm::{Body, Grid, Particles, VelocityField};
 use crate::parallel;
 
 /// Steps between two corrections, and the power β of each.
@@ -60,8 +60,8 @@ pub(in crate::mpm) fn correct<const D: usize>(
             continue;
         }
         let mut sums = vec![[0.0; 2]; grid.node_count()];
-        Sweep::new(grid, body).scatter(&mut sums, body, Content::Pressures);
-        ghosts.fold(&Limits::default(), &mut sums, |_, _, _| {});
+        Sweep::new(grid, body).scatter(&mut sums, body, ScatterContent::Pressures);
+        ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
         let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
         let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);
         lead(grid, contact.stencil(), &pressure, body);
@@ -79,7 +79,7 @@ fn is_clear<const D: usize>(grid: &Grid<D>, walls: &Walls<D>, node: usize) -> bo
 /// p_I by node; zero where it isn't known.
 fn grid_pressure<const D: usize>(
     grid: &Grid<D>,
-    field: &Field<D>,
+    field: &VelocityField<D>,
     body: &Body<D>,
     sums: &[[f64; 2]],
     full: impl Fn(usize) -> bool + Sync,

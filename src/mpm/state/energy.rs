@@ -19,7 +19,7 @@
 //! shows any force that changed a node without being booked.
 
 use crate::math::Vector;
-use crate::mpm::grid::{Field, NodeMotion};
+use crate::mpm::grid::{NodeMotion, VelocityField};
 use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::Summary;
 use crate::mpm::transfer::Reduce;
@@ -178,8 +178,8 @@ impl Energy {
     /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f of stresses that are
     /// updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by one and made by the
     /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost.
-    pub fn leave_unspent<const D: usize>(&mut self, field: &Field<D>, gravity: Vector<D>, dt: f64, kept: f64) {
-        let Field { nodes, applied, velocity, .. } = field;
+    pub fn leave_unspent<const D: usize>(&mut self, field: &VelocityField<D>, gravity: Vector<D>, dt: f64, kept: f64) {
+        let VelocityField { nodes, applied, velocity, .. } = field;
         let nodes = NodeMotion::of(nodes);
         let unspent = 0.5
             * kept

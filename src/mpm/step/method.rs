@@ -1,18 +1,18 @@
 //! The choices of a case, and the clock of a run.
 
 use super::Step;
-use super::schedule::Schedule;
+use super::schedule::SweepSchedule;
 use crate::math::{Signal, Vector};
 use crate::mpm::particles::motion::Landing;
-use crate::mpm::transfer::Parameters;
+use crate::mpm::transfer::OperationParameters;
 use crate::mpm::{Dissipation, Locking, Transfer};
 
 /// The choices of a case that every step follows.
 #[derive(Debug)]
-pub(in crate::mpm) struct Method<const D: usize> {
+pub(in crate::mpm) struct MethodChoices<const D: usize> {
     pub transfer: Transfer,
     /// The sweeps of a step, by stress update and locking.
-    pub schedule: Schedule,
+    pub schedule: SweepSchedule,
     pub locking: Locking,
     /// Time between two noise filters [s].
     pub filter_time: f64,
@@ -24,7 +24,7 @@ pub(in crate::mpm) struct Method<const D: usize> {
     pub gravity: [Signal; D],
 }
 
-impl<const D: usize> Method<D> {
+impl<const D: usize> MethodChoices<D> {
     /// Gravity that is the same everywhere at time `t` acts on the nodes [m/s²]; other gravity on the particles.
     pub fn uniform_gravity(&self, t: f64) -> Vector<D> {
         let uniform = self.gravity.iter().all(Signal::is_uniform);
@@ -53,19 +53,26 @@ impl<const D: usize> Method<D> {
     }
 
     /// The numbers of a step that operations on particles need, with stresses updated over `strain_dt` [s].
-    pub fn parameters(&self, step: &Step, strain_dt: f64, landing: Landing<D>) -> Parameters<D> {
+    pub fn parameters(&self, step: &Step, strain_dt: f64, landing: Landing<D>) -> OperationParameters<D> {
         let blend = match self.locking {
             Locking::None => 0.0,
             Locking::Average { blend } => blend,
         };
         let (momentum_dt, dissipation) = (step.momentum_dt, self.dissipation);
-        Parameters { momentum_dt, pic_share: self.pic_share(momentum_dt), strain_dt, blend, dissipation, landing }
+        OperationParameters {
+            momentum_dt,
+            pic_share: self.pic_share(momentum_dt),
+            strain_dt,
+            blend,
+            dissipation,
+            landing,
+        }
     }
 }
 
 /// The steps that a run has taken, and the next.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::mpm) struct Clock {
+pub(in crate::mpm) struct StepCount {
     /// The last step [s].
     pub dt_before: f64,
     /// The bound of the next step [s].

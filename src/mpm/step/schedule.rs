@@ -16,7 +16,7 @@
 //! `first` and the first half of `average` strain with v⁻ over the interval that led to the positions; `last` with v⁺, the
 //! others with ṽ, over the interval that follows (theory A.8).
 
-use crate::mpm::transfer::{Content, MoveBy, Onto, Operation, Positions, Read, Visit};
+use crate::mpm::transfer::{MoveBy, Onto, Operation, Positions, Read, ScatterContent, Visit};
 use crate::mpm::{Locking, StressUpdate};
 
 /// The velocity of the nodes that strains the bodies after contact.
@@ -47,7 +47,7 @@ pub(in crate::mpm) struct AfterContact {
 
 /// All sweeps over the particles that steps make, by stage.
 #[derive(Debug, Clone)]
-pub(in crate::mpm) struct Schedule {
+pub(in crate::mpm) struct SweepSchedule {
     /// m_I and p_I⁻, Lian (60, 61), and f_I where the stresses are known.
     pub momentum: Vec<Visit>,
     /// σ_p over the interval that led here, Lian (62, 63), and f_I, Lian (17, 18).
@@ -60,7 +60,7 @@ pub(in crate::mpm) struct Schedule {
     intervals: [Option<f64>; 2],
 }
 
-impl Schedule {
+impl SweepSchedule {
     /// The sweeps of a stress update with a cure of locking.
     pub fn new(update: StressUpdate, locking: Locking) -> Self {
         let intervals = match update {
@@ -70,8 +70,8 @@ impl Schedule {
         };
         let averages = locking != Locking::None;
         let content = match intervals {
-            [None, _] if !averages => Content::MomentumAndForce,
-            _ => Content::Momentum,
+            [None, _] if !averages => ScatterContent::MomentumAndForce,
+            _ => ScatterContent::Momentum,
         };
         let strains = intervals[0].is_some();
         Self {
@@ -108,12 +108,12 @@ impl Schedule {
 /// Forces of stresses that are known: none are left where momentum and force were scattered at once.
 fn force(averages: bool) -> Vec<Visit> {
     let Some(average) = averages.then(averaged_force) else { return Vec::new() };
-    vec![Visit::Scatter(Content::Pressures, Onto::Sums), average]
+    vec![Visit::Scatter(ScatterContent::Pressures, Onto::Sums), average]
 }
 
 /// f_I of averaged pressures, from their sums.
 fn averaged_force() -> Visit {
-    Visit::Relay(Read::Averages, vec![Operation::AveragePressure], Content::Force, Onto::Nodes)
+    Visit::Relay(Read::Averages, vec![Operation::AveragePressure], ScatterContent::Force, Onto::Nodes)
 }
 
 /// Strains, updates stresses, and scatters their forces; `changed`: the volumes may have.
@@ -123,13 +123,13 @@ fn strain_and_force(averages: bool, changed: bool) -> Vec<Visit> {
     let at_once = vec![volume_ratio, ReferToStart, Stress];
     let averaged = vec![ReferToStart, AverageVolumeRatio, Stress];
     match (averages, changed) {
-        (false, _) => vec![Visit::Relay(Read::Strain, at_once, Content::Force, Onto::Nodes)],
+        (false, _) => vec![Visit::Relay(Read::Strain, at_once, ScatterContent::Force, Onto::Nodes)],
         (true, false) => {
-            vec![Visit::Relay(Read::Strain, at_once, Content::Pressures, Onto::Sums), averaged_force()]
+            vec![Visit::Relay(Read::Strain, at_once, ScatterContent::Pressures, Onto::Sums), averaged_force()]
         }
         (true, true) => vec![
-            Visit::Relay(Read::Strain, vec![volume_ratio], Content::Volumes, Onto::Sums),
-            Visit::Relay(Read::Averages, averaged, Content::Pressures, Onto::Sums),
+            Visit::Relay(Read::Strain, vec![volume_ratio], ScatterContent::Volumes, Onto::Sums),
+            Visit::Relay(Read::Averages, averaged, ScatterContent::Pressures, Onto::Sums),
             averaged_force(),
         ],
     }
@@ -157,7 +157,7 @@ fn unfiltered(update: StressUpdate, averages: bool) -> AfterContact {
             }
         }
         StressUpdate::ModifiedLast | StressUpdate::Average => {
-            let relay = Visit::Relay(Read::Motion, vec![Rate, Velocity], Content::Momentum, Onto::Velocity);
+            let relay = Visit::Relay(Read::Motion, vec![Rate, Velocity], ScatterContent::Momentum, Onto::Velocity);
             AfterContact { motion: vec![midstep_velocity(), relay], remap: Vec::new(), ..separate }
         }
     }
@@ -173,7 +173,7 @@ fn filtered(update: StressUpdate, averages: bool) -> AfterContact {
     };
     let remapped = strain_velocity == StrainVelocity::Remapped;
     let strained = strain_velocity != StrainVelocity::None;
-    let scatter = Visit::Scatter(Content::Momentum, Onto::Velocity);
+    let scatter = Visit::Scatter(ScatterContent::Momentum, Onto::Velocity);
     AfterContact {
         motion: vec![midstep_velocity(), Visit::Gather(Read::Motion, motion)],
         remap: if remapped { vec![scatter] } else { Vec::new() },
@@ -193,7 +193,7 @@ fn strain_and_land(averages: bool, remapped: bool, move_by: MoveBy) -> Vec<Visit
     let land = Land(move_by);
     if averages {
         return vec![
-            Visit::Relay(Read::Strain, strain, Content::Volumes, Onto::Sums),
+            Visit::Relay(Read::Strain, strain, ScatterContent::Volumes, Onto::Sums),
             Visit::Gather(Read::Averages, vec![AverageVolumeRatio, Stress, land]),
         ];
     }
@@ -207,7 +207,7 @@ mod tests {
 
     /// Sweeps of a step over bodies without external forces.
     fn count(update: StressUpdate, locking: Locking, filter_order: u32) -> usize {
-        let schedule = Schedule::new(update, locking);
+        let schedule = SweepSchedule::new(update, locking);
         let AfterContact { motion, remap, stress, landing, .. } = schedule.after_contact(filter_order);
         let idle = motion.iter().filter(|visit| matches!(visit, Visit::Gather(Read::MidstepVelocity, _))).count();
         let stages = [&schedule.momentum[..], schedule.force(1.0), motion, remap, stress, landing];
@@ -233,7 +233,7 @@ mod tests {
             (StressUpdate::Average, 2),
         ] {
             for (locking, order) in [(Locking::None, 0), (Locking::None, 2), (Locking::Average { blend: 0.5 }, 0)] {
-                let schedule = Schedule::new(update, locking);
+                let schedule = SweepSchedule::new(update, locking);
                 let AfterContact { motion, remap, stress, landing, .. } = schedule.after_contact(order);
                 let all = [&schedule.momentum[..], schedule.force(1.0), motion, remap, stress, landing].concat();
                 let operations = |visit: &Visit| match visit {

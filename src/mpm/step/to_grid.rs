@@ -9,7 +9,7 @@ use crate::mpm::particles::motion::Summary;
 use crate::mpm::state::health;
 use crate::mpm::transfer::{Bins, Visitor};
 use crate::mpm::wall::Bodies;
-use crate::mpm::{Field, Mpm};
+use crate::mpm::{Mpm, VelocityField};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -74,7 +74,7 @@ impl<const D: usize> Mpm<D> {
         }
         grid.with_field(field, |grid, own| {
             if strain_dt.is_some() {
-                let Field { nodes, velocity, limits, .. } = own;
+                let VelocityField { nodes, velocity, limits, .. } = own;
                 parallel::map_into(nodes, velocity, |node| {
                     if node.mass > 0.0 { node.momentum / node.mass } else { Vector::ZERO }
                 });
@@ -93,7 +93,7 @@ impl<const D: usize> Mpm<D> {
         let (gravity, dt) = (self.method.uniform_gravity(step.t), step.momentum_dt);
         let Self { grid, walls, bodies, coupling, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, applied, cutoffs, .. } = own;
+            let VelocityField { nodes, applied, cutoffs, .. } = own;
             applied.resize(nodes.len(), Vector::ZERO);
             TrialMomentum { gravity, dt, cutoffs: *cutoffs }.advance(grid, nodes, applied);
             let shielded = |x, normal, distance| coupling.lies_between(grid.cell, field, x, normal, distance);

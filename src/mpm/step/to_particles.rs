@@ -11,7 +11,7 @@ use crate::mpm::state::health;
 use crate::mpm::stress::filter::{Filter, divide_by_mass};
 use crate::mpm::stress::heat;
 use crate::mpm::transfer::Visitor;
-use crate::mpm::{Field, Mpm, Node};
+use crate::mpm::{Mpm, Node, VelocityField};
 use crate::parallel;
 
 impl<const D: usize> Mpm<D> {
@@ -21,7 +21,7 @@ impl<const D: usize> Mpm<D> {
         let gravity = self.method.uniform_gravity(step.t);
         let Self { grid, walls, ghosts, energy, .. } = self;
         grid.with_field(field, |grid, own| {
-            let Field { nodes, applied, limits, .. } = own;
+            let VelocityField { nodes, applied, limits, .. } = own;
             let finish = |node: &mut Node<D>, applied: &mut Vector<D>| {
                 if node.mass <= 0.0 {
                     return ForceWork::default();
@@ -84,7 +84,7 @@ impl<const D: usize> Mpm<D> {
         match self.method.schedule.after_contact(self.filter_order).strain_velocity {
             StrainVelocity::None => return Ok(()),
             StrainVelocity::Nodes => {
-                let Field { nodes, velocity, .. } = &mut self.grid.fields[field];
+                let VelocityField { nodes, velocity, .. } = &mut self.grid.fields[field];
                 parallel::map_into(NodeMotion::of(nodes), velocity, NodeMotion::velocity);
             }
             StrainVelocity::Remapped => self.remap(field, step)?,
@@ -106,7 +106,7 @@ impl<const D: usize> Mpm<D> {
         grid.with_field(field, |grid, own| {
             let visitor = Visitor { executor: &**executor, grid, ghosts, parameters };
             members[field].iter().try_for_each(|&number| visitor.run(visits, own, &mut bodies[number]))?;
-            let Field { nodes, velocity, limits, small, .. } = own;
+            let VelocityField { nodes, velocity, limits, small, .. } = own;
             ghosts.fold(limits, velocity, |_, _, _| {});
             divide_by_mass(nodes, small, velocity);
             walls.constrain_velocity(grid, field, nodes, velocity, step.after());

@@ -17,7 +17,7 @@ use super::heat::nodal;
 use crate::math::Vector;
 use crate::mpm::grid::{Node, SmallMassNode};
 use crate::mpm::particles::Body;
-use crate::mpm::transfer::{Content, Gathering, Nodal, Operation, Operations, Scattering, Targets, Visitor};
+use crate::mpm::transfer::{Gathering, Nodal, Operation, Operations, ScatterContent, Scattering, Targets, Visitor};
 use crate::mpm::wall::{Pushes, Walls};
 use crate::parallel::{self, CHUNK};
 
@@ -79,7 +79,7 @@ impl<const D: usize> Filter<'_, D> {
         velocity.resize(field.nodes.len(), Vector::ZERO);
         for body in bodies {
             let targets = Targets::Momentum(&mut velocity);
-            executor.scatter(grid, body, Scattering { content: Content::Momentum, targets });
+            executor.scatter(grid, body, Scattering { content: ScatterContent::Momentum, targets });
         }
         pushes.fold(ghosts, &field.limits, &mut velocity, times);
         divide_by_mass(&field.nodes, &field.small, &mut velocity);

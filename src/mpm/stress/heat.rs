@@ -29,7 +29,7 @@
 
 use crate::math::Vector;
 use crate::mpm::Dissipation;
-use crate::mpm::grid::{Field, Ghosts, Limits, NodeMotion};
+use crate::mpm::grid::{GhostShares, Ghosts, NodeMotion, VelocityField};
 use crate::mpm::particles::Body;
 use crate::mpm::transfer::Chunk;
 use crate::parallel::{self, CHUNK};
@@ -44,7 +44,7 @@ impl Dissipation {
 /// A number on each of `count` nodes, ghosts filled, for the scalar slot of a gather.
 pub(in crate::mpm) fn nodal<const D: usize>(
     ghosts: &Ghosts<D>,
-    limits: &Limits,
+    limits: &GhostShares,
     count: usize,
     number: impl Fn(usize) -> f64 + Sync + Send,
 ) -> Vec<[f64; 1]> {
@@ -54,8 +54,12 @@ pub(in crate::mpm) fn nodal<const D: usize>(
 }
 
 /// h_I/m_I [J/kg] of a field whose nodes hold (m, v⁺, a), and ṽ as velocities; `dt` is the step of the momentum [s].
-pub(in crate::mpm) fn of_contact<const D: usize>(ghosts: &Ghosts<D>, field: &Field<D>, dt: f64) -> Vec<[f64; 1]> {
-    let Field { nodes, applied, velocity, limits, .. } = field;
+pub(in crate::mpm) fn of_contact<const D: usize>(
+    ghosts: &Ghosts<D>,
+    field: &VelocityField<D>,
+    dt: f64,
+) -> Vec<[f64; 1]> {
+    let VelocityField { nodes, applied, velocity, limits, .. } = field;
     let nodes = NodeMotion::of(nodes);
     nodal(ghosts, limits, nodes.len(), |n| {
         let node = &nodes[n];

@@ -2,21 +2,21 @@
 //! an averaged volume ratio (`update` has the equations).
 
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
-use crate::mpm::transfer::{CHUNK, Chunk, Column, Positions, Rows};
+use crate::mpm::transfer::{CHUNK, Chunk, ChunkColumn, Positions, Rows};
 
 /// Sets the volume ratios of a chunk: det(1 + Δt L), or 1/det(1 − Δt L) for gradients over the positions at the end.
 pub(in crate::mpm) fn measure<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, positions: Positions) {
-    widest(Measure { rows: chunk.rows, volume_ratio: chunk.particles.volume_ratio, dt, positions });
+    widest(VolumeRatios { rows: chunk.rows, volume_ratio: chunk.particles.volume_ratio, dt, positions });
 }
 
-struct Measure<'a, const D: usize> {
+struct VolumeRatios<'a, const D: usize> {
     rows: &'a Rows<D>,
     volume_ratio: &'a mut [f64],
     dt: f64,
     positions: Positions,
 }
 
-impl<const D: usize> Task for Measure<'_, D> {
+impl<const D: usize> Task for VolumeRatios<'_, D> {
     type Output = ();
 
     #[inline(always)]
@@ -127,7 +127,7 @@ pub(in crate::mpm) fn blend_volume_ratio<const D: usize>(chunk: &mut Chunk<'_, D
 
 /// As [`blend_volume_ratio`], and scales the gradients to fit.
 pub(in crate::mpm) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mut Chunk<'_, D>, dt: f64, blend: f64) {
-    let mut change: Column = [0.0; CHUNK + WIDTH];
+    let mut change: ChunkColumn = [0.0; CHUNK + WIDTH];
     let columns = chunk.particles.volume_ratio.iter_mut().zip(&chunk.rows.scalar).zip(&mut change);
     for ((volume_ratio, mean), change) in columns {
         let more = blend * (mean - *volume_ratio);
@@ -146,7 +146,7 @@ pub(in crate::mpm) fn blend_volume_ratio_and_gradient<const D: usize>(chunk: &mu
 /// Scales gradients: (1 + Δt L) ← (1 + g) (1 + Δt L).
 struct ScaleGradient<'a, const D: usize> {
     rows: &'a mut Rows<D>,
-    growth: &'a Column,
+    growth: &'a ChunkColumn,
     count: usize,
     per_dt: f64,
 }
@@ -175,7 +175,7 @@ const NEARLY_ONE: f64 = 0.1;
 
 /// g with (1 + g)^D = 1 + change, in place of the changes.
 struct Grow<'a> {
-    change: &'a mut Column,
+    change: &'a mut ChunkColumn,
     count: usize,
     dimension: usize,
 }

@@ -1,13 +1,13 @@
 //! The executor of the visits of a step: the seam between the algorithm and the way in which its sums are computed.
 
 use super::gather::Reduce;
-use super::operations::{Operations, Parameters};
-use super::source::Content;
+use super::operations::{OperationParameters, Operations};
+use super::source::ScatterContent;
 use super::view::View;
 use super::visit::{Onto, Operation, Read, Visit};
 use crate::error::StepError;
 use crate::math::Vector;
-use crate::mpm::grid::{Field, Ghosts, Grid, Node, NodeMotion};
+use crate::mpm::grid::{Ghosts, Grid, Node, NodeMotion, VelocityField};
 use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::{Landing, Summary};
 use crate::mpm::state::health;
@@ -43,7 +43,7 @@ pub(in crate::mpm) struct Gathering<'a, const D: usize> {
 
 /// A scatter: the quantities, and the nodes that they are added to.
 pub(in crate::mpm) struct Scattering<'a, const D: usize> {
-    pub content: Content,
+    pub content: ScatterContent,
     pub targets: Targets<'a, D>,
 }
 
@@ -86,7 +86,7 @@ pub(in crate::mpm) struct Visitor<'a, const D: usize> {
     /// Its ghosts.
     pub ghosts: &'a Ghosts<D>,
     /// The numbers of the step.
-    pub parameters: Parameters<D>,
+    pub parameters: OperationParameters<D>,
 }
 
 impl<const D: usize> Visitor<'_, D> {
@@ -94,7 +94,7 @@ impl<const D: usize> Visitor<'_, D> {
     ///
     /// # Errors
     /// When a particle's volume would become negative or is not a number.
-    pub fn run(&self, visits: &[Visit], field: &mut Field<D>, body: &mut Body<D>) -> Result<(), StepError> {
+    pub fn run(&self, visits: &[Visit], field: &mut VelocityField<D>, body: &mut Body<D>) -> Result<(), StepError> {
         for visit in visits {
             let summary = self.visit(visit, field, body);
             if summary.inverted {
@@ -105,7 +105,7 @@ impl<const D: usize> Visitor<'_, D> {
         Ok(())
     }
 
-    fn visit(&self, visit: &Visit, field: &mut Field<D>, body: &mut Body<D>) -> Summary {
+    fn visit(&self, visit: &Visit, field: &mut VelocityField<D>, body: &mut Body<D>) -> Summary {
         let &Self { executor, grid, .. } = self;
         match visit {
             Visit::Scatter(content, onto) => {
@@ -133,7 +133,7 @@ impl<const D: usize> Visitor<'_, D> {
         &self,
         read: Read,
         list: &'a [Operation],
-        field: &mut Field<D>,
+        field: &mut VelocityField<D>,
         body: &mut Body<D>,
     ) -> Operations<'a, D> {
         if read == Read::Averages {
@@ -171,14 +171,14 @@ struct Lent<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Lent<'a, D> {
-    fn scattering(self, content: Content) -> Scattering<'a, D> {
+    fn scattering(self, content: ScatterContent) -> Scattering<'a, D> {
         Scattering { content, targets: self.targets.expect("a scatter has nodes to add to") }
     }
 }
 
 /// Lends the arrays of a field, one of them to be added to; sums start from zero.
-fn lend<const D: usize>(field: &mut Field<D>, onto: Option<Onto>) -> Lent<'_, D> {
-    let Field { nodes, velocity, heat, sums, means, .. } = field;
+fn lend<const D: usize>(field: &mut VelocityField<D>, onto: Option<Onto>) -> Lent<'_, D> {
+    let VelocityField { nodes, velocity, heat, sums, means, .. } = field;
     let (motion, velocity, targets): (&[Node<D>], &[Vector<D>], _) = match onto {
         None => (nodes, velocity, None),
         Some(Onto::Nodes) => (&[], velocity, Some(Targets::Nodes(nodes))),

@@ -2,16 +2,16 @@
 
 use super::Sweep;
 use super::bins::tile_origin;
-use super::group::Group;
+use super::group::LaneGroup;
 use super::tile::{PLANE, TILE};
 use crate::math::Vector;
 use crate::math::simd::Lanes;
 use crate::mpm::grid::Fold;
-use crate::mpm::grid::kernel::{Shape, Weights};
+use crate::mpm::grid::kernel::{ShapeFunction, Weights};
 
 /// Positions to tile coordinates: s = x · scale − shift.
 #[derive(Clone, Copy)]
-pub(crate) struct Frame<const D: usize> {
+pub(crate) struct TileFrame<const D: usize> {
     /// 1/h [1/m].
     pub scale: f64,
     shift: [f64; 3],
@@ -21,7 +21,7 @@ pub(crate) struct Frame<const D: usize> {
 /// Ends of the domain beyond which ghosts extrapolate, in tile coordinates; `None` where there is none in the tile.
 type Ends<const D: usize> = [[Option<f64>; 2]; D];
 
-impl<const D: usize> Frame<D> {
+impl<const D: usize> TileFrame<D> {
     /// The tile of a block.
     pub fn new(sweep: &Sweep<'_, D>, block: [i32; D]) -> Self {
         let scale = 1.0 / sweep.cell;
@@ -52,7 +52,7 @@ impl<const D: usize> Frame<D> {
 
     /// Tile coordinates of a group of particles.
     #[inline(always)]
-    pub fn coordinates<L: Lanes>(&self, group: Group, position: &[Vector<D>]) -> [L; D] {
+    pub fn coordinates<L: Lanes>(&self, group: LaneGroup, position: &[Vector<D>]) -> [L; D] {
         let mut s = group.vectors::<L, D>(position);
         for (s, shift) in s.iter_mut().zip(self.shift) {
             *s = s.mul(L::splat(self.scale)).sub(L::splat(shift));
@@ -64,7 +64,7 @@ impl<const D: usize> Frame<D> {
 /// First node of the support along an axis. A particle beyond the slack is caught before a sweep; the clamp keeps a
 /// bug from reading elsewhere.
 #[inline(always)]
-pub(crate) fn base<L: Lanes, S: Shape<W>, const W: usize>(shape: S, s: L) -> L {
+pub(crate) fn base<L: Lanes, S: ShapeFunction<W>, const W: usize>(shape: S, s: L) -> L {
     shape.base(s).max(L::splat(0.0)).min(L::splat((TILE - W) as f64))
 }
 
@@ -81,7 +81,7 @@ pub(crate) fn tile_number<L: Lanes, const D: usize>(base: &[L; D]) -> L {
 
 /// Weights along all axes.
 #[inline(always)]
-pub(crate) fn weights<L: Lanes, S: Shape<W>, const W: usize, const D: usize>(
+pub(crate) fn weights<L: Lanes, S: ShapeFunction<W>, const W: usize, const D: usize>(
     shape: S,
     s: &[L; D],
     base: &[L; D],

@@ -1,15 +1,15 @@
 //! Grid to particles: velocity, acceleration, Lian (65, 19), velocity gradient, Lian (62, 63), affine moment (APIC).
 
 use super::bins::Bin;
-use super::frame::Frame;
-use super::gather_kernel::{self, Gathered, Sums};
+use super::frame::TileFrame;
+use super::gather_kernel::{self, GatherSums, Gathered};
 use super::place::{Places, put};
 use super::rows::{CHUNK, Rows};
-use super::tile::{Extent, Record, TILE_NODES, Tile, for_each_run};
+use super::tile::{Extent, NodeRecord, TILE_NODES, Tile, for_each_run};
 use super::view::View;
 use super::{Kernel, Sweep};
 use crate::math::simd::{Lanes, Task, widest};
-use crate::mpm::grid::kernel::{Shape, with_shape};
+use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
 
 /// Few enough bins for one thread.
 const FEW: usize = 16;
@@ -48,13 +48,13 @@ impl GatherFields {
     }
 }
 
-/// Makes the types of [`Sums`].
+/// Makes the types of [`GatherSums`].
 macro_rules! sums {
     ($($Name:ident: $from:expr, $to:expr, $slopes:expr;)+) => {
         $(
             #[derive(Clone, Copy)]
             struct $Name;
-            impl Sums for $Name {
+            impl GatherSums for $Name {
                 const FROM: usize = $from;
                 const TO: fn(usize) -> usize = $to;
                 const SLOPES: [bool; 2] = $slopes;
@@ -88,26 +88,54 @@ impl Reduce for f64 {
     }
 }
 
+/// Fills the tile of a block, given its slots and extent: called once per block, so that the visits are compiled once for all that they may read.
+pub(crate) type FillTile<'a> = &'a (dyn Fn(&[u32], &Extent, &mut Tile) + Sync);
+
+/// Copies the nodes of a block to its tile; `node` sets what is read of each.
+pub(crate) fn fill_tile<const D: usize>(
+    slots: &[u32],
+    extent: &Extent,
+    tile: &mut Tile,
+    node: &impl Fn(usize, &mut NodeRecord),
+) {
+    for_each_run::<D>(slots, extent, |first, t, count| {
+        for (i, record) in tile[t..t + count].iter_mut().enumerate() {
+            node(first + i, record);
+        }
+    });
+}
+
 impl<const D: usize> Sweep<'_, D> {
     /// Visits all particles, a chunk at a time, with what the nodes say there. `node` sets what is read of a node's record:
     /// a scalar, the velocity, the acceleration.
     pub fn gather<A: Reduce>(
         &self,
-        node: impl Fn(usize, &mut Record) + Sync,
+        node: impl Fn(usize, &mut NodeRecord) + Sync,
         particles: View<'_, D>,
         fields: GatherFields,
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
     ) -> A {
-        let all = Part { bins: &self.bins.bins, slots: &self.bins.slots, extents: &self.bins.extents };
-        split(all, particles, &|part: Part<'_, D>, particles: View<'_, D>| {
-            let mut reader = Reader::default();
+        let fill = |slots: &[u32], extent: &Extent, tile: &mut Tile| fill_tile::<D>(slots, extent, tile, &node);
+        self.gather_filled(&fill, particles, fields, &visit)
+    }
+
+    fn gather_filled<A: Reduce>(
+        &self,
+        fill: FillTile<'_>,
+        particles: View<'_, D>,
+        fields: GatherFields,
+        visit: &(dyn Fn(&mut Chunk<'_, D>) -> A + Sync),
+    ) -> A {
+        let all = BinRun { bins: &self.bins.bins, slots: &self.bins.slots, extents: &self.bins.extents };
+        split(all, particles, &|part: BinRun<'_, D>, particles: View<'_, D>| {
+            let mut reader = NodeReader::default();
             let mut sum = A::default();
             let (bins, mut rest) = (part.bins.iter().zip(part.slots).zip(part.extents), particles);
             for ((bin, slots), extent) in bins {
                 let (mine, others) = rest.split_at(bin.range.len());
                 rest = others;
-                reader.fill(slots, extent, &node);
-                let frame = Frame::new(self, bin.block);
+                fill(slots, extent, &mut reader.tile);
+                let frame = TileFrame::new(self, bin.block);
                 sum = sum.plus(reader.read(self.kernel, frame, mine, fields, |chunk, _| visit(chunk)));
             }
             sum
@@ -116,33 +144,25 @@ impl<const D: usize> Sweep<'_, D> {
 }
 
 /// The memory in which a thread reads nodes at particles.
-pub(crate) struct Reader<const D: usize> {
-    tile: Box<Tile>,
+pub(crate) struct NodeReader<const D: usize> {
+    /// The nodes of a block.
+    pub tile: Box<Tile>,
     places: Box<Places<D>>,
     rows: Box<Rows<D>>,
 }
 
-impl<const D: usize> Default for Reader<D> {
+impl<const D: usize> Default for NodeReader<D> {
     fn default() -> Self {
-        Self { tile: Box::new([Record::default(); TILE_NODES]), places: Box::default(), rows: Box::default() }
+        Self { tile: Box::new([NodeRecord::default(); TILE_NODES]), places: Box::default(), rows: Box::default() }
     }
 }
 
-impl<const D: usize> Reader<D> {
-    /// Copies the nodes of a block's tile.
-    pub fn fill(&mut self, slots: &[u32], extent: &Extent, node: &impl Fn(usize, &mut Record)) {
-        for_each_run::<D>(slots, extent, |first, t, count| {
-            for (i, record) in self.tile[t..t + count].iter_mut().enumerate() {
-                node(first + i, record);
-            }
-        });
-    }
-
+impl<const D: usize> NodeReader<D> {
     /// Visits the particles of a block, a chunk at a time.
     pub fn read<A: Reduce>(
         &mut self,
         kernel: Kernel,
-        frame: Frame<D>,
+        frame: TileFrame<D>,
         mut particles: View<'_, D>,
         fields: GatherFields,
         mut visit: impl FnMut(&mut Chunk<'_, D>, &Places<D>) -> A,
@@ -175,27 +195,27 @@ fn gather_chunk<const D: usize>(
 
 /// Consecutive bins.
 #[derive(Clone, Copy)]
-struct Part<'a, const D: usize> {
+struct BinRun<'a, const D: usize> {
     bins: &'a [Bin<D>],
     slots: &'a [Vec<u32>],
     extents: &'a [Extent],
 }
 
-impl<const D: usize> Part<'_, D> {
+impl<const D: usize> BinRun<'_, D> {
     fn split_at(&self, n: usize) -> (Self, Self) {
         let (bins, slots, extents) = (self.bins.split_at(n), self.slots.split_at(n), self.extents.split_at(n));
         (
-            Part { bins: bins.0, slots: slots.0, extents: extents.0 },
-            Part { bins: bins.1, slots: slots.1, extents: extents.1 },
+            BinRun { bins: bins.0, slots: slots.0, extents: extents.0 },
+            BinRun { bins: bins.1, slots: slots.1, extents: extents.1 },
         )
     }
 }
 
 /// Hands halves of the bins to other threads until few are left; the tree depends on the number of bins only.
 fn split<const D: usize, A: Reduce>(
-    part: Part<'_, D>,
+    part: BinRun<'_, D>,
     particles: View<'_, D>,
-    work: &(impl Fn(Part<'_, D>, View<'_, D>) -> A + Sync),
+    work: &(impl Fn(BinRun<'_, D>, View<'_, D>) -> A + Sync),
 ) -> A {
     if part.bins.len() <= FEW {
         return work(part, particles);
@@ -216,7 +236,7 @@ struct ChunkGather<'a, S, const W: usize, const D: usize> {
     rows: &'a mut Rows<D>,
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W, D> {
+impl<S: ShapeFunction<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W, D> {
     type Output = usize;
 
     #[inline(always)]
@@ -232,11 +252,11 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for ChunkGather<'_, S, W,
     }
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
+impl<S: ShapeFunction<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
     /// Takes runs of particles with the same support, eight at a time: what is stored beyond a run is wrong, and is
     /// replaced by the next.
     #[inline(always)]
-    fn sums<L: Lanes, Q: Sums>(self) -> usize {
+    fn sums<L: Lanes, Q: GatherSums>(self) -> usize {
         let (mut p, mut visits) = (0, 0);
         while p < self.places.len() {
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
@@ -251,7 +271,12 @@ impl<S: Shape<W>, const W: usize, const D: usize> ChunkGather<'_, S, W, D> {
 
 /// Stores the sums of eight particles.
 #[inline(always)]
-fn put_rows<L: Lanes, Q: Sums, const D: usize>(sums: &Gathered<L, D>, per_cell: f64, p: usize, rows: &mut Rows<D>) {
+fn put_rows<L: Lanes, Q: GatherSums, const D: usize>(
+    sums: &Gathered<L, D>,
+    per_cell: f64,
+    p: usize,
+    rows: &mut Rows<D>,
+) {
     for lane in Q::FROM..(Q::TO)(D) {
         let column = match lane {
             0 => &mut rows.scalar,

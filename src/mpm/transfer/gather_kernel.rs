@@ -15,7 +15,7 @@ use crate::math::simd::{Lanes, WIDTH};
 use crate::mpm::grid::kernel::Weights;
 
 /// The sums that a gather forms, as a type: unused ones are never computed.
-pub(crate) trait Sums: Copy {
+pub(crate) trait GatherSums: Copy {
     /// The first lane of a record that is read: 0 the scalar, 1 the velocity.
     const FROM: usize;
     /// One past the last lane that is read, in so many dimensions: the scalar's, the velocity's, or the acceleration's.
@@ -43,7 +43,7 @@ impl<L: Lanes, const D: usize> Gathered<L, D> {
 
     /// Adds a part of lower dimension with the weight `n`; its value enters the slope along `axis` with `slopes`.
     #[inline(always)]
-    fn add<Q: Sums>(&mut self, part: &Self, n: L, slopes: [L; 2], axis: usize) {
+    fn add<Q: GatherSums>(&mut self, part: &Self, n: L, slopes: [L; 2], axis: usize) {
         for lane in Q::FROM..(Q::TO)(D) {
             self.value[lane] = part.value[lane].mul_add(n, self.value[lane]);
         }
@@ -65,7 +65,7 @@ impl<L: Lanes, const D: usize> Gathered<L, D> {
 
 /// Gathers for eight particles whose supports begin at the tile's node `first`.
 #[inline(always)]
-pub(crate) fn gather<L: Lanes, Q: Sums, const W: usize, const D: usize>(
+pub(crate) fn gather<L: Lanes, Q: GatherSums, const W: usize, const D: usize>(
     tile: &Tile,
     first: usize,
     weights: &[Weights<L, W>; D],

@@ -5,12 +5,12 @@ use crate::math::simd::{Lanes, WIDTH};
 
 /// Up to eight consecutive particles. Lanes beyond the last hold numbers of its neighbours, or its own.
 #[derive(Clone, Copy)]
-pub(crate) struct Group {
+pub(crate) struct LaneGroup {
     first: usize,
     count: usize,
 }
 
-impl Group {
+impl LaneGroup {
     /// `count` particles from `first` on, at most eight.
     #[inline(always)]
     pub fn new(first: usize, count: usize) -> Self {

@@ -13,7 +13,7 @@ use crate::mpm::{Dissipation, Grid};
 
 /// The numbers of a step that operations need.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::mpm) struct Parameters<const D: usize> {
+pub(in crate::mpm) struct OperationParameters<const D: usize> {
     /// Step of the momentum [s].
     pub momentum_dt: f64,
     /// PIC share of the velocities.
@@ -51,8 +51,8 @@ pub(in crate::mpm) struct Operations<'a, const D: usize> {
 
 impl<'a, const D: usize> Operations<'a, D> {
     /// Those of `list` for a body.
-    pub fn new(list: &'a [Operation], parameters: &Parameters<D>, grid: &Grid<D>, body: &Body<D>) -> Self {
-        let &Parameters { momentum_dt, pic_share, strain_dt, blend, dissipation, landing } = parameters;
+    pub fn new(list: &'a [Operation], parameters: &OperationParameters<D>, grid: &Grid<D>, body: &Body<D>) -> Self {
+        let &OperationParameters { momentum_dt, pic_share, strain_dt, blend, dissipation, landing } = parameters;
         let solid = body.particles.affine.is_empty() && body.law.keeps_shape();
         Self {
             list,

@@ -1,13 +1,13 @@
 //! The places of the particles of a chunk in their tile: found once for all that a visit does.
 
 use super::Kernel;
-use super::frame::{self, Frame};
-use super::group::Group;
-use super::rows::{CHUNK, Column};
+use super::frame::{self, TileFrame};
+use super::group::LaneGroup;
+use super::rows::{CHUNK, ChunkColumn};
 use super::tile::Extent;
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Task, WIDTH, widest};
-use crate::mpm::grid::kernel::{Shape, Weights, with_shape};
+use crate::mpm::grid::kernel::{ShapeFunction, Weights, with_shape};
 
 /// The first node of an empty lane.
 const NOWHERE: f64 = -1.0;
@@ -15,9 +15,9 @@ const NOWHERE: f64 = -1.0;
 /// Tile coordinates of the particles of a chunk, and where their supports begin.
 #[repr(C, align(64))]
 pub(crate) struct Places<const D: usize> {
-    s: [Column; D],
+    s: [ChunkColumn; D],
     /// The number of the first node, a whole number.
-    first: Column,
+    first: ChunkColumn,
     len: usize,
 }
 
@@ -29,7 +29,7 @@ impl<const D: usize> Default for Places<D> {
 
 impl<const D: usize> Places<D> {
     /// Places at most a chunk of particles. Returns the part of the tile that they reach.
-    pub fn locate(&mut self, kernel: Kernel, frame: Frame<D>, positions: &[Vector<D>]) -> Extent {
+    pub fn locate(&mut self, kernel: Kernel, frame: TileFrame<D>, positions: &[Vector<D>]) -> Extent {
         with_shape!(kernel, shape => widest(Locate { places: self, shape, frame, positions }))
     }
 
@@ -57,7 +57,11 @@ impl<const D: usize> Places<D> {
 
     /// Weights of the run from particle `p` on, and where its support begins. Lanes beyond the run mean nothing.
     #[inline(always)]
-    pub fn weights<L: Lanes, S: Shape<W>, const W: usize>(&self, shape: S, p: usize) -> ([Weights<L, W>; D], [L; D]) {
+    pub fn weights<L: Lanes, S: ShapeFunction<W>, const W: usize>(
+        &self,
+        shape: S,
+        p: usize,
+    ) -> ([Weights<L, W>; D], [L; D]) {
         let mut s = [L::splat(0.0); D];
         let mut base = s;
         for axis in 0..D {
@@ -71,11 +75,11 @@ impl<const D: usize> Places<D> {
 struct Locate<'a, S, const W: usize, const D: usize> {
     places: &'a mut Places<D>,
     shape: S,
-    frame: Frame<D>,
+    frame: TileFrame<D>,
     positions: &'a [Vector<D>],
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize> Task for Locate<'_, S, W, D> {
+impl<S: ShapeFunction<W>, const W: usize, const D: usize> Task for Locate<'_, S, W, D> {
     type Output = Extent;
 
     #[inline(always)]
@@ -84,7 +88,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for Locate<'_, S, W, D> {
         let n = positions.len().min(CHUNK);
         let (mut lowest, mut highest) = ([L::splat(f64::INFINITY); D], [L::splat(0.0); D]);
         for p in (0..n).step_by(WIDTH) {
-            let group = Group::new(p, n - p);
+            let group = LaneGroup::new(p, n - p);
             let s = frame.coordinates::<L>(group, positions);
             let mut base = s;
             for axis in 0..D {
@@ -103,12 +107,12 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for Locate<'_, S, W, D> {
 
 /// Eight numbers of a column.
 #[inline(always)]
-pub(crate) fn get<L: Lanes>(p: usize, column: &Column) -> L {
+pub(crate) fn get<L: Lanes>(p: usize, column: &ChunkColumn) -> L {
     L::load(column[p..].first_chunk().expect("columns end eight numbers beyond the chunk"))
 }
 
 /// Stores eight numbers of a column.
 #[inline(always)]
-pub(crate) fn put<L: Lanes>(lanes: L, p: usize, column: &mut Column) {
+pub(crate) fn put<L: Lanes>(lanes: L, p: usize, column: &mut ChunkColumn) {
     lanes.store(column[p..].first_chunk_mut().expect("columns end eight numbers beyond the chunk"));
 }

@@ -17,14 +17,14 @@
 use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
 use super::gather::Reduce;
 use super::operations::Operations;
-use super::source::{Content, mean_pressure};
+use super::source::{ScatterContent, mean_pressure};
 use super::tile::Extent;
 use super::view::View;
 use super::visit::{MoveBy, Operation, Positions};
 use crate::material::PointLaw;
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::Grid;
-use crate::mpm::grid::kernel::{Shape, with_shape};
+use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
 use crate::mpm::grid::stencil::Stencil;
 use crate::mpm::grid::{Fold, Node};
 use crate::mpm::particles::Body;
@@ -42,10 +42,10 @@ impl<const D: usize> Executor<D> for Plain {
         body.bins.extents.fill(Extent::whole::<D>());
         with_shape!(body.kernel, shape => match targets {
             Targets::Nodes(nodes) => {
-                if content != Content::Force {
+                if content != ScatterContent::Force {
                     scatter_mass_and_momentum(shape, grid, body, nodes);
                 }
-                if content != Content::Momentum {
+                if content != ScatterContent::Momentum {
                     scatter_force(shape, grid, body, nodes);
                 }
             }
@@ -70,13 +70,17 @@ impl<const D: usize> Executor<D> for Plain {
 
 /// The stencil of a particle, whose blocks the step has activated.
 #[inline(always)]
-fn stencil<const D: usize, const S: usize>(grid: &Grid<D>, shape: impl Shape<S>, x: Vector<D>) -> Stencil<D, S> {
+fn stencil<const D: usize, const S: usize>(
+    grid: &Grid<D>,
+    shape: impl ShapeFunction<S>,
+    x: Vector<D>,
+) -> Stencil<D, S> {
     Stencil::new(grid, shape, x).expect("blocks around every particle are active")
 }
 
 /// Mass and momentum of the particles, Lian (60, 61).
 pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
+    shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
     body: &Body<D>,
     nodes: &mut [Node<D>],
@@ -91,7 +95,7 @@ pub(super) fn scatter_mass_and_momentum<const D: usize, const S: usize>(
 
 /// Their momentum alone.
 fn scatter_momentum<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
+    shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
     body: &Body<D>,
     momentum: &mut [Vector<D>],
@@ -106,7 +110,7 @@ fn scatter_momentum<const D: usize, const S: usize>(
 /// A ghost beyond a wall that extrapolates hands 2 N_g to the node on the wall and −N_g to the next; there the affine part is
 /// that of the place of the node that receives it (theory A.3).
 fn momentum_of<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
+    shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
     body: &Body<D>,
     p: usize,
@@ -135,7 +139,7 @@ fn momentum_of<const D: usize, const S: usize>(
 
 /// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces, Lian (17, 18).
 pub(super) fn scatter_force<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
+    shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
     body: &Body<D>,
     nodes: &mut [Node<D>],
@@ -155,16 +159,16 @@ pub(super) fn scatter_force<const D: usize, const S: usize>(
 
 /// Σ V N and Σ V q N, where q is the volume ratio or the pressure (theory A.10).
 fn scatter_sums<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
+    shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
     body: &Body<D>,
-    content: Content,
+    content: ScatterContent,
     sums: &mut [[f64; 2]],
 ) {
     let particles = &body.particles;
     for p in 0..particles.len() {
         let q = match content {
-            Content::Volumes => body.work.volume_ratio[p],
+            ScatterContent::Volumes => body.work.volume_ratio[p],
             _ => pressure(particles.pressure[p], particles.stress.get(p), D),
         };
         let v = particles.volume[p];
@@ -197,7 +201,7 @@ pub(super) struct Sums<const D: usize> {
 
 /// Gathers at the place `x` [m].
 pub(super) fn gather<const D: usize, const S: usize>(
-    shape: impl Shape<S>,
+    shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
     x: Vector<D>,
     nodal: Nodal<'_, D>,

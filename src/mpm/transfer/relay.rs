@@ -1,11 +1,11 @@
 //! Grid to particles to grid in one visit: what particles make of the nodes is sent on while they are at hand.
 
 use super::Sweep;
-use super::frame::Frame;
-use super::gather::{Chunk, GatherFields, Reader, Reduce};
+use super::frame::TileFrame;
+use super::gather::{Chunk, FillTile, GatherFields, NodeReader, Reduce, fill_tile};
 use super::scatter::{SharedNodes, Target};
-use super::source::{Content, Source};
-use super::tile::Record;
+use super::source::{ScatterContent, ScatterSource};
+use super::tile::{Extent, NodeRecord, Tile};
 use super::view::View;
 use crate::parallel::parts_mut;
 use rayon::prelude::*;
@@ -15,12 +15,25 @@ impl<const D: usize> Sweep<'_, D> {
     /// scatters them to `targets` (as [`Self::scatter`]), whose nodes are others than those that are read.
     pub fn relay<T: Target<D>, A: Reduce>(
         &self,
-        node: impl Fn(usize, &mut Record) + Sync,
+        node: impl Fn(usize, &mut NodeRecord) + Sync,
         particles: View<'_, D>,
         fields: GatherFields,
-        content: Content,
+        content: ScatterContent,
         targets: &mut [T],
         visit: impl Fn(&mut Chunk<'_, D>) -> A + Sync,
+    ) -> A {
+        let fill = |slots: &[u32], extent: &Extent, tile: &mut Tile| fill_tile::<D>(slots, extent, tile, &node);
+        self.relay_filled(&fill, particles, fields, content, targets, &visit)
+    }
+
+    fn relay_filled<T: Target<D>, A: Reduce>(
+        &self,
+        fill: FillTile<'_>,
+        particles: View<'_, D>,
+        fields: GatherFields,
+        content: ScatterContent,
+        targets: &mut [T],
+        visit: &(dyn Fn(&mut Chunk<'_, D>) -> A + Sync),
     ) -> A {
         let bins = self.bins;
         let targets = SharedNodes::new(targets);
@@ -28,16 +41,16 @@ impl<const D: usize> Sweep<'_, D> {
         let mut sums: Vec<A> = bins.bins.iter().map(|_| A::default()).collect();
         for colour in &bins.colours {
             let views = parts_mut(&mut views, colour.iter().map(|&b| b..b + 1));
-            let scratch = || (Reader::default(), T::tile());
+            let scratch = || (NodeReader::default(), T::tile());
             let work = colour.par_iter().zip(views).with_min_len(4);
             let done = work.map_init(scratch, |(reader, tile), (&b, view)| {
-                let frame = Frame::new(self, bins.bins[b].block);
+                let frame = TileFrame::new(self, bins.bins[b].block);
                 let (slots, extent) = (&bins.slots[b], &bins.extents[b]);
-                reader.fill(slots, extent, &node);
+                fill(slots, extent, &mut reader.tile);
                 let mine = std::mem::take(&mut view[0]);
                 let sum = reader.read(self.kernel, frame, mine, fields, |chunk, places| {
                     let sum = visit(chunk);
-                    T::collect(tile, self.kernel, frame, places, &Source::of_view(&chunk.particles, content));
+                    T::collect(tile, self.kernel, frame, places, &ScatterSource::of_view(&chunk.particles, content));
                     sum
                 });
                 targets.add(slots, extent, tile, content);

@@ -8,21 +8,21 @@ use crate::math::{Tensor, Vector};
 pub(crate) const CHUNK: usize = 128;
 
 /// A number of each particle of a chunk. Eight are stored at a time, so the end may overrun.
-pub(crate) type Column = [f64; CHUNK + 8];
+pub(crate) type ChunkColumn = [f64; CHUNK + 8];
 
 /// Gathered numbers of a chunk of particles. Those that were not gathered have no meaning.
 #[repr(C, align(64))]
 pub(crate) struct Rows<const D: usize> {
     /// Σ N s of the scalar slot.
-    pub scalar: Column,
+    pub scalar: ChunkColumn,
     /// Σ N v [m/s] by component.
-    pub velocity: [Column; D],
+    pub velocity: [ChunkColumn; D],
     /// Σ N a [m/s²] by component.
-    pub acceleration: [Column; D],
+    pub acceleration: [ChunkColumn; D],
     /// Σ v ⊗ ∇N [1/s] by axis and component: entry [b][a] is ∂v_a/∂x_b.
-    pub gradient: [[Column; D]; D],
+    pub gradient: [[ChunkColumn; D]; D],
     /// Σ N v ⊗ (x_I − x_p) [m²/s] by axis and component.
-    pub moment: [[Column; D]; D],
+    pub moment: [[ChunkColumn; D]; D],
 }
 
 impl<const D: usize> Default for Rows<D> {

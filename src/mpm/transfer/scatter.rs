@@ -1,17 +1,17 @@
 //! Particles to grid: mass and momentum, Lian (60, 61), internal and body force, Lian (17, 18), sums of scalars.
 
-use super::frame::Frame;
-use super::group::Group;
+use super::frame::TileFrame;
+use super::group::LaneGroup;
 use super::place::Places;
 use super::rows::CHUNK;
 use super::scatter_kernel::{self, Alone, Packing, Paired, ScatterKernel, Slope};
-use super::source::{Content, Source};
-use super::tile::{Extent, Record, ScalarTile, TILE_NODES, Tile, for_each_run};
+use super::source::{ScatterContent, ScatterSource};
+use super::tile::{Extent, NodeRecord, ScalarTile, TILE_NODES, Tile, for_each_run};
 use super::{Kernel, Sweep};
 use crate::math::Vector;
 use crate::math::simd::{Lanes, Row, Task, WIDTH, widest};
 use crate::mpm::grid::Node;
-use crate::mpm::grid::kernel::{Shape, with_shape};
+use crate::mpm::grid::kernel::{ShapeFunction, with_shape};
 use crate::mpm::particles::Body;
 use rayon::prelude::*;
 
@@ -24,10 +24,16 @@ pub(crate) trait Target<const D: usize>: Copy + Send + Sync {
     fn tile() -> Box<Self::Tile>;
 
     /// Adds the particles of a chunk to a tile; `per_cell` is 1/h [1/m].
-    fn collect(tile: &mut Self::Tile, kernel: Kernel, frame: Frame<D>, places: &Places<D>, source: &Source<'_, D>);
+    fn collect(
+        tile: &mut Self::Tile,
+        kernel: Kernel,
+        frame: TileFrame<D>,
+        places: &Places<D>,
+        source: &ScatterSource<'_, D>,
+    );
 
     /// Adds what a tile has collected from node `t` on to consecutive nodes, and clears it there.
-    fn add(nodes: &mut [Self], tile: &mut Self::Tile, t: usize, content: Content);
+    fn add(nodes: &mut [Self], tile: &mut Self::Tile, t: usize, content: ScatterContent);
 }
 
 /// Mass, momentum, force.
@@ -35,23 +41,29 @@ impl<const D: usize> Target<D> for Node<D> {
     type Tile = Tile;
 
     fn tile() -> Box<Tile> {
-        Box::new([Record::default(); TILE_NODES])
+        Box::new([NodeRecord::default(); TILE_NODES])
     }
 
-    fn collect(tile: &mut Tile, kernel: Kernel, frame: Frame<D>, places: &Places<D>, source: &Source<'_, D>) {
+    fn collect(
+        tile: &mut Tile,
+        kernel: Kernel,
+        frame: TileFrame<D>,
+        places: &Places<D>,
+        source: &ScatterSource<'_, D>,
+    ) {
         with_shape!(kernel, shape => widest(ScatterRecords { tile, shape, frame, places, source }));
     }
 
-    fn add(nodes: &mut [Self], tile: &mut Tile, t: usize, content: Content) {
+    fn add(nodes: &mut [Self], tile: &mut Tile, t: usize, content: ScatterContent) {
         for (node, record) in nodes.iter_mut().zip(&mut tile[t..]) {
             let Row(r) = std::mem::take(record);
             let both = |lane: usize| r[lane] + r[lane + WIDTH / 2];
             match content {
-                Content::Momentum => {
+                ScatterContent::Momentum => {
                     node.mass += both(0); // Lian (60)
                     node.momentum += Vector::from_fn(|a| both(1 + a)); // Lian (61)
                 }
-                Content::Force => node.force += Vector::from_fn(|a| both(1 + a)), // Lian (17, 18)
+                ScatterContent::Force => node.force += Vector::from_fn(|a| both(1 + a)), // Lian (17, 18)
                 _ => {
                     node.mass += r[0]; // Lian (60)
                     node.momentum += Vector::from_fn(|a| r[1 + a]); // Lian (61)
@@ -70,11 +82,17 @@ impl<const D: usize> Target<D> for Vector<D> {
         Node::<D>::tile()
     }
 
-    fn collect(tile: &mut Tile, kernel: Kernel, frame: Frame<D>, places: &Places<D>, source: &Source<'_, D>) {
+    fn collect(
+        tile: &mut Tile,
+        kernel: Kernel,
+        frame: TileFrame<D>,
+        places: &Places<D>,
+        source: &ScatterSource<'_, D>,
+    ) {
         Node::<D>::collect(tile, kernel, frame, places, source);
     }
 
-    fn add(nodes: &mut [Self], tile: &mut Tile, t: usize, _content: Content) {
+    fn add(nodes: &mut [Self], tile: &mut Tile, t: usize, _content: ScatterContent) {
         for (node, record) in nodes.iter_mut().zip(&mut tile[t..]) {
             let Row(r) = std::mem::take(record);
             *node += Self::from_fn(|a| r[1 + a] + r[1 + a + WIDTH / 2]);
@@ -90,11 +108,17 @@ impl<const D: usize> Target<D> for [f64; 2] {
         Box::new([[0.0; 2]; TILE_NODES + 4])
     }
 
-    fn collect(tile: &mut ScalarTile, kernel: Kernel, _: Frame<D>, places: &Places<D>, source: &Source<'_, D>) {
+    fn collect(
+        tile: &mut ScalarTile,
+        kernel: Kernel,
+        _: TileFrame<D>,
+        places: &Places<D>,
+        source: &ScatterSource<'_, D>,
+    ) {
         with_shape!(kernel, shape => widest(ScatterScalars { tile, shape, places, source }));
     }
 
-    fn add(nodes: &mut [Self], tile: &mut ScalarTile, t: usize, _content: Content) {
+    fn add(nodes: &mut [Self], tile: &mut ScalarTile, t: usize, _content: ScatterContent) {
         for (node, sums) in nodes.iter_mut().zip(&mut tile[t..]) {
             let sums = std::mem::take(sums);
             node[0] += sums[0];
@@ -105,12 +129,12 @@ impl<const D: usize> Target<D> for [f64; 2] {
 
 impl<const D: usize> Sweep<'_, D> {
     /// Adds the particles' contributions to `nodes`. Returns the part of each tile that was reached.
-    pub fn scatter<T: Target<D>>(&self, nodes: &mut [T], body: &Body<D>, content: Content) -> Vec<Extent> {
-        let source = Source::of_body(body, content);
-        if content == Content::MomentumAndForce && !source.is_simple() {
+    pub fn scatter<T: Target<D>>(&self, nodes: &mut [T], body: &Body<D>, content: ScatterContent) -> Vec<Extent> {
+        let source = ScatterSource::of_body(body, content);
+        if content == ScatterContent::MomentumAndForce && !source.is_simple() {
             // The lanes of a record are too few for the slopes of both.
-            self.scatter(nodes, body, Content::Momentum);
-            return self.scatter(nodes, body, Content::Force);
+            self.scatter(nodes, body, ScatterContent::Momentum);
+            return self.scatter(nodes, body, ScatterContent::Force);
         }
         let nodes = SharedNodes::new(nodes);
         let mut extents = vec![Extent::EMPTY; self.bins.bins.len()];
@@ -118,7 +142,7 @@ impl<const D: usize> Sweep<'_, D> {
             let scratch = || (T::tile(), Box::<Places<D>>::default());
             let reached = colour.par_iter().with_min_len(4).map_init(scratch, |(tile, places), &b| {
                 let bin = &self.bins.bins[b];
-                let frame = Frame::new(self, bin.block);
+                let frame = TileFrame::new(self, bin.block);
                 let mut extent = Extent::EMPTY;
                 for start in bin.range.clone().step_by(CHUNK) {
                     let chunk = source.range(start..bin.range.end.min(start + CHUNK));
@@ -141,25 +165,25 @@ impl<const D: usize> Sweep<'_, D> {
 struct ScatterRecords<'a, 'b, S, const W: usize, const D: usize> {
     tile: &'a mut Tile,
     shape: S,
-    frame: Frame<D>,
+    frame: TileFrame<D>,
     places: &'a Places<D>,
-    source: &'a Source<'b, D>,
+    source: &'a ScatterSource<'b, D>,
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterRecords<'_, '_, S, W, D> {
+impl<S: ShapeFunction<W>, const W: usize, const D: usize> Task for ScatterRecords<'_, '_, S, W, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         match self.source.content {
-            Content::MomentumAndForce => self.whole::<L>(),
+            ScatterContent::MomentumAndForce => self.whole::<L>(),
             _ if self.source.is_simple() => self.products::<L>(),
             _ => self.slopes::<L>(),
         }
     }
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D> {
+impl<S: ShapeFunction<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D> {
     /// The slope weights that the source takes.
     #[inline(always)]
     fn slope(&self) -> Slope {
@@ -179,7 +203,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
             let count = self.places.run(p);
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
             kernel.weigh(&weights, slope);
-            let values = L::transpose(self.source.whole(Group::new(p, count), self.frame.scale));
+            let values = L::transpose(self.source.whole(LaneGroup::new(p, count), self.frame.scale));
             kernel.pack_products::<L, Alone, D>(&values[..count.min(WIDTH)]);
             kernel.add_products::<L, D>(self.tile, self.places.first(p), count);
             p += count;
@@ -195,7 +219,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
             let count = self.places.run(p);
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
             kernel.weigh(&weights, slope);
-            let [values, _] = pairs(self.source.product(Group::new(p, count), self.frame.scale), zero, count);
+            let [values, _] = pairs(self.source.product(LaneGroup::new(p, count), self.frame.scale), zero, count);
             let pairs = count.div_ceil(Paired::PARTICLES);
             kernel.pack_products::<L, Paired, D>(&values[..pairs]);
             kernel.add_products::<L, D>(self.tile, self.places.first(p), pairs);
@@ -215,7 +239,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> ScatterRecords<'_, '_, S, W, D
                 self.frame.fold_moments(&mut weights, &base);
             }
             kernel.weigh(&weights, slope);
-            let (value, by) = self.source.sloped::<L>(Group::new(p, count), self.frame.scale);
+            let (value, by) = self.source.sloped::<L>(LaneGroup::new(p, count), self.frame.scale);
             let mut slopes = [[L::splat(0.0); WIDTH / 2]; D];
             let [values, along_x] = pairs(value, by[0], count);
             slopes[0] = along_x;
@@ -246,10 +270,10 @@ struct ScatterScalars<'a, 'b, S, const W: usize, const D: usize> {
     tile: &'a mut ScalarTile,
     shape: S,
     places: &'a Places<D>,
-    source: &'a Source<'b, D>,
+    source: &'a ScatterSource<'b, D>,
 }
 
-impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterScalars<'_, '_, S, W, D> {
+impl<S: ShapeFunction<W>, const W: usize, const D: usize> Task for ScatterScalars<'_, '_, S, W, D> {
     type Output = ();
 
     #[inline(always)]
@@ -258,7 +282,7 @@ impl<S: Shape<W>, const W: usize, const D: usize> Task for ScatterScalars<'_, '_
         while p < self.places.len() {
             let count = self.places.run(p);
             let (weights, _) = self.places.weights::<L, S, W>(self.shape, p);
-            let scalars = self.source.scalars::<L>(Group::new(p, count));
+            let scalars = self.source.scalars::<L>(LaneGroup::new(p, count));
             scatter_kernel::add_scalars::<L, W, D>(self.tile, &weights, self.places.first(p), scalars, count);
             p += count;
         }
@@ -283,7 +307,7 @@ impl<'a, T> SharedNodes<'a, T> {
 
     /// Adds the part `extent` of a block's tile and clears it.
     #[allow(unsafe_code)]
-    pub fn add<const D: usize>(&self, slots: &[u32], extent: &Extent, tile: &mut T::Tile, content: Content)
+    pub fn add<const D: usize>(&self, slots: &[u32], extent: &Extent, tile: &mut T::Tile, content: ScatterContent)
     where
         T: Target<D>,
     {

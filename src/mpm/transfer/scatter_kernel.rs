@@ -169,7 +169,7 @@ impl<const W: usize> ScatterKernel<W> {
     #[inline(always)]
     pub fn add_products<L: Lanes, const D: usize>(&self, tile: &mut Tile, first: usize, count: usize) {
         for k in 0..if D == 3 { W } else { 1 } {
-            let mut sums = Plane::<L, W>::load(tile, first + tile_index(0, 0, k));
+            let mut sums = SupportPlane::<L, W>::load(tile, first + tile_index(0, 0, k));
             for record in &self.records[..count] {
                 let z = L::load(&record.z[k].0);
                 for j in 0..W {
@@ -187,7 +187,7 @@ impl<const W: usize> ScatterKernel<W> {
     #[inline(always)]
     pub fn add_slopes<L: Lanes, const D: usize>(&self, tile: &mut Tile, first: usize, count: usize) {
         for k in 0..if D == 3 { W } else { 1 } {
-            let mut sums = Plane::<L, W>::load(tile, first + tile_index(0, 0, k));
+            let mut sums = SupportPlane::<L, W>::load(tile, first + tile_index(0, 0, k));
             for record in &self.records[..count] {
                 let (z, by_z) = (L::load(&record.z[k].0), L::load(&record.slopes[2][k].0));
                 let mut n = [z; W];
@@ -213,9 +213,9 @@ impl<const W: usize> ScatterKernel<W> {
 }
 
 /// The nodes of a plane of a support.
-struct Plane<L, const W: usize>([[L; W]; W]);
+struct SupportPlane<L, const W: usize>([[L; W]; W]);
 
-impl<L: Lanes, const W: usize> Plane<L, W> {
+impl<L: Lanes, const W: usize> SupportPlane<L, W> {
     #[inline(always)]
     fn load(tile: &Tile, first: usize) -> Self {
         // One bounds check for the whole plane.

@@ -17,7 +17,7 @@ const CELLS: usize = EDGE + 1;
 const PARTS: usize = 4;
 
 /// Block and cell in it.
-type Place<const D: usize> = ([i32; D], u32);
+type CellInBlock<const D: usize> = ([i32; D], u32);
 
 /// The order of the particles.
 pub(super) struct Order<const D: usize> {
@@ -29,13 +29,13 @@ pub(super) struct Order<const D: usize> {
 
 /// Sorts positions [m]; the kernel decides about the cells.
 pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vector<D>, cell: f64) -> Order<D> {
-    let places: Vec<Place<D>> = x.par_iter().map(|&x| place(kernel, (x - origin) * (1.0 / cell))).collect();
+    let places: Vec<CellInBlock<D>> = x.par_iter().map(|&x| place(kernel, (x - origin) * (1.0 / cell))).collect();
     let blocks = blocks(&places);
     let cells = CELLS.pow(D as u32);
     let slots: HashMap<[i32; D], usize> =
         blocks.iter().enumerate().map(|(slot, &block)| (block, slot * cells)).collect();
     let share = places.len().div_ceil(PARTS).max(crate::parallel::CHUNK);
-    let parts: Vec<&[Place<D>]> = places.chunks(share).collect();
+    let parts: Vec<&[CellInBlock<D>]> = places.chunks(share).collect();
     let mut next: Vec<Vec<u32>> = parts.par_iter().map(|part| count(part, &slots, cells)).collect();
     let total = |b: usize| next.iter().flat_map(|counts| &counts[b * cells..][..cells]).map(|&n| n as usize).sum();
     let blocks = blocks.iter().enumerate().map(|(b, &block)| (block, total(b))).collect();
@@ -54,7 +54,7 @@ pub(super) fn sort<const D: usize>(kernel: Kernel, x: &[Vector<D>], origin: Vect
 }
 
 /// Numbers of a part's particles in each cell of each block.
-fn count<const D: usize>(part: &[Place<D>], slots: &HashMap<[i32; D], usize>, cells: usize) -> Vec<u32> {
+fn count<const D: usize>(part: &[CellInBlock<D>], slots: &HashMap<[i32; D], usize>, cells: usize) -> Vec<u32> {
     let mut counts = vec![0; slots.len() * cells];
     let mut last = LastSlot { slots, block: [i32::MIN; D], slot: 0 };
     part.iter().for_each(|(block, local)| counts[last.find(block) + *local as usize] += 1);
@@ -75,7 +75,7 @@ fn place_after(counts: &mut [Vec<u32>]) {
 
 /// Block and cell of a position in cells.
 #[inline(always)]
-fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> Place<D> {
+fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> CellInBlock<D> {
     let window = kernel.window();
     let block: [i32; D] = std::array::from_fn(|a| ((s[a] - window).floor() as i32).div_euclid(EDGE as i32));
     let begin = |a: usize| (kernel.first(s[a]) - kernel.first(window) - block[a] * EDGE as i32) as u32;
@@ -83,9 +83,9 @@ fn place<const D: usize>(kernel: Kernel, s: Vector<D>) -> Place<D> {
 }
 
 /// The different blocks, z slowest.
-fn blocks<const D: usize>(places: &[Place<D>]) -> Vec<[i32; D]> {
+fn blocks<const D: usize>(places: &[CellInBlock<D>]) -> Vec<[i32; D]> {
     // Neighbours in memory are mostly neighbours in space.
-    let first = |part: &[Place<D>]| {
+    let first = |part: &[CellInBlock<D>]| {
         let mut blocks: Vec<[i32; D]> = part.iter().map(|place| place.0).collect();
         blocks.dedup();
         blocks.sort_unstable_by(slowest_last);

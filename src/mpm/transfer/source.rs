@@ -1,7 +1,7 @@
 //! The contributions of particles to the grid, eight particles at a time.
 
 use super::View;
-use super::group::Group;
+use super::group::LaneGroup;
 use crate::math::simd::{Lanes, WIDTH};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::mpm::particles::Body;
@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// The quantities that a scatter adds to the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Content {
+pub(crate) enum ScatterContent {
     /// Mass and momentum, with the affine part if the particles have one.
     Momentum,
     /// Internal force, and the body force if given.
@@ -24,7 +24,7 @@ pub(crate) enum Content {
 
 /// The columns of particles that a scatter reads. Optional ones are empty.
 #[derive(Clone, Copy)]
-pub(crate) struct Source<'a, const D: usize> {
+pub(crate) struct ScatterSource<'a, const D: usize> {
     pub position: &'a [Vector<D>],
     velocity: &'a [Vector<D>],
     mass: &'a [f64],
@@ -37,15 +37,15 @@ pub(crate) struct Source<'a, const D: usize> {
     external: &'a [Vector<D>],
     /// Pressure of the atmosphere, which forces count from [Pa].
     ambient: f64,
-    pub content: Content,
+    pub content: ScatterContent,
 }
 
 /// A value and slopes along the axes in four lanes, (s, v): a scalar and a vector.
 pub(crate) type Sloped<L, const D: usize> = ([L; 4], [[L; 4]; D]);
 
-impl<'a, const D: usize> Source<'a, D> {
+impl<'a, const D: usize> ScatterSource<'a, D> {
     /// All particles of a body.
-    pub fn of_body(body: &'a Body<D>, content: Content) -> Self {
+    pub fn of_body(body: &'a Body<D>, content: ScatterContent) -> Self {
         let (particles, work) = (&body.particles, &body.work);
         Self {
             position: &particles.position,
@@ -64,7 +64,7 @@ impl<'a, const D: usize> Source<'a, D> {
     }
 
     /// Some particles.
-    pub fn of_view(view: &'a View<'_, D>, content: Content) -> Self {
+    pub fn of_view(view: &'a View<'_, D>, content: ScatterContent) -> Self {
         Self {
             position: view.position,
             velocity: view.velocity,
@@ -104,32 +104,32 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// True if momentum is sent with its affine part.
     pub fn is_affine(&self) -> bool {
-        self.content == Content::Momentum && !self.affine.is_empty()
+        self.content == ScatterContent::Momentum && !self.affine.is_empty()
     }
 
     /// True if forces are sent.
     #[inline(always)]
     pub fn pushes(&self) -> bool {
-        matches!(self.content, Content::Force | Content::MomentumAndForce)
+        matches!(self.content, ScatterContent::Force | ScatterContent::MomentumAndForce)
     }
 
     /// True if every lane is a product of one number and one-dimensional weights.
     pub fn is_simple(&self) -> bool {
-        let flat = self.content == Content::Force || self.affine.is_empty();
+        let flat = self.content == ScatterContent::Force || self.affine.is_empty();
         let free = !self.pushes() || self.stress.is_empty() && self.external.is_empty();
         flat && free
     }
 
     /// Pressures that make forces [Pa]: with what averaging adds, above that of the atmosphere.
     #[inline(always)]
-    fn acting_pressure<L: Lanes>(&self, group: Group) -> L {
+    fn acting_pressure<L: Lanes>(&self, group: LaneGroup) -> L {
         let p = group.scalars::<L>(self.pressure).sub(L::splat(self.ambient));
         if self.excess.is_empty() { p } else { p.add(group.scalars(self.excess)) }
     }
 
     /// Minus the mean of the normal stresses along the D axes [Pa].
     #[inline(always)]
-    fn mean_pressure<L: Lanes>(&self, group: Group) -> L {
+    fn mean_pressure<L: Lanes>(&self, group: LaneGroup) -> L {
         if D == 3 || self.stress.is_empty() {
             return group.scalars(self.pressure);
         }
@@ -138,10 +138,10 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// V and V q.
     #[inline(always)]
-    pub fn scalars<L: Lanes>(&self, group: Group) -> [L; 2] {
+    pub fn scalars<L: Lanes>(&self, group: LaneGroup) -> [L; 2] {
         let volume = group.scalars::<L>(self.volume);
         let q = match self.content {
-            Content::Volumes => group.scalars(self.volume_ratio),
+            ScatterContent::Volumes => group.scalars(self.volume_ratio),
             _ => self.mean_pressure(group),
         };
         [volume, volume.mul(q)]
@@ -149,7 +149,7 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// Values of particles without shear stress: (m, m v, V p/h in every force lane), Lian (60, 61, 17).
     #[inline(always)]
-    pub fn whole<L: Lanes>(&self, group: Group, per_cell: f64) -> [L; WIDTH] {
+    pub fn whole<L: Lanes>(&self, group: LaneGroup, per_cell: f64) -> [L; WIDTH] {
         let mut value = [L::splat(0.0); WIDTH];
         value[..4].copy_from_slice(&self.momentum(group));
         let area = group.scalars::<L>(self.volume).mul(L::splat(per_cell));
@@ -159,7 +159,7 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// Values of particles in four lanes, momentum (m, m v), Lian (60, 61), or the force of a pressure (0, V p/h), Lian (17).
     #[inline(always)]
-    pub fn product<L: Lanes>(&self, group: Group, per_cell: f64) -> [L; 4] {
+    pub fn product<L: Lanes>(&self, group: LaneGroup, per_cell: f64) -> [L; 4] {
         if !self.pushes() {
             return self.momentum(group);
         }
@@ -171,7 +171,7 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// m and m v, of which the nodes get the sums of Lian (60, 61).
     #[inline(always)]
-    fn momentum<L: Lanes>(&self, group: Group) -> [L; 4] {
+    fn momentum<L: Lanes>(&self, group: LaneGroup) -> [L; 4] {
         let v = group.vectors::<L, D>(self.velocity);
         let mut value = [L::splat(0.0); 4];
         value[0] = group.scalars(self.mass); // Lian (60)
@@ -183,12 +183,12 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// Values and slopes along the axes: (m, m v) and (0, h m C), or (0, F) and (0, −V σ/h).
     #[inline(always)]
-    pub fn sloped<L: Lanes>(&self, group: Group, per_cell: f64) -> Sloped<L, D> {
+    pub fn sloped<L: Lanes>(&self, group: LaneGroup, per_cell: f64) -> Sloped<L, D> {
         if self.pushes() { self.sloped_force(group, per_cell) } else { self.sloped_momentum(group, per_cell) }
     }
 
     #[inline(always)]
-    fn sloped_momentum<L: Lanes>(&self, group: Group, per_cell: f64) -> Sloped<L, D> {
+    fn sloped_momentum<L: Lanes>(&self, group: LaneGroup, per_cell: f64) -> Sloped<L, D> {
         let value = self.momentum::<L>(group);
         let mut slopes = [[L::splat(0.0); 4]; D];
         let weight = value[0].mul(L::splat(1.0 / per_cell));
@@ -208,7 +208,7 @@ impl<'a, const D: usize> Source<'a, D> {
 
     /// (0, F) and (0, −V σ/h), of which the nodes get the sums of Lian (18, 17).
     #[inline(always)]
-    fn sloped_force<L: Lanes>(&self, group: Group, per_cell: f64) -> Sloped<L, D> {
+    fn sloped_force<L: Lanes>(&self, group: LaneGroup, per_cell: f64) -> Sloped<L, D> {
         let zero = L::splat(0.0);
         let (mut value, mut slopes) = ([zero; 4], [[zero; 4]; D]);
         if !self.external.is_empty() {

@@ -6,7 +6,7 @@ use super::*;
 use crate::math::{SymTensor, Tensor};
 use crate::mpm::KernelKind;
 use crate::mpm::grid::kernel::with_shape;
-use crate::mpm::grid::{Ghosts, Limits, Node, NodeMotion};
+use crate::mpm::grid::{GhostShares, Ghosts, Node, NodeMotion};
 use crate::mpm::particles::{Body, Particles};
 
 const CELL: f64 = 0.25;
@@ -68,9 +68,9 @@ fn scatters_agree<const D: usize>(kind: KernelKind, stress: bool, affine: bool) 
     with_shape!(body.kernel, shape => plain::scatter_force(shape, &grid, &body, &mut expected));
     let sweep = Sweep::new(&grid, &body);
     let (mut once, mut twice) = (vec![Node::default(); grid.node_count()], vec![Node::default(); grid.node_count()]);
-    sweep.scatter(&mut once, &body, Content::MomentumAndForce);
-    sweep.scatter(&mut twice, &body, Content::Momentum);
-    sweep.scatter(&mut twice, &body, Content::Force);
+    sweep.scatter(&mut once, &body, ScatterContent::MomentumAndForce);
+    sweep.scatter(&mut twice, &body, ScatterContent::Momentum);
+    sweep.scatter(&mut twice, &body, ScatterContent::Force);
     for nodes in [once, twice] {
         for (node, expected) in nodes.iter().zip(&expected) {
             assert!((node.mass - expected.mass).abs() < 1e-12, "{kind:?}");
@@ -84,7 +84,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     let mut body = body::<D>(kind, false, true);
     let grid = prepare(&mut body);
     let mut nodes = vec![Node::default(); grid.node_count()];
-    body.bins.extents = Sweep::new(&grid, &body).scatter(&mut nodes, &body, Content::Momentum);
+    body.bins.extents = Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
     for (i, node) in nodes.iter_mut().enumerate() {
         node.momentum = Vector::from_fn(|a| noise(i * 3 + a));
         node.force = Vector::from_fn(|a| noise(i * 5 + a));
@@ -97,7 +97,7 @@ fn gathers_agree<const D: usize>(kind: KernelKind) {
     let expected: Vec<plain::Sums<D>> = x.iter().map(|&x| at(x)).collect();
     let index: std::collections::HashMap<_, _> =
         x.iter().enumerate().map(|(p, x)| (x.0.map(f64::to_bits), p)).collect();
-    let node = |i: usize, record: &mut Record| {
+    let node = |i: usize, record: &mut NodeRecord| {
         put_scalar(record, 2.0);
         put_velocity(record, &nodes[i].momentum);
         put_acceleration(record, &nodes[i].force);
@@ -130,15 +130,15 @@ fn relays_agree<const D: usize>(kind: KernelKind, affine: bool) {
     let mut body = body::<D>(kind, false, affine);
     let grid = prepare(&mut body);
     let mut nodes = vec![Node::default(); grid.node_count()];
-    body.bins.extents = Sweep::new(&grid, &body).scatter(&mut nodes, &body, Content::Momentum);
-    let node = |i: usize, record: &mut Record| put_velocity(record, &nodes[i].momentum);
+    body.bins.extents = Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
+    let node = |i: usize, record: &mut NodeRecord| put_velocity(record, &nodes[i].momentum);
     let double = |chunk: &mut Chunk<'_, D>| {
         (0..chunk.particles.len()).for_each(|p| chunk.particles.velocity[p] = chunk.rows.velocity(p) * 2.0);
         chunk.particles.len() as f64
     };
     let mut momentum = vec![Vector::ZERO; grid.node_count()];
     let start = body.particles.velocity.clone();
-    let (fields, content) = (GatherFields::Motion, Content::Momentum);
+    let (fields, content) = (GatherFields::Motion, ScatterContent::Momentum);
     let (sweep, _, view) = body.sweep(&grid);
     let count = sweep.relay(node, view, fields, content, &mut momentum, double);
     assert_eq!(count, body.particles.len() as f64);
@@ -159,7 +159,7 @@ fn scalars_agree<const D: usize>(kind: KernelKind) {
     let all = &body.particles;
     let mean = |p: usize| -all.stress[p].0[..D].iter().sum::<f64>() / D as f64;
     let pressures: Vec<f64> = (0..all.len()).map(|p| if D == 3 { all.pressure[p] } else { mean(p) }).collect();
-    for (content, q) in [(Content::Volumes, &body.work.volume_ratio), (Content::Pressures, &pressures)] {
+    for (content, q) in [(ScatterContent::Volumes, &body.work.volume_ratio), (ScatterContent::Pressures, &pressures)] {
         let mut expected = vec![[0.0; 2]; grid.node_count()];
         for p in 0..all.len() {
             body.kernel.for_each(&grid, all.position[p], |node, n, _| {
@@ -246,12 +246,12 @@ fn a_linear_velocity_field_reaches_the_nodes_next_to_walls() {
         }
         sort(&mut grid, &mut body);
         let mut nodes = vec![Node::default(); grid.node_count()];
-        Sweep::new(&grid, &body).scatter(&mut nodes, &body, Content::Momentum);
+        Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
         let mut expected = vec![Node::default(); grid.node_count()];
         with_shape!(body.kernel, shape => plain::scatter_mass_and_momentum(shape, &grid, &body, &mut expected));
         let mut both = nodes.iter().zip(&expected);
         assert!(both.all(|(node, expected)| close(node.momentum, expected.momentum)), "{kind:?}");
-        Ghosts::new(&grid).fold(&Limits::default(), &mut nodes, |_, _, _| {});
+        Ghosts::new(&grid).fold(&GhostShares::default(), &mut nodes, |_, _, _| {});
         let heavy: Vec<_> = nodes.iter().enumerate().filter(|(_, node)| node.mass > 1e-9).collect();
         assert_eq!(heavy.len(), 4 * 5, "{kind:?}");
         for (n, node) in heavy {
@@ -277,8 +277,8 @@ fn a_particle_alone_exchanges_no_more_energy_than_there_is() {
             body.particles.mass[own] = 2.0;
             sort(&mut grid, &mut body);
             let mut nodes = vec![Node::default(); grid.node_count()];
-            Sweep::new(&grid, &body).scatter(&mut nodes, &body, Content::Momentum);
-            let (ghosts, mut limits) = (Ghosts::new(&grid), Limits::default());
+            Sweep::new(&grid, &body).scatter(&mut nodes, &body, ScatterContent::Momentum);
+            let (ghosts, mut limits) = (Ghosts::new(&grid), GhostShares::default());
             limits.measure(&ghosts, &grid.folds, &nodes);
             ghosts.fold(&limits, &mut nodes, |_, _, _| {});
 

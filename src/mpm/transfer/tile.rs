@@ -17,10 +17,10 @@ pub(crate) const PLANE: usize = TILE * TILE + TILE;
 pub(crate) const TILE_NODES: usize = TILE * PLANE;
 
 /// A node's eight numbers, a cache line.
-pub(crate) type Record = Row;
+pub(crate) type NodeRecord = Row;
 
 /// The tile's memory.
-pub(crate) type Tile = [Record; TILE_NODES];
+pub(crate) type Tile = [NodeRecord; TILE_NODES];
 
 /// Two numbers per node; rows along x are read four nodes at a time, so the end may overrun.
 pub(crate) type ScalarTile = [[f64; 2]; TILE_NODES + 4];
@@ -98,18 +98,18 @@ pub(crate) fn for_each_run<const D: usize>(slots: &[u32], extent: &Extent, mut v
 
 /// Sets a record's scalar, as a gather reads it.
 #[inline(always)]
-pub(crate) fn put_scalar(record: &mut Record, scalar: f64) {
+pub(crate) fn put_scalar(record: &mut NodeRecord, scalar: f64) {
     record.0[0] = scalar;
 }
 
 /// Sets a record's velocity.
 #[inline(always)]
-pub(crate) fn put_velocity<const D: usize>(record: &mut Record, velocity: &Vector<D>) {
+pub(crate) fn put_velocity<const D: usize>(record: &mut NodeRecord, velocity: &Vector<D>) {
     record.0[1..=D].copy_from_slice(&velocity.0);
 }
 
 /// Sets a record's acceleration.
 #[inline(always)]
-pub(crate) fn put_acceleration<const D: usize>(record: &mut Record, acceleration: &Vector<D>) {
+pub(crate) fn put_acceleration<const D: usize>(record: &mut NodeRecord, acceleration: &Vector<D>) {
     record.0[1 + D..1 + 2 * D].copy_from_slice(&acceleration.0);
 }

@@ -3,7 +3,7 @@
 use super::Sweep;
 use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
 use super::gather::{Chunk, GatherFields};
-use super::tile::{Record, put_acceleration, put_scalar, put_velocity};
+use super::tile::{NodeRecord, put_acceleration, put_scalar, put_velocity};
 use crate::mpm::Grid;
 use crate::mpm::particles::Body;
 use crate::mpm::particles::motion::Summary;
@@ -17,32 +17,32 @@ macro_rules! with_nodes {
     ($nodal:expr, $fields:expr, $node:ident => $run:expr) => {
         match $nodal {
             Nodal::Motion(nodes) if $fields.has_acceleration() => {
-                let $node = |n: usize, record: &mut Record| {
+                let $node = |n: usize, record: &mut NodeRecord| {
                     put_velocity(record, &nodes[n].velocity());
                     put_acceleration(record, &nodes[n].acceleration());
                 };
                 $run
             }
             Nodal::Motion(nodes) => {
-                let $node = |n: usize, record: &mut Record| put_velocity(record, &nodes[n].velocity());
+                let $node = |n: usize, record: &mut NodeRecord| put_velocity(record, &nodes[n].velocity());
                 $run
             }
             Nodal::MidstepVelocity(nodes, dt) => {
-                let $node = |n: usize, record: &mut Record| {
+                let $node = |n: usize, record: &mut NodeRecord| {
                     put_velocity(record, &nodes[n].midstep_velocity(dt));
                 };
                 $run
             }
             Nodal::Velocity { scalar, .. } if $fields == GatherFields::Scalar => {
-                let $node = |n: usize, record: &mut Record| put_scalar(record, scalar[n][0]);
+                let $node = |n: usize, record: &mut NodeRecord| put_scalar(record, scalar[n][0]);
                 $run
             }
             Nodal::Velocity { velocity, scalar: [] } => {
-                let $node = |n: usize, record: &mut Record| put_velocity(record, &velocity[n]);
+                let $node = |n: usize, record: &mut NodeRecord| put_velocity(record, &velocity[n]);
                 $run
             }
             Nodal::Velocity { velocity, scalar } => {
-                let $node = |n: usize, record: &mut Record| {
+                let $node = |n: usize, record: &mut NodeRecord| {
                     put_scalar(record, scalar[n][0]);
                     put_velocity(record, &velocity[n]);
                 };

@@ -152,7 +152,7 @@ const GRAIN: usize = 32 * CHUNK;
 
 impl<const D: usize> View<'_, D> {
     /// Visits all particles, a chunk at a time, in parallel; the sums are added in a fixed order.
-    pub fn visit<A: Reduce>(mut self, visit: &(impl Fn(&mut View<'_, D>) -> A + Sync)) -> A {
+    pub fn visit<A: Reduce>(mut self, visit: &(dyn Fn(&mut View<'_, D>) -> A + Sync)) -> A {
         let len = self.len();
         if len > GRAIN {
             let (left, right) = self.split_at(len / 2);

@@ -1,16 +1,16 @@
 //! Sweeps over the particles as data: what is read of the nodes, what is done with the particles, what goes to the nodes.
 
-use super::Content;
+use super::ScatterContent;
 
 /// One sweep over the particles of a body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::mpm) enum Visit {
     /// Particles → nodes.
-    Scatter(Content, Onto),
+    Scatter(ScatterContent, Onto),
     /// Nodes → particles: the operations, in their order.
     Gather(Read, Vec<Operation>),
     /// Nodes → particles → nodes: the particles are scattered in the same sweep as the operations have left them.
-    Relay(Read, Vec<Operation>, Content, Onto),
+    Relay(Read, Vec<Operation>, ScatterContent, Onto),
     /// Particles alone: x_p ← x_p + Δt ẋ_p with the rates that were kept.
     Land,
 }

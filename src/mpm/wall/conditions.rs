@@ -18,7 +18,7 @@ const NEAR: f64 = 4.0;
 
 /// One node under one condition.
 #[derive(Debug, Clone, Copy)]
-pub struct Condition<const D: usize> {
+pub struct NodeCondition<const D: usize> {
     pub node: u32,
     pub boundary: u32,
     pub normal: Vector<D>,
@@ -29,7 +29,7 @@ impl<const D: usize> Walls<D> {
     pub fn find_nodes(&mut self, grid: &Grid<D>) {
         self.conditions = parallel::collect_all(grid.node_count(), CHUNK, |node| self.conditions_of(grid, node));
         self.ranges = constrain::ranges(&self.conditions);
-        let has_gap = |condition: &Condition<D>| self.has_gap(condition);
+        let has_gap = |condition: &NodeCondition<D>| self.has_gap(condition);
         self.gap_conditions = gap::GapConditions::new(grid, &self.conditions, has_gap);
         self.binding_points =
             parallel::collect_all(grid.node_count(), CHUNK, |node| self.binding_points_of(grid, node));
@@ -57,12 +57,12 @@ impl<const D: usize> Walls<D> {
     }
 
     /// True if a condition acts where a gap closes: that of a wall or an obstacle that bodies may leave.
-    pub(super) fn has_gap(&self, condition: &Condition<D>) -> bool {
+    pub(super) fn has_gap(&self, condition: &NodeCondition<D>) -> bool {
         !self.boundaries[condition.boundary as usize].kind.binds()
     }
 
     /// The conditions of a node, the strictest last.
-    fn conditions_of(&self, grid: &Grid<D>, node: usize) -> Vec<Condition<D>> {
+    fn conditions_of(&self, grid: &Grid<D>, node: usize) -> Vec<NodeCondition<D>> {
         let (mut conditions, ijk) = (Vec::new(), grid.coordinates(node));
         if !self.may_hold_mass(grid, ijk) {
             return conditions;
@@ -71,7 +71,7 @@ impl<const D: usize> Walls<D> {
             let (axis, end) = (side / 2, side % 2);
             if boundary.kind != WallKind::Open && ijk[axis] == if end == 0 { 0 } else { grid.cells[axis] } {
                 let normal = Vector::unit(axis) * if end == 0 { 1.0 } else { -1.0 };
-                conditions.push(Condition { node: node as u32, boundary: side as u32, normal });
+                conditions.push(NodeCondition { node: node as u32, boundary: side as u32, normal });
             }
         }
         let x = grid.position(node);
@@ -81,7 +81,7 @@ impl<const D: usize> Walls<D> {
             let reach = if self.holds_a_body(boundary) { 0.0 } else { 0.5 * f64::from(self.stencil.support()) };
             if self.obstacle_distance(obstacle, x) < (ROUNDING - reach) * grid.cell {
                 let normal = self.obstacle_normal(obstacle, x, grid.cell);
-                conditions.push(Condition { node: node as u32, boundary: boundary as u32, normal });
+                conditions.push(NodeCondition { node: node as u32, boundary: boundary as u32, normal });
             }
         }
         conditions.sort_by_key(|c| self.boundaries[c.boundary as usize].kind.strictness());

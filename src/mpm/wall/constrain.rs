@@ -2,7 +2,7 @@
 //! parts of them have nodes of their own.
 
 use super::gap::Bodies;
-use super::{Condition, Pushes, Reaction, Walls};
+use super::{NodeCondition, Pushes, Reaction, Walls};
 use crate::math::Vector;
 use crate::mpm::{Grid, Node, Step};
 use crate::parallel::{map_parts, parts_mut};
@@ -27,14 +27,14 @@ const AGREED: f64 = 1e-4;
 /// A condition at its node's place [m], with the gap there [m]; `held` if it was in contact in the step before.
 #[derive(Debug, Clone, Copy)]
 struct GapCondition<'a, const D: usize> {
-    condition: &'a Condition<D>,
+    condition: &'a NodeCondition<D>,
     x: Vector<D>,
     gap: f64,
     held: bool,
 }
 
 /// Parts the conditions so that no node is in two of them.
-pub(super) fn ranges<const D: usize>(conditions: &[Condition<D>]) -> Vec<ConditionRange> {
+pub(super) fn ranges<const D: usize>(conditions: &[NodeCondition<D>]) -> Vec<ConditionRange> {
     let (mut parts, mut start) = (Vec::new(), 0);
     while start < conditions.len() {
         let last = conditions[(start + PART).min(conditions.len()) - 1].node;
@@ -72,7 +72,7 @@ impl<const D: usize> Walls<D> {
         self.surface_start(field, nodes, t);
         let changes = self.for_each_range(nodes, |part, first, nodes| {
             let mut start = vec![Vector::ZERO; self.boundaries.len()];
-            for &Condition { node, boundary, normal } in &self.conditions[part.conditions.clone()] {
+            for &NodeCondition { node, boundary, normal } in &self.conditions[part.conditions.clone()] {
                 let (boundary, kind) = (boundary as usize, self.boundaries[boundary as usize].kind);
                 let Node { mass, momentum, .. } = &mut nodes[node as usize - first];
                 if kind.binds() && *mass > 0.0 {

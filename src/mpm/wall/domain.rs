@@ -11,7 +11,7 @@
 //! extrapolate   all others; `separate` and `friction` for liquids and gases, whose gaps are measured (`gap`)
 //! ```
 
-use super::{Boundary, Solid, WallKind, Walls};
+use super::{RigidBoundary, WallKind, WallOrObstacle, Walls};
 use crate::math::{Signal, Vector};
 use crate::mpm::Grid;
 use crate::mpm::grid::Fold;
@@ -41,7 +41,7 @@ impl<const D: usize> Walls<D> {
     pub fn folds(&self) -> [[Fold; 2]; D] {
         std::array::from_fn(|axis| {
             std::array::from_fn(|end| {
-                let Boundary { kind, velocity, .. } = &self.boundaries[2 * axis + end];
+                let WallOrObstacle { kind, velocity, .. } = &self.boundaries[2 * axis + end];
                 kind.fold(&velocity[axis])
             })
         })
@@ -67,7 +67,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The obstacles and walls with contact at their surface for a field.
-    pub(super) fn surfaces(&self, field: usize) -> Vec<Solid<'_, D>> {
+    pub(super) fn surfaces(&self, field: usize) -> Vec<RigidBoundary<'_, D>> {
         let met = |boundary: usize| boundary >= 2 * D || self.continues(field, boundary);
         self.solids().filter(|solid| met(solid.number())).collect()
     }

@@ -11,7 +11,7 @@
 //!
 //! Particles with a membrane between them and the obstacle don't count: the membrane has contact with both.
 
-use super::{Condition, Walls};
+use super::{NodeCondition, Walls};
 use crate::math::Vector;
 use crate::mpm::grid::EDGE;
 use crate::mpm::particles::Body;
@@ -36,8 +36,8 @@ impl GapConditions {
     /// For conditions in the order of their nodes; `has_gap` is true for those that act only where a gap closes.
     pub fn new<const D: usize>(
         grid: &Grid<D>,
-        conditions: &[Condition<D>],
-        has_gap: impl Fn(&Condition<D>) -> bool,
+        conditions: &[NodeCondition<D>],
+        has_gap: impl Fn(&NodeCondition<D>) -> bool,
     ) -> Self {
         let mut gap_conditions = Self::default();
         for (k, condition) in conditions.iter().enumerate().filter(|(_, condition)| has_gap(condition)) {
@@ -170,7 +170,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The conditions of a node that act on a field where a gap closes, by number.
-    fn conditions_with_gap(&self, node: usize, field: usize) -> impl Iterator<Item = (usize, &Condition<D>)> {
+    fn conditions_with_gap(&self, node: usize, field: usize) -> impl Iterator<Item = (usize, &NodeCondition<D>)> {
         let from = match self.gap_conditions.first[node] {
             NONE => self.conditions.len(),
             first => first as usize,

@@ -11,7 +11,7 @@
 //! step, the particles lose their momentum, and the wall's force f does the work Δt f·½v⁻ on nodes that don't move: it takes energy from bodies
 //! that it compresses, and gives more to those that rebound, since Δt a of the nodes above always points away from it.
 
-use super::{Condition, Walls};
+use super::{NodeCondition, Walls};
 use crate::math::Vector;
 use crate::mpm::Grid;
 use crate::simulation::Column;
@@ -29,7 +29,8 @@ impl<const D: usize> Walls<D> {
         for reaction in &mut self.reactions {
             reaction.contacts_before.clear();
             let acts = |k: &usize| reaction.closed[*k] && reaction.force[*k] != Vector::ZERO;
-            for Condition { node, boundary, .. } in (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k])
+            for NodeCondition { node, boundary, .. } in
+                (0..self.conditions.len()).filter(acts).map(|k| self.conditions[k])
             {
                 if !self.boundaries[boundary as usize].kind.binds() {
                     let mut contacts_before = [boundary, 0, 0, 0];
@@ -64,7 +65,7 @@ impl<const D: usize> Walls<D> {
     pub fn bind_lasting_velocities(&self, grid: &Grid<D>, field: usize, velocity: &mut [Vector<D>], t: f64) {
         self.bind_lasting_velocity(field, velocity, t);
         let held = self.conditions.iter().zip(&self.reactions[field].held).filter(|(_, held)| **held);
-        for (&Condition { node, boundary, normal }, _) in held {
+        for (&NodeCondition { node, boundary, normal }, _) in held {
             let wall = self.velocity(boundary as usize, grid.position(node as usize), t);
             let v = &mut velocity[node as usize];
             *v -= normal * (*v - wall).dot(normal);

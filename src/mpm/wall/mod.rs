@@ -34,20 +34,20 @@ mod surface;
 use super::contact::FoldedStencil;
 use super::{GridSetup, Obstacle, Wall, WallKind};
 use crate::math::{Signal, Vector};
-use conditions::Condition;
+use conditions::NodeCondition;
 use constrain::ConditionRange;
 pub(in crate::mpm) use gap::Bodies;
 pub use pushes::Pushes;
 use reaction::Reaction;
 pub use reaction::WallWork;
-pub use solid::{SheetPush, Solid};
+pub use solid::{RigidBoundary, SheetPush};
 
 /// Fraction of a cell for the central differences of an obstacle's normal.
 const NORMAL_STEP: f64 = 1e-3;
 
 /// A wall of the domain or an obstacle.
 #[derive(Debug)]
-struct Boundary {
+struct WallOrObstacle {
     /// `wall:left`, `obstacle:floor`.
     name: String,
     kind: WallKind,
@@ -57,14 +57,14 @@ struct Boundary {
 /// All walls and obstacles of a run.
 #[derive(Debug)]
 pub struct Walls<const D: usize> {
-    boundaries: Vec<Boundary>,
+    boundaries: Vec<WallOrObstacle>,
     /// Lower and upper corner of the domain [m].
     bounds: [Vector<D>; 2],
     /// Shapes of the obstacles, which follow the 2·D sides among the boundaries.
     regions: Vec<crate::geometry::Region>,
     /// Displacement of each obstacle since the start of the run [m].
     pub displacement: Vec<Vector<3>>,
-    conditions: Vec<Condition<D>>,
+    conditions: Vec<NodeCondition<D>>,
     /// Ranges of conditions without common nodes.
     ranges: Vec<ConditionRange>,
     gap_conditions: gap::GapConditions,
@@ -92,7 +92,7 @@ pub fn side_name(dimension: usize, axis: usize, end: usize) -> &'static str {
 impl<const D: usize> Walls<D> {
     /// The walls of `grid` and the obstacles; `stencil`: the shape functions of the bodies.
     pub fn new(grid: &GridSetup<D>, obstacles: Vec<Obstacle>, fields: usize, stencil: FoldedStencil<D>) -> Self {
-        let side = |axis: usize, end: usize, wall: &Wall| Boundary {
+        let side = |axis: usize, end: usize, wall: &Wall| WallOrObstacle {
             name: format!("wall:{}", side_name(D, axis, end)),
             kind: wall.kind,
             velocity: wall.velocity.clone(),
@@ -101,7 +101,7 @@ impl<const D: usize> Walls<D> {
         let mut boundaries: Vec<_> = sides.collect();
         let mut regions = Vec::new();
         for Obstacle { name, region, kind, velocity } in obstacles {
-            boundaries.push(Boundary { name: format!("obstacle:{name}"), kind, velocity });
+            boundaries.push(WallOrObstacle { name: format!("obstacle:{name}"), kind, velocity });
             regions.push(region);
         }
         let force = vec![Vector::ZERO; boundaries.len()];

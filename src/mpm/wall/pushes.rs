@@ -12,7 +12,7 @@
 
 use super::{WallWork, Walls};
 use crate::math::Vector;
-use crate::mpm::grid::{Ghosts, Limits};
+use crate::mpm::grid::{GhostShares, Ghosts};
 
 /// Impulses on the material by boundary [N s], and the work of moving boundaries [J].
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ impl<const D: usize> Pushes<D> {
     }
 
     /// Folds momentum [N s], and adds `times` its change by mirrors.
-    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &Limits, momentum: &mut [Vector<D>], times: f64) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostShares, momentum: &mut [Vector<D>], times: f64) {
         ghosts.fold(limits, momentum, |side, _, ghost| {
             self.impulse[side] -= Vector::unit(side / 2) * (2.0 * times * ghost[side / 2]);
         });

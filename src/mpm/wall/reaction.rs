@@ -3,7 +3,7 @@
 use super::surface::{SurfacePoint, SurfacePoints};
 use super::{Walls, lasting};
 use crate::math::Vector;
-use crate::mpm::grid::{Ghosts, Limits, NodeMotion};
+use crate::mpm::grid::{GhostShares, Ghosts, NodeMotion};
 use crate::mpm::{Grid, Node, Step};
 use crate::parallel;
 
@@ -41,7 +41,7 @@ pub struct WallWork<const D: usize> {
 }
 
 /// Sums over conditions: impulses on the material by boundary [N s], work of the moving walls and of all forces [J].
-struct Sums<const D: usize> {
+struct ReactionSums<const D: usize> {
     impulse: Vec<Vector<D>>,
     work: f64,
     total: f64,
@@ -58,7 +58,7 @@ struct BoundaryForce<const D: usize> {
     velocity: Vector<D>,
 }
 
-impl<const D: usize> Sums<D> {
+impl<const D: usize> ReactionSums<D> {
     /// Adds impulse and work of a force during a step.
     fn add(&mut self, walls: &Walls<D>, at: BoundaryForce<D>, step: &Step) {
         let BoundaryForce { boundary, x, force, velocity } = at;
@@ -96,7 +96,7 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Folds the ghosts of a field's nodes into the domain, and records the momentum and force that mirrors reflect.
-    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &Limits, field: usize, nodes: &mut [Node<D>]) {
+    pub fn fold(&mut self, ghosts: &Ghosts<D>, limits: &GhostShares, field: usize, nodes: &mut [Node<D>]) {
         let reaction = &mut self.reactions[field];
         ghosts.fold(limits, nodes, |side, node, ghost| {
             let axis = Vector::unit(side / 2);
@@ -120,7 +120,7 @@ impl<const D: usize> Walls<D> {
     ) -> WallWork<D> {
         let dt = step.momentum_dt;
         let reaction = &self.reactions[field];
-        let Sums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
+        let ReactionSums { mut impulse, work, total } = self.sum_reactions(grid, field, nodes, step);
         for (boundary, &start) in reaction.start_change.iter().enumerate() {
             impulse[boundary] += start * share;
         }
@@ -140,8 +140,8 @@ impl<const D: usize> Walls<D> {
     }
 
     /// Impulses and work of the conditions of a field, summed over nodes and points.
-    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[NodeMotion<D>], step: &Step) -> Sums<D> {
-        let none = || Sums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
+    fn sum_reactions(&self, grid: &Grid<D>, field: usize, nodes: &[NodeMotion<D>], step: &Step) -> ReactionSums<D> {
+        let none = || ReactionSums { impulse: vec![Vector::ZERO; self.boundaries.len()], work: 0.0, total: 0.0 };
         let force = &self.reactions[field].force;
         let mean = |node: usize| nodes[node].midstep_velocity(step.momentum_dt);
         let sum = |range: std::ops::Range<usize>| {
@@ -152,7 +152,7 @@ impl<const D: usize> Walls<D> {
             }
             sums
         };
-        let mut sums = parallel::reduce(self.conditions.len(), sum, Sums::plus).unwrap_or_else(none);
+        let mut sums = parallel::reduce(self.conditions.len(), sum, ReactionSums::plus).unwrap_or_else(none);
         for (point, velocity) in self.reactions[field].surface.velocities(mean) {
             let SurfacePoint { boundary, place, force, .. } = *point;
             sums.add(self, BoundaryForce { boundary, x: place, force, velocity }, step);

@@ -1,6 +1,6 @@
 //! Walls and obstacles in contact with membranes: rigid surfaces with a distance, a normal, a velocity and friction.
 
-use super::{Boundary, WallKind, WallWork, Walls};
+use super::{WallKind, WallOrObstacle, WallWork, Walls};
 use crate::math::Vector;
 use crate::mpm::Step;
 
@@ -26,16 +26,16 @@ impl<const D: usize> SheetPush<D> {
 
 /// A wall of the domain or an obstacle.
 #[derive(Debug, Clone, Copy)]
-pub struct Solid<'a, const D: usize> {
+pub struct RigidBoundary<'a, const D: usize> {
     walls: &'a Walls<D>,
     boundary: usize,
 }
 
 impl<const D: usize> Walls<D> {
     /// The solids that sheets have contact with: obstacles, and the walls that aren't open.
-    pub fn solids(&self) -> impl Iterator<Item = Solid<'_, D>> {
+    pub fn solids(&self) -> impl Iterator<Item = RigidBoundary<'_, D>> {
         let closed = |boundary: &usize| self.boundaries[*boundary].kind != WallKind::Open;
-        (0..self.boundaries.len()).filter(closed).map(|boundary| Solid { walls: self, boundary })
+        (0..self.boundaries.len()).filter(closed).map(|boundary| RigidBoundary { walls: self, boundary })
     }
 
     /// True if the wall at an end (0 or 1) of an axis holds sheets.
@@ -72,7 +72,7 @@ impl<const D: usize> Walls<D> {
     }
 }
 
-impl<'a, const D: usize> Solid<'a, D> {
+impl<'a, const D: usize> RigidBoundary<'a, D> {
     /// Its number among the boundaries.
     pub fn number(self) -> usize {
         self.boundary
@@ -129,7 +129,7 @@ impl<'a, const D: usize> Solid<'a, D> {
         }
     }
 
-    fn boundary(self) -> &'a Boundary {
+    fn boundary(self) -> &'a WallOrObstacle {
         &self.walls.boundaries[self.boundary]
     }
 

@@ -20,7 +20,7 @@ use super::component::Component;
 use super::history::{History, HistoryTable};
 use super::image::Image;
 use super::label::{UnitLabels, file_name};
-use super::set::{Quantity, Set, Start, expected};
+use super::set::{Set, SetQuantity, Start, expected};
 use super::ticks::{Shown, Ticks};
 use crate::error::{Diagnostic, Error, Result};
 use crate::simulation::{Monitor, Snapshot};
@@ -44,7 +44,7 @@ const OBSTACLE: [u8; 3] = [0xb9, 0xbc, 0xc2];
 const OUTLINE: [u8; 3] = [0xcf, 0xcf, 0xcf];
 
 /// A box [m]: lower and upper corner.
-pub type Corners = [[f64; 3]; 2];
+pub type BoxCorners = [[f64; 3]; 2];
 
 /// Something rigid that stands in a picture and is not in the snapshots.
 pub trait PictureObstacle: Send + Sync {
@@ -65,7 +65,7 @@ struct DrawnObstacle {
 pub struct Picture {
     spec: PictureSpec,
     camera: Camera,
-    frame: Corners,
+    frame: BoxCorners,
     starts: BTreeMap<String, Start>,
     obstacles: Vec<DrawnObstacle>,
     directory: PathBuf,
@@ -88,7 +88,7 @@ impl Picture {
         spec: PictureSpec,
         key: &str,
         initial: &Snapshot<'_>,
-        domain: Corners,
+        domain: BoxCorners,
         directory: &Path,
         interval: f64,
         units: UnitLabels,
@@ -248,7 +248,7 @@ fn pixel(spec: &PictureSpec) -> f64 {
 }
 
 /// The box that must fit into the picture.
-fn frame(spec: &PictureSpec, initial: &Snapshot<'_>, domain: Corners) -> Corners {
+fn frame(spec: &PictureSpec, initial: &Snapshot<'_>, domain: BoxCorners) -> BoxCorners {
     match &spec.frame {
         FrameSpec::Word(FrameWord::Domain) => domain,
         FrameSpec::Word(FrameWord::Start) => {
@@ -281,7 +281,7 @@ fn check_names(spec: &PictureSpec, key: &str, initial: &Snapshot<'_>) -> Result<
     let known: Vec<&str> = shown().flat_map(Set::quantity_names).collect();
     if known.contains(&field.as_str()) {
         let found = shown().find_map(|set| set.quantity(field, &Start::new()));
-        let misfit = |(component, quantity): (Component, Quantity<'_>)| {
+        let misfit = |(component, quantity): (Component, SetQuantity<'_>)| {
             component.misfit(&format!("{key}.component"), field, quantity.components, initial.dimension)
         };
         return spec.component.zip(found).and_then(misfit).map_or(Ok(()), Err);

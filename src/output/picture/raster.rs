@@ -79,7 +79,7 @@ impl Buffer {
         let bins = self.bins(shapes);
         let width = self.width;
         parallel::for_each_chunk(&mut self.pixels[..], width * BAND, |start, pixels| {
-            let rows = Rows { first: start / width, width, count: pixels.len() / width };
+            let rows = ImageBand { first: start / width, width, count: pixels.len() / width };
             let mut keep_nearest = |at: usize, pixel: Pixel| {
                 if pixel.near > pixels[at].near {
                     pixels[at] = pixel;
@@ -103,7 +103,7 @@ impl Buffer {
         let (width, opacity) = (self.width, opacity as f32);
         self.veil.resize(self.pixels.len(), [0.0; 4]);
         parallel::for_each_chunk((&self.pixels[..], &mut self.veil[..]), width * BAND, |start, (pixels, veil)| {
-            let rows = Rows { first: start / width, width, count: pixels.len() / width };
+            let rows = ImageBand { first: start / width, width, count: pixels.len() / width };
             let mut cover = |at: usize, pixel: Pixel| {
                 if pixel.near > pixels[at].near {
                     let [red, green, blue] = lit(&pixel).map(f32::from);
@@ -246,13 +246,13 @@ impl Primitive {
 }
 
 /// A band of the image.
-struct Rows {
+struct ImageBand {
     first: usize,
     width: usize,
     count: usize,
 }
 
-impl Rows {
+impl ImageBand {
     /// Calls `keep` with each pixel of the shape and its place in the band.
     fn draw(&self, shape: &Primitive, table: &[Rgb], keep: &mut impl FnMut(usize, Pixel)) {
         match *shape {
@@ -261,7 +261,7 @@ impl Rows {
                 self.cover(x, y, keep, |x, y| ball(centre, radius, colour, finish, [x, y]));
             }
             Primitive::Triangle { corners, normals, paint, edges } => {
-                if let Some(triangle) = Triangle::new(corners, normals, paint, edges, table) {
+                if let Some(triangle) = ScreenTriangle::new(corners, normals, paint, edges, table) {
                     let (x, y) = (bounds(corners.map(|c| c.x)), bounds(corners.map(|c| c.y)));
                     self.cover(x, y, keep, |x, y| triangle.pixel([x, y]));
                 }
@@ -317,7 +317,7 @@ fn stroke([from, to]: &[Seen; 2], radius: f64, paint: [Rgb; 2], [x, y]: [f64; 2]
 }
 
 /// A triangle that is ready to be drawn.
-struct Triangle<'t> {
+struct ScreenTriangle<'t> {
     corners: [Seen; 3],
     normals: [Vector<3>; 3],
     paint: Paint,
@@ -329,7 +329,7 @@ struct Triangle<'t> {
     heights: [f64; 3],
 }
 
-impl<'t> Triangle<'t> {
+impl<'t> ScreenTriangle<'t> {
     /// `None` if it is seen from its edge.
     fn new(
         corners: [Seen; 3],

@@ -8,7 +8,7 @@ use crate::math::Vector;
 use crate::output::UnitLabels;
 use crate::output::colour::{PALETTE, Rgb};
 use crate::output::component::Component;
-use crate::output::set::{On, Quantity, Set, Start};
+use crate::output::set::{On, Set, SetQuantity, Start};
 use crate::output::ticks::round_step;
 use crate::simulation::{Elements, Snapshot, SurfaceSet};
 use std::collections::BTreeMap;
@@ -224,7 +224,7 @@ fn own_colours() -> impl Iterator<Item = Rgb> {
     PALETTE.into_iter().map(|colour| colour.map(|c| (f64::from(c) * 0.8 + 255.0 * 0.2) as u8)).cycle()
 }
 
-fn numbers(spec: &PictureSpec, quantity: &Quantity<'_>) -> Vec<f64> {
+fn numbers(spec: &PictureSpec, quantity: &SetQuantity<'_>) -> Vec<f64> {
     let number = |value: &[f64]| match spec.component {
         Some(component) if component.fits(value.len()) => component.of(value),
         _ if value.len() == 1 => value[0],

@@ -6,7 +6,7 @@ use crate::simulation::{Column, OF_OUTPUT};
 
 /// The integral of a probe's values.
 #[derive(Debug, Clone)]
-pub(super) struct Impulse {
+pub(super) struct ProbeIntegral {
     /// Beginning and end [s].
     window: [f64; 2],
     /// Name of its column.
@@ -15,7 +15,7 @@ pub(super) struct Impulse {
     state: Vec<f64>,
 }
 
-impl Impulse {
+impl ProbeIntegral {
     /// The impulse of the probe `name` over a window [s].
     pub fn new(name: &str, window: [f64; 2]) -> Self {
         Self { window, column: format!("{OF_OUTPUT}probe/{name}"), state: Vec::new() }
@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn a_window_cuts_steps() {
         for steps in [1, 3, 4, 7] {
-            let mut impulse = Impulse::new("p", [0.5, 2.5]);
+            let mut impulse = ProbeIntegral::new("p", [0.5, 2.5]);
             for k in 0..=steps {
                 let t = 3.0 * f64::from(k) / f64::from(steps);
                 impulse.add(t, &[2.0 * t, 1.0]);
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn what_was_not_seen_is_not_known() {
-        let mut impulse = Impulse::new("p", [0.5, 2.5]);
+        let mut impulse = ProbeIntegral::new("p", [0.5, 2.5]);
         assert_eq!(impulse.values(0.0, 1), [0.0]);
         assert!(impulse.values(1.0, 1)[0].is_nan());
         impulse.add(1.0, &[1.0]);

@@ -11,10 +11,10 @@ pub use spec::{ProbeAxis, ProbeSpec, Reduction, Within};
 use super::component::Component;
 use super::history::History;
 use super::label::{UnitLabels, component_names, file_name};
-use super::set::{Quantity, Set, Start, expected};
+use super::set::{Set, SetQuantity, Start, expected};
 use crate::error::{Diagnostic, Result};
 use crate::simulation::{Column, Monitor, Snapshot};
-use impulse::Impulse;
+use impulse::ProbeIntegral;
 use place::{NearestEntry, find, follow};
 use std::path::Path;
 
@@ -25,7 +25,7 @@ pub struct Probe {
     dimension: usize,
     /// The particle, element or point of an element that is followed, and where it is at the start.
     found: Option<NearestEntry>,
-    impulse: Option<Impulse>,
+    impulse: Option<ProbeIntegral>,
     start: Start,
     heads: Vec<String>,
     history: History,
@@ -73,7 +73,7 @@ impl Probe {
         }));
         let history = History::new(directory.join(format!("{}.csv", file_name(&spec.name))));
         let interval = spec.every.unwrap_or(interval);
-        let impulse = spec.impulse.map(|window| Impulse::new(&spec.name, window));
+        let impulse = spec.impulse.map(|window| ProbeIntegral::new(&spec.name, window));
         Ok(Self { spec, dimension, found, impulse, start, heads, history, interval })
     }
 
@@ -176,7 +176,7 @@ fn shown(components: usize, dimension: usize) -> usize {
 }
 
 /// Names and units of the columns after the time.
-fn columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize) -> Vec<(String, &'q str)> {
+fn columns<'q>(spec: &ProbeSpec, quantity: &SetQuantity<'q>, dimension: usize) -> Vec<(String, &'q str)> {
     let named = |name: &str, unit| vec![(name.to_owned(), unit)];
     match spec.reduction() {
         Some(Reduction::Top) => named("top", "m"),
@@ -192,7 +192,7 @@ fn columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize) -> V
 }
 
 /// `x`, `ux` and `vx` for positions, displacements and velocities, `stress-xx` for others.
-fn value_columns<'q>(spec: &ProbeSpec, quantity: &Quantity<'q>, dimension: usize) -> Vec<(String, &'q str)> {
+fn value_columns<'q>(spec: &ProbeSpec, quantity: &SetQuantity<'q>, dimension: usize) -> Vec<(String, &'q str)> {
     let name = |component: &str| match (spec.quantity.as_str(), component) {
         (quantity, "") => quantity.to_owned(),
         ("position", axis @ ("x" | "y" | "z")) => axis.to_owned(),
@@ -220,7 +220,12 @@ fn check_whole(spec: &ProbeSpec, key: &str, set: Set<'_>) -> Result<(), Diagnost
         .help("write `reduce = \"sum\"`, without `within` and `weight`"))
 }
 
-fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>, dimension: usize) -> Result<(), Diagnostic> {
+fn check_component(
+    spec: &ProbeSpec,
+    key: &str,
+    quantity: &SetQuantity<'_>,
+    dimension: usize,
+) -> Result<(), Diagnostic> {
     let vertical = matches!(spec.reduce, Some(Reduction::Top | Reduction::Bottom));
     if dimension == 2 && vertical && spec.axis == Some(ProbeAxis::Z) {
         let finding = Diagnostic::error(format!("{key}.axis"), "there is no `z` in two dimensions");
@@ -232,7 +237,7 @@ fn check_component(spec: &ProbeSpec, key: &str, quantity: &Quantity<'_>, dimensi
     spec.component.and_then(misfit).map_or(Ok(()), Err)
 }
 
-fn check_weight(spec: &ProbeSpec, key: &str, set: Set<'_>, quantity: &Quantity<'_>) -> Result<(), Diagnostic> {
+fn check_weight(spec: &ProbeSpec, key: &str, set: Set<'_>, quantity: &SetQuantity<'_>) -> Result<(), Diagnostic> {
     let Some(weight) = &spec.weight else { return Ok(()) };
     match set.quantity(weight, &Start::new()) {
         Some(found) if found.components == 1 && found.on == quantity.on => Ok(()),

@@ -1,7 +1,7 @@
 //! The target of a probe: a particle, an element, or a point between the nodes of an element.
 
 use crate::math::Vector;
-use crate::output::set::{On, Quantity, Set};
+use crate::output::set::{On, Set, SetQuantity};
 use crate::simulation::SurfaceSet;
 
 /// The target of a probe.
@@ -46,7 +46,7 @@ pub(super) fn find(set: Set<'_>, on: On, place: &[f64]) -> Option<NearestEntry> 
 }
 
 /// The value at the followed particle or element; `None` if it is gone.
-pub(super) fn follow(set: Set<'_>, followed: &Followed, quantity: &Quantity<'_>) -> Option<Vec<f64>> {
+pub(super) fn follow(set: Set<'_>, followed: &Followed, quantity: &SetQuantity<'_>) -> Option<Vec<f64>> {
     let value = |index: usize| quantity.values.chunks_exact(quantity.components).nth(index).map(<[f64]>::to_vec);
     match (followed, set) {
         (Followed::Particle(id), Set::Points(set)) => value(set.id.iter().position(|other| other == id)?),

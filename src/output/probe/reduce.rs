@@ -2,11 +2,11 @@
 
 use super::fragments::count_fragments;
 use super::{ProbeSpec, Reduction, Within, selected};
-use crate::output::set::{Quantity, Set, Start};
+use crate::output::set::{Set, SetQuantity, Start};
 use crate::simulation::PointSet;
 
 /// The reduced values: as many as the probe has columns. Means and sums of a body that fills a region are over that.
-pub(super) fn reduce(spec: &ProbeSpec, set: Set<'_>, quantity: &Quantity<'_>, dimension: usize) -> Vec<f64> {
+pub(super) fn reduce(spec: &ProbeSpec, set: Set<'_>, quantity: &SetQuantity<'_>, dimension: usize) -> Vec<f64> {
     if let Set::Points(PointSet { filled: Some(filled), .. }) = set
         && integrates(spec)
     {
@@ -46,11 +46,11 @@ fn bounds(spec: &ProbeSpec) -> [[f64; 3]; 2] {
 }
 
 /// The values reduced over particles, nodes or elements.
-fn reduce_entries(spec: &ProbeSpec, set: Set<'_>, quantity: &Quantity<'_>, dimension: usize) -> Vec<f64> {
+fn reduce_entries(spec: &ProbeSpec, set: Set<'_>, quantity: &SetQuantity<'_>, dimension: usize) -> Vec<f64> {
     let places = set.places(quantity.on);
     let inside = |x: &[f64; 3]| spec.within.as_ref().is_none_or(|within| within.contains(x));
     let chosen: Vec<usize> = (0..places.len()).filter(|&i| inside(&places[i])).collect();
-    let weights = Weights::new(spec, set);
+    let weights = EntryWeights::new(spec, set);
     let axis = spec.axis.map_or(dimension - 1, |axis| axis.index());
     let coordinates = chosen.iter().map(|&i| places[i][axis]);
     let radii = chosen.iter().map(|&i| radius(spec, &places[i], dimension));
@@ -107,9 +107,9 @@ fn extreme(
 }
 
 /// Weights of entries; equal weights if `None`.
-struct Weights(Option<Vec<f64>>);
+struct EntryWeights(Option<Vec<f64>>);
 
-impl Weights {
+impl EntryWeights {
     fn new(spec: &ProbeSpec, set: Set<'_>) -> Self {
         Self(spec.weight.as_ref().and_then(|name| Self::field(set, name)))
     }

@@ -7,7 +7,7 @@
 //! Rows of rotated nodes are turned into their frames, A_ij ← Q_i A_ij Q_jᵀ; prescribed unknowns are eliminated
 //! symmetrically: their columns go to the right-hand side, their rows keep the diagonal alone.
 
-use super::element::{self, Block, Content, Drive, Equations};
+use super::element::{self, Block, Content, Drive, Equations, Stabilisation};
 use super::outflow;
 use super::slip;
 use super::subscale::Subscales;
@@ -56,7 +56,7 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
     pub force: &'a [Vector<D>],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: &'a [Vector<D>],
-    /// Projected pressure gradients at the nodes, for the stabilisation.
+    /// Projected parts of the residual at the nodes, for the stabilisation.
     pub subscales: &'a Subscales<D>,
     /// Open facets of each element, as bits (see `outflow`).
     pub open: &'a [u8],
@@ -75,8 +75,12 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     /// The drive of an element.
     pub fn drive(&self, element: usize, cut: bool) -> Drive<D, N> {
         let nodes = self.mesh.elements()[element].map(|node| node as usize);
-        let of = if cut { &self.subscales.followed } else { &self.subscales.projected };
-        let projected = nodes.map(|i| of[i]);
+        let projected = match (self.equations.stabilisation, cut) {
+            (Stabilisation::Oss, true) => nodes.map(|i| self.subscales.followed[i]),
+            (Stabilisation::Oss | Stabilisation::ConsistentPspg, false) => nodes.map(|i| self.subscales.projected[i]),
+            // The forces differ from side to side of an interface.
+            (Stabilisation::ConsistentPspg, true) | (Stabilisation::Pspg, _) => [Vector::ZERO; N],
+        };
         Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected }
     }
 

@@ -1,7 +1,7 @@
 //! The error of a linear system that was not solved: its residuals, and advice.
 
 use crate::error::{Place, StepError};
-use crate::linalg::{Options, SolverKind};
+use crate::linalg::{SolverKind, SolverOptions};
 
 /// Residuals at the start, four times on the way and at the end.
 fn residuals(history: &[f64], last: f64) -> String {
@@ -15,13 +15,13 @@ fn residuals(history: &[f64], last: f64) -> String {
 }
 
 /// The error of a solution whose residual stayed too large, with the residuals on the way.
-pub(super) fn not_converged(place: Place, history: &[f64], residual: f64, options: &Options) -> StepError {
+pub(super) fn not_converged(place: Place, history: &[f64], residual: f64, options: &SolverOptions) -> StepError {
     let last = match options.kind {
         SolverKind::Direct => "choose `pfem2.solver = \"iterative\"`",
         SolverKind::Auto => "choose `pfem2.solver = \"iterative\"`, or `\"direct\"`",
         SolverKind::Iterative => "choose `pfem2.solver = \"direct\"`",
     };
-    let (most, usual) = (options.max_iterations, Options::default().max_iterations);
+    let (most, usual) = (options.max_iterations, SolverOptions::default().max_iterations);
     let few = if most < usual {
         format!("raise `pfem2.solver.max-iterations` ({most}, by default {usual}), ")
     } else {

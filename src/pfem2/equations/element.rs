@@ -9,7 +9,8 @@
 //! τ = (1/Δ + 4 μ/(ρ h²) + 2 |v|/h)⁻¹            C_ij = τ ∫dV/ρ  g_i·g_j
 //!
 //! PSPG             s = b                        (the paper; inconsistent, theory F.7.1)
-//! consistent PSPG  s = b + v̂/Δ, and −τ/Δ V/(d+1) g_i on the velocities in the continuity row   (theory (F.27))
+//! consistent PSPG  s = b + v̂/Δ + f, f the viscous force per unit mass of the last step, and −τ/Δ V/(d+1) g_i on the velocities in
+//!                  the continuity row   (theory (F.27))
 //! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory (F.28))
 //! ```
 //!
@@ -28,7 +29,7 @@ pub type Block<const N: usize> = [[f64; N]; N];
 pub enum Stabilisation {
     /// The paper's: without inertia in the residual.
     Pspg,
-    /// The whole residual; the system is not symmetric.
+    /// The whole residual, with the viscous force of the last step; the system is not symmetric.
     ConsistentPspg,
     /// Orthogonal subscales: against the projected pressure gradient of the last step.
     #[default]
@@ -141,7 +142,8 @@ pub struct Drive<const D: usize, const N: usize> {
     pub force: [Vector<D>; N],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: [Vector<D>; N],
-    /// Projected ∇p/ρ − b at the nodes [m/s²].
+    /// What of the residual is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous force per unit mass
+    /// with the consistent form.
     pub projected: [Vector<D>; N],
 }
 
@@ -150,10 +152,10 @@ impl<const D: usize, const N: usize> Drive<D, N> {
     #[inline]
     pub fn source(&self, equations: &Equations) -> Vector<D> {
         let mean = |values: &[Vector<D>; N]| values.iter().copied().sum::<Vector<D>>() / N as f64;
+        let source = mean(&self.force) + mean(&self.projected);
         match equations.stabilisation {
-            Stabilisation::Pspg => mean(&self.force),
-            Stabilisation::ConsistentPspg => mean(&self.force) + mean(&self.convected) / equations.delta,
-            Stabilisation::Oss => mean(&self.force) + mean(&self.projected),
+            Stabilisation::Pspg | Stabilisation::Oss => source,
+            Stabilisation::ConsistentPspg => source + mean(&self.convected) / equations.delta,
         }
     }
 
@@ -188,6 +190,20 @@ pub fn load<const D: usize, const N: usize>(
     // Becker (20), the stabilisation on the right-hand side; theory (F.23).
     f[D] = -content.tau * simplex.volume * simplex.gradient[i].dot(source);
     f
+}
+
+/// Forces of the viscous stress on the nodes of an element [N], −Σ_j K_ij v_j, at these nodal velocities [m/s].
+pub fn viscous_forces<const D: usize, const N: usize>(
+    simplex: &Simplex<D, N>,
+    viscosity: f64,
+    velocity: &[Vector<D>; N],
+) -> [Vector<D>; N] {
+    let g = &simplex.gradient;
+    let stiffness = viscosity * simplex.volume;
+    std::array::from_fn(|i| {
+        let of = |j: usize| velocity[j] * g[i].dot(g[j]) + g[j] * g[i].dot(velocity[j]);
+        (0..N).map(of).sum::<Vector<D>>() * -stiffness
+    })
 }
 
 #[cfg(test)]

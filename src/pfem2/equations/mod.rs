@@ -3,6 +3,7 @@
 //! ```text
 //! element      the blocks and loads of one element                             Becker (17)–(20), theory F.6, F.7
 //! subscale     orthogonal subscales, against which the pressure is stabilised  theory F.7.3
+//! viscous      viscous forces at the nodes, for the consistent stabilisation   theory F.7.2
 //! slip         pressure on slip facets                                         theory (F.32)
 //! outflow      viscous and inertial terms of open facets                       theory (F.34), (F.35)
 //! shear        the shear rate of an element                                    theory F.8
@@ -21,3 +22,4 @@ pub mod shear;
 pub mod slip;
 pub mod subscale;
 pub mod system;
+pub mod viscous;

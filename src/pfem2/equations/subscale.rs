@@ -32,7 +32,7 @@ pub const CUT_TAU: f64 = 0.3;
 /// The projections at the nodes.
 #[derive(Debug, Clone, Default)]
 pub struct Subscales<const D: usize> {
-    /// π, projected from the last pressures [m/s²].
+    /// π, projected from the last pressures [m/s²]; with the consistent form the viscous force per unit mass (see `viscous`).
     pub projected: Vec<Vector<D>>,
     /// γ, its mean over some steps [m/s²].
     pub followed: Vec<Vector<D>>,

@@ -14,8 +14,9 @@ use super::outflow;
 use super::shear::shear_rate;
 use super::slip;
 use super::subscale::{self, Subscales};
+use super::viscous::ViscousFlow;
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, Options, Outcome, SolverState};
+use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, SolveOutcome, SolverOptions, SolverState};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -95,7 +96,7 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Pressure at the nodes [Pa].
     pub pressure: Vec<f64>,
-    /// Projected pressure gradients, for the stabilisation.
+    /// Projected parts of the residual, for the stabilisation.
     pub subscales: Subscales<D>,
     /// Body force at the nodes [m/s²].
     pub force: Vec<Vector<D>>,
@@ -110,7 +111,7 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     /// Solids in the mesh.
     pub immersed: Option<Immersed<D, N>>,
     /// Outcome of the last solution.
-    pub outcome: Outcome,
+    pub outcome: SolveOutcome,
     pub(in crate::pfem2) equations: Equations,
     pub(super) density: Vec<f64>,
     /// Shortest edge of each element [m].
@@ -131,7 +132,7 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     rhs: Vec<[f64; N]>,
     pub(in crate::pfem2) unknowns: Vec<[f64; N]>,
     linear: LinearSolver<N>,
-    options: Options,
+    options: SolverOptions,
     /// Preconditioners made so far.
     pub(in crate::pfem2) preconditioners: u64,
 }
@@ -143,7 +144,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         boundary: Boundary<D>,
         physics: Physics<D>,
         velocity: Vec<Vector<D>>,
-        options: Options,
+        options: SolverOptions,
     ) -> Self {
         let nodes = mesh.nodes().len();
         let assembly = Assembly::new(&mesh);
@@ -170,7 +171,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             cuts: Vec::new(),
             recovered: Vec::new(),
             volumes: vec![0.0; physics.fluids.len()],
-            outcome: Outcome { iterations: 0, residual: 0.0, rebuilt: false },
+            outcome: SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false },
             pure: vec![true; mesh.elements().len()],
             velocity,
             mesh,
@@ -212,7 +213,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     ///
     /// # Errors
     /// The matrix of the solids is singular; inside, the linear solver doesn't converge.
-    fn solve_linear(&mut self) -> Result<Result<Outcome, NotConverged>, StepError> {
+    fn solve_linear(&mut self) -> Result<Result<SolveOutcome, NotConverged>, StepError> {
         let Some(immersed) = &mut self.immersed else {
             return Ok(self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns));
         };
@@ -467,21 +468,30 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.recovered = parallel::collect(self.cuts.len(), 256, of);
     }
 
+    /// Projects on the nodes what the next step is stabilised against.
     fn project_subscales(&mut self) {
-        if self.physics.stabilisation == Stabilisation::Oss {
-            let mut subscales = std::mem::take(&mut self.subscales);
-            let (pure, pressure) = (|e: usize| self.pure[e], |node: usize| self.pressure[node]);
-            subscale::project(&self.mesh, &self.contents, pure, pressure, &self.force, &mut subscales.projected);
-            subscales.average();
-            self.subscales = subscales;
+        let mut subscales = std::mem::take(&mut self.subscales);
+        let Self { mesh, contents, velocity, immersed, .. } = &*self;
+        let (pure, pressure) = (|e: usize| self.pure[e], |node: usize| self.pressure[node]);
+        match self.physics.stabilisation {
+            Stabilisation::Pspg => {}
+            Stabilisation::ConsistentPspg => {
+                let flow = ViscousFlow { mesh, contents, velocity, immersed: immersed.as_ref() };
+                subscales.projected = flow.accelerations(pure, |node| self.boundary_nodes[node]);
+            }
+            Stabilisation::Oss => {
+                subscale::project(mesh, contents, pure, pressure, &self.force, &mut subscales.projected);
+                subscales.average();
+            }
         }
+        self.subscales = subscales;
     }
 }
 
 fn solver<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     assembly: &Assembly<N>,
-    options: Options,
+    options: SolverOptions,
 ) -> LinearSolver<N> {
     let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
     LinearSolver::new(assembly.pattern(), &places, options)

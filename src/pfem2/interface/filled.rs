@@ -12,19 +12,23 @@ use crate::simulation::{Field, PointSet};
 use std::borrow::Cow;
 
 /// Lower and upper corner of a box [m]; infinite where it has no side.
-pub type Bounds = [[f64; 3]; 2];
+pub type FluidBox = [[f64; 3]; 2];
 
 /// A piece of a fluid.
-struct Piece<const D: usize> {
+struct FilledSimplex<const D: usize> {
     center: Vector<D>,
     velocity: Vector<D>,
     volume: f64,
 }
 
 /// The pieces of a fluid inside a box, as points with volumes and masses.
-pub fn pieces<const D: usize, const N: usize>(pfem: &Pfem2<D, N>, fluid: usize, bounds: &Bounds) -> PointSet<'static> {
+pub fn pieces<const D: usize, const N: usize>(
+    pfem: &Pfem2<D, N>,
+    fluid: usize,
+    bounds: &FluidBox,
+) -> PointSet<'static> {
     let elements = 0..pfem.system.mesh.elements().len();
-    let pieces: Vec<Piece<D>> = elements.flat_map(|e| of_element(pfem, fluid, e, bounds)).collect();
+    let pieces: Vec<FilledSimplex<D>> = elements.flat_map(|e| of_element(pfem, fluid, e, bounds)).collect();
     let density = pfem.interface.list.density()[fluid];
     let volumes: Vec<f64> = pieces.iter().map(|piece| piece.volume).collect();
     let masses: Vec<f64> = volumes.iter().map(|volume| density * volume).collect();
@@ -49,8 +53,8 @@ fn of_element<const D: usize, const N: usize>(
     pfem: &Pfem2<D, N>,
     fluid: usize,
     e: usize,
-    bounds: &Bounds,
-) -> Vec<Piece<D>> {
+    bounds: &FluidBox,
+) -> Vec<FilledSimplex<D>> {
     let Some((parts, part)) = parts(pfem, fluid, e) else { return Vec::new() };
     let (mesh, x) = (&pfem.system.mesh, pfem.system.mesh.corners(e));
     let v = mesh.elements()[e].map(|node| pfem.system.velocity[node as usize]);
@@ -58,7 +62,7 @@ fn of_element<const D: usize, const N: usize>(
     let piece = |corners: &[[f64; N]; N]| {
         let center = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum::<f64>() / N as f64);
         let (center, velocity) = (interpolate(&center, &x), interpolate(&center, &v));
-        Piece { center, velocity, volume: volume * share(corners) }
+        FilledSimplex { center, velocity, volume: volume * share(corners) }
     };
     clipped(parts, &x, bounds).iter().map(piece).collect()
 }
@@ -82,7 +86,7 @@ fn parts<const D: usize, const N: usize>(
 fn clipped<const D: usize, const N: usize>(
     parts: Vec<[[f64; N]; N]>,
     x: &[Vector<D>; N],
-    bounds: &Bounds,
+    bounds: &FluidBox,
 ) -> Vec<[[f64; N]; N]> {
     let mut parts = parts;
     for axis in 0..D {

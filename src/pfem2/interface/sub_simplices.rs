@@ -26,15 +26,15 @@ pub fn is_cut<const N: usize>(level: &[f64; N]) -> bool {
 }
 
 /// Barycentric coordinates of a point.
-type Point<const N: usize> = [f64; N];
+type Barycentric<const N: usize> = [f64; N];
 
 /// Node `i`.
-fn node<const N: usize>(i: usize) -> Point<N> {
+fn node<const N: usize>(i: usize) -> Barycentric<N> {
     std::array::from_fn(|k| if k == i { 1.0 } else { 0.0 })
 }
 
 /// The point of the interface on the edge between nodes `i` and `j` of different sides.
-fn edge_point<const N: usize>(level: &[f64; N], i: usize, j: usize) -> Point<N> {
+fn edge_point<const N: usize>(level: &[f64; N], i: usize, j: usize) -> Barycentric<N> {
     let (a, b) = (level[i].abs(), level[j].abs());
     let mut point = [0.0; N];
     point[i] = b / (a + b);
@@ -63,12 +63,12 @@ pub(super) fn sides<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
 }
 
 /// A simplex as a whole, by its barycentric corners.
-pub fn whole<const N: usize>() -> [Point<N>; N] {
+pub fn whole<const N: usize>() -> [Barycentric<N>; N] {
     std::array::from_fn(node)
 }
 
 /// The part of a simplex in which the linear function with these nodal values is negative, as simplices by their barycentric corners.
-pub fn negative_side<const N: usize>(level: &[f64; N]) -> Vec<[Point<N>; N]> {
+pub fn negative_side<const N: usize>(level: &[f64; N]) -> Vec<[Barycentric<N>; N]> {
     let (own, other): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i] < 0.0);
     if is_cut(level) {
         return side(level, &own, &other);
@@ -77,7 +77,7 @@ pub fn negative_side<const N: usize>(level: &[f64; N]) -> Vec<[Point<N>; N]> {
 }
 
 /// The simplices of the side of the nodes `own`.
-fn side<const N: usize>(level: &[f64; N], own: &[usize], other: &[usize]) -> Vec<[Point<N>; N]> {
+fn side<const N: usize>(level: &[f64; N], own: &[usize], other: &[usize]) -> Vec<[Barycentric<N>; N]> {
     let cut = |i: usize, j: usize| edge_point(level, i, j);
     match (own, other) {
         // A corner: a node and the edge points around it.
@@ -95,13 +95,13 @@ fn side<const N: usize>(level: &[f64; N], own: &[usize], other: &[usize]) -> Vec
 }
 
 /// A prism between two facets with corresponding corners, as simplices: {(p,b,c,d), (p,q,c,d), (p,q,r,d)}.
-fn prism<const N: usize>(lower: &[Point<N>], upper: &[Point<N>]) -> Vec<[Point<N>; N]> {
+fn prism<const N: usize>(lower: &[Barycentric<N>], upper: &[Barycentric<N>]) -> Vec<[Barycentric<N>; N]> {
     let simplex = |k: usize| std::array::from_fn(|i| if i <= k { lower[i] } else { upper[i - 1] });
     (0..lower.len()).map(simplex).collect()
 }
 
 /// Volume of a sub-simplex as a fraction of the element's.
-pub fn share<const N: usize>(corners: &[Point<N>; N]) -> f64 {
+pub fn share<const N: usize>(corners: &[Barycentric<N>; N]) -> f64 {
     // The fraction is |det λ|; rows sum to one, so a column may be dropped against differences of rows.
     let edges = Tensor::<3>::from_fn(|i, j| match (i + 1 < N, j + 1 < N) {
         (true, true) => corners[i + 1][j + 1] - corners[0][j + 1],
@@ -112,7 +112,7 @@ pub fn share<const N: usize>(corners: &[Point<N>; N]) -> f64 {
 }
 
 /// Volume and centre of a sub-simplex.
-fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> SubSimplex<N> {
+fn part<const N: usize>(corners: &[Barycentric<N>; N], negative: bool) -> SubSimplex<N> {
     let sum: [f64; N] = std::array::from_fn(|k| corners.iter().map(|corner| corner[k]).sum());
     // ∫λ_a λ_b dV = V (1 + δ_ab)/(d + 1)(d + 2) for its own shape functions λ.
     let product =
@@ -122,7 +122,7 @@ fn part<const N: usize>(corners: &[Point<N>; N], negative: bool) -> SubSimplex<N
 }
 
 /// Corners of the interface in a cut element: 2 in a triangle, 3 or 4, in order around it, in a tetrahedron.
-pub fn corners<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
+pub fn corners<const N: usize>(level: &[f64; N]) -> Vec<Barycentric<N>> {
     let (own, other): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i] < 0.0);
     let cut = |i: usize, j: usize| edge_point(level, i, j);
     match (&own[..], &other[..]) {
@@ -136,12 +136,13 @@ pub fn corners<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
 /// that isn't cut has one if it lies on the negative side of an interface that runs along one of its facets.
 pub fn facets<const D: usize, const N: usize>(level: &[f64; N]) -> Vec<[[f64; N]; D]> {
     let points = if is_cut(level) { corners(level) } else { touched(level) };
-    let facet = |fan: &[Point<N>]| std::array::from_fn(|i| if i == 0 && D == 3 { points[0] } else { fan[i + 2 - D] });
+    let facet =
+        |fan: &[Barycentric<N>]| std::array::from_fn(|i| if i == 0 && D == 3 { points[0] } else { fan[i + 2 - D] });
     points.windows(2).skip(D - 2).map(facet).collect()
 }
 
 /// Corners of the facet on which φ vanishes, up to rounding, if the node opposite to it is negative.
-fn touched<const N: usize>(level: &[f64; N]) -> Vec<Point<N>> {
+fn touched<const N: usize>(level: &[f64; N]) -> Vec<Barycentric<N>> {
     let largest = level.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let (on, off): (Vec<usize>, Vec<usize>) = (0..N).partition(|&i| level[i].abs() <= THINNEST * largest);
     match off[..] {

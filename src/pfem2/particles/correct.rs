@@ -99,7 +99,7 @@ pub(in crate::pfem2) fn at<const D: usize, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pfem2::particles::project::{Kernel, project};
+    use crate::pfem2::particles::project::{AveragingKernel, project};
 
     #[test]
     fn increments_are_added_and_unresolved_velocities_decay_within_the_relaxation_time() {
@@ -108,7 +108,9 @@ mod tests {
         let mut particles = Particles::seed(&mesh, 5, |_| Some(0), rough);
         let still = vec![Vector::ZERO; mesh.nodes().len()];
         let seen = |particles: &Particles<2>| {
-            project(&mesh, particles, &[1.0], Kernel::Linear, &still, &|e| mesh.simplex(e).volume).velocity.mean
+            project(&mesh, particles, &[1.0], AveragingKernel::Linear, &still, &|e| mesh.simplex(e).volume)
+                .velocity
+                .mean
         };
         let unseen = |particles: &Particles<2>| {
             let nodal = seen(particles);
@@ -158,14 +160,16 @@ mod tests {
         let start = momentum(&particles);
         for _ in 0..30 {
             let hat =
-                project(&mesh, &particles, &DENSITY, Kernel::Linear, &still, &|e| mesh.simplex(e).volume).velocity;
+                project(&mesh, &particles, &DENSITY, AveragingKernel::Linear, &still, &|e| mesh.simplex(e).volume)
+                    .velocity;
             let missing = hat.increments(&hat.mean, 2);
             let increment = [&missing[0][..], &missing[1]];
             let correction = Correction { increment: &increment, velocity: &hat.mean, filter: 0.0, projectiles: None };
             particles.correct(&mesh, &correction);
         }
         assert!((momentum(&particles) - start).norm() < 1e-12 * start.norm());
-        let projected = project(&mesh, &particles, &DENSITY, Kernel::Linear, &still, &|e| mesh.simplex(e).volume);
+        let projected =
+            project(&mesh, &particles, &DENSITY, AveragingKernel::Linear, &still, &|e| mesh.simplex(e).volume);
         for (node, share) in projected.fraction[0].iter().enumerate() {
             let air = projected.velocity.own[1][node][0];
             assert!(!(0.1..0.9).contains(share) || air.abs() < 0.05, "{share} {air}");

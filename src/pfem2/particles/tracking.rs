@@ -3,7 +3,7 @@
 use super::Particles;
 use super::convect::{ConvectionCounts, Projectiles};
 use super::correct::{self, Correction};
-use super::project::Kernel;
+use super::project::AveragingKernel;
 use super::reseed::{self, ParticleCounts, Reseeded};
 use crate::math::Vector;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
@@ -17,7 +17,7 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct ParticleRules {
     /// Averages at the nodes.
-    pub kernel: Kernel,
+    pub kernel: AveragingKernel,
     /// Numbers of particles to be held in elements and sub-cells.
     pub target: ParticleCounts,
     /// Fluids that follow their own side of the interface (Becker (36)).

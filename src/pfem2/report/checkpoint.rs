@@ -154,6 +154,7 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/forces", Column::new(&mut last.forces));
     visit("solids/forces earlier", Column::new(&mut last.forces_earlier));
     visit("solids/forces mean", Column::new(&mut last.forces_mean));
+    visit("solids/contact", Column::new(&mut last.contact));
     visit("solids/energies", Column::record(&mut last.energies));
 }
 

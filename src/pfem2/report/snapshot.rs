@@ -1,8 +1,10 @@
 //! The state as outputs see it: particles, mesh, ledger, forces, counts.
 
-use crate::math::Vector;
+use crate::math::{SymTensor, Vector};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::filled;
+use crate::pfem2::solid::stress::NodalStress;
+use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::time::step_control::ErrorEstimates;
 use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
@@ -62,7 +64,7 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
             Field::computed("mass", "kg", 1, mass),
             Field::computed("fluid", "", 1, move || vec![fluid as f64; count]),
         ],
-        filled: Some(Box::new(move |bounds: &filled::Bounds| filled::pieces(pfem, fluid, bounds))),
+        filled: Some(Box::new(move |bounds: &filled::FluidBox| filled::pieces(pfem, fluid, bounds))),
     }
 }
 
@@ -102,10 +104,10 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
     })
 }
 
-/// The solids: their elements as simple ones, with displacement and velocity.
+/// The solids: their elements as simple ones, with displacement, velocity, stress and strain.
 fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = SurfaceSet<'_>> {
     pfem.solids.iter().flat_map(|solids| {
-        solids.structure.bodies().zip(&solids.outlines).map(|(body, outline)| SurfaceSet {
+        solids.structure.bodies().zip(&solids.outlines).enumerate().map(|(solid, (body, outline))| SurfaceSet {
             name: body.name,
             position: Cow::Owned(body.positions().iter().map(|x| x.to3()).collect()),
             reference: Cow::Owned(body.mesh.nodes.iter().map(|x| x.to3()).collect()),
@@ -114,10 +116,23 @@ fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<I
             node_fields: vec![
                 vectors("displacement", "m", body.displacement),
                 vectors("velocity", "m/s", body.velocity),
+                tensors("stress", "Pa", &solids.structure, solid, |node| node.stress),
+                tensors("strain", "", &solids.structure, solid, |node| node.strain),
             ],
             element_fields: Vec::new(),
         })
     })
+}
+
+/// A tensor at the nodes of a solid.
+fn tensors<'a, const D: usize>(
+    name: &'static str,
+    unit: &'static str,
+    structure: &'a Structure<D>,
+    solid: usize,
+    of: fn(&NodalStress) -> SymTensor,
+) -> Field<'a> {
+    Field::computed(name, unit, 6, move || structure.nodal_stresses(solid).iter().flat_map(|node| of(node).0).collect())
 }
 
 /// Forces of the fluid on the solids [N].

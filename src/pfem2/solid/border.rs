@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 
 /// Coupling blocks of a cut element, without prescribed unknowns.
-struct Coupling<const D: usize, const N: usize> {
+struct FreeBlocks<const D: usize, const N: usize> {
     nodes: [u32; N],
     solid: Vec<u32>,
     /// `[a][i]`: rows of node i, columns of solid node a.
@@ -27,7 +27,7 @@ struct Coupling<const D: usize, const N: usize> {
 
 /// The border that solids are.
 pub struct SolidBorder<const D: usize, const N: usize> {
-    couplings: Vec<Coupling<D, N>>,
+    couplings: Vec<FreeBlocks<D, N>>,
     matrix: SparseMatrix,
     factor: SparseFactor,
     /// Right-hand side c [N].
@@ -48,7 +48,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let mut couplings = Vec::with_capacity(immersed.elements.len());
         for element in &immersed.elements {
             let nodes = mesh.elements()[element.element as usize];
-            let mut coupling = Coupling::turned(element, nodes, constraints);
+            let mut coupling = FreeBlocks::turned(element, nodes, constraints);
             coupling.eliminate_fluid(constraints, &mut load);
             coupling.eliminate_solid(held, rhs_of_fluid);
             couplings.push(coupling);
@@ -104,7 +104,7 @@ fn eliminated(mut entries: Vec<(u32, u32, f64)>, held: &[Option<f64>], load: &mu
     SparseMatrix::from_triplets(unknowns, entries)
 }
 
-impl<const D: usize, const N: usize> Coupling<D, N> {
+impl<const D: usize, const N: usize> FreeBlocks<D, N> {
     /// The blocks of an element in the frames of its nodes.
     fn turned(element: &CoupledElement<D, N>, nodes: [u32; N], constraints: &Constraints<D, N>) -> Self {
         let CoupledElement { solid, to_fluid, to_solid, .. } = element;

@@ -13,10 +13,10 @@
 //! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work that the solid
 //! takes.
 
-use super::cut::{CutBySolid, CutPoint, SubSimplex, Vertex};
-use crate::math::Vector;
+use super::cut::{CutBySolid, CutPoint, FluidSimplex, Motion, Vertex};
+use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
-use crate::pfem2::equations::element::{Block, Drive, Equations, Mass, Stabilisation};
+use crate::pfem2::equations::element::{Block, Drive, Equations, Mass, Stabilisation, viscous_forces};
 use crate::pfem2::interface::Medium;
 
 /// What fills the fluid part of a cut element.
@@ -55,15 +55,20 @@ pub struct CoupledElement<const D: usize, const N: usize> {
     pub solid_loads: Vec<Vector<D>>,
 }
 
-/// Velocity of a vertex by the unknowns that it depends on.
-enum Follows {
+/// An unknown of an element.
+#[derive(Clone, Copy)]
+enum Unknown {
+    /// Velocity of a local node.
     Node(usize),
-    /// Places in [`CoupledElement::solid`] with their weights.
-    Solid(Vec<(usize, f64)>),
+    /// Velocity of a node of a solid: its place in [`CoupledElement::solid`].
+    Solid(usize),
 }
 
+/// Velocity of a vertex by the unknowns that it depends on: v = Σ P v_k.
+type Follows<const D: usize> = Vec<(Unknown, Tensor<D>)>;
+
 /// A simplex of the fluid part.
-struct Part<const D: usize, const N: usize> {
+struct PartGeometry<const D: usize, const N: usize> {
     simplex: Simplex<D, N>,
     /// Shape functions of the element at its centre.
     center: [f64; N],
@@ -83,11 +88,12 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     ) -> Self {
         let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
         let mut element = Self::empty(cut.element, &own);
-        let follows = element.follows(&own);
-        let hat = |vertex: &Follows| match vertex {
-            Follows::Node(i) => fluid.drive.convected[*i],
-            Follows::Solid(all) => all.iter().map(|&(a, w)| velocity_hat[element.solid[a] as usize] * w).sum(),
+        let follows = element.follows(&cut.nodes, &own);
+        let of = |unknown: Unknown| match unknown {
+            Unknown::Node(i) => fluid.drive.convected[i],
+            Unknown::Solid(a) => velocity_hat[element.solid[a] as usize],
         };
+        let hat = |vertex: &Follows<D>| vertex.iter().map(|&(unknown, p)| p.apply(of(unknown))).sum();
         let hats: Vec<Vector<D>> = follows.iter().map(hat).collect();
         let volume = mesh.simplex(cut.element as usize).volume;
         for part in parts(mesh, cut, &own) {
@@ -119,20 +125,26 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// The unknowns of its nodes and cut points.
-    fn follows(&self, points: &[&CutPoint<D>]) -> Vec<Follows> {
-        let place = |a: &u32| self.solid.binary_search(a).unwrap_or(0);
-        let of = |point: &&CutPoint<D>| Follows::Solid(point.weights.iter().map(|(a, w)| (place(a), *w)).collect());
-        (0..N).map(Follows::Node).chain(points.iter().map(of)).collect()
+    fn follows(&self, nodes: &[u32; N], points: &[&CutPoint<D>]) -> Vec<Follows<D>> {
+        let place = |a: u32| Unknown::Solid(self.solid.binary_search(&a).unwrap_or(0));
+        let of = |point: &&CutPoint<D>| {
+            let Motion { own, outside } = point.motion();
+            let solid = point.weights.iter().map(|&(a, w)| (place(a), own * w));
+            let node = nodes.iter().position(|&node| node == point.edge[0]).zip(outside);
+            solid.chain(node.map(|(i, p)| (Unknown::Node(i), p))).collect()
+        };
+        let nodal = |i| vec![(Unknown::Node(i), Tensor::identity())];
+        (0..N).map(nodal).chain(points.iter().map(of)).collect()
     }
 
     /// Adds the equations of a part.
     fn add(
         &mut self,
         mesh: &Mesh<D, N>,
-        part: &Part<D, N>,
+        part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        follows: &[Follows],
+        follows: &[Follows<D>],
         hats: &[Vector<D>],
     ) {
         let parent = &mesh.simplex(self.element as usize).gradient;
@@ -150,11 +162,9 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                 let mass = medium.density * volume * mass_share::<N>(equations.mass, i == j);
                 load += (hats[part.vertices[j]] / delta + force) * mass;
                 let both = g[i].dot(g[j]);
-                let block: [[f64; D]; D] = std::array::from_fn(|r| {
-                    std::array::from_fn(|s| {
-                        let inertia = if r == s { stiffness * both + mass / delta } else { 0.0 };
-                        inertia + stiffness * g[i][s] * g[j][r]
-                    })
+                let block = Tensor::from_fn(|r, s| {
+                    let inertia = if r == s { stiffness * both + mass / delta } else { 0.0 };
+                    inertia + stiffness * g[i][s] * g[j][r]
                 });
                 self.add_velocities(row, &follows[part.vertices[j]], &block);
             }
@@ -167,10 +177,11 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                 self.add_pressure(row, k, pressure, pressure - parent[k] * residual);
             }
         }
+        let projected = drive.projected.iter().copied().sum::<Vector<D>>() / N as f64;
         let source = match equations.stabilisation {
             Stabilisation::Pspg => force,
-            Stabilisation::ConsistentPspg => force + mean_hat / delta,
-            Stabilisation::Oss => force + drive.projected.iter().copied().sum::<Vector<D>>() / N as f64,
+            Stabilisation::ConsistentPspg => force + projected + mean_hat / delta,
+            Stabilisation::Oss => force + projected,
         };
         for k in 0..N {
             self.loads[k][D] -= tau * volume * parent[k].dot(source);
@@ -181,22 +192,20 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// Adds a block of velocities.
-    fn add_velocities(&mut self, row: &Follows, column: &Follows, block: &[[f64; D]; D]) {
+    fn add_velocities(&mut self, row: &Follows<D>, column: &Follows<D>, block: &Tensor<D>) {
         let count = self.solid.len();
-        for r in 0..D {
-            for s in 0..D {
-                let value = block[r][s];
-                match (row, column) {
-                    (Follows::Node(i), Follows::Node(j)) => self.blocks[*i][*j][r][s] += value,
-                    (Follows::Node(i), Follows::Solid(b)) => {
-                        b.iter().for_each(|&(b, w)| self.to_fluid[b][*i][r][s] += w * value);
-                    }
-                    (Follows::Solid(a), Follows::Node(j)) => {
-                        a.iter().for_each(|&(a, w)| self.to_solid[a][*j][r][s] += w * value);
-                    }
-                    (Follows::Solid(a), Follows::Solid(b)) => {
-                        for &(a, w) in a {
-                            b.iter().for_each(|&(b, x)| self.among_solid[a * count + b][r][s] += w * x * value);
+        for &(first, p) in row {
+            let left = p.transpose().dot(block);
+            for &(second, q) in column {
+                let product = left.dot(&q);
+                for r in 0..D {
+                    for s in 0..D {
+                        let value = product[r][s];
+                        match (first, second) {
+                            (Unknown::Node(i), Unknown::Node(j)) => self.blocks[i][j][r][s] += value,
+                            (Unknown::Node(i), Unknown::Solid(b)) => self.to_fluid[b][i][r][s] += value,
+                            (Unknown::Solid(a), Unknown::Node(j)) => self.to_solid[a][j][r][s] += value,
+                            (Unknown::Solid(a), Unknown::Solid(b)) => self.among_solid[a * count + b][r][s] += value,
                         }
                     }
                 }
@@ -205,27 +214,32 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// Adds the column of pressure k in a row of velocity, and the column of that velocity in the row of pressure k.
-    fn add_pressure(&mut self, vertex: &Follows, k: usize, pressure: Vector<D>, divergence: Vector<D>) {
-        for r in 0..D {
-            match vertex {
-                Follows::Node(i) => {
-                    self.blocks[*i][k][r][D] += pressure[r];
-                    self.blocks[k][*i][D][r] += divergence[r];
-                }
-                Follows::Solid(all) => {
-                    for &(a, w) in all {
-                        self.to_solid[a][k][r][D] += w * pressure[r];
-                        self.to_fluid[a][k][D][r] += w * divergence[r];
+    fn add_pressure(&mut self, vertex: &Follows<D>, k: usize, pressure: Vector<D>, divergence: Vector<D>) {
+        for &(unknown, p) in vertex {
+            let transposed = p.transpose();
+            let (pressure, divergence) = (transposed.apply(pressure), transposed.apply(divergence));
+            for r in 0..D {
+                match unknown {
+                    Unknown::Node(i) => {
+                        self.blocks[i][k][r][D] += pressure[r];
+                        self.blocks[k][i][D][r] += divergence[r];
+                    }
+                    Unknown::Solid(a) => {
+                        self.to_solid[a][k][r][D] += pressure[r];
+                        self.to_fluid[a][k][D][r] += divergence[r];
                     }
                 }
             }
         }
     }
 
-    fn add_load(&mut self, vertex: &Follows, load: Vector<D>) {
-        match vertex {
-            Follows::Node(i) => (0..D).for_each(|r| self.loads[*i][r] += load[r]),
-            Follows::Solid(all) => all.iter().for_each(|&(a, w)| self.solid_loads[a] += load * w),
+    fn add_load(&mut self, vertex: &Follows<D>, load: Vector<D>) {
+        for &(unknown, p) in vertex {
+            let load = p.transpose().apply(load);
+            match unknown {
+                Unknown::Node(i) => (0..D).for_each(|r| self.loads[i][r] += load[r]),
+                Unknown::Solid(a) => self.solid_loads[a] += load,
+            }
         }
     }
 
@@ -254,6 +268,35 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 }
 
+/// Viscous force on each node of an element [N], and its share of the mass of the fluid there [kg].
+pub type CutForces<const D: usize, const N: usize> = [(Vector<D>, f64); N];
+
+/// Viscous forces of the fluid part of a cut element on the nodes of the element; `velocity` [m/s] of these and of nodes of solids.
+pub fn cut_forces<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    cut: &CutBySolid<N>,
+    points: &[CutPoint<D>],
+    medium: Medium,
+    velocity: [&dyn Fn(usize) -> Vector<D>; 2],
+) -> CutForces<D, N> {
+    let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
+    let [of_node, of_solid] = velocity;
+    let nodes = &mesh.elements()[cut.element as usize];
+    let mut sum = [(Vector::ZERO, 0.0); N];
+    for PartGeometry { simplex, vertices, .. } in parts(mesh, cut, &own) {
+        let at = |k: usize| match nodes.get(k) {
+            Some(&node) => of_node(node as usize),
+            None => own[k - N].velocity(of_node, of_solid),
+        };
+        let forces = viscous_forces(&simplex, medium.viscosity, &vertices.map(at));
+        for (&k, force) in vertices.iter().zip(forces).filter(|(k, _)| **k < N) {
+            sum[k].0 += force;
+            sum[k].1 += medium.density * simplex.volume / N as f64;
+        }
+    }
+    sum
+}
+
 /// M_ij over the mass of a simplex.
 fn mass_share<const N: usize>(mass: Mass, diagonal: bool) -> f64 {
     match (mass, diagonal) {
@@ -269,17 +312,21 @@ fn parts<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     cut: &CutBySolid<N>,
     points: &[&CutPoint<D>],
-) -> Vec<Part<D, N>> {
+) -> Vec<PartGeometry<D, N>> {
     let e = cut.element as usize;
     let corners = mesh.corners(e);
-    let part = |part: &SubSimplex<N>| {
+    let part = |part: &FluidSimplex<N>| {
         let places = part.vertices.map(|vertex| match vertex {
             Vertex::Node(k) => (k as usize, corners[k as usize]),
             Vertex::Point(k) => (N + k as usize, points[k as usize].position),
         });
         let simplex = Simplex::new(places.map(|(_, x)| x)).filter(|simplex| simplex.volume > 0.0)?;
         let center = places.iter().map(|(_, x)| *x).sum::<Vector<D>>() / N as f64;
-        Some(Part { simplex, center: mesh.shape_functions(e, center), vertices: places.map(|(vertex, _)| vertex) })
+        Some(PartGeometry {
+            simplex,
+            center: mesh.shape_functions(e, center),
+            vertices: places.map(|(vertex, _)| vertex),
+        })
     };
     cut.parts.iter().filter_map(part).collect()
 }

@@ -77,6 +77,18 @@ impl<'a, const D: usize> Dilatation<'a, D> {
         f * (self.ratio[q] / f.determinant()).cbrt()
     }
 
+    /// Cauchy's stress at the Gauss points [Pa].
+    pub fn stresses(&self, law: &dyn ElasticLaw) -> Vec<SymTensor> {
+        let point = |q| law.linearised(&ElasticState { deformation: self.deformation(q), stress: SymTensor::ZERO });
+        let points: Vec<Linearised<6>> = (0..self.samples.len()).map(point).collect();
+        let mean = self.projected(|q| -points[q].pressure);
+        let stress = |q: usize| {
+            let volume_ratio = self.samples[q].deformation.determinant();
+            points[q].deviator * (self.ratio[q] / volume_ratio) + SymTensor::isotropic(mean[q])
+        };
+        (0..points.len()).map(stress).collect()
+    }
+
     /// Adds forces, and the tangent above its diagonal and on it.
     pub fn add_forces(&self, law: &dyn ElasticLaw, forces: &mut ElementForces<D>) {
         let point = |q| law.linearised(&ElasticState { deformation: self.deformation(q), stress: SymTensor::ZERO });

@@ -13,6 +13,7 @@
 use super::dilatation::Dilatation;
 use super::gauss::GaussPoint;
 use super::setup::Plane;
+use super::stress::NodalStress;
 use crate::material::{ElasticLaw, ElasticState};
 use crate::math::{SymTensor, Tensor, Vector};
 
@@ -81,14 +82,14 @@ const fn component<const D: usize>(i: usize, j: usize) -> usize {
 }
 
 /// A Gauss point of an element in its reference state.
-struct Sample<const D: usize> {
+struct ReferencePoint<const D: usize> {
     /// G_a [1/m].
     gradients: Vec<Vector<D>>,
     /// Its volume [m³].
     volume: f64,
 }
 
-impl<const D: usize> Sample<D> {
+impl<const D: usize> ReferencePoint<D> {
     /// `None` where the volume is not positive.
     fn new(point: &GaussPoint, places: &[Vector<D>]) -> Option<Self> {
         let jacobian = sum_of_dyads(places, &point.slopes).embed(1.0);
@@ -233,7 +234,7 @@ fn deform<const D: usize>(
     displacement: &[Vector<D>],
 ) -> Result<Vec<Deformed<D>>, ElementFault<D>> {
     let deformed = |point: &GaussPoint| {
-        let sample = Sample::new(point, places).ok_or_else(|| unfit(point, places))?;
+        let sample = ReferencePoint::new(point, places).ok_or_else(|| unfit(point, places))?;
         let (place, volume) = (point.interpolate(places), sample.volume);
         let f = sample.deformation(displacement);
         let deformation = law.complete(&f).map_err(|what| {
@@ -277,6 +278,29 @@ pub fn strain_energy<const D: usize>(
     Ok(samples.iter().enumerate().map(|(q, point)| energy(dilatation.deformation(q)) * point.volume).sum())
 }
 
+/// Stress and strain at the Gauss points of an element.
+///
+/// # Errors
+/// As [`ElementForces::new`].
+pub fn stresses<const D: usize>(
+    points: &[GaussPoint],
+    law: SolidLaw<'_>,
+    places: &[Vector<D>],
+    displacement: &[Vector<D>],
+) -> Result<Vec<NodalStress>, ElementFault<D>> {
+    let samples = deform(points, law, places, displacement)?;
+    let stresses = if law.is_free_across::<D>() {
+        let state = |deformation| ElasticState { deformation, stress: SymTensor::ZERO };
+        let stress = |point: &Deformed<D>| law.law.linearised(&state(point.deformation)).plane_stress().stress();
+        samples.iter().map(stress).collect()
+    } else {
+        Dilatation::new(&samples, displacement, points)?.stresses(law.law)
+    };
+    let strain = |f: &Tensor<3>| (f.transpose().dot(f) - Tensor::identity()).symmetric() * 0.5;
+    let both = stresses.into_iter().zip(&samples);
+    Ok(both.map(|(stress, point)| NodalStress { stress, strain: strain(&point.deformation) }).collect())
+}
+
 /// M_ab per unit of density, ∫ N_a N_b dV [m³], row by row.
 ///
 /// # Errors
@@ -285,7 +309,7 @@ pub fn mass<const D: usize>(points: &[GaussPoint], places: &[Vector<D>]) -> Resu
     let n = places.len();
     let mut mass = vec![0.0; n * n];
     for point in points {
-        let sample = Sample::new(point, places).ok_or_else(|| unfit(point, places))?;
+        let sample = ReferencePoint::new(point, places).ok_or_else(|| unfit(point, places))?;
         for a in 0..n {
             for b in 0..n {
                 mass[a * n + b] += sample.volume * point.shape[a] * point.shape[b];

@@ -36,6 +36,17 @@ pub fn gauss_points(dimensions: usize) -> Vec<GaussPoint> {
     (0..3usize.pow(dimensions as u32)).map(point).collect()
 }
 
+/// What the functions through the Gauss points have at the nodes: `[node][point]`.
+pub fn to_nodes(dimensions: usize) -> Vec<Vec<f64>> {
+    let g = 0.6f64.sqrt();
+    // Lagrange's polynomials of −g, 0, g.
+    let through = |x: f64| [0.5 * x * (x - g), g * g - x * x, 0.5 * x * (x + g)].map(|value| value / (g * g));
+    let along = [-1.0, 0.0, 1.0].map(through);
+    let count = 3usize.pow(dimensions as u32);
+    let weight = |node, point| (0..dimensions).map(|k| along[digit(node, k)][digit(point, k)]).product();
+    (0..count).map(|node| (0..count).map(|point| weight(node, point)).collect()).collect()
+}
+
 /// Place along axis `k` of a local node in lexicographic order.
 fn digit(node: usize, k: usize) -> usize {
     node / 3usize.pow(k as u32) % 3

@@ -1,6 +1,6 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
 
-use super::coupling::{CoupledElement, FluidPart};
+use super::coupling::{CoupledElement, CutForces, FluidPart, cut_forces};
 use super::cut::{ElementState, SolidCut};
 use super::equations::SolidEquations;
 use crate::math::Vector;
@@ -8,6 +8,8 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::equations::element::{Content, Equations};
+use crate::pfem2::interface::Medium;
+use std::collections::BTreeMap;
 
 /// Solids in the mesh of the fluid.
 #[derive(Debug, Clone)]
@@ -25,9 +27,14 @@ pub struct Immersed<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Immersed<D, N> {
-    /// Solids whose nodes have this convected velocity [m/s], and these equations.
-    pub fn new(cut: SolidCut<D, N>, velocity_hat: Vec<Vector<D>>, equations: Option<SolidEquations>) -> Self {
-        let velocity = velocity_hat.iter().flat_map(|v| v.0).collect();
+    /// Solids whose nodes have this velocity and convected velocity [m/s], and these equations.
+    pub fn new(
+        cut: SolidCut<D, N>,
+        velocity: &[Vector<D>],
+        velocity_hat: Vec<Vector<D>>,
+        equations: Option<SolidEquations>,
+    ) -> Self {
+        let velocity = velocity.iter().flat_map(|v| v.0).collect();
         Self { cut, elements: Vec::new(), velocity, velocity_hat, equations }
     }
 
@@ -68,6 +75,19 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         });
     }
 
+    /// Viscous forces of a medium in the fluid part of a cut element on its nodes, at these nodal velocities [m/s] and that of the
+    /// solids at the end of the last step.
+    pub fn viscous_forces(
+        &self,
+        mesh: &Mesh<D, N>,
+        place: usize,
+        medium: Medium,
+        velocity: &[Vector<D>],
+    ) -> CutForces<D, N> {
+        let SolidCut { elements, points, .. } = &self.cut;
+        cut_forces(mesh, &elements[place], points, medium, [&|i| velocity[i], &|a| self.velocity_of(a)])
+    }
+
     /// Leaves in the content of an element what its fluid part holds.
     pub fn reduce(&self, element: usize, content: &mut Content<N>) {
         match self.cut.state[element] {
@@ -100,11 +120,21 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
-    /// Sets the velocity of nodes inside to that of the solid there [m/s].
+    /// Sets the velocity of nodes inside to that of the solid there [m/s]; where the fluid glides along the surface, with what it glides
+    /// at the nodes outside, in the mean over the cut edges.
     pub fn extend(&self, solid: impl Fn(usize) -> Vector<D>, nodal: &mut [Vector<D>]) {
         for inside in &self.cut.inside {
             nodal[inside.node as usize] = inside.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
         }
+        let mut gliding: BTreeMap<u32, (Vector<D>, f64)> = BTreeMap::new();
+        for point in &self.cut.points {
+            let Some(along) = point.motion().outside else { continue };
+            let [outside, inside] = point.edge;
+            let (sum, count) = gliding.entry(inside).or_default();
+            *sum += along.apply(nodal[outside as usize] - nodal[inside as usize]);
+            *count += 1.0;
+        }
+        gliding.into_iter().for_each(|(inside, (sum, count))| nodal[inside as usize] += sum / count);
     }
 
     /// Velocity of a node of a solid at the end of the last step [m/s].

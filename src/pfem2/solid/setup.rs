@@ -23,6 +23,20 @@ pub struct SolidSetup<const D: usize> {
     pub tractions: Vec<SurfaceTraction<D>>,
     /// Damping.
     pub damping: Damping,
+    /// Coefficient of Coulomb's friction at walls.
+    pub friction: f64,
+    /// What the fluid does on its surface.
+    pub surface: SurfaceCondition,
+}
+
+/// What the fluid does on the surface of a solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SurfaceCondition {
+    /// It sticks.
+    #[default]
+    NoSlip,
+    /// It glides, where the elements are wider than the layer in which it would be slowed down.
+    Slip,
 }
 
 /// The third direction of a plane problem.

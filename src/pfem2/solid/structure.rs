@@ -16,7 +16,8 @@ use super::equations::SolidEquations;
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
 use super::setup::SolidSetup;
-use super::support::Supports;
+use super::stress::NodalStress;
+use super::support::SolidSupports;
 use crate::error::{Place, StepError};
 use crate::linalg::SparseMatrix;
 use crate::material::ElasticState;
@@ -37,7 +38,7 @@ pub struct Structure<const D: usize> {
     first: Vec<u32>,
     /// Places of all nodes in the reference state [m].
     nodes: Vec<Vector<D>>,
-    supports: Supports<D>,
+    supports: SolidSupports<D>,
     /// M_ab [kg], one entry per pair of nodes that share an element.
     mass: SparseMatrix,
     points: Vec<GaussPoint>,
@@ -99,7 +100,7 @@ impl<const D: usize> Structure<D> {
         for setup in &setups {
             first.push(first[first.len() - 1] + setup.mesh.nodes.len() as u32);
         }
-        let supports = Supports::new(&setups, &first)?;
+        let supports = SolidSupports::new(&setups, &first)?;
         let nodes: Vec<_> = setups.iter().flat_map(|setup| setup.mesh.nodes.iter().copied()).collect();
         let mut velocity: Vec<_> = setups.iter().flat_map(|setup| setup.velocity.iter().copied()).collect();
         impose(&supports.velocities(nodes.len() * D, 0.0), &mut velocity);
@@ -115,6 +116,11 @@ impl<const D: usize> Structure<D> {
     /// The mesh of each solid with its first node.
     pub fn meshes(&self) -> Vec<(&SolidMesh<D>, u32)> {
         self.setups.iter().map(|setup| &setup.mesh).zip(self.first.iter().copied()).collect()
+    }
+
+    /// Place of a node in the reference state [m].
+    pub(super) fn place(&self, node: usize) -> Vector<D> {
+        self.nodes[node]
     }
 
     /// Number of nodes of all solids.
@@ -259,6 +265,11 @@ impl<const D: usize> Structure<D> {
         Ok(SolidLaw { law, plane: setup.plane })
     }
 
+    /// λ + 2 μ of a solid [Pa].
+    pub(super) fn wave_modulus(&self, setup: &SolidSetup<D>) -> f64 {
+        setup.law.elastic_law().map_or(0.0, |law| law.moduli().bulk + 4.0 / 3.0 * law.moduli().shear)
+    }
+
     fn error(&self, solid: usize, element: usize, fault: ElementFault<D>) -> StepError {
         let body = self.setups[solid].name.clone();
         let place = Place::Element { body, index: element, position: fault.position.to3() };
@@ -352,6 +363,14 @@ impl<const D: usize> Structure<D> {
             }
         }
         Ok(energy)
+    }
+
+    /// Stress and strain at the Gauss points of an element; not a number where it is turned inside out.
+    pub(super) fn point_stresses(&self, solid: usize, element: usize) -> Vec<NodalStress> {
+        let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
+        let found = self.law(solid).ok().and_then(|law| element::stresses(&self.points, law, &places, &own).ok());
+        let none = SymTensor::isotropic(f64::NAN);
+        found.unwrap_or_else(|| vec![NodalStress { stress: none, strain: none }; self.points.len()])
     }
 
     /// Volume of all solids with their nodes at `positions` [m³].

@@ -12,7 +12,7 @@ use crate::math::{Signal, Vector};
 
 /// Supports and loads of all solids.
 #[derive(Debug, Clone)]
-pub struct Supports<const D: usize> {
+pub struct SolidSupports<const D: usize> {
     held: Vec<HeldUnknown>,
     loads: Vec<PointLoad<D>>,
 }
@@ -34,7 +34,7 @@ struct PointLoad<const D: usize> {
     shares: Vec<(u32, f64)>,
 }
 
-impl<const D: usize> Supports<D> {
+impl<const D: usize> SolidSupports<D> {
     /// The supports and loads of solids whose nodes begin at `first`.
     ///
     /// # Errors
@@ -68,7 +68,7 @@ impl<const D: usize> Supports<D> {
             for &facet in &load.facets {
                 let missing = || format!("the solid `{}` has no facet {facet} to load", setup.name);
                 let nodes = &setup.mesh.facets.get(facet as usize).ok_or_else(missing)?.nodes;
-                let places: Vec<Vector<D>> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
+                let places = places(setup, nodes);
                 self.loads.extend(points.iter().map(|point| {
                     let area = point.weight * area(&places, &point.slopes);
                     let place: Vector<D> = places.iter().zip(&point.shape).map(|(x, shape)| *x * *shape).sum();
@@ -102,6 +102,20 @@ impl<const D: usize> Supports<D> {
     }
 }
 
+fn places<const D: usize>(setup: &SolidSetup<D>, nodes: &[u32]) -> Vec<Vector<D>> {
+    nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect()
+}
+
+/// ∫ N_a dA [m²] of the nodes of a facet.
+pub(super) fn facet_shares<const D: usize>(setup: &SolidSetup<D>, facet: usize) -> Vec<(u32, f64)> {
+    let nodes = &setup.mesh.facets[facet].nodes;
+    let places = places(setup, nodes);
+    let points = gauss_points(D - 1);
+    let share =
+        |a: usize| points.iter().map(|point| point.weight * area(&places, &point.slopes) * point.shape[a]).sum();
+    nodes.iter().enumerate().map(|(a, &node)| (node, share(a))).collect()
+}
+
 /// Area per reference area of a facet with nodes at `places`: |t_0| of a line, |t_0 × t_1| of a patch, of tangents t_k = Σ X_a ∂N_a/∂ξ_k.
 fn area<const D: usize>(places: &[Vector<D>], slopes: &[[f64; 3]]) -> f64 {
     let tangent = |k: usize| places.iter().zip(slopes).map(|(x, slope)| *x * slope[k]).sum::<Vector<D>>();
@@ -117,7 +131,7 @@ mod tests {
     use super::*;
     use crate::material::{Elastic, StVenantKirchhoff};
     use crate::pfem2::solid::mesh::SolidMesh;
-    use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SurfaceTraction};
+    use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SurfaceCondition, SurfaceTraction};
 
     /// A block of unit density with loads on all facets with places that satisfy `on`.
     fn loaded<const D: usize>(
@@ -132,7 +146,18 @@ mod tests {
         let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1.0, 1.0, 0.3) });
         let tractions = vec![SurfaceTraction { facets, traction }];
         let (held, damping, plane) = (Vec::new(), Damping::default(), Plane::Strain);
-        SolidSetup { name: "block".into(), mesh, law, plane, velocity, held, tractions, damping }
+        SolidSetup {
+            name: "block".into(),
+            mesh,
+            law,
+            plane,
+            velocity,
+            held,
+            tractions,
+            damping,
+            friction: 0.0,
+            surface: SurfaceCondition::NoSlip,
+        }
     }
 
     /// A traction y² t on the side x = 1 of a block of height 2: ∫ y² dy = 8/3, with the moment ∫ y³ dy = 4.
@@ -141,7 +166,7 @@ mod tests {
         let setup = loaded([3, 2], [Signal::formula("y^2 * t").unwrap(), Signal::ZERO], |x| x[0] == 1.0);
         let nodes = setup.mesh.nodes.clone();
         let mut force = vec![0.0; 2 * nodes.len()];
-        Supports::new(&[setup], &[0]).unwrap().add_forces(0.5, &mut force);
+        SolidSupports::new(&[setup], &[0]).unwrap().add_forces(0.5, &mut force);
         let sum: f64 = force.iter().step_by(2).sum();
         let moment: f64 = force.iter().step_by(2).zip(&nodes).map(|(f, x)| f * x[1]).sum();
         assert!((sum - 4.0 / 3.0).abs() < 1e-14 && (moment - 2.0).abs() < 1e-14, "{sum} {moment}");
@@ -153,7 +178,7 @@ mod tests {
         let setup = || loaded([1, 2, 1], [Signal::ZERO, Signal::formula("x*y").unwrap(), 3.0.into()], |x| x[2] == 3.0);
         let count = setup().mesh.nodes.len();
         let mut force = vec![0.0; 6 * count];
-        Supports::new(&[setup(), setup()], &[0, count as u32]).unwrap().add_forces(0.0, &mut force);
+        SolidSupports::new(&[setup(), setup()], &[0, count as u32]).unwrap().add_forces(0.0, &mut force);
         for half in force.chunks(3 * count) {
             let sum: Vec<f64> = (0..3).map(|axis| half.iter().skip(axis).step_by(3).sum()).collect();
             assert!(sum[0] == 0.0 && (sum[1] - 1.0).abs() < 1e-14 && (sum[2] - 6.0).abs() < 1e-14, "{sum:?}");
@@ -164,11 +189,11 @@ mod tests {
     fn axes_are_held_alone() {
         let mut setup = loaded([1, 1], [Signal::ZERO, Signal::ZERO], |_| false);
         setup.held = vec![HeldNodes { nodes: vec![4], velocity: [None, Some(Signal::formula("x + t").unwrap())] }];
-        let all = Supports::new(&[setup], &[3]).unwrap().velocities(24, 2.0);
+        let all = SolidSupports::new(&[setup], &[3]).unwrap().velocities(24, 2.0);
         assert_eq!(all.iter().flatten().count(), 1);
         assert_eq!(all[(3 + 4) * 2 + 1], Some(2.5));
         let mut setup = loaded([1, 1], [Signal::ZERO, Signal::ZERO], |_| false);
         setup.held = vec![HeldNodes { nodes: vec![9], velocity: [None, None] }];
-        assert!(Supports::new(&[setup], &[0]).unwrap_err().contains("node 9"));
+        assert!(SolidSupports::new(&[setup], &[0]).unwrap_err().contains("node 9"));
     }
 }

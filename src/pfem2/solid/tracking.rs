@@ -4,10 +4,14 @@ use super::bodies::quadrilaterals;
 use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
+use super::setup::SurfaceCondition;
 use super::structure::{Prediction, SolidState, Structure};
-use super::surface::Surface;
+use super::surface::SolidSurface;
+use super::walls::{WallContact, WallContacts};
 use crate::error::StepError;
 use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::pfem2::boundary::Boundary;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
@@ -19,8 +23,12 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pub structure: Structure<D>,
     /// The elements of each as simple ones, for pictures.
     pub outlines: Vec<Vec<[u32; 4]>>,
+    /// Contact with walls.
+    walls: WallContacts<D>,
     /// Prediction of the step that is being made.
     prediction: Option<Prediction<D>>,
+    /// Its contacts.
+    contacts: Vec<WallContact<D>>,
     /// Results of the last step.
     pub last: SolidStep<D>,
 }
@@ -36,6 +44,8 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub forces_earlier: Vec<Vector<D>>,
     /// Means over the step, with the shares that it takes of each [N].
     pub forces_mean: Vec<Vector<D>>,
+    /// Normal force of walls on each node at its end [N].
+    pub contact: Vec<f64>,
     /// Energies at its end, and powers from outside.
     pub energies: SolidEnergies,
 }
@@ -47,19 +57,21 @@ pub(in crate::pfem2) struct SolidStart<const D: usize> {
 }
 
 impl<const D: usize> SolidTracking<D> {
-    /// Solids at the start.
-    pub fn new(structure: Structure<D>) -> Self {
+    /// Solids at the start, in a mesh with walls.
+    pub fn new<const N: usize>(structure: Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let none = vec![Vector::ZERO; structure.setups().len()];
         let last = SolidStep {
             predicted: structure.state.displacement.clone(),
             forces: none.clone(),
             forces_earlier: none.clone(),
             forces_mean: none,
+            contact: vec![0.0; structure.node_count()],
             // Elements that are turned inside out are found by the first step.
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
         };
         let outlines = structure.setups().iter().map(|setup| quadrilaterals(&setup.mesh)).collect();
-        Self { structure, outlines, prediction: None, last }
+        let walls = WallContacts::new(&structure, mesh, boundary);
+        Self { structure, outlines, walls, prediction: None, contacts: Vec::new(), last }
     }
 
     /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
@@ -77,9 +89,10 @@ impl<const D: usize> SolidTracking<D> {
         equations: Option<SolidEquations>,
     ) {
         let positions = self.structure.positions(&self.last.predicted);
-        let surface = Surface::new(&self.structure.meshes(), &positions);
-        let cut = SolidCut::new(&system.mesh, &surface);
-        system.immersed = Some(Immersed::new(cut, velocity_hat, equations));
+        let surface = SolidSurface::new(&self.structure.meshes(), &positions);
+        let conditions: Vec<SurfaceCondition> = self.structure.setups().iter().map(|setup| setup.surface).collect();
+        let cut = SolidCut::new(&system.mesh, &surface, &conditions);
+        system.immersed = Some(Immersed::new(cut, &self.structure.state.velocity, velocity_hat, equations));
     }
 
     /// Predicts the displacement u* at the end of a step, makes the equations of the solids about it, and cuts the mesh at their surface
@@ -96,13 +109,44 @@ impl<const D: usize> SolidTracking<D> {
         let (shares, weights) = (history.shares(step), history.convecting_weights(step));
         let prediction = self.structure.predict(step.end(), shares, weights);
         let gravity = |x: Vector<D>| Vector::from_fn(|i| system.physics.gravity[i].value(x.to3(), step.end()));
-        let equations = self.structure.equations(step.end(), step.delta(), &prediction, gravity)?;
+        let mut equations = self.structure.equations(step.end(), step.delta(), &prediction, gravity)?;
+        self.touch_walls(step, &prediction, &mut equations);
         self.last.predicted.clone_from(&prediction.displacement);
         let held: Vec<bool> = equations.held.chunks(D).map(|axes| axes.iter().any(Option::is_some)).collect();
         self.cut(system, prediction.velocity_hat.clone(), Some(equations));
         check_boundary(system, &held)?;
         self.prediction = Some(prediction);
         Ok(())
+    }
+
+    /// Adds the contacts of a step to its equations.
+    fn touch_walls(&mut self, step: TimeStep, prediction: &Prediction<D>, equations: &mut SolidEquations) {
+        let Self { structure, walls, last, .. } = self;
+        let Prediction { displacement_hat, displacement, .. } = prediction;
+        let [start, hat, predicted] = [&structure.state.displacement, displacement_hat, displacement]
+            .map(|displacement| |a: usize| structure.place(a) + displacement[a]);
+        let both = structure.state.velocity.iter().zip(&structure.state.velocity_previous);
+        let velocity: Vec<Vector<D>> = both.map(|(now, before)| *now * 2.0 - *before).collect();
+        self.contacts = walls.of_step([step.dt, step.delta()], [&start, &hat, &predicted], &velocity, &last.contact);
+        for contact in &self.contacts {
+            structure.add_block(&mut equations.matrix, (contact.node, contact.node), &contact.matrix());
+            let rows = equations.rhs[contact.node as usize * D..].iter_mut();
+            rows.zip(contact.load().0).for_each(|(row, load)| *row += load);
+        }
+    }
+
+    /// Forces of the walls at the end of a step: keeps the normal ones, and returns their power [W].
+    fn release_walls(&mut self) -> f64 {
+        self.last.contact.fill(0.0);
+        let mut power = 0.0;
+        for contact in &self.contacts {
+            let node = contact.node as usize;
+            let velocity = self.structure.state.velocity[node];
+            let (force, normal) = contact.force(velocity);
+            self.last.contact[node] += normal;
+            power += force.dot(velocity);
+        }
+        power
     }
 
     /// Takes the velocity that the system has found for the end of the step.
@@ -120,7 +164,8 @@ impl<const D: usize> SolidTracking<D> {
         let velocity = (0..nodes).map(|a| immersed.velocity_of(a)).collect();
         self.structure.advance(step.delta(), prediction, velocity);
         let nodal = immersed.forces(&system.mesh, &system.unknowns);
-        let powers = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
+        let [gravity, supports] = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
+        let powers = [gravity, supports + self.release_walls()];
         self.last.energies = energies(&self.structure, powers)?;
         self.last.add_forces(self.structure.sums(&nodal), shares);
         Ok(())
@@ -142,7 +187,8 @@ impl<const D: usize> SolidTracking<D> {
         state.acceleration.clone_from(&end.acceleration);
         state.acceleration_previous.clone_from(&end.acceleration);
         let forces = std::mem::take(&mut self.last.forces);
-        self.last = SolidStep { forces_earlier: forces.clone(), forces, ..last };
+        let contact = std::mem::take(&mut self.last.contact);
+        self.last = SolidStep { forces_earlier: forces.clone(), forces, contact, ..last };
         self.structure.state = state;
     }
 
@@ -169,7 +215,8 @@ fn check_boundary<const D: usize, const N: usize>(
     });
     let Some(inside) = reached else { return Ok(()) };
     let node = inside.node as usize;
-    let advice = "solids don't touch walls yet, nor leave the mesh: put the boundary farther away, or support the nodes that are to stay at it";
+    let advice = "solids stay half an element away from walls if they go less than that in a step: take shorter steps; they can't leave through \
+                  an opening: put it farther away; support nodes that are to stay at the boundary";
     let what = "a solid has reached the boundary of the mesh";
     Err(StepError::new(system.place(node), what, "distance to its surface", -immersed.cut.distance[node], advice))
 }

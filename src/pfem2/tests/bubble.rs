@@ -12,7 +12,7 @@ fn jump(cells: usize) -> [f64; 2] {
     let mut physics = physics(vec![fluid("drop", 1000.0, 1.0), fluid("around", 1.0, 0.01)], weightless());
     physics.tension = vec![([1, 0], 24.5)];
     let still = vec![Vector::ZERO; mesh.nodes().len()];
-    let mut system = VelocityPressureSystem::new(mesh, boundary, physics, still, Options::default());
+    let mut system = VelocityPressureSystem::new(mesh, boundary, physics, still, SolverOptions::default());
     let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
     for k in 0..5 {
         let convected = system.velocity.clone();

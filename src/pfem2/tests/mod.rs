@@ -16,7 +16,7 @@ mod unresolved;
 mod vortex;
 mod waves;
 
-use crate::linalg::Options;
+use crate::linalg::SolverOptions;
 use crate::material::Newtonian;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Mesh};
@@ -27,7 +27,7 @@ use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::particles::project::Kernel;
+use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::reseed::Reseeding;
 use crate::pfem2::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
 
@@ -101,14 +101,14 @@ fn setup<const D: usize, const N: usize>(
         stabilisation,
         mass,
         enrichment,
-        kernel: Kernel::default(),
+        kernel: AveragingKernel::default(),
         reseeding: Reseeding::default(),
         projectile_ratio: f64::INFINITY,
         relaxation: f64::INFINITY,
         unresolved: Unresolved::default(),
         courant: f64::INFINITY,
         step_tolerance: f64::INFINITY,
-        linear: Options::default(),
+        linear: SolverOptions::default(),
     }
 }
 

@@ -24,7 +24,7 @@ fn stirred<const D: usize, const N: usize>(
     let sets = vec![BoundarySetup { name: "all".into(), facets: mesh.boundary().to_vec(), condition, brings: None }];
     let boundary = Boundary::new(mesh, sets, normal * -g);
     let still = vec![Vector::ZERO; mesh.nodes().len()];
-    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still.clone(), options);
     let phases = Phases { list: &PhaseList::fluids(&[1000.0, 1.0]), fraction: &[], level: &level };
     system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, &still).unwrap();
@@ -88,7 +88,8 @@ fn stirred_alone<const D: usize, const N: usize>(mesh: Mesh<D, N>) -> (f64, Vect
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
     let weight = gravity * (1000.0 * mesh.volume());
     let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
-    let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
+    let mut pfem =
+        Pfem2::new(Setup { linear: SolverOptions { tolerance: 1e-13, ..SolverOptions::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
     let speed = fastest(&pfem.system.velocity) / (gravity.norm() * f64::from(steps) * dt);
     (speed, (pfem.forces.last[0] - weight) / weight.norm())
@@ -110,7 +111,8 @@ fn a_fluid_stays_at_rest_under_a_force_that_changes_in_time() {
     let physics = physics(vec![fluid("water", 1000.0, 1e-2)], ["3*sin(2*t)", "-10*cos(3*t)"].map(formula));
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
     let setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
-    let mut pfem = Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
+    let mut pfem =
+        Pfem2::new(Setup { linear: SolverOptions { tolerance: 1e-13, ..SolverOptions::default() }, ..setup });
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
     let speed = fastest(&pfem.system.velocity);
     assert!(speed < 1e-10, "{speed:e}");
@@ -153,8 +155,10 @@ fn an_open_box_carries_its_weight_on_its_floor() {
         |_| 0,
         |_| Vector::ZERO,
     );
-    let mut pfem =
-        crate::pfem2::Pfem2::new(Setup { linear: Options { tolerance: 1e-13, ..Options::default() }, ..setup });
+    let mut pfem = crate::pfem2::Pfem2::new(Setup {
+        linear: SolverOptions { tolerance: 1e-13, ..SolverOptions::default() },
+        ..setup
+    });
     crate::simulation::Solver::step(&mut pfem, 0.0, 0.01).unwrap();
     let snapshot = crate::simulation::Solver::snapshot(&pfem);
     let force = |name: &str| snapshot.forces.iter().find(|(part, _)| part == name).unwrap().1;
@@ -171,7 +175,7 @@ fn at_rest<const D: usize, const N: usize>(mesh: Mesh<D, N>, height: f64) -> Pfe
     let mut start = setup(mesh, sets, physics(fluids, gravity), under, |_| Vector::ZERO);
     let phi = |x: Vector<D>| x[D - 1] - height;
     start.level_set = Some(LevelSet::new(&start.mesh, 0, phi, &mut start.particles));
-    start.linear = Options { tolerance: 1e-13, ..Options::default() };
+    start.linear = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     Pfem2::new(start)
 }
 

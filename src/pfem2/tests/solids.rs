@@ -4,7 +4,7 @@ use super::*;
 use crate::material::{Elastic, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SolidSetup};
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
@@ -28,6 +28,8 @@ fn solid(
         held: vec![along(0), along(1)],
         tractions: Vec::new(),
         damping: Damping::default(),
+        friction: 0.0,
+        surface: SurfaceCondition::NoSlip,
         mesh,
     }
 }
@@ -127,4 +129,121 @@ fn a_solid_as_heavy_as_the_water_hovers() {
     // What the corners lack of buoyancy lets it sink.
     let fall = 9.81 * 0.2 * (1.0 - cut / volume).abs();
     assert!(fastest(&pfem.system.velocity) < 2.0 * fall, "{} {fall}", fastest(&pfem.system.velocity));
+}
+
+/// Elements along a side of the box of the contact tests, and the gap that solids keep from its walls [m].
+const CELLS: usize = 16;
+const GAP: f64 = 0.5 / CELLS as f64;
+
+/// A block between two corners in a box of side 1 full of a gas a thousand times lighter, with this gravity [m/s²] and speed [m/s].
+fn in_gas(
+    corners: [[f64; 2]; 2],
+    counts: [usize; 2],
+    young: f64,
+    friction: f64,
+    gravity: [f64; 2],
+    speed: [f64; 2],
+) -> Pfem2<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [CELLS; 2]).unwrap();
+    let block = SolidMesh::block(Vector(corners[0]), Vector(corners[1]), counts).unwrap();
+    let mut block = solid(block, (young, 0.0), |_| [false; 2], |_| Vector(speed));
+    block.friction = friction;
+    let gas = Physics {
+        stabilisation: Stabilisation::ConsistentPspg,
+        ..physics(vec![fluid("gas", 1.0, 1e-5)], gravity.map(Signal::from))
+    };
+    let mut setup = setup(mesh, Vec::new(), gas, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![block]).unwrap());
+    Pfem2::new(setup)
+}
+
+/// Place of the centre of the solid [m], its velocity [m/s], and the force of the walls on it [N].
+fn centre(pfem: &Pfem2<2, 3>) -> (Vector<2>, Vector<2>, f64) {
+    let solids = pfem.solids.as_ref().unwrap();
+    let structure = &solids.structure;
+    let places = structure.positions(&structure.state.displacement);
+    let middle = places.iter().copied().sum::<Vector<2>>() / places.len() as f64;
+    (middle, structure.momentum() / structure.mass(), solids.last.contact.iter().sum())
+}
+
+/// A block that falls on the floor comes to rest half an element above it, and the floor bears its weight.
+#[test]
+fn a_block_that_falls_rests_half_an_element_above_the_floor() {
+    let mut pfem = in_gas([[0.33, 0.1], [0.63, 0.3]], [3, 2], 1e7, 0.0, [0.0, -9.81], [0.0; 2]);
+    let mut force = 0.0;
+    for k in 0..160 {
+        pfem.step(0.005 * f64::from(k), 0.005).unwrap();
+        force += if k >= 120 { centre(&pfem).2 / 40.0 } else { 0.0 };
+    }
+    let weight = 9.81 * 1000.0 * 0.3 * 0.2;
+    let (place, velocity, _) = centre(&pfem);
+    assert!((force / weight - 1.0).abs() < 0.01, "{force} {weight}");
+    assert!((place[1] - 0.1 - GAP).abs() < 0.02 * GAP && velocity.norm() < 1e-3, "{place:?} {velocity:?}");
+}
+
+/// A bar that meets a wall with its end comes back after two transits of its wave, as fast as it came (St. Venant), if the steps resolve them.
+#[test]
+fn a_bar_bounces_off_a_wall_with_its_speed() {
+    let (length, young, speed) = (0.3, 1e6, 0.5);
+    let transit = length / (young / 1000.0_f64).sqrt();
+    let mut pfem =
+        in_gas([[GAP + 0.01, 0.4], [GAP + 0.01 + length, 0.6]], [12, 2], young, 0.0, [0.0; 2], [-speed, 0.0]);
+    let dt = transit / 40.0;
+    let steps = ((0.01 / speed + 4.0 * transit) / dt) as usize;
+    let touching = (0..steps).filter(|&k| {
+        pfem.step(k as f64 * dt, dt).unwrap();
+        centre(&pfem).2 > 0.0
+    });
+    let contact = touching.count() as f64 * dt;
+    let (_, velocity, _) = centre(&pfem);
+    assert!((contact / (2.0 * transit) - 1.0).abs() < 0.1, "{contact} {transit}");
+    assert!((0.9..1.0).contains(&(velocity[0] / speed)), "{velocity:?}");
+}
+
+/// On an incline a block slides if and only if tan θ > μ, then with g (sin θ − μ cos θ).
+#[test]
+fn a_block_slides_on_an_incline_only_if_it_is_steeper_than_the_friction() {
+    let friction = 0.3;
+    let way = |slope: f64| {
+        let (sin, cos) = slope.atan().sin_cos();
+        let gravity = [9.81 * sin, -9.81 * cos];
+        let mut pfem = in_gas([[0.2, GAP], [0.5, GAP + 0.15]], [3, 2], 1e7, friction, gravity, [0.0; 2]);
+        let start = centre(&pfem).0;
+        let (dt, steps) = (0.004, 60);
+        (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
+        let time = dt * f64::from(steps);
+        ((centre(&pfem).0 - start)[0], 0.5 * 9.81 * (sin - friction * cos).max(0.0) * time * time)
+    };
+    let (rest, _) = way(0.25);
+    assert!(rest.abs() < 0.02 * GAP, "{rest}");
+    let (slid, expected) = way(0.6);
+    assert!((slid / expected - 1.0).abs() < 0.05, "{slid} {expected}");
+}
+
+/// A slab that moves along its plane top under a viscous fluid at rest: where the fluid glides it stays at rest, where it sticks it is
+/// dragged along.
+#[test]
+fn a_fluid_that_glides_is_not_dragged_along() {
+    let speed = 0.1;
+    let dragged = |surface: SurfaceCondition| {
+        let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.5]), [16, 8]).unwrap(), 1.0 / 16.0);
+        let block = SolidMesh::block(Vector([-0.2, -0.1]), Vector([1.2, 0.21]), [7, 2]).unwrap();
+        let mut slab = solid(block, (1e6, 0.3), |_| [true; 2], |_| Vector([speed, 0.0]));
+        slab.held[0].velocity[0] = Some(speed.into());
+        slab.surface = surface;
+        let oil = Physics {
+            stabilisation: Stabilisation::ConsistentPspg,
+            ..physics(vec![fluid("oil", 1000.0, 10.0)], weightless())
+        };
+        let mut setup = setup(mesh, Vec::new(), oil, |_| 0, |_| Vector::ZERO);
+        setup.solids = Some(Structure::new(vec![slab]).unwrap());
+        let mut pfem = Pfem2::new(setup);
+        (0..5).for_each(|k| pfem.step(0.01 * f64::from(k), 0.01).unwrap());
+        let cut = &pfem.system.immersed.as_ref().unwrap().cut;
+        let outside = |i: &usize| cut.distance[*i] > 0.0;
+        (0..cut.distance.len()).filter(outside).map(|i| pfem.system.velocity[i].norm()).fold(0.0, f64::max)
+    };
+    let (glides, sticks) = (dragged(SurfaceCondition::Slip), dragged(SurfaceCondition::NoSlip));
+    assert!(glides < 1e-9 * speed, "{glides}");
+    assert!(sticks > 0.1 * speed, "{sticks}");
 }

@@ -15,7 +15,7 @@ fn flow_between_plates_starts_as_the_series_says() {
         let boundary = Boundary::new(&mesh, sets.clone(), Vector::ZERO);
         let still = vec![Vector::ZERO; mesh.nodes().len()];
         let physics = physics(vec![fluid("oil", 1.0, 1.0)], [8.0.into(), 0.0.into()]);
-        let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still, Options::default());
+        let mut system = VelocityPressureSystem::new(mesh.clone(), boundary, physics, still, SolverOptions::default());
         march(&mut system, &one(&PhaseList::fluids(&[1.0])), t / 20.0, 20);
         let speed = system.velocity[middle][0];
         assert!((speed / exact - 1.0).abs() < 0.01, "t = {t}: {speed} instead of {exact}");
@@ -39,7 +39,7 @@ fn a_bingham_fluid_moves_as_a_plug_between_layers() {
         boundary,
         physics(fluids, [force.into(), 0.0.into()]),
         still,
-        Options::default(),
+        SolverOptions::default(),
     );
     for _ in 0..60 {
         let convected = system.velocity.clone();
@@ -65,7 +65,7 @@ fn a_disc_of_fluid_rotates_along_its_round_slip_wall() {
     let boundary = Boundary::new(&mesh, sets, Vector::ZERO);
     let turn = |x: Vector<2>| Vector([-x[1], x[0]]);
     let start = mesh.nodes().iter().map(|x| turn(*x)).collect();
-    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(
         mesh,
         boundary,
@@ -92,7 +92,7 @@ fn a_linear_flow_and_a_linear_pressure_are_exact() {
     let boundary = boundary.pinned(&mesh, Some(&pin));
     let pin = boundary.pin.as_ref().unwrap().node as usize;
     let physics = physics(vec![fluid("oil", 2.0, 0.1)], gravity.0.map(Signal::Constant));
-    let options = Options { tolerance: 1e-13, ..Options::default() };
+    let options = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
     let mut system = VelocityPressureSystem::new(mesh, boundary, physics, start, options);
     march(&mut system, &one(&PhaseList::fluids(&[2.0])), 0.1, 3);
     assert!(rms(system.mesh.nodes(), &system.velocity, flow) < 1e-10);

@@ -103,7 +103,7 @@ impl Construction<'_> {
             level_set,
             volume: self.volume(),
             scheme: (&spec.scheme).into(),
-            stabilisation: self.stabilisation(),
+            stabilisation: spec.stabilisation.into(),
             mass: spec.mass.into(),
             enrichment: spec.enrichment.into(),
             kernel: spec.kernel.into(),

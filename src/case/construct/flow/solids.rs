@@ -2,13 +2,12 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
-use crate::case::{Material, Preset, SolidMeshSpec, SupportPlace, TractionSpec, VolumeSpec};
+use crate::case::{Material, SolidMeshSpec, SupportPlace, TractionSpec, VolumeSpec};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Region, Winding};
 use crate::material::{PointLaw, StartState};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
-use crate::pfem2::equations::element::Stabilisation;
 use crate::pfem2::setup::VolumeCorrection;
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
 use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceTraction};
@@ -97,6 +96,8 @@ impl Construction<'_> {
             held,
             tractions,
             damping: spec.damping.unwrap_or_default().into(),
+            friction: spec.friction.unwrap_or_default(),
+            surface: spec.surface.unwrap_or_default().into(),
             mesh,
         };
         let surface = Winding::new(setup.mesh.facets.iter().flat_map(|facet| pieces(&setup.mesh, facet)).collect());
@@ -115,13 +116,6 @@ impl Construction<'_> {
                 None
             }
         }
-    }
-
-    /// Stabilisation of the pressure: the consistent one beside solids, whose motion orthogonal subscales would damp (theory J.3).
-    pub(super) fn stabilisation(&self) -> Stabilisation {
-        let (case, spec) = (self.case, &self.case.file.pfem2);
-        let chosen = case.says("pfem2.stabilisation") || case.file.preset != Preset::Recommended;
-        if chosen || case.file.solids().is_empty() { spec.stabilisation.into() } else { Stabilisation::ConsistentPspg }
     }
 
     /// Correction of the volumes of several fluids: none beside solids, where the level set doesn't tell them.

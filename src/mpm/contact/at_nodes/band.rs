@@ -18,7 +18,8 @@ use crate::mpm::contact::folded_stencil::flip;
 use crate::mpm::contact::method::StepContext;
 use crate::mpm::contact::particle_size::half_size;
 use crate::mpm::contact::sheet::{
-    Facet, GuardedParticle, HEIGHT_ERROR, Label, Labels, Locator, ParticleAtSheet, SheetPosition, SideOfSheet, Surface,
+    FacetLocator, GuardedParticle, HEIGHT_ERROR, Label, Labels, ParticleAtSheet, SheetFacet, SheetPosition,
+    SheetSurface, SideOfSheet,
 };
 use crate::mpm::{Body, Particles};
 use crate::parallel;
@@ -37,14 +38,14 @@ const TASK: usize = 1024;
 /// The measurement of gaps between one sheet and the particles around it.
 pub struct Band<'a, const D: usize> {
     pub context: &'a StepContext<'a, D>,
-    pub surface: &'a Surface<'a, D>,
-    pub facets: &'a [Facet],
+    pub surface: &'a SheetSurface<'a, D>,
+    pub facets: &'a [SheetFacet],
     /// Number of the sheet.
     pub number: usize,
     pub map: &'a mut Map<D>,
     /// One pair per contact node and field, fields running fastest.
     pub pairs: &'a mut [NodePair<D>],
-    pub locator: &'a mut Locator<D>,
+    pub locator: &'a mut FacetLocator<D>,
 }
 
 impl<const D: usize> Band<'_, D> {

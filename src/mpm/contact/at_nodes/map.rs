@@ -18,7 +18,7 @@ use crate::math::Vector;
 use crate::mpm::contact::folded_stencil::{Flips, flip};
 use crate::mpm::contact::method::StepContext;
 use crate::mpm::contact::partner::NONE;
-use crate::mpm::contact::sheet::{Facet, Sheet, SheetSource, Surface};
+use crate::mpm::contact::sheet::{ContactSheet, SheetFacet, SheetSource, SheetSurface};
 
 /// Weight of a contact node at a sample.
 #[derive(Debug, Clone, Copy)]
@@ -69,7 +69,7 @@ impl<const D: usize> Map<D> {
     }
 
     /// Maps mass, area and position of the sheet to the nodes that it shares with bodies.
-    pub fn map_mass(&mut self, sheet: &Sheet<D>, surface: &Surface<'_, D>, context: &StepContext<'_, D>) {
+    pub fn map_mass(&mut self, sheet: &ContactSheet<D>, surface: &SheetSurface<'_, D>, context: &StepContext<'_, D>) {
         let (grid, facets) = (context.grid, &sheet.facets);
         for node in self.nodes.drain(..) {
             self.lookup[node.grid_node as usize] = NONE;
@@ -89,8 +89,8 @@ impl<const D: usize> Map<D> {
     /// Adds the contributions of one sample to the nodes in its support.
     fn add_sample(
         &mut self,
-        sheet: &Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         context: &StepContext<'_, D>,
         sample_weights: &[SampleWeight],
         areas: &mut Vec<f64>,
@@ -165,7 +165,7 @@ impl<const D: usize> Map<D> {
     }
 
     /// p̄_I^r, Lian (49), and the mean with the momentum before the forces.
-    pub fn map_momentum(&mut self, facets: &[Facet], surface: &Surface<'_, D>) {
+    pub fn map_momentum(&mut self, facets: &[SheetFacet], surface: &SheetSurface<'_, D>) {
         for node in &mut self.nodes {
             (node.momentum, node.average) = (Vector::ZERO, Vector::ZERO);
         }
@@ -188,7 +188,7 @@ impl<const D: usize> Map<D> {
     }
 
     /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map, Lian (59); they act for `dt` [s].
-    pub fn map_back(&self, facets: &[Facet], forces: &mut [Vector<D>], dt: f64) {
+    pub fn map_back(&self, facets: &[SheetFacet], forces: &mut [Vector<D>], dt: f64) {
         let mut start = 0;
         for &(q, end) in &self.sample_ends {
             let mut pull = Vector::ZERO;

@@ -21,7 +21,7 @@ mod samples;
 use super::impulse::{self, ContactTotals, Impulse, Touch};
 use super::method::{ContactMethod, StepContext};
 use super::partner::{NONE, Partners};
-use super::sheet::{GuardedParticle, Locator, ParticleShift, Sheet, SheetSource, Surface};
+use super::sheet::{ContactSheet, FacetLocator, GuardedParticle, ParticleShift, SheetSource, SheetSurface};
 use super::support_blocks::SupportBlocks;
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
@@ -41,7 +41,7 @@ pub struct AtNodes<const D: usize> {
     /// Blocks from which particles reach contact nodes.
     support_blocks: SupportBlocks,
     /// True distances from the sheet, for particles that come near it or seem to have crossed it.
-    locator: Locator<D>,
+    locator: FacetLocator<D>,
     /// Forces on the nodes in the sub-step [N].
     received: Vec<Vector<D>>,
 }
@@ -55,7 +55,7 @@ impl<const D: usize> AtNodes<D> {
             fields,
             tolerance,
             support_blocks: SupportBlocks::default(),
-            locator: Locator::new(&source.facets),
+            locator: FacetLocator::new(&source.facets),
             received: vec![Vector::ZERO; source.mass.len()],
         }
     }
@@ -115,7 +115,7 @@ impl<const D: usize> AtNodes<D> {
     }
 
     /// Σ F_K·v̂_K Δt [J] over the forces of the sub-step.
-    fn received_work(&self, surface: &Surface<'_, D>, dt: f64) -> f64 {
+    fn received_work(&self, surface: &SheetSurface<'_, D>, dt: f64) -> f64 {
         let nodes = self.received.iter().zip(surface.previous.iter().zip(surface.velocity));
         nodes.map(|(force, (before, after))| force.dot(*before + *after)).sum::<f64>() * (0.5 * dt)
     }
@@ -125,8 +125,8 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
     /// Maps the sheet to the grid, labels the particles around it, and measures the gaps at the nodes.
     fn find(
         &mut self,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         context: &StepContext<'_, D>,
         guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
@@ -134,7 +134,7 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
         self.pairs.clear();
         self.pairs.resize(self.map.nodes.len() * self.fields, NodePair::default());
         let near = self.particles_near(context);
-        let Sheet { facets, labels, number, .. } = sheet;
+        let ContactSheet { facets, labels, number, .. } = sheet;
         let Self { map, pairs, locator, .. } = self;
         let mut band = Band { context, surface, facets, number: *number, map, pairs, locator };
         if band.map.nodes.iter().any(|node| node.folded) {
@@ -153,7 +153,7 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
     }
 
     /// Pairs with bodies that are close enough to touch during this step; all other contact nodes are dropped from the map.
-    fn choose(&mut self, sheet: &Sheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
+    fn choose(&mut self, sheet: &ContactSheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
         let (grid, stencil) = (context.grid, context.stencil);
         let (fields, reach) = (self.fields, self.tolerance + grid.cell);
         for (r, node) in self.map.nodes.iter().enumerate() {
@@ -171,8 +171,8 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
 
     fn resolve(
         &mut self,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         partners: &mut Partners<D>,
         pass: usize,
         at: &SubStep<'_>,
@@ -193,8 +193,8 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
     /// Gaps follow the velocities.
     fn conclude(
         &mut self,
-        sheet: &Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         partners: &Partners<D>,
         at: &SubStep<'_>,
     ) -> f64 {
@@ -217,7 +217,7 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
     }
 
     /// No displacements and no forces to keep: contact at nodes knows no overlaps of particles, and has no warm start.
-    fn finish(&self, _: &mut Sheet<D>, _: &mut [Vec<ParticleShift<D>>]) {}
+    fn finish(&self, _: &mut ContactSheet<D>, _: &mut [Vec<ParticleShift<D>>]) {}
 
     fn add_totals(&self, partners: &Partners<D>, grid: &Grid<D>, dt: f64, sums: &mut [ContactTotals<D>]) {
         for (index, pair) in self.pairs.iter().enumerate().filter(|(_, pair)| pair.partner != NONE) {

@@ -11,7 +11,7 @@
 use crate::math::Vector;
 use crate::mpm::Grid;
 use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
-use crate::mpm::contact::sheet::Facet;
+use crate::mpm::contact::sheet::SheetFacet;
 use crate::parallel;
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ const MOST: u32 = 64;
 /// Samples per parallel task.
 const TASK: usize = 256;
 
-impl Facet {
+impl SheetFacet {
     /// Samples along the two directions of the facet for cells of size `cell` [m].
     fn divisions<const D: usize>(&self, position: &[Vector<D>], cell: f64) -> [u32; 2] {
         let x = self.corners(position);
@@ -94,7 +94,7 @@ impl Samples {
     /// `corner_mass`: the mass [kg] of each element corner, 4 per element.
     pub fn divide<const D: usize>(
         &mut self,
-        facets: &[Facet],
+        facets: &[SheetFacet],
         position: &[Vector<D>],
         corner_mass: &[[f64; 4]],
         cell: f64,
@@ -111,7 +111,7 @@ impl Samples {
     }
 
     /// x_q [m].
-    pub fn position<const D: usize>(&self, facets: &[Facet], position: &[Vector<D>], q: usize) -> Vector<D> {
+    pub fn position<const D: usize>(&self, facets: &[SheetFacet], position: &[Vector<D>], q: usize) -> Vector<D> {
         let corners = facets[self.element[q] as usize].corners(position);
         corners.iter().zip(self.shape[q]).map(|(&x, n)| x * n).sum()
     }
@@ -119,7 +119,7 @@ impl Samples {
     /// The part of a sample's mass that is held along each axis [kg], by the share of each node.
     pub fn held_mass<const D: usize>(
         &self,
-        facets: &[Facet],
+        facets: &[SheetFacet],
         held: impl Fn(usize) -> Vector<D>,
         q: usize,
     ) -> Vector<D> {
@@ -130,7 +130,7 @@ impl Samples {
     /// The nodes with bodies that each sample reaches, sample by sample.
     pub fn weights<const D: usize>(
         &self,
-        facets: &[Facet],
+        facets: &[SheetFacet],
         position: &[Vector<D>],
         grid: &Grid<D>,
         stencil: &FoldedStencil<D>,
@@ -170,7 +170,7 @@ impl Samples {
 }
 
 /// The mass of each element corner [kg]: a node's mass, shared in proportion to the elements' areas.
-pub fn corner_mass<const D: usize>(facets: &[Facet], reference: &[Vector<D>], mass: &[f64]) -> Vec<[f64; 4]> {
+pub fn corner_mass<const D: usize>(facets: &[SheetFacet], reference: &[Vector<D>], mass: &[f64]) -> Vec<[f64; 4]> {
     let area: Vec<f64> = facets.iter().map(|f| f.area(reference).norm()).collect();
     let mut around = vec![0.0; mass.len()];
     for (facet, area) in facets.iter().zip(&area) {
@@ -179,7 +179,8 @@ pub fn corner_mass<const D: usize>(facets: &[Facet], reference: &[Vector<D>], ma
         }
     }
     let share = |k: usize| mass[k] / around[k];
-    let corner = |f: &Facet, area: f64, k: usize| if k < f.count { area * share(f.nodes[k] as usize) } else { 0.0 };
+    let corner =
+        |f: &SheetFacet, area: f64, k: usize| if k < f.count { area * share(f.nodes[k] as usize) } else { 0.0 };
     facets.iter().zip(&area).map(|(f, &area)| std::array::from_fn(|k| corner(f, area, k))).collect()
 }
 
@@ -192,7 +193,7 @@ mod tests {
     fn samples_carry_the_nodes_mass() {
         let position =
             [[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.3], [-0.1, 0.9, 0.0], [2.0, 0.2, 0.1]].map(Vector);
-        let facets = [Facet::new(&[0, 1, 2, 3]), Facet::new(&[1, 4, 2])];
+        let facets = [SheetFacet::new(&[0, 1, 2, 3]), SheetFacet::new(&[1, 4, 2])];
         let mass = [1.0, 2.0, 3.0, 4.0, 5.0];
         let corners = corner_mass(&facets, &position, &mass);
         for cell in [3.0, 0.5, 0.21] {
@@ -214,7 +215,7 @@ mod tests {
     /// Samples are at most half a cell apart, and the shares of an element sum to one.
     #[test]
     fn samples_are_dense_and_follow_the_stretch() {
-        let facets = [Facet::new(&[0, 1])];
+        let facets = [SheetFacet::new(&[0, 1])];
         let mut position = [Vector([0.0, 0.0]), Vector([1.0, 0.0])];
         let corners = corner_mass(&facets, &position, &[1.0, 1.0]);
         let mut samples = Samples::default();

@@ -4,7 +4,7 @@ use crate::geometry::SkinPoint;
 use crate::math::Vector;
 use crate::mpm::contact::folded_stencil::{Flips, FoldedStencil};
 use crate::mpm::contact::particle_size::half_size;
-use crate::mpm::contact::sheet::{Facet, Foot, Label, Nearest, SEARCH_DISTANCE};
+use crate::mpm::contact::sheet::{Foot, Label, Nearest, SEARCH_DISTANCE, SheetFacet};
 use crate::mpm::{Body, Grid};
 use crate::parallel;
 
@@ -41,7 +41,7 @@ pub struct WeightedParticle<const D: usize> {
 /// Search for candidates of a body next to a sheet.
 pub struct CandidateSearch<'a, const D: usize> {
     nearest: &'a Nearest<D>,
-    facets: &'a [Facet],
+    facets: &'a [SheetFacet],
     /// Size of a cell [m].
     cell: f64,
     body: &'a Body<D>,
@@ -51,7 +51,7 @@ pub struct CandidateSearch<'a, const D: usize> {
 
 impl<'a, const D: usize> CandidateSearch<'a, D> {
     /// Of `body` next to a sheet of these facets, on a grid with cells of size `cell` [m].
-    pub fn new(nearest: &'a Nearest<D>, facets: &'a [Facet], body: &'a Body<D>, cell: f64) -> Self {
+    pub fn new(nearest: &'a Nearest<D>, facets: &'a [SheetFacet], body: &'a Body<D>, cell: f64) -> Self {
         let mut index = vec![0_u32; if body.skin.is_empty() { 0 } else { body.particles.len() }];
         if !index.is_empty() {
             body.particles.id.iter().zip(0..).for_each(|(&id, p)| index[id as usize] = p);

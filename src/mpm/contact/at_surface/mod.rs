@@ -34,14 +34,14 @@ use super::method::{ContactMethod, StepContext};
 use super::particle_size::half_size;
 use super::partner::Partners;
 use super::sheet::{
-    GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, Sheet, SideOfSheet, Surface,
+    ContactSheet, GuardedParticle, HEIGHT_ERROR, Labels, ParticleAtSheet, ParticleShift, SheetSurface, SideOfSheet,
 };
 use crate::math::Vector;
 use crate::mpm::{Body, Friction, Grid, SubStep};
 use crate::parallel;
 use candidates::{Candidate, CandidateSearch, WeightedParticle, side_label, support_of};
 use hashbrown::HashMap;
-use solver::{SheetMotion, Solver};
+use solver::{ContactSolver, SheetMotion};
 use surface_contact::{EffectiveMass, SupportNode, SurfaceContact};
 
 /// The fraction β of an overlap that is undone in one step, but no more than the share ξ of half the size of a particle.
@@ -62,7 +62,7 @@ const LEAST_REACH: f64 = 0.1;
 pub struct AtSurface<const D: usize> {
     /// Gap below which contact acts [m].
     tolerance: f64,
-    solver: Solver<D>,
+    solver: ContactSolver<D>,
     /// The particles of all contacts.
     members: Vec<WeightedParticle<D>>,
     /// Σ ± m_p N_Ip of the candidates, by node and field.
@@ -74,7 +74,7 @@ pub struct AtSurface<const D: usize> {
 impl<const D: usize> AtSurface<D> {
     /// Contact that acts below the gap `tolerance` [m].
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, solver: Solver::default(), members: Vec::new(), sides: HashMap::default(), dt: 0.0 }
+        Self { tolerance, solver: ContactSolver::default(), members: Vec::new(), sides: HashMap::default(), dt: 0.0 }
     }
 
     /// Labels the candidates of the body of this index, adds the contacts that may act during the step, and the particles with a side to
@@ -82,13 +82,13 @@ impl<const D: usize> AtSurface<D> {
     fn find_of(
         &mut self,
         index: usize,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         context: &StepContext<'_, D>,
         guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
         let (body, cell, fastest) = (&context.bodies[index], context.grid.cell, surface.fastest());
-        let Sheet { nearest, facets, friction, labels, number, .. } = sheet;
+        let ContactSheet { nearest, facets, friction, labels, number, .. } = sheet;
         let (labels, friction) = (&mut labels[index], friction[body.field]);
         let search = CandidateSearch::new(nearest, facets, body, cell);
         let mut crossed = 0;
@@ -148,8 +148,8 @@ impl<const D: usize> AtSurface<D> {
 impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     fn find(
         &mut self,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         context: &StepContext<'_, D>,
         guarded: &mut Vec<GuardedParticle<D>>,
     ) -> u64 {
@@ -166,9 +166,9 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     }
 
     /// Finds the effective masses of the contacts, too.
-    fn choose(&mut self, sheet: &Sheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
+    fn choose(&mut self, sheet: &ContactSheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
         let (grid, stencil) = (context.grid, context.stencil);
-        let Self { solver: Solver { contacts, support_nodes, .. }, members, .. } = self;
+        let Self { solver: ContactSolver { contacts, support_nodes, .. }, members, .. } = self;
         let supports: Vec<Vec<(u32, Flips, f64)>> = parallel::collect(contacts.len(), STENCILS, |c| {
             let start = if c == 0 { 0 } else { contacts[c - 1].members };
             let members = &members[start as usize..contacts[c].members as usize];
@@ -189,8 +189,8 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     /// enough.
     fn resolve(
         &mut self,
-        sheet: &mut Sheet<D>,
-        surface: &Surface<'_, D>,
+        sheet: &mut ContactSheet<D>,
+        surface: &SheetSurface<'_, D>,
         partners: &mut Partners<D>,
         pass: usize,
         at: &SubStep<'_>,
@@ -201,7 +201,7 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
         if pass > 0 {
             return;
         }
-        let Sheet { rigid, inverse_mass, forces, after, .. } = sheet;
+        let ContactSheet { rigid, inverse_mass, forces, after, .. } = sheet;
         after.clear();
         after.extend_from_slice(surface.velocity);
         self.dt = at.momentum_dt;
@@ -213,12 +213,12 @@ impl<const D: usize> ContactMethod<D> for AtSurface<D> {
     }
 
     /// Gaps have been advanced with the impulses, and nothing is lost in a mapping.
-    fn conclude(&mut self, _: &Sheet<D>, _: &Surface<'_, D>, _: &Partners<D>, _: &SubStep<'_>) -> f64 {
+    fn conclude(&mut self, _: &ContactSheet<D>, _: &SheetSurface<'_, D>, _: &Partners<D>, _: &SubStep<'_>) -> f64 {
         0.0
     }
 
     /// Undoes a part of the overlaps, and keeps the normal force of each contact in the last sub-step.
-    fn finish(&self, sheet: &mut Sheet<D>, shifts: &mut [Vec<ParticleShift<D>>]) {
+    fn finish(&self, sheet: &mut ContactSheet<D>, shifts: &mut [Vec<ParticleShift<D>>]) {
         let mut first = 0;
         for contact in &self.solver.contacts {
             let own = &self.members[first..contact.members as usize];

@@ -37,7 +37,7 @@ const START: f64 = 0.5;
 
 /// All points that touch one sheet.
 #[derive(Debug, Default)]
-pub struct Solver<const D: usize> {
+pub struct ContactSolver<const D: usize> {
     pub contacts: Vec<SurfaceContact<D>>,
     pub support_nodes: Vec<SupportNode>,
     /// Velocities of the partners with the impulses so far [m/s], and their 1/m [1/kg].
@@ -54,7 +54,7 @@ pub struct SheetMotion<'a, const D: usize> {
     pub inverse_mass: &'a [Vector<D>],
 }
 
-impl<const D: usize> Solver<D> {
+impl<const D: usize> ContactSolver<D> {
     /// Drops the contacts of the last step.
     pub fn begin(&mut self) {
         self.contacts.clear();
@@ -86,7 +86,7 @@ impl<const D: usize> Solver<D> {
         let (contacts, support_nodes, inverse_mass) =
             (&mut self.contacts[..], &self.support_nodes[..], &self.inverse_mass[..]);
         let sheet = SheetMotion { velocity: &mut *sheet.velocity, inverse_mass: sheet.inverse_mass };
-        widest(Sweep { contacts, support_nodes, body: &mut self.velocity[..], inverse_mass, sheet, rigid })
+        widest(ContactSweep { contacts, support_nodes, body: &mut self.velocity[..], inverse_mass, sheet, rigid })
     }
 
     /// Reads where the bodies' nodes will be at the time `t` [s] after the start of the step without contact in this sub-step.
@@ -202,7 +202,7 @@ impl<const D: usize> Solver<D> {
 }
 
 /// One sweep over all points of a sheet: the largest change of an impulse, and the largest impulse [N s].
-struct Sweep<'a, const D: usize> {
+struct ContactSweep<'a, const D: usize> {
     contacts: &'a mut [SurfaceContact<D>],
     support_nodes: &'a [SupportNode],
     body: &'a mut [Packed],
@@ -211,7 +211,7 @@ struct Sweep<'a, const D: usize> {
     rigid: &'a mut RigidContacts<D>,
 }
 
-impl<const D: usize> Task for Sweep<'_, D> {
+impl<const D: usize> Task for ContactSweep<'_, D> {
     type Output = (f64, f64);
 
     #[inline(always)]
@@ -266,8 +266,8 @@ mod tests {
 
     /// Contacts between 12 heavy nodes of a grid and 7 light ones of a sheet, in a pseudo-random order; the impulses of the last
     /// sub-step are `last` [N s] times what `part` gives.
-    struct Problem {
-        solver: Solver<2>,
+    struct Contacts {
+        solver: ContactSolver<2>,
         velocity: Vec<Vector<2>>,
         inverse_mass: Vec<Vector<2>>,
     }
@@ -276,8 +276,8 @@ mod tests {
         f64::from(n * 7919 % 1009) / 1009.0
     }
 
-    fn problem(last: f64, friction: Friction) -> Problem {
-        let mut solver = Solver::<2> {
+    fn problem(last: f64, friction: Friction) -> Contacts {
+        let mut solver = ContactSolver::<2> {
             velocity: (0..12).map(|n| [part(n) - 0.5, -part(n + 100), 0.0, 0.0]).collect(),
             inverse_mass: vec![[1.0, 1.0, 0.0, 0.0]; 12],
             ..Default::default()
@@ -312,10 +312,10 @@ mod tests {
             contact.find_effective_mass(&inverse_mass);
             solver.contacts.push(contact);
         }
-        Problem { solver, velocity: (0..7).map(|n| Vector([0.0, part(n + 500)])).collect(), inverse_mass }
+        Contacts { solver, velocity: (0..7).map(|n| Vector([0.0, part(n + 500)])).collect(), inverse_mass }
     }
 
-    impl Problem {
+    impl Contacts {
         /// [J].
         fn energy(&self) -> f64 {
             let bodies = self.solver.velocity.iter().zip(&self.solver.inverse_mass);
@@ -366,12 +366,12 @@ mod tests {
     /// From the solution times any number, the warm start is half of the solution.
     #[test]
     fn the_warm_start_is_half_of_the_best_scale() {
-        let solved = Problem::solve_well(1.0);
+        let solved = Contacts::solve_well(1.0);
         let mut scaled = problem(0.0, Friction::Slip(0.0));
         for (contact, other) in scaled.solver.contacts.iter_mut().zip(&solved.solver.contacts) {
             (contact.normal_impulse, contact.allowed) = (1234.5 * other.normal_impulse, other.gap.max(0.0) / DT);
         }
-        let Problem { solver, velocity, inverse_mass } = &mut scaled;
+        let Contacts { solver, velocity, inverse_mass } = &mut scaled;
         solver.warm_start(&mut SheetMotion { velocity, inverse_mass }, &RigidContacts::default());
         let largest = solved.solver.contacts.iter().map(|contact| contact.normal_impulse).fold(0.0, f64::max);
         for (contact, other) in scaled.solver.contacts.iter().zip(&solved.solver.contacts) {
@@ -384,7 +384,7 @@ mod tests {
     #[test]
     fn enough_sweeps_solve_the_problem() {
         for last in [0.0, 1.0] {
-            let Problem { solver, velocity, .. } = Problem::solve_well(last);
+            let Contacts { solver, velocity, .. } = Contacts::solve_well(last);
             let mut start = 0;
             for contact in &solver.contacts {
                 let near = &solver.support_nodes[start as usize..contact.end as usize];

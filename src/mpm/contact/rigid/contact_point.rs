@@ -2,7 +2,7 @@
 
 use crate::math::Vector;
 use crate::mpm::contact::impulse::Impulse;
-use crate::mpm::wall::Solid;
+use crate::mpm::wall::RigidBoundary;
 
 /// A point of the sheet next to a wall or an obstacle.
 #[derive(Debug, Clone)]
@@ -45,7 +45,7 @@ impl<const D: usize> RigidContact<D> {
 
     /// The gap of the point at `x` [m] from a solid that has moved on by `ahead` [m]: from its surface, if the point has
     /// moved further than `far` since it was last measured.
-    pub fn measure(&mut self, solid: Solid<'_, D>, x: Vector<D>, ahead: Vector<D>, far: f64) {
+    pub fn measure(&mut self, solid: RigidBoundary<'_, D>, x: Vector<D>, ahead: Vector<D>, far: f64) {
         let there = x - ahead;
         if (there - self.anchor).norm_squared() > far * far {
             let (distance, normal) = solid.distance(x, ahead);

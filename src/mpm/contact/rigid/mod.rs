@@ -21,8 +21,8 @@ pub use squeeze::{NodePositions, Squeeze};
 
 use crate::math::Vector;
 use crate::mpm::contact::impulse::Impulse;
-use crate::mpm::contact::sheet::{Facet, Surface};
-use crate::mpm::wall::{SheetPush, Solid, Walls};
+use crate::mpm::contact::sheet::{SheetFacet, SheetSurface};
+use crate::mpm::wall::{RigidBoundary, SheetPush, Walls};
 use crate::mpm::{Friction, SubStep};
 use crate::parallel;
 use contact_point::RigidContact;
@@ -94,7 +94,14 @@ impl<const D: usize> RigidContacts<D> {
     }
 
     /// Starts a sub-step: gaps as they are now, no impulses yet.
-    pub fn begin(&mut self, walls: &Walls<D>, facets: &[Facet], surface: &Surface<'_, D>, at: &SubStep<'_>, cell: f64) {
+    pub fn begin(
+        &mut self,
+        walls: &Walls<D>,
+        facets: &[SheetFacet],
+        surface: &SheetSurface<'_, D>,
+        at: &SubStep<'_>,
+        cell: f64,
+    ) {
         if self.pushes.is_empty() {
             return;
         }
@@ -110,7 +117,7 @@ impl<const D: usize> RigidContacts<D> {
         if self.contacts.is_empty() {
             return;
         }
-        let solids: Vec<Option<Solid<'_, D>>> = self.by_number(walls);
+        let solids: Vec<Option<RigidBoundary<'_, D>>> = self.by_number(walls);
         for contact in &mut self.contacts {
             let Some(solid) = solids[contact.solid as usize] else { continue };
             let x = contact.position(surface.position);
@@ -122,7 +129,7 @@ impl<const D: usize> RigidContacts<D> {
         }
     }
 
-    fn by_number<'a>(&self, walls: &'a Walls<D>) -> Vec<Option<Solid<'a, D>>> {
+    fn by_number<'a>(&self, walls: &'a Walls<D>) -> Vec<Option<RigidBoundary<'a, D>>> {
         let mut solids = vec![None; self.pushes.len()];
         walls.solids().for_each(|solid| solids[solid.number()] = Some(solid));
         solids
@@ -132,8 +139,8 @@ impl<const D: usize> RigidContacts<D> {
     fn find_contacts(
         &mut self,
         walls: &Walls<D>,
-        facets: &[Facet],
-        surface: &Surface<'_, D>,
+        facets: &[SheetFacet],
+        surface: &SheetSurface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
     ) {
@@ -144,7 +151,7 @@ impl<const D: usize> RigidContacts<D> {
             Vector::from_fn(|a| surface.position.iter().map(|x| x[a]).reduce(pick).unwrap_or(0.0))
         };
         let (lower, upper) = (corner(f64::min), corner(f64::max));
-        let meets = |solid: &Solid<'_, D>| self.friction[solid.number()].is_some();
+        let meets = |solid: &RigidBoundary<'_, D>| self.friction[solid.number()].is_some();
         let near: Vec<_> = walls.solids().filter(meets).filter(|s| s.is_near(lower, upper, 2.0 * cell)).collect();
         if near.is_empty() {
             return;
@@ -262,7 +269,7 @@ impl<const D: usize> RigidContacts<D> {
     }
 
     /// Adds impulses and work of the sub-step, with the final velocities of the nodes.
-    pub fn conclude(&mut self, surface: &Surface<'_, D>) {
+    pub fn conclude(&mut self, surface: &SheetSurface<'_, D>) {
         for contact in self.contacts.iter().filter(|contact| contact.impulse.normal != Vector::ZERO) {
             let j = contact.impulse.total();
             let push = &mut self.pushes[contact.solid as usize];

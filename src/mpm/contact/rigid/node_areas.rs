@@ -5,8 +5,8 @@ use super::contact_point::RigidContact;
 use crate::math::Vector;
 use crate::mpm::SubStep;
 use crate::mpm::contact::impulse::Impulse;
-use crate::mpm::contact::sheet::{Facet, Surface};
-use crate::mpm::wall::Solid;
+use crate::mpm::contact::sheet::{SheetFacet, SheetSurface};
+use crate::mpm::wall::RigidBoundary;
 
 /// A sheet counts as at least this thick where overlaps are undone [element sizes].
 const THIN: f64 = 0.02;
@@ -42,7 +42,7 @@ pub struct NodeAreas<const D: usize> {
 }
 
 impl<const D: usize> NodeAreas<D> {
-    pub fn of(facets: &[Facet], surface: &Surface<'_, D>) -> Self {
+    pub fn of(facets: &[SheetFacet], surface: &SheetSurface<'_, D>) -> Self {
         let count = surface.position.len();
         let zeros = || vec![0.0; count];
         let mut nodes = Self { area: vec![Vector::ZERO; count], size: zeros(), thickness: zeros(), length: zeros() };
@@ -73,9 +73,9 @@ impl<const D: usize> NodeAreas<D> {
     /// A node, if it is near.
     pub fn contact_at_node(
         &self,
-        solid: Solid<'_, D>,
+        solid: RigidBoundary<'_, D>,
         k: usize,
-        surface: &Surface<'_, D>,
+        surface: &SheetSurface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
     ) -> Option<RigidContact<D>> {
@@ -87,9 +87,9 @@ impl<const D: usize> NodeAreas<D> {
     /// Points of an element that are near.
     pub fn contacts_within(
         &self,
-        solid: Solid<'_, D>,
-        facet: &Facet,
-        surface: &Surface<'_, D>,
+        solid: RigidBoundary<'_, D>,
+        facet: &SheetFacet,
+        surface: &SheetSurface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
     ) -> Vec<RigidContact<D>> {
@@ -109,9 +109,9 @@ impl<const D: usize> NodeAreas<D> {
     /// A point, if it is near.
     fn contact_at(
         &self,
-        solid: Solid<'_, D>,
+        solid: RigidBoundary<'_, D>,
         SheetPoint { nodes, weights, depth, size }: SheetPoint,
-        surface: &Surface<'_, D>,
+        surface: &SheetSurface<'_, D>,
         at: &SubStep<'_>,
         cell: f64,
     ) -> Option<RigidContact<D>> {

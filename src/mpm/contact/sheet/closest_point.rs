@@ -20,8 +20,9 @@
 //! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at the same positions, and
 //! the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
-use super::facet::{Facet, closest_on_triangle, free_edges};
+use super::facet::{SheetFacet, free_edges};
 use crate::geometry::SpatialBins;
+use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
 use crate::parallel::{self, Groups};
 use hashbrown::HashSet;
@@ -75,13 +76,13 @@ pub struct Nearest<const D: usize> {
 #[derive(Debug, Default)]
 struct CurrentShape<const D: usize> {
     position: Vec<Vector<D>>,
-    bounds: Vec<Bounds<D>>,
+    bounds: Vec<FacetBounds<D>>,
     normals: Vec<NodeNormal<D>>,
 }
 
 /// The box around a facet, and the mean of its corners [m].
 #[derive(Debug, Clone, Copy)]
-struct Bounds<const D: usize> {
+struct FacetBounds<const D: usize> {
     lower: Vector<D>,
     upper: Vector<D>,
     middle: Vector<D>,
@@ -96,17 +97,17 @@ struct NodeNormal<const D: usize> {
 
 impl<const D: usize> Nearest<D> {
     /// For these facets over `nodes` nodes.
-    pub fn new(facets: &[Facet], nodes: usize) -> Self {
+    pub fn new(facets: &[SheetFacet], nodes: usize) -> Self {
         let corners = (0..).zip(facets).flat_map(|(e, facet)| facet.nodes().iter().map(move |&node| (node, e)));
         let around = Groups::from_pairs(nodes, corners);
         Self { free_edges: free_edges(facets), around, ..Self::default() }
     }
 
     /// Sets the positions of the nodes [m]. Feet are found within `reach` [m].
-    pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
+    pub fn refresh(&mut self, facets: &[SheetFacet], position: &[Vector<D>], reach: f64, cell: f64) {
         self.bin_facets(facets, position, reach, cell);
         if self.current.position != position {
-            let bounds = parallel::collect(facets.len(), TASK, |e| Bounds::of(&facets[e], position));
+            let bounds = parallel::collect(facets.len(), TASK, |e| FacetBounds::of(&facets[e], position));
             let areas = parallel::collect(facets.len(), TASK, |e| facets[e].area(position));
             let normal = |node: usize| self.node_normal(|e| areas[e as usize], node as u32);
             let normals = parallel::collect(position.len(), TASK, normal);
@@ -115,7 +116,7 @@ impl<const D: usize> Nearest<D> {
     }
 
     /// Bins the facets again if the sheet has moved too far.
-    fn bin_facets(&mut self, facets: &[Facet], position: &[Vector<D>], reach: f64, cell: f64) {
+    fn bin_facets(&mut self, facets: &[SheetFacet], position: &[Vector<D>], reach: f64, cell: f64) {
         let slack = SLACK * cell;
         let moved = |(a, b): (&Vector<D>, &Vector<D>)| (*a - *b).norm_squared() > slack * slack;
         if self.binned.len() == position.len() && !position.iter().zip(&self.binned).any(moved) {
@@ -136,15 +137,15 @@ impl<const D: usize> Nearest<D> {
 
     /// The foot of `x` [m] on the sheet where it was refreshed last, if it is within `reach` [m], which must not exceed that of
     /// [`Self::refresh`].
-    pub fn foot(&self, facets: &[Facet], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
+    pub fn foot(&self, facets: &[SheetFacet], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
         let CurrentShape { position, bounds, normals } = &self.current;
         let best = self.closest(facets, position, |e| bounds[e as usize], x, reach)?;
         Some(self.foot_from(facets, position, |node| normals[node as usize], x, &best))
     }
 
     /// The same on the sheet at other positions [m], within the slack of those.
-    pub fn foot_at(&self, facets: &[Facet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
-        let best = self.closest(facets, position, |e| Bounds::of(&facets[e as usize], position), x, reach)?;
+    pub fn foot_at(&self, facets: &[SheetFacet], position: &[Vector<D>], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
+        let best = self.closest(facets, position, |e| FacetBounds::of(&facets[e as usize], position), x, reach)?;
         Some(self.foot_from(
             facets,
             position,
@@ -158,9 +159,9 @@ impl<const D: usize> Nearest<D> {
     #[inline]
     fn closest(
         &self,
-        facets: &[Facet],
+        facets: &[SheetFacet],
         position: &[Vector<D>],
-        bounds: impl Fn(u32) -> Bounds<D>,
+        bounds: impl Fn(u32) -> FacetBounds<D>,
         x: Vector<D>,
         reach: f64,
     ) -> Option<ClosestSoFar<D>> {
@@ -180,7 +181,7 @@ impl<const D: usize> Nearest<D> {
 
     fn foot_from(
         &self,
-        facets: &[Facet],
+        facets: &[SheetFacet],
         position: &[Vector<D>],
         node_normal: impl Fn(u32) -> NodeNormal<D>,
         x: Vector<D>,
@@ -213,8 +214,8 @@ impl<const D: usize> Nearest<D> {
     }
 }
 
-impl<const D: usize> Bounds<D> {
-    fn of(facet: &Facet, position: &[Vector<D>]) -> Self {
+impl<const D: usize> FacetBounds<D> {
+    fn of(facet: &SheetFacet, position: &[Vector<D>]) -> Self {
         let x = facet.corners(position);
         let of = |pick: fn(f64, f64) -> f64| Vector::from_fn(|a| pick(pick(x[0][a], x[1][a]), pick(x[2][a], x[3][a])));
         let middle = x[..facet.count].iter().copied().sum::<Vector<D>>() / facet.count as f64;
@@ -293,7 +294,7 @@ impl<const D: usize> ClosestSoFar<D> {
 const MIDDLE: usize = 4;
 
 /// True if the point with these weights lies on a free edge: all nodes but those of the edge have no weight.
-fn on_free_edge(facet: &Facet, weights: &[f64; 4], free_edges: &HashSet<[u32; 2]>) -> bool {
+fn on_free_edge(facet: &SheetFacet, weights: &[f64; 4], free_edges: &HashSet<[u32; 2]>) -> bool {
     let (nodes, n) = (facet.nodes(), facet.count);
     if n == 2 {
         return (0..2).any(|k| weights[k] == 1.0 && free_edges.contains(&[nodes[k]; 2]));
@@ -309,7 +310,7 @@ fn on_free_edge(facet: &Facet, weights: &[f64; 4], free_edges: &HashSet<[u32; 2]
 mod tests {
     use super::*;
 
-    fn foot<const D: usize>(facets: &[Facet], position: &[Vector<D>], x: Vector<D>) -> Option<Foot<D>> {
+    fn foot<const D: usize>(facets: &[SheetFacet], position: &[Vector<D>], x: Vector<D>) -> Option<Foot<D>> {
         let mut nearest = Nearest::new(facets, position.len());
         nearest.refresh(facets, position, 0.6, 0.3);
         nearest.foot(facets, x, 0.6)
@@ -319,7 +320,7 @@ mod tests {
     #[test]
     fn the_side_of_a_loop_is_right_around_its_corners() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector);
-        let facets: Vec<_> = (0..4).map(|k| Facet::new(&[k, (k + 1) % 4])).collect();
+        let facets: Vec<_> = (0..4).map(|k| SheetFacet::new(&[k, (k + 1) % 4])).collect();
         for (x, expected) in
             [([0.9, 0.8], -0.1), ([1.1, 0.5], 0.1), ([1.03, 1.04], 0.05), ([0.97, 0.99], -0.01), ([-0.3, -0.4], 0.5)]
         {
@@ -342,8 +343,8 @@ mod tests {
         let corner = |k: &u32| k % 12 < 11;
         let facets: Vec<_> = (0..132)
             .filter(corner)
-            .map(|k| Facet::new(&[k, k + 1, k + 13, k + 12]))
-            .chain([Facet::new(&[0, 1, 12])])
+            .map(|k| SheetFacet::new(&[k, k + 1, k + 13, k + 12]))
+            .chain([SheetFacet::new(&[0, 1, 12])])
             .collect();
         let mut nearest = Nearest::new(&facets, now.len());
         nearest.refresh(&facets, &now, 0.2, 0.2);
@@ -367,8 +368,8 @@ mod tests {
         let plane = |x: f64, y: f64| Vector([x, y, 0.3 * x - 0.2 * y]);
         let position: Vec<_> = (0..9).map(|k| plane(f64::from(k % 3), f64::from(k / 3))).collect();
         let quad = |k: u32| [k, k + 1, k + 4, k + 3];
-        let mut facets: Vec<_> = [0, 1, 3].map(|k| Facet::new(&quad(k))).to_vec();
-        facets.extend([Facet::new(&[4, 5, 8]), Facet::new(&[4, 8, 7])]);
+        let mut facets: Vec<_> = [0, 1, 3].map(|k| SheetFacet::new(&quad(k))).to_vec();
+        facets.extend([SheetFacet::new(&[4, 5, 8]), SheetFacet::new(&[4, 8, 7])]);
         let normal = Vector([-0.3, 0.2, 1.0]).normalized().unwrap();
         for (x, y, d) in [(0.4, 0.3, 0.2), (1.7, 1.1, -0.3), (1.2, 1.9, 0.1), (0.8, 1.5, -1e-3), (0.1, 1.2, 1e-9)] {
             let found = foot(&facets, &position, plane(x, y) + normal * d).unwrap();
@@ -389,7 +390,7 @@ mod tests {
         let on_ball = |x: f64, y: f64| Vector([x, y, -(r * r - x * x - y * y).sqrt()]);
         let position: Vec<_> = (0..n * n).map(|k| on_ball(at(k % n), at(k / n))).collect();
         let quad = |k: u32| [k, k + 1, k + n + 1, k + n];
-        let facets: Vec<_> = (0..n * (n - 1)).filter(|k| k % n < n - 1).map(|k| Facet::new(&quad(k))).collect();
+        let facets: Vec<_> = (0..n * (n - 1)).filter(|k| k % n < n - 1).map(|k| SheetFacet::new(&quad(k))).collect();
         for (x, y) in [(0.05, 0.0), (0.05, 0.05), (0.02, 0.07), (-0.03, 0.01)] {
             let found = foot(&facets, &position, on_ball(x, y) * 0.99).unwrap();
             let (flat, curved) = (found.distance - 0.01, found.distance - found.bulge - 0.01);

@@ -13,7 +13,7 @@
 //! Neither momentum nor energy changes; the work that the forces would have done along the displacement is booked (`shifting`).
 
 use super::closest_point::Nearest;
-use super::facet::Facet;
+use super::facet::SheetFacet;
 use crate::math::Vector;
 use crate::mpm::Body;
 use crate::parallel;
@@ -117,7 +117,7 @@ impl<const D: usize> GuardedParticle<D> {
 #[derive(Debug, Clone, Copy)]
 pub struct MovedSheet<'a, const D: usize> {
     pub nearest: &'a Nearest<D>,
-    pub facets: &'a [Facet],
+    pub facets: &'a [SheetFacet],
     /// Positions of its nodes at the start of the step, and now [m].
     pub before: &'a [Vector<D>],
     pub position: &'a [Vector<D>],
@@ -230,7 +230,7 @@ mod tests {
     /// The place that a particle at `x` next to a chain is moved to, on the side that it has.
     fn kept(points: &[[f64; 2]], x: [f64; 2], side: f64) -> Vector<2> {
         let position: Vec<Vector<2>> = points.iter().copied().map(Vector).collect();
-        let facets: Vec<Facet> = (1..points.len() as u32).map(|k| Facet::new(&[k - 1, k])).collect();
+        let facets: Vec<SheetFacet> = (1..points.len() as u32).map(|k| SheetFacet::new(&[k - 1, k])).collect();
         let mut nearest = Nearest::new(&facets, position.len());
         nearest.refresh(&facets, &position, 0.5, 0.5);
         let sheet = MovedSheet { nearest: &nearest, facets: &facets, before: &position, position: &position };

@@ -14,14 +14,14 @@ mod signed_distance;
 mod surface;
 
 pub use closest_point::{Foot, Nearest};
-pub use facet::Facet;
+pub use facet::SheetFacet;
 pub use guard::{
     GuardedParticle, HEIGHT_ERROR, MovedSheet, ParticleAtSheet, ParticleShift, SideOfSheet, keep_sides,
     particles_to_check,
 };
 pub use sides::{Label, Labels};
-pub use signed_distance::{Locator, SheetPosition};
-pub use surface::{SheetSource, Surface};
+pub use signed_distance::{FacetLocator, SheetPosition};
+pub use surface::{SheetSource, SheetSurface};
 
 use crate::math::Vector;
 use crate::mpm::contact::rigid::{NodePositions, RigidContacts, Squeeze};
@@ -30,11 +30,11 @@ use crate::mpm::{Body, Friction, SubStep};
 
 /// A membrane, and the forces of contact on its nodes.
 #[derive(Debug)]
-pub struct Sheet<const D: usize> {
+pub struct ContactSheet<const D: usize> {
     pub name: String,
     /// Its number among all sheets.
     pub number: usize,
-    pub facets: Vec<Facet>,
+    pub facets: Vec<SheetFacet>,
     /// Search for the closest points of the sheet.
     pub nearest: Nearest<D>,
     /// Sides of the particles of each body.
@@ -58,7 +58,7 @@ pub struct Sheet<const D: usize> {
 /// Distance from a sheet within which particles may touch it [cells].
 pub const SEARCH_DISTANCE: f64 = 1.0;
 
-impl<const D: usize> Sheet<D> {
+impl<const D: usize> ContactSheet<D> {
     /// The sheet of this number, its friction with each field, and what the case lists of its friction by name.
     pub fn new(
         number: usize,
@@ -85,7 +85,7 @@ impl<const D: usize> Sheet<D> {
     }
 
     /// Starts a step.
-    pub fn begin_step(&mut self, surface: &Surface<'_, D>, walls: &Walls<D>) {
+    pub fn begin_step(&mut self, surface: &SheetSurface<'_, D>, walls: &Walls<D>) {
         self.rigid.begin_step(walls);
         self.before.clear();
         self.before.extend_from_slice(surface.position);
@@ -123,7 +123,14 @@ impl<const D: usize> Sheet<D> {
     }
 
     /// Starts a pass of a sub-step: no forces yet; in the first, gaps from walls and obstacles as they are now.
-    pub fn begin_pass(&mut self, pass: usize, surface: &Surface<'_, D>, walls: &Walls<D>, at: &SubStep<'_>, cell: f64) {
+    pub fn begin_pass(
+        &mut self,
+        pass: usize,
+        surface: &SheetSurface<'_, D>,
+        walls: &Walls<D>,
+        at: &SubStep<'_>,
+        cell: f64,
+    ) {
         self.forces.fill(Vector::ZERO);
         if pass == 0 {
             self.rigid.begin(walls, &self.facets, surface, at, cell);
@@ -131,7 +138,7 @@ impl<const D: usize> Sheet<D> {
     }
 
     /// Contact with walls and obstacles alone, after the forces of this pass.
-    pub fn resolve_rigid_contact(&mut self, surface: &Surface<'_, D>, at: &SubStep<'_>) {
+    pub fn resolve_rigid_contact(&mut self, surface: &SheetSurface<'_, D>, at: &SubStep<'_>) {
         if self.rigid.is_empty() {
             return;
         }

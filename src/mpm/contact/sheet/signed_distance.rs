@@ -4,8 +4,9 @@
 //! Exact but not cheap: contact asks only when a particle comes near a sheet for the first time, and when
 //! the distance that the nodes see (theory (D.5)) says that one has crossed.
 
-use super::facet::{Facet, closest_on_triangle, free_edges};
+use super::facet::{SheetFacet, free_edges};
 use crate::geometry::SpatialBins;
+use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
 use hashbrown::HashSet;
 
@@ -28,15 +29,15 @@ const RANGE: i32 = 4;
 
 /// Finds the facets near a point.
 #[derive(Debug, Default)]
-pub struct Locator<const D: usize> {
+pub struct FacetLocator<const D: usize> {
     bins: SpatialBins<D>,
     binned: Vec<Vector<D>>,
     free_edges: HashSet<[u32; 2]>,
 }
 
-impl<const D: usize> Locator<D> {
+impl<const D: usize> FacetLocator<D> {
     /// For these facets; edges that belong to one facet only are free edges.
-    pub fn new(facets: &[Facet]) -> Self {
+    pub fn new(facets: &[SheetFacet]) -> Self {
         Self { bins: SpatialBins::default(), binned: Vec::new(), free_edges: free_edges(facets) }
     }
 
@@ -46,7 +47,7 @@ impl<const D: usize> Locator<D> {
     }
 
     /// Bins the facets again if the sheet has moved too far.
-    pub fn refresh(&mut self, facets: &[Facet], position: &[Vector<D>], cell: f64) {
+    pub fn refresh(&mut self, facets: &[SheetFacet], position: &[Vector<D>], cell: f64) {
         let moved = |(a, b): (&Vector<D>, &Vector<D>)| (*a - *b).norm() > SLACK * cell;
         if self.binned.len() == position.len() && !position.iter().zip(&self.binned).any(moved) {
             return;
@@ -62,7 +63,7 @@ impl<const D: usize> Locator<D> {
     }
 
     /// The position of `x` [m] relative to the sheet, if that is at most a few cells away.
-    pub fn locate(&self, facets: &[Facet], position: &[Vector<D>], cell: f64, x: Vector<D>) -> SheetPosition {
+    pub fn locate(&self, facets: &[SheetFacet], position: &[Vector<D>], cell: f64, x: Vector<D>) -> SheetPosition {
         let centre = self.bins.bin(x);
         let mut best = Closest::default();
         let mut compared = HashSet::new();
@@ -81,7 +82,7 @@ impl<const D: usize> Locator<D> {
         best.place(x)
     }
 
-    fn compare(&self, facet: &Facet, position: &[Vector<D>], x: Vector<D>, best: &mut Closest<D>) {
+    fn compare(&self, facet: &SheetFacet, position: &[Vector<D>], x: Vector<D>, best: &mut Closest<D>) {
         let corners = facet.corners(position);
         let normal = facet.area(position).normalized().unwrap_or_default();
         let pieces: &[[usize; 3]] = match facet.count {
@@ -98,7 +99,7 @@ impl<const D: usize> Locator<D> {
     }
 
     /// True if the point with these weights lies on a free edge.
-    fn on_free_edge(&self, facet: &Facet, piece: [usize; 3], weights: [f64; 3]) -> bool {
+    fn on_free_edge(&self, facet: &SheetFacet, piece: [usize; 3], weights: [f64; 3]) -> bool {
         if facet.count == 2 {
             return (0..2).any(|k| weights[k] == 1.0 && self.free_edges.contains(&[facet.nodes[piece[k]]; 2]));
         }
@@ -150,8 +151,8 @@ impl<const D: usize> Closest<D> {
 mod tests {
     use super::*;
 
-    fn place<const D: usize>(facets: &[Facet], position: &[Vector<D>], x: Vector<D>) -> SheetPosition {
-        let mut locator = Locator::new(facets);
+    fn place<const D: usize>(facets: &[SheetFacet], position: &[Vector<D>], x: Vector<D>) -> SheetPosition {
+        let mut locator = FacetLocator::new(facets);
         locator.refresh(facets, position, 0.3);
         locator.locate(facets, position, 0.3, x)
     }
@@ -160,7 +161,7 @@ mod tests {
     #[test]
     fn the_side_of_a_loop_is_right_around_its_corners() {
         let position = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vector);
-        let facets: Vec<_> = (0..4).map(|k| Facet::new(&[k, (k + 1) % 4])).collect();
+        let facets: Vec<_> = (0..4).map(|k| SheetFacet::new(&[k, (k + 1) % 4])).collect();
         for (x, expected) in
             [([0.9, 0.8], -0.1), ([1.1, 0.5], 0.1), ([1.03, 1.04], 0.05), ([0.97, 0.99], -0.01), ([-0.3, -0.4], 0.5)]
         {
@@ -176,7 +177,9 @@ mod tests {
     #[test]
     fn free_edges_have_no_side() {
         let position = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(Vector);
-        for facets in [vec![Facet::new(&[0, 1, 2, 3])], vec![Facet::new(&[0, 1, 2]), Facet::new(&[0, 2, 3])]] {
+        for facets in
+            [vec![SheetFacet::new(&[0, 1, 2, 3])], vec![SheetFacet::new(&[0, 1, 2]), SheetFacet::new(&[0, 2, 3])]]
+        {
             assert_eq!(place(&facets, &position, Vector([0.5, 0.5, 0.25])), SheetPosition::Beside(0.25));
             assert_eq!(place(&facets, &position, Vector([0.25, 0.75, -0.25])), SheetPosition::Beside(-0.25));
             assert_eq!(place(&facets, &position, Vector([1.3, 0.5, 0.01])), SheetPosition::Beyond);

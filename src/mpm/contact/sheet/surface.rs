@@ -1,6 +1,6 @@
 //! A membrane as contact gets it: once at the start of the run, and in each step.
 
-use super::facet::Facet;
+use super::facet::SheetFacet;
 use crate::math::Vector;
 
 /// A membrane as contact first sees it.
@@ -9,7 +9,7 @@ pub struct SheetSource<'a, const D: usize> {
     /// Name of the membrane.
     pub name: &'a str,
     /// Its elements.
-    pub facets: Vec<Facet>,
+    pub facets: Vec<SheetFacet>,
     /// Node positions in the reference state [m].
     pub reference: &'a [Vector<D>],
     /// Lumped mass of each node [kg].
@@ -20,7 +20,7 @@ pub struct SheetSource<'a, const D: usize> {
 
 /// A membrane as contact sees it during a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Surface<'a, const D: usize> {
+pub struct SheetSurface<'a, const D: usize> {
     /// Node positions [m].
     pub position: &'a [Vector<D>],
     /// Trial velocities v̄_K [m/s], with all forces but contact.
@@ -31,7 +31,7 @@ pub struct Surface<'a, const D: usize> {
     pub offset: &'a [f64],
 }
 
-impl<const D: usize> Surface<'_, D> {
+impl<const D: usize> SheetSurface<'_, D> {
     /// The largest speed of its nodes [m/s].
     pub fn fastest(&self) -> f64 {
         self.velocity.iter().map(|v| v.norm_squared()).fold(0.0, f64::max).sqrt()

@@ -18,14 +18,14 @@
 //! momentum of APIC is placed as for θ = 1 (`kernel::Weights`): what that moves from row 1 to the wall has no sum, and a film loses shear by it.
 
 use super::{Ghost, Ghosts};
-use crate::mpm::grid::{Fold, Limits, Node};
+use crate::mpm::grid::{Fold, GhostShares, Node};
 use crate::parallel;
 
 /// The largest part of the mass of the rows inside that a ghost takes, β: ten times what it takes where material fills the rows evenly, and
 /// more than the eighth that one row of particles per cell can bring there.
 const MOST: f64 = 0.2;
 
-impl Limits {
+impl GhostShares {
     /// Finds the shares for the masses of `nodes`, before they are folded as the field's `folds` say.
     pub fn measure<const D: usize>(&mut self, ghosts: &Ghosts<D>, folds: &[[Fold; 2]; D], nodes: &[Node<D>]) {
         self.shares.resize(D, Vec::new());
@@ -78,7 +78,7 @@ mod tests {
     /// The least and the largest share of the ghosts that have mass.
     fn shares(kernel: Kernel, heights: &[f64]) -> [f64; 2] {
         let (grid, ghosts, nodes) = masses(kernel, heights);
-        let mut limits = Limits::default();
+        let mut limits = GhostShares::default();
         limits.measure(&ghosts, &grid.folds, &nodes);
         let own = ghosts.axes.iter().enumerate().flat_map(|(a, own)| own.iter().enumerate().map(move |g| (a, g)));
         let laden = own.filter(|(_, (_, ghost))| nodes[ghost.node as usize].mass > 0.0);
@@ -113,7 +113,7 @@ mod tests {
             let kernel = Kernel::new(kind, 0.25);
             for height in [0.0, 1e-9, 1e-3, 0.1, 0.3, 0.499, 0.7, 0.95] {
                 let (grid, ghosts, nodes) = masses(kernel, &[height]);
-                let mut limits = Limits::default();
+                let mut limits = GhostShares::default();
                 limits.measure(&ghosts, &grid.folds, &nodes);
                 let (mut folded, mut filled): (Vec<_>, Vec<_>) =
                     (0..nodes.len()).map(|n| ([nodes[n].mass], [(n as f64).sin()])).unzip();

@@ -5,14 +5,14 @@
 //!     (2 − |x|)³/6        1 ≤ |x| < 2
 //! ```
 
-use super::{Axis, Shape, Weights};
+use super::{AxisWeights, ShapeFunction, Weights};
 use crate::math::simd::Lanes;
 
 /// Cubic B-splines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cubic;
 
-impl Shape<4> for Cubic {
+impl ShapeFunction<4> for Cubic {
     const INERTIA: Option<f64> = Some(1.0 / 3.0);
     const SMOOTH: bool = true;
     const WINDOW: f64 = 0.5;
@@ -28,13 +28,13 @@ impl Shape<4> for Cubic {
     }
 
     #[inline(always)]
-    fn at(self, x: f64) -> Axis<4> {
+    fn at(self, x: f64) -> AxisWeights<4> {
         let f = x - x.floor();
         let g = 1.0 - f;
         let outer = |d: f64| (d * d * d / 6.0, 0.5 * d * d);
         let inner = |d: f64| (2.0 / 3.0 - d * d + 0.5 * d * d * d, 2.0 * d - 1.5 * d * d);
         let ((w0, s0), (w1, s1), (w2, s2), (w3, s3)) = (outer(g), inner(f), inner(g), outer(f));
-        Axis { first: self.first(x), weight: [w0, w1, w2, w3], slope: [-s0, -s1, s2, s3] }
+        AxisWeights { first: self.first(x), weight: [w0, w1, w2, w3], slope: [-s0, -s1, s2, s3] }
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@
 //!     (1 + l − |x|)²/(4 l)      1 − l < |x| < 1 + l
 //! ```
 
-use super::{Axis, Shape, Weights};
+use super::{AxisWeights, ShapeFunction, Weights};
 use crate::math::simd::Lanes;
 
 /// Hat functions averaged over a particle of half length `half` [cells], at most ½ (uGIMP).
@@ -50,7 +50,7 @@ impl Gimp {
     }
 }
 
-impl Shape<3> for Gimp {
+impl ShapeFunction<3> for Gimp {
     const INERTIA: Option<f64> = None;
     const SMOOTH: bool = true;
     const WINDOW: f64 = 0.5;
@@ -66,10 +66,10 @@ impl Shape<3> for Gimp {
     }
 
     #[inline(always)]
-    fn at(self, x: f64) -> Axis<3> {
+    fn at(self, x: f64) -> AxisWeights<3> {
         let first = self.first(x);
         let hats: [_; 3] = std::array::from_fn(|i| self.hat(x - f64::from(first + i as i32)));
-        Axis { first, weight: hats.map(|(n, _)| n), slope: hats.map(|(_, dn)| dn) }
+        AxisWeights { first, weight: hats.map(|(n, _)| n), slope: hats.map(|(_, dn)| dn) }
     }
 
     #[inline(always)]

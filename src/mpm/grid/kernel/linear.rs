@@ -1,6 +1,6 @@
 //! Hat functions, N = 1 − |x|, |x| < 1 (Lian, Liu & Zhang 2014).
 
-use super::{Axis, Shape, Weights};
+use super::{AxisWeights, ShapeFunction, Weights};
 use crate::math::simd::Lanes;
 
 /// Hat functions, N = 1 − |x|.
@@ -13,7 +13,7 @@ impl Linear {
     pub const LEAST: f64 = f64::EPSILON;
 }
 
-impl Shape<2> for Linear {
+impl ShapeFunction<2> for Linear {
     const INERTIA: Option<f64> = None;
     const SMOOTH: bool = false;
     const WINDOW: f64 = 0.0;
@@ -29,9 +29,9 @@ impl Shape<2> for Linear {
     }
 
     #[inline(always)]
-    fn at(self, x: f64) -> Axis<2> {
+    fn at(self, x: f64) -> AxisWeights<2> {
         let f = (x - x.floor()).clamp(Self::LEAST, 1.0 - Self::LEAST);
-        Axis { first: self.first(x), weight: [1.0 - f, f], slope: [-1.0, 1.0] }
+        AxisWeights { first: self.first(x), weight: [1.0 - f, f], slope: [-1.0, 1.0] }
     }
 
     #[inline(always)]

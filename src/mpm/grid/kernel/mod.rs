@@ -24,7 +24,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Declares the kernels: the choice of the case file, the shape functions of a body, and the macro `with_shape`, which runs
-/// an expression with the concrete [`Shape`] of a [`Kernel`]. The `$` is for the macro that is declared within.
+/// an expression with the concrete [`ShapeFunction`] of a [`Kernel`]. The `$` is for the macro that is declared within.
 macro_rules! kernels {
     ($d:tt $( $(#[$doc:meta])* $Name:ident ),+ $(,)?) => {
         /// Shape functions.
@@ -52,7 +52,7 @@ macro_rules! kernels {
             /// The kernel of a case for particles of half length `half` [cells].
             pub fn new(kind: KernelKind, half: f64) -> Self {
                 match kind {
-                    $( KernelKind::$Name => Self::$Name(Shape::of_particles(half)) ),+
+                    $( KernelKind::$Name => Self::$Name(ShapeFunction::of_particles(half)) ),+
                 }
             }
         }
@@ -81,7 +81,7 @@ pub(crate) use with_shape;
 
 /// Weights and slopes of one axis: node `first + i` has `weight[i]` and derivative `slope[i]` per cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Axis<const S: usize> {
+pub struct AxisWeights<const S: usize> {
     /// First node of the support.
     pub first: i32,
     /// N_I.
@@ -91,7 +91,7 @@ pub struct Axis<const S: usize> {
 }
 
 /// One-dimensional shape functions with a support of `S` nodes.
-pub(crate) trait Shape<const S: usize>: Copy + Send + Sync {
+pub(crate) trait ShapeFunction<const S: usize>: Copy + Send + Sync {
     /// Second moment Σ N_I (x_I − x)² [cells²] where it is constant: the inertia D of APIC over h².
     const INERTIA: Option<f64>;
     /// True if the slope vanishes with the function at the ends of its support.
@@ -108,7 +108,7 @@ pub(crate) trait Shape<const S: usize>: Copy + Send + Sync {
     fn first(self, x: f64) -> i32;
 
     /// Weights and slopes at `x` [cells].
-    fn at(self, x: f64) -> Axis<S>;
+    fn at(self, x: f64) -> AxisWeights<S>;
 
     /// First nodes of the supports of eight points at `s` [cells].
     fn base<L: Lanes>(self, s: L) -> L;
@@ -120,7 +120,7 @@ pub(crate) trait Shape<const S: usize>: Copy + Send + Sync {
 impl Kernel {
     /// Number of nodes S per axis.
     pub fn support(self) -> i32 {
-        fn support<const S: usize>(_: impl Shape<S>) -> i32 {
+        fn support<const S: usize>(_: impl ShapeFunction<S>) -> i32 {
             S as i32
         }
         with_shape!(self, shape => support(shape))
@@ -134,7 +134,7 @@ impl Kernel {
 
     /// The inertia D of APIC over h², where it is constant.
     pub fn inertia(self) -> Option<f64> {
-        fn inertia<const S: usize, K: Shape<S>>(_: K) -> Option<f64> {
+        fn inertia<const S: usize, K: ShapeFunction<S>>(_: K) -> Option<f64> {
             K::INERTIA
         }
         with_shape!(self, shape => inertia(shape))
@@ -142,23 +142,23 @@ impl Kernel {
 
     /// True if the slopes vanish with the functions at the ends of their supports.
     pub fn is_smooth(self) -> bool {
-        fn is_smooth<const S: usize, K: Shape<S>>(_: K) -> bool {
+        fn is_smooth<const S: usize, K: ShapeFunction<S>>(_: K) -> bool {
             K::SMOOTH
         }
         with_shape!(self, shape => is_smooth(shape))
     }
 
-    /// The first position of block 0 [cells] (`Shape::WINDOW`).
+    /// The first position of block 0 [cells] (`ShapeFunction::WINDOW`).
     pub fn window(self) -> f64 {
-        fn window<const S: usize, K: Shape<S>>(_: K) -> f64 {
+        fn window<const S: usize, K: ShapeFunction<S>>(_: K) -> f64 {
             K::WINDOW
         }
         with_shape!(self, shape => window(shape))
     }
 
-    /// Distance by which a particle may leave its block [cells] (`Shape::SLACK`).
+    /// Distance by which a particle may leave its block [cells] (`ShapeFunction::SLACK`).
     pub fn slack(self) -> f64 {
-        fn slack<const S: usize, K: Shape<S>>(_: K) -> f64 {
+        fn slack<const S: usize, K: ShapeFunction<S>>(_: K) -> f64 {
             K::SLACK
         }
         with_shape!(self, shape => slack(shape))
@@ -172,7 +172,7 @@ mod tests {
     const POINTS: [f64; 9] = [0.0, 0.1, 0.25, 0.4999, 0.5, 0.75, 0.9, 3.3, -2.7];
 
     /// Σ N = 1, Σ N x_I = x, Σ N' = 0, Σ N' x_I = 1 and N' as the difference quotient of N.
-    fn check<const S: usize>(shape: impl Shape<S>) {
+    fn check<const S: usize>(shape: impl ShapeFunction<S>) {
         for x in POINTS {
             let at = shape.at(x);
             let node = |i: usize| f64::from(at.first + i as i32);
@@ -195,7 +195,7 @@ mod tests {
         }
     }
 
-    fn inertia_of<const S: usize, K: Shape<S>>(_: K) -> Option<f64> {
+    fn inertia_of<const S: usize, K: ShapeFunction<S>>(_: K) -> Option<f64> {
         K::INERTIA
     }
 

@@ -5,14 +5,14 @@
 //!     ½ (3/2 − |x|)²      ½ ≤ |x| < 3/2
 //! ```
 
-use super::{Axis, Shape, Weights};
+use super::{AxisWeights, ShapeFunction, Weights};
 use crate::math::simd::Lanes;
 
 /// Quadratic B-splines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadratic;
 
-impl Shape<3> for Quadratic {
+impl ShapeFunction<3> for Quadratic {
     const INERTIA: Option<f64> = Some(0.25);
     const SMOOTH: bool = true;
     const WINDOW: f64 = 0.5;
@@ -28,10 +28,10 @@ impl Shape<3> for Quadratic {
     }
 
     #[inline(always)]
-    fn at(self, x: f64) -> Axis<3> {
+    fn at(self, x: f64) -> AxisWeights<3> {
         let f = x - (x - 0.5).floor();
         let (a, b, c) = (1.5 - f, f - 1.0, f - 0.5);
-        Axis { first: self.first(x), weight: [0.5 * a * a, 0.75 - b * b, 0.5 * c * c], slope: [-a, -2.0 * b, c] }
+        AxisWeights { first: self.first(x), weight: [0.5 * a * a, 0.75 - b * b, 0.5 * c * c], slope: [-a, -2.0 * b, c] }
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use super::distance::approach;
 use crate::math::Vector;
-use crate::mpm::contact::Facet;
+use crate::mpm::contact::SheetFacet;
 use hashbrown::{HashMap, HashSet};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
@@ -24,12 +24,12 @@ pub struct Element {
 }
 
 /// The corners of an element [m].
-pub struct Corners {
+pub struct ElementCorners {
     places: [Vector<3>; 4],
     count: usize,
 }
 
-impl Corners {
+impl ElementCorners {
     pub fn all(&self) -> &[Vector<3>] {
         &self.places[..self.count]
     }
@@ -39,7 +39,7 @@ impl Corners {
 #[derive(Debug)]
 pub struct SheetLayout {
     pub name: String,
-    pub facets: Vec<Facet>,
+    pub facets: Vec<SheetFacet>,
     /// Positions of the nodes at the start [m].
     pub reference: Vec<Vector<3>>,
     /// Length of each element at the start: the root of its area, in 2D its length [m].
@@ -64,8 +64,8 @@ pub struct Layout {
 
 impl Layout {
     /// Of sheets with these names, elements and positions of nodes at the start [m].
-    pub fn new<'a, const D: usize>(sheets: impl Iterator<Item = (&'a str, Vec<Facet>, &'a [Vector<D>])>) -> Self {
-        let layer = |(name, facets, reference): (&str, Vec<Facet>, &[Vector<D>])| SheetLayout {
+    pub fn new<'a, const D: usize>(sheets: impl Iterator<Item = (&'a str, Vec<SheetFacet>, &'a [Vector<D>])>) -> Self {
+        let layer = |(name, facets, reference): (&str, Vec<SheetFacet>, &[Vector<D>])| SheetLayout {
             name: name.to_owned(),
             length: facets.iter().map(|facet| facet.area(reference).norm().powf(1.0 / (D - 1) as f64)).collect(),
             facets,
@@ -179,9 +179,9 @@ impl Layout {
     }
 
     /// Corners of an element, from the positions of its sheet's nodes [m].
-    pub fn corners(&self, e: Element, position: &[Vector<3>]) -> Corners {
+    pub fn corners(&self, e: Element, position: &[Vector<3>]) -> ElementCorners {
         let facet = &self.sheets[e.sheet as usize].facets[e.index as usize];
-        Corners { places: facet.corners(position), count: facet.count }
+        ElementCorners { places: facet.corners(position), count: facet.count }
     }
 
     /// Numbers of the nodes of an element, the same for nodes at the same place.

@@ -18,13 +18,13 @@ mod survey;
 
 use crate::error::Diagnostic;
 use crate::math::Vector;
-use crate::mpm::contact::Facet;
+use crate::mpm::contact::SheetFacet;
 use crate::mpm::{Membrane, Setup};
 use crate::parallel;
 use crate::simulation::Column;
 use layout::Layout;
 use std::collections::BTreeSet;
-use survey::{ElementContact, SheetShape, Survey, SurveyResult};
+use survey::{ElementContact, Survey, SurveyResult, SurveyedSheet};
 
 /// Largest displacement of nodes between two surveys [lengths of elements].
 const QUARTER: f64 = 0.25;
@@ -57,7 +57,7 @@ pub(in crate::mpm) struct Proximity<const D: usize> {
 impl<const D: usize> Proximity<D> {
     /// For these membranes, before the first survey.
     pub fn new(membranes: &[Membrane<D>]) -> Self {
-        let facets = |membrane: &Membrane<D>| membrane.elements.iter().map(Facet::new).collect();
+        let facets = |membrane: &Membrane<D>| membrane.elements.iter().map(SheetFacet::new).collect();
         let sheets = membranes.iter().map(|m| (m.name.as_str(), facets(m), m.reference.as_slice()));
         Self { layout: Layout::new(sheets), work: FREE_WORK, ..Self::default() }
     }
@@ -116,11 +116,11 @@ impl<const D: usize> Proximity<D> {
 
     /// Surveys the sheets, and finds the displacement until the next time.
     fn survey(&mut self, membranes: &[Membrane<D>]) -> SurveyResult {
-        let state = |membrane: &Membrane<D>| SheetShape {
+        let state = |membrane: &Membrane<D>| SurveyedSheet {
             position: membrane.position.iter().map(|x| Vector(x.to3())).collect(),
             thickness: (0..membrane.elements.len()).map(|e| membrane.thickness(e)).collect(),
         };
-        let states: Vec<SheetShape> = membranes.iter().map(state).collect();
+        let states: Vec<SurveyedSheet> = membranes.iter().map(state).collect();
         let margin = 2.0 * QUARTER * self.layout.length;
         let (layout, reported) = (&self.layout, &self.reported);
         let counts = |[a, b]: [layout::Element; 2], reach: f64, _: bool| {
@@ -146,13 +146,13 @@ impl<const D: usize> Proximity<D> {
 /// A warning for each two membranes, and each membrane, that cross or are too near to each other at the start.
 pub fn meetings_at_the_start<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let sheets = setup.membranes.iter();
-    let facets = |elements: &[Vec<u32>]| elements.iter().map(|nodes| Facet::new(nodes)).collect();
+    let facets = |elements: &[Vec<u32>]| elements.iter().map(|nodes| SheetFacet::new(nodes)).collect();
     let layout = Layout::new(sheets.clone().map(|m| (m.name.as_str(), facets(&m.elements), m.position.as_slice())));
-    let state = |membrane: &crate::mpm::MembraneSetup<D>| SheetShape {
+    let state = |membrane: &crate::mpm::MembraneSetup<D>| SurveyedSheet {
         position: membrane.position.iter().map(|x| Vector(x.to3())).collect(),
         thickness: vec![membrane.thickness; membrane.elements.len()],
     };
-    let states: Vec<SheetShape> = sheets.map(state).collect();
+    let states: Vec<SurveyedSheet> = sheets.map(state).collect();
     let around = layout.around();
     let counts = |[a, b]: [layout::Element; 2], reach: f64, cross: bool| {
         cross || !layout.together(a, b) || !layout.neighbours(&around, [a, b], reach)

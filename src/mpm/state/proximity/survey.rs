@@ -21,7 +21,7 @@ const FLAT: f64 = 1.2;
 const TASK: usize = 8;
 
 /// A sheet at one time.
-pub struct SheetShape {
+pub struct SurveyedSheet {
     /// Positions of the nodes [m].
     pub position: Vec<Vector<3>>,
     /// Thickness of each element [m].
@@ -85,7 +85,7 @@ impl SurveyResult {
 /// A survey of all sheets.
 pub struct Survey<'a, F> {
     pub layout: &'a Layout,
-    pub states: &'a [SheetShape],
+    pub states: &'a [SurveyedSheet],
     /// Pairs of elements are looked for up to this far beyond their thickness [m].
     pub margin: f64,
     /// True for pairs that count; arguments: the elements, the mean of their thicknesses [m], and true if they cross.

@@ -48,7 +48,7 @@ mod step;
 use crate::math::Vector;
 use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::{Grid, Node};
-pub use point::{Law, PointState, SupportNode, SurfaceFoot, SurfacePoint};
+pub use point::{ImpulseIterate, Law, NodeOfSupport, SurfaceFoot, SurfacePoint};
 
 /// Least share of the support of a binding point that must have mass: else no body is there yet.
 const LEAST: f64 = 0.5;
@@ -70,7 +70,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone, Default)]
 pub struct SurfacePoints<const D: usize> {
     pub points: Vec<SurfacePoint<D>>,
-    support: Vec<SupportNode<D>>,
+    support: Vec<NodeOfSupport<D>>,
     /// Grid nodes, and their 1/m [1/kg].
     nodes: Vec<(u32, f64)>,
     /// Number of each grid node among `nodes`.
@@ -115,7 +115,7 @@ impl<const D: usize> SurfacePoints<D> {
                 self.support.truncate(start);
                 continue;
             }
-            for SupportNode { number, weight, .. } in &mut self.support[start..] {
+            for NodeOfSupport { number, weight, .. } in &mut self.support[start..] {
                 *weight = *weight / cover;
                 let inverse_mass = self.nodes[*number as usize].1;
                 point.inverse_mass += Vector::from_fn(|a| weight[a] * weight[a] * inverse_mass);
@@ -132,7 +132,7 @@ impl<const D: usize> SurfacePoints<D> {
     pub fn tilt(&mut self, means: &[Vector<D>]) {
         for point in &mut self.points {
             let near = &mut self.support[point.start as usize..point.end as usize];
-            let height = |at: &SupportNode<D>| (means[at.number as usize] - point.place).dot(point.normal);
+            let height = |at: &NodeOfSupport<D>| (means[at.number as usize] - point.place).dot(point.normal);
             let mean: f64 = near.iter().map(|at| at.share() * height(at)).sum();
             let spread: f64 = near.iter().map(|at| at.share() * (height(at) - mean).powi(2)).sum();
             let most = near.iter().map(|at| (height(at) - mean).abs()).fold(0.0, f64::max);
@@ -175,7 +175,7 @@ impl<const D: usize> SurfacePoints<D> {
             let (number, weight) = (*number, flip(Vector::from_fn(|_| weight), flips));
             match self.support[start..].iter_mut().find(|support| support.number == number) {
                 Some(support) => support.weight += weight,
-                None => self.support.push(SupportNode { number, weight, tilt: 1.0 }),
+                None => self.support.push(NodeOfSupport { number, weight, tilt: 1.0 }),
             }
         });
         start
@@ -184,14 +184,14 @@ impl<const D: usize> SurfacePoints<D> {
     /// Limits the weights of the nodes listed from `start` on by their masses; returns Σ N_I.
     fn limit(&mut self, start: usize) -> f64 {
         let Self { support, nodes, .. } = self;
-        let mass = |at: &SupportNode<D>| 1.0 / nodes[at.number as usize].1;
+        let mass = |at: &NodeOfSupport<D>| 1.0 / nodes[at.number as usize].1;
         let near = &mut support[start..];
         let [cover, sum] = near.iter().fold([0.0; 2], |[n, nm], at| [n + at.share(), nm + at.share() * mass(at)]);
         let particle = sum / cover / f64::from(1 << D);
         for at in near.iter_mut() {
             at.weight *= (mass(at) / (particle * at.share().abs())).min(1.0);
         }
-        near.iter().map(SupportNode::share).sum()
+        near.iter().map(NodeOfSupport::share).sum()
     }
 
     /// All points with the velocities there [m/s], from those of the nodes.
@@ -201,7 +201,7 @@ impl<const D: usize> SurfacePoints<D> {
     ) -> impl Iterator<Item = (&'a SurfacePoint<D>, Vector<D>)> + 'a {
         self.points.iter().map(move |point| {
             let near = &self.support[point.start as usize..point.end as usize];
-            let read = |at: &SupportNode<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
+            let read = |at: &NodeOfSupport<D>| at.read(nodal(self.nodes[at.number as usize].0 as usize), point.normal);
             (point, near.iter().map(read).sum())
         })
     }
@@ -261,7 +261,7 @@ impl<const D: usize> SurfacePoints<D> {
             let (point, impulse) = (&self.points[k as usize], &mut impulses[k as usize]);
             let near = &self.support[point.start as usize..point.end as usize];
             let u = near.iter().map(|at| at.read(velocity[at.number as usize], point.normal)).sum();
-            let wanted = law(&PointState { point, wall: walls[k as usize], velocity: u, impulse: *impulse });
+            let wanted = law(&ImpulseIterate { point, wall: walls[k as usize], velocity: u, impulse: *impulse });
             let delta = wanted - *impulse;
             *impulse = wanted;
             largest = largest.max(wanted.norm());

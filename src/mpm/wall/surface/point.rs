@@ -45,7 +45,7 @@ pub struct SurfacePoint<const D: usize> {
 
 /// A node around a point.
 #[derive(Debug, Clone, Copy)]
-pub struct SupportNode<const D: usize> {
+pub struct NodeOfSupport<const D: usize> {
     /// Its number among the nodes of all points.
     pub number: u32,
     /// N_I along each axis: mirrors reverse one.
@@ -54,7 +54,7 @@ pub struct SupportNode<const D: usize> {
     pub tilt: f64,
 }
 
-impl<const D: usize> SupportNode<D> {
+impl<const D: usize> NodeOfSupport<D> {
     /// N_I: mirrors leave it along one axis at least.
     #[inline]
     pub fn share(&self) -> f64 {
@@ -77,7 +77,7 @@ impl<const D: usize> SupportNode<D> {
 }
 
 /// A point while its impulse is sought: its velocity u and that of the wall there [m/s], and J so far [N s].
-pub struct PointState<'a, const D: usize> {
+pub struct ImpulseIterate<'a, const D: usize> {
     pub point: &'a SurfacePoint<D>,
     pub wall: Vector<D>,
     pub velocity: Vector<D>,
@@ -85,7 +85,7 @@ pub struct PointState<'a, const D: usize> {
 }
 
 /// The impulse [N s] that a point in such a state should have.
-pub type Law<'a, const D: usize> = &'a dyn Fn(&PointState<'_, D>) -> Vector<D>;
+pub type Law<'a, const D: usize> = &'a dyn Fn(&ImpulseIterate<'_, D>) -> Vector<D>;
 
 impl<const D: usize> SurfacePoint<D> {
     /// A point without contact and impulse yet.
@@ -127,7 +127,7 @@ impl<const D: usize> SurfacePoint<D> {
     }
 }
 
-impl<const D: usize> PointState<'_, D> {
+impl<const D: usize> ImpulseIterate<'_, D> {
     /// The impulse after which the velocity along the normal is that of the wall.
     pub fn stopped(&self) -> Vector<D> {
         let normal = self.point.normal;

@@ -1,11 +1,11 @@
 //! The stages of a step at the points of obstacles' surfaces, in their order.
 
-use super::{Law, PointState, SurfaceFoot, SurfaceImpulses, SurfacePoint};
+use super::{ImpulseIterate, Law, SurfaceFoot, SurfaceImpulses, SurfacePoint};
 use crate::math::Vector;
 use crate::mpm::particles::Body;
 use crate::mpm::wall::gap::Bodies;
 use crate::mpm::wall::position_correction::CLOSEST;
-use crate::mpm::wall::solid::Solid;
+use crate::mpm::wall::solid::RigidBoundary;
 use crate::mpm::wall::{Pushes, Walls};
 use crate::mpm::{Grid, Node, Step, WallKind};
 use std::iter::zip;
@@ -75,7 +75,7 @@ impl<const D: usize> Walls<D> {
         step: &Step,
     ) -> Vec<SurfacePoint<D>> {
         let obstacles = self.surfaces(field);
-        let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &Solid<'_, D>| {
+        let point = |(number, body): (usize, &Body<D>), p: usize, obstacle: &RigidBoundary<'_, D>| {
             let (x, v, id) = (body.particles.position[p], body.particles.velocity[p], body.particles.id[p]);
             let (distance, normal) = obstacle.distance(x, Vector::ZERO);
             let share = if self.boundaries[obstacle.number()].kind.binds() { CLOSEST } else { 1.0 };
@@ -96,7 +96,7 @@ impl<const D: usize> Walls<D> {
 
     /// Binding conditions on p⁻ at time `t` (theory (E.6)).
     pub(in crate::mpm::wall) fn surface_start(&mut self, field: usize, nodes: &mut [Node<D>], t: f64) {
-        let law = |state: &PointState<'_, D>| {
+        let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
         let solved = self.reactions[field].surface.solve(
@@ -112,7 +112,7 @@ impl<const D: usize> Walls<D> {
     /// point so far [N s].
     pub(in crate::mpm::wall) fn surface_trial(&mut self, field: usize, nodes: &mut [Node<D>], step: &Step) -> f64 {
         let (dt, surface) = (step.momentum_dt, &self.reactions[field].surface);
-        let law = |state: &PointState<'_, D>| {
+        let law = |state: &ImpulseIterate<'_, D>| {
             let allowed = if state.point.lasts { 0.0 } else { state.point.gap.max(0.0) / dt };
             state.constrained(state.point.law(self.kind(state.point)), allowed)
         };
@@ -153,7 +153,7 @@ impl<const D: usize> Walls<D> {
         let lasts: Vec<bool> = surface.velocities(|node| velocity(&nodes[node])).map(lasts).collect();
         let surface = &mut self.reactions[field].surface;
         zip(&mut surface.points, lasts).for_each(|(point, lasts)| point.lasts = lasts);
-        let law = |state: &PointState<'_, D>| {
+        let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.lasts { state.stopped() } else { state.impulse }
         };
         let before = |node: usize| (nodes[node].momentum - nodes[node].force * dt) / nodes[node].mass;
@@ -178,7 +178,7 @@ impl<const D: usize> Walls<D> {
 
     /// As [`Self::constrain_velocity`], at the surface.
     pub(in crate::mpm::wall) fn surface_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) -> Pushes<D> {
-        let law = |state: &PointState<'_, D>| {
+        let law = |state: &ImpulseIterate<'_, D>| {
             if !state.point.touches {
                 return state.impulse;
             }
@@ -197,7 +197,7 @@ impl<const D: usize> Walls<D> {
         correction: &mut [Vector<D>],
         t: f64,
     ) -> Pushes<D> {
-        let law = |state: &PointState<'_, D>| {
+        let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.binds() { state.constrained(self.kind(state.point), 0.0) } else { state.impulse }
         };
         let solved = self.solve_velocity(field, correction, &|_| Vector::ZERO, &law);
@@ -206,7 +206,7 @@ impl<const D: usize> Walls<D> {
 
     /// As [`Self::bind_lasting_velocities`], at the surface.
     pub(in crate::mpm::wall) fn bind_lasting_velocity(&self, field: usize, velocity: &mut [Vector<D>], t: f64) {
-        let law = |state: &PointState<'_, D>| {
+        let law = |state: &ImpulseIterate<'_, D>| {
             if state.point.held { state.stopped() } else { state.impulse }
         };
         self.solve_velocity(field, velocity, &|point| self.wall_at(point, t), &law);

@@ -30,7 +30,7 @@ const NONE: u32 = u32::MAX;
 /// The zero line or surface of a nodal level set, as segments (2D) or triangles (3D).
 #[derive(Debug, Clone)]
 pub struct InterfacePolygons<const D: usize> {
-    facets: Vec<Polygon<D>>,
+    facets: Vec<InterfacePiece<D>>,
     /// The element of each facet, ascending.
     element: Vec<u32>,
     longest_edge: f64,
@@ -38,7 +38,7 @@ pub struct InterfacePolygons<const D: usize> {
 
 /// A segment or triangle.
 #[derive(Debug, Clone, Copy)]
-struct Polygon<const D: usize> {
+struct InterfacePiece<const D: usize> {
     corners: [Vector<D>; D],
     /// Unit normal: that of φ, since the corners of a tiny polygon hardly tell it.
     normal: Vector<D>,
@@ -85,7 +85,7 @@ impl<const D: usize> InterfacePolygons<D> {
                 let corners = facet.map(|shape| interpolate(&shape, &x));
                 let wall = std::array::from_fn(|k| wall(mesh, e as usize, &facet, k));
                 let bounds = !is_cut(&own);
-                interface.facets.push(Polygon { corners, normal: slope / slope.norm(), wall, bounds });
+                interface.facets.push(InterfacePiece { corners, normal: slope / slope.norm(), wall, bounds });
                 interface.element.push(e);
             }
             interface.longest_edge = interface.longest_edge.max(longest_edge(&x));
@@ -101,7 +101,7 @@ impl<const D: usize> InterfacePolygons<D> {
             let nodes = mesh.facet_nodes(*facet);
             let corners = std::array::from_fn(|k| mesh.nodes()[nodes[k] as usize]);
             let normal = mesh.facet_area(*facet).normalized().unwrap_or_default();
-            Polygon { corners, normal, wall: [None; D], bounds: true }
+            InterfacePiece { corners, normal, wall: [None; D], bounds: true }
         };
         let edges = facets.iter().map(|facet| longest_edge(&mesh.corners(facet.element as usize)));
         Self {
@@ -115,7 +115,7 @@ impl<const D: usize> InterfacePolygons<D> {
     pub fn union(self, other: Self) -> Self {
         let longest_edge = self.longest_edge.max(other.longest_edge);
         let own = self.element.into_iter().zip(self.facets);
-        let mut all: Vec<(u32, Polygon<D>)> = own.chain(other.element.into_iter().zip(other.facets)).collect();
+        let mut all: Vec<(u32, InterfacePiece<D>)> = own.chain(other.element.into_iter().zip(other.facets)).collect();
         all.sort_by_key(|(element, _)| *element);
         let (element, facets) = all.into_iter().unzip();
         Self { facets, element, longest_edge }
@@ -236,7 +236,7 @@ fn neighbours<const D: usize, const N: usize>(mesh: &Mesh<D, N>, front: &[u32]) 
     nodes
 }
 
-impl<const D: usize> Polygon<D> {
+impl<const D: usize> InterfacePiece<D> {
     /// Distances of a point from the polygon, and from where it goes on behind walls [m].
     fn distances(&self, x: Vector<D>) -> [f64; 2] {
         if D == 3 && over_triangle(&self.corners, x) {

@@ -11,7 +11,7 @@
 
 use super::crossing::TERMS;
 use super::eight::Rates;
-use super::streamline::{MeshPoint, Motion, Stream, Taylor, Walls};
+use super::streamline::{GlidingFacets, MeshPoint, Motion, Stream, Taylor};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -60,7 +60,7 @@ pub(super) struct Projectile<'a, const D: usize> {
 }
 
 impl<const D: usize, const N: usize> Motion<D, N> for Projectile<'_, D> {
-    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &Walls<D, N>) -> Taylor<N> {
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &GlidingFacets<D, N>) -> Taylor<N> {
         self.is_projectile = !self.carried[place.element];
         if !self.is_projectile {
             // Becker (36), where φ < 0.

@@ -140,7 +140,7 @@ impl<const N: usize> Taylor<N> {
 /// The motion of a particle: along streamlines, or in its own flight.
 pub(super) trait Motion<const D: usize, const N: usize> {
     /// Its motion from a place on; `walls` are the local nodes opposite to the facets that it glides along.
-    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &Walls<D, N>) -> Taylor<N>;
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &GlidingFacets<D, N>) -> Taylor<N>;
 
     /// Takes note that time goes by [s].
     fn elapse(&mut self, _time: f64) {}
@@ -148,12 +148,12 @@ pub(super) trait Motion<const D: usize, const N: usize> {
 
 /// Facets of one element along which a particle glides.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Walls<const D: usize, const N: usize> {
+pub(super) struct GlidingFacets<const D: usize, const N: usize> {
     on: [bool; N],
     any: bool,
 }
 
-impl<const D: usize, const N: usize> Walls<D, N> {
+impl<const D: usize, const N: usize> GlidingFacets<D, N> {
     const NONE: Self = Self { on: [false; N], any: false };
 
     fn add(&mut self, k: usize) {
@@ -195,7 +195,7 @@ pub(super) struct Stream<'a, const D: usize> {
 
 impl<const D: usize, const N: usize> Motion<D, N> for Stream<'_, D> {
     #[inline(always)]
-    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &Walls<D, N>) -> Taylor<N> {
+    fn taylor(&mut self, mesh: &Mesh<D, N>, place: &MeshPoint<N>, walls: &GlidingFacets<D, N>) -> Taylor<N> {
         let rate = Rate::of(mesh, self.velocity, place.element);
         let gradient = &mesh.simplex(place.element).gradient;
         // Becker (35), exact within the element: theory (F.13), at walls (F.14).
@@ -217,7 +217,7 @@ pub(super) fn walk<const D: usize, const N: usize>(
     holds: impl Fn(usize, usize) -> bool,
 ) -> Walk<N> {
     let (mut place, mut rest) = (from, time);
-    let mut walls = Walls::NONE;
+    let mut walls = GlidingFacets::NONE;
     for _ in 0..CROSSINGS {
         let mut taylor = motion.taylor(mesh, &place, &walls);
         walls.hold(&mut taylor);
@@ -228,11 +228,11 @@ pub(super) fn walk<const D: usize, const N: usize>(
         motion.elapse(taken);
         match exit {
             None if rest <= 0.0 => return Walk { place, end: End::Inside, rest: 0.0 },
-            None => walls = Walls::NONE,
+            None => walls = GlidingFacets::NONE,
             Some(k) => match mesh.neighbour(place.element, k) {
                 Some(behind) => {
                     place = cross(mesh, &place, behind);
-                    walls = Walls::NONE;
+                    walls = GlidingFacets::NONE;
                 }
                 None if holds(place.element, k) => walls.add(k),
                 None => return Walk { place, end: End::Boundary(k), rest },

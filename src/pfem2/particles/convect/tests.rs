@@ -254,7 +254,7 @@ fn heavy_velocities_are_continued_by_one_layer_of_nodes() {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     use crate::pfem2::interface::level_set::LevelSet;
-    use crate::pfem2::particles::project::{Kernel, project};
+    use crate::pfem2::particles::project::{AveragingKernel, project};
     let mesh = square(24);
     let velocity = nodal(&mesh, vortex);
     let boundary = kinds(&mesh, BoundaryKind::Slip);
@@ -269,8 +269,9 @@ fn any_number_of_threads_gives_the_same_bits() {
                 particles.convect(&Streamlines::new(&mesh, &flow), 0.1);
                 level.update(&mesh, &mut particles, &[]);
             }
-            let projected =
-                project(&mesh, &particles, &[1.0, 1000.0], Kernel::Linear, &velocity, &|e| mesh.simplex(e).volume);
+            let projected = project(&mesh, &particles, &[1.0, 1000.0], AveragingKernel::Linear, &velocity, &|e| {
+                mesh.simplex(e).volume
+            });
             (particles.position, particles.depth, projected.velocity, level.level)
         })
     };

@@ -40,12 +40,12 @@ const LEAST_SPREAD: f64 = 0.1;
 type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 
 /// The gradient at a node, and whether it is sure.
-type Slope<const K: usize, const D: usize> = (Gradient<K, D>, bool);
+type NodeGradient<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
 impl<const K: usize, const N: usize> MomentTable<K, N> {
     /// Corrects R_k of every entry with the gradients of the groups `0..groups`.
     pub fn make_linear<const D: usize>(&mut self, mesh: &Mesh<D, N>, groups: usize) {
-        let slopes: Vec<Vec<Option<Slope<K, D>>>> =
+        let slopes: Vec<Vec<Option<NodeGradient<K, D>>>> =
             (0..groups).map(|group| self.slopes(mesh, group as u8, groups > 1)).collect();
         self.for_each(|e, entry| {
             let nodal = || mesh.elements()[e].iter().filter_map(|&i| slopes[entry.group as usize][i as usize].as_ref());
@@ -57,7 +57,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
     }
 
     /// The gradients of a group; where there is only one it fills its patches.
-    fn slopes<const D: usize>(&self, mesh: &Mesh<D, N>, group: u8, several: bool) -> Vec<Option<Slope<K, D>>> {
+    fn slopes<const D: usize>(&self, mesh: &Mesh<D, N>, group: u8, several: bool) -> Vec<Option<NodeGradient<K, D>>> {
         let slope = |node: usize| {
             let patch = self.patch(mesh, node, group)?;
             if several { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
@@ -115,7 +115,7 @@ impl<const K: usize, const D: usize> Patch<K, D> {
     }
 
     /// The gradient of a group that may be a small part of its patch, with Cov(x, x) `region` [m²].
-    fn slope(&self, region: &Tensor<D>) -> Option<Slope<K, D>> {
+    fn slope(&self, region: &Tensor<D>) -> Option<NodeGradient<K, D>> {
         let (spread, least) = (self.spread(), *region * (LEAST_SPREAD * self.weight));
         let sure = positive(&(spread - least)).then(|| self.over(&spread)).flatten();
         sure.map(|gradient| (gradient, true)).or_else(|| Some((self.over(&(spread + least))?, false)))

@@ -27,7 +27,7 @@ const LEAST: f64 = 1e-5;
 
 /// The average of particles at a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kernel {
+pub enum AveragingKernel {
     /// Shape functions, as the paper does (Becker (38)).
     Shape,
     /// Wendland's function of the distance (Becker (39)).
@@ -62,7 +62,7 @@ pub struct Projected<const D: usize> {
     pub velocity: ConvectedVelocity<D>,
     /// Share of each fluid, by fluid and node; they add up to one except at bare nodes, where all are zero.
     pub fraction: Vec<Vec<f64>>,
-    /// Weight of the average: mass [kg] with [`Kernel::Linear`].
+    /// Weight of the average: mass [kg] with [`AveragingKernel::Linear`].
     pub weight: Vec<f64>,
     /// True for nodes that no particle reaches.
     pub bare: Vec<bool>,
@@ -76,25 +76,25 @@ pub fn project<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     particles: &Particles<D>,
     densities: &[f64],
-    kernel: Kernel,
+    kernel: AveragingKernel,
     previous: &[Vector<D>],
     volume: &(dyn Fn(usize) -> f64 + Sync),
 ) -> Projected<D> {
     let (mut table, fluids) = (table(mesh, particles, volume), densities.len());
     let equal = vec![1.0; fluids];
     let (average, densities): (Vec<Average<D>>, _) = match kernel {
-        Kernel::Shape => {
+        AveragingKernel::Shape => {
             table.for_each(|_, entry| entry.weight = 1.0);
             (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), &equal[..])
         }
-        Kernel::Linear => {
+        AveragingKernel::Linear => {
             table.make_linear(mesh, fluids);
             (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), densities)
         }
-        Kernel::Wendland => (gather(mesh, |node| wendland_average(mesh, particles, node, fluids)), &equal[..]),
+        AveragingKernel::Wendland => (gather(mesh, |node| wendland_average(mesh, particles, node, fluids)), &equal[..]),
     };
     let mut projected = mix(&average, densities, previous);
-    if kernel == Kernel::Linear && fluids > 1 {
+    if kernel == AveragingKernel::Linear && fluids > 1 {
         let ConvectedVelocity { mean, own } = &mut projected.velocity;
         *own = (0..fluids).map(|fluid| of_one(&average, fluid, mean)).collect();
     }

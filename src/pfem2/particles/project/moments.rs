@@ -71,11 +71,11 @@ impl<const K: usize, const N: usize> Moments<K, N> {
 /// Moments of all elements, one entry per group that an element holds.
 #[derive(Debug)]
 pub(in crate::pfem2) struct MomentTable<const K: usize, const N: usize> {
-    blocks: Vec<Block<K, N>>,
+    blocks: Vec<MomentBlock<K, N>>,
 }
 
 #[derive(Debug)]
-struct Block<const K: usize, const N: usize> {
+struct MomentBlock<const K: usize, const N: usize> {
     /// Entries of the block's e-th element are `entries[start[e]..start[e + 1]]`.
     start: Vec<u32>,
     entries: Vec<Moments<K, N>>,
@@ -93,7 +93,7 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
                 entries.all[entries.own..].iter_mut().for_each(Moments::mirror);
                 start.push(entries.all.len() as u32);
             }
-            Block { start, entries: entries.all }
+            MomentBlock { start, entries: entries.all }
         };
         Self { blocks: parallel::map_ranges(elements, BLOCK, block) }
     }

@@ -23,7 +23,11 @@ fn two_fluids<const D: usize, const N: usize>(
     thinned
 }
 
-fn plain<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particles<D>, kernel: Kernel) -> Projected<D> {
+fn plain<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    particles: &Particles<D>,
+    kernel: AveragingKernel,
+) -> Projected<D> {
     project(mesh, particles, &[1000.0, 1.0], kernel, &vec![Vector::ZERO; mesh.nodes().len()], &|e| {
         mesh.simplex(e).volume
     })
@@ -32,7 +36,7 @@ fn plain<const D: usize, const N: usize>(mesh: &Mesh<D, N>, particles: &Particle
 fn linear_exactness<const D: usize, const N: usize>(mesh: &Mesh<D, N>) {
     let field =
         |x: Vector<D>| Vector::from_fn(|c| 0.7 + (0..D).map(|i| (1.3 - (c + 2 * i) as f64) * x[i]).sum::<f64>());
-    let projected = plain(mesh, &two_fluids(mesh, field), Kernel::Linear);
+    let projected = plain(mesh, &two_fluids(mesh, field), AveragingKernel::Linear);
     for (x, v) in mesh.nodes().iter().zip(&projected.velocity.mean) {
         assert!((*v - field(*x)).norm() < 1e-12, "{x:?}: {v:?}");
     }
@@ -47,7 +51,7 @@ fn linear_fields_pass_the_linear_kernel_unchanged() {
 fn conserves_momentum<const D: usize, const N: usize>(mesh: &Mesh<D, N>) {
     let rough = |x: Vector<D>| Vector::from_fn(|c| (40.0 * x[c] + 90.0 * x[(c + 1) % D] * x[0]).sin());
     let particles = two_fluids(mesh, rough);
-    let projected = plain(mesh, &particles, Kernel::Linear);
+    let projected = plain(mesh, &particles, AveragingKernel::Linear);
     let nodes: Vector<D> = projected.velocity.mean.iter().zip(&projected.weight).map(|(&v, &m)| v * m).sum();
     let mut carried = Vector::ZERO;
     let mut size = 0.0;
@@ -82,7 +86,7 @@ fn a_single_particle_gives_its_momentum_to_its_nodes() {
         particles.position[p] += towards * way;
         let mass = mesh.simplex(e).volume / particles.of(e).len() as f64;
         let shape = mesh.shape_functions(e, particles.position[p]);
-        let projected = plain(&mesh, &particles, Kernel::Linear);
+        let projected = plain(&mesh, &particles, AveragingKernel::Linear);
         for (n, &node) in shape.iter().zip(&mesh.elements()[e]) {
             let carried = projected.velocity.mean[node as usize] * projected.weight[node as usize];
             assert!((carried - velocity * (mass * n)).norm() < 1e-12 * mass, "{sample}: {carried:?}");
@@ -101,7 +105,7 @@ fn the_slope_across_a_film_is_not_carried_on_to_the_nodes() {
     let particles = Particles::seed(&mesh, 4, |x| Some(u8::from(!film(x))), along);
     let heavy = particles.fluid.iter().filter(|&&fluid| fluid == 0).count();
     assert!((6..30).contains(&heavy), "{heavy}");
-    let projected = plain(&mesh, &particles, Kernel::Linear);
+    let projected = plain(&mesh, &particles, AveragingKernel::Linear);
     let fastest = |v: &[Vector<2>]| v.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let (own, mean) = (fastest(&projected.velocity.own[0]), fastest(&projected.velocity.mean));
     assert!(own < 10.0 && mean < 10.0, "{own} {mean}");
@@ -144,7 +148,7 @@ fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
         };
         let start = size(&particles);
         for _ in 0..steps {
-            let own = plain(&mesh, &particles, Kernel::Linear).velocity.own.swap_remove(1);
+            let own = plain(&mesh, &particles, AveragingKernel::Linear).velocity.own.swap_remove(1);
             for p in 0..particles.len() {
                 let e = particles.element[p] as usize;
                 let shape = mesh.shape_functions(e, particles.position[p]);
@@ -159,7 +163,7 @@ fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
 fn the_mean_velocity_is_the_mean_of_the_fluids_by_mass() {
     let mesh = square(6);
     let particles = two_fluids(&mesh, |x| Vector([if x[0] + 0.3 * x[1] > 0.613 { 1.0 } else { 3.0 }, x[0]]));
-    let projected = plain(&mesh, &particles, Kernel::Linear);
+    let projected = plain(&mesh, &particles, AveragingKernel::Linear);
     for (node, mean) in projected.velocity.mean.iter().enumerate() {
         let share = [1000.0 * projected.fraction[0][node], projected.fraction[1][node]];
         let own = [0, 1].map(|fluid: usize| projected.velocity.own[fluid][node]);
@@ -174,7 +178,7 @@ fn constants_pass_every_kernel_and_fractions_add_up_to_one() {
     let mesh = square(5);
     let constant = Vector([2.0, -3.0]);
     let particles = two_fluids(&mesh, |_| constant);
-    for kernel in [Kernel::Shape, Kernel::Wendland, Kernel::Linear] {
+    for kernel in [AveragingKernel::Shape, AveragingKernel::Wendland, AveragingKernel::Linear] {
         let projected = plain(&mesh, &particles, kernel);
         for node in 0..mesh.nodes().len() {
             assert!((projected.velocity.mean[node] - constant).norm() < 1e-13);
@@ -188,7 +192,7 @@ fn nodes_without_particles_keep_their_velocity() {
     let mesh = square(4);
     let particles = Particles::seed(&mesh, 4, |x| (x[0] < 0.4).then_some(0), |_| Vector([1.0, 0.0]));
     let previous = vec![Vector([0.0, 7.0]); mesh.nodes().len()];
-    let projected = project(&mesh, &particles, &[1.0], Kernel::Linear, &previous, &|e| mesh.simplex(e).volume);
+    let projected = project(&mesh, &particles, &[1.0], AveragingKernel::Linear, &previous, &|e| mesh.simplex(e).volume);
     for (node, x) in mesh.nodes().iter().enumerate() {
         assert_eq!(projected.bare[node], x[0] > 0.6);
         let expected = if x[0] > 0.6 { previous[node] } else { Vector([1.0, 0.0]) };
@@ -197,7 +201,7 @@ fn nodes_without_particles_keep_their_velocity() {
 }
 
 /// Root mean square errors at interior and at boundary nodes for a smooth field, particles at random places.
-fn errors(cells: usize, kernel: Kernel) -> [f64; 2] {
+fn errors(cells: usize, kernel: AveragingKernel) -> [f64; 2] {
     let mesh = square(cells);
     let field = |x: Vector<2>| Vector([(PI * x[0]).cos() * (1.5 * x[1] + 0.3).sin(), (2.0 * x[0] + x[1]).exp() * 0.2]);
     let particles = Particles::seed(&mesh, 3, |_| Some(0), field);
@@ -217,10 +221,10 @@ fn errors(cells: usize, kernel: Kernel) -> [f64; 2] {
 fn kernels_converge_with_the_orders_of_the_published_table() {
     let order = |kernel, place: usize| (errors(10, kernel)[place] / errors(80, kernel)[place]).log2() / 3.0;
     for place in [0, 1] {
-        let linear = order(Kernel::Linear, place);
+        let linear = order(AveragingKernel::Linear, place);
         assert!(linear > 1.85, "linear, {place}: {linear}");
     }
-    for kernel in [Kernel::Shape, Kernel::Wendland] {
+    for kernel in [AveragingKernel::Shape, AveragingKernel::Wendland] {
         let order = order(kernel, 1);
         assert!((0.75..1.25).contains(&order), "{kernel:?} at the boundary: {order}");
     }

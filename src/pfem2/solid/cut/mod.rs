@@ -4,6 +4,7 @@
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
 //! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.02, 0.98]
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
+//! where the fluid glides:          v_c = (n ⊗ n) Σ_a N_a(ξ_c) v_a + (1 − n ⊗ n) v_i                theory (J.6a)
 //! ```
 //!
 //! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
@@ -14,12 +15,13 @@ mod parts;
 #[cfg(test)]
 mod tests;
 
-use super::surface::{Foot, Surface, Weights};
-use crate::math::Vector;
+use super::setup::SurfaceCondition;
+use super::surface::{NearestPoint, NodeWeights, SolidSurface};
+use crate::math::{Tensor, Vector};
 use crate::mesh::{Location, Locator, Mesh, Simplex};
 use crate::parallel;
 use hashbrown::HashMap;
-pub use parts::{SubSimplex, Vertex};
+pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
 /// Cut points keep this fraction of their edge away from its ends.
@@ -50,7 +52,7 @@ pub struct NodeInside {
     /// The node.
     pub node: u32,
     /// Shape functions of the solids' nodes at it, by global node.
-    pub weights: Weights,
+    pub weights: NodeWeights,
 }
 
 /// State of a background element.
@@ -72,7 +74,36 @@ pub struct CutPoint<const D: usize> {
     /// Position on the edge [m].
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
-    pub weights: Weights,
+    pub weights: NodeWeights,
+    /// The normal of the surface, where the fluid glides along it.
+    pub glides_across: Option<Vector<D>>,
+}
+
+/// What the velocity of a cut point follows: v = P_s v_s + P_o v_o, of the solid and of the node outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion<const D: usize> {
+    /// P_s.
+    pub own: Tensor<D>,
+    /// P_o; `None`: nothing.
+    pub outside: Option<Tensor<D>>,
+}
+
+impl<const D: usize> CutPoint<D> {
+    /// What its velocity follows: the solid; where the fluid glides, along the normal n alone, P_s = n ⊗ n, and along the surface the
+    /// node outside of its edge, P_o = 1 − n ⊗ n (theory (J.6a)).
+    pub fn motion(&self) -> Motion<D> {
+        let Some(normal) = self.glides_across else { return Motion { own: Tensor::identity(), outside: None } };
+        let across = Tensor::outer(normal, normal);
+        Motion { own: across, outside: Some(Tensor::identity() - across) }
+    }
+
+    /// Its velocity, by those of nodes of the mesh and of solids [m/s].
+    pub fn velocity(&self, node: &dyn Fn(usize) -> Vector<D>, solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
+        let Motion { own, outside } = self.motion();
+        let surface: Vector<D> = self.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
+        let along = outside.map_or(Vector::ZERO, |p| p.apply(node(self.edge[0] as usize)));
+        own.apply(surface) + along
+    }
 }
 
 /// A background element that has nodes inside and nodes outside.
@@ -85,12 +116,12 @@ pub struct CutBySolid<const N: usize> {
     /// Its cut points, places in [`SolidCut::points`].
     pub points: Vec<u32>,
     /// The part outside of solids.
-    pub parts: Vec<SubSimplex<N>>,
+    pub parts: Vec<FluidSimplex<N>>,
 }
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
-    /// The background mesh cut by the surface of all solids.
-    pub fn new(mesh: &Mesh<D, N>, surface: &Surface<D>) -> Self {
+    /// The background mesh cut by the surface of all solids, with the condition on each.
+    pub fn new(mesh: &Mesh<D, N>, surface: &SolidSurface<D>, conditions: &[SurfaceCondition]) -> Self {
         let (distance, nodes) = distances(mesh, surface);
         let mut cut = Self {
             inside: extensions(mesh, surface, &nodes),
@@ -101,7 +132,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         };
         let edges = cut.divide(mesh, &touched(mesh, &nodes));
         let distance = &cut.distance;
-        cut.points = parallel::collect(edges.len(), PIECE, |k| cut_point(mesh, surface, distance, edges[k]));
+        let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
+        cut.points = parallel::collect(edges.len(), PIECE, point);
         cut
     }
 
@@ -136,7 +168,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     /// Positions of the corners of a sub-simplex [m].
-    pub fn corners(&self, mesh: &Mesh<D, N>, element: &CutBySolid<N>, part: &SubSimplex<N>) -> [Vector<D>; N] {
+    pub fn corners(&self, mesh: &Mesh<D, N>, element: &CutBySolid<N>, part: &FluidSimplex<N>) -> [Vector<D>; N] {
         part.vertices.map(|vertex| match vertex {
             Vertex::Node(k) => mesh.nodes()[element.nodes[k as usize] as usize],
             Vertex::Point(k) => self.points[element.points[k as usize] as usize].position,
@@ -163,7 +195,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 
     /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes is
     /// inside a solid: there a solid is too thin, or too sharp, for the mesh.
-    pub fn missed(&self, mesh: &Mesh<D, N>, locator: &Locator<D>, surface: &Surface<D>) -> Vec<u32> {
+    pub fn missed(&self, mesh: &Mesh<D, N>, locator: &Locator<D>, surface: &SolidSurface<D>) -> Vec<u32> {
         /// Least shape function of a place well inside an element.
         const INSIDE: f64 = 0.02;
         let mut missed = BTreeSet::new();
@@ -180,7 +212,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 }
 
 /// Signed distances of the nodes near solids, and the nodes inside, ascending.
-fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &Surface<D>) -> (Vec<f64>, Vec<u32>) {
+fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &SolidSurface<D>) -> (Vec<f64>, Vec<u32>) {
     let place = |node: u32| mesh.nodes()[node as usize];
     let is_near = |node: usize| surface.is_near(place(node as u32)).then_some(node as u32);
     let near = parallel::collect_some(mesh.nodes().len(), parallel::CHUNK, is_near);
@@ -209,7 +241,7 @@ fn touched<const D: usize, const N: usize>(mesh: &Mesh<D, N>, nodes: &[u32]) -> 
 /// Weights by which nodes inside move with the solids.
 fn extensions<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    surface: &Surface<D>,
+    surface: &SolidSurface<D>,
     nodes: &[u32],
 ) -> Vec<NodeInside> {
     let weights = |x| surface.locate_inside(x).or_else(|| Some(surface.nearest(x)?.weights)).unwrap_or_default();
@@ -220,7 +252,7 @@ fn extensions<const D: usize, const N: usize>(
 /// The cut point of an edge from the node outside to the node inside.
 fn cut_point<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    surface: &Surface<D>,
+    (surface, conditions): (&SolidSurface<D>, &[SurfaceCondition]),
     distance: &[f64],
     edge: [u32; 2],
 ) -> CutPoint<D> {
@@ -229,17 +261,20 @@ fn cut_point<const D: usize, const N: usize>(
     let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
     let kept = t.clamp(CLOSEST, 1.0 - CLOSEST);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
-    CutPoint { edge, position: at(kept), weights: foot.map_or_else(Vec::new, |foot| surface.weights(&foot)) }
+    let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
+    let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
+    let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
+    CutPoint { edge, position: at(kept), weights, glides_across }
 }
 
 /// Where the surface crosses an edge of some length [m], as a fraction of it, given the signed distances at its ends, of which
 /// the first is positive and the second is not; the nearest point of the surface there, if the crossing was found.
 fn crossing<const D: usize>(
-    surface: &Surface<D>,
+    surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,
     [outside, inside]: [f64; 2],
     length: f64,
-) -> (f64, Option<Foot<D>>) {
+) -> (f64, Option<NearestPoint<D>>) {
     const PASSES: usize = 20;
     /// Distance from the surface, relative to the edge.
     const TOLERANCE: f64 = 1e-7;

@@ -16,7 +16,7 @@ pub enum Vertex {
 
 /// A simplex of the part of an element outside of solids.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SubSimplex<const N: usize> {
+pub struct FluidSimplex<const N: usize> {
     /// Its corners, in an order of positive volume.
     pub vertices: [Vertex; N],
 }
@@ -29,7 +29,7 @@ pub fn cut_edges<const N: usize>(inside: [bool; N]) -> Vec<[usize; 2]> {
 }
 
 /// The simplices of the part outside, given the element's nodes and which of them are inside.
-pub fn outside<const N: usize>(nodes: &[u32; N], inside: [bool; N]) -> Vec<SubSimplex<N>> {
+pub fn outside<const N: usize>(nodes: &[u32; N], inside: [bool; N]) -> Vec<FluidSimplex<N>> {
     let edges = cut_edges(inside);
     let (mut own, mut other): (Vec<usize>, Vec<usize>) = (0..N).partition(|&k| !inside[k]);
     own.sort_unstable_by_key(|&k| nodes[k]);
@@ -58,7 +58,7 @@ fn prism<const N: usize>(lower: &[Vertex], upper: &[Vertex]) -> Vec<[Vertex; N]>
 }
 
 /// The simplex with its corners in an order of positive volume. That order is the same wherever the points lie on their edges.
-fn oriented<const N: usize>(mut vertices: [Vertex; N], edges: &[[usize; 2]]) -> SubSimplex<N> {
+fn oriented<const N: usize>(mut vertices: [Vertex; N], edges: &[[usize; 2]]) -> FluidSimplex<N> {
     let barycentric = |vertex: Vertex| -> [f64; N] {
         let nodes = match vertex {
             Vertex::Node(k) => [usize::from(k); 2],
@@ -75,5 +75,5 @@ fn oriented<const N: usize>(mut vertices: [Vertex; N], edges: &[[usize; 2]]) -> 
     if sides.determinant() < 0.0 {
         vertices.swap(N - 2, N - 1);
     }
-    SubSimplex { vertices }
+    FluidSimplex { vertices }
 }

@@ -20,7 +20,7 @@ fn volume_inside_of<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &Sol
 /// What every cut must fulfil.
 fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>) -> SolidCut<D, N> {
     let surface = surface_of(solid);
-    let cut = SolidCut::new(mesh, &surface);
+    let cut = SolidCut::new(mesh, &surface, &[]);
     for node in &cut.inside {
         let x = mesh.nodes()[node.node as usize];
         assert!((interpolate(&node.weights, &solid.nodes) - x).norm() < 1e-10);
@@ -168,7 +168,7 @@ fn solids_too_thin_for_the_mesh_are_reported() {
     let missed = |half: f64| {
         let solid = SolidMesh::block(Vector([-0.31, 0.09 - half]), Vector([0.33, 0.09 + half]), [6, 1]).unwrap();
         let surface = surface_of(&solid);
-        SolidCut::new(&mesh, &surface).missed(&mesh, &Locator::new(&mesh), &surface)
+        SolidCut::new(&mesh, &surface, &[]).missed(&mesh, &Locator::new(&mesh), &surface)
     };
     assert!(missed(0.03).len() >= 6);
     assert!(missed(0.2).len() <= 4);
@@ -192,7 +192,7 @@ fn a_cut_does_not_depend_on_the_number_of_threads() {
     let surface = surface_of(&disc(6));
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| SolidCut::new(&mesh, &surface))
+        pool.install(|| SolidCut::new(&mesh, &surface, &[]))
     };
     assert_eq!(with(1), with(3));
 }

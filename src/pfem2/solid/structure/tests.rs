@@ -5,7 +5,7 @@ use crate::linalg::SparseFactor;
 use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
 use crate::pfem2::solid::mesh::SolidFacet;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SurfaceTraction};
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SurfaceCondition, SurfaceTraction};
 
 /// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
 /// are held along all axes.
@@ -23,12 +23,14 @@ fn solid<const D: usize>(
         held: vec![HeldNodes { nodes, velocity: std::array::from_fn(|_| Some(Signal::ZERO)) }],
         tractions: Vec::new(),
         damping: Damping::default(),
+        friction: 0.0,
+        surface: SurfaceCondition::NoSlip,
         mesh,
     }
 }
 
 /// Solids without a fluid, in equal steps.
-struct Alone<const D: usize> {
+struct SolidsAlone<const D: usize> {
     structure: Structure<D>,
     dt: f64,
     theta: f64,
@@ -36,7 +38,7 @@ struct Alone<const D: usize> {
     factor: Option<SparseFactor>,
 }
 
-impl<const D: usize> Alone<D> {
+impl<const D: usize> SolidsAlone<D> {
     fn new(setup: SolidSetup<D>, dt: f64, theta: f64) -> Self {
         Self { structure: Structure::new(vec![setup]).unwrap(), dt, theta, steps: 0, factor: None }
     }
@@ -199,7 +201,7 @@ fn the_beam_of_turek_and_hron_sags() {
 #[test]
 fn the_beam_of_turek_and_hron_swings() {
     let (counts, dt) = ([18, 1], 5e-3);
-    let mut run = Alone::new(turek_beam(counts, YOUNG), dt, 0.6);
+    let mut run = SolidsAlone::new(turek_beam(counts, YOUNG), dt, 0.6);
     let (mut last, mut lowest, mut highest, mut crossings) = (0.0, 0.0f64, f64::MIN, Vec::new());
     while crossings.len() < 3 {
         run.solve_alone(Vector([0.0, -2.0]));
@@ -231,7 +233,7 @@ fn spinning() -> SolidSetup<2> {
 fn momentum_stays_and_energy_never_grows() {
     // Largest rise above the energy after the first step, and what is left of it in the end.
     for (theta, rise, kept) in [(0.5, 1e-4, 1.0 - 1e-4), (0.6, 0.0, 0.999)] {
-        let mut run = Alone::new(spinning(), 2e-3, theta);
+        let mut run = SolidsAlone::new(spinning(), 2e-3, theta);
         let momentum = run.structure.momentum();
         assert!((momentum - Vector([3e3, -1e3])).norm() < 1e-9, "{momentum:?}");
         run.solve_alone(Vector::ZERO);
@@ -253,7 +255,7 @@ fn supports_carry_and_bear() {
     setup.held[0].velocity = [Some(Signal::formula("cos(t)").unwrap()), Some(Signal::ZERO)];
     let held = setup.held[0].nodes.clone();
     let gravity = Vector([0.0, -9.81]);
-    let mut run = Alone::new(setup, 0.01, 0.6);
+    let mut run = SolidsAlone::new(setup, 0.01, 0.6);
     assert_eq!(run.structure.state.velocity[held[0] as usize], Vector([1.0, 0.0]));
     for step in 1..=20 {
         let (shares, weights) = run.shares();
@@ -284,7 +286,7 @@ fn damping_of_rigid_motion_is_that_of_the_mass() {
         let mut setup = spinning();
         setup.damping = damping;
         setup.velocity.fill(Vector([3.0, -1.0]));
-        let mut run = Alone::new(setup, 2e-3, 0.6);
+        let mut run = SolidsAlone::new(setup, 2e-3, 0.6);
         (0..100).for_each(|_| drop(run.solve_alone(Vector::ZERO)));
         let momentum = run.structure.momentum();
         assert!((momentum - Vector([3e3, -1e3]) * left).norm() < 5e-3 * 3e3 * (1.0 - left) + 1e-7, "{momentum:?}");
@@ -296,8 +298,8 @@ fn damping_of_rigid_motion_is_that_of_the_mass() {
 fn damping_of_strain_leaves_the_spin() {
     let mut setup = spinning();
     setup.damping.stiffness = 0.01;
-    let mut run = Alone::new(setup, 2e-3, 0.6);
-    let spin = |run: &Alone<2>| {
+    let mut run = SolidsAlone::new(setup, 2e-3, 0.6);
+    let spin = |run: &SolidsAlone<2>| {
         let structure = &run.structure;
         let centre = structure.momentum() / structure.mass();
         let momentum =

@@ -15,7 +15,7 @@ const GRID: usize = 5;
 
 /// A facet of a solid in a configuration: a line of 3 nodes in 2D, a patch of 9 in 3D.
 #[derive(Debug, Clone)]
-pub struct Facet<const D: usize> {
+pub struct SurfaceFacet<const D: usize> {
     /// Global nodes, 3ᴰ⁻¹.
     pub nodes: Vec<u32>,
     /// Corners of a box around it [m].
@@ -45,7 +45,7 @@ struct Jet<const D: usize> {
     second: [Vector<D>; 3],
 }
 
-impl<const D: usize> Facet<D> {
+impl<const D: usize> SurfaceFacet<D> {
     /// From its global nodes and the positions of all [m].
     pub fn new(nodes: Vec<u32>, positions: &[Vector<D>]) -> Self {
         let mut x = [Vector::ZERO; 9];

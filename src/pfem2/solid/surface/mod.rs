@@ -17,7 +17,7 @@ pub(super) mod tests;
 use super::mesh::{SolidMesh, element_nodes};
 use crate::math::Vector;
 use crate::parallel;
-use facet::Facet;
+use facet::SurfaceFacet;
 use normals::Normals;
 use quadratic::{bounds, coordinates, shape_functions};
 use rstar::primitives::{GeomWithData, Rectangle};
@@ -33,15 +33,15 @@ const PIECE: usize = 64;
 type Boxes<const D: usize> = RTree<GeomWithData<Rectangle<[f64; D]>, u32>>;
 
 /// Weights of global nodes.
-pub type Weights = Vec<(u32, f64)>;
+pub type NodeWeights = Vec<(u32, f64)>;
 
 /// The surface of the solids of a run in one configuration.
 #[derive(Debug, Clone)]
-pub struct Surface<const D: usize> {
+pub struct SolidSurface<const D: usize> {
     /// Facets of all solids, one solid after the other.
-    facets: Vec<Facet<D>>,
+    facets: Vec<SurfaceFacet<D>>,
     normals: Normals<D>,
-    solids: Vec<Outline<D>>,
+    solids: Vec<SolidFacets<D>>,
     /// Global nodes of all elements, 3ᴰ each.
     elements: Vec<u32>,
     element_boxes: Boxes<D>,
@@ -50,7 +50,7 @@ pub struct Surface<const D: usize> {
 
 /// The facets of a solid.
 #[derive(Debug, Clone)]
-struct Outline<const D: usize> {
+struct SolidFacets<const D: usize> {
     /// Number of its first facet.
     first: u32,
     boxes: Boxes<D>,
@@ -60,8 +60,8 @@ struct Outline<const D: usize> {
 
 /// The point of the surface that is nearest to a place.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SurfacePoint<const D: usize> {
-    /// The solid, in the order of [`Surface::new`].
+pub struct ClosestPoint<const D: usize> {
+    /// The solid, in the order of [`SolidSurface::new`].
     pub solid: u32,
     /// The facet, in [`SolidMesh::facets`].
     pub facet: u32,
@@ -74,13 +74,14 @@ pub struct SurfacePoint<const D: usize> {
     /// Signed distance of the place [m]: positive outside, negative inside.
     pub distance: f64,
     /// Shape functions of the global nodes at it; their sum is one.
-    pub weights: Weights,
+    pub weights: NodeWeights,
 }
 
 /// The nearest point of one solid or of all.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Foot<const D: usize> {
-    solid: usize,
+pub(super) struct NearestPoint<const D: usize> {
+    /// The solid, in the order of [`SolidSurface::new`].
+    pub solid: usize,
     /// Among the facets of all solids.
     facet: u32,
     local: [f64; 2],
@@ -90,14 +91,14 @@ pub(super) struct Foot<const D: usize> {
     pub distance: f64,
 }
 
-impl<const D: usize> Surface<D> {
+impl<const D: usize> SolidSurface<D> {
     /// From the meshes of the solids, each with its first global node, and the positions of all global nodes [m]. Facets and
     /// elements with a position that is not finite are left out.
     pub fn new(solids: &[(&SolidMesh<D>, u32)], positions: &[Vector<D>]) -> Self {
         let of = |(mesh, first): (&SolidMesh<D>, u32)| {
             let facet = |f: usize| {
                 let nodes = mesh.facets[f].nodes.iter().map(|node| node + first).collect();
-                Facet::new(nodes, positions)
+                SurfaceFacet::new(nodes, positions)
             };
             parallel::collect(mesh.facets.len(), PIECE, facet)
         };
@@ -105,7 +106,7 @@ impl<const D: usize> Surface<D> {
         for &solid in solids {
             let start = facets.len() as u32;
             facets.extend(of(solid));
-            outlines.push(Outline::new(start, &facets[start as usize..]));
+            outlines.push(SolidFacets::new(start, &facets[start as usize..]));
         }
         let shifted = |(mesh, first): &(&SolidMesh<D>, u32)| {
             let first = *first;
@@ -123,12 +124,12 @@ impl<const D: usize> Surface<D> {
     }
 
     /// The nearest point of the surface to `x` [m], that of the solid with the least signed distance; `None` without solids.
-    pub fn nearest(&self, x: Vector<D>) -> Option<SurfacePoint<D>> {
+    pub fn nearest(&self, x: Vector<D>) -> Option<ClosestPoint<D>> {
         let foot = self.foot(x)?;
-        let Foot { facet, local, position, distance, .. } = foot;
+        let NearestPoint { facet, local, position, distance, .. } = foot;
         let away = (x - position) * distance.signum();
         let normal = self.normals.at(&self.facets, facet, local).normalized().or(away.normalized());
-        Some(SurfacePoint {
+        Some(ClosestPoint {
             solid: foot.solid as u32,
             facet: facet - self.solids[foot.solid].first,
             local,
@@ -145,7 +146,7 @@ impl<const D: usize> Surface<D> {
     }
 
     /// Shape functions of the global nodes at `x` [m] in the element that holds it; `None` outside of all elements.
-    pub fn locate_inside(&self, x: Vector<D>) -> Option<Weights> {
+    pub fn locate_inside(&self, x: Vector<D>) -> Option<NodeWeights> {
         /// Beyond its sides an element holds what rounding puts there.
         const BEYOND: f64 = 1e-9;
         let at = self.element_boxes.locate_in_envelope_intersecting(AABB::from_point(x.0));
@@ -179,18 +180,23 @@ impl<const D: usize> Surface<D> {
     }
 
     /// Shape functions of the global nodes at a nearest point.
-    pub(super) fn weights(&self, foot: &Foot<D>) -> Weights {
+    pub(super) fn weights(&self, foot: &NearestPoint<D>) -> NodeWeights {
         weights(&self.facets[foot.facet as usize].nodes, &foot.local[..D - 1])
     }
 
+    /// Outward unit normal at a nearest point.
+    pub(super) fn normal(&self, foot: &NearestPoint<D>) -> Option<Vector<D>> {
+        self.normals.at(&self.facets, foot.facet, foot.local).normalized()
+    }
+
     /// The nearest point of the solid with the least signed distance.
-    pub(super) fn foot(&self, x: Vector<D>) -> Option<Foot<D>> {
+    pub(super) fn foot(&self, x: Vector<D>) -> Option<NearestPoint<D>> {
         if !x.is_finite() {
             return None;
         }
-        let mut best: Option<Foot<D>> = None;
+        let mut best: Option<NearestPoint<D>> = None;
         for (s, solid) in self.solids.iter().enumerate() {
-            let may_be_nearer = |best: &Foot<D>| {
+            let may_be_nearer = |best: &NearestPoint<D>| {
                 let gap = solid.gap_squared(x);
                 gap == 0.0 || best.distance > 0.0 && gap < best.distance.powi(2)
             };
@@ -203,7 +209,7 @@ impl<const D: usize> Surface<D> {
     }
 
     /// The nearest point of a solid's surface.
-    fn foot_on(&self, solid: usize, x: Vector<D>) -> Option<Foot<D>> {
+    fn foot_on(&self, solid: usize, x: Vector<D>) -> Option<NearestPoint<D>> {
         let mut best: Option<(u32, facet::Projection)> = None;
         for (entry, gap) in self.solids[solid].boxes.nearest_neighbor_iter_with_distance_2(x.0) {
             if best.is_some_and(|(_, best)| gap > best.squared) {
@@ -221,7 +227,7 @@ impl<const D: usize> Surface<D> {
         let (facet, projection) = best?;
         let local = projection.local;
         let position = self.facets[facet as usize].position(local);
-        Some(Foot { solid, facet, local, position, distance: self.signed(x, facet, local, position) })
+        Some(NearestPoint { solid, facet, local, position, distance: self.signed(x, facet, local, position) })
     }
 
     fn signed(&self, x: Vector<D>, facet: u32, local: [f64; 2], position: Vector<D>) -> f64 {
@@ -239,8 +245,8 @@ impl<const D: usize> Surface<D> {
     }
 }
 
-impl<const D: usize> Outline<D> {
-    fn new(first: u32, facets: &[Facet<D>]) -> Self {
+impl<const D: usize> SolidFacets<D> {
+    fn new(first: u32, facets: &[SurfaceFacet<D>]) -> Self {
         let corner = |side: usize, pick: fn(f64, f64) -> f64, start: f64| {
             let corners = facets.iter().map(|facet| facet.bounds[side]);
             corners.fold(Vector::splat(start), |a, b| Vector::from_fn(|i| pick(a[i], b[i])))
@@ -264,6 +270,6 @@ fn boxes<const D: usize>(first: u32, corners: impl Iterator<Item = [Vector<D>; 2
 }
 
 /// Shape functions of nodes that are not zero.
-fn weights(nodes: &[u32], local: &[f64]) -> Weights {
+fn weights(nodes: &[u32], local: &[f64]) -> NodeWeights {
     nodes.iter().copied().zip(shape_functions(local)).filter(|(_, weight)| *weight != 0.0).collect()
 }

@@ -7,7 +7,7 @@
 //! α_f: angle of the patch at the corner. The vector from the nearest point of a closed surface to a place has a positive
 //! product with this normal if and only if the place is outside.
 
-use super::facet::Facet;
+use super::facet::SurfaceFacet;
 use crate::math::Vector;
 
 /// No facet.
@@ -47,7 +47,7 @@ fn on_side(middle: usize, along: f64) -> [f64; 2] {
 
 impl<const D: usize> Normals<D> {
     /// For all facets; `nodes`: number of global nodes.
-    pub fn new(facets: &[Facet<D>], nodes: usize) -> Self {
+    pub fn new(facets: &[SurfaceFacet<D>], nodes: usize) -> Self {
         let mut made = Self { corner: vec![Vector::ZERO; nodes], edge: Vec::new() };
         if D == 3 {
             made.edge = vec![[NONE; 2]; nodes];
@@ -65,7 +65,7 @@ impl<const D: usize> Normals<D> {
     }
 
     /// The outward normal at a point of a facet, that of all facets which meet there; not a unit vector.
-    pub fn at(&self, facets: &[Facet<D>], f: u32, local: [f64; 2]) -> Vector<D> {
+    pub fn at(&self, facets: &[SurfaceFacet<D>], f: u32, local: [f64; 2]) -> Vector<D> {
         let facet = &facets[f as usize];
         let end = local.map(|s| s.abs() >= 1.0);
         match (D, end) {
@@ -81,7 +81,7 @@ impl<const D: usize> Normals<D> {
     }
 
     /// The normals of the two patches at a point of the edge between them.
-    fn across(&self, facets: &[Facet<D>], f: u32, middle: usize, along: f64) -> Vector<D> {
+    fn across(&self, facets: &[SurfaceFacet<D>], f: u32, middle: usize, along: f64) -> Vector<D> {
         let facet = &facets[f as usize];
         let own = facet.normal(on_side(middle, along));
         let [a, b] = self.edge[facet.nodes[middle] as usize];
@@ -100,7 +100,7 @@ fn corners<const D: usize>() -> impl Iterator<Item = (usize, [f64; 2])> {
 }
 
 /// Angle of a patch at one of its corners; one in 2D.
-fn angle<const D: usize>(facet: &Facet<D>, local: [f64; 2]) -> f64 {
+fn angle<const D: usize>(facet: &SurfaceFacet<D>, local: [f64; 2]) -> f64 {
     if D == 2 {
         return 1.0;
     }

@@ -94,12 +94,12 @@ fn drawn_out(plane: &SolidMesh<2>, half: f64, count: usize) -> SolidMesh<3> {
     SolidMesh::new((0..=2 * count).flat_map(layer).collect(), (0..count).flat_map(element).collect()).unwrap()
 }
 
-pub fn surface_of<const D: usize>(mesh: &SolidMesh<D>) -> Surface<D> {
-    Surface::new(&[(mesh, 0)], &mesh.nodes)
+pub fn surface_of<const D: usize>(mesh: &SolidMesh<D>) -> SolidSurface<D> {
+    SolidSurface::new(&[(mesh, 0)], &mesh.nodes)
 }
 
 /// Σ N_a x_a of weights.
-pub fn interpolate<const D: usize>(weights: &Weights, values: &[Vector<D>]) -> Vector<D> {
+pub fn interpolate<const D: usize>(weights: &NodeWeights, values: &[Vector<D>]) -> Vector<D> {
     weights.iter().map(|(node, weight)| values[*node as usize] * *weight).sum()
 }
 
@@ -209,7 +209,7 @@ fn the_nearest_of_two_solids_counts() {
     let (left, right) = (disc(4), turned_box([0.5, 0.5], [2, 2], Vector([1.52, 0.0]), &Tensor::identity()));
     let first = left.nodes.len() as u32;
     let positions = [left.nodes.clone(), right.nodes.clone()].concat();
-    let surface = Surface::new(&[(&left, 0), (&right, first)], &positions);
+    let surface = SolidSurface::new(&[(&left, 0), (&right, first)], &positions);
     let mut seed = 9;
     for _ in 0..300 {
         let x = place::<2>(&mut seed, 2.2);
@@ -219,13 +219,13 @@ fn the_nearest_of_two_solids_counts() {
         assert_eq!(point.solid, u32::from(each[1] < each[0]), "{each:?}");
         assert!((interpolate(&point.weights, &positions) - point.position).norm() < 1e-12);
     }
-    let over = Surface::new(&[(&left, 0), (&left, first)], &[left.nodes.clone(), left.nodes.clone()].concat());
+    let over = SolidSurface::new(&[(&left, 0), (&left, first)], &[left.nodes.clone(), left.nodes.clone()].concat());
     assert!((over.distance(Vector([0.9, 0.0])) + 0.1).abs() < 1e-4);
 }
 
 #[test]
 fn without_solids_or_with_positions_that_are_not_finite_there_is_no_nearest_point() {
-    assert_eq!(Surface::<2>::new(&[], &[]).distance(Vector([0.0; 2])), f64::INFINITY);
+    assert_eq!(SolidSurface::<2>::new(&[], &[]).distance(Vector([0.0; 2])), f64::INFINITY);
     let mut mesh = SolidMesh::<2>::block(Vector([0.0; 2]), Vector([1.0; 2]), [1, 1]).unwrap();
     mesh.nodes.fill(Vector([f64::NAN; 2]));
     let surface = surface_of(&mesh);
