@@ -10,7 +10,7 @@ const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
 const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
 /// Keys of a body that only elastic solids in a fluid on a mesh have.
-const SOLID_BODY: &[&str] = &["mesh", "plane", "damping", "friction", "surface", "supports"];
+const SOLID_BODY: &[&str] = &["mesh", "plane", "damping", "inertia", "friction", "surface", "supports"];
 
 /// Keys of a body that only particles with a volume of their own have.
 const MPM_BODY: &[&str] =

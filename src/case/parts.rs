@@ -2,7 +2,7 @@
 
 use super::friction::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
-use super::solid::{PlaneSpec, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
+use super::solid::{InertiaSpec, PlaneSpec, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
 use crate::geometry::Shape;
 use crate::material::sheet::SheetLaw;
 use crate::material::{PointLaws, ViscousLaws};
@@ -30,6 +30,9 @@ pub struct BodySpec {
     /// Damping of an elastic solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<SolidDampingSpec>,
+    /// Inertia of an elastic solid of `method = "pfem2"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<InertiaSpec>,
     /// Coefficient of Coulomb's friction of an elastic solid of `method = "pfem2"` at walls.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0))]

@@ -1,7 +1,7 @@
 //! Keys of elastic solids of PFEM-2.
 
 use crate::mesh::quadratic::QuadraticFile;
-use crate::pfem2::solid::setup::{Damping, Plane, SurfaceCondition};
+use crate::pfem2::solid::setup::{Damping, Inertia, Plane, SurfaceCondition};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -64,20 +64,87 @@ impl From<SurfaceSpec> for SurfaceCondition {
     }
 }
 
+/// Inertia of a solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InertiaSpec {
+    /// Its mass.
+    #[default]
+    Dynamic,
+    /// None: it is in equilibrium with its loads and the fluid at every time.
+    QuasiStatic,
+}
+
+impl From<InertiaSpec> for Inertia {
+    fn from(inertia: InertiaSpec) -> Self {
+        match inertia {
+            InertiaSpec::Dynamic => Self::Dynamic,
+            InertiaSpec::QuasiStatic => Self::QuasiStatic,
+        }
+    }
+}
+
 /// Damping of a solid: forces in proportion to mass and to stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolidDampingSpec {
-    /// Coefficient of the mass.
-    #[schemars(extend("unit" = "1/s", "minimum" = 0.0))]
-    pub mass: f64,
-    /// Coefficient of the stiffness.
-    #[schemars(extend("unit" = "s", "minimum" = 0.0))]
-    pub stiffness: f64,
+    /// Coefficient α of the mass, or the damping ratio that it gives at a frequency.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<MassDampingSpec>,
+    /// Coefficient β of the stiffness, or the damping ratio that it gives at a frequency.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<StiffnessDampingSpec>,
+}
+
+/// Damping by mass.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MassDampingSpec {
+    /// Its coefficient.
+    Coefficient(#[schemars(extend("unit" = "1/s", "minimum" = 0.0))] f64),
+    /// What it amounts to.
+    Ratio(DampingRatioSpec),
+}
+
+/// Damping by stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum StiffnessDampingSpec {
+    /// Its coefficient.
+    Coefficient(#[schemars(extend("unit" = "s", "minimum" = 0.0))] f64),
+    /// What it amounts to.
+    Ratio(DampingRatioSpec),
+}
+
+/// Damping over critical damping at a frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DampingRatioSpec {
+    /// Damping ratio.
+    #[schemars(extend("minimum" = 0.0))]
+    pub ratio: f64,
+    /// The frequency.
+    #[schemars(extend("unit" = "Hz", "exclusiveMinimum" = 0.0))]
+    pub at: f64,
+}
+
+impl DampingRatioSpec {
+    /// 2 ζ [1], and ω [rad/s]: α = 2 ζ ω, β = 2 ζ/ω.
+    fn twice(self) -> (f64, f64) {
+        (2.0 * self.ratio, std::f64::consts::TAU * self.at)
+    }
 }
 
 impl From<SolidDampingSpec> for Damping {
     fn from(SolidDampingSpec { mass, stiffness }: SolidDampingSpec) -> Self {
-        Self { mass, stiffness }
+        let mass = mass.map(|mass| match mass {
+            MassDampingSpec::Coefficient(alpha) => alpha,
+            MassDampingSpec::Ratio(ratio) => ratio.twice().0 * ratio.twice().1,
+        });
+        let stiffness = stiffness.map(|stiffness| match stiffness {
+            StiffnessDampingSpec::Coefficient(beta) => beta,
+            StiffnessDampingSpec::Ratio(ratio) => ratio.twice().0 / ratio.twice().1,
+        });
+        Self { mass: mass.unwrap_or_default(), stiffness: stiffness.unwrap_or_default() }
     }
 }

@@ -62,6 +62,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub courant: f64,
     /// The largest error of a step in time over that of the mesh; infinity: errors don't bound the step.
     pub step_tolerance: f64,
+    /// State with which the run begins.
+    pub start: InitialState,
     /// The linear solver.
     pub linear: linalg::SolverOptions,
 }
@@ -71,6 +73,16 @@ impl<const D: usize, const N: usize> Setup<D, N> {
     pub fn solid_setups(&self) -> &[SolidSetup<D>] {
         self.solids.as_ref().map_or(&[], |structure| structure.setups())
     }
+}
+
+/// State with which a run begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InitialState {
+    /// As the case gives it.
+    #[default]
+    AsGiven,
+    /// Solids in equilibrium with their loads at time 0, and all at rest (theory J.9).
+    Equilibrium,
 }
 
 /// Treatment of the volumes of several fluids (theory G.6).

@@ -28,7 +28,7 @@ use super::report::balance::EnergyBalance;
 use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
 use super::report::{checkpoint, health, snapshot};
-use super::setup::{Scheme, Setup};
+use super::setup::{InitialState, Scheme, Setup};
 use super::solid::tracking::SolidTracking;
 use super::time::history::{LARGEST_CHANGE, TimeHistory};
 use super::time::startup::impulsive_energy;
@@ -49,6 +49,8 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) interface: InterfaceTracking<D>,
     /// Elastic solids in the fluid.
     pub(super) solids: Option<SolidTracking<D>>,
+    /// State with which the run begins.
+    start: InitialState,
     /// Velocities and accelerations of the steps before.
     pub(super) history: TimeHistory<D>,
     /// Forces of the fluid on the boundary.
@@ -88,9 +90,13 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         if self.limits.control.is_active() { LARGEST_CHANGE } else { f64::INFINITY }
     }
 
-    fn begin(&mut self, t: f64, dt: f64) {
+    fn begin(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
         self.solver_state = SolverState::default();
+        if self.start == InitialState::Equilibrium {
+            self.find_equilibrium(dt)?;
+        }
         self.predict_start(TimeStep { t, dt, theta: 1.0 });
+        Ok(())
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
@@ -108,6 +114,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         if let (Some(solids), Some(immersed)) = (&self.solids, &self.system.immersed) {
             let own = solids.structure.volume(&solids.structure.positions(&solids.last.predicted));
             self.notices.solid_volume(immersed.cut.volume_inside(&self.system.mesh), own);
+            self.notices.imbalance(solids.last.imbalance);
         }
         self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
         self.balance.check(&self.system, &self.interface, &mut self.notices).map_err(at)
@@ -169,6 +176,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             particles: ParticleTracking::new(setup.particles, rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
             solids: setup.solids.map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary)),
+            start: setup.start,
             history: TimeHistory::new(setup.scheme, &system.velocity),
             forces: BoundaryForces::new(&system),
             balance: EnergyBalance::new(places.len()),

@@ -74,8 +74,8 @@ impl Solver for Guarded {
         self.solver.largest_change()
     }
 
-    fn begin(&mut self, t: f64, dt: f64) {
-        self.solver.begin(t, dt);
+    fn begin(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
+        self.solver.begin(t, dt)
     }
 
     fn step(&mut self, t: f64, dt: f64) -> Result<(), StepError> {

@@ -92,8 +92,14 @@ pub trait Solver: Send {
         f64::INFINITY
     }
 
-    /// Computes fields of the initial state that the constructor could not, before the state is shown; `dt` is the step that follows [s].
-    fn begin(&mut self, _t: f64, _dt: f64) {}
+    /// Computes what the constructor of the initial state could not, before the state is shown; `dt` is the step that follows [s].
+    ///
+    /// # Errors
+    /// There is no such state.
+    fn begin(&mut self, t: f64, dt: f64) -> Result<(), StepError> {
+        let _ = (t, dt);
+        Ok(())
+    }
 
     /// Advances from `t` to `t + dt` [s].
     ///

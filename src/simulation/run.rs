@@ -310,7 +310,10 @@ impl Simulation {
         }
         // A step that can't be told is told of when it is to be taken.
         if let Ok([dt, _]) = self.next_step() {
-            self.solver.begin(self.clock.time, dt);
+            self.broken = true;
+            self.solver.begin(self.clock.time, dt)?;
+            self.broken = false;
+            self.stored_at_start = self.solver.snapshot().ledger.stored();
         }
         timed!(self.timer, "outputs", self.sample())?;
         timed!(self.timer, "checkpoints", self.save())

@@ -4,10 +4,12 @@ use super::sheets::conflicts;
 use crate::case::construct::size_of;
 use crate::case::{Case, SolidSummary};
 use crate::error::Diagnostic;
-use crate::math::Vector;
+use crate::math::{Signal, Vector};
 use crate::mesh::{Locator, Mesh, QuadraticMesh};
 use crate::pfem2;
-use crate::pfem2::solid::setup::SolidSetup;
+use crate::pfem2::boundary::Boundary;
+use crate::pfem2::setup::InitialState;
+use crate::pfem2::solid::setup::{HeldNodes, SolidSetup};
 
 /// Elements across the thinnest part of a solid below which it bends too stiffly.
 const ACROSS: usize = 2;
@@ -67,6 +69,46 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
         }
         thickness(key, summary, findings);
     }
+}
+
+/// A start in equilibrium is one at rest, with solids in it.
+pub(in crate::case) fn rest<const D: usize, const N: usize>(
+    case: &Case,
+    setup: &pfem2::Setup<D, N>,
+    findings: &mut Vec<Diagnostic>,
+) {
+    if setup.start == InitialState::AsGiven {
+        return;
+    }
+    if setup.solids.is_none() {
+        let finding = Diagnostic::error("pfem2.start", "there is no solid whose equilibrium could be found");
+        findings.push(finding.help("take it out: fluids begin as they are given"));
+    }
+    let at_start = |signal: &Signal, x: [f64; 3]| signal.value(x, 0.0) != 0.0;
+    let moving = |held: &HeldNodes<D>, x: &[Vector<D>]| {
+        let signals = || held.velocity.iter().flatten();
+        held.nodes.iter().any(|&node| signals().any(|signal| at_start(signal, x[node as usize].to3())))
+    };
+    for (solid, index) in setup.solid_setups().iter().zip(case.file.solids()) {
+        if solid.velocity.iter().any(|v| *v != Vector::ZERO) {
+            findings.push(in_motion(format!("body[{index}].velocity")));
+        }
+        let supports = solid.held.iter().enumerate();
+        let moving = supports.filter(|(_, held)| moving(held, &solid.mesh.nodes));
+        findings.extend(moving.map(|(support, _)| in_motion(format!("body[{index}].supports[{support}]"))));
+    }
+    if setup.particles.velocity.iter().any(|v| *v != Vector::ZERO) {
+        findings.push(in_motion("pfem2.start".into()));
+    }
+    let boundary = Boundary::new(&setup.mesh, setup.boundaries.clone(), Vector::ZERO);
+    if boundary.held(&setup.mesh, 0.0).into_iter().any(|(_, v)| v != Vector::ZERO) {
+        findings.push(in_motion("boundary".into()));
+    }
+}
+
+fn in_motion(key: String) -> Diagnostic {
+    let finding = Diagnostic::error(key, "a start in equilibrium is one at rest, but something moves at time 0");
+    finding.help("let velocities grow from zero, as `0.1 m/s * ramp(t, 1 s)` does, or take `start` out of `[pfem2]`")
 }
 
 fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {

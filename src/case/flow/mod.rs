@@ -55,6 +55,8 @@ pub struct Pfem2Spec {
     /// Body force per unit mass.
     #[schemars(extend("unit" = "m/s^2", "axes" = true))]
     pub gravity: [SignalSpec; 3],
+    /// State with which the run begins.
+    pub start: InitialStateSpec,
     /// The linear solver.
     pub solver: SolverSpec,
 }
@@ -79,7 +81,28 @@ impl Default for Pfem2Spec {
             step_tolerance: 2.0,
             pressure_pin: None,
             gravity: Default::default(),
+            start: InitialStateSpec::Given,
             solver: SolverSpec::default(),
+        }
+    }
+}
+
+/// State with which a run begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitialStateSpec {
+    /// As the bodies are given.
+    #[default]
+    Given,
+    /// At rest, with solids where they bear their weight, their loads at time 0 and the pressure of the fluids.
+    Equilibrium,
+}
+
+impl From<InitialStateSpec> for setup::InitialState {
+    fn from(start: InitialStateSpec) -> Self {
+        match start {
+            InitialStateSpec::Given => Self::AsGiven,
+            InitialStateSpec::Equilibrium => Self::Equilibrium,
         }
     }
 }

@@ -20,6 +20,9 @@ const CHANGED: f64 = 1e-3;
 /// Part of the volume of solids that the mesh may show too little, or too much.
 const SOLID_VOLUME: f64 = 0.1;
 
+/// Force off balance of quasi-static solids, over the largest, without a word.
+const BALANCED: f64 = 1e-3;
+
 /// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at first.
 const LASTING: u32 = 5;
 
@@ -160,6 +163,19 @@ impl Notices {
                     "the mesh shows {:.0} % of the volume of the solids: they are thinner than elements somewhere, or have left the mesh; take \
                      smaller elements along their way",
                     100.0 * shown / own
+                )
+            });
+        }
+    }
+
+    /// Quasi-static solids are off balance by this part of their largest internal force.
+    pub fn imbalance(&mut self, part: f64) {
+        if part > BALANCED {
+            self.said.say("imbalance", || {
+                format!(
+                    "the internal forces of quasi-static solids are off balance by {:.1e} of the largest after a step: loads grow too much in \
+                     one; take shorter steps (`time.step`)",
+                    part
                 )
             });
         }

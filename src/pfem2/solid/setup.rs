@@ -23,10 +23,22 @@ pub struct SolidSetup<const D: usize> {
     pub tractions: Vec<SurfaceTraction<D>>,
     /// Damping.
     pub damping: Damping,
+    /// Inertia.
+    pub inertia: Inertia,
     /// Coefficient of Coulomb's friction at walls.
     pub friction: f64,
     /// What the fluid does on its surface.
     pub surface: SurfaceCondition,
+}
+
+impl<const D: usize> SolidSetup<D> {
+    /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes a force [1/s].
+    pub(super) fn inertia_rate(&self, delta: f64) -> f64 {
+        match self.inertia {
+            Inertia::Dynamic => 1.0 / delta,
+            Inertia::QuasiStatic => 0.0,
+        }
+    }
 }
 
 /// What the fluid does on the surface of a solid.
@@ -74,4 +86,14 @@ pub struct Damping {
     pub mass: f64,
     /// β, in proportion to the stiffness [s].
     pub stiffness: f64,
+}
+
+/// Inertia of a solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Inertia {
+    /// Its mass.
+    #[default]
+    Dynamic,
+    /// None: forces balance at every time.
+    QuasiStatic,
 }

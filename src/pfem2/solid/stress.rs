@@ -51,7 +51,7 @@ mod tests {
     use crate::material::{Elastic, StVenantKirchhoff};
     use crate::math::Vector;
     use crate::pfem2::solid::mesh::SolidMesh;
-    use crate::pfem2::solid::setup::{Damping, Plane, SolidSetup, SurfaceCondition};
+    use crate::pfem2::solid::setup::{Damping, Inertia, Plane, SolidSetup, SurfaceCondition};
 
     const YOUNG: f64 = 2e6;
     const POISSON: f64 = 0.3;
@@ -72,6 +72,7 @@ mod tests {
             held: Vec::new(),
             tractions: Vec::new(),
             damping: Damping::default(),
+            inertia: Inertia::Dynamic,
             friction: 0.0,
             surface: SurfaceCondition::NoSlip,
             mesh,

@@ -15,7 +15,7 @@ use super::element::{self, ElementFault, ElementForces, SolidLaw};
 use super::equations::SolidEquations;
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
-use super::setup::SolidSetup;
+use super::setup::{Inertia, SolidSetup};
 use super::stress::NodalStress;
 use super::support::SolidSupports;
 use crate::error::{Place, StepError};
@@ -189,7 +189,9 @@ impl<const D: usize> Structure<D> {
         let mut matrix = self.mass.zero_blocks(D);
         self.add_inertia(delta, &mut matrix);
         let places = self.positions(displacement);
-        let start: Vec<_> = places.iter().zip(velocity_hat).map(|(x, hat)| *hat / delta + gravity(*x)).collect();
+        let rates = self.by_node(|setup| setup.inertia_rate(delta));
+        let all = places.iter().zip(velocity_hat).zip(rates);
+        let start: Vec<_> = all.map(|((x, hat), rate)| *hat * rate + gravity(*x)).collect();
         let mut rhs = self.weighted_by_mass(&start);
         self.supports.add_forces(t_end, &mut rhs);
         let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
@@ -290,10 +292,15 @@ impl<const D: usize> Structure<D> {
         }
     }
 
-    /// Adds M (1/Δ + α).
+    /// A number of each solid, at each of its nodes.
+    fn by_node(&self, of: impl Fn(&SolidSetup<D>) -> f64) -> Vec<f64> {
+        self.setups.iter().flat_map(|setup| vec![of(setup); setup.mesh.nodes.len()]).collect()
+    }
+
+    /// Adds M (1/Δ + α), without 1/Δ for quasi-static solids.
     fn add_inertia(&self, delta: f64, matrix: &mut SparseMatrix) {
         for (solid, setup) in self.setups.iter().enumerate() {
-            let rate = 1.0 / delta + setup.damping.mass;
+            let rate = setup.inertia_rate(delta) + setup.damping.mass;
             for row in self.first[solid]..self.first[solid + 1] {
                 for entry in self.mass.row(row as usize) {
                     let block = Tensor::identity() * (self.mass.values[entry] * rate);
@@ -340,10 +347,41 @@ impl<const D: usize> Structure<D> {
         Vector::from_fn(|axis| momentum.iter().skip(axis).step_by(D).sum())
     }
 
-    /// Kinetic energy ½ v · M v of all solids [J].
+    /// Kinetic energy ½ v · M v of all solids that have inertia [J].
     pub fn kinetic_energy(&self) -> f64 {
         let momentum = self.weighted_by_mass(&self.state.velocity);
-        0.5 * momentum.iter().zip(self.state.velocity.iter().flat_map(|v| v.0)).map(|(p, v)| p * v).sum::<f64>()
+        let inert = self.by_node(|setup| setup.inertia_rate(1.0));
+        let velocity = self.state.velocity.iter().zip(inert).flat_map(|(v, inert)| (*v * inert).0);
+        0.5 * momentum.iter().zip(velocity).map(|(p, v)| p * v).sum::<f64>()
+    }
+
+    /// Force that quasi-static solids are off balance by at the end of a step, over the largest of their internal forces: what the linear
+    /// equations of the step, F(u*) + K (u − u*), have of F(u) too little or too much.
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    pub(in crate::pfem2) fn linearisation_error(&self, prediction: &Prediction<D>) -> Result<f64, StepError> {
+        if self.setups.iter().all(|setup| setup.inertia == Inertia::Dynamic) {
+            return Ok(0.0);
+        }
+        let quasi_static = self.by_node(|setup| 1.0 - setup.inertia_rate(1.0));
+        let way = self.state.displacement.iter().zip(&prediction.displacement);
+        let way: Vec<_> = way.map(|(u, predicted)| *u - *predicted).collect();
+        let (mut linear, mut whole) = (vec![Vector::ZERO; way.len()], vec![Vector::ZERO; way.len()]);
+        self.visit(&prediction.displacement, |_, nodes, forces| {
+            for (a, &row) in nodes.iter().enumerate() {
+                let change =
+                    nodes.iter().enumerate().map(|(b, &column)| forces.tangent(a, b).apply(way[column as usize]));
+                linear[row as usize] += forces.internal[a] + change.sum::<Vector<D>>();
+            }
+        })?;
+        self.visit(&self.state.displacement, |_, nodes, forces| {
+            nodes.iter().zip(&forces.internal).for_each(|(&row, force)| whole[row as usize] += *force);
+        })?;
+        let most = |force: &dyn Fn(usize) -> Vector<D>| {
+            (0..way.len()).map(|a| quasi_static[a] * force(a).norm()).fold(0.0, f64::max)
+        };
+        Ok(most(&|a| whole[a] - linear[a]) / most(&|a| whole[a]).max(f64::MIN_POSITIVE))
     }
 
     /// Stored energy of all solids [J].

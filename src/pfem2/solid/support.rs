@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::material::{Elastic, StVenantKirchhoff};
     use crate::pfem2::solid::mesh::SolidMesh;
-    use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SurfaceCondition, SurfaceTraction};
+    use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, SurfaceCondition, SurfaceTraction};
 
     /// A block of unit density with loads on all facets with places that satisfy `on`.
     fn loaded<const D: usize>(
@@ -155,6 +155,7 @@ mod tests {
             held,
             tractions,
             damping,
+            inertia: Inertia::Dynamic,
             friction: 0.0,
             surface: SurfaceCondition::NoSlip,
         }

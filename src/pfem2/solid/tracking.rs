@@ -48,6 +48,8 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub contact: Vec<f64>,
     /// Energies at its end, and powers from outside.
     pub energies: SolidEnergies,
+    /// Force that quasi-static solids were off balance by at its end, over the largest.
+    pub imbalance: f64,
 }
 
 /// State of solids at the start of a step.
@@ -68,6 +70,7 @@ impl<const D: usize> SolidTracking<D> {
             contact: vec![0.0; structure.node_count()],
             // Elements that are turned inside out are found by the first step.
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
+            imbalance: 0.0,
         };
         let outlines = structure.setups().iter().map(|setup| quadrilaterals(&setup.mesh)).collect();
         let walls = WallContacts::new(&structure, mesh, boundary);
@@ -165,8 +168,10 @@ impl<const D: usize> SolidTracking<D> {
         self.structure.advance(step.delta(), prediction, velocity);
         let nodal = immersed.forces(&system.mesh, &system.unknowns);
         let [gravity, supports] = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
+        let imbalance = self.structure.linearisation_error(prediction)?;
         let powers = [gravity, supports + self.release_walls()];
         self.last.energies = energies(&self.structure, powers)?;
+        self.last.imbalance = imbalance;
         self.last.add_forces(self.structure.sums(&nodal), shares);
         Ok(())
     }
@@ -190,6 +195,27 @@ impl<const D: usize> SolidTracking<D> {
         let contact = std::mem::take(&mut self.last.contact);
         self.last = SolidStep { forces_earlier: forces.clone(), forces, contact, ..last };
         self.structure.state = state;
+    }
+
+    /// Brings the solids to rest where they are.
+    pub fn rest(&mut self) {
+        let displacement = self.structure.state.displacement.clone();
+        let zero = vec![Vector::ZERO; displacement.len()];
+        self.structure.state = SolidState { displacement, ..SolidState::new(zero) };
+    }
+
+    /// Energies with which a run begins in the present state [J].
+    ///
+    /// # Errors
+    /// An element is turned inside out.
+    pub fn open_energies(&mut self) -> Result<SolidEnergies, StepError> {
+        let none = vec![Vector::ZERO; self.last.forces.len()];
+        let SolidStep { predicted, contact, .. } = std::mem::take(&mut self.last);
+        let energies = energies(&self.structure, [0.0; 2])?;
+        let (forces_earlier, forces_mean) = (none.clone(), none.clone());
+        self.last =
+            SolidStep { predicted, contact, energies, forces: none, forces_earlier, forces_mean, imbalance: 0.0 };
+        Ok(energies)
     }
 
     /// Forgets the steps before.

@@ -29,7 +29,7 @@ use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::reseed::Reseeding;
-use crate::pfem2::setup::{FluidSetup, Scheme, Setup, Unresolved, VolumeCorrection};
+use crate::pfem2::setup::{FluidSetup, InitialState, Scheme, Setup, Unresolved, VolumeCorrection};
 
 /// Facets whose nodes all satisfy a test.
 fn facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, on: impl Fn(Vector<D>) -> bool) -> Vec<Facet> {
@@ -108,6 +108,7 @@ fn setup<const D: usize, const N: usize>(
         unresolved: Unresolved::default(),
         courant: f64::INFINITY,
         step_tolerance: f64::INFINITY,
+        start: InitialState::AsGiven,
         linear: SolverOptions::default(),
     }
 }

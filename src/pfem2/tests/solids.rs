@@ -4,7 +4,7 @@ use super::*;
 use crate::material::{Elastic, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, SolidSetup, SurfaceCondition, SurfaceTraction};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
@@ -28,6 +28,7 @@ fn solid(
         held: vec![along(0), along(1)],
         tractions: Vec::new(),
         damping: Damping::default(),
+        inertia: Inertia::Dynamic,
         friction: 0.0,
         surface: SurfaceCondition::NoSlip,
         mesh,
@@ -246,4 +247,63 @@ fn a_fluid_that_glides_is_not_dragged_along() {
     let (glides, sticks) = (dragged(SurfaceCondition::Slip), dragged(SurfaceCondition::NoSlip));
     assert!(glides < 1e-9 * speed, "{glides}");
     assert!(sticks > 0.1 * speed, "{sticks}");
+}
+
+/// A bar of length l = 0.5 m that hangs from the top of a box of water: it begins at rest, with the end at u = (ρ/2 − ρ_f) g l²/E, where
+/// the pressure counts from the top; and stays there.
+#[test]
+fn a_hanging_bar_begins_at_rest_with_its_weight_and_the_pressure_below() {
+    let (length, young, density) = (0.5, 1e6, 200.0);
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [16, 16]).unwrap(), 1.0 / 16.0);
+    let block = SolidMesh::block(Vector([0.41, 1.0 - length]), Vector([0.62, 1.0]), [2, 4]).unwrap();
+    let bar = solid(block, (young, 0.0), |x| [x[1] > 1.0 - 1e-9; 2], |_| Vector::ZERO);
+    let mut physics = water([Signal::ZERO, (-9.81).into()]);
+    physics.fluids = vec![fluid("fluid", density, 1e-3)];
+    let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![bar]).unwrap());
+    setup.start = InitialState::Equilibrium;
+    let mut pfem = Pfem2::new(setup);
+    pfem.begin(0.0, 1e-3).unwrap();
+    let end = |pfem: &Pfem2<2, 3>| {
+        let structure = &pfem.solids.as_ref().unwrap().structure;
+        let lowest = structure.setups()[0].mesh.nodes.iter().position(|x| x[1] < 1.0 - length + 1e-9).unwrap();
+        structure.state.displacement[lowest][1]
+    };
+    let expected = -(1000.0 / 2.0 - density) * 9.81 * length * length / young;
+    let found = end(&pfem);
+    assert!((found / expected - 1.0).abs() < 0.02, "{found:e} {expected:e}");
+    (0..10).for_each(|k| pfem.step(1e-3 * f64::from(k), 1e-3).unwrap());
+    assert!((end(&pfem) - found).abs() < 1e-5 * found.abs(), "{:e} {found:e}", end(&pfem));
+    assert!(pfem.solids.as_ref().unwrap().last.energies.kinetic < 1e-9 * expected.abs() * 9.81 * 100.0);
+}
+
+/// A traction that grows on the end of a bar without inertia, in a gas: at every time u = σ l/E, however fast it grows.
+#[test]
+fn a_bar_without_inertia_follows_its_load() {
+    let (length, young) = (0.5, 1e5);
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [12, 12]).unwrap(), 1.0 / 12.0);
+    let block = SolidMesh::block(Vector([0.0, 0.41]), Vector([length, 0.62]), [3, 2]).unwrap();
+    let at_end =
+        |facet: &u32| block.facets[*facet as usize].nodes.iter().all(|&a| block.nodes[a as usize][0] == length);
+    let facets = (0..block.facets.len() as u32).filter(at_end).collect();
+    let load = SurfaceTraction { facets, traction: [formula("100*sin(20*t)"), Signal::ZERO] };
+    let bar = solid(block.clone(), (young, 0.0), |x| [x[0] < 1e-9; 2], |_| Vector::ZERO);
+    let bar = SolidSetup { inertia: Inertia::QuasiStatic, tractions: vec![load], ..bar };
+    let mut physics = water(weightless());
+    physics.fluids = vec![fluid("gas", 1e-4, 1e-8)];
+    let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![bar]).unwrap());
+    let mut pfem = Pfem2::new(setup);
+    pfem.begin(0.0, 0.01).unwrap();
+    for k in 1..=20 {
+        let t = 0.01 * f64::from(k);
+        pfem.step(t - 0.01, 0.01).unwrap();
+        let solids = pfem.solids.as_ref().unwrap();
+        let end = block.nodes.iter().position(|x| x[0] == length).unwrap();
+        let (found, expected) =
+            (solids.structure.state.displacement[end][0], 100.0 * (20.0 * t).sin() * length / young);
+        assert!((found - expected).abs() < 2e-3 * 100.0 * length / young, "{t}: {found:e} {expected:e}");
+        assert!(solids.last.imbalance < 1e-3, "{:e}", solids.last.imbalance);
+        assert_eq!(solids.last.energies.kinetic, 0.0);
+    }
 }

@@ -131,7 +131,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// The stages of a step before `solve`; returns the averages of the particles at the nodes.
-    fn transport(&mut self, step: TimeStep) -> ConvectedVelocity<D> {
+    pub(super) fn transport(&mut self, step: TimeStep) -> ConvectedVelocity<D> {
         let flow = self.particles.convect(step, &self.history, &self.system, &self.interface);
         self.particles.reseed(&flow, &self.system, &self.interface);
         self.carry_along(&flow, step);

@@ -37,6 +37,7 @@ impl Case {
         check::plausible::of_flow(self, &setup, &mut findings);
         let summary = CaseSummary::of_flow(&setup, &self.file);
         check::solids::of_flow(self, &setup, &summary.solids, &mut findings);
+        check::solids::rest(self, &setup, &mut findings);
         let mut solver = Pfem2::new(setup);
         let mut summary = summary.with_solver(&mut solver, &self.file);
         summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
@@ -113,6 +114,7 @@ impl Construction<'_> {
             unresolved: spec.unresolved.into(),
             courant: if file.time.step.is_some() { f64::INFINITY } else { spec.courant },
             step_tolerance: if file.time.step.is_some() { f64::INFINITY } else { spec.step_tolerance },
+            start: spec.start.into(),
             linear: spec.solver.choices().options(),
             mesh,
         })

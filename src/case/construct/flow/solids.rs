@@ -96,6 +96,7 @@ impl Construction<'_> {
             held,
             tractions,
             damping: spec.damping.unwrap_or_default().into(),
+            inertia: spec.inertia.unwrap_or_default().into(),
             friction: spec.friction.unwrap_or_default(),
             surface: spec.surface.unwrap_or_default().into(),
             mesh,

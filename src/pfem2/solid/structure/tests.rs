@@ -5,7 +5,7 @@ use crate::linalg::SparseFactor;
 use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
 use crate::pfem2::solid::mesh::SolidFacet;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, SurfaceCondition, SurfaceTraction};
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, SurfaceCondition, SurfaceTraction};
 
 /// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
 /// are held along all axes.
@@ -23,6 +23,7 @@ fn solid<const D: usize>(
         held: vec![HeldNodes { nodes, velocity: std::array::from_fn(|_| Some(Signal::ZERO)) }],
         tractions: Vec::new(),
         damping: Damping::default(),
+        inertia: Inertia::Dynamic,
         friction: 0.0,
         surface: SurfaceCondition::NoSlip,
         mesh,

@@ -1,0 +1,116 @@
+//! A start at rest: solids bear their weight, their loads and the pressure of the fluids at time 0 (theory J.9).
+//!
+//! ```text
+//! [M/τ + τ K(u_k)] v = f − F(u_k) + forces of the fluid,   u_k+1 = u_k + τ v,   v ← 0,   τ ← τ min(2, √(h/2 / |τ v|))
+//! ```
+//!
+//! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long ones are those of
+//! Newton's method. The fluid that the solids push away takes its particles and interfaces along.
+
+use crate::error::{Place, StepError};
+use crate::math::Vector;
+use crate::pfem2::Pfem2;
+use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::particles::tracking::ParticleEvents;
+use crate::pfem2::report::notices::Notices;
+use crate::pfem2::time::startup::impulsive_energy;
+
+/// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids are at rest.
+const TOLERANCE: f64 = 1e-6;
+
+/// Iterations after which there is no equilibrium.
+const ITERATIONS: usize = 400;
+
+/// Elements that a solid may move in an iteration.
+const WAY: f64 = 0.5;
+
+/// The artificial time step doubles, or falls to a quarter.
+const FACTORS: [f64; 2] = [0.25, 2.0];
+
+/// Motion of the solids in an iteration.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motion {
+    /// Largest displacement in the iteration [m].
+    change: f64,
+    /// Largest displacement since the reference state [m].
+    displacement: f64,
+    /// Largest acceleration [m/s²].
+    acceleration: f64,
+}
+
+impl<const D: usize, const N: usize> Pfem2<D, N> {
+    /// Moves the solids to where they rest under the loads at time 0; the first artificial step is `dt` [s]. Returns the number of
+    /// iterations.
+    ///
+    /// # Errors
+    /// They don't come to rest; an element turns inside out, or the system isn't solved.
+    pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
+        let (mut next, mut last) = (dt, 0.0);
+        let mut largest: f64 = 0.0;
+        for iteration in 1..=ITERATIONS {
+            let motion = self.relax(next, last)?;
+            largest = largest.max(motion.acceleration);
+            let still = motion.change <= TOLERANCE * motion.displacement;
+            if still && motion.acceleration <= TOLERANCE * largest {
+                self.begin_at_rest(next)?;
+                return Ok(iteration);
+            }
+            last = next;
+            let room = (WAY * self.system.shortest() / motion.change).sqrt();
+            next *= room.clamp(FACTORS[0], FACTORS[1]);
+        }
+        Err(self.never_at_rest())
+    }
+
+    /// An iteration of `dt` [s], after one of `last` [s].
+    fn relax(&mut self, dt: f64, last: f64) -> Result<Motion, StepError> {
+        let step = at_start(dt);
+        self.predict_solids(step)?;
+        self.follow_solids(last);
+        let convected = self.system.imposed(step, &vec![Vector::ZERO; self.places.len()]);
+        self.system.solve(step, &self.interface.phases(), &convected)?;
+        self.advance_solids(step)?;
+        let Some(solids) = &mut self.solids else { return Ok(Motion::default()) };
+        let state = &solids.structure.state;
+        let most = |values: &[Vector<D>]| values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let speed = most(&state.velocity);
+        let displacement = most(&state.displacement);
+        solids.rest();
+        Ok(Motion { change: speed * dt, displacement, acceleration: speed / dt })
+    }
+
+    /// Takes the fluid along with the motion of an iteration of `last` [s], and brings it to rest.
+    fn follow_solids(&mut self, last: f64) {
+        if last > 0.0 {
+            self.transport(at_start(last));
+        }
+        self.system.velocity.fill(Vector::ZERO);
+        self.particles.columns.velocity.fill(Vector::ZERO);
+        self.history.clear(&self.system.velocity);
+    }
+
+    /// Begins the run in the state that was found, in which the last iteration of `last` [s] left the fluid.
+    fn begin_at_rest(&mut self, last: f64) -> Result<(), StepError> {
+        self.predict_solids(at_start(last))?;
+        self.follow_solids(last);
+        self.interface.project(&self.system, &self.particles);
+        self.update_contents();
+        self.particles.events = ParticleEvents::default();
+        self.notices = Notices::of_the_start(&self.system, &self.particles.columns, &self.interface.fraction);
+        let energies = self.solids.as_mut().map(|solids| solids.open_energies()).transpose()?;
+        self.balance.open(&self.system, impulsive_energy(&self.system), energies);
+        Ok(())
+    }
+
+    fn never_at_rest(&self) -> StepError {
+        let advice = "hold solids that can move freely, or let them sink to a wall or float; start without equilibrium, with damping, where \
+                      they buckle";
+        let what = "the solids find no equilibrium at the start";
+        StepError::new(Place::Everywhere, what, "iterations", ITERATIONS as f64, advice)
+    }
+}
+
+/// A step of backward Euler of `dt` [s] that ends at time 0.
+fn at_start(dt: f64) -> TimeStep {
+    TimeStep { t: -dt, dt, theta: 1.0 }
+}
