@@ -56,7 +56,7 @@ pub struct CaseFile {
     /// Surface tension of pairs of fluids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tension: Vec<TensionSpec>,
-    /// Bodies: of material points, or fluids on the mesh and elastic solids in them; of fluids that overlap the first one counts.
+    /// Bodies: of material points, or fluids on the mesh and solids in them; of fluids that overlap the first one counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodySpec>,
     /// Membranes.

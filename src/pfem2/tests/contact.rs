@@ -123,7 +123,7 @@ fn two_equal_bars_exchange_their_speeds() {
 /// A block on a slab that is held slides if and only if the slope is steeper than the root of the product of both coefficients.
 #[test]
 fn a_block_slides_on_a_slab_only_if_it_is_steeper_than_the_friction_of_both() {
-    let friction = [0.45, 0.2];
+    let friction: [f64; 2] = [0.45, 0.2];
     let both = (friction[0] * friction[1]).sqrt();
     for young in [1e7, 0.0] {
         let way = |slope: f64| {
