@@ -8,6 +8,7 @@
 //! Prescribed unknowns of the fluid are eliminated: their columns go to the right-hand sides.
 
 use super::coupling::CoupledElement;
+use super::equations::SolidEquations;
 use super::immersed::Immersed;
 use super::independent::IndependentVelocities;
 use crate::linalg::{Border, SparseFactor, SparseMatrix};
@@ -29,8 +30,12 @@ struct FreeBlocks<const D: usize, const N: usize> {
 pub struct SolidBorder<const D: usize, const N: usize> {
     couplings: Vec<FreeBlocks<D, N>>,
     velocities: IndependentVelocities,
+    /// After the independent velocities, rows s v = s v̄ of those that are prescribed and not zero, with s of the diagonal of S: the
+    /// solution is measured by all that moves.
     matrix: SparseMatrix,
     factor: SparseFactor,
+    /// Prescribed velocities of these rows [m/s].
+    prescribed: Vec<f64>,
     /// Right-hand side [N].
     pub load: Vec<f64>,
 }
@@ -55,15 +60,42 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
             couplings.push(coupling);
             add_solid_rows(element, &mut entries, &mut load);
         }
-        let (matrix, load) = equations.independent(entries, &load);
+        let fixed = prescribed(equations, &entries);
+        let (matrix, mut load) = equations.independent(entries, &load);
+        let first = load.len() as u32;
+        let rows = (first..).zip(&fixed).map(|(k, &(size, _))| (k, k, size));
+        let matrix = SparseMatrix::from_triplets(load.len() + fixed.len(), matrix.triplets().chain(rows).collect());
+        load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
         let factor = SparseFactor::new(&matrix)?;
-        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, factor, load })
+        let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();
+        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, factor, prescribed, load })
+    }
+
+    /// What iterations begin with, by the independent velocities.
+    pub fn start(&self, independent: &[f64]) -> Vec<f64> {
+        [independent, &self.prescribed].concat()
+    }
+
+    /// The independent velocities of a solution.
+    pub fn independent(&self, solution: &[f64]) -> Vec<f64> {
+        solution[..self.velocities.count()].to_vec()
     }
 
     /// Velocity of all nodes of solids, by the independent ones [m/s].
     pub fn velocity(&self, independent: &[f64]) -> Vec<f64> {
         self.velocities.nodal(independent)
     }
+}
+
+/// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns that move.
+fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64, f64)> {
+    let velocities = &equations.velocities;
+    let moves = |k: &u32| velocities.is_prescribed(*k as usize) && velocities.prescribed(*k as usize) != 0.0;
+    let mut diagonal = vec![0.0; velocities.unknowns()];
+    let all = equations.matrix.triplets().chain(fluid.iter().copied());
+    all.filter(|(row, column, _)| row == column).for_each(|(row, _, value)| diagonal[row as usize] += value);
+    let of = |k: u32| (diagonal[k as usize], velocities.prescribed(k as usize));
+    (0..velocities.unknowns() as u32).filter(moves).map(of).filter(|(size, _)| *size > 0.0).collect()
 }
 
 /// Adds what the fluid puts on the rows of solids in a cut element.

@@ -113,6 +113,11 @@ impl<const D: usize> Structure<D> {
         self.nodes.len()
     }
 
+    /// Number of facets of all solids.
+    pub(super) fn facet_count(&self) -> usize {
+        self.setups.iter().map(|setup| setup.mesh.facets.len()).sum()
+    }
+
     /// Largest coordinate difference of nodes in the reference state [m].
     pub(super) fn extent(&self) -> f64 {
         let range = |axis: usize| {

