@@ -13,7 +13,7 @@ use lateen::pfem2::interface::phases::Phases;
 use lateen::pfem2::particles::Particles;
 use lateen::pfem2::particles::project::AveragingKernel;
 use lateen::pfem2::particles::reseed::Reseeding;
-use lateen::pfem2::setup::{FluidSetup, Scheme, Unresolved, VolumeCorrection};
+use lateen::pfem2::setup::{FluidSetup, InitialState, Scheme, Unresolved, VolumeCorrection};
 use lateen::pfem2::{Boundary, Pfem2, Setup};
 use lateen::simulation::Solver;
 
@@ -113,6 +113,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         unresolved: Unresolved::default(),
         courant: f64::INFINITY,
         step_tolerance: f64::INFINITY,
+        start: InitialState::AsGiven,
         linear: SolverOptions::default(),
     });
     let dt = 1.0 / cells as f64;

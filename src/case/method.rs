@@ -9,8 +9,9 @@ use crate::material::PointLaws;
 const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
 const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
-/// Keys of a body that only elastic solids in a fluid on a mesh have.
-const SOLID_BODY: &[&str] = &["mesh", "plane", "damping", "inertia", "friction", "surface", "supports"];
+/// Keys of a body that only solids in a fluid on a mesh have.
+const SOLID_BODY: &[&str] =
+    &["mesh", "plane", "motion", "bond", "damping", "inertia", "friction", "surface", "supports"];
 
 /// Keys of a body that only particles with a volume of their own have.
 const MPM_BODY: &[&str] =
@@ -101,8 +102,8 @@ fn keys_of_body(tree: &PlacedValue, key: &str, body: &PlacedValue, findings: &mu
     findings.extend(given(MPM_BODY).map(|own| foreign(tree, &format!("{key}.{own}"), body.get(own))));
     if !is_solid(body) {
         for own in given(SOLID_BODY).chain(given(&["traction"])) {
-            let message = format!("`{own}` is for elastic solids, and this body is a fluid");
-            let help = "take it out, or give the body an elastic law, such as `law = \"neo-hookean\"`";
+            let message = format!("`{own}` is for solids, and this body is a fluid");
+            let help = "take it out, or give the body the law of a solid, such as `law = \"neo-hookean\"` or `law = \"rigid\"`";
             let finding = Diagnostic::error(format!("{key}.{own}"), message).help(help);
             findings.push(Diagnostic { span: body.get(own).and_then(|node| node.span.clone()), ..finding });
         }

@@ -37,7 +37,7 @@ pub use reference::{laws, schema};
 pub use report::{line_and_column, render};
 pub use schema::*;
 pub use signal::{AxisMotion, FreeWord, SignalSpec, TableSpec};
-pub use solid::{InertiaSpec, PlaneSpec, SolidCells, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
+pub use solid::{InertiaSpec, PlaneSpec, RigidMotionSpec, SolidCells, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
 pub use summary::{BodySummary, CaseSummary, MembraneSummary, SolidSummary};
 
 use crate::error::{Diagnostic, Error, Result};

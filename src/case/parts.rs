@@ -2,7 +2,7 @@
 
 use super::friction::FrictionSpec;
 use super::signal::{AxisMotion, SignalSpec};
-use super::solid::{InertiaSpec, PlaneSpec, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
+use super::solid::{InertiaSpec, PlaneSpec, RigidMotionSpec, SolidDampingSpec, SolidMeshSpec, SurfaceSpec};
 use crate::geometry::Shape;
 use crate::material::sheet::SheetLaw;
 use crate::material::{PointLaws, ViscousLaws};
@@ -11,7 +11,7 @@ use crate::mpm::WallKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// A body: of material points, a fluid on a mesh, or an elastic solid in such a fluid.
+/// A body: of material points, a fluid on a mesh, or an elastic or rigid solid in such a fluid.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BodySpec {
@@ -20,27 +20,33 @@ pub struct BodySpec {
     /// Its region at the start; only a solid whose mesh comes from a file has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Shape>,
-    /// The mesh of an elastic solid of `method = "pfem2"`; by default its elements are about two cells of the fluid's mesh long, and two
+    /// The mesh of a solid of `method = "pfem2"`; by default its elements are about two cells of the fluid's mesh long, and two
     /// or more across its thinnest part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<SolidMeshSpec>,
     /// The third direction of an elastic solid of `method = "pfem2"`, in 2D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<PlaneSpec>,
-    /// Damping of an elastic solid of `method = "pfem2"`.
+    /// Prescribed motion of a rigid solid of `method = "pfem2"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<RigidMotionSpec>,
+    /// Solids of `method = "pfem2"` that this one is bonded to, where they touch at the start.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bond: Vec<String>,
+    /// Damping of a solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<SolidDampingSpec>,
     /// Inertia of an elastic solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<InertiaSpec>,
-    /// Coefficient of Coulomb's friction of an elastic solid of `method = "pfem2"` at walls.
+    /// Coefficient of Coulomb's friction of a solid of `method = "pfem2"` at walls; of two solids that meet the root of their product counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0))]
     pub friction: Option<f64>,
-    /// What the fluid does on the surface of an elastic solid of `method = "pfem2"`.
+    /// What the fluid does on the surface of a solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceSpec>,
-    /// Nodes of an elastic solid of `method = "pfem2"` whose motion is prescribed.
+    /// Nodes of a solid of `method = "pfem2"` whose motion is prescribed, or that springs hold.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<SupportSpec>,
     /// Distance of the particles; or give `particles-per-cell`.
@@ -93,16 +99,18 @@ pub struct BodySpec {
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Material {
-    /// For `method = "mpm"`, and, if elastic, for solids of `method = "pfem2"`.
+    /// For `method = "mpm"`, and, if elastic or rigid, for solids of `method = "pfem2"`.
     Point(PointLaws),
     /// For `method = "pfem2"`.
     Flow(ViscousLaws),
 }
 
 impl Material {
-    /// True for a law that solids in a fluid on a mesh can have: elastic, with a stress that follows from the deformation, not from rates.
-    pub fn is_elastic(&self) -> bool {
+    /// True for a law that solids in a fluid on a mesh can have: rigid, or elastic with a stress that follows from the deformation, not
+    /// from rates.
+    pub fn is_solid(&self) -> bool {
         match self {
+            Self::Point(law) if law.as_dyn().is_rigid() => true,
             Self::Point(law) => law.as_dyn().elastic_law().is_ok() && law.as_dyn().storage().deformation,
             Self::Flow(_) => false,
         }
@@ -282,6 +290,21 @@ pub struct SupportSpec {
     #[serde(default)]
     #[schemars(extend("unit" = "m/s", "axes" = true))]
     pub velocity: [AxisMotion; 3],
+    /// Instead of a velocity, of a solid: stiffness of a spring per axis that pulls these nodes to where they start, of all together; 0: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "N/m", "axes" = true))]
+    pub stiffness: Option<[f64; 3]>,
+    /// Instead of a velocity, of a solid: resistance of a dashpot per axis, of these nodes together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "N s/m", "axes" = true))]
+    pub damping: Option<[f64; 3]>,
+}
+
+impl SupportSpec {
+    /// True for springs and dashpots.
+    pub fn is_spring(&self) -> bool {
+        self.stiffness.is_some() || self.damping.is_some()
+    }
 }
 
 /// Nodes of a membrane or solid: by name, the nearest to a point, or those in a region.

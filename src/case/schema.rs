@@ -56,7 +56,7 @@ pub struct CaseFile {
     /// Surface tension of pairs of fluids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tension: Vec<TensionSpec>,
-    /// Bodies: of material points, or fluids on the mesh and elastic solids in them; of fluids that overlap the first one counts.
+    /// Bodies: of material points, or fluids on the mesh and solids in them; of fluids that overlap the first one counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body: Vec<BodySpec>,
     /// Membranes.
@@ -80,15 +80,15 @@ pub struct CaseFile {
 }
 
 impl CaseFile {
-    /// Places in `body` of the elastic solids of a case of PFEM-2.
+    /// Places in `body` of the solids of a case of PFEM-2.
     pub fn solids(&self) -> Vec<usize> {
-        let is_solid = |i: &usize| self.method == Method::Pfem2 && self.body[*i].material.is_elastic();
+        let is_solid = |i: &usize| self.method == Method::Pfem2 && self.body[*i].material.is_solid();
         (0..self.body.len()).filter(is_solid).collect()
     }
 
     /// Places in `body` of the fluids of a case of PFEM-2: all that are no solids. They are numbered in this order.
     pub fn fluids(&self) -> Vec<usize> {
-        let is_fluid = |i: &usize| self.method == Method::Pfem2 && !self.body[*i].material.is_elastic();
+        let is_fluid = |i: &usize| self.method == Method::Pfem2 && !self.body[*i].material.is_solid();
         (0..self.body.len()).filter(is_fluid).collect()
     }
 }

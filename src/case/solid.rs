@@ -1,5 +1,6 @@
-//! Keys of elastic solids of PFEM-2.
+//! Keys of solids of PFEM-2.
 
+use super::signal::AxisMotion;
 use crate::mesh::quadratic::QuadraticFile;
 use crate::pfem2::solid::setup::{Damping, Inertia, Plane, SurfaceCondition};
 use schemars::JsonSchema;
@@ -22,6 +23,20 @@ pub struct SolidCells {
     /// Length of their edges, about.
     #[schemars(extend("unit" = "m", "exclusiveMinimum" = 0.0))]
     pub cell: f64,
+}
+
+/// Prescribed motion of a rigid solid, where it isn't free.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RigidMotionSpec {
+    /// Velocity of its centre of mass per axis; `"free"` where the axis is not prescribed. Default: free.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m/s", "axes" = true))]
+    pub velocity: Option<[AxisMotion; 3]>,
+    /// Angular velocity: in 2D one entry, in 3D one per axis; `"free"` where it is not prescribed. Default: free.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("unit" = "1/s"))]
+    pub spin: Vec<AxisMotion>,
 }
 
 /// The third direction of a plane problem.

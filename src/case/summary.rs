@@ -16,7 +16,7 @@ pub struct CaseSummary {
     pub bodies: Vec<BodySummary>,
     /// Membranes.
     pub membranes: Vec<MembraneSummary>,
-    /// Elastic solids in fluids.
+    /// Solids in fluids.
     pub solids: Vec<SolidSummary>,
     /// Cells of the whole grid, or elements of the mesh.
     pub cells: f64,
@@ -64,11 +64,13 @@ pub struct MembraneSummary {
     pub elements: usize,
 }
 
-/// One elastic solid in a fluid.
+/// One solid in a fluid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidSummary {
     /// Name.
     pub name: String,
+    /// True without a strain.
+    pub is_rigid: bool,
     /// 2 or 3.
     pub dimension: usize,
     /// Elements.
@@ -266,8 +268,14 @@ impl std::fmt::Display for SolidSummary {
         let unit = if self.dimension == 2 { "kg/m" } else { "kg" };
         write!(
             f,
-            "solid {}: {} elements, {} nodes, {:.4} {unit}; its thinnest part, {:.4e} m, is {} elements across",
-            self.name, self.elements, self.nodes, self.mass, self.thickness, self.across
+            "{} {}: {} elements, {} nodes, {:.4} {unit}; its thinnest part, {:.4e} m, is {} elements across",
+            if self.is_rigid { "rigid solid" } else { "solid" },
+            self.name,
+            self.elements,
+            self.nodes,
+            self.mass,
+            self.thickness,
+            self.across
         )?;
         match self.cells_across {
             Some(cells) => write!(f, ", {cells:.1} of the mesh"),

@@ -18,6 +18,7 @@ mod kinematics;
 mod linearised;
 mod mooney_rivlin;
 mod neo_hookean;
+mod rigid;
 pub mod sheet;
 mod solid;
 mod st_venant_kirchhoff;
@@ -41,6 +42,7 @@ pub use johnson_cook::JohnsonCook;
 pub use linearised::{ElasticLaw, ElasticState, Linearised, Mixed};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
+pub use rigid::Rigid;
 pub use sheet::{LANES, Sheet, SheetKind, SheetLanes, SheetState};
 pub use solid::Solid;
 pub use st_venant_kirchhoff::StVenantKirchhoff;
@@ -62,6 +64,7 @@ registry! {
         "j2" => J2,
         "johnson-cook" => JohnsonCook,
         "drucker-prager" => DruckerPrager,
+        "rigid" => Rigid,
     }
 }
 
@@ -102,6 +105,11 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// A sentence that says why it has none: fluids, and solids that yield.
     fn elastic_law(&self) -> Result<&dyn ElasticLaw, String> {
         Err(linearised::no_tangent(self.phase()))
+    }
+
+    /// True for a solid that has no strain.
+    fn is_rigid(&self) -> bool {
+        false
     }
 
     /// True if neighbours stay neighbours, so that particles at the surface stay there.

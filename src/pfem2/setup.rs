@@ -26,7 +26,7 @@ pub struct Setup<const D: usize, const N: usize> {
     pub pin: Option<PressurePin<D>>,
     /// The fluids.
     pub fluids: Vec<FluidSetup>,
-    /// Elastic solids; where they are there is no fluid.
+    /// Solids; where they are there is no fluid.
     pub solids: Option<Structure<D>>,
     /// Surface tension of pairs of fluids [N/m].
     pub tension: Vec<([usize; 2], f64)>,
@@ -81,7 +81,7 @@ pub enum InitialState {
     /// As the case gives it.
     #[default]
     AsGiven,
-    /// Solids in equilibrium with their loads at time 0, and all at rest (theory J.9).
+    /// Solids in equilibrium with their loads at time 0, and all at rest (theory J.14).
     Equilibrium,
 }
 

@@ -47,7 +47,7 @@ pub struct Pfem2<const D: usize, const N: usize> {
     pub(super) particles: ParticleTracking<D>,
     /// Interfaces between the fluids.
     pub(super) interface: InterfaceTracking<D>,
-    /// Elastic solids in the fluid.
+    /// Solids in the fluid.
     pub(super) solids: Option<SolidTracking<D>>,
     /// State with which the run begins.
     start: InitialState,

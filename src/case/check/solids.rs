@@ -1,4 +1,4 @@
-//! Elastic solids in fluids: supports, place and thickness.
+//! Solids in fluids: supports, place and thickness.
 
 use super::sheets::conflicts;
 use crate::case::construct::size_of;
@@ -29,6 +29,7 @@ impl SolidSummary {
         let cell = |x: [f64; 3]| Some(size_of(background, locator.search(background, Vector::from3(x))?.element()?));
         Self {
             name: solid.name.clone(),
+            is_rigid: solid.law.is_rigid(),
             dimension: D,
             elements: mesh.elements.len(),
             nodes: mesh.nodes.len(),
@@ -114,7 +115,7 @@ fn in_motion(key: String) -> Diagnostic {
 fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {
     let place = solid.thinnest[..solid.dimension].iter().map(|c| format!("{c:.6}")).collect::<Vec<_>>().join(", ");
     let (name, thin) = (&solid.name, solid.thickness);
-    if solid.across < ACROSS {
+    if solid.across < ACROSS && !solid.is_rigid {
         let message = format!(
             "`{name}` has one element across its thinnest part, {thin:.4e} m at ({place}): it bends too stiffly"
         );

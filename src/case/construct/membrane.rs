@@ -24,6 +24,13 @@ impl Construction<'_> {
         let load = pressure.map_or(Signal::ZERO, |p| self.signal(&format!("{key}.pressure.value"), &p.value, &over));
         self.turned(index, &facets, over.has_positive(&load));
         let warp = spec.warp.map_or_else(Vec::new, |w| vec![Vector::from3(w); facets.elements.len()]);
+        for (i, _) in spec.supports.iter().enumerate().filter(|(_, support)| support.is_spring()) {
+            let finding =
+                Diagnostic::error(format!("{key}.supports[{i}]"), "springs are for solids of `method = \"pfem2\"`");
+            self.findings.push(
+                finding.help("take `stiffness` and `damping` out: a membrane is held, or moved with a `velocity`"),
+            );
+        }
         let supports = spec.supports.iter().enumerate();
         let supports =
             supports.filter_map(|(i, s)| self.support(s, &format!("{key}.supports[{i}]"), "membrane", &facets, &over));

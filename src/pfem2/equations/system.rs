@@ -222,8 +222,12 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
         })?;
         let load = std::mem::take(&mut border.load);
-        let x = [self.unknowns.as_flattened_mut(), &mut immersed.velocity[..]];
-        Ok(self.linear.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x))
+        let mut solids = border.start(&immersed.independent);
+        let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];
+        let outcome = self.linear.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x);
+        immersed.independent = border.independent(&solids);
+        immersed.velocity = border.velocity(&immersed.independent);
+        Ok(outcome)
     }
 
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).

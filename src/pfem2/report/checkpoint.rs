@@ -155,6 +155,10 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/forces earlier", Column::new(&mut last.forces_earlier));
     visit("solids/forces mean", Column::new(&mut last.forces_mean));
     visit("solids/contact", Column::new(&mut last.contact));
+    visit("solids/touch", Column::new(&mut last.touch));
+    for (k, rigid) in state.rigid.iter_mut().enumerate() {
+        visit(&format!("solids/rigid {k}"), Column::record(rigid));
+    }
     visit("solids/energies", Column::record(&mut last.energies));
 }
 

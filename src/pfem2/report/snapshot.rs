@@ -104,7 +104,7 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
     })
 }
 
-/// The solids: their elements as simple ones, with displacement, velocity, stress and strain.
+/// The solids: their elements as simple ones, with displacement, velocity, and, of elastic ones, stress and strain.
 fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = SurfaceSet<'_>> {
     pfem.solids.iter().flat_map(|solids| {
         solids.structure.bodies().zip(&solids.outlines).enumerate().map(|(solid, (body, outline))| SurfaceSet {
@@ -113,15 +113,24 @@ fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<I
             reference: Cow::Owned(body.mesh.nodes.iter().map(|x| x.to3()).collect()),
             elements: outline.iter().map(|nodes| &nodes[..]).collect(),
             kind: Elements::Sheet,
-            node_fields: vec![
-                vectors("displacement", "m", body.displacement),
-                vectors("velocity", "m/s", body.velocity),
-                tensors("stress", "Pa", &solids.structure, solid, |node| node.stress),
-                tensors("strain", "", &solids.structure, solid, |node| node.strain),
-            ],
+            node_fields: [vectors("displacement", "m", body.displacement), vectors("velocity", "m/s", body.velocity)]
+                .into_iter()
+                .chain(strained(&solids.structure, solid))
+                .collect(),
             element_fields: Vec::new(),
         })
     })
+}
+
+/// Stress and strain of a solid that isn't rigid.
+fn strained<const D: usize>(structure: &Structure<D>, solid: usize) -> impl Iterator<Item = Field<'_>> {
+    let fields = move || {
+        [
+            tensors("stress", "Pa", structure, solid, |node| node.stress),
+            tensors("strain", "", structure, solid, |node| node.strain),
+        ]
+    };
+    (!structure.setups()[solid].law.is_rigid()).then(fields).into_iter().flatten()
 }
 
 /// A tensor at the nodes of a solid.

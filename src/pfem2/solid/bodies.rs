@@ -1,6 +1,5 @@
 //! The solids of a structure one by one, for outputs and sums.
 
-use super::equations::SolidEquations;
 use super::immersed::Immersed;
 use super::mesh::{SolidMesh, element_nodes};
 use super::structure::{Prediction, Structure};
@@ -52,7 +51,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The nodes of a solid among those of all.
-    fn nodes_of(&self, solid: usize) -> Range<usize> {
+    pub(super) fn nodes_of(&self, solid: usize) -> Range<usize> {
         let (mesh, first) = self.meshes()[solid];
         first as usize..first as usize + mesh.nodes.len()
     }
@@ -62,7 +61,7 @@ impl<const D: usize> Structure<D> {
         (0..self.setups().len()).map(|solid| nodal[self.nodes_of(solid)].iter().copied().sum()).collect()
     }
 
-    /// Powers at the end of a step [W]: of gravity, and of supports and loads. Supports give what the equations lack of the
+    /// Powers at the end of a step [W]: of gravity, and of supports, contacts and loads. These give what the equations lack of the
     /// `nodal` forces of the fluid [N].
     pub(in crate::pfem2) fn powers<const N: usize>(
         &self,
@@ -72,16 +71,17 @@ impl<const D: usize> Structure<D> {
         nodal: &[Vector<D>],
         gravity: &[Signal; D],
     ) -> [f64; 2] {
-        let Some(SolidEquations { matrix, rhs, .. }) = &immersed.equations else { return [0.0; 2] };
+        let Some(equations) = &immersed.equations else { return [0.0; 2] };
         let at = |x: Vector<D>| Vector::from_fn(|i| gravity[i].value(x.to3(), step.end()));
         let forces = |gravity: &dyn Fn(Vector<D>) -> Vector<D>| {
             self.external_forces(step.end(), &prediction.displacement, gravity)
         };
         let (loads, all) = (forces(&|_| Vector::ZERO), forces(&at));
-        let mut rows = vec![0.0; rhs.len()];
-        matrix.multiply(&immersed.velocity, &mut rows);
-        let supports = |k: usize| rows[k] - rhs[k] - nodal[k / D][k % D] + loads[k];
-        let power = |force: &dyn Fn(usize) -> f64| (0..rhs.len()).map(|k| force(k) * immersed.velocity[k]).sum::<f64>();
-        [power(&|k| all[k] - loads[k]), power(&supports)]
+        let missing = equations.missing(&immersed.velocity);
+        let supports = |k: usize| missing[k] - nodal[k / D][k % D] + loads[k];
+        let power =
+            |force: &dyn Fn(usize) -> f64| (0..loads.len()).map(|k| force(k) * immersed.velocity[k]).sum::<f64>();
+        let inertia = self.rigid_power(step.delta(), prediction, &immersed.independent);
+        [power(&|k| all[k] - loads[k]), power(&supports) + inertia]
     }
 }

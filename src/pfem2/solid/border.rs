@@ -1,21 +1,22 @@
-//! The nodes of solids as the border of the system of velocity and pressure (theory J.4).
+//! The solids as the border of the system of velocity and pressure (theory J.4, J.10).
 //!
 //! ```text
-//! [ A    E ] [v, p]   [b]      A: the fluid, with the solids as rigid walls
-//! [ F    S ] [v_S ] = [c]      S = M_S/Δ + Δ K + what cut points give it
+//! [ A     E T   ] [v, p]   [ b − E v̄      ]      A: the fluid, with the solids as rigid walls
+//! [ TᵀF   TᵀS T ] [w   ] = [ Tᵀ(c − S v̄) ]      S = M_S/Δ + Δ K + what cut points give it,   v_S = T w + v̄
 //! ```
 //!
-//! Prescribed unknowns of both sides are eliminated: their columns go to the right-hand sides.
+//! Prescribed unknowns of the fluid are eliminated: their columns go to the right-hand sides.
 
 use super::coupling::CoupledElement;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
+use super::independent::IndependentVelocities;
 use crate::linalg::{Border, SparseFactor, SparseMatrix};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 
-/// Coupling blocks of a cut element, without prescribed unknowns.
+/// Coupling blocks of a cut element, without prescribed unknowns of the fluid.
 struct FreeBlocks<const D: usize, const N: usize> {
     nodes: [u32; N],
     solid: Vec<u32>,
@@ -25,39 +26,76 @@ struct FreeBlocks<const D: usize, const N: usize> {
     to_solid: Vec<[[[f64; N]; D]; N]>,
 }
 
-/// The border that solids are.
+/// The border that solids are: their independent velocities.
 pub struct SolidBorder<const D: usize, const N: usize> {
     couplings: Vec<FreeBlocks<D, N>>,
+    velocities: IndependentVelocities,
+    /// After the independent velocities, rows s v = s v̄ of those that are prescribed and not zero, with s of the diagonal of S: the
+    /// solution is measured by all that moves.
     matrix: SparseMatrix,
     factor: SparseFactor,
-    /// Right-hand side c [N].
+    /// Prescribed velocities of these rows [m/s].
+    prescribed: Vec<f64>,
+    /// Right-hand side [N].
     pub load: Vec<f64>,
 }
 
 impl<const D: usize, const N: usize> SolidBorder<D, N> {
     /// From the equations of solids and cut elements; the right-hand side of the fluid, in the frames of its nodes, takes
-    /// what prescribed nodes of solids bring. `None` if the matrix of the solids is singular.
+    /// what prescribed velocities of solids bring. `None` if the matrix of the solids is singular.
     pub fn new(
         mesh: &Mesh<D, N>,
         immersed: &Immersed<D, N>,
         constraints: &Constraints<D, N>,
         rhs_of_fluid: &mut [[f64; N]],
     ) -> Option<Self> {
-        let SolidEquations { matrix, rhs, held } = immersed.equations.as_ref()?;
-        let (mut entries, mut load): (Vec<_>, _) = (matrix.triplets().collect(), rhs.clone());
+        let equations = immersed.equations.as_ref()?;
+        let (mut entries, mut load) = (Vec::new(), vec![0.0; equations.rhs.len()]);
         let mut couplings = Vec::with_capacity(immersed.elements.len());
         for element in &immersed.elements {
             let nodes = mesh.elements()[element.element as usize];
             let mut coupling = FreeBlocks::turned(element, nodes, constraints);
             coupling.eliminate_fluid(constraints, &mut load);
-            coupling.eliminate_solid(held, rhs_of_fluid);
+            coupling.move_prescribed(&equations.velocities, rhs_of_fluid);
             couplings.push(coupling);
             add_solid_rows(element, &mut entries, &mut load);
         }
-        let matrix = eliminated(entries, held, &mut load);
+        let fixed = prescribed(equations, &entries);
+        let (matrix, mut load) = equations.independent(entries, &load);
+        let first = load.len() as u32;
+        let rows = (first..).zip(&fixed).map(|(k, &(size, _))| (k, k, size));
+        let matrix = SparseMatrix::from_triplets(load.len() + fixed.len(), matrix.triplets().chain(rows).collect());
+        load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
         let factor = SparseFactor::new(&matrix)?;
-        Some(Self { couplings, matrix, factor, load })
+        let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();
+        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, factor, prescribed, load })
     }
+
+    /// What iterations begin with, by the independent velocities.
+    pub fn start(&self, independent: &[f64]) -> Vec<f64> {
+        [independent, &self.prescribed].concat()
+    }
+
+    /// The independent velocities of a solution.
+    pub fn independent(&self, solution: &[f64]) -> Vec<f64> {
+        solution[..self.velocities.count()].to_vec()
+    }
+
+    /// Velocity of all nodes of solids, by the independent ones [m/s].
+    pub fn velocity(&self, independent: &[f64]) -> Vec<f64> {
+        self.velocities.nodal(independent)
+    }
+}
+
+/// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns that move.
+fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64, f64)> {
+    let velocities = &equations.velocities;
+    let moves = |k: &u32| velocities.is_prescribed(*k as usize) && velocities.prescribed(*k as usize) != 0.0;
+    let mut diagonal = vec![0.0; velocities.unknowns()];
+    let all = equations.matrix.triplets().chain(fluid.iter().copied());
+    all.filter(|(row, column, _)| row == column).for_each(|(row, _, value)| diagonal[row as usize] += value);
+    let of = |k: u32| (diagonal[k as usize], velocities.prescribed(k as usize));
+    (0..velocities.unknowns() as u32).filter(moves).map(of).filter(|(size, _)| *size > 0.0).collect()
 }
 
 /// Adds what the fluid puts on the rows of solids in a cut element.
@@ -76,32 +114,6 @@ fn add_solid_rows<const D: usize, const N: usize>(
             }
         }
     }
-}
-
-/// The matrix with these entries, prescribed unknowns eliminated: their columns go to the right-hand side, their rows keep the diagonal alone.
-fn eliminated(mut entries: Vec<(u32, u32, f64)>, held: &[Option<f64>], load: &mut [f64]) -> SparseMatrix {
-    let unknowns = load.len();
-    let mut diagonal = vec![0.0; unknowns];
-    for (row, column, value) in &mut entries {
-        let (i, j) = (*row as usize, *column as usize);
-        if i == j {
-            diagonal[i] += *value;
-        }
-        if let (Some(prescribed), None) = (held[j], held[i]) {
-            load[i] -= *value * prescribed;
-        }
-        if held[i].is_some() || held[j].is_some() {
-            *value = 0.0;
-        }
-    }
-    for (i, prescribed) in held.iter().enumerate() {
-        if let Some(prescribed) = prescribed {
-            let size = if diagonal[i] == 0.0 { 1.0 } else { diagonal[i].abs() };
-            entries.push((i as u32, i as u32, size));
-            load[i] = size * prescribed;
-        }
-    }
-    SparseMatrix::from_triplets(unknowns, entries)
 }
 
 impl<const D: usize, const N: usize> FreeBlocks<D, N> {
@@ -139,17 +151,24 @@ impl<const D: usize, const N: usize> FreeBlocks<D, N> {
         }
     }
 
-    /// Takes out the prescribed unknowns of solids.
-    fn eliminate_solid(&mut self, held: &[Option<f64>], rhs: &mut [[f64; N]]) {
+    /// Adds F x on the nodes of solids.
+    fn add_forces(&self, x: &[[f64; N]], forces: &mut [f64]) {
+        for (place, &a) in self.solid.iter().enumerate() {
+            for (to_solid, &node) in self.to_solid[place].iter().zip(&self.nodes) {
+                for (sum, row) in forces[a as usize * D..][..D].iter_mut().zip(to_solid) {
+                    *sum += row.iter().zip(&x[node as usize]).map(|(a, x)| a * x).sum::<f64>();
+                }
+            }
+        }
+    }
+
+    /// Moves what the prescribed parts of the velocities of solids bring to the right-hand side of the fluid.
+    fn move_prescribed(&self, velocities: &IndependentVelocities, rhs: &mut [[f64; N]]) {
         for (place, &a) in self.solid.iter().enumerate() {
             for s in 0..D {
-                let Some(value) = held[a as usize * D + s] else { continue };
+                let value = velocities.prescribed(a as usize * D + s);
                 for (i, &node) in self.nodes.iter().enumerate() {
-                    for k in 0..N {
-                        rhs[node as usize][k] -= self.to_fluid[place][i][k][s] * value;
-                        self.to_fluid[place][i][k][s] = 0.0;
-                    }
-                    self.to_solid[place][i][s] = [0.0; N];
+                    (0..N).for_each(|k| rhs[node as usize][k] -= self.to_fluid[place][i][k][s] * value);
                 }
             }
         }
@@ -163,35 +182,29 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         (0..self.matrix.rows()).map(scale).collect()
     }
 
-    fn multiply(&self, (x, y): (&[[f64; N]], &[f64]), (rows, own): (&mut [[f64; N]], &mut [f64])) {
-        self.matrix.multiply(y, own);
+    fn multiply(&self, (x, w): (&[[f64; N]], &[f64]), (rows, own): (&mut [[f64; N]], &mut [f64])) {
+        self.matrix.multiply(w, own);
+        let velocity = self.velocities.added(w);
+        let mut forces = vec![0.0; velocity.len()];
         for coupling in &self.couplings {
             for (place, &a) in coupling.solid.iter().enumerate() {
-                let y = &y[a as usize * D..][..D];
+                let y = &velocity[a as usize * D..][..D];
                 for (i, &node) in coupling.nodes.iter().enumerate() {
-                    let (to_fluid, to_solid) = (&coupling.to_fluid[place][i], &coupling.to_solid[place][i]);
-                    let x = &x[node as usize];
+                    let to_fluid = &coupling.to_fluid[place][i];
                     for (sum, row) in rows[node as usize].iter_mut().zip(to_fluid) {
                         *sum += row.iter().zip(y).map(|(a, y)| a * y).sum::<f64>();
                     }
-                    for (sum, row) in own[a as usize * D..][..D].iter_mut().zip(to_solid) {
-                        *sum += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-                    }
                 }
             }
+            coupling.add_forces(x, &mut forces);
         }
+        own.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(own, force)| *own += force);
     }
 
     fn subtract(&self, x: &[[f64; N]], rows: &mut [f64]) {
-        for coupling in &self.couplings {
-            for (place, &a) in coupling.solid.iter().enumerate() {
-                for (to_solid, &node) in coupling.to_solid[place].iter().zip(&coupling.nodes) {
-                    for (sum, row) in rows[a as usize * D..][..D].iter_mut().zip(to_solid) {
-                        *sum -= row.iter().zip(&x[node as usize]).map(|(a, x)| a * x).sum::<f64>();
-                    }
-                }
-            }
-        }
+        let mut forces = vec![0.0; self.velocities.unknowns()];
+        self.couplings.iter().for_each(|coupling| coupling.add_forces(x, &mut forces));
+        rows.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(row, force)| *row -= force);
     }
 
     fn solve(&mut self, r: &[f64], y: &mut [f64]) {

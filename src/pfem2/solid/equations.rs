@@ -1,74 +1,82 @@
-//! The linear equations of a step of solids, and the elimination of prescribed velocities from them.
+//! The linear equations of a step of solids, in the velocities of all nodes and in those that are independent (theory J.4, J.10).
 //!
 //! ```text
-//! A v = r,   v_k = v̄_k:      r_i ← r_i − A_ik v̄_k,  A_ik = A_ki = 0,  r_k = A_kk v̄_k,      reaction  R_k = Σ_j A_kj v_j − r_k
+//! S v + L v = r + l + forces of the fluid,      v = T w + v̄,      M_r w = h       inertia of rigid solids
+//! [Tᵀ (S + L) T + M_r] w = Tᵀ (r + l − (S + L) v̄) + h
 //! ```
+//!
+//! S, r: inertia, internal forces, loads. L, l: contacts and springs, forces that are linear in the velocity.
 
+use super::independent::IndependentVelocities;
 use crate::linalg::SparseMatrix;
+use crate::math::{Tensor, Vector};
 
 /// Equations of the velocity of all nodes; forces [N] in the rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidEquations {
-    /// A; its entries have mirrors.
+    /// S.
     pub matrix: SparseMatrix,
     /// r [N].
     pub rhs: Vec<f64>,
-    /// Prescribed velocity of each unknown at the end of the step [m/s].
-    pub held: Vec<Option<f64>>,
+    /// L and l.
+    pub linear: LinearForces,
+    /// Inertia of rigid solids.
+    pub inertia: IndependentInertia,
+    /// T and v̄.
+    pub velocities: IndependentVelocities,
 }
 
-/// Rows of prescribed unknowns before their elimination.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SupportRows {
-    rows: Vec<SupportRow>,
+/// Forces on nodes that are linear in their velocities, l − L v.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LinearForces {
+    /// Entries of L [N s/m].
+    pub entries: Vec<(u32, u32, f64)>,
+    /// l of unknowns [N].
+    pub loads: Vec<(u32, f64)>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-struct SupportRow {
-    unknown: u32,
-    entries: Vec<(u32, f64)>,
-    rhs: f64,
+/// Inertia along independent velocities.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct IndependentInertia {
+    /// Entries of M_r.
+    pub entries: Vec<(u32, u32, f64)>,
+    /// h.
+    pub loads: Vec<(u32, f64)>,
 }
 
 impl SolidEquations {
-    /// Eliminates prescribed unknowns, symmetrically; the places of the entries stay. Returns their rows as they were.
-    pub fn constrain(&mut self) -> SupportRows {
-        let held: Vec<usize> = (0..self.held.len()).filter(|&k| self.held[k].is_some()).collect();
-        let rows = held.iter().map(|&k| self.support_row(k)).collect();
-        for row in 0..self.rhs.len() {
-            let own = self.held[row];
-            for entry in self.matrix.row(row) {
-                let column = self.matrix.columns[entry] as usize;
-                let Some(velocity) = self.held[column] else {
-                    if own.is_some() {
-                        self.matrix.values[entry] = 0.0;
-                    }
-                    continue;
-                };
-                if row == column {
-                    continue;
-                }
-                self.rhs[row] -= self.matrix.values[entry] * velocity;
-                self.matrix.values[entry] = 0.0;
-            }
-        }
-        for k in held {
-            let diagonal = self.matrix.entry(k, k).map_or(0.0, |entry| self.matrix.values[entry]);
-            self.rhs[k] = diagonal * self.held[k].unwrap_or_default();
-        }
-        SupportRows { rows }
+    /// The equations of the independent velocities, where the fluid adds these entries and right-hand sides to those of all nodes.
+    pub fn independent(&self, fluid: Vec<(u32, u32, f64)>, fluid_rhs: &[f64]) -> (SparseMatrix, Vec<f64>) {
+        let mut rhs: Vec<f64> = self.rhs.iter().zip(fluid_rhs).map(|(own, fluid)| own + fluid).collect();
+        self.linear.loads.iter().for_each(|&(k, load)| rhs[k as usize] += load);
+        let all = self.matrix.triplets().chain(self.linear.entries.iter().copied()).chain(fluid);
+        let (mut entries, mut rhs) = self.velocities.reduced(all, rhs);
+        entries.extend(&self.inertia.entries);
+        self.inertia.loads.iter().for_each(|&(k, load)| rhs[k as usize] += load);
+        (self.velocities.matrix(entries), rhs)
     }
 
-    fn support_row(&self, k: usize) -> SupportRow {
-        let entries = self.matrix.row(k).map(|n| (self.matrix.columns[n], self.matrix.values[n])).collect();
-        SupportRow { unknown: k as u32, entries, rhs: self.rhs[k] }
+    /// What the nodes lack of their inertia and internal forces at velocities that solve the equations [N]: S v − r, which the fluid,
+    /// contacts, springs and supports give, and what keeps rigid solids rigid.
+    pub fn missing(&self, velocity: &[f64]) -> Vec<f64> {
+        let mut rows = vec![0.0; self.rhs.len()];
+        self.matrix.multiply(velocity, &mut rows);
+        rows.iter_mut().zip(&self.rhs).for_each(|(row, rhs)| *row -= rhs);
+        rows
     }
 }
 
-impl SupportRows {
-    /// Forces of the supports on the solids [N] at the prescribed unknowns, where `velocity` [m/s] solves the equations.
-    pub fn reactions(&self, velocity: &[f64]) -> Vec<(u32, f64)> {
-        let product = |row: &SupportRow| row.entries.iter().map(|&(k, a)| a * velocity[k as usize]).sum::<f64>();
-        self.rows.iter().map(|row| (row.unknown, product(row) - row.rhs)).collect()
+impl LinearForces {
+    /// Adds the force l − L v on node `row` that the velocity of node `column` makes, by the block L [N s/m].
+    pub fn add_block<const D: usize>(&mut self, (row, column): (u32, u32), block: &Tensor<D>) {
+        let unknown = |node: u32, axis: usize| node * D as u32 + axis as u32;
+        for i in 0..D {
+            self.entries.extend((0..D).map(|j| (unknown(row, i), unknown(column, j), block[i][j])));
+        }
+    }
+
+    /// Adds the force l on a node [N].
+    pub fn add_load<const D: usize>(&mut self, node: u32, load: Vector<D>) {
+        self.loads.extend((0..D).map(|i| (node * D as u32 + i as u32, load[i])));
     }
 }

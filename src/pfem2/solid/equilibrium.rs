@@ -4,9 +4,10 @@
 //! K(u) δu = λ f − F(u),      u ← u + δu,      λ from 0 to 1
 //! ```
 //!
-//! A step of the load that doesn't converge, or turns an element inside out, is halved. Prescribed components stay where they are.
+//! A step of the load that doesn't converge, or turns an element inside out, is halved. Prescribed components and rigid solids stay where
+//! they are.
 
-use super::equations::SolidEquations;
+use super::equations::{IndependentInertia, LinearForces, SolidEquations};
 use super::structure::Structure;
 use crate::error::{Place, StepError};
 use crate::linalg::SparseFactor;
@@ -60,29 +61,31 @@ impl<const D: usize> Structure<D> {
     /// As [`Structure::equilibrium`].
     fn iterate(&mut self, t: f64, load: f64, gravity: &impl Fn(Vector<D>) -> Vector<D>) -> Result<usize, StepError> {
         let mut factor: Option<SparseFactor> = None;
-        let mut change = vec![0.0; self.node_count() * D];
+        let velocities = self.independent_at_rest();
+        let mut change = vec![0.0; velocities.count()];
         let mut excess = f64::INFINITY;
         let extent = self.extent();
         for iteration in 0..ITERATIONS {
-            let (mut equations, scale) = self.imbalance(t, load, gravity)?;
-            equations.constrain();
-            excess = equations.rhs.iter().fold(0.0, |most: f64, r| most.max(r.abs())) / scale.max(f64::MIN_POSITIVE);
+            let (equations, scale) = self.imbalance(t, load, gravity)?;
+            let (matrix, rhs) = equations.independent(Vec::new(), &vec![0.0; equations.rhs.len()]);
+            excess = rhs.iter().fold(0.0, |most: f64, r| most.max(r.abs())) / scale.max(f64::MIN_POSITIVE);
             if excess <= TOLERANCE {
                 return Ok(iteration);
             }
             let renewed = match factor.take() {
-                Some(factor) => factor.renewed(&equations.matrix),
-                None => SparseFactor::new(&equations.matrix),
+                Some(factor) => factor.renewed(&matrix),
+                None => SparseFactor::new(&matrix),
             };
             let factor = factor.insert(renewed.ok_or_else(|| no_equilibrium(excess))?);
-            factor.solve(&equations.rhs, &mut change);
+            factor.solve(&rhs, &mut change);
             if change.iter().any(|change| !change.is_finite()) {
                 return Err(no_equilibrium(excess));
             }
             if change.iter().all(|change| change.abs() <= ROUNDING * extent) {
                 return Ok(iteration);
             }
-            let own = self.state.displacement.iter_mut().zip(change.chunks_exact(D));
+            let nodal = velocities.added(&change);
+            let own = self.state.displacement.iter_mut().zip(nodal.chunks_exact(D));
             own.for_each(|(u, change)| *u += Vector::from_fn(|axis| change[axis]));
         }
         Err(no_equilibrium(excess))
@@ -113,8 +116,14 @@ impl<const D: usize> Structure<D> {
                 }
             }
         })?;
-        let held = self.held_velocities(t).into_iter().map(|held| held.map(|_| 0.0)).collect();
-        Ok((SolidEquations { matrix, rhs, held }, scale))
+        let mut linear = LinearForces::default();
+        self.springs.visit(&self.state.displacement, |k, stiffness, force| {
+            linear.entries.push((k, k, stiffness));
+            rhs[k as usize] += force;
+            scale = scale.max(force.abs());
+        });
+        let (inertia, velocities) = (IndependentInertia::default(), self.independent_at_rest());
+        Ok((SolidEquations { matrix, rhs, linear, inertia, velocities }, scale))
     }
 }
 

@@ -20,6 +20,8 @@ pub struct Immersed<const D: usize, const N: usize> {
     pub elements: Vec<CoupledElement<D, N>>,
     /// Velocity of the nodes of all solids at the end of the last step [m/s]: the unknowns, axis by axis.
     pub velocity: Vec<f64>,
+    /// The independent ones of these.
+    pub independent: Vec<f64>,
     /// Their convected velocity v̂ [m/s].
     pub velocity_hat: Vec<Vector<D>>,
     /// Their equations, without what the fluid adds; none before the first step.
@@ -35,7 +37,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         equations: Option<SolidEquations>,
     ) -> Self {
         let velocity = velocity.iter().flat_map(|v| v.0).collect();
-        Self { cut, elements: Vec::new(), velocity, velocity_hat, equations }
+        let last = equations.iter().flat_map(|equations| equations.velocities.last());
+        Self { cut, elements: Vec::new(), velocity, independent: last.copied().collect(), velocity_hat, equations }
     }
 
     /// Part of an element's volume that is fluid.

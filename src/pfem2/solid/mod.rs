@@ -1,4 +1,4 @@
-//! Elastic solids in the system of velocity and pressure, on Lagrangian meshes of their own (theory J).
+//! Elastic and rigid solids in the system of velocity and pressure, on Lagrangian meshes of their own (theory J).
 //!
 //! ```text
 //! Δ = θ Δt,   û = uⁿ + Δt (β₁ vⁿ + β₂ vⁿ⁻¹),   v̂ = vⁿ + Δt (β₁ aⁿ + β₂ aⁿ⁻¹),   u* = uⁿ + Δt v*
@@ -11,6 +11,8 @@
 
 pub mod bodies;
 pub mod border;
+mod constrained;
+pub mod contact;
 pub mod coupling;
 pub mod cut;
 mod dilatation;
@@ -19,11 +21,18 @@ pub mod equations;
 pub mod equilibrium;
 pub mod gauss;
 pub mod immersed;
+pub mod independent;
 pub mod mesh;
+pub mod rigid;
 pub mod setup;
+pub mod springs;
+mod state;
 pub mod stress;
 pub mod structure;
+mod sums;
 pub mod support;
 pub mod surface;
+pub mod ties;
+mod touching;
 pub(in crate::pfem2) mod tracking;
 pub mod walls;

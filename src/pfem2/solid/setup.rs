@@ -4,14 +4,14 @@ use super::mesh::SolidMesh;
 use crate::material::PointLaw;
 use crate::math::{Signal, Vector};
 
-/// An elastic solid, made by the case layer.
+/// A solid, made by the case layer.
 #[derive(Debug)]
 pub struct SolidSetup<const D: usize> {
     /// Name.
     pub name: String,
     /// Its mesh, in the reference state.
     pub mesh: SolidMesh<D>,
-    /// Its law: one with an [`ElasticLaw`](crate::material::ElasticLaw).
+    /// Its law: [`Rigid`](crate::material::Rigid), or one with an [`ElasticLaw`](crate::material::ElasticLaw).
     pub law: Box<dyn PointLaw>,
     /// The third direction, in two dimensions.
     pub plane: Plane,
@@ -19,13 +19,17 @@ pub struct SolidSetup<const D: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Nodes with a prescribed velocity.
     pub held: Vec<HeldNodes<D>>,
+    /// Springs and dashpots at its nodes.
+    pub springs: Vec<SpringSupport<D>>,
+    /// Prescribed rates of a rigid solid.
+    pub motion: PrescribedMotion,
     /// Loads on its surface.
     pub tractions: Vec<SurfaceTraction<D>>,
     /// Damping.
     pub damping: Damping,
     /// Inertia.
     pub inertia: Inertia,
-    /// Coefficient of Coulomb's friction at walls.
+    /// Coefficient of Coulomb's friction at walls; of two solids that meet the root of their product counts.
     pub friction: f64,
     /// What the fluid does on its surface.
     pub surface: SurfaceCondition,
@@ -68,6 +72,32 @@ pub struct HeldNodes<const D: usize> {
     pub nodes: Vec<u32>,
     /// Velocity along each axis [m/s]; `None`: free.
     pub velocity: [Option<Signal>; D],
+}
+
+/// Springs and dashpots that pull nodes to where they start, f_a = −w_a (k u_a + c v_a) along each axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpringSupport<const D: usize> {
+    /// Nodes of the solid's mesh, with their shares w_a; the sum of all is one.
+    pub shares: Vec<(u32, f64)>,
+    /// k of all together along each axis [N/m].
+    pub stiffness: [f64; D],
+    /// c of all together along each axis [N s/m].
+    pub damping: [f64; D],
+}
+
+/// Prescribed rates of a rigid solid, along each axis; `None`: free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PrescribedMotion<T = Signal> {
+    /// Velocity of its centre of mass [m/s].
+    pub velocity: [Option<T>; 3],
+    /// Angular velocity [1/s]; in the plane the third alone.
+    pub spin: [Option<T>; 3],
+}
+
+impl<T> Default for PrescribedMotion<T> {
+    fn default() -> Self {
+        Self { velocity: [None, None, None], spin: [None, None, None] }
+    }
 }
 
 /// A load on facets of a solid.

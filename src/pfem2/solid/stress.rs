@@ -51,7 +51,7 @@ mod tests {
     use crate::material::{Elastic, StVenantKirchhoff};
     use crate::math::Vector;
     use crate::pfem2::solid::mesh::SolidMesh;
-    use crate::pfem2::solid::setup::{Damping, Inertia, Plane, SolidSetup, SurfaceCondition};
+    use crate::pfem2::solid::setup::{Damping, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition};
 
     const YOUNG: f64 = 2e6;
     const POISSON: f64 = 0.3;
@@ -70,6 +70,8 @@ mod tests {
             law: Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, YOUNG, POISSON) }),
             plane,
             held: Vec::new(),
+            springs: Vec::new(),
+            motion: PrescribedMotion::default(),
             tractions: Vec::new(),
             damping: Damping::default(),
             inertia: Inertia::Dynamic,

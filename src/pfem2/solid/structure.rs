@@ -7,17 +7,21 @@
 //! ```
 //!
 //! F + K (uⁿ⁺¹ − u*) is the internal force at the end of the step to first order about the prediction. α and β are those of the
-//! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Prescribed
-//! velocities are unknowns as others, and [`SolidEquations::constrain`] eliminates them. Nodes are numbered over all solids; unknown
-//! D a + i is the velocity of node a along axis i.
+//! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Supports, bonds
+//! and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered over all solids; unknown D a + i
+//! is the velocity of node a along axis i.
 
+use super::constrained::held_axes;
 use super::element::{self, ElementFault, ElementForces, SolidLaw};
-use super::equations::SolidEquations;
+use super::equations::{LinearForces, SolidEquations};
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
+use super::rigid::RigidBody;
 use super::setup::{Inertia, SolidSetup};
-use super::stress::NodalStress;
+use super::springs::Springs;
+pub use super::state::{Prediction, SolidState};
 use super::support::SolidSupports;
+use super::ties::Ties;
 use crate::error::{Place, StepError};
 use crate::linalg::SparseMatrix;
 use crate::material::ElasticState;
@@ -33,66 +37,29 @@ const BATCH: usize = 64;
 pub struct Structure<const D: usize> {
     /// Displacement, velocity and their history.
     pub state: SolidState<D>,
+    /// Nodes that follow others.
+    pub ties: Ties,
     setups: Vec<SolidSetup<D>>,
     /// First node of each solid, and the number of all.
     first: Vec<u32>,
     /// Places of all nodes in the reference state [m].
-    nodes: Vec<Vector<D>>,
+    pub(super) nodes: Vec<Vector<D>>,
     supports: SolidSupports<D>,
+    pub(super) springs: Springs<D>,
     /// M_ab [kg], one entry per pair of nodes that share an element.
-    mass: SparseMatrix,
-    points: Vec<GaussPoint>,
-}
-
-/// Motion of the nodes of all solids, and of the steps before.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SolidState<const D: usize> {
-    /// uⁿ [m].
-    pub displacement: Vec<Vector<D>>,
-    /// vⁿ [m/s].
-    pub velocity: Vec<Vector<D>>,
-    /// vⁿ⁻¹ [m/s].
-    pub velocity_previous: Vec<Vector<D>>,
-    /// vⁿ⁻² [m/s].
-    pub velocity_earlier: Vec<Vector<D>>,
-    /// aⁿ [m/s²].
-    pub acceleration: Vec<Vector<D>>,
-    /// aⁿ⁻¹ [m/s²].
-    pub acceleration_previous: Vec<Vector<D>>,
-}
-
-/// What a step knows of its end.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prediction<const D: usize> {
-    /// û [m].
-    pub displacement_hat: Vec<Vector<D>>,
-    /// v̂ [m/s].
-    pub velocity_hat: Vec<Vector<D>>,
-    /// u* [m].
-    pub displacement: Vec<Vector<D>>,
-}
-
-impl<const D: usize> SolidState<D> {
-    /// Of nodes in their reference places that start with `velocity` [m/s].
-    pub fn new(velocity: Vec<Vector<D>>) -> Self {
-        let zero = vec![Vector::ZERO; velocity.len()];
-        Self {
-            displacement: zero.clone(),
-            velocity_previous: velocity.clone(),
-            velocity_earlier: velocity.clone(),
-            velocity,
-            acceleration: zero.clone(),
-            acceleration_previous: zero,
-        }
-    }
+    pub(super) mass: SparseMatrix,
+    pub(super) points: Vec<GaussPoint>,
+    /// Those that are rigid.
+    pub(super) rigid: Vec<RigidBody>,
 }
 
 impl<const D: usize> Structure<D> {
     /// Of solids in their reference states, with the velocities at time 0.
     ///
     /// # Errors
-    /// A law without an elastic tangent or whose stress depends on the path; an element without a positive volume; velocities for
-    /// another number of nodes; supports and loads of nodes and facets that aren't there.
+    /// A law that is neither rigid nor has an elastic tangent, or whose stress depends on the path; an element without a positive volume;
+    /// velocities for another number of nodes; supports and loads of nodes and facets that aren't there; supports that a rigid solid
+    /// can't follow.
     pub fn new(setups: Vec<SolidSetup<D>>) -> Result<Self, String> {
         let points = gauss_points(D);
         setups.iter().try_for_each(check)?;
@@ -101,11 +68,34 @@ impl<const D: usize> Structure<D> {
             first.push(first[first.len() - 1] + setup.mesh.nodes.len() as u32);
         }
         let supports = SolidSupports::new(&setups, &first)?;
+        let springs = Springs::new(&setups, &first)?;
         let nodes: Vec<_> = setups.iter().flat_map(|setup| setup.mesh.nodes.iter().copied()).collect();
         let mut velocity: Vec<_> = setups.iter().flat_map(|setup| setup.velocity.iter().copied()).collect();
         impose(&supports.velocities(nodes.len() * D, 0.0), &mut velocity);
         let mass = mass_matrix(&setups, &first, &points)?;
-        Ok(Self { state: SolidState::new(velocity), setups, first, nodes, supports, mass, points })
+        let is_rigid = |(_, setup): &(usize, &SolidSetup<D>)| setup.law.is_rigid();
+        let body = |(solid, setup): (usize, &SolidSetup<D>)| {
+            let own = first[solid] as usize..first[solid + 1] as usize;
+            RigidBody::new(solid, own, &nodes, &mass, setup.motion.clone())
+        };
+        let rigid = setups.iter().enumerate().filter(is_rigid).map(body).collect();
+        let (state, ties) = (SolidState::new(velocity), Ties::default());
+        let mut structure = Self { state, ties, setups, first, nodes, supports, springs, mass, points, rigid };
+        structure.begin_rigid()?;
+        Ok(structure)
+    }
+
+    /// With the surface of the first solid of each pair tied to that of the second.
+    ///
+    /// # Errors
+    /// Two rigid solids; solids that don't touch.
+    pub fn bonded(mut self, bonds: &[[usize; 2]]) -> Result<Self, String> {
+        self.ties = Ties::new(&self.setups, &self.meshes(), &self.nodes, bonds)?;
+        let state = &mut self.state;
+        for column in [&mut state.velocity, &mut state.velocity_previous, &mut state.velocity_earlier] {
+            self.ties.follow(column);
+        }
+        Ok(self)
     }
 
     /// The solids as they were set up.
@@ -118,14 +108,14 @@ impl<const D: usize> Structure<D> {
         self.setups.iter().map(|setup| &setup.mesh).zip(self.first.iter().copied()).collect()
     }
 
-    /// Place of a node in the reference state [m].
-    pub(super) fn place(&self, node: usize) -> Vector<D> {
-        self.nodes[node]
-    }
-
     /// Number of nodes of all solids.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
+    }
+
+    /// Number of facets of all solids.
+    pub(super) fn facet_count(&self) -> usize {
+        self.setups.iter().map(|setup| setup.mesh.facets.len()).sum()
     }
 
     /// Largest coordinate difference of nodes in the reference state [m].
@@ -144,7 +134,15 @@ impl<const D: usize> Structure<D> {
 
     /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² (theory (F.8), (F.15)).
     /// Prescribed nodes are where they will be.
-    pub(in crate::pfem2) fn predict(&self, t_end: f64, shares: StepShares, weights: [f64; 3]) -> Prediction<D> {
+    ///
+    /// # Errors
+    /// Supports that a rigid solid can't follow.
+    pub(in crate::pfem2) fn predict(
+        &self,
+        t_end: f64,
+        shares: StepShares,
+        weights: [f64; 3],
+    ) -> Result<Prediction<D>, StepError> {
         let StepShares { dt, end, start, earlier } = shares;
         let SolidState { displacement: u, velocity: v, velocity_previous, velocity_earlier, .. } = &self.state;
         let SolidState { acceleration: a, acceleration_previous, .. } = &self.state;
@@ -160,13 +158,20 @@ impl<const D: usize> Structure<D> {
             *u + (*v * weights[0] + *previous * weights[1] + *earlier * weights[2]) * dt
         };
         let mut displacement: Vec<Vector<D>> = all.map(predicted).collect();
-        for (unknown, velocity) in self.held_velocities(t_end).into_iter().enumerate() {
+        let held = self.held_velocities(t_end);
+        let supported = |node: usize, axis: usize, velocity: f64| displacement_hat[node][axis] + end * dt * velocity;
+        for (unknown, velocity) in held.iter().enumerate() {
             if let Some(velocity) = velocity {
-                let (node, axis) = (unknown / D, unknown % D);
-                displacement[node][axis] = displacement_hat[node][axis] + end * dt * velocity;
+                displacement[unknown / D][unknown % D] = supported(unknown / D, unknown % D, *velocity);
             }
         }
-        Prediction { displacement_hat, velocity_hat, displacement }
+        let rigid = self.predict_rigid(t_end, (shares, weights), &|body| {
+            held_axes::<D>(body, &held, |unknown, velocity| supported(unknown / D, unknown % D, velocity))
+        })?;
+        self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));
+        self.ties.follow(&mut displacement);
+        let velocities = self.independent(&held, &rigid);
+        Ok(Prediction { displacement_hat, velocity_hat, displacement, rigid, velocities })
     }
 
     /// Prescribed velocity of each unknown at time `t` [m/s].
@@ -185,13 +190,15 @@ impl<const D: usize> Structure<D> {
         prediction: &Prediction<D>,
         gravity: impl Fn(Vector<D>) -> Vector<D>,
     ) -> Result<SolidEquations, StepError> {
-        let Prediction { displacement_hat, velocity_hat, displacement } = prediction;
-        let mut matrix = self.mass.zero_blocks(D);
+        let Prediction { displacement_hat, velocity_hat, displacement, .. } = prediction;
+        let mut matrix = self.zero_matrix();
         self.add_inertia(delta, &mut matrix);
         let places = self.positions(displacement);
         let rates = self.by_node(|setup| setup.inertia_rate(delta));
-        let all = places.iter().zip(velocity_hat).zip(rates);
-        let start: Vec<_> = all.map(|((x, hat), rate)| *hat * rate + gravity(*x)).collect();
+        let mut start: Vec<_> = velocity_hat.iter().zip(rates).map(|(hat, rate)| *hat * rate).collect();
+        // Rigid solids have their inertia about their centre of mass.
+        self.rigid.iter().for_each(|body| start[body.nodes.clone()].fill(Vector::ZERO));
+        start.iter_mut().zip(&places).for_each(|(start, x)| *start += gravity(*x));
         let mut rhs = self.weighted_by_mass(&start);
         self.supports.add_forces(t_end, &mut rhs);
         let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
@@ -208,13 +215,24 @@ impl<const D: usize> Structure<D> {
                 (0..D).for_each(|axis| rhs[row as usize * D + axis] -= force[axis]);
             }
         })?;
-        Ok(SolidEquations { matrix, rhs, held: self.held_velocities(t_end) })
+        let mut linear = LinearForces::default();
+        self.springs.add(delta, displacement_hat, &mut linear);
+        let inertia = self.rigid_inertia(delta, prediction);
+        Ok(SolidEquations { matrix, rhs, linear, inertia, velocities: prediction.velocities.clone() })
     }
 
-    /// Ends a step with the implicit part `delta` [s] and the velocity that its equations gave [m/s].
-    pub fn advance(&mut self, delta: f64, prediction: &Prediction<D>, velocity: Vec<Vector<D>>) {
-        let both = || velocity.iter().zip(&prediction.displacement_hat);
-        self.state.displacement = both().map(|(v, hat)| *hat + *v * delta).collect();
+    /// Ends a step with the implicit part `delta` [s] and the independent velocities that its equations gave.
+    pub fn advance(&mut self, delta: f64, prediction: &Prediction<D>, w: &[f64]) {
+        let nodal = prediction.velocities.nodal(w);
+        let velocity: Vec<Vector<D>> = nodal.chunks(D).map(|v| Vector::from_fn(|axis| v[axis])).collect();
+        let both = velocity.iter().zip(&prediction.displacement_hat);
+        let mut displacement: Vec<_> = both.map(|(v, hat)| *hat + *v * delta).collect();
+        for ((body, state), prediction) in self.rigid.iter().zip(&mut self.state.rigid).zip(&prediction.rigid) {
+            body.advance(state, delta, prediction, &prediction.rates(w));
+        }
+        self.place_rigid(&mut displacement, |k| (self.state.rigid[k].displacement, self.state.rigid[k].rotation));
+        self.ties.follow(&mut displacement);
+        self.state.displacement = displacement;
         let both = velocity.iter().zip(&prediction.velocity_hat);
         let acceleration = both.map(|(v, hat)| (*v - *hat) / delta).collect();
         self.state.acceleration_previous = std::mem::replace(&mut self.state.acceleration, acceleration);
@@ -231,7 +249,7 @@ impl<const D: usize> Structure<D> {
         displacement: &[Vector<D>],
         mut work: impl FnMut(usize, &[u32], &ElementForces<D>),
     ) -> Result<(), StepError> {
-        for solid in 0..self.setups.len() {
+        for solid in self.elastic() {
             let law = self.law(solid)?;
             for begin in (0..self.setups[solid].mesh.elements.len()).step_by(BATCH) {
                 let count = BATCH.min(self.setups[solid].mesh.elements.len() - begin);
@@ -248,7 +266,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The nodes of an element, and its entries of nodal columns.
-    fn gather<const K: usize>(
+    pub(super) fn gather<const K: usize>(
         &self,
         solid: usize,
         element: usize,
@@ -260,19 +278,24 @@ impl<const D: usize> Structure<D> {
         (nodes, entries)
     }
 
-    fn law(&self, solid: usize) -> Result<SolidLaw<'_>, StepError> {
+    pub(super) fn law(&self, solid: usize) -> Result<SolidLaw<'_>, StepError> {
         let setup = &self.setups[solid];
         let law = setup.law.elastic_law();
         let law = law.map_err(|what| StepError::new(Place::Everywhere, what, "solid", solid as f64, "another law"))?;
         Ok(SolidLaw { law, plane: setup.plane })
     }
 
-    /// λ + 2 μ of a solid [Pa].
+    /// The solids that aren't rigid.
+    pub(super) fn elastic(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.setups.len()).filter(|&solid| !self.setups[solid].law.is_rigid())
+    }
+
+    /// λ + 2 μ of a solid [Pa], zero of a rigid one.
     pub(super) fn wave_modulus(&self, setup: &SolidSetup<D>) -> f64 {
         setup.law.elastic_law().map_or(0.0, |law| law.moduli().bulk + 4.0 / 3.0 * law.moduli().shear)
     }
 
-    fn error(&self, solid: usize, element: usize, fault: ElementFault<D>) -> StepError {
+    pub(super) fn error(&self, solid: usize, element: usize, fault: ElementFault<D>) -> StepError {
         let body = self.setups[solid].name.clone();
         let place = Place::Element { body, index: element, position: fault.position.to3() };
         let advice = "take shorter steps, larger elements where the solid is distorted most, or a law that bears large compression \
@@ -293,13 +316,14 @@ impl<const D: usize> Structure<D> {
     }
 
     /// A number of each solid, at each of its nodes.
-    fn by_node(&self, of: impl Fn(&SolidSetup<D>) -> f64) -> Vec<f64> {
+    pub(super) fn by_node(&self, of: impl Fn(&SolidSetup<D>) -> f64) -> Vec<f64> {
         self.setups.iter().flat_map(|setup| vec![of(setup); setup.mesh.nodes.len()]).collect()
     }
 
-    /// Adds M (1/Δ + α), without 1/Δ for quasi-static solids.
+    /// Adds M (1/Δ + α) of elastic solids, without 1/Δ for quasi-static ones.
     fn add_inertia(&self, delta: f64, matrix: &mut SparseMatrix) {
-        for (solid, setup) in self.setups.iter().enumerate() {
+        for solid in self.elastic() {
+            let setup = &self.setups[solid];
             let rate = setup.inertia_rate(delta) + setup.damping.mass;
             for row in self.first[solid]..self.first[solid + 1] {
                 for entry in self.mass.row(row as usize) {
@@ -311,7 +335,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// M x at each unknown.
-    fn weighted_by_mass(&self, x: &[Vector<D>]) -> Vec<f64> {
+    pub(in crate::pfem2) fn weighted_by_mass(&self, x: &[Vector<D>]) -> Vec<f64> {
         let row = |row: usize| -> Vector<D> {
             self.mass.row(row).map(|n| x[self.mass.columns[n] as usize] * self.mass.values[n]).sum()
         };
@@ -334,25 +358,6 @@ impl<const D: usize> Structure<D> {
     /// A matrix with the places of the equations, full of zeros.
     pub(super) fn zero_matrix(&self) -> SparseMatrix {
         self.mass.zero_blocks(D)
-    }
-
-    /// Mass of all solids [kg].
-    pub fn mass(&self) -> f64 {
-        self.mass.values.iter().sum()
-    }
-
-    /// Momentum of all solids [kg m/s].
-    pub fn momentum(&self) -> Vector<D> {
-        let momentum = self.weighted_by_mass(&self.state.velocity);
-        Vector::from_fn(|axis| momentum.iter().skip(axis).step_by(D).sum())
-    }
-
-    /// Kinetic energy ½ v · M v of all solids that have inertia [J].
-    pub fn kinetic_energy(&self) -> f64 {
-        let momentum = self.weighted_by_mass(&self.state.velocity);
-        let inert = self.by_node(|setup| setup.inertia_rate(1.0));
-        let velocity = self.state.velocity.iter().zip(inert).flat_map(|(v, inert)| (*v * inert).0);
-        0.5 * momentum.iter().zip(velocity).map(|(p, v)| p * v).sum::<f64>()
     }
 
     /// Force that quasi-static solids are off balance by at the end of a step, over the largest of their internal forces: what the linear
@@ -383,43 +388,6 @@ impl<const D: usize> Structure<D> {
         };
         Ok(most(&|a| whole[a] - linear[a]) / most(&|a| whole[a]).max(f64::MIN_POSITIVE))
     }
-
-    /// Stored energy of all solids [J].
-    ///
-    /// # Errors
-    /// As [`Structure::equations`].
-    pub fn strain_energy(&self) -> Result<f64, StepError> {
-        let mut energy = 0.0;
-        for solid in 0..self.setups.len() {
-            let law = self.law(solid)?;
-            let all = parallel::collect(self.setups[solid].mesh.elements.len(), BATCH, |element| {
-                let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
-                element::strain_energy(&self.points, law, &places, &own)
-            });
-            for (element, own) in all.into_iter().enumerate() {
-                energy += own.map_err(|fault| self.error(solid, element, fault))?;
-            }
-        }
-        Ok(energy)
-    }
-
-    /// Stress and strain at the Gauss points of an element; not a number where it is turned inside out.
-    pub(super) fn point_stresses(&self, solid: usize, element: usize) -> Vec<NodalStress> {
-        let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
-        let found = self.law(solid).ok().and_then(|law| element::stresses(&self.points, law, &places, &own).ok());
-        let none = SymTensor::isotropic(f64::NAN);
-        found.unwrap_or_else(|| vec![NodalStress { stress: none, strain: none }; self.points.len()])
-    }
-
-    /// Volume of all solids with their nodes at `positions` [m³].
-    pub fn volume(&self, positions: &[Vector<D>]) -> f64 {
-        let of = |solid: usize, element: usize| {
-            let (_, [places]) = self.gather(solid, element, [positions]);
-            element::volume(&self.points, &places)
-        };
-        let elements = |solid: usize| 0..self.setups[solid].mesh.elements.len();
-        (0..self.setups.len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element))).sum()
-    }
 }
 
 /// Replaces prescribed components.
@@ -436,9 +404,9 @@ fn impose<const D: usize>(held: &[Option<f64>], velocity: &mut [Vector<D>]) {
 /// # Errors
 /// As [`Structure::new`].
 fn check<const D: usize>(setup: &SolidSetup<D>) -> Result<(), String> {
-    let law = setup.law.elastic_law().map_err(|error| format!("the solid `{}`: {error}", setup.name))?;
     let rest = ElasticState { deformation: Tensor::identity(), stress: SymTensor::ZERO };
-    if law.strain_energy(&rest).is_none() {
+    let told = |error| format!("the solid `{}`: {error}", setup.name);
+    if !setup.law.is_rigid() && setup.law.elastic_law().map_err(told)?.strain_energy(&rest).is_none() {
         return Err(format!(
             "the solid `{}` needs a law with a stored energy: the stress of a rate law depends on the path, which solids of `pfem2` don't \
              keep; for small strains `st-venant-kirchhoff` and `neo-hookean` agree with it",

@@ -7,6 +7,7 @@
 //! X and A are those of the reference state. Unknown D a + i is the velocity of node a along axis i; nodes are numbered over all solids.
 
 use super::gauss::{GaussPoint, gauss_points};
+use super::mesh::SolidMesh;
 use super::setup::SolidSetup;
 use crate::math::{Signal, Vector};
 
@@ -68,7 +69,7 @@ impl<const D: usize> SolidSupports<D> {
             for &facet in &load.facets {
                 let missing = || format!("the solid `{}` has no facet {facet} to load", setup.name);
                 let nodes = &setup.mesh.facets.get(facet as usize).ok_or_else(missing)?.nodes;
-                let places = places(setup, nodes);
+                let places = places(&setup.mesh, nodes);
                 self.loads.extend(points.iter().map(|point| {
                     let area = point.weight * area(&places, &point.slopes);
                     let place: Vector<D> = places.iter().zip(&point.shape).map(|(x, shape)| *x * *shape).sum();
@@ -102,14 +103,14 @@ impl<const D: usize> SolidSupports<D> {
     }
 }
 
-fn places<const D: usize>(setup: &SolidSetup<D>, nodes: &[u32]) -> Vec<Vector<D>> {
-    nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect()
+fn places<const D: usize>(mesh: &SolidMesh<D>, nodes: &[u32]) -> Vec<Vector<D>> {
+    nodes.iter().map(|&node| mesh.nodes[node as usize]).collect()
 }
 
 /// ∫ N_a dA [m²] of the nodes of a facet.
-pub(super) fn facet_shares<const D: usize>(setup: &SolidSetup<D>, facet: usize) -> Vec<(u32, f64)> {
-    let nodes = &setup.mesh.facets[facet].nodes;
-    let places = places(setup, nodes);
+pub fn facet_shares<const D: usize>(mesh: &SolidMesh<D>, facet: usize) -> Vec<(u32, f64)> {
+    let nodes = &mesh.facets[facet].nodes;
+    let places = places(mesh, nodes);
     let points = gauss_points(D - 1);
     let share =
         |a: usize| points.iter().map(|point| point.weight * area(&places, &point.slopes) * point.shape[a]).sum();
@@ -130,8 +131,9 @@ fn area<const D: usize>(places: &[Vector<D>], slopes: &[[f64; 3]]) -> f64 {
 mod tests {
     use super::*;
     use crate::material::{Elastic, StVenantKirchhoff};
-    use crate::pfem2::solid::mesh::SolidMesh;
-    use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, SurfaceCondition, SurfaceTraction};
+    use crate::pfem2::solid::setup::{
+        Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SurfaceCondition, SurfaceTraction,
+    };
 
     /// A block of unit density with loads on all facets with places that satisfy `on`.
     fn loaded<const D: usize>(
@@ -153,6 +155,8 @@ mod tests {
             plane,
             velocity,
             held,
+            springs: Vec::new(),
+            motion: PrescribedMotion::default(),
             tractions,
             damping,
             inertia: Inertia::Dynamic,

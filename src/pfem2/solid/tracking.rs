@@ -1,13 +1,15 @@
 //! The solids of a run in the steps of the fluid: their prediction cuts the mesh, and they take the velocity of the system (theory J.1).
 
 use super::bodies::quadrilaterals;
+use super::contact::{Contact, ContactStep, Meeting};
 use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
 use super::setup::SurfaceCondition;
 use super::structure::{Prediction, SolidState, Structure};
 use super::surface::SolidSurface;
-use super::walls::{WallContact, WallContacts};
+use super::touching::{ContactPlaces, SolidContacts};
+use super::walls::WallContacts;
 use crate::error::StepError;
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -25,10 +27,12 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pub outlines: Vec<Vec<[u32; 4]>>,
     /// Contact with walls.
     walls: WallContacts<D>,
+    /// Contact with each other and with themselves.
+    touching: SolidContacts<D>,
     /// Prediction of the step that is being made.
     prediction: Option<Prediction<D>>,
-    /// Its contacts.
-    contacts: Vec<WallContact<D>>,
+    /// Its contacts with walls, and among solids.
+    contacts: [Vec<Contact<D>>; 2],
     /// Results of the last step.
     pub last: SolidStep<D>,
 }
@@ -44,8 +48,10 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub forces_earlier: Vec<Vector<D>>,
     /// Means over the step, with the shares that it takes of each [N].
     pub forces_mean: Vec<Vector<D>>,
-    /// Normal force of walls on each node at its end [N].
-    pub contact: Vec<f64>,
+    /// Normal force of walls on each node, and then between the nodes of each facet, at its end [N].
+    pub contact: Vec<Vector<D>>,
+    /// Normal force of solids on each point of their surfaces that may touch [N].
+    pub touch: Vec<Vector<D>>,
     /// Energies at its end, and powers from outside.
     pub energies: SolidEnergies,
     /// Force that quasi-static solids were off balance by at its end, over the largest.
@@ -62,39 +68,45 @@ impl<const D: usize> SolidTracking<D> {
     /// Solids at the start, in a mesh with walls.
     pub fn new<const N: usize>(structure: Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let none = vec![Vector::ZERO; structure.setups().len()];
+        let touching = SolidContacts::new(&structure, mesh);
         let last = SolidStep {
             predicted: structure.state.displacement.clone(),
             forces: none.clone(),
             forces_earlier: none.clone(),
             forces_mean: none,
-            contact: vec![0.0; structure.node_count()],
+            contact: vec![Vector::ZERO; structure.node_count() + structure.facet_count()],
+            touch: vec![Vector::ZERO; touching.count()],
             // Elements that are turned inside out are found by the first step.
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
             imbalance: 0.0,
         };
         let outlines = structure.setups().iter().map(|setup| quadrilaterals(&setup.mesh)).collect();
         let walls = WallContacts::new(&structure, mesh, boundary);
-        Self { structure, outlines, walls, prediction: None, contacts: Vec::new(), last }
+        Self { structure, outlines, walls, touching, prediction: None, contacts: [Vec::new(), Vec::new()], last }
     }
 
     /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
     pub fn immerse<const N: usize>(&self, system: &mut VelocityPressureSystem<D, N>) {
-        self.cut(system, self.structure.state.velocity.clone(), None);
+        self.cut(system, &self.surface(), self.structure.state.velocity.clone(), None);
         if let Some(immersed) = &system.immersed {
             immersed.extend(|node| self.structure.state.velocity[node], &mut system.velocity);
         }
     }
 
+    /// The predicted surface.
+    fn surface(&self) -> SolidSurface<D> {
+        SolidSurface::new(&self.structure.meshes(), &self.structure.positions(&self.last.predicted))
+    }
+
     fn cut<const N: usize>(
         &self,
         system: &mut VelocityPressureSystem<D, N>,
+        surface: &SolidSurface<D>,
         velocity_hat: Vec<Vector<D>>,
         equations: Option<SolidEquations>,
     ) {
-        let positions = self.structure.positions(&self.last.predicted);
-        let surface = SolidSurface::new(&self.structure.meshes(), &positions);
         let conditions: Vec<SurfaceCondition> = self.structure.setups().iter().map(|setup| setup.surface).collect();
-        let cut = SolidCut::new(&system.mesh, &surface, &conditions);
+        let cut = SolidCut::new(&system.mesh, surface, &conditions);
         system.immersed = Some(Immersed::new(cut, &self.structure.state.velocity, velocity_hat, equations));
     }
 
@@ -102,7 +114,7 @@ impl<const D: usize> SolidTracking<D> {
     /// (theory J.1, J.2).
     ///
     /// # Errors
-    /// An element of a solid turns inside out.
+    /// An element of a solid turns inside out; supports that a rigid solid can't follow; solids go through each other.
     pub fn predict<const N: usize>(
         &mut self,
         step: TimeStep,
@@ -110,46 +122,63 @@ impl<const D: usize> SolidTracking<D> {
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
         let (shares, weights) = (history.shares(step), history.convecting_weights(step));
-        let prediction = self.structure.predict(step.end(), shares, weights);
+        let prediction = self.structure.predict(step.end(), shares, weights)?;
         let gravity = |x: Vector<D>| Vector::from_fn(|i| system.physics.gravity[i].value(x.to3(), step.end()));
         let mut equations = self.structure.equations(step.end(), step.delta(), &prediction, gravity)?;
-        self.touch_walls(step, &prediction, &mut equations);
         self.last.predicted.clone_from(&prediction.displacement);
-        let held: Vec<bool> = equations.held.chunks(D).map(|axes| axes.iter().any(Option::is_some)).collect();
-        self.cut(system, prediction.velocity_hat.clone(), Some(equations));
+        let surface = self.surface();
+        self.touch(step, &prediction, (&system.mesh, &surface), &mut equations)?;
+        let is_held = |node: usize| (node * D..(node + 1) * D).any(|k| equations.velocities.is_prescribed(k));
+        let held: Vec<bool> = (0..self.structure.node_count()).map(is_held).collect();
+        self.cut(system, &surface, prediction.velocity_hat.clone(), Some(equations));
         check_boundary(system, &held)?;
         self.prediction = Some(prediction);
         Ok(())
     }
 
-    /// Adds the contacts of a step to its equations.
-    fn touch_walls(&mut self, step: TimeStep, prediction: &Prediction<D>, equations: &mut SolidEquations) {
-        let Self { structure, walls, last, .. } = self;
+    /// Adds the contacts of a step to its equations (theory J.8, J.9).
+    ///
+    /// # Errors
+    /// Solids go through each other.
+    fn touch<const N: usize>(
+        &mut self,
+        step: TimeStep,
+        prediction: &Prediction<D>,
+        (mesh, surface): (&Mesh<D, N>, &SolidSurface<D>),
+        equations: &mut SolidEquations,
+    ) -> Result<(), StepError> {
+        let Self { structure, walls, touching, last, .. } = self;
         let Prediction { displacement_hat, displacement, .. } = prediction;
-        let [start, hat, predicted] = [&structure.state.displacement, displacement_hat, displacement]
-            .map(|displacement| |a: usize| structure.place(a) + displacement[a]);
-        let both = structure.state.velocity.iter().zip(&structure.state.velocity_previous);
-        let velocity: Vec<Vector<D>> = both.map(|(now, before)| *now * 2.0 - *before).collect();
-        self.contacts = walls.of_step([step.dt, step.delta()], [&start, &hat, &predicted], &velocity, &last.contact);
-        for contact in &self.contacts {
-            structure.add_block(&mut equations.matrix, (contact.node, contact.node), &contact.matrix());
-            let rows = equations.rhs[contact.node as usize * D..].iter_mut();
-            rows.zip(contact.load().0).for_each(|(row, load)| *row += load);
-        }
+        let SolidState { velocity, velocity_previous, .. } = &structure.state;
+        let [start, predicted] = [&structure.state.displacement, displacement].map(|u| structure.positions(u));
+        let contact_step = ContactStep {
+            dt: step.dt,
+            delta: step.delta(),
+            rest: &|a| displacement_hat[a] - displacement[a],
+            velocity: &|a| velocity[a] * 2.0 - velocity_previous[a],
+        };
+        let places = ContactPlaces { start: &start, predicted: &predicted, surface };
+        let with_walls = walls.meetings(step.delta(), &places);
+        let with_solids = touching.meetings(structure, mesh, step.delta(), &places)?;
+        let made = |meetings: Vec<Meeting<D>>, last: &[Vector<D>]| -> Vec<Contact<D>> {
+            let contact = |meeting: Meeting<D>| Contact::new(last[meeting.point], meeting, &contact_step);
+            meetings.into_iter().filter_map(contact).collect()
+        };
+        self.contacts = [made(with_walls, &last.contact), made(with_solids, &last.touch)];
+        self.contacts.iter().flatten().for_each(|contact| contact.add(&mut equations.linear));
+        Ok(())
     }
 
-    /// Forces of the walls at the end of a step: keeps the normal ones, and returns their power [W].
-    fn release_walls(&mut self) -> f64 {
-        self.last.contact.fill(0.0);
-        let mut power = 0.0;
-        for contact in &self.contacts {
-            let node = contact.node as usize;
-            let velocity = self.structure.state.velocity[node];
-            let (force, normal) = contact.force(velocity);
-            self.last.contact[node] += normal;
-            power += force.dot(velocity);
+    /// Keeps the normal forces of contacts at the end of a step.
+    fn keep_contacts(&mut self) {
+        let velocity = &self.structure.state.velocity;
+        for (contacts, last) in self.contacts.iter().zip([&mut self.last.contact, &mut self.last.touch]) {
+            last.fill(Vector::ZERO);
+            for contact in contacts {
+                let [_, normal] = contact.force(|node| velocity[node]);
+                last[contact.point] += normal;
+            }
         }
-        power
     }
 
     /// Takes the velocity that the system has found for the end of the step.
@@ -163,13 +192,11 @@ impl<const D: usize> SolidTracking<D> {
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(()) };
-        let nodes = self.structure.node_count();
-        let velocity = (0..nodes).map(|a| immersed.velocity_of(a)).collect();
-        self.structure.advance(step.delta(), prediction, velocity);
+        self.structure.advance(step.delta(), prediction, &immersed.independent);
         let nodal = immersed.forces(&system.mesh, &system.unknowns);
-        let [gravity, supports] = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
+        let powers = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
         let imbalance = self.structure.linearisation_error(prediction)?;
-        let powers = [gravity, supports + self.release_walls()];
+        self.keep_contacts();
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
         self.last.add_forces(self.structure.sums(&nodal), shares);
@@ -184,24 +211,11 @@ impl<const D: usize> SolidTracking<D> {
     /// Takes the state at the start of a predicted first step, and the step before it from its end: a⁰ = a¹, v⁻¹ = 2 v⁰ − v¹
     /// (theory H.9).
     pub fn restart(&mut self, SolidStart { mut state, last }: SolidStart<D>) {
-        let end = &self.structure.state;
-        let both = || state.velocity.iter().zip(&end.velocity);
-        let previous = both().map(|(start, end)| *start * 2.0 - *end).collect();
-        let earlier = both().map(|(start, end)| *start * 3.0 - *end * 2.0).collect();
-        (state.velocity_previous, state.velocity_earlier) = (previous, earlier);
-        state.acceleration.clone_from(&end.acceleration);
-        state.acceleration_previous.clone_from(&end.acceleration);
+        state.begin(&self.structure.state);
         let forces = std::mem::take(&mut self.last.forces);
-        let contact = std::mem::take(&mut self.last.contact);
-        self.last = SolidStep { forces_earlier: forces.clone(), forces, contact, ..last };
+        let [contact, touch] = [&mut self.last.contact, &mut self.last.touch].map(std::mem::take);
+        self.last = SolidStep { forces_earlier: forces.clone(), forces, contact, touch, ..last };
         self.structure.state = state;
-    }
-
-    /// Brings the solids to rest where they are.
-    pub fn rest(&mut self) {
-        let displacement = self.structure.state.displacement.clone();
-        let zero = vec![Vector::ZERO; displacement.len()];
-        self.structure.state = SolidState { displacement, ..SolidState::new(zero) };
     }
 
     /// Energies with which a run begins in the present state [J].
@@ -210,19 +224,25 @@ impl<const D: usize> SolidTracking<D> {
     /// An element is turned inside out.
     pub fn open_energies(&mut self) -> Result<SolidEnergies, StepError> {
         let none = vec![Vector::ZERO; self.last.forces.len()];
-        let SolidStep { predicted, contact, .. } = std::mem::take(&mut self.last);
+        let SolidStep { predicted, contact, touch, .. } = std::mem::take(&mut self.last);
         let energies = energies(&self.structure, [0.0; 2])?;
         let (forces_earlier, forces_mean) = (none.clone(), none.clone());
-        self.last =
-            SolidStep { predicted, contact, energies, forces: none, forces_earlier, forces_mean, imbalance: 0.0 };
+        self.last = SolidStep {
+            predicted,
+            contact,
+            touch,
+            energies,
+            forces: none,
+            forces_earlier,
+            forces_mean,
+            imbalance: 0.0,
+        };
         Ok(energies)
     }
 
     /// Forgets the steps before.
     pub fn clear_history(&mut self) {
-        let SolidState { displacement, velocity, .. } = &self.structure.state;
-        let displacement = displacement.clone();
-        self.structure.state = SolidState { displacement, ..SolidState::new(velocity.clone()) };
+        self.structure.state.clear_history();
     }
 }
 

@@ -2,33 +2,27 @@
 //!
 //! ```text
 //! d(x): distance from the wall,  n: its normal,  g: gap,  A_a = ∫ N_a dA,  k = 10 (λ + 2μ)/h
-//! d(x*) < g, or f_n > 0 in the last step:
-//!               f_a = A_a k (g − d(u_aⁿ⁺¹)) n − c (1 − n ⊗ n) v_a,    d(uⁿ⁺¹) = d(u*) + n·(û + Δ v − u*)
-//! c = μ_c f_n/max(|v_t|, ε),   f_n: normal force of the last step,   v_t: 2 vⁿ − vⁿ⁻¹ along the wall,   ε = 10⁻⁴ g/Δt
+//! d(x*) < g, or f_n > 0 in the last step:        a contact of node a as in `contact.rs`
 //! ```
 //!
-//! Linear in v, as all of the step: whether a node touches is told by the prediction. A force that would pull ends with the next step.
+//! Whether a node touches is told by the prediction. A force that would pull ends with the next step.
 
+use super::contact::{GAP, Hardness, Meeting};
 use super::setup::SolidSetup;
 use super::structure::Structure;
+use super::touching::ContactPlaces;
 use crate::geometry::closest_on_triangle;
-use crate::math::{Tensor, Vector};
+use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::{Boundary, BoundaryKind};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// The gap, over the height of the element at the wall.
-const GAP: f64 = 0.5;
-
-/// Stiffness of a contact over that of an element of the solid.
-const STIFFNESS: f64 = 10.0;
-
-/// Way per step, over the gap, up to which what sticks may creep.
-const CREEP: f64 = 1e-4;
-
 /// Cosine of the angle of normals from which facets count as one wall.
 const SAME_WALL: f64 = 0.8;
+
+/// Cosine of the angle to the normal up to which a place is straight over a facet.
+const STRAIGHT: f64 = 1.0 - 1e-9;
 
 /// The walls of a mesh.
 #[derive(Debug)]
@@ -59,32 +53,33 @@ struct NearWall<const D: usize> {
     normal: Vector<D>,
     /// Gap that solids keep [m].
     gap: f64,
+    /// True where the place lies straight over, or behind, the facet.
+    over: bool,
 }
 
 /// A node on the surface of a solid that may touch walls.
 #[derive(Debug, Clone, Copy)]
 struct SurfaceNode {
     node: u32,
-    /// A k [N/m].
-    stiffness: f64,
+    /// A_a [m²].
+    area: f64,
+    hardness: Hardness,
     /// Coefficient of friction.
     friction: f64,
     /// The gap that it keeps at most [m].
     gap: f64,
 }
 
-/// Force of a wall on a node during a step, linear in the velocity at its end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WallContact<const D: usize> {
-    /// The node.
-    pub node: u32,
-    normal: Vector<D>,
-    /// Normal force without a velocity [N].
-    push: f64,
-    /// Change of the normal force with the normal velocity [N s/m].
-    resistance: f64,
-    /// c [N s/m].
+/// A facet of a rigid solid, which may touch walls between its nodes: else it would roll on these as a wheel on its spokes.
+#[derive(Debug, Clone, Copy)]
+struct RoundFacet {
+    /// Among the facets of all solids.
+    facet: u32,
+    hardness: Hardness,
+    /// Coefficient of friction.
     friction: f64,
+    /// The gap that it keeps at most [m].
+    gap: f64,
 }
 
 /// Contact of the solids of a run with walls.
@@ -92,25 +87,7 @@ pub struct WallContact<const D: usize> {
 pub struct WallContacts<const D: usize> {
     walls: Walls<D>,
     nodes: Vec<SurfaceNode>,
-}
-
-impl<const D: usize> WallContact<D> {
-    /// Minus the derivative of the force by the velocity [N s/m].
-    pub fn matrix(&self) -> Tensor<D> {
-        let normal = Tensor::outer(self.normal, self.normal);
-        normal * self.resistance + (Tensor::identity() - normal) * self.friction
-    }
-
-    /// Force without a velocity [N].
-    pub fn load(&self) -> Vector<D> {
-        self.normal * self.push
-    }
-
-    /// Force at a velocity [m/s], and its part along the normal [N].
-    pub fn force(&self, velocity: Vector<D>) -> (Vector<D>, f64) {
-        let force = self.load() - self.matrix().apply(velocity);
-        (force, force.dot(self.normal))
-    }
+    rounds: Vec<RoundFacet>,
 }
 
 impl<const D: usize> Walls<D> {
@@ -142,7 +119,8 @@ impl<const D: usize> Walls<D> {
         Self { facets, boxes, largest }
     }
 
-    /// Walls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall.
+    /// Walls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall. Edges count where they
+    /// are nearest: others belong to walls that go on there, or are the far side of a corner.
     fn near(&self, x: Vector<D>, reach: f64) -> Vec<NearWall<D>> {
         if !x.is_finite() {
             return Vec::new();
@@ -156,6 +134,9 @@ impl<const D: usize> Walls<D> {
         all.sort_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
         let mut walls: Vec<NearWall<D>> = Vec::new();
         for wall in all {
+            if !walls.is_empty() && !wall.over {
+                continue;
+            }
             if walls.iter().all(|other| other.normal.dot(wall.normal) < SAME_WALL) {
                 walls.push(wall);
             }
@@ -171,12 +152,13 @@ impl<const D: usize> WallFacet<D> {
         let away = x - closest;
         let (distance, gap) = (away.norm(), self.gap);
         let side = away.dot(self.normal);
+        let over = side.abs() >= STRAIGHT * distance;
         // Beside the facet the wall ends in an edge or goes on in another facet.
         match away.normalized() {
-            Some(direction) if side > 0.0 => NearWall { distance, normal: direction, gap },
-            Some(_) if side < 0.0 => NearWall { distance: -distance, normal: self.normal, gap },
-            Some(_) => NearWall { distance: f64::INFINITY, normal: self.normal, gap },
-            None => NearWall { distance, normal: self.normal, gap },
+            Some(direction) if side > 0.0 => NearWall { distance, normal: direction, gap, over },
+            Some(_) if side < 0.0 => NearWall { distance: -distance, normal: self.normal, gap, over },
+            Some(_) => NearWall { distance: f64::INFINITY, normal: self.normal, gap, over },
+            None => NearWall { distance, normal: self.normal, gap, over },
         }
     }
 }
@@ -187,63 +169,96 @@ impl<const D: usize> WallContacts<D> {
     pub fn new<const N: usize>(structure: &Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let walls = Walls::new(mesh, boundary);
         let mut nodes = Vec::new();
-        for (setup, (solid, first)) in structure.setups().iter().zip(structure.meshes()) {
-            let stiffness = STIFFNESS * structure.wave_modulus(setup);
+        for (solid, setup) in structure.setups().iter().enumerate() {
+            let (mesh, first) = structure.meshes()[solid];
             let supported = setup.held.iter().any(|held| !held.nodes.is_empty());
+            let mass = structure.mass_of(solid);
             for (node, area, size) in surface_areas(setup) {
-                let start = walls.near(solid.nodes[node as usize], walls.largest);
+                let start = walls.near(mesh.nodes[node as usize], walls.largest);
                 let distance = start.iter().fold(f64::INFINITY, |least: f64, wall| least.min(wall.distance));
                 if supported && start.iter().any(|wall| wall.distance < wall.gap) {
                     continue;
                 }
-                let stiffness = stiffness * area / size;
-                nodes.push(SurfaceNode { node: first + node, stiffness, friction: setup.friction, gap: distance });
+                let hardness = Hardness::new(structure, setup, mass, size);
+                nodes.push(SurfaceNode { node: first + node, area, hardness, friction: setup.friction, gap: distance });
             }
         }
-        Self { walls, nodes }
+        let rounds = round_facets(structure, &nodes);
+        Self { walls, nodes, rounds }
     }
 
-    /// The contacts of a step of length `dt` with the implicit part `delta` [s]: nodes of the prediction at `start`, `hat`, and `predicted`
-    /// [m] (uⁿ, û, u* added to their places), with an extrapolated velocity [m/s] and the normal force of the last step [N].
-    pub(super) fn of_step(
-        &self,
-        [dt, delta]: [f64; 2],
-        [start, hat, predicted]: [&dyn Fn(usize) -> Vector<D>; 3],
-        velocity: &[Vector<D>],
-        normal_force: &[f64],
-    ) -> Vec<WallContact<D>> {
-        let mut contacts = Vec::new();
-        for &SurfaceNode { node, stiffness, friction, gap } in &self.nodes {
-            let a = node as usize;
-            let x = predicted(a);
-            let reach = self.walls.largest + (x - start(a)).norm();
-            for wall in self.walls.near(x, reach) {
-                let gap = gap.min(wall.gap);
-                // What pushed in the last step goes on until it would pull: else contacts would chatter.
-                if wall.distance >= gap && normal_force[a] <= 0.0 {
-                    continue;
-                }
-                let normal = wall.normal;
-                let along = velocity[a] - normal * velocity[a].dot(normal);
-                let speed = along.norm().max(CREEP * wall.gap / dt);
-                contacts.push(WallContact {
-                    node,
-                    normal,
-                    push: stiffness * (gap - wall.distance - normal.dot(hat(a) - x)),
-                    resistance: stiffness * delta,
-                    friction: friction * normal_force[a].max(0.0) / speed,
-                });
-            }
+    /// Where solids meet walls in a step with the implicit part `delta` [s]. Points are nodes, and then facets.
+    pub(super) fn meetings(&self, delta: f64, places: &ContactPlaces<'_, D>) -> Vec<Meeting<D>> {
+        let mut meetings = Vec::new();
+        for &SurfaceNode { node, area, hardness, friction, gap } in &self.nodes {
+            let x = places.predicted[node as usize];
+            let reach = self.walls.largest + (x - places.start[node as usize]).norm();
+            meetings.extend(self.walls.near(x, reach).into_iter().map(|wall| Meeting {
+                point: node as usize,
+                shares: vec![(node, 1.0)],
+                normal: wall.normal,
+                distance: wall.distance,
+                gap: gap.min(wall.gap),
+                stiffness: hardness.stiffness(area, delta),
+                friction,
+            }));
         }
-        contacts
+        self.rounds.iter().for_each(|round| self.meet_between_nodes(round, delta, places, &mut meetings));
+        meetings
+    }
+
+    /// Where a facet of a rigid solid meets walls between its nodes.
+    fn meet_between_nodes(
+        &self,
+        round: &RoundFacet,
+        delta: f64,
+        places: &ContactPlaces<'_, D>,
+        meetings: &mut Vec<Meeting<D>>,
+    ) {
+        let &RoundFacet { facet, hardness, friction, gap } = round;
+        let (size, middle) = places.surface.size_and_middle(facet);
+        let x = places.predicted[middle as usize];
+        let reach = self.walls.largest + (x - places.start[middle as usize]).norm();
+        for around in self.walls.near(x, reach + size) {
+            let Some((lowest, shares)) = places.surface.lowest(facet, around.normal) else { continue };
+            let same = |wall: &NearWall<D>| wall.normal.dot(around.normal) > SAME_WALL;
+            let Some(wall) = self.walls.near(lowest, reach).into_iter().find(same) else { continue };
+            meetings.push(Meeting {
+                point: places.predicted.len() + facet as usize,
+                shares,
+                normal: wall.normal,
+                distance: wall.distance,
+                gap: gap.min(wall.gap),
+                stiffness: hardness.stiffness(0.0, delta),
+                friction,
+            });
+        }
     }
 }
 
+/// Facets of rigid solids all of whose nodes may touch walls.
+fn round_facets<const D: usize>(structure: &Structure<D>, nodes: &[SurfaceNode]) -> Vec<RoundFacet> {
+    let (mut rounds, mut facet) = (Vec::new(), 0);
+    for (setup, (mesh, first)) in structure.setups().iter().zip(structure.meshes()) {
+        for own in &mesh.facets {
+            let of = |node: &u32| nodes.binary_search_by_key(&(first + node), |own| own.node).ok().map(|k| nodes[k]);
+            let touching: Option<Vec<SurfaceNode>> = own.nodes.iter().map(of).collect();
+            if let Some(touching) = touching.filter(|_| setup.law.is_rigid()) {
+                let gap = touching.iter().fold(f64::INFINITY, |least: f64, node| least.min(node.gap));
+                let SurfaceNode { hardness, friction, .. } = touching[0];
+                rounds.push(RoundFacet { facet, hardness, friction, gap });
+            }
+            facet += 1;
+        }
+    }
+    rounds
+}
+
 /// Nodes on the surface of a solid with their areas A_a [m²] and the size of the facets there [m], ascending.
-fn surface_areas<const D: usize>(setup: &SolidSetup<D>) -> Vec<(u32, f64, f64)> {
+pub(super) fn surface_areas<const D: usize>(setup: &SolidSetup<D>) -> Vec<(u32, f64, f64)> {
     let mut areas = vec![(0.0, 0.0f64); setup.mesh.nodes.len()];
     for facet in 0..setup.mesh.facets.len() {
-        let shares = super::support::facet_shares(setup, facet);
+        let shares = super::support::facet_shares(&setup.mesh, facet);
         let size = shares.iter().map(|(_, area)| area).sum::<f64>().powf(1.0 / (D - 1) as f64);
         for (node, area) in shares {
             let own = &mut areas[node as usize];

@@ -2,6 +2,7 @@
 
 mod bubble;
 mod cavity;
+mod contact;
 mod couette;
 mod energy;
 mod inlet;

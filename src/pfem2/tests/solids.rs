@@ -4,13 +4,15 @@ use super::*;
 use crate::material::{Elastic, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, SolidSetup, SurfaceCondition, SurfaceTraction};
+use crate::pfem2::solid::setup::{
+    Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition, SurfaceTraction,
+};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
 
 /// A solid of density 1000 kg/m³ with this modulus [Pa] and Poisson's ratio; `held` tells which axes of a node are held.
-fn solid(
+pub fn solid(
     mesh: SolidMesh<2>,
     (young, poisson): (f64, f64),
     held: impl Fn(Vector<2>) -> [bool; 2],
@@ -26,6 +28,8 @@ fn solid(
         plane: Plane::Strain,
         velocity: mesh.nodes.iter().map(|&x| velocity(x)).collect(),
         held: vec![along(0), along(1)],
+        springs: Vec::new(),
+        motion: PrescribedMotion::default(),
         tractions: Vec::new(),
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
@@ -36,7 +40,7 @@ fn solid(
 }
 
 /// Water with solids in it, with the stabilisation that cases with solids have.
-fn water(gravity: [Signal; 2]) -> Physics<2> {
+pub fn water(gravity: [Signal; 2]) -> Physics<2> {
     Physics { stabilisation: Stabilisation::ConsistentPspg, ..physics(vec![fluid("water", 1000.0, 1e-3)], gravity) }
 }
 
@@ -133,8 +137,8 @@ fn a_solid_as_heavy_as_the_water_hovers() {
 }
 
 /// Elements along a side of the box of the contact tests, and the gap that solids keep from its walls [m].
-const CELLS: usize = 16;
-const GAP: f64 = 0.5 / CELLS as f64;
+pub const CELLS: usize = 16;
+pub const GAP: f64 = 0.5 / CELLS as f64;
 
 /// A block between two corners in a box of side 1 full of a gas a thousand times lighter, with this gravity [m/s²] and speed [m/s].
 fn in_gas(
@@ -164,7 +168,7 @@ fn centre(pfem: &Pfem2<2, 3>) -> (Vector<2>, Vector<2>, f64) {
     let structure = &solids.structure;
     let places = structure.positions(&structure.state.displacement);
     let middle = places.iter().copied().sum::<Vector<2>>() / places.len() as f64;
-    (middle, structure.momentum() / structure.mass(), solids.last.contact.iter().sum())
+    (middle, structure.momentum() / structure.mass(), solids.last.contact.iter().map(|force| force.norm()).sum())
 }
 
 /// A block that falls on the floor comes to rest half an element above it, and the floor bears its weight.

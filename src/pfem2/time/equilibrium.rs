@@ -1,4 +1,4 @@
-//! A start at rest: solids bear their weight, their loads and the pressure of the fluids at time 0 (theory J.9).
+//! A start at rest: solids bear their weight, their loads and the pressure of the fluids at time 0 (theory J.14).
 //!
 //! ```text
 //! [M/τ + τ K(u_k)] v = f − F(u_k) + forces of the fluid,   u_k+1 = u_k + τ v,   v ← 0,   τ ← τ min(2, √(h/2 / |τ v|))
@@ -71,11 +71,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.system.solve(step, &self.interface.phases(), &convected)?;
         self.advance_solids(step)?;
         let Some(solids) = &mut self.solids else { return Ok(Motion::default()) };
-        let state = &solids.structure.state;
+        let state = &mut solids.structure.state;
         let most = |values: &[Vector<D>]| values.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let speed = most(&state.velocity);
         let displacement = most(&state.displacement);
-        solids.rest();
+        state.rest();
         Ok(Motion { change: speed * dt, displacement, acceleration: speed / dt })
     }
 

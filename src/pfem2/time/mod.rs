@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! history        velocities and accelerations of the steps before                            theory F.2, F.5
-//! equilibrium    a start with solids at rest under their loads                              theory J.9
+//! equilibrium    a start with solids at rest under their loads                              theory J.14
 //! startup        values that the first step of second order takes from the step before it   theory H.9
 //! step_bounds    bounds of the step by waves and by the flow                                theory H.6–H.8
 //! step_control   automatic steps from estimated errors                                      theory H.1–H.5

@@ -84,7 +84,7 @@ impl Construction<'_> {
                 let message = format!("the law `{}` is for `method = \"mpm\"`", law.name());
                 let finding = Diagnostic::error(format!("body[{index}].material"), message);
                 let help = format!(
-                    "laws of fluids on a mesh are {}; solids in them have elastic ones: {}",
+                    "laws of fluids on a mesh are {}; solids in them have elastic ones or none: {}",
                     ViscousLaws::NAMES.join(", "),
                     ELASTIC.join(", ")
                 );
@@ -283,18 +283,19 @@ mod tests {
     use crate::case::Material;
 
     #[test]
-    fn laws_with_a_stored_energy_are_those_of_solids() {
+    fn laws_with_a_stored_energy_and_rigid_ones_are_those_of_solids() {
         let elastic = "density = 1e3, young = 1e6, poisson = 0.3";
         let laws = ["hypoelastic", "neo-hookean", "st-venant-kirchhoff"].map(|law| format!("law = '{law}', {elastic}"));
         let others = [
             format!("law = 'j2', {elastic}, yield-stress = 1e3"),
             "law = 'mooney-rivlin', density = 1e3, c10 = 1e5, c01 = 1e4, bulk = 1e7".to_owned(),
             "law = 'newtonian', density = 1e3, viscosity = 1e-3".to_owned(),
+            "law = 'rigid', density = 1e3".to_owned(),
         ];
         for law in laws.into_iter().chain(others) {
             let table: toml::Table = toml::from_str(&format!("material = {{ {law} }}")).unwrap();
             let material: Material = table["material"].clone().try_into().expect(&law);
-            assert_eq!(material.is_elastic(), ELASTIC.iter().any(|name| law.contains(name)), "{law}");
+            assert_eq!(material.is_solid(), ELASTIC.iter().any(|name| law.contains(name)), "{law}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod boundary;
 mod fluids;
+mod holding;
 mod mesh;
 mod solids;
 mod through;

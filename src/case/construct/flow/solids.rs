@@ -1,4 +1,4 @@
-//! Elastic solids in the fluids: mesh, law, supports, loads, first state.
+//! Solids in the fluids: mesh, law, loads, first state.
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
@@ -10,7 +10,7 @@ use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
 use crate::pfem2::setup::VolumeCorrection;
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
-use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceTraction};
+use crate::pfem2::solid::setup::{SolidSetup, SurfaceTraction};
 use crate::pfem2::solid::structure::Structure;
 
 /// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
@@ -70,18 +70,14 @@ impl Construction<'_> {
         };
         let (start, over) = (TrialPoints::start(&mesh.nodes), TrialPoints::over(&mesh.nodes, self.case.file.time.end));
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
-        let supports = spec.supports.iter().enumerate();
-        let held = supports.filter_map(|(i, support)| {
-            let key = format!("{key}.supports[{i}]");
-            let (nodes, velocity) = self.support(support, &key, "solid", &quadratic, &over)?;
-            Some(HeldNodes { nodes, velocity })
-        });
-        let held = held.collect();
+        let (held, springs) = self.holding(index, (&quadratic, &mesh), &over);
+        let motion = self.motion::<D>(index, &over);
+        self.unused_by_rigid(index);
         let loads = spec.traction.iter().enumerate();
         let tractions = loads
             .filter_map(|(i, load)| self.load(load, &format!("{key}.traction[{i}]"), &quadratic, &mesh, &over))
             .collect();
-        let law = self.elastic_law(index)?;
+        let law = self.solid_law(index)?;
         if let (Some(_), 3) = (spec.plane, D) {
             let finding = Diagnostic::error(format!("{key}.plane"), "a solid in 3D has no plane");
             self.findings.push(finding.help("take it out: it is for `dimension = 2`"));
@@ -94,6 +90,8 @@ impl Construction<'_> {
             law,
             plane: spec.plane.unwrap_or_default().into(),
             held,
+            springs,
+            motion,
             tractions,
             damping: spec.damping.unwrap_or_default().into(),
             inertia: spec.inertia.unwrap_or_default().into(),
@@ -110,10 +108,15 @@ impl Construction<'_> {
         if setups.is_empty() {
             return Some(None);
         }
-        match Structure::new(setups) {
+        let bonds = self.bonds();
+        let structure = Structure::new(setups).map_err(|why| ("body".to_owned(), why)).and_then(|structure| {
+            let index = bonds.first().map_or(0, |[own, _]| self.case.file.solids()[*own]);
+            structure.bonded(&bonds).map_err(|why| (format!("body[{index}].bond"), why))
+        });
+        match structure {
             Ok(structure) => Some(Some(structure)),
-            Err(why) => {
-                self.findings.push(Diagnostic::error("body", why));
+            Err((key, why)) => {
+                self.findings.push(Diagnostic::error(key, why));
                 None
             }
         }
@@ -152,9 +155,12 @@ impl Construction<'_> {
         }
     }
 
-    fn elastic_law(&mut self, index: usize) -> Option<Box<dyn PointLaw>> {
+    fn solid_law(&mut self, index: usize) -> Option<Box<dyn PointLaw>> {
         let Material::Point(law) = &self.case.file.body[index].material else { return None };
         let law = law.clone().into_box();
+        if law.is_rigid() {
+            return Some(law);
+        }
         match law.initial(&StartState::default()) {
             Ok(_) => Some(law),
             Err(why) => {

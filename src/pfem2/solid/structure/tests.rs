@@ -1,11 +1,16 @@
 //! Solids against closed forms, and against the benchmark of Turek & Hron (2006).
 
+mod bonds;
+mod rigid;
+
 use super::*;
 use crate::linalg::SparseFactor;
 use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
 use crate::pfem2::solid::mesh::SolidFacet;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, SurfaceCondition, SurfaceTraction};
+use crate::pfem2::solid::setup::{
+    Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SurfaceCondition, SurfaceTraction,
+};
 
 /// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
 /// are held along all axes.
@@ -21,6 +26,8 @@ fn solid<const D: usize>(
         law: Box::new(StVenantKirchhoff { elastic: Elastic::new(density, young, poisson) }),
         plane: Plane::Strain,
         held: vec![HeldNodes { nodes, velocity: std::array::from_fn(|_| Some(Signal::ZERO)) }],
+        springs: Vec::new(),
+        motion: PrescribedMotion::default(),
         tractions: Vec::new(),
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
@@ -41,7 +48,11 @@ struct SolidsAlone<const D: usize> {
 
 impl<const D: usize> SolidsAlone<D> {
     fn new(setup: SolidSetup<D>, dt: f64, theta: f64) -> Self {
-        Self { structure: Structure::new(vec![setup]).unwrap(), dt, theta, steps: 0, factor: None }
+        Self::of(Structure::new(vec![setup]).unwrap(), dt, theta)
+    }
+
+    fn of(structure: Structure<D>, dt: f64, theta: f64) -> Self {
+        Self { structure, dt, theta, steps: 0, factor: None }
     }
 
     /// Shares and weights of equal steps: the first of first order, the second without the second difference (theory (F.8), (F.15)).
@@ -58,23 +69,22 @@ impl<const D: usize> SolidsAlone<D> {
         }
     }
 
-    /// Takes a step; returns the forces of the supports [N].
-    fn solve_alone(&mut self, gravity: Vector<D>) -> Vec<(u32, f64)> {
+    /// Takes a step; returns the forces that nodes lack [N]: of the supports, where they hold them.
+    fn solve_alone(&mut self, gravity: Vector<D>) -> Vec<f64> {
         let (shares, weights) = self.shares();
         let (t_end, delta) = ((self.steps + 1) as f64 * self.dt, shares.end * shares.dt);
-        let prediction = self.structure.predict(t_end, shares, weights);
-        let mut equations = self.structure.equations(t_end, delta, &prediction, |_| gravity).unwrap();
-        let rows = equations.constrain();
+        let prediction = self.structure.predict(t_end, shares, weights).unwrap();
+        let equations = self.structure.equations(t_end, delta, &prediction, |_| gravity).unwrap();
+        let (matrix, rhs) = equations.independent(Vec::new(), &vec![0.0; equations.rhs.len()]);
         let factor = match self.factor.take() {
-            Some(factor) => factor.renewed(&equations.matrix),
-            None => SparseFactor::new(&equations.matrix),
+            Some(factor) => factor.renewed(&matrix),
+            None => SparseFactor::new(&matrix),
         };
-        let mut v = vec![0.0; equations.rhs.len()];
-        self.factor.insert(factor.unwrap()).solve(&equations.rhs, &mut v);
-        let velocity = v.chunks(D).map(|v| Vector::from_fn(|axis| v[axis])).collect();
-        self.structure.advance(delta, &prediction, velocity);
+        let mut w = vec![0.0; rhs.len()];
+        self.factor.insert(factor.unwrap()).solve(&rhs, &mut w);
+        self.structure.advance(delta, &prediction, &w);
         self.steps += 1;
-        rows.reactions(&v)
+        equations.missing(&equations.velocities.nodal(&w))
     }
 
     fn energy(&self) -> f64 {
@@ -260,13 +270,12 @@ fn supports_carry_and_bear() {
     assert_eq!(run.structure.state.velocity[held[0] as usize], Vector([1.0, 0.0]));
     for step in 1..=20 {
         let (shares, weights) = run.shares();
-        let predicted = run.structure.predict(f64::from(step) * 0.01, shares, weights).displacement;
+        let predicted = run.structure.predict(f64::from(step) * 0.01, shares, weights).unwrap().displacement;
         let reactions = run.solve_alone(gravity);
         let carried = &run.structure.state.displacement;
         assert!(held.iter().all(|&node| (predicted[node as usize] - carried[node as usize]).norm() < 1e-14));
-        let force = Vector::<2>::from_fn(|axis| {
-            reactions.iter().filter(|(unknown, _)| *unknown as usize % 2 == axis).map(|(_, force)| force).sum()
-        });
+        let force =
+            Vector::<2>::from_fn(|axis| held.iter().map(|&node| reactions[node as usize * 2 + axis]).sum::<f64>());
         let inertia: f64 = run.structure.weighted_by_mass(&run.structure.state.acceleration).iter().step_by(2).sum();
         assert!((force[0] - inertia).abs() < 1e-8 * 1e4, "{force:?} {inertia}");
         let inertia: f64 =

@@ -9,15 +9,17 @@
 //! meet at x_Γ, so that it holds at corners, too.
 
 mod facet;
+mod feet;
 mod normals;
 mod quadratic;
 #[cfg(test)]
-pub(super) mod tests;
+pub(in crate::pfem2) mod tests;
 
 use super::mesh::{SolidMesh, element_nodes};
 use crate::math::Vector;
 use crate::parallel;
 use facet::SurfaceFacet;
+pub(super) use feet::FacetFoot;
 use normals::Normals;
 use quadratic::{bounds, coordinates, shape_functions};
 use rstar::primitives::{GeomWithData, Rectangle};

@@ -1,0 +1,344 @@
+//! Rigid solids: motion of the centre of mass and rotation, in the scheme of elastic ones (theory J.11).
+//!
+//! ```text
+//! v_a = V + ω × r_a,   r_a = R (X_a − X_c),   J = R J₀ Rᵀ,   L = J ω
+//! m (V − V̂)/Δ = Σ f_a,     (J* ω − L̂)/Δ = Σ r_a* × f_a
+//! c^{n+1} = ĉ + Δ V,       R^{n+1} = exp(Δ ω + Δt (β₁ ωⁿ + β₂ ωⁿ⁻¹)) Rⁿ
+//! ```
+//!
+//! Starred: of the prediction at the end of the step. Vectors have three components also in the plane, where supports take V_z, ω_x and
+//! ω_y. The rotation is one to rounding, so that the shape stays; the angular momentum is that of the equations, so that it stays
+//! without a torque.
+
+mod freedom;
+
+use super::equations::IndependentInertia;
+use super::setup::PrescribedMotion;
+use crate::linalg::SparseMatrix;
+use crate::math::{Signal, Tensor, Vector};
+use crate::pfem2::time::history::StepShares;
+use crate::simulation::Record;
+use bytemuck::{Pod, Zeroable};
+pub use freedom::{Contradiction, Freedom, Rates};
+use std::ops::Range;
+
+/// A rigid solid.
+#[derive(Debug)]
+pub struct RigidBody {
+    /// Its place among the solids.
+    pub solid: usize,
+    /// Its nodes among those of all solids.
+    pub nodes: Range<usize>,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Centre of mass in the reference state [m].
+    pub center: Vector<3>,
+    /// Moments of inertia J₀ about it [kg m²].
+    pub inertia: Tensor<3>,
+    /// X_a − X_c [m].
+    arms: Vec<Vector<3>>,
+    motion: PrescribedMotion,
+    dimension: usize,
+}
+
+/// Motion of a rigid solid and of the steps before, a record of checkpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RigidState {
+    /// Displacement of the centre of mass [m].
+    pub displacement: Vector<3>,
+    /// R.
+    pub rotation: Tensor<3>,
+    /// V at the end of the last steps, the newest first [m/s].
+    pub velocity: [Vector<3>; 3],
+    /// ω at the end of the last steps [1/s].
+    pub spin: [Vector<3>; 3],
+    /// Acceleration of the centre of mass at the end of the last steps [m/s²].
+    pub acceleration: [Vector<3>; 2],
+    /// L about the centre of mass [kg m²/s].
+    pub momentum: Vector<3>,
+    /// Its rate at the end of the last steps [N m].
+    pub torque: [Vector<3>; 2],
+}
+
+impl Record for RigidState {
+    type Number = f64;
+}
+
+/// What a step knows of the end of a rigid solid's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidPrediction {
+    /// ĉ [m].
+    displacement_hat: Vector<3>,
+    /// V̂ [m/s].
+    velocity_hat: Vector<3>,
+    /// L̂ [kg m²/s].
+    momentum_hat: Vector<3>,
+    /// Δt (β₁ ωⁿ + β₂ ωⁿ⁻¹).
+    turned: Vector<3>,
+    /// c* [m].
+    pub displacement: Vector<3>,
+    /// R*.
+    pub rotation: Tensor<3>,
+    /// J* [kg m²].
+    inertia: Tensor<3>,
+    /// What supports leave free about the prediction.
+    pub freedom: Freedom,
+    /// The first of its independent velocities.
+    pub first: u32,
+    /// Displacement along an axis that supports give nodes at the end of the step [m].
+    supported: Vec<(usize, usize, f64)>,
+}
+
+/// A nodal unknown that supports hold during a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldAxis {
+    /// Node of the solid.
+    pub node: usize,
+    /// Axis.
+    pub axis: usize,
+    /// Velocity at the end of the step [m/s].
+    pub velocity: f64,
+    /// Displacement there [m].
+    pub displacement: f64,
+}
+
+impl RigidPrediction {
+    /// V and ω, of the independent velocities of all solids.
+    pub fn rates(&self, w: &[f64]) -> Rates {
+        self.freedom.rates(&w[self.first as usize..][..self.freedom.free.len()])
+    }
+}
+
+impl RigidState {
+    /// At rest in the reference state but for these rates, with the moments of inertia J₀ [kg m²].
+    pub fn new(rates: Rates, inertia: &Tensor<3>) -> Self {
+        Self {
+            displacement: Vector::ZERO,
+            rotation: Tensor::identity(),
+            velocity: [rates.velocity; 3],
+            spin: [rates.spin; 3],
+            acceleration: [Vector::ZERO; 2],
+            momentum: inertia.apply(rates.spin),
+            torque: [Vector::ZERO; 2],
+        }
+    }
+
+    /// V and ω.
+    pub fn rates(&self) -> Rates {
+        Rates { velocity: self.velocity[0], spin: self.spin[0] }
+    }
+
+    /// Stops it where it is.
+    pub fn rest(&mut self) {
+        (self.velocity[0], self.spin[0], self.momentum) = (Vector::ZERO, Vector::ZERO, Vector::ZERO);
+    }
+
+    /// Forgets the steps before.
+    pub fn clear_history(&mut self) {
+        (self.velocity, self.spin) = ([self.velocity[0]; 3], [self.spin[0]; 3]);
+        (self.acceleration, self.torque) = ([Vector::ZERO; 2], [Vector::ZERO; 2]);
+    }
+
+    /// Takes the steps before from the end of a predicted first step: a⁰ = a¹, v⁻¹ = 2 v⁰ − v¹ (theory H.9).
+    pub fn begin(&mut self, end: &Self) {
+        let backwards = |start: Vector<3>, end: Vector<3>| [start, start * 2.0 - end, start * 3.0 - end * 2.0];
+        self.velocity = backwards(self.velocity[0], end.velocity[0]);
+        self.spin = backwards(self.spin[0], end.spin[0]);
+        (self.acceleration, self.torque) = ([end.acceleration[0]; 2], [end.torque[0]; 2]);
+    }
+}
+
+impl RigidBody {
+    /// The solid with these nodes among those in `places` [m], whose pairs have the masses M_ab [kg].
+    pub fn new<const D: usize>(
+        solid: usize,
+        nodes: Range<usize>,
+        places: &[Vector<D>],
+        mass: &SparseMatrix,
+        motion: PrescribedMotion,
+    ) -> Self {
+        let place = |a: usize| Vector(places[a].to3());
+        let pairs = || {
+            let of = |a: usize| mass.row(a).map(move |n| (a, mass.columns[n] as usize, mass.values[n]));
+            nodes.clone().flat_map(of)
+        };
+        let total: f64 = pairs().map(|(.., mass)| mass).sum();
+        let center = pairs().map(|(_, b, mass)| place(b) * mass).sum::<Vector<3>>() / total;
+        let mut inertia = Tensor::ZERO;
+        for (a, b, mass) in pairs() {
+            let (r, s) = (place(a) - center, place(b) - center);
+            inertia += (Tensor::identity() * r.dot(s) - Tensor::outer(r, s)) * mass;
+        }
+        // Rounding leaves it unsymmetric.
+        inertia = (inertia + inertia.transpose()) * 0.5;
+        let arms = nodes.clone().map(|a| place(a) - center).collect();
+        Self { solid, nodes, mass: total, center, inertia, arms, motion, dimension: D }
+    }
+
+    /// The rates nearest to these momenta [kg m/s, kg m²/s] that supports allow at the start.
+    ///
+    /// # Errors
+    /// Supports that contradict each other.
+    pub fn start(&self, [momentum, angular]: [Vector<3>; 2], held: &[HeldAxis]) -> Result<Rates, Contradiction> {
+        let freedom = self.freedom(&Tensor::identity(), 0.0, held)?;
+        let inverse = self.inertia.inverse().unwrap_or(Tensor::ZERO);
+        let rates = Rates { velocity: momentum / self.mass, spin: inverse.apply(angular) };
+        Ok(freedom.rates(&freedom.coordinates(&rates)))
+    }
+
+    /// J₀ turned [kg m²].
+    fn turned_inertia(&self, rotation: &Tensor<3>) -> Tensor<3> {
+        rotation.dot(&self.inertia).dot(&rotation.transpose())
+    }
+
+    /// What supports leave free at time `t` [s].
+    fn freedom(&self, rotation: &Tensor<3>, t: f64, held: &[HeldAxis]) -> Result<Freedom, Contradiction> {
+        let unit = |axis| Vector::unit(axis);
+        let translation = |axis| Rates { velocity: unit(axis), spin: Vector::ZERO };
+        let turn = |axis| Rates { velocity: Vector::ZERO, spin: unit(axis) };
+        let mut rows = Vec::new();
+        if self.dimension == 2 {
+            rows.extend([translation(2), turn(0), turn(1)].map(|row| (row, 0.0)));
+        }
+        let PrescribedMotion { velocity, spin } = self.motion_at(t);
+        rows.extend((0..3).filter_map(|axis| Some((translation(axis), velocity[axis]?))));
+        rows.extend((0..3).filter_map(|axis| Some((turn(axis), spin[axis]?))));
+        let arm = |node: usize| rotation.apply(self.arms[node]);
+        rows.extend(held.iter().map(|held| (Rates::of_point(arm(held.node), held.axis), held.velocity)));
+        Freedom::new((self.inertia.trace() / self.mass).sqrt(), &rows)
+    }
+
+    /// Prescribed velocity and spin at time `t` [m/s, 1/s].
+    fn motion_at(&self, t: f64) -> PrescribedMotion<f64> {
+        let of = |signals: &[Option<Signal>; 3]| {
+            std::array::from_fn(|axis| signals[axis].as_ref().map(|signal| signal.value(self.center.0, t)))
+        };
+        PrescribedMotion { velocity: of(&self.motion.velocity), spin: of(&self.motion.spin) }
+    }
+
+    /// Predicts the end of a step at `t_end` [s], where v* has these weights of the last velocities.
+    ///
+    /// # Errors
+    /// Supports that contradict each other.
+    pub(in crate::pfem2) fn predict(
+        &self,
+        state: &RigidState,
+        t_end: f64,
+        (shares, weights): (StepShares, [f64; 3]),
+        held: &[HeldAxis],
+    ) -> Result<RigidPrediction, Contradiction> {
+        let StepShares { dt, end, start, earlier } = shares;
+        let explicit = |[now, before]: [Vector<3>; 2]| (now * start + before * earlier) * dt;
+        let mean = |rates: &[Vector<3>; 3]| {
+            rates.iter().zip(weights).map(|(rate, weight)| *rate * (weight * dt)).sum::<Vector<3>>()
+        };
+        let displacement_hat = state.displacement + explicit([state.velocity[0], state.velocity[1]]);
+        let turned = explicit([state.spin[0], state.spin[1]]);
+        let (mut displacement, mut turn) = (state.displacement + mean(&state.velocity), mean(&state.spin));
+        let PrescribedMotion { velocity, spin } = self.motion_at(t_end);
+        for axis in 0..3 {
+            displacement[axis] = velocity[axis].map_or(displacement[axis], |v| displacement_hat[axis] + end * dt * v);
+            turn[axis] = spin[axis].map_or(turn[axis], |w| turned[axis] + end * dt * w);
+        }
+        let rotation = turned_by(turn, &state.rotation);
+        let supported: Vec<_> = held.iter().map(|held| (held.node, held.axis, held.displacement)).collect();
+        displacement += self.miss(displacement, &rotation, &supported);
+        Ok(RigidPrediction {
+            displacement_hat,
+            velocity_hat: state.velocity[0] + explicit(state.acceleration),
+            momentum_hat: state.momentum + explicit(state.torque),
+            turned,
+            displacement,
+            inertia: self.turned_inertia(&rotation),
+            freedom: self.freedom(&rotation, t_end, held)?,
+            rotation,
+            first: 0,
+            supported,
+        })
+    }
+
+    /// By how much supported nodes miss their displacements along each axis, in the mean [m].
+    fn miss(&self, displacement: Vector<3>, rotation: &Tensor<3>, supported: &[(usize, usize, f64)]) -> Vector<3> {
+        let (mut sum, mut count) = (Vector::<3>::ZERO, [0.0; 3]);
+        for &(node, axis, wanted) in supported {
+            sum[axis] += wanted - self.displacement(displacement, rotation, node)[axis];
+            count[axis] += 1.0;
+        }
+        Vector::from_fn(|axis| if count[axis] > 0.0 { sum[axis] / count[axis] } else { 0.0 })
+    }
+
+    /// Displacement of a node [m], with that of the centre of mass and the rotation.
+    pub fn displacement(&self, center: Vector<3>, rotation: &Tensor<3>, node: usize) -> Vector<3> {
+        center + rotation.apply(self.arms[node]) - self.arms[node]
+    }
+
+    /// The entries of the row of T of a node along an axis about a prediction, and v̄ [m/s].
+    pub fn row(&self, prediction: &RigidPrediction, node: usize, axis: usize) -> (Vec<(u32, f64)>, f64) {
+        /// Less than this of the largest is rounding: the node is held.
+        const NOTHING: f64 = 1e-12;
+        let arm = prediction.rotation.apply(self.arms[node]);
+        let Freedom { particular, free, .. } = &prediction.freedom;
+        let size = |rates: &Rates| rates.velocity.norm() + rates.spin.norm() * arm.norm();
+        let entries = (prediction.first..).zip(free).map(|(column, rates)| (column, rates.at(arm)[axis], size(rates)));
+        let entries = entries.filter(|(_, value, size)| value.abs() > NOTHING * size);
+        (entries.map(|(column, value, _)| (column, value)).collect(), particular.at(arm)[axis])
+    }
+
+    /// Momenta of rates about a prediction [kg m/s, kg m²/s].
+    fn momenta(&self, prediction: &RigidPrediction, rates: &Rates) -> Rates {
+        Rates { velocity: rates.velocity * self.mass, spin: prediction.inertia.apply(rates.spin) }
+    }
+
+    /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ and α.
+    pub fn inertial(&self, prediction: &RigidPrediction, [delta, damping]: [f64; 2], rates: &Rates) -> Rates {
+        let Rates { velocity, spin } = self.momenta(prediction, rates);
+        let rate = delta.recip() + damping;
+        Rates {
+            velocity: velocity * rate - prediction.velocity_hat * (self.mass / delta),
+            spin: spin * rate - prediction.momentum_hat / delta,
+        }
+    }
+
+    /// Adds M_r and h along the independent velocities, with Δ and α.
+    pub fn add_inertia(&self, prediction: &RigidPrediction, coefficients: [f64; 2], inertia: &mut IndependentInertia) {
+        let [delta, damping] = coefficients;
+        let Freedom { particular, free, .. } = &prediction.freedom;
+        let start = self.inertial(prediction, coefficients, particular);
+        for (row, left) in (prediction.first..).zip(free) {
+            inertia.loads.push((row, -left.dot(&start)));
+            for (column, right) in (prediction.first..).zip(free) {
+                let entry = left.dot(&self.momenta(prediction, right)) * (delta.recip() + damping);
+                inertia.entries.push((row, column, entry));
+            }
+        }
+    }
+
+    /// Ends a step with the implicit part `delta` [s] and these rates.
+    pub fn advance(&self, state: &mut RigidState, delta: f64, prediction: &RigidPrediction, rates: &Rates) {
+        let RigidPrediction { displacement_hat, velocity_hat, momentum_hat, turned, .. } = prediction;
+        state.rotation = turned_by(rates.spin * delta + *turned, &state.rotation);
+        state.displacement = *displacement_hat + rates.velocity * delta;
+        state.displacement += self.miss(state.displacement, &state.rotation, &prediction.supported);
+        let momentum = prediction.inertia.apply(rates.spin);
+        state.acceleration = [(rates.velocity - *velocity_hat) / delta, state.acceleration[0]];
+        state.torque = [(momentum - *momentum_hat) / delta, state.torque[0]];
+        state.momentum = momentum;
+        state.velocity = [rates.velocity, state.velocity[0], state.velocity[1]];
+        state.spin = [rates.spin, state.spin[0], state.spin[1]];
+    }
+}
+
+/// exp(ψ) R (Rodrigues), a rotation to rounding.
+fn turned_by(psi: Vector<3>, rotation: &Tensor<3>) -> Tensor<3> {
+    let angle = psi.norm();
+    let [first, second] = match angle {
+        0.0 => [1.0, 0.5],
+        _ => [angle.sin() / angle, 2.0 * ((0.5 * angle).sin() / angle).powi(2)],
+    };
+    let cross = Tensor([[0.0, -psi[2], psi[1]], [psi[2], 0.0, -psi[0]], [-psi[1], psi[0], 0.0]]);
+    let turn = Tensor::identity() + cross * first + cross.dot(&cross) * second;
+    let made = turn.dot(rotation);
+    // Newton's step towards the nearest rotation: products of many would drift.
+    made.dot(&((Tensor::identity() * 3.0 - made.transpose().dot(&made)) * 0.5))
+}

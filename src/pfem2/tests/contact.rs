@@ -1,0 +1,298 @@
+//! Solids that meet each other, themselves and walls, elastic and rigid, against closed forms.
+
+use super::solids::{CELLS, GAP, solid, water};
+use super::*;
+use crate::material::{Elastic, NeoHookean, Rigid, StVenantKirchhoff};
+use crate::pfem2::Pfem2;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::setup::{SolidSetup, SurfaceTraction};
+use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::solid::surface::tests::disc;
+use crate::simulation::Solver;
+
+/// A block of elements between two corners, with a modulus [Pa] or rigid (0), a coefficient of friction and a speed [m/s].
+fn block(corners: [[f64; 2]; 2], counts: [usize; 2], young: f64, friction: f64, speed: [f64; 2]) -> SolidSetup<2> {
+    let mesh = SolidMesh::block(Vector(corners[0]), Vector(corners[1]), counts).unwrap();
+    let mut block = solid(mesh, (young.max(1.0), 0.0), |_| [false; 2], |_| Vector(speed));
+    block.friction = friction;
+    if young == 0.0 {
+        block.law = Box::new(Rigid { density: 1000.0 });
+    }
+    block
+}
+
+/// Solids in a box of side 1 full of a gas a thousand times lighter, with this gravity [m/s²].
+fn in_gas(solids: Vec<SolidSetup<2>>, gravity: [f64; 2]) -> Pfem2<2, 3> {
+    let gas = Physics {
+        stabilisation: Stabilisation::ConsistentPspg,
+        ..physics(vec![fluid("gas", 1.0, 1e-5)], gravity.map(Signal::from))
+    };
+    in_fluid(Structure::new(solids).unwrap(), gas)
+}
+
+fn in_fluid(structure: Structure<2>, physics: Physics<2>) -> Pfem2<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [CELLS; 2]).unwrap();
+    let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(structure);
+    Pfem2::new(setup)
+}
+
+fn structure(pfem: &Pfem2<2, 3>) -> &Structure<2> {
+    &pfem.solids.as_ref().unwrap().structure
+}
+
+/// Places of the nodes of a solid [m].
+fn places(pfem: &Pfem2<2, 3>, solid: usize) -> Vec<Vector<2>> {
+    structure(pfem).bodies().nth(solid).unwrap().positions()
+}
+
+/// Mean velocity of the nodes of a solid [m/s].
+fn velocity(pfem: &Pfem2<2, 3>, solid: usize) -> Vector<2> {
+    let body = structure(pfem).bodies().nth(solid).unwrap();
+    body.velocity.iter().copied().sum::<Vector<2>>() / body.velocity.len() as f64
+}
+
+fn lowest(places: &[Vector<2>]) -> f64 {
+    places.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min)
+}
+
+fn highest(places: &[Vector<2>]) -> f64 {
+    places.iter().map(|x| x[1]).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn advance(pfem: &mut Pfem2<2, 3>, dt: f64, steps: u32) {
+    (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
+}
+
+/// A block that falls on another comes to rest half an element above it, elastic or rigid; the floor bears both.
+#[test]
+fn a_block_that_falls_on_another_rests_half_an_element_above_it() {
+    for young in [1e7, 0.0] {
+        let lower = block([[0.25, GAP], [0.75, 0.2 + GAP]], [4, 2], young, 0.5, [0.0; 2]);
+        let upper = block([[0.35, 0.3], [0.6, 0.5]], [3, 2], young, 0.5, [0.0; 2]);
+        let mut pfem = in_gas(vec![lower, upper], [0.0, -9.81]);
+        let (dt, mut force) = (0.005, 0.0);
+        for k in 0..200 {
+            pfem.step(f64::from(k) * dt, dt).unwrap();
+            let contact = &pfem.solids.as_ref().unwrap().last.contact;
+            force += if k >= 160 { contact.iter().map(|force| force[1]).sum::<f64>() / 40.0 } else { 0.0 };
+        }
+        let weight = 9.81 * 1000.0 * (0.5 * 0.2 + 0.25 * 0.2);
+        assert!((force / weight - 1.0).abs() < 0.02, "{young}: {force} {weight}");
+        let gap = lowest(&places(&pfem, 1)) - highest(&places(&pfem, 0));
+        assert!((gap / GAP - 1.0).abs() < 0.05, "{young}: {gap} {GAP}");
+        assert!(velocity(&pfem, 1).norm() < 5e-3, "{young}: {:?}", velocity(&pfem, 1));
+    }
+}
+
+/// Forces of contact add up to nothing over a pair that collides: what the solids gain of momentum is what the fluid gives, to rounding.
+#[test]
+fn contacts_leave_the_momentum_of_a_pair() {
+    let left = block([[0.2, 0.4], [0.45, 0.6]], [4, 2], 1e6, 0.3, [1.0, 0.0]);
+    let right = block([[0.5, 0.43], [0.75, 0.63]], [3, 2], 1e6, 0.3, [-1.0, 0.3]);
+    let mut pfem = in_gas(vec![left, right], [0.0; 2]);
+    let (dt, mut largest) = (5e-4, 0.0f64);
+    for k in 0..60 {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        let solids = pfem.solids.as_ref().unwrap();
+        let inertia = structure(&pfem).weighted_by_mass(&structure(&pfem).state.acceleration);
+        let gained = Vector::<2>::from_fn(|axis| inertia.iter().skip(axis).step_by(2).sum());
+        let given: Vector<2> = solids.last.forces.iter().copied().sum();
+        let pushed: f64 = solids.last.touch.iter().map(|force| force.norm()).sum();
+        largest = largest.max(pushed);
+        let size: f64 = inertia.iter().map(|force| force.abs()).sum();
+        assert!((gained - given).norm() < 1e-9 * size, "{gained:?} {given:?} {pushed}");
+    }
+    assert!(largest > 1e3, "they met: {largest}");
+}
+
+/// Two equal bars that meet end to end exchange their speeds within two transits of their waves (St. Venant), if steps resolve them.
+#[test]
+fn two_equal_bars_exchange_their_speeds() {
+    let (length, young, speed) = (0.3, 1e6, 0.5);
+    let transit = length / (young / 1000.0_f64).sqrt();
+    let first = 0.15 + length;
+    let bar = |x: f64, v: f64| block([[x, 0.4], [x + length, 0.6]], [12, 2], young, 0.0, [v, 0.0]);
+    let mut pfem = in_gas(vec![bar(0.15, speed), bar(first + GAP + 0.005, 0.0)], [0.0; 2]);
+    let dt = transit / 40.0;
+    advance(&mut pfem, dt, ((0.005 / speed + 4.0 * transit) / dt) as u32);
+    let [own, other] = [0, 1].map(|solid| velocity(&pfem, solid)[0] / speed);
+    assert!(own.abs() < 0.08 && (0.9..1.02).contains(&other), "{own} {other}");
+}
+
+/// A block on a slab that is held slides if and only if the slope is steeper than the root of the product of both coefficients.
+#[test]
+fn a_block_slides_on_a_slab_only_if_it_is_steeper_than_the_friction_of_both() {
+    let friction: [f64; 2] = [0.45, 0.2];
+    let both = (friction[0] * friction[1]).sqrt();
+    for young in [1e7, 0.0] {
+        let way = |slope: f64| {
+            let (sin, cos) = slope.atan().sin_cos();
+            let mut slab = block([[0.1, 0.2], [0.9, 0.4]], [6, 2], 1e8, friction[0], [0.0; 2]);
+            slab.held[0].nodes = (0..slab.mesh.nodes.len() as u32).collect();
+            slab.held[1].nodes = slab.held[0].nodes.clone();
+            let own = block([[0.2, 0.4 + GAP], [0.5, 0.55 + GAP]], [3, 2], young, friction[1], [0.0; 2]);
+            let mut pfem = in_gas(vec![slab, own], [9.81 * sin, -9.81 * cos]);
+            let mean =
+                |pfem: &Pfem2<2, 3>| places(pfem, 1).iter().map(|x| x[0]).sum::<f64>() / places(pfem, 1).len() as f64;
+            let start = mean(&pfem);
+            let (dt, steps) = (0.004, 60);
+            advance(&mut pfem, dt, steps);
+            let time = dt * f64::from(steps);
+            (mean(&pfem) - start, 0.5 * 9.81 * (sin - both * cos).max(0.0) * time * time)
+        };
+        let (rest, _) = way(0.25);
+        eprintln!("REST {young} {rest}");
+        let (slid, expected) = way(0.6);
+        eprintln!("SLID {young} {slid} {expected}");
+        assert!(rest.abs() < 0.05 * GAP, "{young}: {rest}");
+        let (slid, expected) = way(0.6);
+        assert!((slid / expected - 1.0).abs() < 0.06, "{young}: {slid} {expected}");
+    }
+}
+
+/// A rigid disc of radius 0.15 m on an incline rolls with (2/3) g sin θ where tan θ < 3 μ, and else slides with g (sin θ − μ cos θ) and
+/// turns up with 2 μ g cos θ/R.
+#[test]
+fn a_disc_rolls_down_an_incline_and_slides_where_friction_does_not_hold_it() {
+    let (radius, friction) = (0.15, 0.3);
+    let run = |slope: f64| {
+        let (sin, cos) = slope.atan().sin_cos();
+        let mut mesh = disc(3);
+        mesh.nodes.iter_mut().for_each(|x| *x = *x * radius + Vector([0.25, radius + GAP]));
+        let mut disc = solid(mesh, (1.0, 0.0), |_| [false; 2], |_| Vector::ZERO);
+        (disc.law, disc.friction) = (Box::new(Rigid { density: 1000.0 }), friction);
+        let mut pfem = in_gas(vec![disc], [9.81 * sin, -9.81 * cos]);
+        let (dt, steps) = (0.004, 75);
+        advance(&mut pfem, dt, steps);
+        let state = structure(&pfem).state.rigid[0];
+        let time = dt * f64::from(steps);
+        let rolling = sin < 3.0 * friction * cos;
+        let fall = if rolling { 2.0 / 3.0 * sin } else { sin - friction * cos };
+        let turn = if rolling { fall / radius } else { 2.0 * friction * cos / radius };
+        (state.velocity[0][0] / (9.81 * fall * time), -state.spin[0][2] / (9.81 * turn * time))
+    };
+    let (speed, spin) = run(0.5);
+    assert!((speed - 1.0).abs() < 0.06 && (spin - 1.0).abs() < 0.08, "rolls {speed} {spin}");
+    let (speed, spin) = run(1.8);
+    assert!((speed - 1.0).abs() < 0.06 && (spin - 1.0).abs() < 0.12, "slides {speed} {spin}");
+}
+
+/// A strip bent into a U whose ends are pulled together: they meet, and keep the gap, or less by what the load presses.
+#[test]
+fn a_strip_that_folds_meets_itself() {
+    let (thickness, inner, arm, shorter) = (0.1, 0.12, 0.4, 0.08);
+    let mut mesh = SolidMesh::block(Vector([0.0, 0.0]), Vector([1.0, thickness]), [14, 1]).unwrap();
+    let (middle, half) = (inner + 0.5 * thickness, std::f64::consts::PI * (inner + 0.5 * thickness));
+    let total = 2.0 * arm + half - shorter;
+    for x in &mut mesh.nodes {
+        // Along the middle line from the end of the lower arm; across outward.
+        let (s, out) = (x[0] * total, x[1] - 0.5 * thickness);
+        let place = match s {
+            s if s < arm => Vector([arm - s, -middle - out]),
+            s if s > arm + half => Vector([s - arm - half, middle + out]),
+            s => {
+                let angle = -0.5 * std::f64::consts::PI - (s - arm) / middle;
+                Vector([angle.cos(), angle.sin()]) * (middle + out)
+            }
+        };
+        *x = place + Vector([0.4, 0.5]);
+    }
+    let mut strip = solid(mesh, (1e5, 0.0), |_| [false; 2], |_| Vector::ZERO);
+    let mesh = &strip.mesh;
+    let on = |upper: bool| {
+        let outer =
+            move |x: Vector<2>| (x[1] - 0.5).abs() > inner + 0.9 * thickness && x[0] > 0.6 && (x[1] > 0.5) == upper;
+        let held = |f: &u32| mesh.facets[*f as usize].nodes.iter().all(|&a| outer(mesh.nodes[a as usize]));
+        (0..mesh.facets.len() as u32).filter(held).collect::<Vec<u32>>()
+    };
+    let load = |upper: bool, y: f64| SurfaceTraction { facets: on(upper), traction: [Signal::ZERO, y.into()] };
+    strip.tractions = vec![load(true, -300.0), load(false, 300.0)];
+    assert!(strip.tractions.iter().all(|load| !load.facets.is_empty()));
+    strip.law = Box::new(NeoHookean { elastic: Elastic::new(1000.0, 1e5, 0.0) });
+    strip.damping.mass = 8.0;
+    let mut pfem = in_gas(vec![strip], [0.0; 2]);
+    let gap = |pfem: &Pfem2<2, 3>| {
+        let places = places(pfem, 0);
+        let tips = |upper: bool| {
+            let reference = &structure(pfem).setups()[0].mesh.nodes;
+            let own = |a: &usize| reference[*a][0] > 0.6 && (reference[*a][1] > 0.5) == upper;
+            (0..places.len()).filter(own).map(|a| places[a]).collect::<Vec<_>>()
+        };
+        lowest(&tips(true)) - highest(&tips(false))
+    };
+    let mut least = f64::INFINITY;
+    for k in 0..220 {
+        pfem.step(0.004 * f64::from(k), 0.004).unwrap();
+        least = least.min(gap(&pfem));
+        if k % 10 == 0 {
+            let pushed: f64 = pfem.solids.as_ref().unwrap().last.touch.iter().map(|force| force.norm()).sum();
+            eprintln!("FOLD {k} {} {pushed}", gap(&pfem));
+        }
+    }
+    let pushed: f64 = pfem.solids.as_ref().unwrap().last.touch.iter().map(|force| force.norm()).sum();
+    assert!(pushed > 10.0 && least > 0.5 * GAP, "{pushed} {least}");
+    assert!((gap(&pfem) / GAP - 1.0).abs() < 0.15, "{} {GAP}", gap(&pfem));
+}
+
+/// Blocks that start a fifth of an element from each other keep this distance, under a weight and without.
+#[test]
+fn solids_that_start_close_keep_their_distance() {
+    let start = 0.2 / CELLS as f64;
+    for gravity in [0.0, -9.81] {
+        let lower = block([[0.25, GAP], [0.75, 0.2 + GAP]], [4, 2], 1e7, 0.5, [0.0; 2]);
+        let upper = block([[0.35, 0.2 + GAP + start], [0.6, 0.4]], [3, 2], 1e7, 0.5, [0.0; 2]);
+        let mut pfem = in_gas(vec![lower, upper], [0.0, gravity]);
+        advance(&mut pfem, 0.005, 60);
+        let gap = lowest(&places(&pfem, 1)) - highest(&places(&pfem, 0));
+        assert!((gap / start - 1.0).abs() < 0.1, "{gravity}: {gap} {start}");
+    }
+}
+
+/// Extremes: a modulus of 1e12 Pa in air, ten thousand times the density of the fluid and a ten-thousandth, and a plate half as thick as
+/// an element. They fall as the closed form says where the fluid doesn't count, and rise where it carries them.
+#[test]
+fn extreme_solids_run() {
+    let fall = |density: f64, fluid_density: f64, young: f64, height: f64| {
+        let mut own = block([[0.3, 0.5], [0.6, 0.5 + height]], [3, 2], young, 0.0, [0.0; 2]);
+        own.law = match young == 0.0 {
+            true => Box::new(Rigid { density }),
+            false => Box::new(StVenantKirchhoff { elastic: Elastic::new(density, young, 0.0) }),
+        };
+        let own = Structure::new(vec![own]).unwrap();
+        let medium = Physics {
+            stabilisation: Stabilisation::ConsistentPspg,
+            ..physics(vec![fluid("fluid", fluid_density, 1e-5)], [0.0, -9.81].map(Signal::from))
+        };
+        let mut pfem = in_fluid(own, medium);
+        advance(&mut pfem, 0.005, 20);
+        velocity(&pfem, 0)[1] / (-9.81 * 0.1)
+    };
+    for (density, young) in [(1000.0, 1e12), (1e4, 1e7), (1e4, 0.0)] {
+        let part = fall(density, 1.0, young, 0.2);
+        assert!((0.98..1.0).contains(&part), "{density} {young}: {part}");
+    }
+    // Less than g times the ratio of the densities less one, more than nothing: the added mass is many times its own.
+    for young in [1e7, 0.0] {
+        let rise = -fall(0.1, 1000.0, young, 0.2);
+        assert!((0.1..10.0).contains(&rise), "{young}: {rise}");
+    }
+    let thin = fall(1000.0, 1.0, 1e9, GAP);
+    assert!((0.9..1.0).contains(&thin), "{thin}");
+}
+
+/// A rigid disc as heavy as the water around it hovers, as an elastic one does.
+#[test]
+fn a_rigid_disc_as_heavy_as_the_water_hovers() {
+    let mut mesh = disc(3);
+    mesh.nodes.iter_mut().for_each(|x| *x = *x * 0.2 + Vector([0.47, 0.52]));
+    let mut disc = solid(mesh, (1.0, 0.0), |_| [false; 2], |_| Vector::ZERO);
+    disc.law = Box::new(Rigid { density: 1000.0 });
+    let mut pfem = in_fluid(Structure::new(vec![disc]).unwrap(), water([Signal::ZERO, (-9.81).into()]));
+    advance(&mut pfem, 0.01, 20);
+    let force = pfem.solids.as_ref().unwrap().last.forces[0];
+    let weight = 9.81 * structure(&pfem).mass();
+    assert!((force[1] / weight - 1.0).abs() < 0.02 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
+    let gained = pfem.balance.gained(&pfem.system);
+    assert!(gained.abs() < 0.05 * weight * 0.2, "{gained}");
+}
