@@ -37,6 +37,7 @@ pub use hyperelastic::Hyperelastic;
 pub use hypoelastic::Hypoelastic;
 pub use increment::{Increment, Point, Response};
 pub use j2::J2;
+pub use kinematics::rotation;
 pub use johnson_cook::JohnsonCook;
 pub use linearised::{ElasticLaw, ElasticState, Linearised, Mixed};
 pub use mooney_rivlin::MooneyRivlin;

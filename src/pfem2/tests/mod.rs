@@ -94,6 +94,7 @@ fn setup<const D: usize, const N: usize>(
         gravity,
         particles,
         solids: None,
+        particle_solids: Vec::new(),
         level_set: None,
         volume: VolumeCorrection::default(),
         velocity,

@@ -94,6 +94,7 @@ impl Construction<'_> {
         Some(Setup {
             velocity,
             solids: structure,
+            particle_solids: Vec::new(),
             boundaries,
             pin,
             fluids,
