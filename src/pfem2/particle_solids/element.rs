@@ -209,8 +209,7 @@ impl<const D: usize, const N: usize> SolidElement<D, N> {
         let p: f64 = own.iter().zip(&part.weights).map(|(p, w)| p * w).sum();
         let stress = (part.stress + rate * (2.0 * part.shear * dt)) * part.volume - SymTensor::isotropic(p);
         std::array::from_fn(|i| {
-            let inertia =
-                (velocity[i] - drive.convected[i]) * part.rate - part.acceleration[i] - drive.force[i];
+            let inertia = (velocity[i] - drive.convected[i]) * part.rate - part.acceleration[i] - drive.force[i];
             inertia * part.mass[i] + traction(&stress, g[i])
         })
     }

@@ -28,5 +28,3 @@ pub mod solids;
 pub(in crate::pfem2) mod stages;
 pub mod stress;
 pub mod sums;
-#[cfg(test)]
-mod tests;

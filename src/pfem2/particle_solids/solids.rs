@@ -53,6 +53,20 @@ pub struct ParticleSolids<const D: usize, const N: usize> {
     place: Vec<u32>,
 }
 
+/// What fills an element that isn't cut.
+struct Mixture {
+    /// Part of its volume that is solid.
+    share: f64,
+    /// Shear modulus of that [Pa].
+    shear: f64,
+    /// 1/κ of that [1/Pa].
+    compliance: f64,
+    /// Its density [kg/m³].
+    solid_density: f64,
+    /// Mean density [kg/m³].
+    density: f64,
+}
+
 /// What the equations of an element take from the fluid around.
 pub struct Surroundings<'a, const D: usize, const N: usize> {
     /// The mesh.
@@ -123,59 +137,72 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         let solid = nodes.iter().map(|&node| phases.at(node as usize)).find(|&phase| phase >= self.first);
         let solid = solid.or_else(|| self.sums[e].solid.map(usize::from))? - self.first;
         match phases.filling(nodes) {
-            Filling::Cut([a, b], level) if a >= self.first && b < self.first => {
-                Some(self.cut(around, level, e, solid))
-            }
+            Filling::Cut([a, b], level) if a >= self.first && b < self.first => Some(self.cut(around, level, e, solid)),
             _ => Some(self.unsplit(around, e, solid)),
         }
     }
 
     /// An element that isn't cut: solid, or a mixture (theory K.4, (K.9)).
     fn unsplit(&self, around: &Surroundings<'_, D, N>, e: usize, solid: usize) -> (SolidElement<D, N>, Content<N>) {
-        let (simplex, sums, law) = (around.mesh.simplex(e), &self.sums[e], &self.setups[solid].law);
-        let (volume, dt) = (simplex.volume, around.equations.delta);
+        let (volume, dt) = (around.mesh.simplex(e).volume, around.equations.delta);
         let nodes = around.mesh.elements()[e].map(|node| node as usize);
+        let Mixture { share, shear, compliance, solid_density, density } = self.mixture(e, solid);
+        let is_solid = self.sums[e].count[1] > 0.0 && nodes.iter().all(|&i| self.nodal.solid[i]);
+        let (of_fluid, corner) = (1.0 - share, volume / N as f64);
+        let viscosity = if of_fluid > 0.0 { (around.viscosity)(e) * of_fluid } else { 0.0 };
+        let content = self.content(e, volume, density, viscosity);
+        let medium = Medium { density, viscosity: viscosity + shear * dt * share };
+        let tau = if of_fluid > 0.0 { (around.tau)(e, medium) } else { 0.0 };
+        let mass = |i, j| element::mass(&content, around.equations.mass, (i, j));
+        let integrals = ElementIntegrals {
+            mass: std::array::from_fn(|i| std::array::from_fn(|j| mass(i, j))),
+            // Becker (22); theory (K.7).
+            rate: if is_solid { 2.0 / dt } else { 1.0 / dt },
+            elastic: dt * shear * share * volume,
+            viscous: viscosity * volume,
+            own: [corner; N],
+            compression: [share * corner * compliance / dt; N],
+            ghost: 0.0,
+            diffusion: tau * of_fluid * volume / density,
+        };
+        let part = SolidPart {
+            volume: share * volume,
+            mass: [share * corner * solid_density; N],
+            weights: [share * corner; N],
+            stress: self.mean_stress(around.mesh, e),
+            shear,
+            rate: integrals.rate,
+            acceleration: nodes.map(|i| if is_solid { self.nodal.acceleration[i] } else { Vector::ZERO }),
+        };
+        let made = self.assembled(around, (e, solid), &integrals, (part, None), tau * of_fluid * volume);
+        (made, content)
+    }
+
+    /// What fills an element that isn't cut, by its particles; without any, its solid.
+    fn mixture(&self, e: usize, solid: usize) -> Mixture {
+        let (sums, law) = (&self.sums[e], &self.setups[solid].law);
         let share = sums.solid_share().unwrap_or(1.0);
-        let of_solid = |sum: f64, own: f64| if sums.count[1] > 0.0 { sum / sums.count[1] } else { own };
-        let (shear, compliance) = (of_solid(sums.shear, law.shear), of_solid(sums.compliance, 1.0 / law.bulk));
-        let solid_density = of_solid(sums.solid_density, law.density);
-        let density = share * solid_density + (1.0 - share) * self.fluid_density;
-        let is_solid = sums.count[1] > 0.0 && nodes.iter().all(|&i| self.nodal.solid[i]);
-        let viscosity = if share < 1.0 { (around.viscosity)(e) * (1.0 - share) } else { 0.0 };
+        let mean = |sum: f64, own: f64| if sums.count[1] > 0.0 { sum / sums.count[1] } else { own };
+        let solid_density = mean(sums.solid_density, law.density);
+        Mixture {
+            share,
+            shear: mean(sums.shear, law.shear),
+            compliance: mean(sums.compliance, 1.0 / law.bulk),
+            solid_density,
+            density: share * solid_density + (1.0 - share) * self.fluid_density,
+        }
+    }
+
+    /// Content of an element of this volume [m³] with the nodal densities of its particles; `density` [kg/m³] without any.
+    fn content(&self, e: usize, volume: f64, density: f64, viscosity: f64) -> Content<N> {
+        let sums = &self.sums[e];
         let mut content = Content::uniform(volume, density, viscosity, 0.0);
         for k in 0..N {
             let seen = sums.shape[0][k] + sums.shape[1][k];
             let own = if seen > 0.0 { sums.density[k] / seen } else { density };
             content.mass[k] = volume / N as f64 * own;
         }
-        let tau = match share < 1.0 {
-            true => (around.tau)(e, Medium { density, viscosity: viscosity + shear * dt * share }),
-            false => 0.0,
-        };
-        let integrals = ElementIntegrals {
-            mass: std::array::from_fn(|i| {
-                std::array::from_fn(|j| element::mass(&content, around.equations.mass, (i, j)))
-            }),
-            // Becker (22); theory (K.7).
-            rate: if is_solid { 2.0 / dt } else { 1.0 / dt },
-            elastic: dt * shear * share * volume,
-            viscous: viscosity * volume,
-            own: [volume / N as f64; N],
-            compression: [share * volume / N as f64 * compliance / dt; N],
-            ghost: 0.0,
-            diffusion: tau * (1.0 - share) * volume / density,
-        };
-        let part = SolidPart {
-            volume: share * volume,
-            mass: [share * volume / N as f64 * solid_density; N],
-            weights: [share * volume / N as f64; N],
-            stress: self.mean_stress(around.mesh, e),
-            shear,
-            rate: integrals.rate,
-            acceleration: nodes.map(|i| if is_solid { self.nodal.acceleration[i] } else { Vector::ZERO }),
-        };
-        let diffused = tau * (1.0 - share) * volume;
-        (self.assembled(around, (e, solid), &integrals, (part, None), diffused), content)
+        content
     }
 
     /// An element that the interface between a solid and the fluid cuts (theory K.5).
@@ -186,8 +213,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         e: usize,
         solid: usize,
     ) -> (SolidElement<D, N>, Content<N>) {
-        let (simplex, law) = (around.mesh.simplex(e), &self.setups[solid].law);
-        let (volume, dt) = (simplex.volume, around.equations.delta);
+        let (volume, law) = (around.mesh.simplex(e).volume, &self.setups[solid].law);
+        let dt = around.equations.delta;
         let nodes = around.mesh.elements()[e].map(|node| node as usize);
         let media = [
             Medium { density: law.density, viscosity: 0.0 },
@@ -200,13 +227,13 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         }
         let content = cut.content(volume, |_| 0.0);
         let share = cut.negative_share();
+        let lumped = |i, j| if i == j { content.mass[i] } else { 0.0 };
+        let mass = match around.equations.mass {
+            Mass::Lumped => std::array::from_fn(|i| std::array::from_fn(|j| lumped(i, j))),
+            Mass::Consistent => cut.mass(volume),
+        };
         let integrals = ElementIntegrals {
-            mass: match around.equations.mass {
-                Mass::Lumped => std::array::from_fn(|i| {
-                    std::array::from_fn(|j| if i == j { content.mass[i] } else { 0.0 })
-                }),
-                Mass::Consistent => cut.mass(volume),
-            },
+            mass,
             rate: 1.0 / dt,
             elastic: dt * law.shear * share * volume,
             viscous: content.viscosity * volume,

@@ -43,10 +43,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (mesh, columns) = (&self.system.mesh, &mut self.particles.columns);
         let solved = SolvedStep { dt: step.dt, velocity: &self.system.velocity, pressure: &self.system.pressure };
         solids.update(columns, mesh, &solved);
-        let gained: Vec<Vector<D>> =
-            self.system.velocity.iter().zip(&averaged.mean).map(|(v, hat)| *v - *hat).collect();
-        let flies = self.particles.rules.is_projectile[solids.first..].contains(&true);
-        let gained = if flies { Continued::new(mesh, &gained, &self.interface.level).values } else { gained };
+        let mut gained = averaged.increments(&self.system.velocity, self.interface.list.count());
+        let flies = self.particles.rules.is_projectile.iter().zip(&mut gained).filter(|(flies, _)| **flies);
+        flies.for_each(|(_, own)| *own = Continued::new(mesh, own, &self.interface.level).values);
         solids.keep_acceleration(columns, mesh, &gained, step.dt);
         Ok(())
     }
@@ -65,7 +64,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         };
         let Some(bad) = parallel::first(solids.elements.len(), |place| !kept(place)) else { return Ok(()) };
         let element = solids.elements[bad].element as usize;
-        let at = Place::Element { body: solids.setups[solids.elements[bad].solid].name.clone(), index: element, position: mesh.center(element).to3() };
+        let at = Place::Element {
+            body: solids.setups[solids.elements[bad].solid].name.clone(),
+            index: element,
+            position: mesh.center(element).to3(),
+        };
         let advice = "take a shorter step (`time.step`), and look at supports and loads: the solid is deformed by its own size in one step";
         Err(StepError::new(at, "a solid is turned inside out", "volume ratio", ratio(bad), advice))
     }

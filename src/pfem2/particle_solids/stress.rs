@@ -81,12 +81,13 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         });
     }
 
-    /// Keeps the acceleration of the particles of solids, Σ N_i δv_i/Δt, of the increments δv of the nodes [m/s] in `dt` [s] (theory (K.7)).
+    /// Keeps the acceleration of the particles of solids, Σ N_i δv_i/Δt, of the increments δv of the nodes by phase [m/s] in `dt` [s]
+    /// (theory (K.7)).
     pub fn keep_acceleration(
         &self,
         particles: &mut Particles<D>,
         mesh: &Mesh<D, N>,
-        increment: &[Vector<D>],
+        increment: &[Vec<Vector<D>>],
         dt: f64,
     ) {
         particles.change_column(ACCELERATION, |acceleration, particles| {
@@ -96,7 +97,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
                     let e = particles.element[p] as usize;
                     let shape = mesh.shape_functions(e, particles.position[p]);
                     let nodes = mesh.elements()[e].iter().zip(&shape);
-                    *acceleration = nodes.map(|(&i, n)| increment[i as usize] * (n / dt)).sum();
+                    *acceleration =
+                        nodes.map(|(&i, n)| increment[usize::from(particles.fluid[p])][i as usize] * (n / dt)).sum();
                 }
             });
         });

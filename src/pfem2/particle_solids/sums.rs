@@ -44,7 +44,7 @@ pub struct ElementSums<const D: usize, const N: usize> {
 
 impl<const D: usize, const N: usize> ElementSums<D, N> {
     /// No particles.
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         count: [0.0; 2],
         shape: [[0.0; N]; 2],
         pressure: [[0.0; N]; 2],

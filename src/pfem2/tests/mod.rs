@@ -6,6 +6,7 @@ mod couette;
 mod energy;
 mod inlet;
 mod outflow;
+mod particle_solids;
 mod rest;
 mod resume;
 mod solids;
