@@ -199,6 +199,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
         pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
         pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
+        if let Some(solids) = &mut pfem.system.particle_solids {
+            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
+        }
         pfem
     }
 

@@ -132,7 +132,7 @@ impl<const N: usize> ElementIntegrals<N> {
     pub fn block<const D: usize>(&self, g: &[Vector<D>; N], (i, j): (usize, usize)) -> Block<N> {
         let mut a = [[0.0; N]; N];
         let (both, stiffness) = (g[i].dot(g[j]), self.elastic + self.viscous);
-        // Becker (25)–(27), theory (K.8); the ghost pressures of Becker (31), (32), theory (K.11).
+        // Becker (25), (26), (27), theory (K.8); the ghost pressures of Becker (31), (32), theory (K.11).
         for r in 0..D {
             for s in 0..D {
                 let volumetric = self.ghost - 2.0 / 3.0 * self.elastic;

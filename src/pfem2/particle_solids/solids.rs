@@ -49,6 +49,8 @@ pub struct ParticleSolids<const D: usize, const N: usize> {
     pub elements: Vec<SolidElement<D, N>>,
     /// Force of the fluid on each solid at the end of the last step [N].
     pub forces: Vec<Vector<D>>,
+    /// Volume that the mesh shows of them at the start [m³].
+    pub start_volume: f64,
     /// The place of each element in `elements`, or [`NONE`].
     place: Vec<u32>,
 }
@@ -86,6 +88,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     pub fn new(setups: Vec<ParticleSolidSetup<D>>, first: usize, fluid_density: f64) -> Self {
         Self {
             forces: vec![Vector::ZERO; setups.len()],
+            start_volume: 0.0,
             setups,
             first,
             fluid_density,

@@ -83,6 +83,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             (nodes.map(|i| system.velocity[i]), nodes.map(|i| system.pressure[i]), elements.drive(e, false))
         };
         solids.find_forces(&system.mesh, solution, step.dt, |node, axis| system.is_free(node, axis));
+        self.notices.solid_volume(system.volumes[solids.first..].iter().sum(), solids.start_volume);
         self.system.particle_solids = Some(solids);
         let supports = step.dt * self.power_of_supports(step, convected);
         if let (Some(now), Some(strain)) = (self.strain_energy(), &mut self.balance.strain) {

@@ -208,7 +208,9 @@ fn rests<const D: usize, const N: usize>(cells: usize) {
     let mesh = shaken(&mesh, 1.0 / cells as f64);
     let sets = vec![
         set(&mesh, "top", Condition::Outlet, |x| x[D - 1] > 1.0 - 1e-9),
-        set(&mesh, "sides", Condition::Slip, |x| x[0] > 1e-9 && x[D - 1] < 1.0 - 1e-9 || x[D - 1] < 1e-9),
+        set(&mesh, "floor", Condition::Slip, |x| x[D - 1] < 1e-9),
+        set(&mesh, "front", Condition::Slip, |x| D == 3 && x[1] < 1e-9),
+        set(&mesh, "back", Condition::Slip, |x| D == 3 && x[1] > 1.0 - 1e-9),
     ];
     let gravity = std::array::from_fn(|i| if i == D - 1 { (-G).into() } else { Signal::ZERO });
     let physics = paper(vec![fluid("water", WATER, 1e-3)], gravity);
@@ -449,7 +451,7 @@ pub fn paper_beam() -> Pfem2<2, 3> {
     let inside = |x: Vector<2>| x[0] < 0.63 && (x[1] - 0.26).abs() < 0.09;
     let start = move |x: Vector<2>| if inside(x) { Vector([0.0, 0.5 * x[0] * x[0]]) } else { Vector::ZERO };
     let physics = paper(vec![fluid("water", 1000.0, 1.0)], [Signal::ZERO, (-1.0).into()]);
-    run(mesh, sets, physics, solid([1200.0, 2e5, 0.3]), (move |x| u8::from(inside(x)), start))
+    run(mesh, sets, physics, solid([1200.0, 2e4, 0.3]), (move |x| u8::from(inside(x)), start))
 }
 
 /// Particles of a solid are neither merged nor dropped nor joined by others while they cross elements, however crowded; the volume that the
