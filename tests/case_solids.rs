@@ -226,3 +226,125 @@ fn keys_of_solids_do_not_belong_to_material_points() {
     let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
     assert!(found.len() == 1 && found[0].message.contains("the key `region` is missing"), "{found:?}");
 }
+
+/// A flap on particles, under the preset of the paper.
+const PAPER: &str = r#"
+name = "flap"
+method = "pfem2"
+dimension = 2
+preset = "becker-2015"
+[time]
+end = "0.1 s"
+step = "0.01 s"
+[mesh]
+shape = "box"
+lower = ["0 m", "0 m"]
+upper = ["1 m", "0.5 m"]
+cell = "0.02 m"
+[[body]]
+name = "water"
+region = { shape = "box", lower = ["-1 m", "-1 m"], upper = ["2 m", "2 m"] }
+material = { law = "newtonian", density = "1000 kg/m^3", viscosity = "1e-3 Pa s" }
+[[body]]
+name = "flap"
+region = { shape = "box", lower = ["0.4 m", "0 m"], upper = ["0.5 m", "0.3 m"] }
+material = { law = "hypoelastic", density = "1200 kg/m^3", young = "1 MPa", poisson = 0.3 }
+plane = "stress"
+supports = [{ on = { shape = "box", lower = ["0.3 m", "-0.1 m"], upper = ["0.6 m", "0.05 m"] } }]
+[[boundary]]
+on = "rest"
+"#;
+
+/// Expects one error at the place of `at`, after `from` was replaced by `to` in the case of the paper.
+#[track_caller]
+fn expect_of_paper(from: &str, to: &str, at: &str, message: &str, help: &str) {
+    assert_eq!(PAPER.matches(from).count(), 1, "`{from}` must occur once");
+    let text = PAPER.replace(from, to);
+    let Err(mut found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
+    found.retain(|finding| finding.severity == Severity::Error);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].message.contains(message), "{}", found[0].message);
+    assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);
+    if !at.is_empty() {
+        let start = found[0].span.as_ref().expect("a place").start;
+        let wanted = text.find(at).expect("the marked text is there");
+        assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{:?}", found[0]);
+    }
+}
+
+#[test]
+fn a_solid_on_particles_has_its_volume_and_comes_before_fluids() {
+    let model = model(PAPER, Path::new("")).unwrap_or_else(|findings| {
+        panic!("{}", Source::new("case.toml", "", PAPER).render(&findings, false));
+    });
+    let volumes: Vec<(&str, f64)> = model.summary.bodies.iter().map(|body| (body.name.as_str(), body.volume)).collect();
+    assert_eq!((volumes[0].0, volumes[1].0), ("water", "flap"));
+    assert!((volumes[1].1 - 0.03).abs() < 1e-3 && (volumes[0].1 + volumes[1].1 - 0.5).abs() < 1e-12, "{volumes:?}");
+    let snapshot = model.solver.snapshot();
+    let flap = snapshot.points.iter().find(|set| set.name == "flap").expect("particles");
+    assert!(flap.fields.iter().any(|field| field.name == "stress"));
+    assert!(snapshot.forces.iter().any(|(name, _)| name == "flap"));
+    assert!(snapshot.ledger.terms.iter().any(|term| term.name == "strain energy"));
+}
+
+#[test]
+fn what_solids_on_particles_do_not_have_is_an_error() {
+    let law = "law = \"hypoelastic\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
+    for other in ["neo-hookean", "st-venant-kirchhoff"] {
+        // Without the keys that are those of particles.
+        let text = PAPER.replace("hypoelastic", other);
+        let Err(found) = model(&text, Path::new("")) else { panic!("{other} is refused") };
+        assert!(
+            found.iter().any(|f| f.message.contains("with a law in rates") && f.key == "body[1].material"),
+            "{found:#?}"
+        );
+    }
+    let metal = "law = \"j2\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3, yield-stress = \"1 kPa\"";
+    let Err(found) = model(&PAPER.replace(law, metal), Path::new("")) else { panic!("a law that yields is refused") };
+    assert!(found.iter().any(|f| f.message.contains("`j2` is none")), "{found:#?}");
+    expect_of_paper("poisson = 0.3", "poisson = 0.495", "0.495", "0.49 at most", "smaller");
+    for key in
+        ["mesh = { cell = \"0.05 m\" }", "friction = 0.3", "surface = \"slip\"", "damping = { mass = \"0.1 1/s\" }"]
+    {
+        let name = key.split(' ').next().unwrap();
+        let to = format!("plane = \"stress\"\n{key}");
+        expect_of_paper(
+            "plane = \"stress\"",
+            &to,
+            "",
+            &format!("`{name}` is for solids on meshes of their own"),
+            "preset",
+        );
+    }
+    let box_support = "on = { shape = \"box\", lower = [\"0.3 m\", \"-0.1 m\"], upper = [\"0.6 m\", \"0.05 m\"] }";
+    expect_of_paper(box_support, "on = \"bottom\"", "\"bottom\"", "no sides or nodes of its own", "region");
+    let above = box_support.replace("\"-0.1 m\"", "\"0.31 m\"").replace("\"0.05 m\"", "\"0.4 m\"");
+    expect_of_paper(box_support, &above, "", "no node of the mesh lies in this region", "larger");
+    expect_of_paper(
+        "[[boundary]]",
+        "[pfem2]\nscheme = \"second-order\"\n[[boundary]]",
+        "\"second-order\"",
+        "time integration",
+        "backward-euler",
+    );
+    expect_of_paper(
+        "[[boundary]]",
+        "[pfem2]\ninterface = \"sharp\"\n[[boundary]]",
+        "\"sharp\"",
+        "where their particles are",
+        "pseudo",
+    );
+    let oil = "[[body]]\nname = \"oil\"\nregion = { shape = \"box\", lower = [-1, -1], upper = [2, 0.2] }\n\
+               material = { law = \"newtonian\", density = 800, viscosity = 0.01 }\n[[boundary]]";
+    let oil_first =
+        PAPER.replace("[[boundary]]", oil).replace("lower = [\"-1 m\", \"-1 m\"]", "lower = [\"-1 m\", \"0.2 m\"]");
+    let Err(found) = model(&oil_first, Path::new("")) else { panic!("two fluids are refused") };
+    assert!(found.iter().any(|f| f.message.contains("in one fluid, and here are 2")), "{found:#?}");
+    expect_of_paper(
+        "lower = [\"0.4 m\", \"0 m\"], upper = [\"0.5 m\"",
+        "lower = [\"0.405 m\", \"0 m\"], upper = [\"0.415 m\"",
+        "",
+        "elements are larger than it",
+        "refine",
+    );
+}

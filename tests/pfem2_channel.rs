@@ -100,6 +100,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         tension,
         gravity,
         solids: None,
+        particle_solids: Vec::new(),
         level_set: None,
         volume: VolumeCorrection::None,
         scheme: Scheme::default(),

@@ -3,8 +3,9 @@
 
 use super::flow::{BoundarySpec, Pfem2Spec, TensionSpec};
 use super::friction::FrictionSpec;
-use super::parts::{BodySpec, ContactSpec, MembraneSpec, ObstacleSpec, WallSpec};
+use super::parts::{BodySpec, ContactSpec, Material, MembraneSpec, ObstacleSpec, WallSpec};
 use super::signal::SignalSpec;
+use crate::material::PointLaws;
 use crate::mesh::domain::DomainMesh;
 use crate::mpm;
 pub use crate::mpm::KernelKind as KernelSpec;
@@ -86,10 +87,20 @@ impl CaseFile {
         (0..self.body.len()).filter(is_solid).collect()
     }
 
+    /// Places in `body` of the solids on particles of a case of PFEM-2: those with a rate law under the preset of the paper.
+    pub fn particle_solids(&self) -> Vec<usize> {
+        (0..self.body.len()).filter(|&i| self.is_on_particles(i)).collect()
+    }
+
     /// Places in `body` of the fluids of a case of PFEM-2: all that are no solids. They are numbered in this order.
     pub fn fluids(&self) -> Vec<usize> {
-        let is_fluid = |i: &usize| self.method == Method::Pfem2 && !self.body[*i].material.is_solid();
-        (0..self.body.len()).filter(is_fluid).collect()
+        let is_solid = |i: usize| self.body[i].material.is_solid() || self.is_on_particles(i);
+        (0..self.body.len()).filter(|&i| self.method == Method::Pfem2 && !is_solid(i)).collect()
+    }
+
+    fn is_on_particles(&self, body: usize) -> bool {
+        let paper = self.method == Method::Pfem2 && self.preset == Preset::Becker2015;
+        paper && matches!(self.body[body].material, Material::Point(PointLaws::Hypoelastic(_)))
     }
 }
 

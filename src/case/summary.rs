@@ -186,10 +186,12 @@ impl CaseSummary {
             let own = (0..particles.len()).filter(|&p| usize::from(particles.fluid[p]) == fluid);
             own.map(|p| share(particles.element[p] as usize)).sum()
         };
-        let bodies = setup.fluids.iter().enumerate().map(|(fluid, setup)| BodySummary {
-            name: setup.name.clone(),
-            particles: count(fluid),
-            volume: volume(fluid),
+        let fluids = setup.fluids.iter().map(|fluid| &fluid.name);
+        let names = fluids.chain(setup.particle_solids.iter().map(|solid| &solid.name));
+        let bodies = names.enumerate().map(|(phase, name)| BodySummary {
+            name: name.clone(),
+            particles: count(phase),
+            volume: volume(phase),
         });
         let locator = setup.solids.is_some().then(|| Locator::new(mesh));
         let solids = locator

@@ -39,6 +39,7 @@ pub use hypoelastic::Hypoelastic;
 pub use increment::{Increment, Point, Response};
 pub use j2::J2;
 pub use johnson_cook::JohnsonCook;
+pub use kinematics::rotation;
 pub use linearised::{ElasticLaw, ElasticState, Linearised, Mixed};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;

@@ -12,6 +12,7 @@
 pub mod boundary;
 pub mod equations;
 pub mod interface;
+pub mod particle_solids;
 pub mod particles;
 mod report;
 pub mod setup;

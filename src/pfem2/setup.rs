@@ -8,6 +8,7 @@ use crate::pfem2::boundary::{BoundarySetup, PressurePin};
 use crate::pfem2::equations::element::{Mass, Stabilisation};
 use crate::pfem2::interface::Enrichment;
 use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::reseed::Reseeding;
@@ -28,6 +29,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub fluids: Vec<FluidSetup>,
     /// Solids; where they are there is no fluid.
     pub solids: Option<Structure<D>>,
+    /// Solids on particles; their phases follow those of the fluids.
+    pub particle_solids: Vec<ParticleSolidSetup<D>>,
     /// Surface tension of pairs of fluids [N/m].
     pub tension: Vec<([usize; 2], f64)>,
     /// Body force per unit mass, a formula per axis [m/s²].

@@ -27,6 +27,7 @@ use super::particles::tracking::{ParticleRules, ParticleTracking};
 use super::report::balance::EnergyBalance;
 use super::report::forces::BoundaryForces;
 use super::report::notices::Notices;
+use super::report::strain::StrainEnergy;
 use super::report::{checkpoint, health, snapshot};
 use super::setup::{InitialState, Scheme, Setup};
 use super::solid::tracking::SolidTracking;
@@ -132,6 +133,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         self.forces.mean.iter().for_each(|force| visit(force.to3()));
         let solids = self.solids.iter().flat_map(|solids| &solids.last.forces_mean);
         solids.for_each(|force| visit(force.to3()));
+        let on_particles = self.system.particle_solids.iter().flat_map(|solids| &solids.forces);
+        on_particles.for_each(|force| visit(force.to3()));
     }
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
@@ -168,12 +171,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
         let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
-        let phases = fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding)).collect();
+        let fluid_phases = fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
+        let solid_phases = setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density));
+        let phases = fluid_phases.chain(solid_phases).collect();
         let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
         let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
-        let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear);
+        let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear)
+            .with_particle_solids(setup.particle_solids);
+        let particles = system.with_columns(setup.particles);
         let mut pfem = Self {
-            particles: ParticleTracking::new(setup.particles, rules),
+            particles: ParticleTracking::new(particles, rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
             solids: setup.solids.map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary)),
             start: setup.start,
@@ -199,6 +206,10 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         pfem.begin_interface();
         let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
         pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
+        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
+        if let Some(solids) = &mut pfem.system.particle_solids {
+            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
+        }
         pfem
     }
 
@@ -214,6 +225,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// The step of the method.
     fn advance(&mut self, step: TimeStep) -> Result<(), StepError> {
+        // Turn the stresses of solids on particles: Becker (16), theory (K.3).
+        timed!(self.timer, "solids", self.rotate_stresses(step));
         // Predict u* of solids, and cut the mesh at their surface: theory J.1, J.2.
         timed!(self.timer, "solids", self.predict_solids(step)?);
         // v_p += Δt (β₁ aⁿ + β₂ aⁿ⁻¹), the explicit share: theory (F.3).
@@ -230,16 +243,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
         // Project v̂ and φ: Becker (37)–(39), theory G.11.
         let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
-        let convected = system.imposed(step, &averaged.mean);
-        self.history.keep_velocity(&system.velocity);
+        timed!(self.timer, "project", self.gather_solids());
+        let convected = self.system.imposed(step, &averaged.mean);
+        self.history.keep_velocity(&self.system.velocity);
         // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
         timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
+        // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
+        timed!(self.timer, "solids", self.update_solids(step, &averaged)?);
         // Correct, v_p += Σ N_i (v_i − v̂_i): Becker (40), theory F.11.
         timed!(self.timer, "correct", self.particles.correct(step, &averaged, &self.system, &self.interface));
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         timed!(self.timer, "account", self.account(step, &convected));
+        timed!(self.timer, "account", self.account_for_solids(step, &convected));
         health::check_particles(&self.particles.columns)?;
         health::check_nodes(&self.system)
     }
@@ -300,6 +317,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
     /// Updates what follows from the columns: contents of the elements, sums over the mesh, the interfaces as surfaces.
     pub(super) fn update_contents(&mut self) {
+        self.gather_solids();
         self.system.fill(&self.interface.phases(), &self.history.velocity_previous);
         self.balance.sum(&self.system);
         self.interface.trace(&self.system);
@@ -308,13 +326,18 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
 
 /// The rules of the particles.
 fn rules<const D: usize, const N: usize>(setup: &Setup<D, N>) -> ParticleRules {
-    let density = || setup.fluids.iter().map(|fluid| fluid.density);
-    let lightest = density().fold(f64::INFINITY, f64::min);
-    let is_projectile = |rho: f64| setup.fluids.len() == 2 && rho >= setup.projectile_ratio * lightest;
+    let solids = setup.particle_solids.iter().map(|solid| solid.law.density);
+    let density: Vec<f64> = setup.fluids.iter().map(|fluid| fluid.density).chain(solids).collect();
+    let lightest = density.iter().copied().fold(f64::INFINITY, f64::min);
+    // The level set is negative in a solid, whatever its density.
+    let negative = |phase: usize| setup.particle_solids.is_empty() || phase >= setup.fluids.len();
+    let is_projectile = |(phase, rho): (usize, &f64)| {
+        density.len() == 2 && negative(phase) && *rho >= setup.projectile_ratio * lightest
+    };
     ParticleRules {
         kernel: setup.kernel,
         target: ParticleCounts::new::<D>(setup.particles.len() / setup.mesh.elements().len()),
-        is_projectile: density().map(is_projectile).collect(),
+        is_projectile: density.iter().enumerate().map(is_projectile).collect(),
         relaxation: setup.relaxation,
         unresolved: setup.unresolved,
     }

@@ -80,6 +80,9 @@ pub(in crate::case) fn of_flow<const D: usize, const N: usize>(
     for (i, solid) in solids.iter().zip(setup.solid_setups()) {
         findings.extend(density(&format!("body[{i}].material.density"), &solid.name, solid.law.density(), DENSE));
     }
+    for (i, solid) in case.file.particle_solids().iter().zip(&setup.particle_solids) {
+        findings.extend(density(&format!("body[{i}].material.density"), &solid.name, solid.law.density, DENSE));
+    }
     for (i, fluid) in fluids.iter().zip(&setup.fluids) {
         findings.extend(density(&format!("body[{i}].material.density"), &fluid.name, fluid.density, FLOWING));
     }

@@ -17,6 +17,8 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::interface::Enriched;
+use crate::pfem2::particle_solids::element::SolidElement;
+use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::solid::cut::ElementState;
 use crate::pfem2::solid::immersed::Immersed;
 use std::sync::Arc;
@@ -64,6 +66,8 @@ pub struct ElementEquations<'a, const D: usize, const N: usize> {
     pub slip: &'a [u8],
     /// Solids in the mesh.
     pub immersed: Option<&'a Immersed<D, N>>,
+    /// Solids on particles.
+    pub particle_solids: Option<&'a ParticleSolids<D, N>>,
 }
 
 impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
@@ -92,9 +96,18 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         (state != ElementState::Fluid).then_some((immersed, state))
     }
 
+    /// The equations of an element that holds a solid on particles.
+    #[inline]
+    pub fn with_solid(&self, element: usize) -> Option<&SolidElement<D, N>> {
+        self.particle_solids?.of(element)
+    }
+
     /// The block of an element's local nodes `i` and `j`, condensed.
     #[inline]
     fn block(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
+        if let Some(own) = self.with_solid(element) {
+            return own.blocks[i][j];
+        }
         if let Some((immersed, state)) = self.beside_solid(element) {
             return match state {
                 ElementState::Cut(place) => immersed.elements[place as usize].blocks[i][j],
@@ -125,6 +138,9 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
 
     /// The right-hand side of an element's local node `i`, condensed.
     fn load(&self, element: usize, cut: Option<&CutElement<D, N>>, i: usize) -> [f64; N] {
+        if let Some(own) = self.with_solid(element) {
+            return own.loads[i];
+        }
         if let Some((immersed, state)) = self.beside_solid(element) {
             return match state {
                 ElementState::Cut(place) => immersed.elements[place as usize].loads[i],
@@ -149,7 +165,7 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
     #[inline]
     fn equation(&self, element: usize, cut: Option<&CutElement<D, N>>, (i, j): (usize, usize)) -> Block<N> {
         let mut block = self.block(element, cut, (i, j));
-        if self.slip[element] != 0 && self.beside_solid(element).is_none() {
+        if self.slip[element] != 0 && self.beside_solid(element).is_none() && self.with_solid(element).is_none() {
             slip::press(&mut block, self.mesh.simplex(element), self.slip[element], (i, j));
             cut.iter().for_each(|cut| add(&mut block, &cut.enriched.wall_block(i, j)));
         }

@@ -23,7 +23,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     fn fastest(&self, gravity: impl Fn(usize) -> f64) -> f64 {
-        let mixed = (0..self.size.len()).filter(|e| !self.pure[*e]);
+        let mixed = (0..self.size.len()).filter(|&e| !self.pure[e] && !self.holds_solid(e));
         let square = mixed.map(|e| self.wave(gravity(e), std::f64::consts::PI / self.size[e]));
         square.fold(0.0, f64::max).sqrt()
     }

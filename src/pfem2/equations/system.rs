@@ -24,6 +24,10 @@ use crate::pfem2::boundary::{Boundary, Constraints};
 use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::surface_tension;
 use crate::pfem2::interface::{Enriched, Enrichment, Medium};
+use crate::pfem2::particle_solids::columns;
+use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
+use crate::pfem2::particle_solids::solids::{ParticleSolids, Surroundings};
+use crate::pfem2::particles::Particles;
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::border::SolidBorder;
 use crate::pfem2::solid::coupling::FluidPart;
@@ -110,6 +114,8 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub volumes: Vec<f64>,
     /// Solids in the mesh.
     pub immersed: Option<Immersed<D, N>>,
+    /// Solids on particles.
+    pub particle_solids: Option<ParticleSolids<D, N>>,
     /// Outcome of the last solution.
     pub outcome: SolveOutcome,
     pub(in crate::pfem2) equations: Equations,
@@ -160,6 +166,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             boundary_mask: constraints.mask.clone(),
             constraints,
             immersed: None,
+            particle_solids: None,
             matrix: BlockMatrix::zeros(assembly.pattern()),
             linear: solver(&mesh, &assembly, options),
             options,
@@ -184,6 +191,31 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
     }
 
+    /// With solids on particles, whose phases follow those of the fluids.
+    pub fn with_particle_solids(mut self, setups: Vec<ParticleSolidSetup<D>>) -> Self {
+        if setups.is_empty() {
+            return self;
+        }
+        self.density.extend(setups.iter().map(|solid| solid.law.density));
+        self.volumes.resize(self.density.len(), 0.0);
+        let first = self.physics.fluids.len();
+        let solids = ParticleSolids::new(setups, first, self.density[0]);
+        solids.hold(&mut self.constraints);
+        self.particle_solids = Some(solids);
+        self
+    }
+
+    /// Names of the phases: fluids, then solids on particles.
+    pub fn phase_names(&self) -> impl Iterator<Item = &str> {
+        let solids = self.particle_solids.iter().flat_map(|solids| &solids.setups).map(|solid| solid.name.as_str());
+        self.physics.fluids.iter().map(|fluid| fluid.name.as_str()).chain(solids)
+    }
+
+    /// True for an element that holds a solid on particles.
+    pub(in crate::pfem2) fn holds_solid(&self, element: usize) -> bool {
+        self.particle_solids.as_ref().is_some_and(|solids| solids.of(element).is_some())
+    }
+
     /// Solves for velocity and pressure at the end of the step, and for the velocity of immersed solids.
     ///
     /// # Errors
@@ -196,6 +228,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             immersed.constrain(&self.mesh, &self.boundary_mask, &mut self.constraints);
         }
         self.boundary.prescribe(&self.mesh, step.end(), &mut self.constraints);
+        if let Some(solids) = &self.particle_solids {
+            solids.prescribe(&self.mesh, step.end(), &self.boundary_mask, &mut self.constraints);
+        }
         self.assemble(step, convected);
         self.start_from(convected);
         self.outcome = self.solve_linear()?.map_err(|failure| {
@@ -230,6 +265,24 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(outcome)
     }
 
+    /// Prescribed unknowns of the boundary, without those of supports: bits as in [`Constraints::mask`].
+    pub(in crate::pfem2) fn boundary_mask(&self) -> &[u8] {
+        &self.boundary_mask
+    }
+
+    /// Particles with the columns that solids on particles ask for.
+    pub(in crate::pfem2) fn with_columns(&self, mut particles: Particles<D>) -> Particles<D> {
+        if let Some(solids) = &self.particle_solids {
+            columns::add(&mut particles, solids.first);
+        }
+        particles
+    }
+
+    /// True for a component of a node that neither the boundary nor a support holds.
+    pub(in crate::pfem2) fn is_free(&self, node: usize, axis: usize) -> bool {
+        self.constraints.mask[node] >> axis & 1 == 0
+    }
+
     /// The convected velocity v̂ of a step with that of nodes with a prescribed velocity [m/s] (theory (F.31)).
     pub fn imposed(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
         let mut convected = convected.to_vec();
@@ -237,6 +290,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             immersed.extend(|node| immersed.velocity_hat[node], &mut convected);
         }
         self.boundary.impose(&self.mesh, step, &mut convected);
+        if let Some(solids) = &self.particle_solids {
+            solids.impose(&self.mesh, step.end(), &self.boundary_mask, &mut convected);
+        }
         convected
     }
 
@@ -271,6 +327,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             open: &self.open,
             slip: &self.slip,
             immersed: self.immersed.as_ref(),
+            particle_solids: self.particle_solids.as_ref(),
         }
     }
 
@@ -333,15 +390,17 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             };
             (content, matches!(filling, Filling::Pure(_)))
         });
-        let (mut contents, pure): (Vec<_>, Vec<_>) = filled.into_iter().unzip();
+        let (mut contents, mut pure): (Vec<_>, Vec<_>) = filled.into_iter().unzip();
         self.fill_cut_by_solids(&mut contents, convected);
+        self.fill_with_solids(phases, &mut contents, convected);
+        pure.iter_mut().enumerate().for_each(|(e, pure)| *pure &= !self.holds_solid(e));
         let drives = self.elements(convected);
         let is_fluid =
             |e: usize| self.immersed.as_ref().is_none_or(|immersed| immersed.cut.state[e] == ElementState::Fluid);
         let elements = self.mesh.elements();
         let cuts = parallel::collect_some(count, 256, |e| {
             let enrich = || self.enrich(e, phases.filling(&elements[e]), &contents[e], &drives.drive(e, true));
-            if pure[e] || !is_fluid(e) { None } else { enrich() }
+            if pure[e] || !is_fluid(e) || self.holds_solid(e) { None } else { enrich() }
         });
         self.volumes = phases.volumes(&self.mesh, count, |e| (e, self.fluid_volume(e)));
         self.cuts = cuts;
@@ -359,6 +418,21 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         });
         contents.iter_mut().enumerate().for_each(|(e, content)| immersed.reduce(e, content));
         self.immersed = Some(immersed);
+    }
+
+    /// Makes the equations and the contents of elements that hold solids on particles.
+    fn fill_with_solids(&mut self, phases: &Phases, contents: &mut [Content<N>], convected: &[Vector<D>]) {
+        let Some(mut solids) = self.particle_solids.take() else { return };
+        let drives = self.elements(convected);
+        let around = Surroundings {
+            mesh: &self.mesh,
+            equations: self.equations,
+            drive: &|e| drives.drive(e, false),
+            viscosity: &|e| self.viscosity(e, 0),
+            tau: &|e, medium| self.tau(e, medium),
+        };
+        solids.fill(&around, phases, contents);
+        self.particle_solids = Some(solids);
     }
 
     /// The enriched pressure and the surface tension of an element, if it is cut.
@@ -399,7 +473,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
     fn viscosity(&self, e: usize, fluid: usize) -> f64 {
-        let law = &self.physics.fluids[fluid].law;
+        let Some(FluidSetup { law, .. }) = self.physics.fluids.get(fluid) else { return 0.0 };
         let rate = if !law.is_newtonian() {
             let velocity = self.mesh.elements()[e].map(|node| self.velocity[node as usize]);
             shear_rate(&self.mesh.simplex(e).gradient, &velocity)
@@ -470,6 +544,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             |cut: &CutElement<D, N>| self.mesh.elements()[cut.element as usize].map(|i| self.unknowns[i as usize]);
         let of = |cut: usize| self.cuts[cut].enriched.recover(&nodal(&self.cuts[cut]));
         self.recovered = parallel::collect(self.cuts.len(), 256, of);
+        if let Some(solids) = &mut self.particle_solids {
+            solids.recover(&self.mesh, &self.velocity, self.equations.delta);
+        }
     }
 
     /// Projects on the nodes what the next step is stabilised against.

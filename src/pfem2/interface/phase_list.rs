@@ -26,6 +26,11 @@ pub struct Phase {
 }
 
 impl Phase {
+    /// A solid of this density [kg/m³], whose particles keep their history.
+    pub fn solid(density: f64) -> Self {
+        Self { role: Role::Solid, density, reseeding: Reseeding::EmptyElements }
+    }
+
     /// A fluid of this density [kg/m³].
     pub fn fluid(density: f64, reseeding: Reseeding) -> Self {
         Self { role: Role::Fluid, density, reseeding }

@@ -172,6 +172,14 @@ impl<const D: usize> Particles<D> {
         self.optional.iter().find(|column| column.name == name).map(|column| &column.values[..])
     }
 
+    /// Calls `change` with the numbers of a column that [`Particles::add_column`] added, and the particles without it.
+    pub fn change_column(&mut self, name: &str, change: impl FnOnce(&mut [f64], &Self)) {
+        let Some(place) = self.optional.iter().position(|column| column.name == name) else { return };
+        let mut values = std::mem::take(&mut self.optional[place].values);
+        change(&mut values, self);
+        self.optional[place].values = values;
+    }
+
     /// Their number.
     pub fn len(&self) -> usize {
         self.position.len()

@@ -7,6 +7,7 @@ use super::forces::BoundaryAction;
 use super::ledger::{EnergyLedger, ExternalRates, FlowTotals};
 use super::notices::Notices;
 use super::solids::{SolidEnergies, SolidEnergy};
+use super::strain::StrainEnergy;
 use super::through::OpenBoundaryFlux;
 use crate::error::StepError;
 use crate::pfem2::equations::system::VelocityPressureSystem;
@@ -29,6 +30,8 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
     pub ledger: EnergyLedger,
     /// Energy of solids, if there are any.
     pub solids: Option<SolidEnergy>,
+    /// Strain energy of solids on particles, if there are any.
+    pub strain: Option<StrainEnergy>,
     /// Viscous dissipation.
     pub dissipation: ViscousDissipation<D>,
     /// Work that gravity can do, where that can be told.
@@ -44,6 +47,7 @@ impl<const D: usize> EnergyBalance<D> {
             totals: FlowTotals::default(),
             ledger: EnergyLedger::default(),
             solids: None,
+            strain: None,
             dissipation: ViscousDissipation::at_rest(nodes),
             available: None,
             initial_volumes: Vec::new(),
@@ -59,7 +63,8 @@ impl<const D: usize> EnergyBalance<D> {
     ) {
         self.solids = solids.map(SolidEnergy::open);
         // Solids that sink or rise, and the strain in them, belong to it too.
-        self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| solids.is_none());
+        let fluids_alone = solids.is_none() && system.particle_solids.is_none();
+        self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| fluids_alone);
         if system.boundary.is_closed() && solids.is_none() {
             self.initial_volumes = system.volumes.clone();
         }
@@ -102,12 +107,16 @@ impl<const D: usize> EnergyBalance<D> {
         if let Some(solids) = &self.solids {
             self.ledger.largest = self.ledger.largest.max(solids.largest());
         }
+        if let Some(strain) = &self.strain {
+            self.ledger.largest = self.ledger.largest.max(strain.largest());
+        }
     }
 
     /// Energy of the flow, its surfaces and the solids that no term explains [J].
     pub fn gained<const N: usize>(&self, system: &VelocityPressureSystem<D, N>) -> f64 {
         let of_solids = self.solids.as_ref().map_or(0.0, SolidEnergy::gained);
-        self.ledger.gained(&self.totals, system.surface_energy()) + of_solids
+        let of_strain = self.strain.as_ref().map_or(0.0, StrainEnergy::gained);
+        self.ledger.gained(&self.totals, system.surface_energy()) + of_solids + of_strain
     }
 
     /// Powers and forces from outside at the end of a step, with the sums over the mesh.

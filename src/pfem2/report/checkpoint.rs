@@ -119,8 +119,8 @@ fn node_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &
     visit("nodes/earlier", Column::new(&mut pfem.history.velocity_earlier));
     visit("nodes/acceleration", Column::new(&mut pfem.history.acceleration));
     visit("nodes/carried", Column::new(&mut pfem.history.acceleration_previous));
-    for (fluid, fraction) in pfem.system.physics.fluids.iter().zip(&mut pfem.interface.fraction) {
-        visit(&format!("nodes/fraction: {}", fluid.name), Column::new(fraction));
+    for (name, fraction) in pfem.system.phase_names().zip(&mut pfem.interface.fraction) {
+        visit(&format!("nodes/fraction: {name}"), Column::new(fraction));
     }
 }
 
@@ -141,6 +141,12 @@ fn interface_columns<const D: usize>(interface: &mut InterfaceTracking<D>, visit
 fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     if let Some(energy) = &mut pfem.balance.solids {
         visit("solids/energy", Column::record(energy));
+    }
+    if let Some(strain) = &mut pfem.balance.strain {
+        visit("solids/strain energy", Column::record(strain));
+    }
+    if let Some(solids) = &mut pfem.system.particle_solids {
+        visit("solids/forces", Column::new(&mut solids.forces));
     }
     let Some(solids) = &mut pfem.solids else { return };
     let (state, last) = (&mut solids.structure.state, &mut solids.last);

@@ -173,7 +173,7 @@ fn open_boundary_load<const D: usize, const N: usize>(
     mut add: impl FnMut(usize, Vector<D>),
 ) {
     let mesh = elements.mesh;
-    for e in (0..elements.open.len()).filter(|&e| elements.open[e] != 0) {
+    for e in (0..elements.open.len()).filter(|&e| elements.open[e] != 0 && elements.with_solid(e).is_none()) {
         let (simplex, nodes) = (mesh.simplex(e), mesh.elements()[e].map(|node| node as usize));
         for k in (0..N).filter(|&k| elements.open[e] >> k & 1 == 1) {
             let area = simplex.facet_area(k) * (elements.contents[e].viscosity / D as f64);

@@ -8,6 +8,7 @@
 //! available   available potential energy, and the check against it        theory F.14
 //! balance     the energy balance of a run, and its checks
 //! solids      energy of solids                                        theory J.6
+//! strain      energy of solids on particles                               theory K.6
 //! health      errors that stop a run
 //! notices     notices of a run
 //! snapshot    the state as outputs see it
@@ -24,4 +25,5 @@ pub(super) mod ledger;
 pub(super) mod notices;
 pub(super) mod snapshot;
 pub(super) mod solids;
+pub(super) mod strain;
 pub(super) mod through;

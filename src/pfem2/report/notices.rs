@@ -57,17 +57,17 @@ impl Notices {
         particles: &Particles<D>,
         fraction: &[Vec<f64>],
     ) {
-        let fluids = &system.physics.fluids;
-        if fluids.len() < 2 {
+        let phases = fraction.len();
+        if phases < 2 {
             return;
         }
-        let mut left = vec![false; fluids.len()];
-        particles.fluid.iter().for_each(|&fluid| left[usize::from(fluid)] = true);
-        for (index, (fluid, left)) in fluids.iter().zip(left).enumerate() {
+        let mut left = vec![false; phases];
+        particles.fluid.iter().for_each(|&phase| left[usize::from(phase)] = true);
+        for (index, (name, left)) in system.phase_names().zip(left).enumerate() {
             if left {
                 self.been.insert(index);
             } else if self.been.contains(&index) {
-                self.said.say(&format!("gone: {}", fluid.name), || format!("no particle of `{}` is left", fluid.name));
+                self.said.say(&format!("gone: {name}"), || format!("no particle of `{name}` is left"));
             }
         }
         for (inlet, fluid) in at_inlets(system, fraction) {

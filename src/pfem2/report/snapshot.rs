@@ -3,6 +3,8 @@
 use crate::math::{SymTensor, Vector};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::filled;
+use crate::pfem2::particle_solids::columns;
+use crate::pfem2::solid::setup::Plane;
 use crate::pfem2::solid::stress::NodalStress;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::time::step_control::ErrorEstimates;
@@ -30,7 +32,11 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         points: (0..pfem.interface.list.count()).map(|fluid| points(pfem, fluid)).collect(),
         surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).chain(solids(pfem)).collect(),
         ledger: ledger(pfem),
-        forces: forces.map(|(part, force)| (part.name.clone(), force.to3())).chain(forces_on_solids(pfem)).collect(),
+        forces: forces
+            .map(|(part, force)| (part.name.clone(), force.to3()))
+            .chain(forces_on_solids(pfem))
+            .chain(forces_on_particle_solids(pfem))
+            .collect(),
         counts: counts(pfem),
         amounts: amounts(pfem),
         ..Snapshot::default()
@@ -43,9 +49,10 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     let own: Vec<u32> =
         (0..particles.len() as u32).filter(|&p| usize::from(particles.fluid[p as usize]) == fluid).collect();
     let position = own.iter().map(|&p| particles.position[p as usize].to3()).collect();
-    let id = Cow::Owned(own.clone());
+    let id = Cow::Owned(identities(pfem, fluid, &own));
     let count = own.len();
     let [here, there] = [own.clone(), own.clone()];
+    let of_solid = solid_fields(pfem, fluid, &own);
     let volume = move || here.iter().map(|&p| pfem.particles.volume(&pfem.system, p as usize)).collect();
     let mass = move || {
         there
@@ -55,17 +62,62 @@ fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usiz
     };
     let velocity = move || own.iter().flat_map(|&p| particles.velocity[p as usize].to3()).collect();
     PointSet {
-        name: &pfem.system.physics.fluids[fluid].name,
+        name: pfem.system.phase_names().nth(fluid).unwrap_or_default(),
         position,
         id,
-        fields: vec![
+        fields: [
             Field::computed("velocity", "m/s", 3, velocity),
             Field::computed("volume", if D == 2 { "m^2" } else { "m^3" }, 1, volume),
             Field::computed("mass", "kg", 1, mass),
             Field::computed("fluid", "", 1, move || vec![fluid as f64; count]),
-        ],
+        ]
+        .into_iter()
+        .chain(of_solid)
+        .collect(),
         filled: Some(Box::new(move |bounds: &filled::FluidBox| filled::pieces(pfem, fluid, bounds))),
     }
+}
+
+/// Identities of particles that stay theirs: of solids on particles their numbers, of fluids their places.
+fn identities<const D: usize, const N: usize>(pfem: &Pfem2<D, N>, phase: usize, own: &[u32]) -> Vec<u32> {
+    let solids = pfem.system.particle_solids.as_ref().filter(|solids| phase >= solids.first);
+    match pfem.particles.columns.column(columns::IDENTITY).filter(|_| solids.is_some()) {
+        Some(identity) => own.iter().map(|&p| identity[p as usize] as u32).collect(),
+        None => own.to_vec(),
+    }
+}
+
+/// Stress and pressure of the particles of a solid; of a fluid nothing.
+fn solid_fields<'a, const D: usize, const N: usize>(
+    pfem: &'a Pfem2<D, N>,
+    phase: usize,
+    own: &[u32],
+) -> Vec<Field<'a>> {
+    let Some(law) = pfem.system.particle_solids.as_ref().and_then(|solids| solids.law_of(phase as u8)) else {
+        return Vec::new();
+    };
+    let (stress, pressure, _) = columns::state(&pfem.particles.columns);
+    let [here, there] = [own.to_vec(), own.to_vec()];
+    let plane = law.plane;
+    let total = move |p: usize| {
+        let mut total = stress[p] - SymTensor::isotropic(pressure[p]);
+        // In plane stress the deviator is that of the stress in the plane, and nothing acts across it.
+        total.0[2] = if D == 2 && plane == Plane::Stress { 0.0 } else { total.0[2] };
+        total.0
+    };
+    vec![
+        Field::computed("stress", "Pa", 6, move || here.iter().flat_map(|&p| total(p as usize)).collect()),
+        Field::computed("pressure", "Pa", 1, move || there.iter().map(|&p| pressure[p as usize]).collect()),
+    ]
+}
+
+/// Forces of the fluid on the solids on particles [N].
+fn forces_on_particle_solids<const D: usize, const N: usize>(
+    pfem: &Pfem2<D, N>,
+) -> impl Iterator<Item = (String, [f64; 3])> {
+    pfem.system.particle_solids.iter().flat_map(|solids| {
+        solids.setups.iter().zip(&solids.forces).map(|(setup, force)| (setup.name.clone(), force.to3()))
+    })
 }
 
 /// The mesh with what its nodes know.
@@ -165,10 +217,11 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     let (balance, system) = (&pfem.balance, &pfem.system);
     let mut ledger = balance.ledger.ledger::<D>(&balance.totals, system.surface_energy(), balance.gained(system));
     ledger.terms.extend(balance.solids.iter().flat_map(|solids| solids.terms()));
+    ledger.terms.extend(balance.strain.iter().flat_map(|strain| strain.terms()));
     ledger.largest = pfem.balance.largest_energy();
     let unit = if D == 2 { "m^2" } else { "m^3" };
-    for (fluid, &value) in pfem.system.physics.fluids.iter().zip(&pfem.system.volumes) {
-        ledger.terms.push(BalanceTerm { name: format!("volume: {}", fluid.name), unit, kind: Other, value });
+    for (name, &value) in pfem.system.phase_names().zip(&pfem.system.volumes) {
+        ledger.terms.push(BalanceTerm { name: format!("volume: {name}"), unit, kind: Other, value });
     }
     for (fluid, value) in pfem.interface.outflow_by_fluid() {
         let name = format!("outflow: {}", pfem.system.physics.fluids[fluid].name);

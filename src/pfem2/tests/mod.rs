@@ -7,6 +7,7 @@ mod couette;
 mod energy;
 mod inlet;
 mod outflow;
+mod particle_solids;
 mod rest;
 mod resume;
 mod solids;
@@ -95,6 +96,7 @@ fn setup<const D: usize, const N: usize>(
         gravity,
         particles,
         solids: None,
+        particle_solids: Vec::new(),
         level_set: None,
         volume: VolumeCorrection::default(),
         velocity,

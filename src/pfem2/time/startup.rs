@@ -143,6 +143,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn predictor_step(&mut self, step: TimeStep) -> Result<(), StepError> {
         self.predict_solids(step)?;
         let averaged = self.transport(step);
+        self.gather_solids();
         let convected = self.system.imposed(step, &averaged.mean);
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         for _ in 0..solutions {

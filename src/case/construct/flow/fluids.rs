@@ -28,12 +28,22 @@ const ELASTIC: [&str; 3] = ["neo-hookean", "st-venant-kirchhoff", "mooney-rivlin
 /// Nodes and elements that a thread asks for their bodies at once.
 const PIECE: usize = 256;
 
-/// A fluid as the case describes it: where it is, and how it moves at the start.
+/// A body of particles as the case describes it, a fluid or a solid: where it is, and how it moves at the start. Of several the first counts
+/// where they overlap.
 pub(super) struct InitialFluid {
     /// Its place in `body`.
     body: usize,
+    /// The number of its phase.
+    phase: u8,
     region: Region,
     velocity: [Signal; 3],
+}
+
+impl InitialFluid {
+    /// True for a place inside of it, or on its boundary [m].
+    pub fn contains<const D: usize>(&self, x: Vector<D>) -> bool {
+        self.region.signed_distance(x.to3()) <= 0.0
+    }
 }
 
 impl Construction<'_> {
@@ -81,6 +91,10 @@ impl Construction<'_> {
         match &spec.material {
             Material::Flow(law) => Some(FluidSetup::new(&spec.name, law.clone().into_box())),
             Material::Point(law) => {
+                if self.case.file.preset == Preset::Becker2015 {
+                    self.no_rate_law(index, law.name());
+                    return None;
+                }
                 let message = format!("the law `{}` is for `method = \"mpm\"`", law.name());
                 let finding = Diagnostic::error(format!("body[{index}].material"), message);
                 let help = format!(
@@ -96,7 +110,7 @@ impl Construction<'_> {
 
     pub(super) fn part<const D: usize, const N: usize>(
         &mut self,
-        index: usize,
+        (index, phase): (usize, usize),
         mesh: &Mesh<D, N>,
     ) -> Option<InitialFluid> {
         let spec = &self.case.file.body[index];
@@ -105,7 +119,7 @@ impl Construction<'_> {
             mesh.nodes().iter().copied().filter(|x| region.signed_distance(x.to3()) <= 0.0).collect();
         let samples = TrialPoints::start(&within);
         let velocity = self.signals(&format!("body[{index}].velocity"), &spec.velocity, &samples);
-        Some(InitialFluid { body: index, region, velocity })
+        Some(InitialFluid { body: index, phase: phase as u8, region, velocity })
     }
 
     /// Every element must have a fluid, or be in a solid.
@@ -140,14 +154,14 @@ impl Construction<'_> {
         let per_edge = self.case.file.pfem2.particles_per_edge;
         let fluid = |x: Vector<D>| match solid_at(solids, x) {
             Some(_) => None,
-            None => part_at(parts, x).map(|part| part as u8),
+            None => part_at(parts, x).map(|part| parts[part].phase),
         };
         let particles = Particles::seed(mesh, per_edge, fluid, |x| velocity_at(parts, x));
         if !has_errors(&self.findings) {
             self.gaps(mesh, parts, solids);
         }
-        for (index, InitialFluid { body, .. }) in parts.iter().enumerate() {
-            if !particles.fluid.contains(&(index as u8)) && !self.comes_in(*body) {
+        for InitialFluid { body, phase, .. } in parts {
+            if !particles.fluid.contains(phase) && !self.comes_in(*body) {
                 let help = "the region lies outside the mesh, under a body listed before it or a solid, or between particles; a fluid \
                             that is to come in is the `fluid` of an inlet";
                 let finding = Diagnostic::error(format!("body[{body}].region"), "no particles are in this region");
@@ -269,7 +283,7 @@ pub(super) fn sharp<const D: usize, const N: usize>(
 
 /// The first body whose region contains a place.
 fn part_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Option<usize> {
-    parts.iter().position(|part| part.region.signed_distance(x.to3()) <= 0.0)
+    parts.iter().position(|part| part.contains(x))
 }
 
 pub(super) fn velocity_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Vector<D> {

@@ -4,6 +4,7 @@ mod boundary;
 mod fluids;
 mod holding;
 mod mesh;
+mod particle_solids;
 mod solids;
 mod through;
 
@@ -65,9 +66,12 @@ impl Construction<'_> {
         let boundaries = self.boundaries(&mesh);
         let pin = self.pin(&mesh, &boundaries);
         let tension = self.tensions();
-        let (flowing, solid) = (file.fluids(), file.solids());
+        let (flowing, solid, on_particles) = (file.fluids(), file.solids(), file.particle_solids());
         let fluids: Vec<FluidSetup> = flowing.iter().filter_map(|&i| self.fluid(i)).collect();
-        let parts: Vec<InitialFluid> = flowing.iter().filter_map(|&i| self.part(i, &mesh)).collect();
+        // Solids come before fluids where regions overlap; their phases come after those of the fluids.
+        let phases = (flowing.len()..).zip(&on_particles).chain(flowing.iter().enumerate());
+        let parts: Vec<InitialFluid> = phases.filter_map(|(phase, &i)| self.part((i, phase), &mesh)).collect();
+        let particle_solids = self.particle_solids(&on_particles, &parts, &mesh);
         let solids: Vec<InitialSolid<D>> = solid.iter().filter_map(|&i| self.solid(i, &mesh)).collect();
         if flowing.is_empty() {
             let what = if file.body.is_empty() { "body" } else { "fluid" };
@@ -96,6 +100,7 @@ impl Construction<'_> {
         Some(Setup {
             velocity,
             solids: structure,
+            particle_solids,
             boundaries,
             pin,
             fluids,

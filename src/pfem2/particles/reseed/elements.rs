@@ -58,13 +58,17 @@ pub fn refill<const D: usize, const N: usize>(
     let places = after::<N>();
     let by_elements = |e: usize| {
         let own = particles.of(e);
-        particles.reseeding_of(phases.list, own.clone().next()) == Reseeding::Elements && own.len() < 2 * D
+        particles.reseeding_of(phases.list, own.clone()) == Reseeding::Elements && own.len() < 2 * D
     };
     let is_poor = |e: usize| by_elements(e).then_some(e);
     let poor = parallel::collect_some(mesh.elements().len(), parallel::CHUNK, is_poor);
+    let mut added = 0;
     for &e in &poor {
         let (nodes, corners) = (&mesh.elements()[e], mesh.corners(e));
-        for (place, fluid) in places.iter().zip(fluids(&places, nodes, phases)) {
+        let fills_empty = |fluid: u8| phases.list.reseeding(usize::from(fluid)) == Reseeding::EmptyElements;
+        let all = places.iter().zip(fluids(&places, nodes, phases));
+        for (place, fluid) in all.filter(|(_, fluid)| !fills_empty(*fluid)) {
+            added += 1;
             let position = crate::pfem2::particles::interpolate(place, &corners);
             particles.push(position, at(place, nodes, velocity), fluid, e as u32);
         }
@@ -72,7 +76,7 @@ pub fn refill<const D: usize, const N: usize>(
     if !poor.is_empty() {
         particles.sort();
     }
-    poor.len() * places.len()
+    added
 }
 
 /// The fluids of new particles at these places of an element.

@@ -40,6 +40,8 @@ pub enum Reseeding {
     SubCells,
     /// By elements, before the projection and at the end of the step (the paper).
     Elements,
+    /// Only where an element is empty: particles with a history are neither merged nor dropped, nor joined by others that have none.
+    EmptyElements,
 }
 
 /// Numbers of particles to be held in elements and sub-cells.
@@ -118,35 +120,46 @@ impl<const D: usize> Particles<D> {
         self.group_by_element();
         let edits = |e: usize| {
             let own = self.by_element.of(e);
-            match self.reseeding_of(list, own.first().map(|&p| p as usize)) {
+            match self.reseeding_of(list, own.iter().map(|&p| p as usize)) {
                 Reseeding::SubCells => self.edits(mesh, e, own, density),
                 Reseeding::Elements => edits_of_element::<D, N>(e, own),
+                Reseeding::EmptyElements if own.is_empty() => edits_of_element::<D, N>(e, own),
+                Reseeding::EmptyElements => Vec::new(),
             }
         };
         let edits = parallel::collect_all(mesh.elements().len(), 256, edits);
         let empty = (0..mesh.elements().len()).filter(|&e| self.by_element.of(e).is_empty()).count();
         let places = edits.iter().filter_map(|edit| if let Edit::Add(place) = edit { Some(*place) } else { None });
         let places = places.filter(|place| (origin.is_fluid)(place));
-        let added = self.fill(mesh, &places.collect::<Vec<_>>(), origin);
+        let added = self.fill(mesh, list, &places.collect::<Vec<_>>(), origin);
         let merged = edits.iter().filter(|edit| self.thin(edit)).count();
         self.sort();
         Reseeded { merged, empty, ..added }
     }
 
-    /// Rule for an element: that of the phase of its `first` particle; for an element without particles that of the first phase.
-    fn reseeding_of(&self, list: &PhaseList, first: Option<usize>) -> Reseeding {
-        list.reseeding(first.map_or(0, |p| usize::from(self.fluid[p])))
+    /// Rule for an element with the particles `own`: that of the first of them, unless one asks to be left alone; for an element without
+    /// particles that of the first phase.
+    fn reseeding_of(&self, list: &PhaseList, own: impl Iterator<Item = usize>) -> Reseeding {
+        let mut rules = own.map(|p| list.reseeding(usize::from(self.fluid[p])));
+        let Some(first) = rules.next() else { return list.reseeding(0) };
+        if rules.any(|rule| rule == Reseeding::EmptyElements) { Reseeding::EmptyElements } else { first }
     }
 
     /// Puts new particles at places.
     fn fill<const N: usize>(
         &mut self,
         mesh: &Mesh<D, N>,
+        list: &PhaseList,
         places: &[MeshPoint<N>],
         origin: &ParticleSource<D, N>,
     ) -> Reseeded {
-        let mut done = Reseeded { added: places.len(), ..Reseeded::default() };
+        let mut done = Reseeded::default();
         for (place, (newcomer, inflow)) in places.iter().zip(origin.newcomers(mesh, places)) {
+            let fills_empty = list.reseeding(usize::from(newcomer.fluid)) == Reseeding::EmptyElements;
+            if fills_empty && !self.by_element.of(place.element).is_empty() {
+                continue;
+            }
+            done.added += 1;
             self.push(place.position(mesh), newcomer.velocity, newcomer.fluid, place.element as u32);
             self.depth[self.position.len() - 1] = newcomer.depth;
             done.inflow += usize::from(inflow);

@@ -1,0 +1,143 @@
+//! Sums over the particles of an element, and averages at the nodes (Becker (37), (38); theory (K.4), (K.5)).
+//!
+//! ```text
+//! p̂_i = Σ N_i p_p / Σ N_i      over the particles of solids at nodes of a solid, of the fluid at others
+//! â_i = Σ N_i a_p / Σ N_i      over the particles of solids
+//! σ̄'  = Σ σ'_p / n_s,   V_s = V_e n_s/n_e,   ρ_i = Σ N_i ρ_p / Σ N_i     in an element with n_e particles, n_s of them of solids
+//! ```
+
+use super::columns;
+use super::solids::ParticleSolids;
+use crate::math::{SymTensor, Vector};
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::pfem2::interface::phases::Phases;
+use crate::pfem2::particles::Particles;
+
+/// Nodes that see less than this of a particle, Σ N_i, keep their values.
+const LEAST: f64 = 1e-5;
+
+/// Sums over the particles of an element; of pairs the first is that of fluids, the second that of solids.
+#[derive(Debug, Clone, Copy)]
+pub struct ElementSums<const D: usize, const N: usize> {
+    /// Numbers of particles.
+    pub count: [f64; 2],
+    /// Σ N_k.
+    pub shape: [[f64; N]; 2],
+    /// Σ N_k p_p [Pa].
+    pub pressure: [[f64; N]; 2],
+    /// Σ N_k a_p of solids [m/s²].
+    pub acceleration: [Vector<D>; N],
+    /// Σ N_k ρ_p [kg/m³].
+    pub density: [f64; N],
+    /// Σ σ'_p of solids [Pa].
+    pub stress: SymTensor,
+    /// Σ μ of solids [Pa].
+    pub shear: f64,
+    /// Σ 1/κ of solids [1/Pa].
+    pub compliance: f64,
+    /// Σ ρ of solids [kg/m³].
+    pub solid_density: f64,
+    /// Phase of its first particle of a solid, if there is one.
+    pub solid: Option<u8>,
+}
+
+impl<const D: usize, const N: usize> ElementSums<D, N> {
+    /// No particles.
+    pub const NONE: Self = Self {
+        count: [0.0; 2],
+        shape: [[0.0; N]; 2],
+        pressure: [[0.0; N]; 2],
+        acceleration: [Vector::ZERO; N],
+        density: [0.0; N],
+        stress: SymTensor::ZERO,
+        shear: 0.0,
+        compliance: 0.0,
+        solid_density: 0.0,
+        solid: None,
+    };
+
+    /// Part of the element's particles that are of solids, n_s/n_e; `None` without particles.
+    pub fn solid_share(&self) -> Option<f64> {
+        let all = self.count[0] + self.count[1];
+        (all > 0.0).then(|| self.count[1] / all)
+    }
+}
+
+/// Averages at the nodes.
+#[derive(Debug, Clone, Default)]
+pub struct NodalAverages<const D: usize> {
+    /// p̂ [Pa].
+    pub pressure: Vec<f64>,
+    /// â of solids [m/s²].
+    pub acceleration: Vec<Vector<D>>,
+    /// True for nodes of solids.
+    pub solid: Vec<bool>,
+}
+
+impl<const D: usize, const N: usize> ParticleSolids<D, N> {
+    /// Takes sums and averages of the particles; `pressure` [Pa] is that of nodes that see no particle of their phase.
+    pub fn gather(&mut self, particles: &Particles<D>, mesh: &Mesh<D, N>, phases: &Phases, pressure: &[f64]) {
+        self.sums = parallel::collect(mesh.elements().len(), 256, |e| self.sums_of(particles, mesh, e));
+        let nodes = mesh.nodes().len();
+        let solid: Vec<bool> = (0..nodes).map(|node| phases.at(node) >= self.first).collect();
+        let average = |i: usize| {
+            let side = usize::from(solid[i]);
+            let (mut seen, mut p, mut solids, mut a) = (0.0, 0.0, 0.0, Vector::ZERO);
+            for &e in mesh.elements_around(i) {
+                let own = &self.sums[e as usize];
+                let Some(k) = mesh.elements()[e as usize].iter().position(|&node| node as usize == i) else { continue };
+                seen += own.shape[side][k];
+                p += own.pressure[side][k];
+                solids += own.shape[1][k];
+                a += own.acceleration[k];
+            }
+            // Becker (38) of pressure and acceleration; theory (K.4).
+            let pressure = if seen < LEAST { pressure[i] } else { p / seen };
+            (pressure, if solids < LEAST { Vector::ZERO } else { a / solids })
+        };
+        let (pressure, acceleration) = parallel::collect(nodes, 256, average).into_iter().unzip();
+        self.nodal = NodalAverages { pressure, acceleration, solid };
+    }
+
+    fn sums_of(&self, particles: &Particles<D>, mesh: &Mesh<D, N>, e: usize) -> ElementSums<D, N> {
+        let (stress, pressure, acceleration) = columns::state(particles);
+        let mut sums = ElementSums::NONE;
+        for p in particles.of(e) {
+            let shape = mesh.shape_functions(e, particles.position[p]);
+            let law = self.law_of(particles.fluid[p]);
+            let (side, density) = (usize::from(law.is_some()), law.map_or(self.fluid_density, |law| law.density));
+            sums.count[side] += 1.0;
+            for k in 0..N {
+                sums.shape[side][k] += shape[k];
+                sums.pressure[side][k] += shape[k] * pressure[p];
+                sums.density[k] += shape[k] * density;
+            }
+            if let Some(law) = law {
+                (0..N).for_each(|k| sums.acceleration[k] += acceleration[p] * shape[k]);
+                sums.stress += stress[p];
+                sums.shear += law.shear;
+                sums.compliance += 1.0 / law.bulk;
+                sums.solid_density += law.density;
+                sums.solid = sums.solid.or(Some(particles.fluid[p]));
+            }
+        }
+        sums
+    }
+
+    /// Mean stress σ̄' of the solid in an element [Pa]; where it holds no particle of one, that of the elements around its nodes of solids.
+    pub(super) fn mean_stress(&self, mesh: &Mesh<D, N>, e: usize) -> SymTensor {
+        let own = &self.sums[e];
+        if own.count[1] > 0.0 {
+            return own.stress * (1.0 / own.count[1]);
+        }
+        let nodes = mesh.elements()[e].iter().map(|&node| node as usize).filter(|&node| self.nodal.solid[node]);
+        let mut around: Vec<u32> = nodes.flat_map(|node| mesh.elements_around(node)).copied().collect();
+        around.sort_unstable();
+        around.dedup();
+        let all = around.iter().map(|&e| &self.sums[e as usize]);
+        let (stress, count) =
+            all.fold((SymTensor::ZERO, 0.0), |(stress, count), sums| (stress + sums.stress, count + sums.count[1]));
+        if count > 0.0 { stress * (1.0 / count) } else { SymTensor::ZERO }
+    }
+}
