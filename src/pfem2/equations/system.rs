@@ -23,7 +23,7 @@ use crate::parallel;
 use crate::pfem2::boundary::{Boundary, Constraints};
 use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::surface_tension;
-use crate::pfem2::interface::{Enriched, Enrichment, Medium};
+use crate::pfem2::interface::{Enriched, Enrichment, FluidRegion, Medium};
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::border::SolidBorder;
 use crate::pfem2::solid::coupling::FluidPart;
@@ -270,10 +270,14 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
     }
 
+    /// The part of the mesh that the fluids fill.
+    pub(in crate::pfem2) fn fluid_region(&self) -> FluidRegion<'_, D, N> {
+        FluidRegion::new(&self.mesh, self.immersed.as_ref().map(|immersed| &immersed.cut))
+    }
+
     /// Volume of the fluid in an element [m³].
     pub(in crate::pfem2) fn fluid_volume(&self, element: usize) -> f64 {
-        let share = self.immersed.as_ref().map_or(1.0, |immersed| immersed.fluid_share(element));
-        self.mesh.simplex(element).volume * share
+        self.fluid_region().volume(element)
     }
 
     /// True where one fluid fills the element.
@@ -298,7 +302,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// Energy of the interfaces, σ A [J].
     pub fn surface_energy(&self) -> f64 {
-        self.cuts.iter().map(|cut| cut.energy).sum()
+        let beside_solids = self.immersed.iter().flat_map(|immersed| &immersed.elements).map(|element| element.energy);
+        self.cuts.iter().map(|cut| cut.energy).chain(beside_solids).sum()
     }
 
     /// True for nodes on the boundary of the mesh.
@@ -330,7 +335,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             (content, matches!(filling, Filling::Pure(_)))
         });
         let (mut contents, pure): (Vec<_>, Vec<_>) = filled.into_iter().unzip();
-        self.fill_cut_by_solids(&mut contents, convected);
+        self.fill_cut_by_solids(&mut contents, phases, convected);
         let drives = self.elements(convected);
         let is_fluid =
             |e: usize| self.immersed.as_ref().is_none_or(|immersed| immersed.cut.state[e] == ElementState::Fluid);
@@ -339,22 +344,71 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             let enrich = || self.enrich(e, phases.filling(&elements[e]), &contents[e], &drives.drive(e, true));
             if pure[e] || !is_fluid(e) { None } else { enrich() }
         });
-        self.volumes = phases.volumes(&self.mesh, count, |e| (e, self.fluid_volume(e)));
+        self.volumes = phases.volumes(&self.fluid_region());
         self.cuts = cuts;
         (self.contents, self.pure) = (contents, pure);
     }
 
     /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
-    fn fill_cut_by_solids(&mut self, contents: &mut [Content<N>], convected: &[Vector<D>]) {
+    fn fill_cut_by_solids(&mut self, contents: &mut [Content<N>], phases: &Phases, convected: &[Vector<D>]) {
         let Some(mut immersed) = self.immersed.take() else { return };
         let drives = self.elements(convected);
-        immersed.fill(&self.mesh, &self.equations, |e| {
-            let Content { mass, viscosity, tau, .. } = contents[e];
-            let density = mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
-            FluidPart { medium: Medium { density, viscosity }, tau, drive: drives.drive(e, false) }
-        });
+        let region = FluidRegion::new(&self.mesh, Some(&immersed.cut));
+        let of = |cut: usize| {
+            let e = immersed.cut.elements[cut].element as usize;
+            match phases.filling(&self.mesh.elements()[e]) {
+                Filling::Cut(pair, level) => self.two_fluids(&region, e, (pair, level), &drives.drive(e, true)),
+                Filling::Pure(_) | Filling::Mixed(_) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
+            }
+        };
+        let fluids = parallel::collect(immersed.cut.elements.len(), 64, of);
+        immersed.fill(&self.mesh, &self.equations, &fluids);
         contents.iter_mut().enumerate().for_each(|(e, content)| immersed.reduce(e, content));
         self.immersed = Some(immersed);
+    }
+
+    /// One fluid, or a mixture, in the part of an element that a solid leaves; `content` is that of the whole element.
+    fn one_fluid(&self, e: usize, content: &Content<N>, drive: &Drive<D, N>) -> FluidPart<D, N> {
+        let density = content.mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
+        let medium = Medium { density, viscosity: content.viscosity };
+        FluidPart {
+            level: [1.0; N],
+            media: [medium; 2],
+            enrichment: Enrichment::None,
+            tension: 0.0,
+            tau: content.tau,
+            drive: *drive,
+            sources: [drive.forces_of(&self.equations, [true; N]); 2],
+        }
+    }
+
+    /// Two fluids with an interface in the part of an element that a solid leaves.
+    fn two_fluids(
+        &self,
+        region: &FluidRegion<D, N>,
+        e: usize,
+        (pair, level): ([usize; 2], [f64; N]),
+        drive: &Drive<D, N>,
+    ) -> FluidPart<D, N> {
+        let media = pair.map(|fluid| Medium { density: self.density[fluid], viscosity: self.viscosity(e, fluid) });
+        let share = region.negative_volume(e, &level) / region.volume(e).max(f64::MIN_POSITIVE);
+        let mean = |of: fn(&Medium) -> f64| share * of(&media[0]) + (1.0 - share) * of(&media[1]);
+        let mean = Medium { density: mean(|medium| medium.density), viscosity: mean(|medium| medium.viscosity) };
+        let sides = [true, false].map(|negative| level.map(|phi| (phi < 0.0) == negative));
+        let enrichment = match self.physics.enrichment {
+            Enrichment::None => Enrichment::None,
+            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has there.
+            Enrichment::Kink | Enrichment::Jump => Enrichment::Jump,
+        };
+        FluidPart {
+            level,
+            media,
+            enrichment,
+            tension: self.physics.tension_between(pair),
+            tau: self.cut_tau() * self.tau(e, mean),
+            drive: *drive,
+            sources: sides.map(|own| drive.forces_of(&self.equations, own)),
+        }
     }
 
     /// The enriched pressure and the surface tension of an element, if it is cut.

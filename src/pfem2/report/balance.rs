@@ -60,7 +60,7 @@ impl<const D: usize> EnergyBalance<D> {
         self.solids = solids.map(SolidEnergy::open);
         // Solids that sink or rise, and the strain in them, belong to it too.
         self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| solids.is_none());
-        if system.boundary.is_closed() && solids.is_none() {
+        if system.boundary.is_closed() {
             self.initial_volumes = system.volumes.clone();
         }
         self.ledger = EnergyLedger::open(self.totals.kinetic, system.surface_energy(), impulsive);

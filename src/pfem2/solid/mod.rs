@@ -15,6 +15,7 @@ pub mod coupling;
 pub mod cut;
 mod dilatation;
 pub mod element;
+mod enriched;
 pub mod equations;
 pub mod equilibrium;
 pub mod gauss;

@@ -4,6 +4,7 @@ mod bubble;
 mod cavity;
 mod couette;
 mod energy;
+mod floating;
 mod inlet;
 mod outflow;
 mod rest;

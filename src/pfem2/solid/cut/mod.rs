@@ -18,8 +18,9 @@ mod tests;
 use super::setup::SurfaceCondition;
 use super::surface::{NearestPoint, NodeWeights, SolidSurface};
 use crate::math::{Tensor, Vector};
-use crate::mesh::{Location, Locator, Mesh, Simplex};
+use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
+use crate::pfem2::interface::share;
 use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
@@ -117,6 +118,25 @@ pub struct CutBySolid<const N: usize> {
     pub points: Vec<u32>,
     /// The part outside of solids.
     pub parts: Vec<FluidSimplex<N>>,
+    /// Shape functions of the element at the corners of each of them.
+    pub shapes: Vec<[[f64; N]; N]>,
+    /// Their volume over that of the element.
+    pub share: f64,
+}
+
+impl<const N: usize> CutBySolid<N> {
+    /// Finds where the corners of its parts are in the element, given the cut points.
+    fn place<const D: usize>(&mut self, mesh: &Mesh<D, N>, points: &[CutPoint<D>]) {
+        let shape = |vertex: Vertex| match vertex {
+            Vertex::Node(k) => std::array::from_fn(|i| if i == usize::from(k) { 1.0 } else { 0.0 }),
+            Vertex::Point(k) => {
+                let position = points[self.points[usize::from(k)] as usize].position;
+                mesh.shape_functions(self.element as usize, position)
+            }
+        };
+        self.shapes = self.parts.iter().map(|part| part.vertices.map(shape)).collect();
+        self.share = self.shapes.iter().map(share).sum();
+    }
 }
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
@@ -134,6 +154,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let distance = &cut.distance;
         let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
+        let points = &cut.points;
+        parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
     }
 
@@ -157,7 +179,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             };
             let points = parts::cut_edges(inside).into_iter().map(&mut number).collect();
             self.state[element as usize] = ElementState::Cut(self.elements.len() as u32);
-            self.elements.push(CutBySolid { element, nodes, points, parts: parts::outside(&nodes, inside) });
+            let parts = parts::outside(&nodes, inside);
+            self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
         }
         edges
     }
@@ -175,22 +198,19 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         })
     }
 
-    /// Volume of the part of a cut element outside of solids [m³]; [m²] in 2D.
-    pub fn volume_outside(&self, mesh: &Mesh<D, N>, element: &CutBySolid<N>) -> f64 {
-        let volume = |part| Simplex::new(self.corners(mesh, element, part)).map_or(0.0, |simplex| simplex.volume);
-        element.parts.iter().map(volume).sum()
+    /// Volume of the part of an element outside of solids [m³]; [m²] in 2D.
+    pub fn volume_outside(&self, mesh: &Mesh<D, N>, element: usize) -> f64 {
+        let share = match self.state[element] {
+            ElementState::Fluid => 1.0,
+            ElementState::Solid => 0.0,
+            ElementState::Cut(place) => self.elements[place as usize].share,
+        };
+        share * mesh.simplex(element).volume
     }
 
     /// Volume of the background mesh that counts as solid [m³]; [m²] in 2D.
     pub fn volume_inside(&self, mesh: &Mesh<D, N>) -> f64 {
-        let volume = |e: usize| match self.state[e] {
-            ElementState::Fluid => 0.0,
-            ElementState::Solid => mesh.simplex(e).volume,
-            ElementState::Cut(place) => {
-                mesh.simplex(e).volume - self.volume_outside(mesh, &self.elements[place as usize])
-            }
-        };
-        parallel::sum(self.state.len(), volume)
+        parallel::sum(self.state.len(), |e| mesh.simplex(e).volume - self.volume_outside(mesh, e))
     }
 
     /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes is

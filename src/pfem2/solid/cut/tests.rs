@@ -1,6 +1,7 @@
 use super::super::mesh::SolidMesh;
 use super::super::surface::tests::{disc, interpolate, rotation, surface_of, turned_box};
 use super::*;
+use crate::mesh::Simplex;
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -39,8 +40,10 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
         assert_eq!(cut.state[e.element as usize], ElementState::Cut(place as u32));
         let part = |part| Simplex::new(cut.corners(mesh, e, part)).unwrap().volume;
         assert!(e.parts.iter().map(part).all(|volume| volume > 0.0));
-        let (sum, whole) =
-            (cut.volume_outside(mesh, e) + volume_inside_of(mesh, &cut, e), mesh.simplex(e.element as usize).volume);
+        let (sum, whole) = (
+            cut.volume_outside(mesh, e.element as usize) + volume_inside_of(mesh, &cut, e),
+            mesh.simplex(e.element as usize).volume,
+        );
         assert!((sum - whole).abs() < 1e-12 * whole);
     }
     check_facets(mesh, &cut);
