@@ -120,8 +120,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
         let mut gliding: BTreeMap<u32, (Vector<D>, f64)> = BTreeMap::new();
         for point in &self.cut.points {
-            let Some(along) = point.motion().outside else { continue };
-            let [outside, inside] = point.edge;
+            let Some((along, [outside, inside])) = point.motion().outside.zip(point.edge) else { continue };
             let (sum, count) = gliding.entry(inside).or_default();
             *sum += along.apply(nodal[outside as usize] - nodal[inside as usize]);
             *count += 1.0;

@@ -74,38 +74,70 @@ fn fluids_at_rest_stay_at_rest_beside_a_solid_that_is_held() {
     }
 }
 
+fn env(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+}
+
 #[test]
 fn a_solid_floats_at_rest() {
-    for (cells, angle, y) in [(20usize, 0.0, 0.5), (20, 0.0, 0.513)] {
-        let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();
-        // half submerged
-        let density = 0.5 * 1001.0;
-        let mut pfem = water_and_air(mesh, y, solid(block([0.4, 0.3], [0.5, y], angle), density, [None, None]));
+    let (cells, angle, y) = (env("CELLS", 20.0) as usize, env("ANGLE", 0.0), env("Y", 0.5));
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();
+    let density = 0.5 * 1001.0;
+    let lift = env("LIFT", 0.0);
+    let mut pfem = water_and_air(mesh, y, solid(block([0.4, 0.3], [0.5, y + lift], angle), density, [None, None]));
+    let dt = env("DT", 0.01);
+    let centre = |pfem: &Pfem2<2, 3>| {
+        let structure = &pfem.solids.as_ref().unwrap().structure;
+        let places = structure.positions(&structure.state.displacement);
+        places.iter().copied().sum::<Vector<2>>() / places.len() as f64
+    };
+    let start = centre(&pfem);
+    let steps = env("STEPS", 100.0) as u32;
+    for k in 0..steps {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        let speed = fastest(&pfem.system.velocity);
+        if k % (steps / 50).max(1) == 0 {
+            let drift = (centre(&pfem) - start) * cells as f64;
+            let solids = pfem.solids.as_ref().unwrap();
+            let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
+            eprintln!(
+                "{y} {k}: speed {speed:.3e} v {:.3e} drift/h {:.3e} {:.3e} cut {:.8} it {} water {:.10} E {:.3e} gained {:.3e} force {:?}",
+                (solids.structure.momentum() / solids.structure.mass())[1],
+                drift[0],
+                drift[1],
+                cut / 0.12,
+                pfem.system.outcome.iterations,
+                pfem.system.volumes[0],
+                pfem.balance.totals.kinetic,
+                pfem.balance.gained(&pfem.system),
+                solids.last.forces[0] / (0.12 * density * GRAVITY)
+            );
+        }
+    }
+    eprintln!("{:?}", pfem.notices());
+}
+
+/// A plate that is moved to and fro, through the surface and along it.
+#[test]
+fn volumes_are_kept_beside_a_plate_that_moves_through_the_surface() {
+    for (size, angle) in [([0.08, 0.5], 0.3), ([0.5, 0.06], 0.1)] {
+        let velocity = [Some(formula("0.6*cos(12*t)")), Some(formula("0.9*sin(12*t)"))];
+        let mut pfem = water_and_air(unit_mesh(20), 0.513, solid(block(size, [0.47, 0.51], angle), 500.0, velocity));
+        let start = pfem.system.volumes.clone();
         let dt = 0.01;
-        let centre = |pfem: &Pfem2<2, 3>| {
-            let structure = &pfem.solids.as_ref().unwrap().structure;
-            let places = structure.positions(&structure.state.displacement);
-            places.iter().copied().sum::<Vector<2>>() / places.len() as f64
-        };
-        let start = centre(&pfem);
-        for k in 0..100 {
+        for k in 0..80 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            let speed = fastest(&pfem.system.velocity);
-            if k % 10 == 9 || k < 5 {
-                let drift = (centre(&pfem) - start) * cells as f64;
-                let solids = pfem.solids.as_ref().unwrap();
-                let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
-                eprintln!(
-                    "{y} {k}: speed {speed:e} drift {:e} {:e} cut {} it {} volumes {:?} E {:e} force {:?}",
-                    drift[0],
-                    drift[1],
-                    cut / 0.12,
-                    pfem.system.outcome.iterations,
-                    pfem.system.volumes,
-                    pfem.balance.totals.kinetic,
-                    solids.last.forces[0] / (0.12 * density * GRAVITY)
-                );
-            }
+            let volumes = &pfem.system.volumes;
+            let cut = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
+            let sum = volumes.iter().sum::<f64>() + cut - 1.0;
+            eprintln!(
+                "{k}: water {:e} air {:e} sum {sum:e} cut {:.6} shift/h {:e} speed {:.3}",
+                volumes[0] / start[0] - 1.0,
+                volumes[1] / start[1] - 1.0,
+                cut / (size[0] * size[1]),
+                pfem.interface.shift * 20.0,
+                fastest(&pfem.system.velocity)
+            );
         }
         eprintln!("{:?}", pfem.notices());
     }

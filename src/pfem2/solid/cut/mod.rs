@@ -2,15 +2,16 @@
 //!
 //! ```text
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
-//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.02, 0.98]
+//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.02, 1)
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
 //! where the fluid glides:          v_c = (n ⊗ n) Σ_a N_a(ξ_c) v_a + (1 − n ⊗ n) v_i                theory (J.6a)
 //! ```
 //!
 //! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
 //! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
-//! simplices whose corners are nodes and cut points.
+//! simplices whose corners are nodes, cut points, and in two dimensions corners of the solid.
 
+mod corners;
 mod parts;
 #[cfg(test)]
 mod tests;
@@ -25,8 +26,11 @@ use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its ends.
+/// Cut points keep this fraction of their edge away from its end outside, and where the fluid glides from the other.
 const CLOSEST: f64 = 0.02;
+
+/// Others come as close to the end inside: what lies between two of them moves with the solid.
+const AT_NODE: f64 = 1e-6;
 
 /// Nodes and points per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -70,8 +74,8 @@ pub enum ElementState {
 /// The point where the surface crosses a background edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutPoint<const D: usize> {
-    /// The node outside and the node inside.
-    pub edge: [u32; 2],
+    /// The node outside and the node inside; none for a corner of the solid inside an element.
+    pub edge: Option<[u32; 2]>,
     /// Position on the edge [m].
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
@@ -102,7 +106,8 @@ impl<const D: usize> CutPoint<D> {
     pub fn velocity(&self, node: &dyn Fn(usize) -> Vector<D>, solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
         let Motion { own, outside } = self.motion();
         let surface: Vector<D> = self.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
-        let along = outside.map_or(Vector::ZERO, |p| p.apply(node(self.edge[0] as usize)));
+        let gliding = outside.zip(self.edge);
+        let along = gliding.map_or(Vector::ZERO, |(p, [outside, _])| p.apply(node(outside as usize)));
         own.apply(surface) + along
     }
 }
@@ -154,6 +159,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let distance = &cut.distance;
         let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
+        cut.keep_corners(mesh, surface);
         let points = &cut.points;
         parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
@@ -279,12 +285,13 @@ fn cut_point<const D: usize, const N: usize>(
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
     let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
-    let kept = t.clamp(CLOSEST, 1.0 - CLOSEST);
-    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
+    let margin = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST } else { AT_NODE };
+    let kept = t.clamp(CLOSEST, 1.0 - margin);
+    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
-    CutPoint { edge, position: at(kept), weights, glides_across }
+    CutPoint { edge: Some(edge), position: at(kept), weights, glides_across }
 }
 
 /// Where the surface crosses an edge of some length [m], as a fraction of it, given the signed distances at its ends, of which

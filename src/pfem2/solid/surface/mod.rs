@@ -175,6 +175,25 @@ impl<const D: usize> SolidSurface<D> {
         self.facets.iter().flat_map(|facet| facet.nodes.iter().map(|&node| self.positions[node as usize]))
     }
 
+    /// Corners of the solids in two dimensions, where facets meet at an angle: places [m] and global nodes, ascending.
+    pub fn corners(&self) -> Vec<(Vector<D>, u32)> {
+        /// Cosine of the angle between the normals of facets from which on they make a corner.
+        const FLAT: f64 = 0.97;
+        let ends = |facet: &SurfaceFacet<D>| {
+            let [first, second] = [[-1.0, 0.0], [1.0, 0.0]].map(|local| facet.normal(local).normalized());
+            [(facet.nodes[0], first), (facet.nodes[2], second)]
+        };
+        let mut normals: Vec<(u32, Option<Vector<D>>)> = self.facets.iter().flat_map(ends).collect();
+        normals.sort_by_key(|(node, _)| *node);
+        let is_corner = |group: &&[(u32, Option<Vector<D>>)]| match group {
+            [(_, Some(first)), (_, Some(second))] => first.dot(*second) < FLAT,
+            _ => false,
+        };
+        let groups = normals.chunk_by(|a, b| a.0 == b.0).filter(is_corner);
+        let place = |group: &[(u32, Option<Vector<D>>)]| (self.positions[group[0].0 as usize], group[0].0);
+        groups.map(place).filter(|(x, _)| x.is_finite()).collect()
+    }
+
     fn element(&self, e: u32) -> &[u32] {
         &self.elements[e as usize * element_nodes::<D>()..][..element_nodes::<D>()]
     }
