@@ -46,7 +46,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             ElementState::Solid => false,
             ElementState::Cut(_) => {
                 let distance = mesh.elements()[element].map(|node| self.cut.distance[node as usize]);
-                distance.iter().zip(shape).map(|(distance, n)| distance * n).sum::<f64>() > 0.0
+                distance.iter().zip(shape).filter(|(_, n)| **n != 0.0).map(|(d, n)| d * n).sum::<f64>() > 0.0
             }
         }
     }

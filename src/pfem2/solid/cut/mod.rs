@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
-//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.02, 1)
+//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.001, 1)
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
 //! where the fluid glides:          v_c = (n ⊗ n) Σ_a N_a(ξ_c) v_a + (1 − n ⊗ n) v_i                theory (J.6a)
 //! ```
@@ -26,10 +26,11 @@ use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its end outside, and where the fluid glides from the other.
-const CLOSEST: f64 = 0.02;
+/// Cut points keep this fraction of their edge away from its end outside; where the fluid glides from the other, too: between two of them, beside
+/// a node inside, shear would tie the nodes outside together.
+const CLOSEST: f64 = 1e-3;
 
-/// Others come as close to the end inside: what lies between two of them moves with the solid.
+/// Else they come as close to the end inside: what lies between two of them moves with the solid.
 const AT_NODE: f64 = 1e-6;
 
 /// Nodes and points per piece of a parallel loop.
@@ -47,7 +48,7 @@ pub struct SolidCut<const D: usize, const N: usize> {
     pub state: Vec<ElementState>,
     /// Cut points, in the order of cut elements and their edges.
     pub points: Vec<CutPoint<D>>,
-    /// Cut elements, ascending.
+    /// Cut elements, ascending, and then those that hold nothing but the tip of a solid.
     pub elements: Vec<CutBySolid<N>>,
 }
 
@@ -286,8 +287,8 @@ fn cut_point<const D: usize, const N: usize>(
     let at = |t: f64| start + (end - start) * t;
     let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
-    let margin = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST } else { AT_NODE };
-    let kept = t.clamp(CLOSEST, 1.0 - margin);
+    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST } else { AT_NODE };
+    let kept = t.clamp(CLOSEST, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));

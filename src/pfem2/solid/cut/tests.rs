@@ -31,7 +31,7 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
         let [start, end] = own.map(|node| mesh.nodes()[node as usize]);
         let (edge, t) = (end - start, (point.position - start).norm() / (end - start).norm());
         assert!(!cut.is_inside(own[0]) && cut.is_inside(own[1]));
-        assert!((start + edge * t - point.position).norm() < 1e-12 && (0.0199..1.0).contains(&t));
+        assert!((start + edge * t - point.position).norm() < 1e-12 && (0.00099..1.0).contains(&t));
         let nearest = surface.nearest(point.position).unwrap();
         assert!((interpolate(&point.weights, &solid.nodes) - nearest.position).norm() < 1e-10);
         let is_clamped = (t - CLOSEST).min(1.0 - AT_NODE - t) < 1e-9;
