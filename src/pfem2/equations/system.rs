@@ -26,7 +26,6 @@ use crate::pfem2::interface::surface_tension;
 use crate::pfem2::interface::{Enriched, Enrichment, FluidRegion, Medium};
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::border::SolidBorder;
-use crate::pfem2::solid::coupling::FluidPart;
 use crate::pfem2::solid::cut::ElementState;
 use crate::pfem2::solid::immersed::Immersed;
 
@@ -349,68 +348,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         (self.contents, self.pure) = (contents, pure);
     }
 
-    /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
-    fn fill_cut_by_solids(&mut self, contents: &mut [Content<N>], phases: &Phases, convected: &[Vector<D>]) {
-        let Some(mut immersed) = self.immersed.take() else { return };
-        let drives = self.elements(convected);
-        let region = FluidRegion::new(&self.mesh, Some(&immersed.cut));
-        let of = |cut: usize| {
-            let e = immersed.cut.elements[cut].element as usize;
-            match phases.filling(&self.mesh.elements()[e]) {
-                Filling::Cut(pair, level) => self.two_fluids(&region, e, (pair, level), &drives.drive(e, true)),
-                Filling::Pure(_) | Filling::Mixed(_) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
-            }
-        };
-        let fluids = parallel::collect(immersed.cut.elements.len(), 64, of);
-        immersed.fill(&self.mesh, &self.equations, &fluids);
-        contents.iter_mut().enumerate().for_each(|(e, content)| immersed.reduce(e, content));
-        self.immersed = Some(immersed);
-    }
-
-    /// One fluid, or a mixture, in the part of an element that a solid leaves; `content` is that of the whole element.
-    fn one_fluid(&self, e: usize, content: &Content<N>, drive: &Drive<D, N>) -> FluidPart<D, N> {
-        let density = content.mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
-        let medium = Medium { density, viscosity: content.viscosity };
-        FluidPart {
-            level: [1.0; N],
-            media: [medium; 2],
-            enrichment: Enrichment::None,
-            tension: 0.0,
-            tau: content.tau,
-            drive: *drive,
-            sources: [drive.forces_of(&self.equations, [true; N]); 2],
-        }
-    }
-
-    /// Two fluids with an interface in the part of an element that a solid leaves.
-    fn two_fluids(
-        &self,
-        region: &FluidRegion<D, N>,
-        e: usize,
-        (pair, level): ([usize; 2], [f64; N]),
-        drive: &Drive<D, N>,
-    ) -> FluidPart<D, N> {
-        let media = pair.map(|fluid| Medium { density: self.density[fluid], viscosity: self.viscosity(e, fluid) });
-        let share = region.negative_volume(e, &level) / region.volume(e).max(f64::MIN_POSITIVE);
-        let mean = |of: fn(&Medium) -> f64| share * of(&media[0]) + (1.0 - share) * of(&media[1]);
-        let mean = Medium { density: mean(|medium| medium.density), viscosity: mean(|medium| medium.viscosity) };
-        let sides = [true, false].map(|negative| level.map(|phi| (phi < 0.0) == negative));
-        let enrichment = match self.physics.enrichment {
-            Enrichment::None => Enrichment::None,
-            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has there.
-            Enrichment::Kink | Enrichment::Jump => Enrichment::Jump,
-        };
-        FluidPart {
-            level,
-            media,
-            enrichment,
-            tension: self.physics.tension_between(pair),
-            tau: self.cut_tau() * self.tau(e, mean),
-            drive: *drive,
-            sources: sides.map(|own| drive.forces_of(&self.equations, own)),
-        }
-    }
-
     /// The enriched pressure and the surface tension of an element, if it is cut.
     fn enrich(
         &self,
@@ -448,7 +385,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
-    fn viscosity(&self, e: usize, fluid: usize) -> f64 {
+    pub(super) fn viscosity(&self, e: usize, fluid: usize) -> f64 {
         let law = &self.physics.fluids[fluid].law;
         let rate = if !law.is_newtonian() {
             let velocity = self.mesh.elements()[e].map(|node| self.velocity[node as usize]);
@@ -460,7 +397,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Stabilisation time of an element [s]. Only the paper's form counts the speed: the system has no convection.
-    fn tau(&self, e: usize, medium: Medium) -> f64 {
+    pub(super) fn tau(&self, e: usize, medium: Medium) -> f64 {
         let speed = match self.physics.stabilisation {
             Stabilisation::Pspg => {
                 let nodes = self.mesh.elements()[e];
@@ -472,7 +409,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// τ of a cut element, over that of another.
-    fn cut_tau(&self) -> f64 {
+    pub(super) fn cut_tau(&self) -> f64 {
         match self.physics.stabilisation {
             Stabilisation::Oss => subscale::CUT_TAU,
             Stabilisation::Pspg | Stabilisation::ConsistentPspg => 1.0,

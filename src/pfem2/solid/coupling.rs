@@ -14,43 +14,13 @@
 //! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work that the solid
 //! takes. The pressure of two fluids is enriched (see `enriched`).
 
-use super::cut::{CutBySolid, CutPoint, FluidSimplex, Motion, Vertex};
+use super::cut::{CutBySolid, CutPoint, Motion};
 use super::enriched::enrich;
+use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
 use crate::math::{Tensor, Vector};
-use crate::mesh::{Mesh, Simplex};
-use crate::pfem2::equations::element::{Block, Content, Drive, Equations, Mass, Stabilisation, viscous_forces};
-use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, sides, surface_tension};
-
-/// What fills the fluid part of a cut element.
-#[derive(Debug, Clone, Copy)]
-pub struct FluidPart<const D: usize, const N: usize> {
-    /// Level set at the nodes; of one sign where there is one fluid.
-    pub level: [f64; N],
-    /// Media where it is negative and where it isn't.
-    pub media: [Medium; 2],
-    /// Enrichment of the pressure: [`Enrichment::Jump`] or none.
-    pub enrichment: Enrichment,
-    /// Surface tension between them [N/m].
-    pub tension: f64,
-    /// Stabilisation time τ [s].
-    pub tau: f64,
-    /// Nodal values of the right-hand side.
-    pub drive: Drive<D, N>,
-    /// s on either side but for its inertia [m/s²].
-    pub sources: [Vector<D>; 2],
-}
-
-impl<const D: usize, const N: usize> FluidPart<D, N> {
-    /// Medium of a piece.
-    pub(super) fn medium(&self, piece: &SubSimplex<N>) -> Medium {
-        self.media[usize::from(!piece.negative)]
-    }
-
-    /// s of a piece but for its inertia [m/s²].
-    pub(super) fn source(&self, piece: &SubSimplex<N>) -> Vector<D> {
-        self.sources[usize::from(!piece.negative)]
-    }
-}
+use crate::mesh::Mesh;
+use crate::pfem2::equations::element::{Block, Content, Equations, Stabilisation, viscous_forces};
+use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, surface_tension};
 
 /// Equations of the fluid part of a cut element, in the unknowns of its nodes and of the nodes of solids.
 #[derive(Debug, Clone)]
@@ -90,24 +60,6 @@ pub(super) enum Unknown {
 
 /// Velocity of a vertex by the unknowns that it depends on: v = Σ P v_k.
 pub(super) type Follows<const D: usize> = Vec<(Unknown, Tensor<D>)>;
-
-/// A simplex of the fluid part.
-pub(super) struct PartGeometry<const D: usize, const N: usize> {
-    pub simplex: Simplex<D, N>,
-    /// Shape functions of the element at its corners.
-    pub shapes: [[f64; N]; N],
-    /// Its vertices, in the list of nodes and then cut points of the element.
-    pub vertices: [usize; N],
-    /// Its pieces of one fluid.
-    pub pieces: Vec<SubSimplex<N>>,
-}
-
-impl<const D: usize, const N: usize> PartGeometry<D, N> {
-    /// Shape functions of the element at a point, given by its own.
-    pub fn at(&self, point: &[f64; N]) -> [f64; N] {
-        std::array::from_fn(|k| point.iter().zip(&self.shapes).map(|(n, shape)| n * shape[k]).sum())
-    }
-}
 
 /// The velocities of the vertices of an element.
 pub(super) struct VertexVelocities<const D: usize> {
@@ -377,43 +329,4 @@ pub fn cut_forces<const D: usize, const N: usize>(
         }
     }
     sum
-}
-
-/// M_ij of a simplex [kg].
-fn masses<const D: usize, const N: usize>(
-    kind: Mass,
-    part: &PartGeometry<D, N>,
-    fluid: &FluidPart<D, N>,
-) -> [[f64; N]; N] {
-    let mut masses = [[0.0; N]; N];
-    for piece in &part.pieces {
-        let own = fluid.medium(piece).density * part.simplex.volume * piece.share;
-        for i in 0..N {
-            match kind {
-                Mass::Lumped => masses[i][i] += own * piece.center[i],
-                Mass::Consistent => (0..N).for_each(|j| masses[i][j] += own * piece.products[i][j]),
-            }
-        }
-    }
-    masses
-}
-
-/// The simplices of the fluid part that have a volume, divided by the level set at the nodes of the element.
-fn parts<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    cut: &CutBySolid<N>,
-    points: &[&CutPoint<D>],
-    level: &[f64; N],
-) -> Vec<PartGeometry<D, N>> {
-    let corners = mesh.corners(cut.element as usize);
-    let part = |(part, &shapes): (&FluidSimplex<N>, &[[f64; N]; N])| {
-        let places = part.vertices.map(|vertex| match vertex {
-            Vertex::Node(k) => (k as usize, corners[k as usize]),
-            Vertex::Point(k) => (N + k as usize, points[k as usize].position),
-        });
-        let simplex = Simplex::new(places.map(|(_, x)| x)).filter(|simplex| simplex.volume > 0.0)?;
-        let pieces = sides(&at_corners(&shapes, level));
-        Some(PartGeometry { simplex, shapes, vertices: places.map(|(vertex, _)| vertex), pieces })
-    };
-    cut.parts.iter().zip(&cut.shapes).filter_map(part).collect()
 }

@@ -12,7 +12,8 @@
 //! A cut point moves with nodes of the solid, so that condensation, theory (G.17), reaches the rows and columns of these. A node that has
 //! no fluid of its own side in any element, inside the solid, has no pressure of its own: that of the other side is in q.
 
-use super::coupling::{CoupledElement, FluidPart, Follows, PartGeometry, Unknown, VertexVelocities};
+use super::coupling::{CoupledElement, Follows, Unknown, VertexVelocities};
+use super::fluid_part::{FluidPart, PartGeometry};
 use crate::math::Vector;
 use crate::pfem2::equations::element::{Equations, Stabilisation};
 use crate::pfem2::interface::inverse;

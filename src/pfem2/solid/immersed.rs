@@ -1,8 +1,9 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
 
-use super::coupling::{CoupledElement, CutForces, FluidPart, cut_forces};
+use super::coupling::{CoupledElement, CutForces, cut_forces};
 use super::cut::{ElementState, SolidCut};
 use super::equations::SolidEquations;
+use super::fluid_part::FluidPart;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;

@@ -18,6 +18,7 @@ pub mod element;
 mod enriched;
 pub mod equations;
 pub mod equilibrium;
+pub mod fluid_part;
 pub mod gauss;
 pub mod immersed;
 pub mod mesh;

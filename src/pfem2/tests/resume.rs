@@ -5,6 +5,7 @@ use super::solids::bar;
 use super::*;
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::solid::setup::SurfaceCondition;
 use crate::simulation::{Column, Solver};
 
 /// A falling drop in a box with an inlet and an outlet.
@@ -35,7 +36,8 @@ fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
 }
 
 /// What is run: fluids, a fluid with a solid, and two with one.
-const CASES: [fn() -> Pfem2<2, 3>; 3] = [drop, || bar(3, 0.02), || floating_box(10, 0.513, 0.02)];
+const CASES: [fn() -> Pfem2<2, 3>; 3] =
+    [drop, || bar(3, 0.02), || floating_box(10, 0.513, 0.02, SurfaceCondition::NoSlip)];
 
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {

@@ -12,11 +12,36 @@
 use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use crate::pfem2::solid::surface::{SolidSurface, SurfaceCorner};
+use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
 use std::collections::BTreeMap;
 
-/// Least shape function of a corner that counts as inside of an element.
-const INSIDE: f64 = 0.01;
+/// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept away from nodes.
+const INSIDE: f64 = 1e-3;
+
+/// Corners of a solid in an element without a node inside.
+struct Tip<'a, const D: usize> {
+    element: usize,
+    corners: &'a [SurfaceCorner<D>],
+    /// The local node of the element opposite to the edge through which they reach.
+    behind: usize,
+}
+
+impl<'a, const D: usize> Tip<'a, D> {
+    /// Of these corners, with a `plain` element behind.
+    fn new<const N: usize>(
+        mesh: &Mesh<D, N>,
+        element: usize,
+        corners: &'a [SurfaceCorner<D>],
+        plain: impl Fn(usize) -> bool,
+    ) -> Option<Self> {
+        let x = mesh.corners(element);
+        let is_behind = |k: &usize| {
+            mesh.neighbour(element, *k).is_some_and(&plain)
+                && foot_on_edge(corners, x[(k + 1) % N], x[(k + 2) % N]).is_some()
+        };
+        Some(Self { element, corners, behind: (0..N).find(is_behind)? })
+    }
+}
 
 /// A corner of the polygon that the fluid fills in an element.
 type PolygonCorner<const D: usize> = (Vertex, Vector<D>);
@@ -29,27 +54,38 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         let mut held: BTreeMap<usize, Vec<SurfaceCorner<D>>> = BTreeMap::new();
         for corner in surface.corners() {
-            if let Some(element) = self.holder(mesh, corner.position) {
-                held.entry(element).or_default().push(corner);
+            if let Some((element, position)) = self.holder(mesh, corner.position) {
+                held.entry(element).or_default().push(SurfaceCorner { position, ..corner });
             }
         }
         for (&element, corners) in &held {
             match (self.state[element], &corners[..]) {
                 (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
-                (ElementState::Fluid, [corner]) => self.keep_tip(mesh, surface, element, corner, &held),
-                _ => None,
+                (ElementState::Fluid, _) => {
+                    let tip = Tip::new(mesh, element, corners, |behind| !held.contains_key(&behind));
+                    tip.and_then(|tip| self.keep_tip(mesh, surface, &tip))
+                }
+                (ElementState::Solid, _) => None,
             };
         }
     }
 
-    /// The element near solids that holds a place.
-    fn holder(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<usize> {
-        let holds = |e: &usize| mesh.shape_functions(*e, x).iter().all(|&n| n > INSIDE);
+    /// The element near solids that holds a place, and the place, no nearer to its sides than it may be [m].
+    fn holder(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<(usize, Vector<D>)> {
+        let holds = |e: usize| {
+            let shape = mesh.shape_functions(e, x);
+            if shape.iter().any(|&n| n < 0.0) {
+                return None;
+            }
+            let kept = shape.map(|n| n.max(INSIDE));
+            let sum: f64 = kept.iter().sum();
+            Some((e, mesh.corners(e).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()))
+        };
         let beside = |cut: &CutBySolid<N>| {
             let e = cut.element as usize;
             std::iter::once(e).chain((0..N).filter_map(move |k| mesh.neighbour(e, k)))
         };
-        self.elements.iter().flat_map(beside).find(holds)
+        self.elements.iter().flat_map(beside).find_map(holds)
     }
 
     /// Keeps corners inside of a cut element; `None` if their polygon crosses itself.
@@ -73,49 +109,50 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     /// Keeps a corner that reaches through an edge into an element without a node inside; `None` where it is no plain tip.
-    fn keep_tip(
-        &mut self,
-        mesh: &Mesh<D, N>,
+    fn keep_tip(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, tip: &Tip<D>) -> Option<()> {
+        let (nodes, x) = (mesh.elements()[tip.element], mesh.corners(tip.element));
+        let k = tip.behind;
+        let [i, j] = [(k + 1) % N, (k + 2) % N];
+        let ElementState::Cut(behind) = self.state[mesh.neighbour(tip.element, k)?] else { return None };
+        let [first, second] = self.crossings(surface, [nodes[i], nodes[j]], [x[i], x[j]], tip)?;
+        let mut corners = tip.corners.to_vec();
+        let along = |corner: &SurfaceCorner<D>| (corner.position - x[i]).dot(x[j] - x[i]);
+        corners.sort_by(|a, b| along(a).total_cmp(&along(b)));
+        let corners = corners.into_iter().map(|corner| (corner.position, vec![(corner.node, 1.0)]));
+        let own: Vec<(Vector<D>, NodeWeights)> = [first].into_iter().chain(corners).chain([second]).collect();
+        let points = own.iter().enumerate().map(|(n, (x, _))| (Vertex::Point(n as u8), *x));
+        let [start, end, other] = [i, j, k].map(|k| (Vertex::Node(k as u8), x[k]));
+        let parts = triangulated([start].into_iter().chain(points).chain([end, other]).collect())?;
+        let beside = self.beside_tip([nodes[i], nodes[j]], behind as usize)?;
+        let points: Vec<u32> = own.into_iter().map(|(position, weights)| self.add_point(position, weights)).collect();
+        self.elements[behind as usize].parts = beside;
+        self.elements[behind as usize].points.extend([points[0], points[points.len() - 1]]);
+        self.state[tip.element] = ElementState::Cut(self.elements.len() as u32);
+        let (element, shapes) = (tip.element as u32, Vec::new());
+        self.elements.push(CutBySolid { element, nodes, points, parts, shapes, share: 1.0 });
+        Some(())
+    }
+
+    /// Where the surface crosses the edge behind a tip, seen from each of its ends, with the weights of the solid's nodes there.
+    fn crossings(
+        &self,
         surface: &SolidSurface<D>,
-        element: usize,
-        corner: &SurfaceCorner<D>,
-        held: &BTreeMap<usize, Vec<SurfaceCorner<D>>>,
-    ) -> Option<()> {
-        let nodes = mesh.elements()[element];
-        let x = mesh.corners(element);
-        let opposite = (0..N).find(|&k| {
-            let behind = mesh.neighbour(element, k).filter(|behind| !held.contains_key(behind));
-            behind.is_some_and(|behind| matches!(self.state[behind], ElementState::Cut(_)))
-                && foot_on_edge(corner, x[(k + 1) % N], x[(k + 2) % N]).is_some()
-        })?;
-        let [i, j] = [(opposite + 1) % N, (opposite + 2) % N];
-        let ElementState::Cut(behind) = self.state[mesh.neighbour(element, opposite)?] else { return None };
-        let middle = x[i] + (x[j] - x[i]) * foot_on_edge(corner, x[i], x[j])?;
+        nodes: [u32; 2],
+        x: [Vector<D>; 2],
+        tip: &Tip<D>,
+    ) -> Option<[(Vector<D>, NodeWeights); 2]> {
+        let middle = x[0] + (x[1] - x[0]) * foot_on_edge(tip.corners, x[0], x[1])?;
         let inside = surface.distance(middle);
         if inside >= 0.0 {
             return None;
         }
-        let points = [i, j].map(|end| {
+        let seen = |end: usize| {
             let at = |t: f64| x[end] + (middle - x[end]) * t;
             let ends = [self.distance[nodes[end] as usize], inside];
             let (t, foot) = crossing(surface, at, ends, (middle - x[end]).norm());
             Some((at(t), surface.weights(&foot.or_else(|| surface.foot(at(t)))?)))
-        });
-        let [Some(first), Some(second)] = points else { return None };
-        let polygon = [i, j, opposite].map(|k| (Vertex::Node(k as u8), x[k]));
-        let tip =
-            [first.0, corner.position, second.0].into_iter().enumerate().map(|(k, x)| (Vertex::Point(k as u8), x));
-        let around = [polygon[0]].into_iter().chain(tip).chain([polygon[1], polygon[2]]).collect();
-        let parts = triangulated(around)?;
-        let beside = self.beside_tip([nodes[i], nodes[j]], behind as usize)?;
-        let numbers = [first, (corner.position, vec![(corner.node, 1.0)]), second]
-            .map(|(position, weights)| self.add_point(position, weights));
-        self.state[element] = ElementState::Cut(self.elements.len() as u32);
-        let (points, shapes) = (numbers.to_vec(), Vec::new());
-        self.elements.push(CutBySolid { element: element as u32, nodes, points, parts, shapes, share: 1.0 });
-        self.elements[behind as usize].parts = beside;
-        self.elements[behind as usize].points.extend([numbers[0], numbers[2]]);
-        Some(())
+        };
+        Some([seen(0)?, seen(1)?])
     }
 
     /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes; the points of the surface on
@@ -169,12 +206,14 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 }
 
-/// Where the way from a corner into its solid crosses an edge, as a fraction of it.
-fn foot_on_edge<const D: usize>(corner: &SurfaceCorner<D>, start: Vector<D>, end: Vector<D>) -> Option<f64> {
-    let (edge, away) = (end - start, corner.position - start);
+/// Where the way from corners into their solid crosses an edge, as a fraction of it.
+fn foot_on_edge<const D: usize>(corners: &[SurfaceCorner<D>], start: Vector<D>, end: Vector<D>) -> Option<f64> {
+    let middle = corners.iter().map(|corner| corner.position).sum::<Vector<D>>() / corners.len() as f64;
+    let normal = corners.iter().map(|corner| corner.normal).sum::<Vector<D>>();
+    let (edge, away) = (end - start, middle - start);
     let cross = |a: Vector<D>, b: Vector<D>| a[0] * b[1] - a[1] * b[0];
-    let slope = cross(corner.normal, edge);
-    let (way, t) = (cross(away, edge) / slope, cross(corner.normal, away) / slope);
+    let slope = cross(normal, edge);
+    let (way, t) = (cross(away, edge) / slope, cross(normal, away) / slope);
     (way.is_finite() && way > 0.0 && t > 0.0 && t < 1.0).then_some(t)
 }
 
