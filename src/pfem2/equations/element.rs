@@ -161,12 +161,21 @@ impl<const D: usize, const N: usize> Drive<D, N> {
 
     /// s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
     pub fn source_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
+        let inertia = match equations.stabilisation {
+            Stabilisation::Pspg | Stabilisation::Oss => Vector::ZERO,
+            Stabilisation::ConsistentPspg => {
+                self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)
+            }
+        };
+        self.forces_of(equations, own) + inertia
+    }
+
+    /// The same without v̂/Δ [m/s²].
+    pub fn forces_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
         let count = own.iter().filter(|own| **own).count();
-        if equations.stabilisation != Stabilisation::Oss || count == 0 {
-            return self.source(equations);
-        }
-        let side = (0..N).filter(|&k| own[k]).map(|k| self.projected[k]).sum::<Vector<D>>() / count as f64;
-        self.force.iter().copied().sum::<Vector<D>>() / N as f64 + side
+        let all = equations.stabilisation != Stabilisation::Oss || count == 0;
+        let side = (0..N).filter(|&k| all || own[k]).map(|k| self.projected[k]).sum::<Vector<D>>();
+        self.force.iter().copied().sum::<Vector<D>>() / N as f64 + side / if all { N as f64 } else { count as f64 }
     }
 }
 

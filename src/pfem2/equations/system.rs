@@ -23,14 +23,13 @@ use crate::parallel;
 use crate::pfem2::boundary::{Boundary, Constraints};
 use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::surface_tension;
-use crate::pfem2::interface::{Enriched, Enrichment, Medium};
+use crate::pfem2::interface::{Enriched, Enrichment, FluidRegion, Medium};
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particle_solids::solids::{ParticleSolids, Surroundings};
 use crate::pfem2::particles::Particles;
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::border::SolidBorder;
-use crate::pfem2::solid::coupling::FluidPart;
 use crate::pfem2::solid::cut::ElementState;
 use crate::pfem2::solid::immersed::Immersed;
 
@@ -331,10 +330,14 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
     }
 
+    /// The part of the mesh that the fluids fill.
+    pub(in crate::pfem2) fn fluid_region(&self) -> FluidRegion<'_, D, N> {
+        FluidRegion::new(&self.mesh, self.immersed.as_ref().map(|immersed| &immersed.cut))
+    }
+
     /// Volume of the fluid in an element [m³].
     pub(in crate::pfem2) fn fluid_volume(&self, element: usize) -> f64 {
-        let share = self.immersed.as_ref().map_or(1.0, |immersed| immersed.fluid_share(element));
-        self.mesh.simplex(element).volume * share
+        self.fluid_region().volume(element)
     }
 
     /// True where one fluid fills the element.
@@ -359,7 +362,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// Energy of the interfaces, σ A [J].
     pub fn surface_energy(&self) -> f64 {
-        self.cuts.iter().map(|cut| cut.energy).sum()
+        let beside_solids = self.immersed.iter().flat_map(|immersed| &immersed.elements).map(|element| element.energy);
+        self.cuts.iter().map(|cut| cut.energy).chain(beside_solids).sum()
     }
 
     /// True for nodes on the boundary of the mesh.
@@ -391,7 +395,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             (content, matches!(filling, Filling::Pure(_)))
         });
         let (mut contents, mut pure): (Vec<_>, Vec<_>) = filled.into_iter().unzip();
-        self.fill_cut_by_solids(&mut contents, convected);
+        self.fill_cut_by_solids(&mut contents, phases, convected);
         self.fill_with_solids(phases, &mut contents, convected);
         pure.iter_mut().enumerate().for_each(|(e, pure)| *pure &= !self.holds_solid(e));
         let drives = self.elements(convected);
@@ -402,22 +406,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             let enrich = || self.enrich(e, phases.filling(&elements[e]), &contents[e], &drives.drive(e, true));
             if pure[e] || !is_fluid(e) || self.holds_solid(e) { None } else { enrich() }
         });
-        self.volumes = phases.volumes(&self.mesh, count, |e| (e, self.fluid_volume(e)));
+        self.volumes = phases.volumes(&self.fluid_region());
         self.cuts = cuts;
         (self.contents, self.pure) = (contents, pure);
-    }
-
-    /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
-    fn fill_cut_by_solids(&mut self, contents: &mut [Content<N>], convected: &[Vector<D>]) {
-        let Some(mut immersed) = self.immersed.take() else { return };
-        let drives = self.elements(convected);
-        immersed.fill(&self.mesh, &self.equations, |e| {
-            let Content { mass, viscosity, tau, .. } = contents[e];
-            let density = mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
-            FluidPart { medium: Medium { density, viscosity }, tau, drive: drives.drive(e, false) }
-        });
-        contents.iter_mut().enumerate().for_each(|(e, content)| immersed.reduce(e, content));
-        self.immersed = Some(immersed);
     }
 
     /// Makes the equations and the contents of elements that hold solids on particles.
@@ -472,7 +463,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Viscosity of a fluid in an element at the shear rate of the last velocity [Pa s].
-    fn viscosity(&self, e: usize, fluid: usize) -> f64 {
+    pub(super) fn viscosity(&self, e: usize, fluid: usize) -> f64 {
         let Some(FluidSetup { law, .. }) = self.physics.fluids.get(fluid) else { return 0.0 };
         let rate = if !law.is_newtonian() {
             let velocity = self.mesh.elements()[e].map(|node| self.velocity[node as usize]);
@@ -484,7 +475,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// Stabilisation time of an element [s]. Only the paper's form counts the speed: the system has no convection.
-    fn tau(&self, e: usize, medium: Medium) -> f64 {
+    pub(super) fn tau(&self, e: usize, medium: Medium) -> f64 {
         let speed = match self.physics.stabilisation {
             Stabilisation::Pspg => {
                 let nodes = self.mesh.elements()[e];
@@ -496,7 +487,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     }
 
     /// τ of a cut element, over that of another.
-    fn cut_tau(&self) -> f64 {
+    pub(super) fn cut_tau(&self) -> f64 {
         match self.physics.stabilisation {
             Stabilisation::Oss => subscale::CUT_TAU,
             Stabilisation::Pspg | Stabilisation::ConsistentPspg => 1.0,

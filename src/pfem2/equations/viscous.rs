@@ -13,8 +13,8 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::interface::Medium;
-use crate::pfem2::solid::coupling::{CoupledElement, CutForces};
-use crate::pfem2::solid::cut::ElementState;
+use crate::pfem2::solid::coupling::CutForces;
+use crate::pfem2::solid::cut::{CutBySolid, ElementState};
 use crate::pfem2::solid::immersed::Immersed;
 
 /// What the viscous forces follow from.
@@ -74,7 +74,7 @@ impl<const D: usize, const N: usize> ViscousFlow<'_, D, N> {
     }
 
     fn in_cut_element(&self, immersed: &Immersed<D, N>, place: usize) -> CutForces<D, N> {
-        let CoupledElement { element, share, .. } = immersed.elements[place];
+        let CutBySolid { element, share, .. } = immersed.cut.elements[place];
         let Content { mass, viscosity, .. } = &self.contents[element as usize];
         let volume = self.mesh.simplex(element as usize).volume * share;
         if volume == 0.0 {

@@ -4,7 +4,7 @@
 //! cuts the pieces again, side by side. Of an element of more than two fluids each has its share everywhere.
 
 use super::phases::Filling;
-use super::{negative_side, share, whole};
+use super::{at_corners, inner, negative_side, share};
 use crate::math::Vector;
 use crate::pfem2::Pfem2;
 use crate::pfem2::particles::interpolate;
@@ -73,11 +73,19 @@ fn parts<const D: usize, const N: usize>(
     fluid: usize,
     e: usize,
 ) -> Option<(Vec<[[f64; N]; N]>, f64)> {
+    let simplices = || pfem.system.fluid_region().simplices(e);
+    let negative = |level: [f64; N]| {
+        let of = |corners: [[f64; N]; N]| {
+            let own = negative_side(&at_corners(&corners, &level)).into_iter();
+            own.map(move |part| inner(&corners, &part))
+        };
+        Some((simplices().into_iter().flat_map(of).collect(), 1.0))
+    };
     match pfem.interface.phases().filling(&pfem.system.mesh.elements()[e]) {
-        Filling::Pure(own) => (own == fluid).then(|| (vec![whole()], 1.0)),
-        Filling::Mixed(shares) => Some((vec![whole()], shares[fluid])),
-        Filling::Cut([heavy, _], level) if heavy == fluid => Some((negative_side(&level), 1.0)),
-        Filling::Cut([_, light], level) if light == fluid => Some((negative_side(&level.map(|phi| -phi)), 1.0)),
+        Filling::Pure(own) => (own == fluid).then(|| (simplices(), 1.0)),
+        Filling::Mixed(shares) => Some((simplices(), shares[fluid])),
+        Filling::Cut([heavy, _], level) if heavy == fluid => negative(level),
+        Filling::Cut([_, light], level) if light == fluid => negative(level.map(|phi| -phi)),
         Filling::Cut(..) => None,
     }
 }
@@ -109,7 +117,5 @@ fn below<const D: usize, const N: usize>(
     sign: f64,
 ) -> Vec<[[f64; N]; N]> {
     let level = corners.map(|corner| sign * (interpolate(&corner, x)[axis] - bound));
-    let inside =
-        |own: &[[f64; N]; N]| own.map(|point| std::array::from_fn(|k| (0..N).map(|i| point[i] * corners[i][k]).sum()));
-    negative_side(&level).iter().map(inside).collect()
+    negative_side(&level).iter().map(|own| inner(corners, own)).collect()
 }

@@ -7,6 +7,7 @@
 //! phases            the fluid of a node, of an element, of a cut element's sides        theory G.1
 //! volumes           the volume of each fluid, kept by shifts of φ or weights of shares  theory G.6
 //! share_weights     these weights                                                       theory (G.8)
+//! fluid_region      the part of the mesh that solids leave to the fluids             theory G.14
 //! inflow            the fluid that open boundaries bring                                theory F.10, G.4
 //! cut, enriched     cut elements: their content, and the enriched pressure              Becker (29)–(33), theory G.7, G.8
 //! sub_simplices     the sides of a cut element as simplices                             theory G.7
@@ -17,6 +18,7 @@
 mod cut;
 mod enriched;
 pub(super) mod filled;
+mod fluid_region;
 pub(super) mod inflow;
 pub mod level_set;
 pub mod outline;
@@ -31,4 +33,7 @@ mod volumes;
 pub use cut::{CutGeometry, Enrichment, Medium};
 pub use enriched::Enriched;
 pub(in crate::pfem2) use enriched::inverse;
-pub use sub_simplices::{SubSimplex, corners, facets, is_cut, negative_side, share, split, whole};
+pub use fluid_region::FluidRegion;
+pub use sub_simplices::{
+    SubSimplex, at_corners, corners, facets, inner, is_cut, negative_side, share, sides, split, whole,
+};

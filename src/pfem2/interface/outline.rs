@@ -1,10 +1,9 @@
 //! The interfaces between fluids as a surface of its own, so that probes, pictures and files can show where they are:
 //! the segments (2D) or triangles (3D) in which the level set vanishes.
 
-use super::facets;
 use super::phases::Phases;
+use super::{FluidRegion, at_corners, facets, inner};
 use crate::math::Vector;
-use crate::mesh::Mesh;
 use crate::pfem2::particles::interpolate;
 
 /// The interfaces of one time. Facets share no corners, each with its neighbours' places.
@@ -22,12 +21,22 @@ pub struct Outline {
 
 impl Outline {
     /// All interfaces, with the velocity of the nodes [m/s].
-    pub fn new<const D: usize, const N: usize>(mesh: &Mesh<D, N>, phases: &Phases, velocity: &[Vector<D>]) -> Self {
+    pub fn new<const D: usize, const N: usize>(
+        region: &FluidRegion<D, N>,
+        phases: &Phases,
+        velocity: &[Vector<D>],
+    ) -> Self {
+        let mesh = region.mesh;
         let mut outline = Self::default();
         for (e, nodes) in mesh.elements().iter().enumerate() {
             let Some(level) = phases.level_in(nodes) else { continue };
             let (places, speeds) = (mesh.corners(e), nodes.map(|node| velocity[node as usize]));
-            for facet in facets::<D, N>(&level) {
+            let simplices = region.simplices(e).into_iter();
+            let within = |corners: [[f64; N]; N]| {
+                let facets = facets::<D, N>(&at_corners(&corners, &level)).into_iter();
+                facets.map(move |facet| inner(&corners, &facet))
+            };
+            for facet in simplices.flat_map(within) {
                 let corners = facet.map(|shape| interpolate(&shape, &places));
                 outline.size.push(size(&corners));
                 outline.position.extend(corners.map(|x| x.to3()));
@@ -58,6 +67,7 @@ pub(in crate::pfem2) fn size<const D: usize>(facet: &[Vector<D>; D]) -> f64 {
 mod tests {
     use super::super::phase_list::PhaseList;
     use super::*;
+    use crate::mesh::Mesh;
     use std::f64::consts::PI;
 
     /// Facets lie on a circle or sphere of radius r within h²/8r, and add up to its length or area.
@@ -66,7 +76,7 @@ mod tests {
         let level: Vec<f64> = mesh.nodes().iter().map(|x| x.norm() - radius).collect();
         let velocity: Vec<Vector<D>> = mesh.nodes().iter().map(|x| *x * 3.0).collect();
         let phases = Phases { list: &PhaseList::fluids(&[2.0, 1.0]), fraction: &[], level: &level };
-        let outline = Outline::new(mesh, &phases, &velocity);
+        let outline = Outline::new(&FluidRegion::whole(mesh), &phases, &velocity);
         let facets = outline.facets(D);
         assert_eq!(facets.len(), outline.size.len());
         for &corner in facets.iter().copied().flatten() {

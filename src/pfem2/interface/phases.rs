@@ -10,8 +10,7 @@
 //! The fluid of a node is the one with the largest fraction; of equal ones the first in the order of [`PhaseList`], the heaviest.
 
 use super::phase_list::PhaseList;
-use super::{CutGeometry, Medium, is_cut};
-use crate::mesh::Mesh;
+use super::{CutGeometry, FluidRegion, Medium, is_cut};
 use crate::parallel;
 use crate::pfem2::equations::element::Content;
 
@@ -107,18 +106,23 @@ impl Phases<'_> {
         if self.at(node) == negative { level.min(-f64::MIN_POSITIVE) } else { level.max(f64::MIN_POSITIVE) }
     }
 
-    /// Volume of each fluid in `count` elements, of which `element` gives each with the volume of its fluid [m³].
-    pub fn volumes<const D: usize, const N: usize>(
+    /// Volume of each fluid in all elements [m³].
+    pub fn volumes<const D: usize, const N: usize>(&self, region: &FluidRegion<D, N>) -> Vec<f64> {
+        self.volumes_in(region, region.mesh.elements().len(), |e| e)
+    }
+
+    /// Volume of each fluid in `count` elements, of which `element` gives each [m³].
+    pub fn volumes_in<const D: usize, const N: usize>(
         &self,
-        mesh: &Mesh<D, N>,
+        region: &FluidRegion<D, N>,
         count: usize,
-        element: impl Fn(usize) -> (usize, f64) + Sync + Send,
+        element: impl Fn(usize) -> usize + Sync + Send,
     ) -> Vec<f64> {
         let fluids = self.list.count();
         let chunk = |range: std::ops::Range<usize>| {
             let mut volumes = vec![0.0; fluids];
-            for (e, volume) in range.map(&element) {
-                self.filling(&mesh.elements()[e]).add(self.list.density(), volume, &mut volumes);
+            for e in range.map(&element) {
+                self.filling(&region.mesh.elements()[e]).add(region, e, &mut volumes);
             }
             volumes
         };
@@ -144,15 +148,16 @@ impl<const N: usize> Filling<N> {
         Some(CutGeometry::new(*level, media))
     }
 
-    /// Adds what an element of this volume holds of each fluid [m³].
-    fn add(&self, density: &[f64], volume: f64, volumes: &mut [f64]) {
+    /// Adds what an element holds of each fluid [m³].
+    fn add<const D: usize>(&self, region: &FluidRegion<D, N>, element: usize, volumes: &mut [f64]) {
+        let volume = region.volume(element);
         match self {
             Self::Pure(fluid) => volumes[*fluid] += volume,
             Self::Mixed(shares) => volumes.iter_mut().zip(shares).for_each(|(own, share)| *own += share * volume),
-            Self::Cut([heavy, light], _) => {
-                let share = self.cut(density, |_| 0.0).map_or(0.0, |cut| cut.negative_share());
-                volumes[*heavy] += share * volume;
-                volumes[*light] += (1.0 - share) * volume;
+            Self::Cut([heavy, light], level) => {
+                let own = region.negative_volume(element, level);
+                volumes[*heavy] += own;
+                volumes[*light] += volume - own;
             }
         }
     }

@@ -13,8 +13,8 @@
 use super::inverse;
 use super::phase_list::PhaseList;
 use super::phases::Phases;
-use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::interface::FluidRegion;
 
 /// Most Newton steps.
 const STEPS: usize = 20;
@@ -31,12 +31,12 @@ const NUDGE: f64 = 1e-5;
 /// Gives shares the weights with which each fluid has the volume `wanted` [m³]; `fraction` by fluid and node. Returns the largest
 /// factor between two weights.
 pub fn keep_volumes<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
+    region: &FluidRegion<D, N>,
     list: &PhaseList,
     fraction: &mut [Vec<f64>],
     wanted: &[f64],
 ) -> f64 {
-    let scale = WeighedShares::new(mesh, list, fraction, wanted);
+    let scale = WeighedShares::new(*region, list, fraction, wanted);
     let mut log = vec![0.0; wanted.len()];
     let mut missing = scale.missing(&log);
     for _ in 0..STEPS {
@@ -51,7 +51,7 @@ pub fn keep_volumes<const D: usize, const N: usize>(
 
 /// Shares that are weighed.
 struct WeighedShares<'a, const D: usize, const N: usize> {
-    mesh: &'a Mesh<D, N>,
+    region: FluidRegion<'a, D, N>,
     list: &'a PhaseList,
     fraction: &'a [Vec<f64>],
     /// Elements in which several fluids are.
@@ -63,7 +63,8 @@ struct WeighedShares<'a, const D: usize, const N: usize> {
 }
 
 impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
-    fn new(mesh: &'a Mesh<D, N>, list: &'a PhaseList, fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
+    fn new(region: FluidRegion<'a, D, N>, list: &'a PhaseList, fraction: &'a [Vec<f64>], wanted: &[f64]) -> Self {
+        let mesh = region.mesh;
         let alone = |e: usize| {
             let nodes = mesh.elements()[e];
             fraction.iter().position(|own| nodes.iter().all(|&node| own[node as usize] == 1.0))
@@ -75,17 +76,17 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
         let mut band = Vec::new();
         for (e, fluid) in alone.into_iter().enumerate() {
             match fluid {
-                Some(fluid) => wanted[fluid] -= mesh.simplex(e).volume,
+                Some(fluid) => wanted[fluid] -= region.volume(e),
                 None => band.push(e as u32),
             }
         }
-        Self { mesh, list, fraction, band, wanted, free }
+        Self { region, list, fraction, band, wanted, free }
     }
 
     /// The shares with the weights e^`log`.
     fn weighed(&self, log: &[f64]) -> Vec<Vec<f64>> {
         let weight: Vec<f64> = log.iter().map(|log| log.exp()).collect();
-        let nodes = self.mesh.nodes().len();
+        let nodes = self.region.mesh.nodes().len();
         let sum = |node: usize| weight.iter().zip(self.fraction).map(|(w, own)| w * own[node]).sum::<f64>();
         let sums = parallel::collect(nodes, parallel::CHUNK, sum);
         let of = |(own, w): (&Vec<f64>, &f64)| parallel::collect(nodes, parallel::CHUNK, |i| w * own[i] / sums[i]);
@@ -96,16 +97,13 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
     fn missing(&self, log: &[f64]) -> Vec<f64> {
         let weighed = self.weighed(log);
         let phases = Phases { list: self.list, fraction: &weighed, level: &[] };
-        let volumes = phases.volumes(self.mesh, self.band.len(), |i| {
-            let e = self.band[i] as usize;
-            (e, self.mesh.simplex(e).volume)
-        });
+        let volumes = phases.volumes_in(&self.region, self.band.len(), |i| self.band[i] as usize);
         self.free.iter().map(|&k| self.wanted[k] - volumes[k]).collect()
     }
 
     /// Weights with which less is missing, and what that is; none if nothing is, or a Newton step leads to no such.
     fn nearer(&self, log: &[f64], missing: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let exact = 8.0 * f64::EPSILON * self.mesh.volume();
+        let exact = 8.0 * f64::EPSILON * self.region.mesh.volume();
         if missing.iter().all(|missing| missing.abs() <= exact) {
             return None;
         }
@@ -151,6 +149,7 @@ impl<'a, const D: usize, const N: usize> WeighedShares<'a, D, N> {
 mod tests {
     use super::*;
     use crate::math::Vector;
+    use crate::mesh::Mesh;
 
     const DENSITY: [f64; 3] = [3.0, 2.0, 1.0];
 
@@ -166,8 +165,7 @@ mod tests {
     }
 
     fn volumes(mesh: &Mesh<2, 3>, fraction: &[Vec<f64>]) -> Vec<f64> {
-        Phases { list: &PhaseList::fluids(&DENSITY), fraction, level: &[] }
-            .volumes(mesh, mesh.elements().len(), |e| (e, mesh.simplex(e).volume))
+        Phases { list: &PhaseList::fluids(&DENSITY), fraction, level: &[] }.volumes(&FluidRegion::whole(mesh))
     }
 
     #[test]
@@ -176,7 +174,7 @@ mod tests {
         let mut fraction = layers(&mesh);
         let start = volumes(&mesh, &fraction);
         let wanted = [start[0] * 1.03, start[1] * 0.95, 1.0 - start[0] * 1.03 - start[1] * 0.95];
-        let factor = keep_volumes(&mesh, &PhaseList::fluids(&DENSITY), &mut fraction, &wanted);
+        let factor = keep_volumes(&FluidRegion::whole(&mesh), &PhaseList::fluids(&DENSITY), &mut fraction, &wanted);
         for (own, wanted) in volumes(&mesh, &fraction).iter().zip(wanted) {
             assert!((own - wanted).abs() < 1e-13, "{own} {wanted}");
         }
@@ -191,7 +189,8 @@ mod tests {
         let mut fraction = layers(&mesh);
         let before = fraction.clone();
         let wanted = volumes(&mesh, &fraction);
-        assert_eq!(keep_volumes(&mesh, &PhaseList::fluids(&DENSITY), &mut fraction, &wanted), 1.0);
+        let region = FluidRegion::whole(&mesh);
+        assert_eq!(keep_volumes(&region, &PhaseList::fluids(&DENSITY), &mut fraction, &wanted), 1.0);
         let change = fraction.iter().flatten().zip(before.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(change.fold(0.0, f64::max) < 1e-15);
     }
@@ -205,16 +204,13 @@ mod tests {
         fraction[2].iter_mut().zip(&speck).for_each(|(air, speck)| *air -= speck);
         fraction.push(speck);
         let density = [3.0, 2.0, 1.0, 2.5];
+        let region = FluidRegion::whole(&mesh);
         let of = |fraction: &[Vec<f64>]| {
-            Phases { list: &PhaseList::fluids(&density), fraction, level: &[] }.volumes(
-                &mesh,
-                mesh.elements().len(),
-                |e| (e, mesh.simplex(e).volume),
-            )
+            Phases { list: &PhaseList::fluids(&density), fraction, level: &[] }.volumes(&region)
         };
         let start = of(&fraction);
         let wanted = [start[0] - 0.01, 0.97 * start[1], start[2] + 0.03 * start[1], 0.01];
-        keep_volumes(&mesh, &PhaseList::fluids(&density), &mut fraction, &wanted);
+        keep_volumes(&region, &PhaseList::fluids(&density), &mut fraction, &wanted);
         let missing: Vec<f64> = wanted.iter().zip(of(&fraction)).map(|(wanted, now)| wanted - now).collect();
         for (missing, expected) in missing.iter().zip([-0.01, 0.0, 0.0, 0.01]) {
             assert!((missing - expected).abs() < 1e-13, "{missing} {expected}");

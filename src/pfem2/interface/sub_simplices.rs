@@ -55,11 +55,32 @@ pub fn split<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
 }
 
 /// The sub-simplices of an element or facet that may be cut, or it as a whole.
-pub(super) fn sides<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
+pub fn sides<const N: usize>(level: &[f64; N]) -> Vec<SubSimplex<N>> {
     if is_cut(level) {
         return split(level);
     }
     vec![part(&whole(), level.iter().sum::<f64>() < 0.0)]
+}
+
+/// Share of an element where the linear φ with these nodal values is negative, as the cut elements count it.
+pub(super) fn negative_share<const N: usize>(level: &[f64; N]) -> f64 {
+    if is_cut(level) {
+        return split(level).iter().filter(|part| part.negative).map(|part| part.share).sum();
+    }
+    if level.iter().sum::<f64>() < 0.0 { 1.0 } else { 0.0 }
+}
+
+/// The linear function with these nodal values at the barycentric corners of a simplex in an element.
+pub fn at_corners<const N: usize>(corners: &[Barycentric<N>; N], level: &[f64; N]) -> [f64; N] {
+    corners.map(|corner| corner.iter().zip(level).map(|(n, value)| n * value).sum())
+}
+
+/// Points of a simplex in an element, given by its own shape functions, as points of the element.
+pub fn inner<const N: usize, const K: usize>(
+    corners: &[Barycentric<N>; N],
+    points: &[Barycentric<N>; K],
+) -> [Barycentric<N>; K] {
+    points.map(|point| std::array::from_fn(|k| (0..N).map(|c| point[c] * corners[c][k]).sum()))
 }
 
 /// A simplex as a whole, by its barycentric corners.

@@ -73,10 +73,12 @@ impl<const D: usize> InterfaceTracking<D> {
         particles: &ParticleTracking<D>,
     ) -> ConvectedVelocity<D> {
         let VelocityPressureSystem { mesh, velocity, .. } = system;
-        let volume = |e: usize| system.fluid_volume(e);
+        let region = system.fluid_region();
+        let volume = |e: usize| region.volume(e);
         let projected =
             project(mesh, &particles.columns, self.list.density(), particles.rules.kernel, velocity, &volume);
         self.fraction = projected.fraction;
+        level_set::continue_shares(&region, &mut self.fraction);
         self.level = match (&self.sharp, self.list.sides()) {
             (Some(sharp), _) => sharp.level.clone(),
             (None, Some([inside, _])) => {
@@ -87,14 +89,14 @@ impl<const D: usize> InterfaceTracking<D> {
             _ => Vec::new(),
         };
         if self.list.count() > 2 {
-            self.weigh_shares(mesh);
+            self.weigh_shares(&region);
         }
         projected.velocity
     }
 
     /// Finds the interfaces as surfaces.
     pub fn trace<const N: usize>(&mut self, system: &VelocityPressureSystem<D, N>) {
-        self.outline = Outline::new(&system.mesh, &self.phases(), &system.velocity);
+        self.outline = Outline::new(&system.fluid_region(), &self.phases(), &system.velocity);
     }
 
     /// Fluids that flow in, from the state at the start on.

@@ -1,9 +1,9 @@
 //! The volume of each fluid: what it was, what has left, what level set or shares show (theory G.6).
 
+use super::FluidRegion;
 use super::level_set::{self, OpenFacet, Origins};
 use super::share_weights;
 use super::tracking::InterfaceTracking;
-use crate::mesh::Mesh;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::particles::{FrozenFlow, Particles};
 use crate::pfem2::report::notices::Notices;
@@ -25,13 +25,13 @@ impl<const D: usize> InterfaceTracking<D> {
         let VelocityPressureSystem { mesh, boundary, .. } = system;
         let shifts = correction == VolumeCorrection::Shift;
         let several = self.list.count() > 2 && boundary.is_closed();
-        self.kept_volumes = (several && shifts)
-            .then(|| self.phases().volumes(mesh, mesh.elements().len(), |e| (e, mesh.simplex(e).volume)));
+        let region = system.fluid_region();
+        self.kept_volumes = (several && shifts).then(|| self.phases().volumes(&region));
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
         let opening = |(place, &facet)| Some(OpenFacet { facet, brings: self.inflow.level(place)? });
         self.openings = facets.filter_map(opening).collect();
-        self.kept_volume = shifts.then(|| level_set::negative_volume(mesh, &set.level));
+        self.kept_volume = shifts.then(|| level_set::negative_volume(&region, &set.level));
     }
 
     /// True if the volume of every fluid is kept.
@@ -46,41 +46,43 @@ impl<const D: usize> InterfaceTracking<D> {
         particles: &mut Particles<D>,
         notices: &mut Notices,
     ) {
-        let (mesh, reach) = (&system.mesh, system.shortest());
+        let (region, reach) = (system.fluid_region(), system.shortest());
+        let mesh = region.mesh;
         let Some(sharp) = &mut self.sharp else { return };
         let before = sharp.level.clone();
-        sharp.update(mesh, particles, &self.openings);
+        sharp.update(&region, particles, &self.openings);
         level_set::absorb_isolated_nodes(mesh, &mut sharp.level);
         let Some(start) = self.kept_volume else { return };
         self.shift = 0.0;
         let booked = start - self.outflow[0];
-        let wanted = volume_to_keep(mesh, &sharp.level, booked, !self.openings.is_empty());
+        let wanted = volume_to_keep(&region, &sharp.level, booked, !self.openings.is_empty());
         self.outflow[0] += booked - wanted;
         let (particles, openings) = (&*particles, &self.openings[..]);
         let origins = Origins { before: &before, inside: sharp.inside, particles, openings };
         // A shift may isolate nodes that weren't before; they change sides, and the volume is sought again.
         for _ in 0..SHIFTS {
             let left = reach - self.shift.abs();
-            self.shift += level_set::shift_to_volume(mesh, &mut sharp.level, wanted, left);
-            let reverted = level_set::revert_spurious_nodes(mesh, &origins, &mut sharp.level);
+            self.shift += level_set::shift_to_volume(&region, &mut sharp.level, wanted, left);
+            let reverted = level_set::revert_spurious_nodes(&region, &origins, &mut sharp.level);
             if reverted + level_set::absorb_isolated_nodes(mesh, &mut sharp.level) == 0 {
                 break;
             }
         }
-        let missing = wanted - level_set::negative_volume(mesh, &sharp.level);
+        let missing = wanted - level_set::negative_volume(&region, &sharp.level);
         if missing.abs() > MISSED * start.max(wanted) {
             notices.volume(&system.physics.fluids[usize::from(sharp.inside)].name);
         }
     }
 
     /// The shares of several fluids take weights that keep their volumes.
-    pub(super) fn weigh_shares<const N: usize>(&mut self, mesh: &Mesh<D, N>) {
+    pub(super) fn weigh_shares<const N: usize>(&mut self, region: &FluidRegion<D, N>) {
+        let mesh = region.mesh;
         level_set::absorb_isolated_fluids(mesh, &self.list, &mut self.fraction);
         let Some(wanted) = &self.kept_volumes else { return };
         self.weight = 1.0;
         // Weights may isolate nodes that weren't before, as shifts may.
         for _ in 0..SHIFTS {
-            self.weight *= share_weights::keep_volumes(mesh, &self.list, &mut self.fraction, wanted);
+            self.weight *= share_weights::keep_volumes(region, &self.list, &mut self.fraction, wanted);
             if level_set::absorb_isolated_fluids(mesh, &self.list, &mut self.fraction) == 0 {
                 break;
             }
@@ -110,16 +112,22 @@ impl<const D: usize> InterfaceTracking<D> {
 
 /// Volume of the fluid inside the level set to be kept on the mesh, where `booked` should be left of it [m³].
 ///
-/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than its
-/// volume, and a fluid whose last part is gone through an opening holds nothing, even if the count leaves a rest of it.
-fn volume_to_keep<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], booked: f64, open: bool) -> f64 {
+/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than
+/// solids leave of its volume, and a fluid whose last part is gone through an opening holds nothing, even if the count leaves a rest of it.
+fn volume_to_keep<const D: usize, const N: usize>(
+    region: &FluidRegion<D, N>,
+    level: &[f64],
+    booked: f64,
+    open: bool,
+) -> f64 {
+    let mesh = region.mesh;
     let alone = level.iter().all(|&level| level < 0.0) || level.iter().all(|&level| level >= 0.0);
     if open && alone {
-        let shown = level_set::negative_volume(mesh, level);
+        let shown = level_set::negative_volume(region, level);
         let largest = (0..mesh.elements().len()).map(|e| mesh.simplex(e).volume).fold(0.0, f64::max);
         if (booked - shown).abs() <= largest {
             return shown;
         }
     }
-    booked.clamp(0.0, mesh.volume())
+    booked.clamp(0.0, region.total())
 }

@@ -10,9 +10,9 @@ use super::Particles;
 use super::convect::MeshPoint;
 use super::correct;
 use super::tracking::ParticleTracking;
-use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 
 /// Edges inside the other fluid from which a particle joins it.
@@ -54,15 +54,15 @@ impl<const D: usize> ParticleTracking<D> {
     /// Volume of the particles of each fluid where the level set shows the other [m³].
     pub(in crate::pfem2) fn stray_volumes<const N: usize>(
         &self,
-        mesh: &Mesh<D, N>,
+        region: &FluidRegion<D, N>,
         interface: &InterfaceTracking<D>,
     ) -> Vec<f64> {
-        let particles = &self.columns;
+        let (mesh, particles) = (region.mesh, &self.columns);
         let Some(set) = &interface.sharp else { return Vec::new() };
         let mut volumes = vec![0.0; interface.list.count()];
         for e in 0..mesh.elements().len() {
             let own = particles.of(e);
-            let share = mesh.simplex(e).volume / own.len().max(1) as f64;
+            let share = region.volume(e) / own.len().max(1) as f64;
             for p in own {
                 let place = MeshPoint { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
                 if set.at(mesh, &place).0 != particles.fluid[p] {

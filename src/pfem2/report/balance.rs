@@ -10,6 +10,8 @@ use super::solids::{SolidEnergies, SolidEnergy};
 use super::strain::StrainEnergy;
 use super::through::OpenBoundaryFlux;
 use crate::error::StepError;
+use crate::math::Vector;
+use crate::mesh::Mesh;
 use crate::pfem2::equations::system::VelocityPressureSystem;
 use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::time::history::StepShares;
@@ -20,6 +22,9 @@ const GIVEN: f64 = 0.02;
 
 /// The same for a viscous dissipation below zero.
 const NEGATIVE: f64 = 0.01;
+
+/// Part of the weight times the size of the mesh that is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// The energy balance of a run.
 #[derive(Debug, Clone)]
@@ -38,6 +43,8 @@ pub(in crate::pfem2) struct EnergyBalance<const D: usize> {
     pub available: Option<AvailablePotentialEnergy>,
     /// Volume of each fluid at the start [m³]; empty where fluid may come in or leave.
     pub initial_volumes: Vec<f64>,
+    /// Energy that is rounding: of the weight at the start over the height of the mesh [J].
+    pub rounding: f64,
 }
 
 impl<const D: usize> EnergyBalance<D> {
@@ -51,6 +58,7 @@ impl<const D: usize> EnergyBalance<D> {
             dissipation: ViscousDissipation::at_rest(nodes),
             available: None,
             initial_volumes: Vec::new(),
+            rounding: 0.0,
         }
     }
 
@@ -65,9 +73,10 @@ impl<const D: usize> EnergyBalance<D> {
         // Solids that sink or rise, and the strain in them, belong to it too.
         let fluids_alone = solids.is_none() && system.particle_solids.is_none();
         self.available = AvailablePotentialEnergy::new(system, &self.totals).filter(|_| fluids_alone);
-        if system.boundary.is_closed() && solids.is_none() {
+        if system.boundary.is_closed() {
             self.initial_volumes = system.volumes.clone();
         }
+        self.rounding = ROUNDING * Vector(self.totals.weight).norm() * extent(&system.mesh);
         self.ledger = EnergyLedger::open(self.totals.kinetic, system.surface_energy(), impulsive);
     }
 
@@ -136,7 +145,7 @@ impl<const D: usize> EnergyBalance<D> {
     /// The energy that errors are measured by: the largest other energy so far, and no less than what counts in this run [J].
     pub fn largest_energy(&self) -> f64 {
         let least = self.available.as_ref().map_or(0.0, |available| available.least(&self.ledger));
-        self.ledger.largest.max(least)
+        self.ledger.largest.max(least).max(self.rounding)
     }
 
     /// Gives notice of fluid that is lost, and of energy that errors took or gave.
@@ -171,4 +180,12 @@ impl<const D: usize> EnergyBalance<D> {
             notices.negative_dissipation();
         }
     }
+}
+
+/// Diagonal of the box around a mesh [m].
+fn extent<const D: usize, const N: usize>(mesh: &Mesh<D, N>) -> f64 {
+    let corner = |pick: fn(f64, f64) -> f64, start: f64| {
+        mesh.nodes().iter().fold(Vector::<D>::splat(start), |a, b| Vector::from_fn(|i| pick(a[i], b[i])))
+    };
+    (corner(f64::max, f64::NEG_INFINITY) - corner(f64::min, f64::INFINITY)).norm()
 }

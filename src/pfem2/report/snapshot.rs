@@ -270,7 +270,11 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
 /// Volume of the particles of each fluid where the level set shows the other.
 fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &'static str, f64)> {
     let unit = if D == 2 { "m^2" } else { "m^3" };
-    let fluids =
-        pfem.system.physics.fluids.iter().zip(pfem.particles.stray_volumes(&pfem.system.mesh, &pfem.interface));
+    let fluids = pfem
+        .system
+        .physics
+        .fluids
+        .iter()
+        .zip(pfem.particles.stray_volumes(&pfem.system.fluid_region(), &pfem.interface));
     fluids.map(|(fluid, volume)| (format!("astray: {}", fluid.name), unit, volume)).collect()
 }

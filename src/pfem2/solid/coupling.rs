@@ -1,44 +1,38 @@
 //! Equations of the fluid in elements that the surface of a solid cuts, coupled to the nodes of the solid (theory J.3).
 //!
 //! The fluid part of an element e is divided into simplices s between its nodes and its cut points c, whose velocity is that of
-//! the solid's surface, v_c = Σ_a N_a v_a. The pressure keeps the functions of e, also those of nodes inside the solid:
+//! the solid's surface, v_c = Σ_a N_a v_a. The pressure keeps the functions of e, also those of nodes inside the solid. Where an
+//! interface of two fluids cuts e, too, each s is divided again, into pieces t of one fluid:
 //!
 //! ```text
-//! M, K       as of an element s
+//! M_ij     = Σ_t ρ_t ∫_t N^s_i N^s_j,   μ = Σ_t V_t μ_t/V_s                      theory (G.30); of one fluid as of an element s
 //! D_k,jβ   = V_s N^e_k(x_s) g^s_jβ                    x_s: centre of s;   rows p_k of e, columns v_j of s
-//! C_kl     = τ/ρ V_s g^e_k·g^e_l
+//! C_kl     = τ Σ_t V_t/ρ_t g^e_k·g^e_l
 //! R_k,jβ   = τ V_s/(d + 1) g^e_kβ                     with the consistent stabilisation, theory (F.27)
 //! ```
 //!
 //! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work that the solid
-//! takes.
+//! takes. The pressure of two fluids is enriched (see `enriched`).
 
-use super::cut::{CutBySolid, CutPoint, FluidSimplex, Motion, Vertex};
+use super::cut::{CutBySolid, CutPoint, Motion};
+use super::enriched::enrich;
+use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
 use crate::math::{Tensor, Vector};
-use crate::mesh::{Mesh, Simplex};
-use crate::pfem2::equations::element::{Block, Drive, Equations, Mass, Stabilisation, viscous_forces};
-use crate::pfem2::interface::Medium;
-
-/// What fills the fluid part of a cut element.
-#[derive(Debug, Clone, Copy)]
-pub struct FluidPart<const D: usize, const N: usize> {
-    /// Density and viscosity.
-    pub medium: Medium,
-    /// Stabilisation time τ [s].
-    pub tau: f64,
-    /// Nodal values of the right-hand side.
-    pub drive: Drive<D, N>,
-}
+use crate::mesh::Mesh;
+use crate::pfem2::equations::element::{Block, Content, Equations, Stabilisation, viscous_forces};
+use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, surface_tension};
 
 /// Equations of the fluid part of a cut element, in the unknowns of its nodes and of the nodes of solids.
 #[derive(Debug, Clone)]
 pub struct CoupledElement<const D: usize, const N: usize> {
     /// The element.
     pub element: u32,
-    /// Volume of its fluid part over its own.
-    pub share: f64,
-    /// ∫ρ N_i over its fluid part [kg].
-    pub mass: [f64; N],
+    /// What its fluid part holds.
+    pub content: Content<N>,
+    /// True for nodes whose pressure acts on their own side of an interface somewhere in the fluid part.
+    pub tied: [bool; N],
+    /// Energy of the interface in it [J].
+    pub energy: f64,
     /// Rows and columns of its nodes.
     pub blocks: [[Block<N>; N]; N],
     /// Right-hand side of its nodes.
@@ -57,7 +51,7 @@ pub struct CoupledElement<const D: usize, const N: usize> {
 
 /// An unknown of an element.
 #[derive(Clone, Copy)]
-enum Unknown {
+pub(super) enum Unknown {
     /// Velocity of a local node.
     Node(usize),
     /// Velocity of a node of a solid: its place in [`CoupledElement::solid`].
@@ -65,15 +59,14 @@ enum Unknown {
 }
 
 /// Velocity of a vertex by the unknowns that it depends on: v = Σ P v_k.
-type Follows<const D: usize> = Vec<(Unknown, Tensor<D>)>;
+pub(super) type Follows<const D: usize> = Vec<(Unknown, Tensor<D>)>;
 
-/// A simplex of the fluid part.
-struct PartGeometry<const D: usize, const N: usize> {
-    simplex: Simplex<D, N>,
-    /// Shape functions of the element at its centre.
-    center: [f64; N],
-    /// Its vertices, in the list of nodes and then cut points of the element.
-    vertices: [usize; N],
+/// The velocities of the vertices of an element.
+pub(super) struct VertexVelocities<const D: usize> {
+    /// By the unknowns.
+    pub follows: Vec<Follows<D>>,
+    /// v̂ [m/s].
+    pub hats: Vec<Vector<D>>,
 }
 
 impl<const D: usize, const N: usize> CoupledElement<D, N> {
@@ -95,14 +88,55 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         };
         let hat = |vertex: &Follows<D>| vertex.iter().map(|&(unknown, p)| p.apply(of(unknown))).sum();
         let hats: Vec<Vector<D>> = follows.iter().map(hat).collect();
-        let volume = mesh.simplex(cut.element as usize).volume;
-        for part in parts(mesh, cut, &own) {
-            element.share += part.simplex.volume / volume;
-            let mass = fluid.medium.density * part.simplex.volume;
-            (0..N).for_each(|k| element.mass[k] += mass * part.center[k]);
-            element.add(mesh, &part, fluid, equations, &follows, &hats);
+        let velocities = VertexVelocities { follows, hats };
+        let parent = mesh.simplex(cut.element as usize);
+        element.content.tau = fluid.tau;
+        let parts = parts(mesh, cut, &own, &fluid.level);
+        for part in &parts {
+            element.count(parent.volume, part, fluid);
+            element.add(&parent.gradient, part, fluid, equations, &velocities);
+            element.pull(mesh, part, fluid, &velocities);
+        }
+        if fluid.enrichment != Enrichment::None {
+            enrich(&mut element, &parent.gradient, &parts, fluid, equations, &velocities);
         }
         element
+    }
+
+    /// Adds what a part holds; `volume` of the element [m³].
+    fn count(&mut self, volume: f64, part: &PartGeometry<D, N>, fluid: &FluidPart<D, N>) {
+        /// Part of the volume of an element that ties no pressure.
+        const ROUND_OFF: f64 = 1e-10;
+        for piece in &part.pieces {
+            let (own, Medium { density, viscosity }) = (part.simplex.volume * piece.share, fluid.medium(piece));
+            let center = part.at(&piece.center);
+            (0..N).for_each(|k| self.content.mass[k] += own * density * center[k]);
+            self.content.viscosity += own / volume * viscosity;
+            self.content.volume_over_density += own / density;
+            for (tied, phi) in self.tied.iter_mut().zip(&fluid.level) {
+                let acts = fluid.enrichment == Enrichment::None || (*phi < 0.0) == piece.negative;
+                *tied |= acts && own > ROUND_OFF * volume;
+            }
+        }
+    }
+
+    /// Adds the surface tension of the interface in a part (theory (G.20)).
+    fn pull(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        part: &PartGeometry<D, N>,
+        fluid: &FluidPart<D, N>,
+        velocities: &VertexVelocities<D>,
+    ) {
+        if fluid.tension == 0.0 || part.pieces.len() < 2 {
+            return;
+        }
+        let corners = mesh.corners(self.element as usize);
+        let x = part.shapes.map(|shape| shape.iter().zip(&corners).map(|(&n, &x)| x * n).sum());
+        let level = at_corners(&part.shapes, &fluid.level);
+        let forces = surface_tension::forces(&level, &x, &part.simplex, fluid.tension, 0);
+        part.vertices.iter().zip(forces).for_each(|(&vertex, force)| self.add_load(&velocities.follows[vertex], force));
+        self.energy += fluid.tension * surface_tension::area(&level, &x);
     }
 
     fn empty(element: u32, points: &[&CutPoint<D>]) -> Self {
@@ -112,8 +146,9 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let count = solid.len();
         Self {
             element,
-            share: 0.0,
-            mass: [0.0; N],
+            content: Content { mass: [0.0; N], viscosity: 0.0, tau: 0.0, volume_over_density: 0.0 },
+            tied: [false; N],
+            energy: 0.0,
             blocks: [[[[0.0; N]; N]; N]; N],
             loads: [[0.0; N]; N],
             to_fluid: vec![[[[0.0; D]; N]; N]; count],
@@ -130,7 +165,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let of = |point: &&CutPoint<D>| {
             let Motion { own, outside } = point.motion();
             let solid = point.weights.iter().map(|&(a, w)| (place(a), own * w));
-            let node = nodes.iter().position(|&node| node == point.edge[0]).zip(outside);
+            let node = nodes.iter().position(|&node| point.edge.is_some_and(|[start, _]| node == start)).zip(outside);
             solid.chain(node.map(|(i, p)| (Unknown::Node(i), p))).collect()
         };
         let nodal = |i| vec![(Unknown::Node(i), Tensor::identity())];
@@ -140,26 +175,30 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Adds the equations of a part.
     fn add(
         &mut self,
-        mesh: &Mesh<D, N>,
+        parent: &[Vector<D>; N],
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        follows: &[Follows<D>],
-        hats: &[Vector<D>],
+        VertexVelocities { follows, hats }: &VertexVelocities<D>,
     ) {
-        let parent = &mesh.simplex(self.element as usize).gradient;
-        let FluidPart { medium, tau, drive } = fluid;
+        let FluidPart { tau, drive, .. } = fluid;
         let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
         let force = drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
-        let stiffness = medium.viscosity * volume;
-        let consistent = equations.stabilisation == Stabilisation::ConsistentPspg;
-        let mut mean_hat = Vector::ZERO;
+        let viscosity = part.pieces.iter().map(|piece| piece.share * fluid.medium(piece).viscosity).sum::<f64>();
+        let stiffness = viscosity * volume;
+        let center = part.at(&[1.0 / N as f64; N]);
+        let masses = masses(equations.mass, part, fluid);
+        let residual = match equations.stabilisation {
+            Stabilisation::ConsistentPspg => tau / delta * volume / N as f64,
+            Stabilisation::Pspg | Stabilisation::Oss => 0.0,
+        };
+        let mut sum_of_hats = Vector::ZERO;
         for i in 0..N {
             let row = &follows[part.vertices[i]];
-            mean_hat += hats[part.vertices[i]] / N as f64;
+            sum_of_hats += hats[part.vertices[i]];
             let mut load = Vector::ZERO;
             for j in 0..N {
-                let mass = medium.density * volume * mass_share::<N>(equations.mass, i == j);
+                let mass = masses[i][j];
                 load += (hats[part.vertices[j]] / delta + force) * mass;
                 let both = g[i].dot(g[j]);
                 let block = Tensor::from_fn(|r, s| {
@@ -170,23 +209,18 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             }
             self.add_load(row, load);
             for k in 0..N {
-                let share = volume * part.center[k];
                 // −Dᵀ and −(D + R/Δ), theory (J.7), (J.9).
-                let pressure = g[i] * -share;
-                let residual = if consistent { tau / delta * volume / N as f64 } else { 0.0 };
+                let pressure = g[i] * -(volume * center[k]);
                 self.add_pressure(row, k, pressure, pressure - parent[k] * residual);
             }
         }
-        let projected = drive.projected.iter().copied().sum::<Vector<D>>() / N as f64;
-        let source = match equations.stabilisation {
-            Stabilisation::Pspg => force,
-            Stabilisation::ConsistentPspg => force + projected + mean_hat / delta,
-            Stabilisation::Oss => force + projected,
-        };
+        let of = |piece: &SubSimplex<N>| fluid.source(piece) * (tau * volume * piece.share);
+        let source = part.pieces.iter().map(of).sum::<Vector<D>>() + sum_of_hats * residual;
+        let over_density: f64 = part.pieces.iter().map(|piece| piece.share / fluid.medium(piece).density).sum();
         for k in 0..N {
-            self.loads[k][D] -= tau * volume * parent[k].dot(source);
+            self.loads[k][D] -= parent[k].dot(source);
             for l in 0..N {
-                self.blocks[k][l][D][D] -= tau / medium.density * volume * parent[k].dot(parent[l]);
+                self.blocks[k][l][D][D] -= tau * volume * over_density * parent[k].dot(parent[l]);
             }
         }
     }
@@ -283,7 +317,7 @@ pub fn cut_forces<const D: usize, const N: usize>(
     let [of_node, of_solid] = velocity;
     let nodes = &mesh.elements()[cut.element as usize];
     let mut sum = [(Vector::ZERO, 0.0); N];
-    for PartGeometry { simplex, vertices, .. } in parts(mesh, cut, &own) {
+    for PartGeometry { simplex, vertices, .. } in parts(mesh, cut, &own, &[1.0; N]) {
         let at = |k: usize| match nodes.get(k) {
             Some(&node) => of_node(node as usize),
             None => own[k - N].velocity(of_node, of_solid),
@@ -295,38 +329,4 @@ pub fn cut_forces<const D: usize, const N: usize>(
         }
     }
     sum
-}
-
-/// M_ij over the mass of a simplex.
-fn mass_share<const N: usize>(mass: Mass, diagonal: bool) -> f64 {
-    match (mass, diagonal) {
-        (Mass::Consistent, true) => 2.0 / (N * (N + 1)) as f64,
-        (Mass::Consistent, false) => 1.0 / (N * (N + 1)) as f64,
-        (Mass::Lumped, true) => 1.0 / N as f64,
-        (Mass::Lumped, false) => 0.0,
-    }
-}
-
-/// The simplices of the fluid part that have a volume.
-fn parts<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    cut: &CutBySolid<N>,
-    points: &[&CutPoint<D>],
-) -> Vec<PartGeometry<D, N>> {
-    let e = cut.element as usize;
-    let corners = mesh.corners(e);
-    let part = |part: &FluidSimplex<N>| {
-        let places = part.vertices.map(|vertex| match vertex {
-            Vertex::Node(k) => (k as usize, corners[k as usize]),
-            Vertex::Point(k) => (N + k as usize, points[k as usize].position),
-        });
-        let simplex = Simplex::new(places.map(|(_, x)| x)).filter(|simplex| simplex.volume > 0.0)?;
-        let center = places.iter().map(|(_, x)| *x).sum::<Vector<D>>() / N as f64;
-        Some(PartGeometry {
-            simplex,
-            center: mesh.shape_functions(e, center),
-            vertices: places.map(|(vertex, _)| vertex),
-        })
-    };
-    cut.parts.iter().filter_map(part).collect()
 }

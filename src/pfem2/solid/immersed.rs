@@ -1,8 +1,9 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
 
-use super::coupling::{CoupledElement, CutForces, FluidPart, cut_forces};
+use super::coupling::{CoupledElement, CutForces, cut_forces};
 use super::cut::{ElementState, SolidCut};
 use super::equations::SolidEquations;
+use super::fluid_part::FluidPart;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -41,15 +42,6 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         Self { cut, elements: Vec::new(), velocity, independent: last.copied().collect(), velocity_hat, equations }
     }
 
-    /// Part of an element's volume that is fluid.
-    pub fn fluid_share(&self, element: usize) -> f64 {
-        match self.cut.state[element] {
-            ElementState::Fluid => 1.0,
-            ElementState::Solid => 0.0,
-            ElementState::Cut(place) => self.elements.get(place as usize).map_or(1.0, |element| element.share),
-        }
-    }
-
     /// True for places of an element that belong to the fluid, by the distance of its nodes to the surface.
     #[inline]
     pub fn is_fluid(&self, mesh: &Mesh<D, N>, element: usize, shape: &[f64; N]) -> bool {
@@ -58,23 +50,17 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             ElementState::Solid => false,
             ElementState::Cut(_) => {
                 let distance = mesh.elements()[element].map(|node| self.cut.distance[node as usize]);
-                distance.iter().zip(shape).map(|(distance, n)| distance * n).sum::<f64>() > 0.0
+                distance.iter().zip(shape).filter(|(_, n)| **n != 0.0).map(|(d, n)| d * n).sum::<f64>() > 0.0
             }
         }
     }
 
-    /// Makes the equations of the cut elements.
-    pub fn fill(
-        &mut self,
-        mesh: &Mesh<D, N>,
-        equations: &Equations,
-        fluid: impl Fn(usize) -> FluidPart<D, N> + Sync + Send,
-    ) {
+    /// Makes the equations of the cut elements, given what fills each.
+    pub fn fill(&mut self, mesh: &Mesh<D, N>, equations: &Equations, fluids: &[FluidPart<D, N>]) {
         let SolidCut { elements, points, .. } = &self.cut;
         let hat = &self.velocity_hat;
         self.elements = parallel::collect(elements.len(), 16, |place| {
-            let cut = &elements[place];
-            CoupledElement::new(mesh, cut, points, &fluid(cut.element as usize), equations, hat)
+            CoupledElement::new(mesh, &elements[place], points, &fluids[place], equations, hat)
         });
     }
 
@@ -98,28 +84,35 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             ElementState::Solid => {
                 *content = Content { mass: [0.0; N], viscosity: 0.0, volume_over_density: 0.0, ..*content }
             }
-            ElementState::Cut(place) => {
-                let CoupledElement { mass, share, .. } = &self.elements[place as usize];
-                content.mass = *mass;
-                content.viscosity *= share;
-                content.volume_over_density *= share;
-            }
+            ElementState::Cut(place) => *content = self.elements[place as usize].content,
         }
     }
 
-    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid around them. `base` are the
-    /// prescribed unknowns of the boundary.
+    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid, of their own side of an interface,
+    /// around them. `base` are the prescribed unknowns of the boundary.
     pub fn constrain(&self, mesh: &Mesh<D, N>, base: &[u8], constraints: &mut Constraints<D, N>) {
         constraints.mask.copy_from_slice(base);
         for inside in &self.cut.inside {
             let node = inside.node as usize;
-            let covered = |e: &u32| self.cut.state[*e as usize] == ElementState::Solid;
-            let dry = mesh.elements_around(node).iter().all(covered);
+            let is_tied = |e: &u32| self.ties(*e as usize, &mesh.elements()[*e as usize], inside.node);
+            let dry = !mesh.elements_around(node).iter().any(is_tied);
             let new = ((1 << D) - 1) | u8::from(dry) << D;
             for k in (0..N).filter(|k| new & !base[node] & (1 << k) != 0) {
                 constraints.value[node][k] = 0.0;
             }
             constraints.mask[node] |= new;
+        }
+    }
+
+    /// True if the pressure of a node acts in an element.
+    fn ties(&self, element: usize, nodes: &[u32; N], node: u32) -> bool {
+        match self.cut.state[element] {
+            ElementState::Fluid => true,
+            ElementState::Solid => false,
+            ElementState::Cut(place) => {
+                let own = &self.elements[place as usize];
+                nodes.iter().zip(own.tied).any(|(&other, tied)| other == node && tied)
+            }
         }
     }
 
@@ -131,8 +124,7 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
         let mut gliding: BTreeMap<u32, (Vector<D>, f64)> = BTreeMap::new();
         for point in &self.cut.points {
-            let Some(along) = point.motion().outside else { continue };
-            let [outside, inside] = point.edge;
+            let Some((along, [outside, inside])) = point.motion().outside.zip(point.edge) else { continue };
             let (sum, count) = gliding.entry(inside).or_default();
             *sum += along.apply(nodal[outside as usize] - nodal[inside as usize]);
             *count += 1.0;

@@ -5,6 +5,7 @@ mod cavity;
 mod contact;
 mod couette;
 mod energy;
+mod floating;
 mod inlet;
 mod outflow;
 mod particle_solids;

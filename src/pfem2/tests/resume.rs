@@ -1,10 +1,12 @@
 //! The same bits for any number of threads, and after a restart.
 
+use super::floating::floating_box;
 use super::particle_solids::paper_beam;
 use super::solids::bar;
 use super::*;
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::solid::setup::SurfaceCondition;
 use crate::simulation::{Column, Solver};
 
 /// A falling drop in a box with an inlet and an outlet.
@@ -34,8 +36,9 @@ fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
     columns
 }
 
-/// What is run: fluids, a fluid with a solid, and one with a solid on particles.
-const CASES: [fn() -> Pfem2<2, 3>; 3] = [drop, || bar(3, 0.02), paper_beam];
+/// What is run: fluids, a fluid with a solid, two with one, and one with a solid on particles.
+const CASES: [fn() -> Pfem2<2, 3>; 4] =
+    [drop, || bar(3, 0.02), || floating_box(10, 0.513, 0.02, SurfaceCondition::NoSlip), paper_beam];
 
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {

@@ -16,8 +16,7 @@ fn most_missing(volume: VolumeCorrection) -> f64 {
     let physics = physics(fluids, [0.0.into(), (-9.81).into()]);
     let mut pfem = Pfem2::new(Setup { volume, ..setup(mesh, sets, physics, at, |_| Vector::ZERO) });
     let phases = pfem.interface.phases();
-    let start = phases
-        .volumes(&pfem.system.mesh, pfem.system.mesh.elements().len(), |e| (e, pfem.system.mesh.simplex(e).volume));
+    let start = phases.volumes(&pfem.system.fluid_region());
     let mut most = 0.0f64;
     for k in 0..80 {
         pfem.step(f64::from(k) * 0.01, 0.01).unwrap();

@@ -108,7 +108,7 @@ impl Construction<'_> {
             gravity: std::array::from_fn(|i| gravity[i].clone()),
             particles,
             level_set,
-            volume: self.volume(),
+            volume: spec.volume.into(),
             scheme: (&spec.scheme).into(),
             stabilisation: spec.stabilisation.into(),
             mass: spec.mass.into(),

@@ -2,13 +2,12 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
-use crate::case::{Material, SolidMeshSpec, SupportPlace, TractionSpec, VolumeSpec};
+use crate::case::{Material, SolidMeshSpec, SupportPlace, TractionSpec};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Region, Winding};
 use crate::material::{PointLaw, StartState};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
-use crate::pfem2::setup::VolumeCorrection;
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
 use crate::pfem2::solid::setup::{SolidSetup, SurfaceTraction};
 use crate::pfem2::solid::structure::Structure;
@@ -120,21 +119,6 @@ impl Construction<'_> {
                 None
             }
         }
-    }
-
-    /// Correction of the volumes of several fluids: none beside solids, where the level set doesn't tell them.
-    pub(super) fn volume(&mut self) -> VolumeCorrection {
-        let (case, spec) = (self.case, &self.case.file.pfem2);
-        if case.file.solids().is_empty() || case.file.fluids().len() < 2 || spec.volume == VolumeSpec::None {
-            return spec.volume.into();
-        }
-        let message = "the volumes of several fluids are not kept beside solids";
-        let help = "write `volume = \"none\"` in `[pfem2]`: they are in `history/balance.csv`";
-        self.findings.push(match case.says("pfem2.volume") {
-            true => Diagnostic::error("pfem2.volume", message).help(help),
-            false => Diagnostic::warning("pfem2.volume", message).help(help),
-        });
-        VolumeCorrection::None
     }
 
     /// Two solids may touch, but no element of one may lie in the other.

@@ -23,6 +23,7 @@ mod inlet;
 mod isolated_nodes;
 mod outflow;
 mod rescaled;
+mod solids;
 mod spurious_nodes;
 #[cfg(test)]
 mod tests;
@@ -34,12 +35,14 @@ pub use inflow_depth::{CameIn, InflowDepth};
 pub use inlet::{InflowFluid, brought, on_facet};
 pub use isolated_nodes::{absorb_isolated_fluids, absorb_isolated_nodes};
 pub use outflow::{OpenFacet, outflow, share_inside};
+pub use solids::{continue_level, continue_shares};
 pub use spurious_nodes::{Origins, revert_spurious_nodes};
 pub use volume::{negative_volume, shift_to_volume};
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::convect::MeshPoint;
 use crate::pfem2::particles::project::moments::{MomentTable, Moments};
@@ -108,18 +111,21 @@ impl LevelSet {
         set
     }
 
-    /// φ from the depths that the particles carried here and what `openings` bring; every tenth time depths are measured
-    /// anew.
+    /// φ from the depths that the particles carried here and what `openings` bring, continued into solids; every tenth time depths
+    /// are measured anew.
     pub fn update<const D: usize, const N: usize>(
         &mut self,
-        mesh: &Mesh<D, N>,
+        region: &FluidRegion<D, N>,
         particles: &mut Particles<D>,
         openings: &[OpenFacet<D>],
     ) {
+        let mesh = region.mesh;
         let before = std::mem::take(&mut self.level);
         self.level = self.average(mesh, particles, &before);
+        let seen = |node: usize| mesh.elements_around(node).iter().any(|&e| !particles.of(e as usize).is_empty());
+        continue_level(region, seen, &mut self.level, self.band);
         let origins = Origins { before: &before, inside: self.inside, particles, openings };
-        revert_spurious_nodes(mesh, &origins, &mut self.level);
+        revert_spurious_nodes(region, &origins, &mut self.level);
         self.age += 1;
         if self.age >= MEASURED_EVERY {
             self.measure(mesh, particles);

@@ -6,6 +6,7 @@
 use super::OpenFacet;
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::particles::Particles;
 use std::collections::BTreeSet;
 
@@ -24,13 +25,15 @@ pub struct Origins<'a, const D: usize> {
     pub openings: &'a [OpenFacet<D>],
 }
 
-/// Reverts nodes of pieces without an origin to the side on which they were; returns their number.
+/// Reverts nodes of pieces without an origin to the side on which they were; returns their number. Nodes inside of solids are left
+/// as they were continued.
 pub fn revert_spurious_nodes<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
+    region: &FluidRegion<D, N>,
     origins: &Origins<D>,
     level: &mut [f64],
 ) -> usize {
-    let changed = |node: usize| (level[node] < 0.0) != (origins.before[node] < 0.0);
+    let mesh = region.mesh;
+    let changed = |node: usize| (level[node] < 0.0) != (origins.before[node] < 0.0) && !region.is_covered(node);
     let alone = |node: usize| !origins.explain(mesh, node, level[node] < 0.0);
     let of_these = |node: usize| (changed(node) && alone(node)).then_some(node);
     let mut unborn = BTreeSet::from_iter(parallel::collect_some(level.len(), parallel::CHUNK, of_these));
@@ -49,7 +52,7 @@ pub fn revert_spurious_nodes<const D: usize, const N: usize>(
         let joins = |&node: &usize| {
             let around = mesh.elements_around(node).iter().flat_map(|&e| mesh.elements()[e as usize]);
             let mut same = around.map(|other| other as usize).filter(|&k| (level[k] < 0.0) == (level[node] < 0.0));
-            same.any(|other| !unborn.contains(&other))
+            same.any(|other| !unborn.contains(&other) && !region.is_covered(other))
         };
         let joined: Vec<usize> = unborn.iter().copied().filter(joins).collect();
         if joined.is_empty() {
@@ -95,7 +98,7 @@ mod tests {
             .map(|x| if piece.iter().any(|p| (*p - *x).norm() < 0.1) { -0.5 } else { 2.0 })
             .collect();
         let origins = Origins { before: &before, inside: 0, particles: &particles, openings: &openings };
-        (revert_spurious_nodes(&mesh, &origins, &mut level), level)
+        (revert_spurious_nodes(&FluidRegion::whole(&mesh), &origins, &mut level), level)
     }
 
     #[test]

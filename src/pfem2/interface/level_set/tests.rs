@@ -36,7 +36,10 @@ fn surface_and_volume_of_a_ball_converge() {
         let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [cells; 3]).unwrap();
         let ball = nodal(&mesh, |x| (x - Vector::splat(0.51)).norm() - 0.3);
         let (area, volume) = (0.36 * PI, 0.036 * PI);
-        [InterfacePolygons::new(&mesh, &ball).area() / area - 1.0, negative_volume(&mesh, &ball) / volume - 1.0]
+        [
+            InterfacePolygons::new(&mesh, &ball).area() / area - 1.0,
+            negative_volume(&FluidRegion::whole(&mesh), &ball) / volume - 1.0,
+        ]
     };
     let (coarse, fine) = (error(8), error(16));
     for i in 0..2 {
@@ -49,8 +52,8 @@ fn the_shift_gives_the_volume_to_the_last_digits() {
     let mesh = square(80);
     let mut level = nodal(&mesh, circle);
     let volume = PI * 0.16 * 0.16;
-    let shift = shift_to_volume(&mesh, &mut level, volume, 0.1);
-    let found = negative_volume(&mesh, &level);
+    let shift = shift_to_volume(&FluidRegion::whole(&mesh), &mut level, volume, 0.1);
+    let found = negative_volume(&FluidRegion::whole(&mesh), &level);
     assert!((found / volume - 1.0).abs() < 1e-13, "{found} {volume}");
     // A circle of radius 0.15 grows by 0.01, and what the polygon cuts off.
     assert!((shift + 0.01).abs() < 2e-4, "{shift}");
@@ -66,7 +69,7 @@ fn turn(mesh: &Mesh<2, 3>, steps: usize, phi: impl Fn(Vector<2>) -> f64 + Sync) 
     for _ in 0..steps {
         let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
         particles.convect(&Streamlines::new(mesh, &flow), 1.0 / steps as f64);
-        set.update(mesh, &mut particles, &[]);
+        set.update(&FluidRegion::whole(mesh), &mut particles, &[]);
     }
     (start, set)
 }
@@ -79,7 +82,7 @@ fn a_disc_keeps_its_shape_and_volume_over_a_turn() {
     let largest = away.fold(0.0, f64::max);
     assert!(largest < 0.1 / 40.0, "{largest}");
     let volume = PI * 0.15 * 0.15;
-    let kept = negative_volume(&mesh, &set.level) / volume;
+    let kept = negative_volume(&FluidRegion::whole(&mesh), &set.level) / volume;
     assert!((kept - 1.0).abs() < 0.01, "{kept}");
 }
 
@@ -106,7 +109,7 @@ fn stays<const D: usize, const N: usize>(mesh: &Mesh<D, N>, plane: impl Fn(Vecto
     let mut particles = Particles::seed(mesh, 3, |x| Some(u8::from(plane(x) >= 0.0)), |_| Vector::ZERO);
     let mut set = LevelSet::new(mesh, 0, &plane, &mut particles);
     for step in 0..25 {
-        set.update(mesh, &mut particles, &[]);
+        set.update(&FluidRegion::whole(mesh), &mut particles, &[]);
         let near = mesh.nodes().iter().zip(&set.level).filter(|(x, _)| plane(**x).abs() < 0.1);
         let worst = near.map(|(x, phi)| (phi - plane(*x)).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-13, "{step}: {worst:e}");

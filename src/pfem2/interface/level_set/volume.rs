@@ -1,21 +1,13 @@
 //! The volume where a nodal level set is negative, and the shift that gives it a wanted value (theory (G.7)).
 
-use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::interface::{is_cut, split};
+use crate::pfem2::interface::FluidRegion;
 
-/// Share of an element where the linear φ with these nodal values is negative, as the cut elements count it.
-fn negative_share<const N: usize>(level: &[f64; N]) -> f64 {
-    if is_cut(level) {
-        return split(level).iter().filter(|part| part.negative).map(|part| part.share).sum();
-    }
-    if level.iter().sum::<f64>() < 0.0 { 1.0 } else { 0.0 }
-}
-
-/// Volume where φ is negative [m³]; area [m²] in 2D.
-pub fn negative_volume<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64]) -> f64 {
-    let own = |e: usize| mesh.elements()[e].map(|node| level[node as usize]);
-    parallel::sum(mesh.elements().len(), |e| mesh.simplex(e).volume * negative_share(&own(e)))
+/// Volume of the fluids where φ is negative [m³]; area [m²] in 2D.
+pub fn negative_volume<const D: usize, const N: usize>(region: &FluidRegion<D, N>, level: &[f64]) -> f64 {
+    let elements = region.mesh.elements();
+    let own = |e: usize| elements[e].map(|node| level[node as usize]);
+    parallel::sum(elements.len(), |e| region.negative_volume(e, &own(e)))
 }
 
 /// Shifts φ so that it is negative in `volume` [m³], to the last digits; returns the shift δ [m].
@@ -23,19 +15,19 @@ pub fn negative_volume<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level:
 /// The volume falls monotonically with δ, so that bisection between ±`reach` [m] finds it. If that is not enough to
 /// reach the volume, the shift that comes nearest is taken. Where only one sign is left there is nothing to shift.
 pub fn shift_to_volume<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
+    region: &FluidRegion<D, N>,
     level: &mut [f64],
     volume: f64,
     reach: f64,
 ) -> f64 {
     const BISECTIONS: usize = 60;
-    let (fixed, band) = divide(mesh, level, reach);
+    let (fixed, band) = divide(region, level, reach);
     let excess = |shift: f64| {
-        let own = |i: usize| mesh.elements()[band[i] as usize].map(|node| level[node as usize] + shift);
-        let share = |i: usize| mesh.simplex(band[i] as usize).volume * negative_share(&own(i));
-        fixed + parallel::sum(band.len(), share) - volume
+        let own = |i: usize| region.mesh.elements()[band[i] as usize].map(|node| level[node as usize] + shift);
+        let inside = |i: usize| region.negative_volume(band[i] as usize, &own(i));
+        fixed + parallel::sum(band.len(), inside) - volume
     };
-    let all = mesh.volume();
+    let all = region.total();
     let exact = 8.0 * f64::EPSILON * all;
     let mut found = excess(0.0);
     if found + volume <= exact || found + volume >= all - exact {
@@ -63,13 +55,13 @@ pub fn shift_to_volume<const D: usize, const N: usize>(
 }
 
 /// The negative volume of the elements that no shift up to `reach` cuts, and the other elements.
-fn divide<const D: usize, const N: usize>(mesh: &Mesh<D, N>, level: &[f64], reach: f64) -> (f64, Vec<u32>) {
+fn divide<const D: usize, const N: usize>(region: &FluidRegion<D, N>, level: &[f64], reach: f64) -> (f64, Vec<u32>) {
     let mut band = Vec::new();
     let mut fixed = 0.0;
-    for (e, nodes) in mesh.elements().iter().enumerate() {
+    for (e, nodes) in region.mesh.elements().iter().enumerate() {
         let own = nodes.map(|node| level[node as usize]);
         if own.iter().all(|&phi| phi < -reach) {
-            fixed += mesh.simplex(e).volume;
+            fixed += region.volume(e);
         } else if !own.iter().all(|&phi| phi > reach) {
             band.push(e as u32);
         }

@@ -1,6 +1,7 @@
 //! Trajectories against closed forms and against the exact velocity integrated by other means.
 
 use super::*;
+use crate::pfem2::interface::FluidRegion;
 use std::f64::consts::{PI, TAU};
 
 const OPEN: [BoundaryKind; 1] = [BoundaryKind::Outlet];
@@ -267,7 +268,7 @@ fn any_number_of_threads_gives_the_same_bits() {
             for _ in 0..12 {
                 let flow = Flow { velocity: &velocity, boundary: &boundary, projectiles: None };
                 particles.convect(&Streamlines::new(&mesh, &flow), 0.1);
-                level.update(&mesh, &mut particles, &[]);
+                level.update(&FluidRegion::whole(&mesh), &mut particles, &[]);
             }
             let projected = project(&mesh, &particles, &[1.0, 1000.0], AveragingKernel::Linear, &velocity, &|e| {
                 mesh.simplex(e).volume

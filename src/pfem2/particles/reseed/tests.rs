@@ -3,6 +3,7 @@
 use super::*;
 use crate::mesh::CellCut;
 use crate::pfem2::boundary::BoundaryKind;
+use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::particles::convect::Flow;
 use std::f64::consts::PI;
@@ -56,7 +57,7 @@ fn mirrored<const D: usize, const N: usize>(
         };
         let reseeded = particles.reseed(mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
         done = [done[0] + reseeded.added, done[1] + reseeded.merged];
-        set.update(mesh, &mut particles, &[]);
+        set.update(&FluidRegion::whole(mesh), &mut particles, &[]);
     }
     assert!(done.iter().all(|&count| count > particles.len() / 50), "{done:?} of {}", particles.len());
     let image = |p: usize| {

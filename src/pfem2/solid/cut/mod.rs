@@ -2,15 +2,16 @@
 //!
 //! ```text
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
-//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.02, 0.98]
+//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.001, 1)
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
 //! where the fluid glides:          v_c = (n ⊗ n) Σ_a N_a(ξ_c) v_a + (1 − n ⊗ n) v_i                theory (J.6a)
 //! ```
 //!
 //! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
 //! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
-//! simplices whose corners are nodes and cut points.
+//! simplices whose corners are nodes, cut points, and in two dimensions corners of the solid.
 
+mod corners;
 mod parts;
 #[cfg(test)]
 mod tests;
@@ -18,14 +19,19 @@ mod tests;
 use super::setup::SurfaceCondition;
 use super::surface::{NearestPoint, NodeWeights, SolidSurface};
 use crate::math::{Tensor, Vector};
-use crate::mesh::{Location, Locator, Mesh, Simplex};
+use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
+use crate::pfem2::interface::share;
 use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its ends.
-const CLOSEST: f64 = 0.02;
+/// Cut points keep this fraction of their edge away from its end outside; where the fluid glides from the other, too: between two of them, beside
+/// a node inside, shear would tie the nodes outside together.
+const CLOSEST: f64 = 1e-3;
+
+/// Else they come as close to the end inside: what lies between two of them moves with the solid.
+const AT_NODE: f64 = 1e-6;
 
 /// Nodes and points per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -42,7 +48,7 @@ pub struct SolidCut<const D: usize, const N: usize> {
     pub state: Vec<ElementState>,
     /// Cut points, in the order of cut elements and their edges.
     pub points: Vec<CutPoint<D>>,
-    /// Cut elements, ascending.
+    /// Cut elements, ascending, and then those that hold nothing but the tip of a solid.
     pub elements: Vec<CutBySolid<N>>,
 }
 
@@ -69,8 +75,8 @@ pub enum ElementState {
 /// The point where the surface crosses a background edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutPoint<const D: usize> {
-    /// The node outside and the node inside.
-    pub edge: [u32; 2],
+    /// The node outside and the node inside; none for a corner of the solid inside an element.
+    pub edge: Option<[u32; 2]>,
     /// Position on the edge [m].
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
@@ -101,7 +107,8 @@ impl<const D: usize> CutPoint<D> {
     pub fn velocity(&self, node: &dyn Fn(usize) -> Vector<D>, solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
         let Motion { own, outside } = self.motion();
         let surface: Vector<D> = self.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
-        let along = outside.map_or(Vector::ZERO, |p| p.apply(node(self.edge[0] as usize)));
+        let gliding = outside.zip(self.edge);
+        let along = gliding.map_or(Vector::ZERO, |(p, [outside, _])| p.apply(node(outside as usize)));
         own.apply(surface) + along
     }
 }
@@ -117,6 +124,25 @@ pub struct CutBySolid<const N: usize> {
     pub points: Vec<u32>,
     /// The part outside of solids.
     pub parts: Vec<FluidSimplex<N>>,
+    /// Shape functions of the element at the corners of each of them.
+    pub shapes: Vec<[[f64; N]; N]>,
+    /// Their volume over that of the element.
+    pub share: f64,
+}
+
+impl<const N: usize> CutBySolid<N> {
+    /// Finds where the corners of its parts are in the element, given the cut points.
+    fn place<const D: usize>(&mut self, mesh: &Mesh<D, N>, points: &[CutPoint<D>]) {
+        let shape = |vertex: Vertex| match vertex {
+            Vertex::Node(k) => std::array::from_fn(|i| if i == usize::from(k) { 1.0 } else { 0.0 }),
+            Vertex::Point(k) => {
+                let position = points[self.points[usize::from(k)] as usize].position;
+                mesh.shape_functions(self.element as usize, position)
+            }
+        };
+        self.shapes = self.parts.iter().map(|part| part.vertices.map(shape)).collect();
+        self.share = self.shapes.iter().map(share).sum();
+    }
 }
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
@@ -134,6 +160,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let distance = &cut.distance;
         let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
+        cut.keep_corners(mesh, surface);
+        let points = &cut.points;
+        parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
     }
 
@@ -157,7 +186,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             };
             let points = parts::cut_edges(inside).into_iter().map(&mut number).collect();
             self.state[element as usize] = ElementState::Cut(self.elements.len() as u32);
-            self.elements.push(CutBySolid { element, nodes, points, parts: parts::outside(&nodes, inside) });
+            let parts = parts::outside(&nodes, inside);
+            self.elements.push(CutBySolid { element, nodes, points, parts, shapes: Vec::new(), share: 1.0 });
         }
         edges
     }
@@ -175,22 +205,19 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         })
     }
 
-    /// Volume of the part of a cut element outside of solids [m³]; [m²] in 2D.
-    pub fn volume_outside(&self, mesh: &Mesh<D, N>, element: &CutBySolid<N>) -> f64 {
-        let volume = |part| Simplex::new(self.corners(mesh, element, part)).map_or(0.0, |simplex| simplex.volume);
-        element.parts.iter().map(volume).sum()
+    /// Volume of the part of an element outside of solids [m³]; [m²] in 2D.
+    pub fn volume_outside(&self, mesh: &Mesh<D, N>, element: usize) -> f64 {
+        let share = match self.state[element] {
+            ElementState::Fluid => 1.0,
+            ElementState::Solid => 0.0,
+            ElementState::Cut(place) => self.elements[place as usize].share,
+        };
+        share * mesh.simplex(element).volume
     }
 
     /// Volume of the background mesh that counts as solid [m³]; [m²] in 2D.
     pub fn volume_inside(&self, mesh: &Mesh<D, N>) -> f64 {
-        let volume = |e: usize| match self.state[e] {
-            ElementState::Fluid => 0.0,
-            ElementState::Solid => mesh.simplex(e).volume,
-            ElementState::Cut(place) => {
-                mesh.simplex(e).volume - self.volume_outside(mesh, &self.elements[place as usize])
-            }
-        };
-        parallel::sum(self.state.len(), volume)
+        parallel::sum(self.state.len(), |e| mesh.simplex(e).volume - self.volume_outside(mesh, e))
     }
 
     /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes is
@@ -259,12 +286,13 @@ fn cut_point<const D: usize, const N: usize>(
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
     let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
-    let kept = t.clamp(CLOSEST, 1.0 - CLOSEST);
-    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
+    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST } else { AT_NODE };
+    let kept = t.clamp(CLOSEST, 1.0 - last);
+    let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
-    CutPoint { edge, position: at(kept), weights, glides_across }
+    CutPoint { edge: Some(edge), position: at(kept), weights, glides_across }
 }
 
 /// Where the surface crosses an edge of some length [m], as a fraction of it, given the signed distances at its ends, of which

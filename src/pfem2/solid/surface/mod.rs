@@ -79,6 +79,17 @@ pub struct ClosestPoint<const D: usize> {
     pub weights: NodeWeights,
 }
 
+/// A corner of a solid in two dimensions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceCorner<const D: usize> {
+    /// Position [m].
+    pub position: Vector<D>,
+    /// Its global node.
+    pub node: u32,
+    /// Outward unit normal: the mean of those of the two facets.
+    pub normal: Vector<D>,
+}
+
 /// The nearest point of one solid or of all.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NearestPoint<const D: usize> {
@@ -175,6 +186,25 @@ impl<const D: usize> SolidSurface<D> {
     /// Positions of the nodes of the facets [m], facet by facet; shared ones repeat.
     pub fn facet_nodes(&self) -> impl Iterator<Item = Vector<D>> {
         self.facets.iter().flat_map(|facet| facet.nodes.iter().map(|&node| self.positions[node as usize]))
+    }
+
+    /// Corners of the solids in two dimensions, where facets meet at an angle, by ascending nodes.
+    pub fn corners(&self) -> Vec<SurfaceCorner<D>> {
+        /// Cosine of the angle between the normals of facets from which on they make a corner.
+        const FLAT: f64 = 0.97;
+        let ends = |facet: &SurfaceFacet<D>| {
+            let [first, second] = [[-1.0, 0.0], [1.0, 0.0]].map(|local| facet.normal(local).normalized());
+            [(facet.nodes[0], first), (facet.nodes[2], second)]
+        };
+        let mut ends: Vec<(u32, Option<Vector<D>>)> = self.facets.iter().flat_map(ends).collect();
+        ends.sort_by_key(|(node, _)| *node);
+        let corner = |group: &[(u32, Option<Vector<D>>)]| {
+            let &[(node, Some(first)), (_, Some(second))] = group else { return None };
+            let position = self.positions[node as usize];
+            let normal = (first + second).normalized().filter(|_| first.dot(second) < FLAT && position.is_finite())?;
+            Some(SurfaceCorner { position, node, normal })
+        };
+        ends.chunk_by(|a, b| a.0 == b.0).filter_map(corner).collect()
     }
 
     fn element(&self, e: u32) -> &[u32] {

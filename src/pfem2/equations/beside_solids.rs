@@ -1,0 +1,73 @@
+//! What fills the elements that solids cut: one fluid, a mixture, or two with an interface (theory J.3, G.14).
+
+use super::element::{Content, Drive};
+use super::system::VelocityPressureSystem;
+use crate::math::Vector;
+use crate::parallel;
+use crate::pfem2::interface::phases::{Filling, Phases};
+use crate::pfem2::interface::{Enrichment, FluidRegion, Medium};
+use crate::pfem2::solid::fluid_part::FluidPart;
+
+impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
+    /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
+    pub(super) fn fill_cut_by_solids(&mut self, contents: &mut [Content<N>], phases: &Phases, convected: &[Vector<D>]) {
+        let Some(mut immersed) = self.immersed.take() else { return };
+        let drives = self.elements(convected);
+        let region = FluidRegion::new(&self.mesh, Some(&immersed.cut));
+        let of = |cut: usize| {
+            let e = immersed.cut.elements[cut].element as usize;
+            match phases.filling(&self.mesh.elements()[e]) {
+                Filling::Cut(pair, level) => self.two_fluids(&region, e, (pair, level), &drives.drive(e, true)),
+                Filling::Pure(_) | Filling::Mixed(_) => self.one_fluid(e, &contents[e], &drives.drive(e, false)),
+            }
+        };
+        let fluids = parallel::collect(immersed.cut.elements.len(), 64, of);
+        immersed.fill(&self.mesh, &self.equations, &fluids);
+        contents.iter_mut().enumerate().for_each(|(e, content)| immersed.reduce(e, content));
+        self.immersed = Some(immersed);
+    }
+
+    /// One fluid, or a mixture, in the part of an element that a solid leaves; `content` is that of the whole element.
+    fn one_fluid(&self, e: usize, content: &Content<N>, drive: &Drive<D, N>) -> FluidPart<D, N> {
+        let density = content.mass.iter().sum::<f64>() / self.mesh.simplex(e).volume;
+        let medium = Medium { density, viscosity: content.viscosity };
+        FluidPart {
+            level: [1.0; N],
+            media: [medium; 2],
+            enrichment: Enrichment::None,
+            tension: 0.0,
+            tau: content.tau,
+            drive: *drive,
+            sources: [drive.forces_of(&self.equations, [true; N]); 2],
+        }
+    }
+
+    /// Two fluids with an interface in the part of an element that a solid leaves.
+    fn two_fluids(
+        &self,
+        region: &FluidRegion<D, N>,
+        e: usize,
+        (pair, level): ([usize; 2], [f64; N]),
+        drive: &Drive<D, N>,
+    ) -> FluidPart<D, N> {
+        let media = pair.map(|fluid| Medium { density: self.density[fluid], viscosity: self.viscosity(e, fluid) });
+        let share = region.negative_volume(e, &level) / region.volume(e).max(f64::MIN_POSITIVE);
+        let mean = |of: fn(&Medium) -> f64| share * of(&media[0]) + (1.0 - share) * of(&media[1]);
+        let mean = Medium { density: mean(|medium| medium.density), viscosity: mean(|medium| medium.viscosity) };
+        let sides = [true, false].map(|negative| level.map(|phi| (phi < 0.0) == negative));
+        let enrichment = match self.physics.enrichment {
+            Enrichment::None => Enrichment::None,
+            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has there.
+            Enrichment::Kink | Enrichment::Jump => Enrichment::Jump,
+        };
+        FluidPart {
+            level,
+            media,
+            enrichment,
+            tension: self.physics.tension_between(pair),
+            tau: self.cut_tau() * self.tau(e, mean),
+            drive: *drive,
+            sources: sides.map(|own| drive.forces_of(&self.equations, own)),
+        }
+    }
+}

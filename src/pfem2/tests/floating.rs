@@ -1,0 +1,182 @@
+//! Solids between water and air against closed forms.
+
+use super::*;
+use crate::material::{Elastic, StVenantKirchhoff};
+use crate::pfem2::Pfem2;
+use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::structure::Structure;
+use crate::simulation::Solver;
+
+const GRAVITY: f64 = 9.81;
+
+/// A stiff solid of this density [kg/m³]; its nodes have the velocities `held` along each axis.
+fn solid(mesh: SolidMesh<2>, density: f64, held: [Option<Signal>; 2]) -> SolidSetup<2> {
+    let nodes = (0..mesh.nodes.len() as u32).collect();
+    SolidSetup {
+        name: "solid".into(),
+        law: Box::new(StVenantKirchhoff { elastic: Elastic::new(density, 1e8, 0.3) }),
+        plane: Plane::Strain,
+        velocity: vec![Vector::ZERO; mesh.nodes.len()],
+        held: vec![HeldNodes { nodes, velocity: held }],
+        springs: Vec::new(),
+        motion: PrescribedMotion::default(),
+        tractions: Vec::new(),
+        damping: Damping::default(),
+        inertia: Inertia::Dynamic,
+        friction: 0.0,
+        surface: SurfaceCondition::NoSlip,
+        mesh,
+    }
+}
+
+/// Water up to a height [m] under air, with a solid in both.
+fn water_and_air(mesh: Mesh<2, 3>, height: f64, solid: SolidSetup<2>) -> Pfem2<2, 3> {
+    let fluids = vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)];
+    let gravity = [Signal::ZERO, (-GRAVITY).into()];
+    let physics = Physics { stabilisation: Stabilisation::ConsistentPspg, ..physics(fluids, gravity) };
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let mut start = setup(mesh, sets, physics, |x| u8::from(x[1] > height), |_| Vector::ZERO);
+    start.level_set = Some(LevelSet::new(&start.mesh, 0, |x| x[1] - height, &mut start.particles));
+    start.linear = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
+    start.solids = Some(Structure::new(vec![solid]).unwrap());
+    Pfem2::new(start)
+}
+
+/// A block of this size [m] about a place, turned by an angle.
+fn block(size: [f64; 2], center: [f64; 2], angle: f64) -> SolidMesh<2> {
+    let half = Vector(size) * 0.5;
+    let mesh = SolidMesh::block(half * -1.0, half, [3, 2]).unwrap();
+    let (sin, cos) = angle.sin_cos();
+    let turned = |x: &Vector<2>| Vector([cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]) + Vector(center);
+    SolidMesh::new(mesh.nodes.iter().map(turned).collect(), mesh.elements).unwrap()
+}
+
+fn unit_mesh(cells: usize) -> Mesh<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();
+    shaken(&mesh, 1.0 / cells as f64)
+}
+
+fn cut_volume(pfem: &Pfem2<2, 3>) -> f64 {
+    pfem.system.immersed.as_ref().map_or(0.0, |immersed| immersed.cut.volume_inside(&pfem.system.mesh))
+}
+
+/// Water under air beside a solid that is held, its surface at any height and angle: nothing moves but by rounding, φ goes on as a plane inside
+/// of the solid, the volumes stay what they are. (With mean densities in the elements that hold both, the fluids fall with 0.1 g Δt.)
+#[test]
+fn fluids_at_rest_stay_at_rest_beside_a_solid_that_is_held() {
+    let dt = 0.01;
+    for (height, angle) in [(0.5, 0.0), (0.513, 0.0), (0.532, 0.3), (0.487, 1.2)] {
+        let held = [Some(Signal::ZERO), Some(Signal::ZERO)];
+        let mut pfem =
+            water_and_air(unit_mesh(12), height, solid(block([0.37, 0.41], [0.52, 0.5], angle), 500.0, held));
+        let start = pfem.system.volumes.clone();
+        for k in 0..15 {
+            pfem.step(f64::from(k) * dt, dt).unwrap();
+        }
+        let speed = fastest(&pfem.system.velocity);
+        assert!(speed < 1e-10 * GRAVITY * dt, "{height} {angle}: {speed:e}");
+        let changed = start.iter().zip(&pfem.system.volumes).map(|(start, now)| (now - start).abs());
+        assert!(changed.fold(0.0, f64::max) < 1e-12);
+        let off = |i: usize| (pfem.interface.level[i] - (pfem.system.mesh.nodes()[i][1] - height)).abs();
+        let near = (0..pfem.interface.level.len()).filter(|&i| pfem.interface.level[i].abs() < 0.2);
+        assert!(near.map(off).fold(0.0, f64::max) < 1e-11, "{height} {angle}");
+        assert_eq!(pfem.notices(), Vec::<String>::new());
+    }
+}
+
+/// The same with the interface along a slope of gravity: the force on the solid is the weight of what it displaces, (Archimedes).
+#[test]
+fn a_solid_that_is_held_bears_the_weight_of_the_fluids_that_it_displaces() {
+    let held = [Some(Signal::ZERO), Some(Signal::ZERO)];
+    let height = 0.5137;
+    let mut pfem = water_and_air(unit_mesh(12), height, solid(block([0.37, 0.41], [0.52, 0.5], 0.0), 500.0, held));
+    (0..4).for_each(|k| pfem.step(0.01 * f64::from(k), 0.01).unwrap());
+    let force = pfem.solids.as_ref().unwrap().last.forces[0];
+    let below = 0.37 * (height - 0.295);
+    let weight = GRAVITY * (1000.0 * below + 1.0 * (0.37 * 0.41 - below));
+    assert!((force[1] / weight - 1.0).abs() < 2e-3 && force[0].abs() < 1e-9 * weight, "{force:?} {weight}");
+}
+
+/// A box half as heavy as water, half in it, lifted from there [m].
+pub fn floating_box(cells: usize, height: f64, lift: f64, surface: SurfaceCondition) -> Pfem2<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [cells; 2]).unwrap();
+    let own = solid(block([0.4, 0.2], [0.5, height + lift], 0.0), 500.5, [None, None]);
+    water_and_air(mesh, height, SolidSetup { surface, ..own })
+}
+
+/// Place of the middle of the solid [m].
+fn middle(pfem: &Pfem2<2, 3>) -> Vector<2> {
+    let structure = &pfem.solids.as_ref().unwrap().structure;
+    let places = structure.positions(&structure.state.displacement);
+    places.iter().copied().sum::<Vector<2>>() / places.len() as f64
+}
+
+/// A solid that floats where Archimedes has it stays there: sides on lines of the mesh and off them. It finds its own depth within what cut points are
+/// kept away from nodes, a thousandth of an element, and moves by that as nodes change sides.
+#[test]
+fn a_solid_floats_at_rest() {
+    for (height, most) in [(0.5, 2e-3), (0.513, 2e-3)] {
+        let (cells, dt) = (20, 0.01);
+        let mut pfem = floating_box(cells, height, 0.0, SurfaceCondition::NoSlip);
+        let start = middle(&pfem);
+        let (mut drift, mut speed) = (0.0f64, 0.0f64);
+        for k in 0..100 {
+            pfem.step(f64::from(k) * dt, dt).unwrap();
+            drift = drift.max((middle(&pfem) - start).norm() * cells as f64);
+            let solids = pfem.solids.as_ref().unwrap();
+            speed = speed.max((solids.structure.momentum() / solids.structure.mass()).norm());
+            eprintln!(
+                "{height} {k}: {:e} {:e} cut {:.8} {speed:e}",
+                drift,
+                fastest(&pfem.system.velocity),
+                cut_volume(&pfem) / 0.08
+            );
+        }
+        assert!(drift < most, "{height}: {drift:e}");
+        assert!(speed < 1e-4 * GRAVITY.sqrt(), "{height}: {speed:e}");
+    }
+}
+
+/// A box that was lifted heaves with the period of linear theory, ω² = g B/(m/ρ + a): a is the added mass at this frequency in a tank that is 2.5 boxes wide, by
+/// finite elements of the potential of a flow under a free surface on four meshes, continued to none: 0.9479 s. The period is the mean of the second and
+/// the third, between falls through the mean.
+#[test]
+fn a_box_heaves_with_the_period_of_linear_theory() {
+    let dt = 0.01;
+    let mut pfem = floating_box(20, 0.5, 0.012, SurfaceCondition::Slip);
+    let start = middle(&pfem)[1];
+    let step = |k: u32| {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        middle(&pfem)[1] - start
+    };
+    let heave: Vec<f64> = (0..300).map(step).collect();
+    let mean = heave.iter().sum::<f64>() / heave.len() as f64;
+    let falls = heave.windows(2).enumerate().filter(|(_, pair)| pair[0] > mean && pair[1] <= mean);
+    let times: Vec<f64> =
+        falls.map(|(k, pair)| (k as f64 + 1.0 + (pair[0] - mean) / (pair[0] - pair[1])) * dt).collect();
+    let period = (times[2] - times[0]) / 2.0;
+    eprintln!("{period} {:?} {mean} {:?}", times, heave.iter().step_by(10).collect::<Vec<_>>());
+    assert!((period / 0.9479 - 1.0).abs() < 0.03, "{period} {times:?}");
+}
+
+/// A plate that is moved to and fro, through the surface and along it, at up to its own size in a tenth of a second: the water keeps its volume, and what
+/// the mesh shows of the three adds up to it.
+#[test]
+fn volumes_are_kept_beside_a_plate_that_moves_through_the_surface() {
+    for (size, angle) in [([0.08, 0.5], 0.3), ([0.5, 0.06], 0.1)] {
+        let velocity = [Some(formula("0.6*cos(12*t)")), Some(formula("0.9*sin(12*t)"))];
+        let mut pfem = water_and_air(unit_mesh(16), 0.513, solid(block(size, [0.47, 0.51], angle), 500.0, velocity));
+        let (start, dt) = (pfem.system.volumes[0], 0.01);
+        for k in 0..60 {
+            pfem.step(f64::from(k) * dt, dt).unwrap();
+            let volumes = &pfem.system.volumes;
+            assert!((volumes[0] / start - 1.0).abs() < 1e-12, "{k}: {}", volumes[0] / start - 1.0);
+            assert!((volumes.iter().sum::<f64>() + cut_volume(&pfem) - 1.0).abs() < 1e-12);
+            let shown = cut_volume(&pfem) / (size[0] * size[1]);
+            eprintln!("{k} {shown}");
+            assert!((shown - 1.0).abs() < 0.1, "{k}: {shown}");
+        }
+    }
+}
