@@ -1,5 +1,6 @@
 //! The same bits for any number of threads, and after a restart.
 
+use super::contact::meeting;
 use super::solids::bar;
 use super::*;
 use crate::pfem2::Pfem2;
@@ -33,8 +34,8 @@ fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
     columns
 }
 
-/// What is run: fluids, and a fluid with a solid.
-const CASES: [fn() -> Pfem2<2, 3>; 2] = [drop, || bar(3, 0.02)];
+/// What is run: fluids, a fluid with a solid, and two solids that meet, one of them rigid.
+const CASES: [fn() -> Pfem2<2, 3>; 3] = [drop, || bar(3, 0.02), meeting];
 
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {
