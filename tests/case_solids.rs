@@ -1,4 +1,4 @@
-//! Elastic solids in the fluids of PFEM-2: sizes, meshes, particles around them, errors in their keys.
+//! Solids in the fluids of PFEM-2: sizes, meshes, particles around them, errors in their keys.
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
@@ -187,7 +187,7 @@ fn mistakes_in_solids_are_errors_with_their_place() {
     let messages: Vec<String> =
         model(&text, Path::new("")).map(|_| ()).unwrap_err().iter().map(|f| f.message.clone()).collect();
     assert!(messages[0].contains("`body[2].spacing` does not belong to `method = \"pfem2\"`"), "{messages:?}");
-    assert!(messages[1].contains("`supports` is for elastic solids, and this body is a fluid"), "{messages:?}");
+    assert!(messages[1].contains("`supports` is for solids, and this body is a fluid"), "{messages:?}");
     // Laws that yield have no tangent.
     let text = GOOD.replace(rubber, steel);
     let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
@@ -347,4 +347,86 @@ fn what_solids_on_particles_do_not_have_is_an_error() {
         "elements are larger than it",
         "refine",
     );
+}
+
+/// The flap as a rigid solid.
+fn stiff() -> String {
+    let rubber = "law = \"neo-hookean\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
+    GOOD.replace(rubber, "law = \"rigid\", density = \"1200 kg/m^3\"").replace("plane = \"stress\"\n", "")
+}
+
+/// Errors of a case, with the keys that they are about.
+fn errors(text: &str) -> Vec<(String, String, String)> {
+    let found = model(text, Path::new("")).map(|_| ()).expect_err("a finding");
+    let errors = found.into_iter().filter(|finding| finding.severity == Severity::Error);
+    errors.map(|finding| (finding.key, finding.message, finding.help.unwrap_or_default())).collect()
+}
+
+#[test]
+fn a_rigid_solid_has_a_mass_a_motion_and_no_strain() {
+    let model = good(&stiff());
+    let [solid] = &model.summary.solids[..] else { panic!("one solid") };
+    assert!(solid.is_rigid && (solid.mass - 36.0).abs() < 1e-9, "{solid:?}");
+    assert!(model.summary.to_string().contains("rigid solid flap"), "{}", model.summary);
+    let motion = "motion = { velocity = [\"free\", \"0.1 m/s\"], spin = [\"2 1/s * cos(t / 1 s)\"] }\ndamping";
+    let moved = stiff().replace("supports = [{ on = \"bottom\" }]\n", "").replace("damping", motion);
+    good(&moved);
+    let resolved = Case::read(Source::new("case.toml", "", &moved), &[]).unwrap().resolved_toml();
+    assert!(resolved.contains("[body.motion]"), "{resolved}");
+    let wrong = [
+        (moved.replace("spin = [", "spin = [0.0, 0.0, "), "body[0].motion.spin", "expected 1 entry, found 3", "in 2D"),
+        (stiff().replace("damping", "plane = \"stress\"\ndamping"), "body[0].plane", "no strain", "elastic law"),
+        (GOOD.replace("damping", motion), "body[0].motion", "this one is elastic", "law = \"rigid\""),
+        (
+            stiff().replace("{ on = \"bottom\" }", "{ on = \"bottom\" }, { on = \"top\", velocity = [\"1 m/s\", 0] }"),
+            "body",
+            "ask for a deformation",
+            "",
+        ),
+    ];
+    for (text, key, message, help) in wrong {
+        let found = errors(&text);
+        let told =
+            |(at, what, how): &(String, String, String)| at == key && what.contains(message) && how.contains(help);
+        assert!(found.iter().any(told), "{key}: {found:?}");
+    }
+}
+
+#[test]
+fn springs_and_bonds_say_what_they_need() {
+    let spring = "{ on = \"bottom\", stiffness = [\"1 kN/m\", 0], damping = [0, \"2 N s/m\"] }";
+    good(&GOOD.replace("{ on = \"bottom\" }", spring));
+    let second = |bond: &str, lower: &str| {
+        let body = format!(
+            "[[body]]\nname = \"block\"\nregion = {{ shape = \"box\", lower = [\"{lower}\", \"0 m\"], upper = [\"0.8 m\", \"0.2 m\"] }}\n\
+             material = {{ law = \"rigid\", density = 1200.0 }}\nbond = [\"{bond}\"]\n[[tension]]"
+        );
+        GOOD.replace("[[tension]]", &body)
+    };
+    good(&second("flap", "0.5 m"));
+    let moving = spring.replace("stiffness", "velocity = [0, 0], stiffness");
+    let wrong = [
+        (GOOD.replace("{ on = \"bottom\" }", &moving), "body[0].supports[0].velocity", "where its nodes start"),
+        (
+            GOOD.replace("{ on = \"bottom\" }", &spring.replace("1 kN", "-1 kN")),
+            "body[0].supports[0].stiffness",
+            "negative",
+        ),
+        (second("water", "0.5 m"), "body[3].bond[0]", "no other solid `water`"),
+        (second("block", "0.5 m"), "body[3].bond[0]", "no other solid `block`"),
+        (second("flap", "0.6 m"), "body[3].bond", "only solids that touch"),
+    ];
+    for (text, key, message) in wrong {
+        let found = errors(&text);
+        assert!(found.iter().any(|(at, what, _)| at == key && what.contains(message)), "{key}: {found:?}");
+    }
+}
+
+#[test]
+fn material_points_are_not_rigid() {
+    let text = "name = \"bar\"\ndimension = 2\ntime = { end = 1.0 }\ngrid = { cell = 0.1, lower = [0, 0], upper = [1, 1] }\n\
+        [[body]]\nname = \"bar\"\nregion = { shape = \"box\", lower = [0, 0], upper = [1, 1] }\nparticles-per-cell = 2\n\
+        material = { law = \"rigid\", density = 1200.0 }\n";
+    let found = errors(text);
+    assert!(found.iter().any(|(_, what, _)| what.contains("it is for `method = \"pfem2\"`")), "{found:?}");
 }

@@ -12,7 +12,7 @@
 //! is the velocity of node a along axis i.
 
 use super::constrained::held_axes;
-use super::element::{self, ElementFault, ElementForces, SolidLaw};
+use super::element::{ElementFault, ElementForces, SolidLaw};
 use super::equations::{LinearForces, SolidEquations};
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
@@ -20,6 +20,7 @@ use super::rigid::RigidBody;
 use super::setup::{Inertia, SolidSetup};
 use super::springs::Springs;
 pub use super::state::{Prediction, SolidState};
+use super::sums::mass_matrix;
 use super::support::SolidSupports;
 use super::ties::Ties;
 use crate::error::{Place, StepError};
@@ -418,32 +419,6 @@ fn check<const D: usize>(setup: &SolidSetup<D>) -> Result<(), String> {
         return Err(format!("the solid `{}` has {nodes} nodes, but {given} velocities", setup.name));
     }
     Ok(())
-}
-
-/// M_ab of all solids.
-///
-/// # Errors
-/// An element without a positive volume.
-fn mass_matrix<const D: usize>(
-    setups: &[SolidSetup<D>],
-    first: &[u32],
-    points: &[GaussPoint],
-) -> Result<SparseMatrix, String> {
-    let mut entries = Vec::new();
-    for (setup, &first) in setups.iter().zip(first) {
-        for (index, nodes) in setup.mesh.elements.iter().enumerate() {
-            let places: Vec<_> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
-            let mass = element::mass(points, &places).map_err(|fault| {
-                format!("element {index} of the solid `{}` at {:?} m: {}", setup.name, fault.position.0, fault.what)
-            })?;
-            let density = setup.law.density();
-            for (a, &row) in nodes.iter().enumerate() {
-                let all = nodes.iter().zip(&mass[a * nodes.len()..]);
-                entries.extend(all.map(|(&column, mass)| (first + row, first + column, density * mass)));
-            }
-        }
-    }
-    Ok(SparseMatrix::from_triplets(first.last().map_or(0, |&count| count as usize), entries))
 }
 
 #[cfg(test)]

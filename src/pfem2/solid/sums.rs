@@ -1,9 +1,12 @@
 //! Sums over solids: mass, momentum, energies, volume, and the stress at their Gauss points.
 
 use super::element;
+use super::gauss::GaussPoint;
+use super::setup::SolidSetup;
 use super::stress::NodalStress;
 use super::structure::Structure;
 use crate::error::StepError;
+use crate::linalg::SparseMatrix;
 use crate::math::{SymTensor, Vector};
 use crate::parallel;
 
@@ -71,4 +74,30 @@ impl<const D: usize> Structure<D> {
         let elements = |solid: usize| 0..self.setups()[solid].mesh.elements.len();
         (0..self.setups().len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element))).sum()
     }
+}
+
+/// M_ab of all solids.
+///
+/// # Errors
+/// An element without a positive volume.
+pub(super) fn mass_matrix<const D: usize>(
+    setups: &[SolidSetup<D>],
+    first: &[u32],
+    points: &[GaussPoint],
+) -> Result<SparseMatrix, String> {
+    let mut entries = Vec::new();
+    for (setup, &first) in setups.iter().zip(first) {
+        for (index, nodes) in setup.mesh.elements.iter().enumerate() {
+            let places: Vec<_> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
+            let mass = element::mass(points, &places).map_err(|fault| {
+                format!("element {index} of the solid `{}` at {:?} m: {}", setup.name, fault.position.0, fault.what)
+            })?;
+            let density = setup.law.density();
+            for (a, &row) in nodes.iter().enumerate() {
+                let all = nodes.iter().zip(&mass[a * nodes.len()..]);
+                entries.extend(all.map(|(&column, mass)| (first + row, first + column, density * mass)));
+            }
+        }
+    }
+    Ok(SparseMatrix::from_triplets(first.last().map_or(0, |&count| count as usize), entries))
 }

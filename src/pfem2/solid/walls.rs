@@ -267,3 +267,39 @@ pub(super) fn surface_areas<const D: usize>(setup: &SolidSetup<D>) -> Vec<(u32, 
     }
     (0..).zip(areas).filter(|(_, (area, _))| *area > 0.0).map(|(node, (area, size))| (node, area, size)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square without its lower right quarter, whose corner stands out into the fluid at (½, ½).
+    fn step() -> Walls<2> {
+        let block = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [8, 8]).unwrap();
+        let kept = |e: &usize| block.center(*e)[0] < 0.5 || block.center(*e)[1] > 0.5;
+        let elements: Vec<[u32; 3]> = (0..block.elements().len()).filter(kept).map(|e| block.elements()[e]).collect();
+        let mut used: Vec<u32> = elements.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let number = |node: u32| used.binary_search(&node).unwrap() as u32;
+        let nodes = used.iter().map(|&node| block.nodes()[node as usize]).collect();
+        let mesh = Mesh::new(nodes, elements.into_iter().map(|nodes| nodes.map(number)).collect()).unwrap();
+        let boundary = Boundary::new(&mesh, Vec::new(), Vector([0.0, -1.0]));
+        Walls::new(&mesh, &boundary)
+    }
+
+    /// Over a wall that ends at a corner a place meets this wall alone, before the corner the corner, and in a corner of the box both walls.
+    #[test]
+    fn a_place_meets_the_walls_that_it_lies_over() {
+        let walls = step();
+        let near = |x: [f64; 2]| {
+            let all = walls.near(Vector(x), 0.125).into_iter();
+            all.map(|wall| (wall.normal, wall.distance)).collect::<Vec<_>>()
+        };
+        let [(normal, distance)] = near([0.53, 0.55])[..] else { panic!("{:?}", near([0.53, 0.55])) };
+        assert!((normal - Vector([0.0, 1.0])).norm() < 1e-12 && (distance - 0.05).abs() < 1e-12);
+        let [(normal, distance)] = near([0.47, 0.54])[..] else { panic!("{:?}", near([0.47, 0.54])) };
+        assert!((normal - Vector([-0.6, 0.8])).norm() < 1e-12 && (distance - 0.05).abs() < 1e-12);
+        assert_eq!(near([0.05, 0.95]).len(), 2);
+        assert_eq!(near([0.3, 0.3]).len(), 0);
+    }
+}
