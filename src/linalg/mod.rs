@@ -18,6 +18,7 @@ mod direct;
 mod dissection;
 mod krylov;
 mod matrix;
+mod modes;
 mod multigrid;
 mod pattern;
 mod pivoted;
@@ -29,6 +30,7 @@ mod vectors;
 
 pub use border::Border;
 pub use matrix::BlockMatrix;
+pub use modes::{Mode, lowest_modes};
 pub use pattern::Pattern;
 pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverCounters, SolverKind, SolverOptions, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};

@@ -25,6 +25,7 @@ pub mod gauss;
 pub mod immersed;
 pub mod independent;
 pub mod mesh;
+pub mod modes;
 pub mod rigid;
 pub mod setup;
 pub mod springs;

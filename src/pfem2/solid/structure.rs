@@ -422,4 +422,4 @@ fn check<const D: usize>(setup: &SolidSetup<D>) -> Result<(), String> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

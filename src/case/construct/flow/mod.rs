@@ -8,6 +8,7 @@ mod particle_solids;
 mod solids;
 mod through;
 
+use solids::natural_periods;
 pub(in crate::case) use solids::size_of;
 
 use super::signals::TrialPoints;
@@ -40,9 +41,11 @@ impl Case {
         let summary = CaseSummary::of_flow(&setup, &self.file);
         check::solids::of_flow(self, &setup, &summary.solids, &mut findings);
         check::solids::rest(self, &setup, &mut findings);
+        let periods = setup.solids.as_ref().and_then(natural_periods);
         let mut solver = Pfem2::new(setup);
         let mut summary = summary.with_solver(&mut solver, &self.file);
         summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
+        summary.notes.extend(periods);
         check::steps(self, &summary, &mut findings);
         check::memory(&summary, &mut findings);
         names::files(&self.file, &solver.snapshot(), &mut findings);

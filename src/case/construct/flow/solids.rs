@@ -18,6 +18,12 @@ const CELLS: f64 = 2.0;
 /// Elements across the thinnest part of a solid where the case gives no length.
 const ACROSS: usize = 2;
 
+/// Modes of all solids that are looked for, those without stiffness among them.
+const MODES: usize = 12;
+
+/// Periods that are shown of a solid.
+const PERIODS: usize = 3;
+
 /// Pieces of a side that is a parabola.
 const PIECES: usize = 4;
 
@@ -210,6 +216,18 @@ impl Construction<'_> {
         let traction = self.signals(&format!("{key}.value"), value, over);
         Some(SurfaceTraction { facets, traction: std::array::from_fn(|i| traction[i].clone()) })
     }
+}
+
+/// The longest periods of elastic solids without a fluid, in words.
+pub(super) fn natural_periods<const D: usize>(structure: &Structure<D>) -> Option<String> {
+    let modes = structure.natural_modes(MODES);
+    let of = |(solid, setup): (usize, &SolidSetup<D>)| {
+        let own = modes.iter().filter(|mode| mode.solid == solid && mode.period.is_finite());
+        let periods: Vec<String> = own.take(PERIODS).map(|mode| format!("{:.3e} s", mode.period)).collect();
+        (!periods.is_empty()).then(|| format!("{} {}", setup.name, periods.join(", ")))
+    };
+    let all: Vec<String> = structure.setups().iter().enumerate().filter_map(of).collect();
+    (!all.is_empty()).then(|| format!("longest periods of solids, without the fluid: {}", all.join("; ")))
 }
 
 /// The mesh of a region with elements of `cell` [m], or smaller ones where fewer than two would lie across its thinnest part.

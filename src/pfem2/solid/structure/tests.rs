@@ -14,7 +14,7 @@ use crate::pfem2::solid::setup::{
 
 /// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
 /// are held along all axes.
-fn solid<const D: usize>(
+pub(in crate::pfem2::solid) fn solid<const D: usize>(
     mesh: SolidMesh<D>,
     [density, young, poisson]: [f64; 3],
     fixed: impl Fn(Vector<D>) -> bool,
