@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn a_bar_has_its_periods() {
         let (length, young, density) = (2.0, 3e6, 1200.0);
-        let mesh = || SolidMesh::block(Vector::ZERO, Vector([length, 0.1]), [12, 1]).unwrap();
+        let mesh = || SolidMesh::block(Vector::ZERO, Vector([length, 0.1]), [24, 1]).unwrap();
         let mut bar = solid(mesh(), [density, young, 0.0], |x| x[0] == 0.0);
         let nodes = (0..bar.mesh.nodes.len() as u32).collect();
         let guide = crate::pfem2::solid::setup::HeldNodes { nodes, velocity: [None, Some(crate::math::Signal::ZERO)] };
