@@ -12,7 +12,7 @@
 //! is the velocity of node a along axis i.
 
 use super::constrained::held_axes;
-use super::element::{self, ElementFault, ElementForces, SolidLaw};
+use super::element::{ElementFault, ElementForces, SolidLaw};
 use super::equations::{LinearForces, SolidEquations};
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
