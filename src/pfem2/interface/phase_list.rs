@@ -73,6 +73,11 @@ impl PhaseList {
         self.phases[phase].reseeding
     }
 
+    /// True if some phase is a solid.
+    pub fn has_solids(&self) -> bool {
+        self.phases.iter().any(|phase| phase.role == Role::Solid)
+    }
+
     /// True if the particles of some phase are added and taken away by elements.
     pub fn reseeds_by_elements(&self) -> bool {
         self.phases.iter().any(|phase| phase.reseeding == Reseeding::Elements)

@@ -142,6 +142,9 @@ impl<const D: usize> Particles<D> {
     fn reseeding_of(&self, list: &PhaseList, own: impl Iterator<Item = usize>) -> Reseeding {
         let mut rules = own.map(|p| list.reseeding(usize::from(self.fluid[p])));
         let Some(first) = rules.next() else { return list.reseeding(0) };
+        if !list.has_solids() {
+            return first;
+        }
         if rules.any(|rule| rule == Reseeding::EmptyElements) { Reseeding::EmptyElements } else { first }
     }
 
