@@ -166,7 +166,8 @@ fn a_surface_through_nodes_and_along_edges_is_cut() {
     // Nodes on the surface are inside, and cut points of the elements around it lie beside them.
     assert!(cut.distance.iter().filter(|d| **d <= 0.0).count() == 25);
     let volume = cut.volume_inside(&mesh);
-    assert!((volume - 0.64).abs() < 4.0 * AT_NODE, "{volume}");
+    // A corner that lies on a node is moved a thousandth into an element, of 0.02.
+    assert!((volume - 0.64).abs() < 4.0 * 1e-3 * 0.02, "{volume}");
     let mesh = background::<3, 4>(1.0, 5);
     let solid = SolidMesh::block(Vector([-0.6, -0.2, -0.6]), Vector([0.2, 0.6, 0.2]), [2, 1, 1]).unwrap();
     let volume = check(&mesh, &solid).volume_inside(&mesh);
