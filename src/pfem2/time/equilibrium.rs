@@ -5,7 +5,9 @@
 //! ```
 //!
 //! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long ones are those of
-//! Newton's method. The fluid that the solids push away takes its particles and interfaces along.
+//! Newton's method. The fluid that the solids push away takes its particles and interfaces along. What carries a solid without supports, as
+//! buoyancy does, is not in K, and along a floor nothing may hold it at all: with such solids τ is at most the time in which gravity moves them by
+//! an element.
 
 use crate::error::{Place, StepError};
 use crate::math::Vector;
@@ -17,6 +19,9 @@ use crate::pfem2::time::startup::impulsive_energy;
 
 /// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids are at rest.
 const TOLERANCE: f64 = 1e-6;
+
+/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an element.
+const FREE_TOLERANCE: f64 = 1e-3;
 
 /// Iterations after which there is no equilibrium.
 const ITERATIONS: usize = 400;
@@ -45,21 +50,35 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// # Errors
     /// They don't come to rest; an element turns inside out, or the system isn't solved.
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
-        let (mut next, mut last) = (dt, 0.0);
+        let longest = self.longest();
+        let (mut next, mut last) = (dt.min(longest), 0.0);
         let mut largest: f64 = 0.0;
         for iteration in 1..=ITERATIONS {
             let motion = self.relax(next, last)?;
             largest = largest.max(motion.acceleration);
-            let still = motion.change <= TOLERANCE * motion.displacement;
-            if still && motion.acceleration <= TOLERANCE * largest {
+            let (tolerance, way) = match longest.is_finite() {
+                true => (FREE_TOLERANCE, FREE_TOLERANCE * self.system.shortest()),
+                false => (TOLERANCE, TOLERANCE * motion.displacement),
+            };
+            if motion.change <= way && motion.acceleration <= tolerance * largest {
                 self.begin_at_rest(next)?;
                 return Ok(iteration);
             }
             last = next;
             let room = (WAY * self.system.shortest() / motion.change).sqrt();
-            next *= room.clamp(FACTORS[0], FACTORS[1]);
+            next = (next * room.clamp(FACTORS[0], FACTORS[1])).min(longest);
         }
         Err(self.never_at_rest())
+    }
+
+    /// The longest artificial step [s]; infinite where all solids have supports.
+    fn longest(&self) -> f64 {
+        let setups = self.solids.iter().flat_map(|solids| solids.structure.setups());
+        if setups.into_iter().all(|setup| setup.held.iter().any(|held| !held.nodes.is_empty())) {
+            return f64::INFINITY;
+        }
+        let gravity = self.system.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
+        (self.system.shortest() / gravity).sqrt()
     }
 
     /// An iteration of `dt` [s], after one of `last` [s].
