@@ -3,6 +3,7 @@
 use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
 use lateen::error::{Diagnostic, Severity};
+use lateen::pfem2::solid::setup::Damping;
 use std::path::Path;
 
 const GOOD: &str = r#"
@@ -429,4 +430,49 @@ fn material_points_are_not_rigid() {
         material = { law = \"rigid\", density = 1200.0 }\n";
     let found = errors(text);
     assert!(found.iter().any(|(_, what, _)| what.contains("it is for `method = \"pfem2\"`")), "{found:?}");
+}
+
+/// α = 2 ζ ω and β = 2 ζ/ω.
+#[test]
+fn damping_may_be_given_by_its_ratio_at_a_frequency() {
+    let ratio = "{ ratio = 0.02, at = \"5 Hz\" }";
+    let text = GOOD.replace("mass = \"0.1 1/s\"", &format!("mass = {ratio}, stiffness = {ratio}"));
+    let case = Case::read(Source::new("case.toml", Path::new(""), &text), &[]).unwrap();
+    let damping: Damping = case.file.body[0].damping.unwrap().into();
+    let omega = 10.0 * std::f64::consts::PI;
+    assert!(
+        (damping.mass - 0.04 * omega).abs() < 1e-14 && (damping.stiffness - 0.04 / omega).abs() < 1e-16,
+        "{damping:?}"
+    );
+    let wrong = GOOD.replace("mass = \"0.1 1/s\"", "stiffness = { ratio = 0.02, at = \"0 Hz\" }");
+    let Err(found) = model(&wrong, Path::new("")) else { panic!("a frequency of zero is refused") };
+    assert!(found.iter().any(|finding| finding.key.contains("damping")), "{found:?}");
+}
+
+#[test]
+fn a_start_in_equilibrium_is_one_at_rest() {
+    let still = GOOD.replace("volume = \"none\"", "volume = \"none\"\nstart = \"equilibrium\"");
+    let still = still.replace("velocity = [\"0.1 m/s\", 0]", "velocity = [\"0.1 m/s * ramp(t, 1 s)\", 0]");
+    good(&still);
+    let moving_support = still.replace("{ on = \"bottom\" }", "{ on = \"bottom\", velocity = [\"1 m/s\", 0] }");
+    let wrong = [
+        (still.replace("0.1 m/s * ramp(t, 1 s)", "0.1 m/s"), "boundary"),
+        (still.replace("plane = \"stress\"", "plane = \"stress\"\nvelocity = [0, \"1 m/s\"]"), "body[0].velocity"),
+        (moving_support, "body[0].supports[0]"),
+        (still.replace("name = \"oil\"\n", "name = \"oil\"\nvelocity = [0, \"1 m/s\"]\n"), "pfem2.start"),
+    ];
+    for (text, key) in wrong {
+        let found = errors(&text);
+        assert!(found.iter().any(|(at, what, _)| at == key && what.contains("one at rest")), "{key}: {found:?}");
+    }
+    let begin = still.find("[[body]]\nname = \"flap\"").unwrap();
+    let end = still.find("[[body]]\nname = \"water\"").unwrap();
+    let found = errors(&format!("{}{}", &still[..begin], &still[end..]));
+    assert!(found.iter().any(|(at, what, _)| at == "pfem2.start" && what.contains("no solid")), "{found:?}");
+}
+
+#[test]
+fn a_rigid_solid_moves_by_its_inertia() {
+    let found = errors(&stiff().replace("supports", "inertia = \"quasi-static\"\nsupports"));
+    assert!(found.iter().any(|(at, ..)| at == "body[0].inertia"), "{found:?}");
 }
