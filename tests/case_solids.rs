@@ -369,7 +369,7 @@ fn a_rigid_solid_has_a_mass_a_motion_and_no_strain() {
     let [solid] = &model.summary.solids[..] else { panic!("one solid") };
     assert!(solid.is_rigid && (solid.mass - 36.0).abs() < 1e-9, "{solid:?}");
     assert!(model.summary.to_string().contains("rigid solid flap"), "{}", model.summary);
-    let motion = "motion = { velocity = [\"free\", \"0.1 m/s\"], spin = [\"2 1/s * cos(t / 1 s)\"] }\ndamping";
+    let motion = "motion = { velocity = [\"free\", \"0.1 m/s\"], spin = [\"2 * cos(t / 1 s) / 1 s\"] }\ndamping";
     let moved = stiff().replace("supports = [{ on = \"bottom\" }]\n", "").replace("damping", motion);
     good(&moved);
     let resolved = Case::read(Source::new("case.toml", "", &moved), &[]).unwrap().resolved_toml();

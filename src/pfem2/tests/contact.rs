@@ -182,6 +182,13 @@ fn a_disc_rolls_down_an_incline_and_slides_where_friction_does_not_hold_it() {
     assert!((speed - 1.0).abs() < 0.06 && (spin - 1.0).abs() < 0.12, "slides {speed} {spin}");
 }
 
+/// Distance of a place from a segment [m].
+fn segment(x: Vector<2>, [start, end]: [Vector<2>; 2]) -> f64 {
+    let along = end - start;
+    let t = ((x - start).dot(along) / along.norm_squared()).clamp(0.0, 1.0);
+    (x - start - along * t).norm()
+}
+
 /// A strip bent into a U whose ends are pulled together: they meet, and keep the gap, or less by what the load presses.
 #[test]
 fn a_strip_that_folds_meets_itself() {
@@ -216,14 +223,18 @@ fn a_strip_that_folds_meets_itself() {
     strip.law = Box::new(NeoHookean { elastic: Elastic::new(1000.0, 1e5, 0.0) });
     strip.damping.mass = 8.0;
     let mut pfem = in_gas(vec![strip], [0.0; 2]);
+    // From the nodes of the upper arm's inner face to the line through those of the lower one's.
     let gap = |pfem: &Pfem2<2, 3>| {
-        let places = places(pfem, 0);
-        let tips = |upper: bool| {
-            let reference = &structure(pfem).setups()[0].mesh.nodes;
-            let own = |a: &usize| reference[*a][0] > 0.6 && (reference[*a][1] > 0.5) == upper;
-            (0..places.len()).filter(own).map(|a| places[a]).collect::<Vec<_>>()
+        let (places, reference) = (places(pfem, 0), &structure(pfem).setups()[0].mesh.nodes);
+        let face = |y: f64| {
+            let on = |a: &usize| (reference[*a][1] - y).abs() < 1e-9 && reference[*a][0] > 0.5;
+            let mut own: Vec<usize> = (0..places.len()).filter(on).collect();
+            own.sort_by(|a, b| reference[*a][0].total_cmp(&reference[*b][0]));
+            own.into_iter().map(|a| places[a]).collect::<Vec<_>>()
         };
-        lowest(&tips(true)) - highest(&tips(false))
+        let lower = face(0.5 - inner);
+        let from = |x: Vector<2>| lower.windows(2).map(move |ends| segment(x, [ends[0], ends[1]]));
+        face(0.5 + inner).into_iter().flat_map(from).fold(f64::INFINITY, f64::min)
     };
     let mut least = f64::INFINITY;
     for k in 0..220 {

@@ -83,7 +83,7 @@ impl Construction<'_> {
         if !spin.is_empty() && spin.len() != turns {
             let message =
                 format!("expected {turns} entr{}, found {}", if turns == 1 { "y" } else { "ies" }, spin.len());
-            let help = "in 2D a solid turns in the plane, `spin = [\"2 1/s\"]`; in 3D there is an entry per axis";
+            let help = "in 2D a solid turns in the plane, `spin = [\"2 / 1 s\"]`; in 3D there is an entry per axis";
             self.findings.push(Diagnostic::error(format!("{key}.motion.spin"), message).help(help));
             return PrescribedMotion::default();
         }
