@@ -22,8 +22,8 @@ const MOST: usize = 256;
 /// Points along an edge of an element where two bodies meet, at which gaps between them are looked for.
 const GAP_POINTS: usize = 8;
 
-/// Laws of solids in fluids: those of material points with a stored energy.
-const ELASTIC: [&str; 3] = ["neo-hookean", "st-venant-kirchhoff", "mooney-rivlin"];
+/// Laws of solids in fluids: those of material points with a stored energy, and rigid ones.
+const SOLID_LAWS: [&str; 4] = ["neo-hookean", "st-venant-kirchhoff", "mooney-rivlin", "rigid"];
 
 /// Nodes and elements that a thread asks for their bodies at once.
 const PIECE: usize = 256;
@@ -98,9 +98,9 @@ impl Construction<'_> {
                 let message = format!("the law `{}` is for `method = \"mpm\"`", law.name());
                 let finding = Diagnostic::error(format!("body[{index}].material"), message);
                 let help = format!(
-                    "laws of fluids on a mesh are {}; solids in them have elastic ones or none: {}",
+                    "laws of fluids on a mesh are {}; solids in them have {}",
                     ViscousLaws::NAMES.join(", "),
-                    ELASTIC.join(", ")
+                    SOLID_LAWS.join(", ")
                 );
                 self.findings.push(finding.help(help));
                 None
@@ -293,7 +293,7 @@ pub(super) fn velocity_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) 
 
 #[cfg(test)]
 mod tests {
-    use super::ELASTIC;
+    use super::SOLID_LAWS;
     use crate::case::Material;
 
     #[test]
@@ -309,7 +309,7 @@ mod tests {
         for law in laws.into_iter().chain(others) {
             let table: toml::Table = toml::from_str(&format!("material = {{ {law} }}")).unwrap();
             let material: Material = table["material"].clone().try_into().expect(&law);
-            assert_eq!(material.is_solid(), ELASTIC.iter().any(|name| law.contains(name)), "{law}");
+            assert_eq!(material.is_solid(), SOLID_LAWS.iter().any(|name| law.contains(name)), "{law}");
         }
     }
 }
