@@ -193,7 +193,7 @@ fn a_bar_bounces_off_a_wall_with_its_speed() {
     let transit = length / (young / 1000.0_f64).sqrt();
     let mut pfem =
         in_gas([[GAP + 0.01, 0.4], [GAP + 0.01 + length, 0.6]], [12, 2], young, 0.0, [0.0; 2], [-speed, 0.0]);
-    let dt = transit / 40.0;
+    let dt = transit / 60.0;
     let steps = ((0.01 / speed + 4.0 * transit) / dt) as usize;
     let touching = (0..steps).filter(|&k| {
         pfem.step(k as f64 * dt, dt).unwrap();
