@@ -113,11 +113,11 @@ fn middle(pfem: &Pfem2<2, 3>) -> Vector<2> {
     places.iter().copied().sum::<Vector<2>>() / places.len() as f64
 }
 
-/// A solid that floats where Archimedes has it stays there, within a hundredth or two of an element: sides on lines of the mesh and off them. It finds a depth
+/// A solid that floats where Archimedes has it stays there, within a twentieth of an element: sides on lines of the mesh and off them. It finds a depth
 /// of its own, as cut points are kept a thousandth of an edge away from nodes, and swings about it.
 #[test]
 fn a_solid_floats_at_rest() {
-    for (height, most) in [(0.5, 5e-3), (0.513, 2e-2)] {
+    for (height, most, fastest) in [(0.5, 5e-3, 1e-3), (0.513, 5e-2, 5e-3)] {
         let (cells, dt) = (20, 0.01);
         let mut pfem = floating_box(cells, height, 0.0, SurfaceCondition::NoSlip);
         let start = middle(&pfem);
@@ -129,7 +129,7 @@ fn a_solid_floats_at_rest() {
             speed = speed.max((solids.structure.momentum() / solids.structure.mass()).norm());
         }
         assert!(drift < most, "{height}: {drift:e}");
-        assert!(speed < 1e-3 * GRAVITY.sqrt(), "{height}: {speed:e}");
+        assert!(speed < fastest * GRAVITY.sqrt(), "{height}: {speed:e}");
     }
 }
 
