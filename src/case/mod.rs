@@ -221,15 +221,25 @@ fn read_tree(tree: &tree::PlacedValue, base: &Path, findings: &mut Vec<Diagnosti
     method::check(tree, findings);
     let Some(toml::Value::Table(mut table)) = value else { return None };
     preset::apply(&mut table);
-    match serde_path_to_error::deserialize::<_, CaseFile>(toml::Value::Table(table)) {
+    match case_file(table) {
         Ok(mut file) => {
             file.output.complete(file.method, file.time);
             Some(file)
         }
-        Err(error) => {
-            let key = error.path().to_string();
-            findings.push(Diagnostic::error(key.trim_matches('.'), error.inner().message()));
+        Err(finding) => {
+            findings.push(finding);
             None
         }
     }
+}
+
+/// A case from its tables. The reader is behind a trait object, so that the sections are compiled for one kind of reader instead of one per level.
+fn case_file(table: toml::Table) -> Result<CaseFile, Diagnostic> {
+    let mut track = serde_path_to_error::Track::new();
+    let tracked = serde_path_to_error::Deserializer::new(toml::Value::Table(table), &mut track);
+    let read = erased_serde::deserialize(&mut <dyn erased_serde::Deserializer>::erase(tracked));
+    read.map_err(|error| {
+        let key = track.path().to_string();
+        Diagnostic::error(key.trim_matches('.'), error.to_string().trim_end())
+    })
 }

@@ -17,7 +17,7 @@ use super::summary::CaseSummary;
 use super::{Case, Side, Units, check, names};
 use crate::error::{Diagnostic, Error, Result, Severity};
 use crate::geometry::{Region, Shape};
-use crate::math::{Signal, Vector};
+use crate::math::{Signal, Vector, simd};
 use crate::mpm::{GridSetup, Mpm, Obstacle, Setup, Wall};
 use crate::simulation::{Guarded, Solver, Watched};
 use signals::TrialPoints;
@@ -46,6 +46,9 @@ impl Case {
     /// # Errors
     /// Everything that is wrong with the case, with its place ([`Error::Case`]).
     pub fn model(&self) -> Result<Model> {
+        if let Some(refusal) = simd::refusal() {
+            return Err(Error::case(Diagnostic::error("method", refusal)));
+        }
         let result = match (self.file.method, self.file.dimension) {
             (Method::Mpm, 2) => self.mpm::<2>(),
             (Method::Mpm, _) => self.mpm::<3>(),

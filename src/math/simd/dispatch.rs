@@ -1,6 +1,22 @@
 //! Chooses the registers at run time, once per task.
+//!
+//! Plain arrays serve other processors than x86-64, and with the feature `portable` those of x86-64 without AVX2. They are a quarter of the code of all
+//! kernels there, for machines from before 2013: without the feature the program says at the start that it can't compute on them.
 
-use super::lanes::{Lanes, Portable};
+use super::lanes::Lanes;
+#[cfg(any(test, feature = "portable", not(target_arch = "x86_64")))]
+use super::portable::Portable;
+
+/// Why this build can't compute on this processor.
+pub(crate) fn refusal() -> Option<&'static str> {
+    #[cfg(all(target_arch = "x86_64", not(feature = "portable")))]
+    if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
+        return Some(
+            "this processor has no AVX2 and FMA: build lateen for it with `cargo build --release --features portable`",
+        );
+    }
+    None
+}
 
 /// Work on a batch, written once for all registers. `run` and all that it calls must be
 /// `#[inline(always)]`, so that it is compiled for the registers of the function that enters it.
@@ -35,8 +51,20 @@ pub(crate) fn widest<T: Task>(task: T) -> T::Output {
         // SAFETY: the features were detected.
         unsafe { on_avx2(task) }
     } else {
-        task.run::<Portable>()
+        narrow(task)
     }
+}
+
+/// Runs a task without wide registers.
+#[cfg(all(target_arch = "x86_64", feature = "portable"))]
+fn narrow<T: Task>(task: T) -> T::Output {
+    task.run::<Portable>()
+}
+
+/// This build can't: cases are refused before.
+#[cfg(all(target_arch = "x86_64", not(feature = "portable")))]
+fn narrow<T: Task>(_: T) -> T::Output {
+    panic!("{}", refusal().unwrap_or("no wide registers"))
 }
 
 /// Runs a task with plain arrays.

@@ -6,10 +6,12 @@
 
 mod dispatch;
 mod lanes;
+#[cfg(any(test, feature = "portable", not(target_arch = "x86_64")))]
+mod portable;
 #[cfg(test)]
 mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub(crate) use dispatch::{Task, widest};
+pub(crate) use dispatch::{Task, refusal, widest};
 pub(crate) use lanes::{Lanes, Row, WIDTH};

@@ -16,7 +16,10 @@ use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
 use std::collections::BTreeMap;
 
 /// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept away from nodes.
-const INSIDE: f64 = 1e-3;
+const INSIDE: f64 = 1e-6;
+
+/// Area of a triangle over the square of its longest side below which its corners lie in a line.
+const FLAT: f64 = 1e-6;
 
 /// Corners of a solid in an element without a node inside.
 struct Tip<'a, const D: usize> {
@@ -149,7 +152,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let seen = |end: usize| {
             let at = |t: f64| x[end] + (middle - x[end]) * t;
             let ends = [self.distance[nodes[end] as usize], inside];
-            let (t, foot) = crossing(surface, at, ends, (middle - x[end]).norm());
+            let (t, foot) = crossing(surface, at, (ends, 0.0), (middle - x[end]).norm());
             Some((at(t), surface.weights(&foot.or_else(|| surface.foot(at(t)))?)))
         };
         Some([seen(0)?, seen(1)?])
@@ -229,12 +232,19 @@ fn triangulated<const D: usize, const N: usize>(mut polygon: Vec<PolygonCorner<D
             if others.any(|x| contains(&corners, x)) { 0.0 } else { quality(&corners) }
         };
         let best = (0..count).map(|i| (i, shape(i))).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
-        if best.1 <= 0.0 {
+        if best.1 > 0.0 {
+            let corners = ear(best.0).map(|k| polygon[k].0);
+            triangles.push(FluidSimplex { vertices: std::array::from_fn(|k| corners[k]) });
+            polygon.remove(best.0);
+            continue;
+        }
+        // Along a surface on an edge of the mesh corners lie in a line but for rounding: no triangle.
+        let flatness = |i: usize| quality(&ear(i).map(|k| polygon[k].1)).abs();
+        let flat = (0..count).map(|i| (i, flatness(i))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if flat.1 > FLAT {
             return None;
         }
-        let corners = ear(best.0).map(|k| polygon[k].0);
-        triangles.push(FluidSimplex { vertices: std::array::from_fn(|k| corners[k]) });
-        polygon.remove(best.0);
+        polygon.remove(flat.0);
     }
     Some(triangles)
 }

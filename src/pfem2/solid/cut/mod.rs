@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
-//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ [0.001, 1)
+//! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ (0, 1)
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
 //! where the fluid glides:          v_c = (n ⊗ n) Σ_a N_a(ξ_c) v_a + (1 − n ⊗ n) v_i                theory (J.6a)
 //! ```
@@ -26,12 +26,18 @@ use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its end outside; where the fluid glides from the other, too: between two of them, beside
-/// a node inside, shear would tie the nodes outside together.
-const CLOSEST: f64 = 1e-3;
+/// Cut points keep this fraction of their edge away from its ends.
+const CLOSEST: f64 = 1e-6;
 
-/// Else they come as close to the end inside: what lies between two of them moves with the solid.
-const AT_NODE: f64 = 1e-6;
+/// Where the fluid glides, from the end inside: between two of them, beside a node inside, shear would tie the nodes outside together.
+const CLOSEST_GLIDING: f64 = 1e-3;
+
+/// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers of rounding lie along a surface on lines of
+/// the mesh.
+const ON_SURFACE: f64 = 1e-6;
+
+/// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or less it would be fluid or solid.
+const BESIDE_SURFACE: f64 = 1e-3;
 
 /// Nodes and points per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -241,11 +247,18 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 /// Signed distances of the nodes near solids, and the nodes inside, ascending.
 fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &SolidSurface<D>) -> (Vec<f64>, Vec<u32>) {
     let place = |node: u32| mesh.nodes()[node as usize];
-    let is_near = |node: usize| surface.is_near(place(node as u32)).then_some(node as u32);
+    let on_surface = |node: usize| ON_SURFACE * smallest_element(mesh, node);
+    let margin = |node: usize| BESIDE_SURFACE * smallest_element(mesh, node);
+    let is_near = |node: usize| surface.is_near(place(node as u32), margin(node)).then_some(node as u32);
     let near = parallel::collect_some(mesh.nodes().len(), parallel::CHUNK, is_near);
     let mut distance = vec![f64::INFINITY; mesh.nodes().len()];
-    let known = parallel::collect(near.len(), PIECE, |k| surface.distance(place(near[k])));
+    let known = parallel::collect(near.len(), PIECE, |k| {
+        let (d, node) = (surface.distance(place(near[k])), near[k] as usize);
+        if d > 0.0 && d < on_surface(node) { 0.0 } else { d }
+    });
     near.iter().zip(&known).for_each(|(&node, &d)| distance[node as usize] = d);
+    let covered = covered(mesh, surface, &near, &distance);
+    covered.into_iter().for_each(|node| distance[node as usize] = distance[node as usize].min(0.0));
     let inside: Vec<u32> = near.into_iter().filter(|&node| distance[node as usize] <= 0.0).collect();
     let neighbours = touched(mesh, &inside).into_iter().flat_map(|e| mesh.elements()[e as usize]);
     let mut around: Vec<u32> = neighbours.filter(|&node| distance[node as usize] == f64::INFINITY).collect();
@@ -255,6 +268,30 @@ fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &SolidS
     let known = parallel::collect(around.len(), PIECE, |k| surface.distance(place(around[k])).abs());
     around.iter().zip(known).for_each(|(&node, d)| distance[node as usize] = d.max(f64::MIN_POSITIVE));
     (distance, inside)
+}
+
+/// Nodes of elements with all nodes beside the surface and their middle inside, as in the corner of a solid on lines of the mesh.
+fn covered<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    surface: &SolidSurface<D>,
+    near: &[u32],
+    distance: &[f64],
+) -> Vec<u32> {
+    let is_beside =
+        |&node: &u32| distance[node as usize].abs() < BESIDE_SURFACE * smallest_element(mesh, node as usize);
+    let beside: Vec<u32> = near.iter().copied().filter(is_beside).collect();
+    let is_covered = |e: &u32| {
+        let middle = mesh.corners(*e as usize).into_iter().sum::<Vector<D>>() / N as f64;
+        let nodes = &mesh.elements()[*e as usize];
+        nodes.iter().all(|node| beside.binary_search(node).is_ok()) && surface.distance(middle) < 0.0
+    };
+    touched(mesh, &beside).into_iter().filter(is_covered).flat_map(|e| mesh.elements()[e as usize]).collect()
+}
+
+/// Size of the smallest element around a node [m].
+fn smallest_element<const D: usize, const N: usize>(mesh: &Mesh<D, N>, node: usize) -> f64 {
+    let volumes = mesh.elements_around(node).iter().map(|&e| mesh.simplex(e as usize).volume);
+    volumes.fold(f64::INFINITY, f64::min).powf(1.0 / D as f64)
 }
 
 /// Elements around nodes, ascending.
@@ -285,9 +322,10 @@ fn cut_point<const D: usize, const N: usize>(
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
-    let (t, foot) = crossing(surface, at, edge.map(|node| distance[node as usize]), (end - start).norm());
+    let ends = edge.map(|node| distance[node as usize]);
+    let (t, foot) = crossing(surface, at, (ends, level_of(mesh, surface, edge[1], ends[1])), (end - start).norm());
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
-    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST } else { AT_NODE };
+    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { CLOSEST };
     let kept = t.clamp(CLOSEST, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
@@ -295,29 +333,46 @@ fn cut_point<const D: usize, const N: usize>(
     CutPoint { edge: Some(edge), position: at(kept), weights, glides_across }
 }
 
-/// Where the surface crosses an edge of some length [m], as a fraction of it, given the signed distances at its ends, of which
-/// the first is positive and the second is not; the nearest point of the surface there, if the crossing was found.
+/// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface, which the edge may meet before or
+/// follow; nodes are inside up to there.
+fn level_of<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    surface: &SolidSurface<D>,
+    node: u32,
+    distance: f64,
+) -> f64 {
+    let on_surface = ON_SURFACE * smallest_element(mesh, node as usize);
+    if distance < -on_surface {
+        return 0.0;
+    }
+    let exact = surface.distance(mesh.nodes()[node as usize]);
+    exact + on_surface
+}
+
+/// Where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given the distances at its ends, of which
+/// the first is above the level and the second is not; the nearest point of the surface there, if the crossing was found.
 fn crossing<const D: usize>(
     surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,
-    [outside, inside]: [f64; 2],
+    ([outside, inside], level): ([f64; 2], f64),
     length: f64,
 ) -> (f64, Option<NearestPoint<D>>) {
-    const PASSES: usize = 20;
+    const PASSES: usize = 40;
     /// Distance from the surface, relative to the edge.
     const TOLERANCE: f64 = 1e-7;
     let edge = at(1.0) - at(0.0);
-    let mut t = outside / (outside - inside);
+    let mut t = (outside - level) / (outside - inside);
     let mut bracket = [0.0, 1.0];
     for _ in 0..PASSES {
         let Some(foot) = surface.foot(at(t)) else { break };
-        if foot.distance.abs() <= TOLERANCE * length {
+        let beyond = foot.distance - level;
+        if beyond.abs() <= TOLERANCE * length {
             return (t, Some(foot));
         }
-        bracket[usize::from(foot.distance < 0.0)] = t;
+        bracket[usize::from(beyond < 0.0)] = t;
         // ∇d is the direction to the nearest point, backwards outside.
         let gradient = (at(t) - foot.position) / foot.distance;
-        let next = t - foot.distance / gradient.dot(edge);
+        let next = t - beyond / gradient.dot(edge);
         t = if bracket[0] < next && next < bracket[1] { next } else { 0.5 * (bracket[0] + bracket[1]) };
     }
     (t, None)

@@ -178,9 +178,12 @@ impl<const D: usize> SolidSurface<D> {
         (beyond <= BEYOND).then(|| weights(self.element(e), &local.0))
     }
 
-    /// True if the box around an element holds `x` [m]: elsewhere `x` is outside.
-    pub fn is_near(&self, x: Vector<D>) -> bool {
-        self.solids.iter().any(|solid| solid.gap_squared(x) == 0.0) && self.element_boxes.locate_at_point(x.0).is_some()
+    /// True if the box around an element, widened by a `margin` [m], holds `x` [m]: elsewhere `x` is outside.
+    pub fn is_near(&self, x: Vector<D>, margin: f64) -> bool {
+        let around = || AABB::from_corners((x - Vector::splat(margin)).0, (x + Vector::splat(margin)).0);
+        x.is_finite()
+            && self.solids.iter().any(|solid| solid.gap_squared(x) <= margin * margin * D as f64)
+            && self.element_boxes.locate_in_envelope_intersecting(around()).next().is_some()
     }
 
     /// Positions of the nodes of the facets [m], facet by facet; shared ones repeat.

@@ -119,7 +119,7 @@ fn check_box<const D: usize>(half: [f64; D], counts: [usize; D], angles: [f64; 3
         let inside = surface.locate_inside(there);
         assert_eq!(inside.is_some(), exact < 0.0);
         assert!(inside.is_none_or(|weights| (interpolate(&weights, &mesh.nodes) - there).norm() < 1e-10));
-        assert!(exact > 0.0 || surface.is_near(there));
+        assert!(exact > 0.0 || surface.is_near(there, 0.0));
     }
 }
 
@@ -229,6 +229,6 @@ fn without_solids_or_with_positions_that_are_not_finite_there_is_no_nearest_poin
     let mut mesh = SolidMesh::<2>::block(Vector([0.0; 2]), Vector([1.0; 2]), [1, 1]).unwrap();
     mesh.nodes.fill(Vector([f64::NAN; 2]));
     let surface = surface_of(&mesh);
-    assert!(surface.nearest(Vector([0.5; 2])).is_none() && !surface.is_near(Vector([0.5; 2])));
+    assert!(surface.nearest(Vector([0.5; 2])).is_none() && !surface.is_near(Vector([0.5; 2]), 0.0));
     assert!(surface_of(&disc(1)).nearest(Vector([f64::NAN; 2])).is_none());
 }
