@@ -109,7 +109,8 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         }
         let theta = self.history.implicit_share(dt);
         self.advance(TimeStep { t, dt, theta }).map_err(at)?;
-        self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak);
+        let solids = self.solids.as_ref().map(|solids| &solids.structure);
+        self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
         self.history.advance(dt);
         self.steps += 1;
         if let (Some(solids), Some(immersed)) = (&self.solids, &self.system.immersed) {

@@ -96,6 +96,7 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
     visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
     visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
+    visit("dt/largest energy of solids", Column::scalar(&mut pfem.limits.control.solids_peak));
     pfem.notices.columns(visit);
 }
 

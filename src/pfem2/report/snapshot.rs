@@ -232,9 +232,10 @@ fn ledger<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Ledger {
     ledger.terms.push(moved(pfem));
     let name = "energy of unresolved velocities".to_owned();
     ledger.terms.push(BalanceTerm { name, unit: "J", kind: Other, value: pfem.particles.unresolved_energy });
-    let ErrorEstimates { time, mesh, interface } = pfem.limits.control.errors;
+    let ErrorEstimates { time, mesh, interface, solids } = pfem.limits.control.errors;
     let errors = [("error of the step", "1", time), ("error of the mesh", "1", mesh)];
     let errors = errors.into_iter().chain([("error of the interface", "elements", interface)]);
+    let errors = errors.chain(pfem.solids.is_some().then_some(("error of the solids", "1", solids)));
     ledger.terms.extend(errors.map(|(name, unit, value)| BalanceTerm { name: name.into(), unit, kind: Other, value }));
     ledger
 }

@@ -5,7 +5,8 @@
 //! in time       e = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ at the feet of the streamlines‖)
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
-//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓)
+//! solids        s = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ‖) / largest ‖v‖ so far, in the norm of their mass
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/s)^½)
 //! ```
 //!
 //! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
@@ -15,11 +16,14 @@
 //! mass, ‖v‖² = Σ m_i |v_i|², and elements that hold two fluids don't count, since slip along an interface is no curvature. Both fall
 //! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an
 //! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
+//! Solids have an error of their own, as they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 44 steps per period where s is a hundredth. Motions
+//! below 3 % of the speed of the fluid don't count.
 
 use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::equations::system::VelocityPressureSystem;
+use crate::pfem2::solid::structure::Structure;
 use bytemuck::{Pod, Zeroable};
 
 /// Growth from one step to the next.
@@ -40,6 +44,12 @@ const ROUND_OFF: f64 = 1e-6;
 /// Elements that the interface may be off after a step.
 const INTERFACE: f64 = 0.1;
 
+/// The largest error of solids, over the tolerance.
+const SOLIDS: f64 = 0.005;
+
+/// Speed of solids, over that of the fluid, below which their errors don't count.
+const SLOW_SOLIDS: f64 = 0.03;
+
 /// Estimated errors of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -50,6 +60,8 @@ pub struct ErrorEstimates {
     pub mesh: f64,
     /// Of the interface, in elements.
     pub interface: f64,
+    /// Of the velocity of solids, in time, over the largest so far.
+    pub solids: f64,
 }
 
 /// Automatic steps by the errors of the last ones.
@@ -61,12 +73,14 @@ pub struct StepControl {
     pub(in crate::pfem2) proposal: f64,
     /// Errors of the last step.
     pub(in crate::pfem2) errors: ErrorEstimates,
+    /// The largest kinetic energy of solids so far [J].
+    pub(in crate::pfem2) solids_peak: f64,
 }
 
 impl StepControl {
     /// With the largest error in time over that of the mesh.
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, proposal: 0.0, errors: ErrorEstimates::default() }
+        Self { tolerance, proposal: 0.0, errors: ErrorEstimates::default(), solids_peak: 0.0 }
     }
 
     /// True if errors decide about steps.
@@ -79,20 +93,23 @@ impl StepControl {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
-        let wanted = (proposal * dt * velocity.min(interface)).sqrt();
+        let solids = (SOLIDS * self.tolerance / errors.solids).sqrt();
+        let wanted = (proposal * dt * velocity.min(interface).min(solids)).sqrt();
         self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
         self.errors = errors;
     }
 }
 
 impl StepControl {
-    /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic energy so far [J].
+    /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic energy so far [J], `solids` are those with
+    /// meshes of their own.
     pub(in crate::pfem2) fn estimate<const D: usize, const N: usize>(
         &mut self,
         dt: f64,
         system: &VelocityPressureSystem<D, N>,
         history: &TimeHistory<D>,
         peak: f64,
+        solids: Option<&Structure<D>>,
     ) {
         let TimeHistory { velocity_previous: previous, velocity_earlier: earlier, .. } = history;
         let (acceleration, acceleration_previous) = (&history.acceleration, &history.acceleration_previous);
@@ -109,8 +126,32 @@ impl StepControl {
         let least = AT_REST * (2.0 * peak).sqrt() + ROUND_OFF * fall;
         let interface = interface_error(system, |i| 0.5 * dt * off(i).norm());
         let scale = velocity.max(f64::MIN_POSITIVE);
-        let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface };
+        let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
+        let solids = solids.map_or(0.0, |structure| self.solids_error(structure, (dt, extends), stream));
+        let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids };
         self.learn(dt, errors, least / scale);
+    }
+
+    /// The error of solids in a step of `dt` [s], which is `extends` times the last one, in a `stream` of this speed [m/s].
+    fn solids_error<const D: usize>(
+        &mut self,
+        structure: &Structure<D>,
+        (dt, extends): (f64, f64),
+        stream: f64,
+    ) -> f64 {
+        let state = &structure.state;
+        let (now, before, earlier) = (&state.velocity, &state.velocity_previous, &state.velocity_earlier);
+        let off = |i: usize| now[i] - before[i] - (before[i] - earlier[i]) * extends;
+        let change = |i: usize| state.acceleration[i] - state.acceleration_previous[i];
+        let norm = |value: &dyn Fn(usize) -> Vector<D>| {
+            let values: Vec<Vector<D>> = (0..now.len()).map(value).collect();
+            let weighted = structure.weighted_by_mass(&values);
+            weighted.iter().zip(values.iter().flat_map(|v| v.0)).map(|(m, v)| m * v).sum::<f64>().max(0.0).sqrt()
+        };
+        self.solids_peak = self.solids_peak.max(0.5 * norm(&|i| now[i]).powi(2));
+        let slow = SLOW_SOLIDS * stream * structure.mass().sqrt();
+        let scale = (2.0 * self.solids_peak).sqrt().max(slow).max(f64::MIN_POSITIVE);
+        0.5 * norm(&off).max(dt * norm(&change)) / scale
     }
 }
 
@@ -171,7 +212,11 @@ mod tests {
             let mut control = StepControl::new(2.0);
             let mut dt: f64 = first;
             for _ in 0..60 {
-                control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+                control.learn(
+                    dt,
+                    ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
+                    0.0,
+                );
                 assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
                 dt = control.proposal;
             }
@@ -185,7 +230,7 @@ mod tests {
         let mut control = StepControl::new(2.0);
         for _ in 0..200 {
             let dt = control.proposal.clamp(0.001, 0.01);
-            control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0 }, 0.0);
+            control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 }, 0.0);
         }
         assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
     }
@@ -195,9 +240,27 @@ mod tests {
         let mut control = StepControl::new(2.0);
         let mut dt: f64 = 0.1;
         for _ in 0..60 {
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3) }, 0.0);
+            control.learn(
+                dt,
+                ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3), solids: 0.0 },
+                0.0,
+            );
             dt = control.proposal;
         }
         assert!((dt / 0.05 - 1.0).abs() < 1e-6, "{dt}");
+    }
+
+    /// A swing with ω has the error ½ (ωΔt)², and gets 2π/√(0.02) = 44 steps per period with the tolerance of 2.
+    #[test]
+    fn a_swing_of_a_solid_gets_44_steps() {
+        let mut control = StepControl::new(2.0);
+        let (omega, mut dt): (f64, f64) = (34.3, 0.02);
+        for _ in 0..60 {
+            let solids = 0.5 * (omega * dt).powi(2);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0);
+            dt = control.proposal;
+        }
+        let steps = 2.0 * std::f64::consts::PI / omega / dt;
+        assert!((steps / 44.43 - 1.0).abs() < 1e-3, "{steps}");
     }
 }
