@@ -1,5 +1,7 @@
 //! The method against closed forms and published values; problems small enough to run with every build.
 
+mod added_mass;
+mod bad_luck;
 mod bubble;
 mod cavity;
 mod contact;
@@ -7,6 +9,7 @@ mod couette;
 mod energy;
 mod floating;
 mod inlet;
+mod orders;
 mod outflow;
 mod particle_solids;
 mod rest;

@@ -9,7 +9,7 @@
 //!
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
-use super::{CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts};
+use super::{CLOSEST, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
@@ -57,12 +57,13 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         let mut held: BTreeMap<usize, Vec<SurfaceCorner<D>>> = BTreeMap::new();
         for corner in surface.corners() {
+            self.stick_at(mesh, corner.position);
             if let Some((element, position)) = self.holder(mesh, corner.position) {
                 held.entry(element).or_default().push(SurfaceCorner { position, ..corner });
             }
         }
         for (&element, corners) in &held {
-            match (self.state[element], &corners[..]) {
+            let kept = match (self.state[element], &corners[..]) {
                 (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
                 (ElementState::Fluid, _) => {
                     let tip = Tip::new(mesh, element, corners, |behind| !held.contains_key(&behind));
@@ -70,6 +71,34 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
                 }
                 (ElementState::Solid, _) => None,
             };
+            if kept.is_none() {
+                self.stick_around(mesh, element);
+            }
+        }
+    }
+
+    /// Makes the fluid stick at cut points that are no farther from a corner than they are kept away from nodes: gliding along one of its sides they
+    /// would let the fluid through the other.
+    fn stick_at(&mut self, mesh: &Mesh<D, N>, corner: Vector<D>) {
+        for point in self.points.iter_mut().filter(|point| point.glides_across.is_some()) {
+            let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
+                continue;
+            };
+            if (point.position - corner).norm() <= 2.0 * CLOSEST * (end - start).norm() {
+                point.glides_across = None;
+            }
+        }
+    }
+
+    /// Makes the fluid stick at the cut points of an element and its neighbours, which cut a corner off: where it glides along one side of the
+    /// solid at one end of a chord and along the other at the other end, it flows through the chord.
+    fn stick_around(&mut self, mesh: &Mesh<D, N>, element: usize) {
+        let neighbours = (0..N).filter_map(|k| mesh.neighbour(element, k));
+        for e in std::iter::once(element).chain(neighbours) {
+            let ElementState::Cut(place) = self.state[e] else { continue };
+            for &point in &self.elements[place as usize].points {
+                self.points[point as usize].glides_across = None;
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod bonds;
 mod rigid;
+mod waves;
 
 use super::*;
 use crate::linalg::SparseFactor;

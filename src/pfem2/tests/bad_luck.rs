@@ -1,0 +1,200 @@
+//! Surfaces in places where a cut can go wrong, and solids that go where they can't: they work as in other places, or the run stops with a reason
+//! and a place.
+
+use super::solids::{solid, water};
+use super::*;
+use crate::error::Place;
+use crate::pfem2::Pfem2;
+use crate::pfem2::interface::level_set::LevelSet;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::setup::{SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::structure::Structure;
+use crate::simulation::Solver;
+
+const GRAVITY: f64 = 9.81;
+
+/// Elements along a side of the box of side 1, and their size [m].
+const CELLS: usize = 16;
+const SIZE: f64 = 1.0 / CELLS as f64;
+
+/// Water, and air above a height [m], in a box of squares that are halved along their diagonals, with solids.
+fn tank(height: Option<f64>, solids: Vec<SolidSetup<2>>) -> Pfem2<2, 3> {
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [CELLS; 2]).unwrap();
+    let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
+    let mut physics = water([Signal::ZERO, (-GRAVITY).into()]);
+    if height.is_some() {
+        physics.fluids.push(fluid("air", 1.0, 1e-5));
+    }
+    let level = height.unwrap_or(f64::INFINITY);
+    let mut setup = setup(mesh, sets, physics, |x| u8::from(x[1] > level), |_| Vector::ZERO);
+    if height.is_some() {
+        setup.level_set = Some(LevelSet::new(&setup.mesh, 0, |x| x[1] - level, &mut setup.particles));
+    }
+    setup.linear = SolverOptions { tolerance: 1e-13, ..SolverOptions::default() };
+    setup.solids = Some(Structure::new(solids).unwrap());
+    Pfem2::new(setup)
+}
+
+fn block(corners: [[f64; 2]; 2]) -> SolidMesh<2> {
+    SolidMesh::block(Vector(corners[0]), Vector(corners[1]), [3, 2]).unwrap()
+}
+
+/// A square with its corners in the middle of its sides, at these half diagonals [m] about a place.
+fn tilted(half: f64, middle: Vector<2>) -> SolidMesh<2> {
+    let mut mesh = SolidMesh::block(Vector::splat(-0.5), Vector::splat(0.5), [2, 2]).unwrap();
+    mesh.nodes.iter_mut().for_each(|x| *x = Vector([x[0] - x[1], x[0] + x[1]]) * half + middle);
+    mesh
+}
+
+fn held(mesh: SolidMesh<2>) -> SolidSetup<2> {
+    solid(mesh, (1e8, 0.3), |_| [true; 2], |_| Vector::ZERO)
+}
+
+fn moved(mut mesh: SolidMesh<2>, by: Vector<2>) -> SolidMesh<2> {
+    mesh.nodes.iter_mut().for_each(|x| *x += by);
+    mesh
+}
+
+/// A state after some steps of 0.01 s from rest.
+struct Rest {
+    /// The largest speed of the fluid, over that of free fall.
+    speed: f64,
+    /// Forces on the solids [N].
+    forces: Vec<Vector<2>>,
+    /// What the mesh shows of the solids [m²].
+    shown: f64,
+    notices: Vec<String>,
+}
+
+fn rest(mut pfem: Pfem2<2, 3>) -> Rest {
+    let (dt, steps) = (0.01, 3);
+    (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
+    let speed = fastest(&pfem.system.velocity) / (GRAVITY * dt * f64::from(steps));
+    let shown = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
+    let notices = pfem.notices();
+    Rest { speed, forces: pfem.solids.unwrap().last.forces, shown, notices }
+}
+
+/// Sides along edges of the mesh, through its nodes along and across its diagonals, and parts of an element beside them from a millionth to rounding: water stays at rest
+/// to rounding and carries the weight of what the mesh shows of the solid, to rounding. That is the solid itself but for 0.001 of an element along its sides, and but for corners on
+/// edges of the mesh or next to them, which may be cut off: half a square at most.
+#[test]
+fn water_rests_at_surfaces_on_nodes_and_edges_of_the_mesh_and_slivers_beside_them() {
+    let along = block([[4.0 * SIZE, 4.0 * SIZE], [8.0 * SIZE, 10.0 * SIZE]]);
+    let across = tilted(3.0 * SIZE, Vector([7.0 * SIZE, 6.0 * SIZE]));
+    let half = tilted(3.5 * SIZE, Vector([7.5 * SIZE, 6.0 * SIZE]));
+    for (shape, squares) in [(along, 24.0), (across, 18.0), (half, 24.5)] {
+        for shift in [[0.0, 0.0], [1e-6, 1e-6], [-1e-6, 1e-6], [1e-9, -1e-9], [1e-14, 0.0], [0.0, -1e-6], [0.3, 0.3]] {
+            let rest = rest(tank(None, vec![held(moved(shape.clone(), Vector(shift) * SIZE))]));
+            assert!(rest.speed < 1e-10, "{shift:?}: {:e}", rest.speed);
+            let weight = GRAVITY * 1000.0 * rest.shown;
+            let off = (rest.forces[0] - Vector([0.0, weight])).norm() / weight;
+            assert!(off < 1e-10, "{shift:?} {squares}: {off:e}");
+            let lost = squares - rest.shown / (SIZE * SIZE);
+            assert!(lost.abs() < 0.5 + 0.001 * 20.0, "{shift:?} {squares}: {lost}");
+        }
+    }
+}
+
+/// The same where the water glides, with corners of the solid on nodes and edges of the mesh: no more than 0.5 % of free fall. (Where cut points beside a corner glide along both of
+/// its sides, water flows through it with twice the speed of free fall.)
+#[test]
+fn water_that_glides_rests_at_corners_on_nodes_and_edges_of_the_mesh() {
+    for shift in [[0.0, 0.0], [1e-6, 1e-6], [0.3, 0.3]] {
+        let along = block([[4.0 * SIZE, 4.0 * SIZE], [8.0 * SIZE, 10.0 * SIZE]]);
+        let solid = SolidSetup { surface: SurfaceCondition::Slip, ..held(moved(along, Vector(shift) * SIZE)) };
+        let speed = rest(tank(None, vec![solid])).speed;
+        assert!(speed < 5e-3, "{shift:?}: {speed:e}");
+    }
+}
+
+/// The surface of the water on the upper side of a solid that lies on a line of the mesh, a millionth of an element above and below it, and cut by both: nothing
+/// moves, and the fluids carry their weights (of water as much as the solid displaces, to half a square at its corners).
+#[test]
+fn two_fluids_rest_at_a_solid_that_ends_where_their_interface_is() {
+    for shift in [0.0, 1e-6, -1e-6, 0.3] {
+        let shape = block([[4.0 * SIZE, 4.0 * SIZE], [8.0 * SIZE, 8.0 * SIZE]]);
+        let rest = rest(tank(Some(8.0 * SIZE), vec![held(moved(shape, Vector([0.0, shift * SIZE])))]));
+        assert!(rest.speed < 1e-10, "{shift}: {:e}", rest.speed);
+        let squares = rest.forces[0] * (1.0 / (GRAVITY * 1000.0 * SIZE * SIZE));
+        let expected = 4.0 * (4.0 - f64::max(shift, 0.0)) + 0.004 * f64::max(shift, 0.0);
+        assert!((squares[1] - expected).abs() < 0.5 + 0.001 * 16.0, "{shift}: {squares:?} {expected}");
+        assert!(squares[0].abs() < 1e-9, "{shift}: {squares:?}");
+    }
+}
+
+/// Two solids with a third of an element of water between them, and a plate as thin: water stays at rest.
+#[test]
+fn water_rests_in_a_gap_and_at_a_plate_thinner_than_an_element() {
+    let [left, right] = [[[0.2, 0.3], [0.5, 0.7]], [[0.5 + 0.3 * SIZE, 0.33], [0.8, 0.72]]].map(block);
+    let beside = rest(tank(None, vec![held(left), held(right)]));
+    assert!(beside.speed < 1e-9, "{:e}", beside.speed);
+    let weight = GRAVITY * 1000.0 * (0.3 * 0.4 + (0.3 - 0.3 * SIZE) * 0.39);
+    let up: f64 = beside.forces.iter().map(|force| force[1]).sum();
+    assert!((up / weight - 1.0).abs() < 0.1, "{up} {weight}");
+    let plate = block([[0.21, 0.52], [0.83, 0.52 + 0.3 * SIZE]]);
+    let Rest { speed, notices, .. } = rest(tank(None, vec![held(plate)]));
+    assert!(speed < 1e-9, "{speed:e}");
+    assert!(notices.iter().any(|notice| notice.contains("thinner than elements")), "{notices:?}");
+}
+
+/// A solid as heavy as the fluid goes with an even flow and doesn't disturb it, until it comes to the outlet: there the run stops, and says where.
+#[test]
+fn a_solid_drifts_with_an_even_flow_up_to_the_outlet_which_stops_the_run() {
+    let speed = Vector([1.0, 0.0]);
+    let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.5]), [16, 8]).unwrap();
+    let sets = vec![
+        set(&mesh, "in", Condition::Inlet([1.0.into(), 0.0.into()]), |x| x[0] == 0.0),
+        set(&mesh, "out", Condition::Outlet, |x| x[0] == 1.0),
+        set(&mesh, "sides", Condition::Slip, |x| x[1] == 0.0 || x[1] == 0.5),
+    ];
+    let own = solid(block([[0.3, 0.15], [0.55, 0.3]]), (1e6, 0.3), |_| [false; 2], |_| speed);
+    let mut setup = setup(mesh, sets, water(weightless()), |_| 0, |_| speed);
+    setup.solids = Some(Structure::new(vec![own]).unwrap());
+    setup.linear = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
+    let mut pfem = Pfem2::new(setup);
+    let dt = 0.02;
+    let front = |pfem: &Pfem2<2, 3>| {
+        let structure = &pfem.solids.as_ref().unwrap().structure;
+        structure.positions(&structure.state.displacement).iter().map(|x| x[0]).fold(0.0, f64::max)
+    };
+    let mut steps = 0;
+    let stopped = loop {
+        if let Err(error) = pfem.step(f64::from(steps) * dt, dt) {
+            break error;
+        }
+        steps += 1;
+        let off = pfem.system.velocity.iter().map(|v| (*v - speed).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-9, "{steps}: {off:e}");
+        assert!((front(&pfem) - 0.55 - dt * f64::from(steps)).abs() < 1e-9, "{steps}: {}", front(&pfem));
+        assert!(steps < 100, "the run goes on");
+    };
+    assert!(front(&pfem) > 1.0 - 2.0 * dt, "{}", front(&pfem));
+    let place = stopped.place.position().unwrap();
+    assert!(place[0] == 1.0 && (0.15..=0.3).contains(&place[1]), "{place:?}");
+    let told = stopped.to_string();
+    assert!(told.contains("reached the boundary") && told.contains("can't leave through an opening"), "{told}");
+    assert!(!matches!(stopped.place, Place::Everywhere));
+}
+
+/// Nearly incompressible solids under the pressure of a fluid around them: a block gets smaller by 2 p (1 + ν)(1 − 2ν)/E of its size (plane strain),
+/// whatever ν.
+#[test]
+fn a_block_of_nearly_constant_volume_is_pressed_evenly() {
+    let (pressure, young, side) = (1e4, 1e6, 0.4);
+    for poisson in [0.3, 0.499] {
+        let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [CELLS; 2]).unwrap(), SIZE);
+        let sets = vec![set(&mesh, "top", Condition::Pressure(pressure.into()), |x| x[1] == 1.0)];
+        let shape = block([[0.5 - 0.5 * side, 0.31], [0.5 + 0.5 * side, 0.31 + side]]);
+        let own = solid(shape, (young, poisson), |_| [false; 2], |_| Vector::ZERO);
+        let mut setup = setup(mesh, sets, water(weightless()), |_| 0, |_| Vector::ZERO);
+        setup.solids = Some(Structure::new(vec![own]).unwrap());
+        setup.start = InitialState::Equilibrium;
+        let mut pfem = Pfem2::new(setup);
+        pfem.begin(0.0, 1e-3).unwrap();
+        let structure = &pfem.solids.as_ref().unwrap().structure;
+        let found = 1.0 - structure.volume(&structure.positions(&structure.state.displacement)) / (side * side);
+        let expected = 2.0 * pressure * (1.0 + poisson) * (1.0 - 2.0 * poisson) / young;
+        assert!((found / expected - 1.0).abs() < 0.03, "{poisson}: {found:e} {expected:e}");
+    }
+}
