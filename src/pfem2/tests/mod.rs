@@ -10,6 +10,7 @@ mod inlet;
 mod outflow;
 mod particle_solids;
 mod rest;
+mod restitution;
 mod resume;
 mod solids;
 mod stokes;
