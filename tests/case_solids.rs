@@ -471,6 +471,22 @@ fn a_start_in_equilibrium_is_one_at_rest() {
     assert!(found.iter().any(|(at, what, _)| at == "pfem2.start" && what.contains("no solid")), "{found:?}");
 }
 
+/// Elastic solids bounce by their waves, and a coefficient of restitution is between 0 and 1.
+#[test]
+fn restitution_is_a_part_of_the_speed_of_a_rigid_solid() {
+    good(&stiff().replace("supports", "restitution = 0.8\nsupports"));
+    for (text, says) in [
+        (stiff().replace("supports", "restitution = 1.2\nsupports"), "1.2"),
+        (stiff().replace("supports", "restitution = -0.1\nsupports"), "-0.1"),
+        (GOOD.to_owned(), "elastic"),
+    ] {
+        let text = if says == "elastic" { text.replacen("supports", "restitution = 0.8\nsupports", 1) } else { text };
+        let found = errors(&text);
+        let names = found.iter().any(|(at, what, _)| at == "body[0].restitution" && what.contains(says));
+        assert!(names, "{says}: {found:?}");
+    }
+}
+
 #[test]
 fn a_rigid_solid_moves_by_its_inertia() {
     let found = errors(&stiff().replace("supports", "inertia = \"quasi-static\"\nsupports"));

@@ -11,7 +11,7 @@ const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
 /// Keys of a body that only solids in a fluid on a mesh have.
 const SOLID_BODY: &[&str] =
-    &["mesh", "plane", "motion", "bond", "damping", "inertia", "friction", "surface", "supports"];
+    &["mesh", "plane", "motion", "bond", "damping", "inertia", "friction", "restitution", "surface", "supports"];
 
 /// Keys of a body that only particles with a volume of their own have.
 const MPM_BODY: &[&str] =

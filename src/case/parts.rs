@@ -43,6 +43,10 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0))]
     pub friction: Option<f64>,
+    /// Coefficient of restitution of a rigid solid of `method = "pfem2"` at walls; of two that meet the root of their product counts. Default: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub restitution: Option<f64>,
     /// What the fluid does on the surface of a solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceSpec>,

@@ -116,6 +116,29 @@ impl<const D: usize> Structure<D> {
         (entries, prescribed)
     }
 
+    /// Lets the rigid solids that have some of these nodes begin anew with the velocity that they have.
+    pub(super) fn forget_steps_before(&mut self, nodes: &[usize]) {
+        let SolidState {
+            rigid,
+            velocity,
+            velocity_previous,
+            velocity_earlier,
+            acceleration,
+            acceleration_previous,
+            ..
+        } = &mut self.state;
+        for (body, state) in self.rigid.iter().zip(rigid) {
+            let own = body.nodes.clone();
+            if nodes.iter().any(|node| own.contains(node)) {
+                state.clear_history();
+                velocity_previous[own.clone()].copy_from_slice(&velocity[own.clone()]);
+                velocity_earlier[own.clone()].copy_from_slice(&velocity[own.clone()]);
+                acceleration[own.clone()].fill(Vector::ZERO);
+                acceleration_previous[own].fill(Vector::ZERO);
+            }
+        }
+    }
+
     /// Inertia of rigid solids along the independent velocities.
     pub(super) fn rigid_inertia(&self, delta: f64, prediction: &Prediction<D>) -> IndependentInertia {
         let mut inertia = IndependentInertia::default();

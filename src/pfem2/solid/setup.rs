@@ -31,11 +31,18 @@ pub struct SolidSetup<const D: usize> {
     pub inertia: Inertia,
     /// Coefficient of Coulomb's friction at walls; of two solids that meet the root of their product counts.
     pub friction: f64,
+    /// Coefficient of restitution e of a rigid solid at walls, 0 to 1; of two that meet the root of their product counts.
+    pub restitution: f64,
     /// What the fluid does on its surface.
     pub surface: SurfaceCondition,
 }
 
 impl<const D: usize> SolidSetup<D> {
+    /// e, zero of an elastic solid: its own waves make it bounce.
+    pub(super) fn restitution(&self) -> f64 {
+        if self.law.is_rigid() { self.restitution } else { 0.0 }
+    }
+
     /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes a force [1/s].
     pub(super) fn inertia_rate(&self, delta: f64) -> f64 {
         match self.inertia {

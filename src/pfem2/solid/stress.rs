@@ -76,6 +76,7 @@ mod tests {
             damping: Damping::default(),
             inertia: Inertia::Dynamic,
             friction: 0.0,
+            restitution: 0.0,
             surface: SurfaceCondition::NoSlip,
             mesh,
         };

@@ -300,7 +300,9 @@ impl<const D: usize> Structure<D> {
         let body = self.setups[solid].name.clone();
         let place = Place::Element { body, index: element, position: fault.position.to3() };
         let advice = "take shorter steps, larger elements where the solid is distorted most, or a law that bears large compression \
-                      (`neo-hookean`)";
+                      (`neo-hookean`); where pictures show it crushed or folded before, the load is more than it bears: let it grow \
+                      slower (`ramp`), or make the solid stiffer or thicker; where its nodes move to and fro, let the mesh of the \
+                      fluid be finer there, or damp it (`damping.stiffness`)";
         StepError::new(place, fault.what, "volume ratio", fault.volume_ratio, advice)
     }
 

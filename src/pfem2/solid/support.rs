@@ -161,6 +161,7 @@ mod tests {
             damping,
             inertia: Inertia::Dynamic,
             friction: 0.0,
+            restitution: 0.0,
             surface: SurfaceCondition::NoSlip,
         }
     }

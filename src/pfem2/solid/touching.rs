@@ -87,6 +87,7 @@ struct Partner {
     size: f64,
     hardness: Hardness,
     friction: f64,
+    restitution: f64,
 }
 
 /// Places of all nodes in a step [m].
@@ -110,7 +111,8 @@ impl<const D: usize> SolidContacts<D> {
             let areas = surface_areas(setup);
             let hardness = |size: f64| Hardness::new(structure, setup, mass, size);
             let size = areas.iter().fold(0.0, |most: f64, (.., size)| most.max(*size));
-            partners.push(Partner { size, hardness: hardness(size), friction: setup.friction });
+            let (friction, restitution) = (setup.friction, setup.restitution());
+            partners.push(Partner { size, hardness: hardness(size), friction, restitution });
             points.extend(areas.into_iter().map(|(node, area, size)| SurfacePoint {
                 node: first + node,
                 solid,
@@ -272,6 +274,7 @@ impl<const D: usize> SolidContacts<D> {
                 gap: self.gap(mesh, x, [solid, other]).min(at_most),
                 stiffness: hardness.with(both[1].hardness).stiffness(share * area, delta),
                 friction: (both[0].friction * both[1].friction).sqrt(),
+                restitution: (both[0].restitution * both[1].restitution).sqrt(),
             });
             if distance < 0.0 {
                 break;

@@ -155,7 +155,8 @@ impl<const D: usize> SolidTracking<D> {
             dt: step.dt,
             delta: step.delta(),
             rest: &|a| displacement_hat[a] - displacement[a],
-            velocity: &|a| velocity[a] * 2.0 - velocity_previous[a],
+            velocity: &|a| velocity[a],
+            gained: &|a| velocity[a] - velocity_previous[a],
         };
         let places = ContactPlaces { start: &start, predicted: &predicted, surface };
         let with_walls = walls.meetings(step.delta(), &places);
@@ -169,12 +170,23 @@ impl<const D: usize> SolidTracking<D> {
         Ok(())
     }
 
-    /// Keeps the normal forces of contacts at the end of a step.
+    /// Ends the history of rigid solids that bounce: an impulse has no share in later steps (theory (J.16a)). Returns what it changes of the
+    /// power of supports [W].
+    fn bounce(&mut self, theta: f64) -> f64 {
+        let Self { contacts, structure, .. } = self;
+        let bounces = || contacts.iter().flatten().filter(|contact| contact.bounces());
+        let excess = bounces().map(|contact| contact.excess_power(theta, |a| structure.state.velocity[a])).sum();
+        let nodes: Vec<usize> = bounces().flat_map(Contact::nodes).collect();
+        structure.forget_steps_before(&nodes);
+        excess
+    }
+
+    /// Keeps the normal forces of contacts at the end of a step. The impulse of a bounce is not one of the next.
     fn keep_contacts(&mut self) {
         let velocity = &self.structure.state.velocity;
         for (contacts, last) in self.contacts.iter().zip([&mut self.last.contact, &mut self.last.touch]) {
             last.fill(Vector::ZERO);
-            for contact in contacts {
+            for contact in contacts.iter().filter(|contact| !contact.bounces()) {
                 let [_, normal] = contact.force(|node| velocity[node]);
                 last[contact.point] += normal;
             }
@@ -194,9 +206,10 @@ impl<const D: usize> SolidTracking<D> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(()) };
         self.structure.advance(step.delta(), prediction, &immersed.independent);
         let nodal = immersed.forces(&system.mesh, &system.unknowns);
-        let powers = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
+        let [gravity, supports] = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
         let imbalance = self.structure.linearisation_error(prediction)?;
         self.keep_contacts();
+        let powers = [gravity, supports + self.bounce(step.theta)];
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
         self.last.add_forces(self.structure.sums(&nodal), shares);

@@ -66,6 +66,8 @@ struct SurfaceNode {
     hardness: Hardness,
     /// Coefficient of friction.
     friction: f64,
+    /// Coefficient of restitution.
+    restitution: f64,
     /// The gap that it keeps at most [m].
     gap: f64,
 }
@@ -78,6 +80,8 @@ struct RoundFacet {
     hardness: Hardness,
     /// Coefficient of friction.
     friction: f64,
+    /// Coefficient of restitution.
+    restitution: f64,
     /// The gap that it keeps at most [m].
     gap: f64,
 }
@@ -180,7 +184,8 @@ impl<const D: usize> WallContacts<D> {
                     continue;
                 }
                 let hardness = Hardness::new(structure, setup, mass, size);
-                nodes.push(SurfaceNode { node: first + node, area, hardness, friction: setup.friction, gap: distance });
+                let (friction, restitution) = (setup.friction, setup.restitution());
+                nodes.push(SurfaceNode { node: first + node, area, hardness, friction, restitution, gap: distance });
             }
         }
         let rounds = round_facets(structure, &nodes);
@@ -190,7 +195,7 @@ impl<const D: usize> WallContacts<D> {
     /// Where solids meet walls in a step with the implicit part `delta` [s]. Points are nodes, and then facets.
     pub(super) fn meetings(&self, delta: f64, places: &ContactPlaces<'_, D>) -> Vec<Meeting<D>> {
         let mut meetings = Vec::new();
-        for &SurfaceNode { node, area, hardness, friction, gap } in &self.nodes {
+        for &SurfaceNode { node, area, hardness, friction, restitution, gap } in &self.nodes {
             let x = places.predicted[node as usize];
             let reach = self.walls.largest + (x - places.start[node as usize]).norm();
             meetings.extend(self.walls.near(x, reach).into_iter().map(|wall| Meeting {
@@ -201,6 +206,7 @@ impl<const D: usize> WallContacts<D> {
                 gap: gap.min(wall.gap),
                 stiffness: hardness.stiffness(area, delta),
                 friction,
+                restitution,
             }));
         }
         self.rounds.iter().for_each(|round| self.meet_between_nodes(round, delta, places, &mut meetings));
@@ -215,7 +221,7 @@ impl<const D: usize> WallContacts<D> {
         places: &ContactPlaces<'_, D>,
         meetings: &mut Vec<Meeting<D>>,
     ) {
-        let &RoundFacet { facet, hardness, friction, gap } = round;
+        let &RoundFacet { facet, hardness, friction, restitution, gap } = round;
         let (size, middle) = places.surface.size_and_middle(facet);
         let x = places.predicted[middle as usize];
         let reach = self.walls.largest + (x - places.start[middle as usize]).norm();
@@ -231,6 +237,7 @@ impl<const D: usize> WallContacts<D> {
                 gap: gap.min(wall.gap),
                 stiffness: hardness.stiffness(0.0, delta),
                 friction,
+                restitution,
             });
         }
     }
@@ -245,8 +252,8 @@ fn round_facets<const D: usize>(structure: &Structure<D>, nodes: &[SurfaceNode])
             let touching: Option<Vec<SurfaceNode>> = own.nodes.iter().map(of).collect();
             if let Some(touching) = touching.filter(|_| setup.law.is_rigid()) {
                 let gap = touching.iter().fold(f64::INFINITY, |least: f64, node| least.min(node.gap));
-                let SurfaceNode { hardness, friction, .. } = touching[0];
-                rounds.push(RoundFacet { facet, hardness, friction, gap });
+                let SurfaceNode { hardness, friction, restitution, .. } = touching[0];
+                rounds.push(RoundFacet { facet, hardness, friction, restitution, gap });
             }
             facet += 1;
         }

@@ -26,6 +26,7 @@ fn solid(mesh: SolidMesh<2>, density: f64, held: [Option<Signal>; 2]) -> SolidSe
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
         friction: 0.0,
+        restitution: 0.0,
         surface: SurfaceCondition::NoSlip,
         mesh,
     }

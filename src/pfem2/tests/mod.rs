@@ -13,6 +13,7 @@ mod orders;
 mod outflow;
 mod particle_solids;
 mod rest;
+mod restitution;
 mod resume;
 mod solids;
 mod stokes;

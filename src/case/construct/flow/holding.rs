@@ -123,6 +123,16 @@ impl Construction<'_> {
         }
     }
 
+    /// Notes keys of rigid solids that an elastic one has no use for.
+    pub(super) fn unused_by_elastic(&mut self, index: usize) {
+        if self.case.file.body[index].restitution.is_some() && !self.is_rigid(index) {
+            let message = "`restitution` is for rigid solids, and this one is elastic: its own waves make it bounce";
+            let finding = Diagnostic::error(format!("body[{index}].restitution"), message);
+            self.findings
+                .push(finding.help("take it out, or write `law = \"rigid\"`; `damping` takes from what bounces"));
+        }
+    }
+
     /// True for a solid that the case calls rigid.
     pub(super) fn is_rigid(&self, index: usize) -> bool {
         matches!(&self.case.file.body[index].material, crate::case::Material::Point(law) if law.as_dyn().is_rigid())

@@ -122,6 +122,7 @@ impl Construction<'_> {
             ("mesh", spec.mesh.is_some()),
             ("damping", spec.damping.is_some()),
             ("friction", spec.friction.is_some()),
+            ("restitution", spec.restitution.is_some()),
             ("surface", spec.surface.is_some()),
             ("traction", !spec.traction.is_empty()),
         ];

@@ -78,6 +78,7 @@ impl Construction<'_> {
         let (held, springs) = self.holding(index, (&quadratic, &mesh), &over);
         let motion = self.motion::<D>(index, &over);
         self.unused_by_rigid(index);
+        self.unused_by_elastic(index);
         let loads = spec.traction.iter().enumerate();
         let tractions = loads
             .filter_map(|(i, load)| self.load(load, &format!("{key}.traction[{i}]"), &quadratic, &mesh, &over))
@@ -101,6 +102,7 @@ impl Construction<'_> {
             damping: spec.damping.unwrap_or_default().into(),
             inertia: spec.inertia.unwrap_or_default().into(),
             friction: spec.friction.unwrap_or_default(),
+            restitution: spec.restitution.unwrap_or_default(),
             surface: spec.surface.unwrap_or_default().into(),
             mesh,
         };

@@ -33,6 +33,7 @@ pub(in crate::pfem2::solid) fn solid<const D: usize>(
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
         friction: 0.0,
+        restitution: 0.0,
         surface: SurfaceCondition::NoSlip,
         mesh,
     }
