@@ -93,6 +93,7 @@ fn setup<const D: usize, const N: usize>(
         boundaries,
         pin: None,
         fluids,
+        moments: Vec::new(),
         tension,
         gravity,
         particles,

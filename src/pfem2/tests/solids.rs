@@ -31,6 +31,7 @@ pub fn solid(
         springs: Vec::new(),
         motion: PrescribedMotion::default(),
         tractions: Vec::new(),
+        pressures: Vec::new(),
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
         friction: 0.0,

@@ -123,7 +123,9 @@ impl Construction<'_> {
             ("damping", spec.damping.is_some()),
             ("friction", spec.friction.is_some()),
             ("surface", spec.surface.is_some()),
+            ("moment-about", spec.moment_about.is_some()),
             ("traction", !spec.traction.is_empty()),
+            ("stress", spec.stress.is_some()),
         ];
         for (name, _) in given.into_iter().filter(|(_, given)| *given) {
             let message =
