@@ -15,7 +15,7 @@ use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Bulk modulus over shear modulus of incompressible solids: a mean stress as large as the shear modulus changes volumes by 10⁻⁴.
+/// Bulk modulus over shear modulus of incompressible solids (theory J.18): a mean stress as large as the shear modulus changes volumes by 10⁻⁴.
 pub const INCOMPRESSIBLE: f64 = 1e4;
 
 /// Keys of every elastic solid, written among the law's own.

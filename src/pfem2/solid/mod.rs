@@ -17,6 +17,7 @@ pub mod coupling;
 pub mod cut;
 mod dilatation;
 pub mod element;
+mod enclosed;
 mod enriched;
 pub mod equations;
 pub mod equilibrium;

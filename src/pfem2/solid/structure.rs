@@ -32,7 +32,7 @@ use crate::math::{SymTensor, Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::time::history::StepShares;
 
-/// Bulk modulus over shear modulus that contact counts with at most: that of ν = 0.49.
+/// Bulk modulus over shear modulus that contact counts with at most, that of ν = 0.49 (theory J.18).
 const LARGEST_BULK: f64 = 50.0;
 
 /// Elements whose forces are held in memory at a time.
@@ -405,6 +405,9 @@ fn check<const D: usize>(setup: &SolidSetup<D>) -> Result<(), String> {
              keep; for small strains `st-venant-kirchhoff` and `neo-hookean` agree with it",
             setup.name
         ));
+    }
+    if setup.mesh.elements.is_empty() && !setup.law.is_rigid() {
+        return Err(format!("the elastic solid `{}` has a surface, but no elements inside of it", setup.name));
     }
     if setup.velocity.len() != setup.mesh.nodes.len() {
         let (given, nodes) = (setup.velocity.len(), setup.mesh.nodes.len());

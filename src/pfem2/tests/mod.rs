@@ -4,6 +4,7 @@ mod bubble;
 mod cavity;
 mod contact;
 mod couette;
+mod enclosed;
 mod energy;
 mod floating;
 mod inlet;

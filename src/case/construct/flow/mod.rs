@@ -1,6 +1,7 @@
 //! PFEM-2: mesh, conditions on its boundary, fluids and their particles.
 
 mod boundary;
+mod enclosed;
 mod fluids;
 mod holding;
 mod loads;

@@ -64,15 +64,7 @@ impl Construction<'_> {
     ) -> Option<InitialSolid<D>> {
         let spec = &self.case.file.body[index];
         let key = format!("body[{index}]");
-        let quadratic = self.solid_mesh(index, background)?;
-        let nodes: Vec<Vector<D>> = quadratic.nodes.iter().map(|&x| Vector::from3(x)).collect();
-        let mesh = match SolidMesh::new(nodes, quadratic.elements.clone()) {
-            Ok(mesh) => mesh,
-            Err(why) => {
-                self.findings.push(Diagnostic::error(format!("{key}.mesh"), why));
-                return None;
-            }
-        };
+        let (quadratic, mesh) = self.solid_meshes(index, background)?;
         let (start, over) = (TrialPoints::start(&mesh.nodes), TrialPoints::over(&mesh.nodes, self.case.file.time.end));
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
         let (held, springs) = self.holding(index, (&quadratic, &mesh), &over);
@@ -132,8 +124,9 @@ impl Construction<'_> {
         for (a, solid) in solids.iter().enumerate() {
             for other in solids.iter().enumerate().filter(|(b, _)| *b != a).map(|(_, other)| other) {
                 let SolidSetup { name, mesh, .. } = &solid.setup;
-                let inside = |nodes: &&Vec<u32>| other.contains(mesh.nodes[nodes[middle] as usize]);
-                let count = mesh.elements.iter().filter(inside).count();
+                let of_elements = mesh.elements.iter().map(|nodes| nodes[middle]);
+                let inside = |node: &u32| other.contains(mesh.nodes[*node as usize]);
+                let count = of_elements.chain(mesh.inner.iter().map(|(node, _)| *node)).filter(inside).count();
                 if count > 0 {
                     let message = format!("{count} elements of `{name}` lie in `{}`", other.setup.name);
                     let finding = Diagnostic::error(format!("body[{}]", solid.body), message);
@@ -154,6 +147,26 @@ impl Construction<'_> {
             Ok(_) => Some(law),
             Err(why) => {
                 self.findings.push(Diagnostic::error(format!("body[{index}].material"), why));
+                None
+            }
+        }
+    }
+
+    /// The mesh of a solid, as sets of nodes are named in it and as it is solved.
+    fn solid_meshes<const D: usize, const N: usize>(
+        &mut self,
+        index: usize,
+        background: &Mesh<D, N>,
+    ) -> Option<(QuadraticMesh, SolidMesh<D>)> {
+        if let Some(surface) = self.surface_of(index)? {
+            return self.enclosed(index, &surface);
+        }
+        let quadratic = self.solid_mesh(index, background)?;
+        let nodes: Vec<Vector<D>> = quadratic.nodes.iter().map(|&x| Vector::from3(x)).collect();
+        match SolidMesh::new(nodes, quadratic.elements.clone()) {
+            Ok(mesh) => Some((quadratic, mesh)),
+            Err(why) => {
+                self.findings.push(Diagnostic::error(format!("body[{index}].mesh"), why));
                 None
             }
         }

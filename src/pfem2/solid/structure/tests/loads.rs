@@ -55,7 +55,7 @@ fn a_ring_is_blown_up_by_a_pressure_that_follows_it() {
     let mut structure = Structure::new(vec![ring::<2>(radii, [4, 4], [young, 0.5], pressure)]).unwrap();
     structure.equilibrium(0.0, |_| Vector::ZERO).unwrap();
     let inner = 1.0 + structure.state.displacement[0][0];
-    assert!((inner / 1.6 - 1.0).abs() < 1.5e-3, "{inner}");
+    assert!((inner / 1.6 - 1.0).abs() < 5e-4, "{inner}");
     let places = structure.positions(&structure.state.displacement);
     let change = structure.volume(&places) / structure.volume(&structure.nodes) - 1.0;
     assert!(change.abs() < 1e-4, "{change}");
@@ -69,7 +69,7 @@ fn a_ring_in_space_is_blown_up_alike() {
     let mut structure = Structure::new(vec![ring::<3>(radii, [3, 3, 1], [3.0, 0.5], pressure)]).unwrap();
     structure.equilibrium(0.0, |_| Vector::ZERO).unwrap();
     let inner = 1.0 + structure.state.displacement[0][0];
-    assert!((inner / 1.3 - 1.0).abs() < 2e-3, "{inner}");
+    assert!((inner / 1.3 - 1.0).abs() < 5e-4, "{inner}");
 }
 
 /// Small widening with ν → ½ (Lamé, as in `a_thick_ring_of_nearly_incompressible_material_widens`): each value is its own closed form,
@@ -83,7 +83,7 @@ fn incompressible_rings_continue_the_sequence() {
         let mut structure = Structure::new(vec![setup]).unwrap();
         structure.equilibrium(0.0, |_| Vector::ZERO).unwrap();
         let widening = structure.state.displacement[0][0];
-        assert!((widening / exact(poisson) - 1.0).abs() < 2e-3, "{poisson}: {}", widening / exact(poisson));
+        assert!((widening / exact(poisson) - 1.0).abs() < 1e-3, "{poisson}: {}", widening / exact(poisson));
         let step = (widening / exact(0.5) - 1.0).abs();
         assert!(step < last, "{poisson}: {step} {last}");
         last = step + 2e-4;
@@ -112,7 +112,7 @@ fn elastica(q: f64) -> [f64; 2] {
 }
 
 /// A beam 20 times as long as thick, half of the pressure on its top and half of the suction on its bottom: its end is that of the
-/// elastica, 0.2 of its length away from where the same load with a fixed direction would bring it.
+/// elastica, and 0.047 of the length away from where the same load with a fixed direction brings it.
 #[test]
 fn a_beam_under_a_following_pressure_is_an_elastica() {
     let (thickness, young, q) = (0.05, 1e6, 4.0);
@@ -136,8 +136,8 @@ fn a_beam_under_a_following_pressure_is_an_elastica() {
     };
     let [x, y] = elastica(q);
     let (following, dead) = (end(true), end(false));
-    assert!((following - Vector([x, -y.abs()])).norm() < 0.01, "{following:?} {x} {y}");
-    assert!((following - dead).norm() > 0.03, "{following:?} {dead:?}");
+    assert!((following - Vector([x, -y.abs()])).norm() < 4e-3, "{following:?} {x} {y}");
+    assert!((following - dead).norm() > 0.04, "{following:?} {dead:?}");
 }
 
 /// Steps in time come to rest where the equilibrium is, which the load stiffness alone doesn't change: the loads themselves do.
@@ -177,7 +177,7 @@ fn a_beam_under_tension_has_its_periods() {
             let wave = (k + 1) as f64 * PI / length;
             let bending = young * thickness * thickness / 12.0;
             let omega = (wave.powi(2) * (stress + wave.powi(2) * bending) / density).sqrt();
-            assert!((mode.period * omega / TAU - 1.0).abs() < 5e-3, "{stress} {k}: {}", mode.period * omega / TAU);
+            assert!((mode.period * omega / TAU - 1.0).abs() < 3e-3, "{stress} {k}: {}", mode.period * omega / TAU);
         }
     }
 }
