@@ -264,7 +264,7 @@ material = { law = "newtonian", density = "1000 kg/m^3", viscosity = "1e-3 Pa s"
 on = "rest"
 "#;
     let model_of = |text: &str| model(text, folder.path());
-    let part = model_of(&case).unwrap_or_else(|found| panic!("{found:#?}"));
+    let part = model_of(case).unwrap_or_else(|found| panic!("{found:#?}"));
     let [solid] = &part.summary.solids[..] else { panic!("one solid") };
     assert!((solid.mass / (2000.0 * 0.3f64.powi(3) / 6.0) - 1.0).abs() < 1e-6, "{solid:?}");
     assert!(part.summary.to_string().contains("rigid solid part: a surface of 57 nodes"), "{}", part.summary);
