@@ -154,13 +154,10 @@ fn mistakes_in_solids_are_errors_with_their_place() {
     expect(bottom, twice, "{ on = \"all\"", "moves node 0 along x with another velocity", "\"free\"");
     expect("on = \"top\", value", "on = [0.45, 0.3], value", "[0.45", "no side of an element", "a force needs an area");
     let follower = "value = [0, \"-10 Pa\"]";
-    expect(
-        follower,
-        "pressure = \"10 Pa\"",
-        "{ on = \"top\"",
-        "force per area of the undeformed surface",
-        "give `value`",
-    );
+    good(&GOOD.replace(follower, "pressure = \"10 Pa * (1 + x / 1 m) * ramp(t, 1 s)\""));
+    let both = format!("{follower}, pressure = \"10 Pa\"");
+    expect(follower, &both, "{ on = \"top\"", "a pressure that follows the surface", "write two loads");
+    expect(follower, "pressure = \"10 m\"", "\"10 m\"", "", "");
     expect("plane = \"stress\"", "plane = \"flat\"", "\"flat\"", "unknown name `flat`", "");
     expect(
         "{ cell = \"0.05 m\" }",
@@ -194,6 +191,113 @@ fn mistakes_in_solids_are_errors_with_their_place() {
     let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
     let law = found.iter().find(|f| f.message.contains("`j2` is for `method = \"mpm\"`")).expect("the law");
     assert!(law.help.as_deref().unwrap_or("").contains("st-venant-kirchhoff"), "{law:?}");
+}
+
+/// GOOD is in plane stress, of rubber with K = 0.83 MPa.
+#[test]
+fn the_stress_at_the_start_is_even_and_one_that_the_law_can_have() {
+    let with = |stress: &str| format!("plane = \"stress\"\nstress = {stress}");
+    let pulled = good(&GOOD.replace("plane = \"stress\"", &with("[\"10 kPa\", 0, 0, 0, 0, 0]")));
+    assert!(pulled.warnings.is_empty(), "{:?}", pulled.warnings);
+    let energy = |model: &Model| {
+        let terms = model.solver.snapshot().ledger.terms;
+        terms.iter().find(|term| term.name == "strain energy").expect("the energy of the solid").value
+    };
+    // ½ σ²/E per volume.
+    assert!((energy(&pulled) / (0.5 * 1e8 / 1e6 * 0.03) - 1.0).abs() < 0.02, "{}", energy(&pulled));
+    let refused = |stress: &str, message: &str, help: &str| {
+        expect("plane = \"stress\"", &with(stress), "", message, help);
+    };
+    refused("[\"10 kPa * x / 1 m\", 0, 0, 0, 0, 0]", "the same everywhere", "six numbers");
+    refused("[0, 0, \"10 kPa\", 0, 0, 0]", "`zz` acts across the plane", "`yz` and `zx`");
+    refused("[0, 0, 0, 0, \"10 kPa\", 0]", "`yz` acts across the plane", "`yz` and `zx`");
+    refused("[\"1e6 GPa\", \"1e6 GPa\", 0, 0, 0, 0]", "no deformation", "Tension is positive");
+    let text = GOOD.replace("name = \"oil\"", "name = \"oil\"\nstress = [1.0, 0, 0, 0, 0, 0]");
+    let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found[0].message.contains("`stress` is for solids"), "{found:?}");
+}
+
+#[test]
+fn incompressible_solids_are_said_and_material_points_are_not() {
+    let half = good(&GOOD.replace("poisson = 0.3", "poisson = 0.5"));
+    let said = half
+        .summary
+        .notes
+        .iter()
+        .filter(|note| note.contains("10000 times the shear modulus") && note.contains("flap"));
+    assert_eq!(said.count(), 1, "{:?}", half.summary.notes);
+    expect("poisson = 0.3", "poisson = 0.51", "0.51", "0.5", "");
+    let text = "name = \"bar\"\ndimension = 2\ntime = { end = 1.0 }\ngrid = { cell = 0.1, lower = [0, 0], upper = [1, 1] }\n\
+        [[body]]\nname = \"bar\"\nregion = { shape = \"box\", lower = [0, 0], upper = [1, 1] }\nparticles-per-cell = 2\n\
+        material = { law = \"neo-hookean\", density = 1200.0, young = 1e6, poisson = 0.5 }\n";
+    let found = model(text, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("infinitely fast"), "{found:?}");
+}
+
+/// A tetrahedron with three edges of 0.3 m along the axes, from a file in millimetres.
+#[test]
+fn a_file_of_triangles_is_enough_for_a_rigid_solid() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "solid tetrahedron\n".to_owned();
+    let corner = [[0.0, 0.0, 0.0], [300.0, 0.0, 0.0], [0.0, 300.0, 0.0], [0.0, 0.0, 300.0]];
+    for triangle in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]] {
+        text += "facet normal 0 0 0\nouter loop\n";
+        triangle.map(|a: usize| corner[a]).iter().for_each(|[x, y, z]| text += &format!("vertex {x} {y} {z}\n"));
+        text += "endloop\nendfacet\n";
+    }
+    std::fs::write(folder.path().join("part.stl"), text + "endsolid\n").unwrap();
+    let case = r#"
+name = "part"
+method = "pfem2"
+dimension = 3
+time = { end = "0.1 s", step = "0.01 s" }
+mesh = { shape = "box", lower = [0, 0, 0], upper = [1, 1, 1], cell = "0.2 m" }
+[[body]]
+name = "part"
+region = { shape = "surface", file = "part.stl", unit = "1 mm" }
+material = { law = "rigid", density = "2000 kg/m^3" }
+[[body]]
+name = "water"
+region = { shape = "box", lower = [-1, -1, -1], upper = [2, 2, 2] }
+material = { law = "newtonian", density = "1000 kg/m^3", viscosity = "1e-3 Pa s" }
+[[boundary]]
+on = "rest"
+"#;
+    let model_of = |text: &str| model(text, folder.path());
+    let part = model_of(case).unwrap_or_else(|found| panic!("{found:#?}"));
+    let [solid] = &part.summary.solids[..] else { panic!("one solid") };
+    assert!((solid.mass / (2000.0 * 0.3f64.powi(3) / 6.0) - 1.0).abs() < 1e-6, "{solid:?}");
+    assert!(part.summary.to_string().contains("rigid solid part: a surface of 57 nodes"), "{}", part.summary);
+    let rubber = "law = \"neo-hookean\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
+    let refused = |text: &str, message: &str, help: &str| {
+        let Err(found) = model_of(text) else { panic!("{message}") };
+        let found: Vec<_> = found.iter().filter(|f| f.severity == Severity::Error).collect();
+        assert!(found.len() == 1 && found[0].message.contains(message), "{found:#?}");
+        assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{found:#?}");
+    };
+    let rigid = "law = \"rigid\", density = \"2000 kg/m^3\"";
+    refused(&case.replace(rigid, rubber), "needs elements inside of its surface", "hexahedra of second order");
+    let cells =
+        case.replace("material = { law = \"rigid\"", "mesh = { cell = \"1 cm\" }\nmaterial = { law = \"rigid\"");
+    refused(&cells, "is that of the file", "take it out");
+}
+
+#[test]
+fn moments_are_of_solids_and_of_what_holds_the_fluid() {
+    let text = GOOD.replace("plane = \"stress\"", "plane = \"stress\"\nmoment-about = [\"45 cm\", 0]");
+    let text = text.replace("on = \"left\"\nkind", "on = \"left\"\nmoment-about = [0, \"1 m\"]\nkind");
+    let moments = good(&text).solver.snapshot().moments.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert_eq!(moments, ["left", "flap"]);
+    let open = "on = \"right\"\nkind";
+    expect(open, "on = \"right\"\nmoment-about = [0, 0]\nkind", "[0, 0]\nkind", "holds nothing", "inlets");
+    let text = GOOD.replace("name = \"oil\"", "name = \"oil\"\nmoment-about = [0, 0]");
+    let found = model(&text, Path::new("")).map(|_| ()).unwrap_err();
+    assert!(found[0].message.contains("`moment-about` is for solids"), "{found:?}");
+    // Their forces would be written to one file.
+    let text = GOOD.replace("on = \"right\"\nkind", "on = \"right\"\nname = \"flap\"\nkind");
+    good(&text);
+    let found = model(&GOOD.replace("on = \"left\"\n", "on = \"left\"\nname = \"flap\"\n"), Path::new("")).map(|_| ());
+    assert!(found.unwrap_err()[0].message.contains("would be written to"), "one file");
 }
 
 #[test]

@@ -161,6 +161,44 @@ fn elements_of_a_volume_with_four_nodes_are_tetrahedra() {
     read_back(directory.path());
 }
 
+/// Surfaces of solids are lines in the plane and quadrilaterals in space, as polygonal data (`.vtp`), with their fields.
+#[test]
+fn surfaces_of_solids_are_lines_or_polygons() {
+    let directory = tempfile::tempdir().unwrap();
+    let nodes = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let traction: Vec<f64> = (0..12).map(f64::from).collect();
+    let shapes: [(&str, Vec<&[u32]>, u8); 2] =
+        [("beam-surface", vec![&[0, 1], &[1, 2], &[2, 3], &[3, 0]], 3), ("plate-surface", vec![&[0, 1, 2, 3]], 9)];
+    let outline = |(name, elements, _): &(&'static str, Vec<&'static [u32]>, u8)| SurfaceSet {
+        name,
+        position: Cow::Borrowed(&nodes),
+        reference: Cow::Borrowed(&nodes),
+        elements: elements.clone(),
+        kind: Elements::Sheet,
+        node_fields: vec![Field::computed("traction", "Pa", 3, || traction.clone())],
+        element_fields: vec![],
+    };
+    let outlines = shapes.iter().map(outline).collect();
+    let snapshot = Snapshot { dimension: 3, outlines, ..Snapshot::default() };
+    Fields::new(directory.path(), 0.1, Precision::Double, UnitLabels::Shown).sample(&snapshot).unwrap();
+    let text = std::fs::read(directory.path().join("beam-surface/000000.vtp")).unwrap();
+    assert!(String::from_utf8_lossy(&text).contains("NumberOfLines=\"4\" NumberOfPolys=\"0\""));
+    let read = lateen::output::vtk::read_array(&directory.path().join("plate-surface/000000.vtp"), "traction").unwrap();
+    assert_eq!(read, traction);
+    let expected = |elements: &[&[u32]], kind: u8| {
+        let offsets: Vec<usize> = (0..=elements.len()).map(|n| elements[..n].iter().map(|e| e.len()).sum()).collect();
+        json!([{
+            "time": 0.0, "tolerance": 0.0, "points": nodes, "connectivity": elements.concat(), "offsets": offsets,
+            "types": vec![kind; elements.len()], "cell-data": [],
+            "point-data": [{ "name": "traction", "components": 3, "unit": "Pa", "values": traction }],
+        }])
+    };
+    let all: serde_json::Map<String, Value> =
+        shapes.iter().map(|(name, elements, kind)| ((*name).to_owned(), expected(elements, *kind))).collect();
+    std::fs::write(directory.path().join("expected.json"), Value::Object(all).to_string()).unwrap();
+    read_back(directory.path());
+}
+
 #[test]
 fn a_resumed_run_leaves_the_same_files_as_an_uninterrupted_one() {
     let read = |directory: &Path, file: &str| std::fs::read(directory.join(file)).unwrap();

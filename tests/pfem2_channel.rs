@@ -97,6 +97,7 @@ fn carried(cells: usize) -> (f64, f64, f64) {
         velocity: mesh.nodes().iter().map(|x| profile(*x)).collect(),
         mesh,
         fluids,
+        moments: Vec::new(),
         tension,
         gravity,
         solids: None,

@@ -44,10 +44,12 @@ def compare(place, computed, expected, tolerance):
 
 
 def cells(data):
+    types = [data.GetCellType(i) for i in range(data.GetNumberOfCells())]
     if data.IsA("vtkPolyData"):
-        cell_array, types = data.GetVerts(), [1] * data.GetNumberOfVerts()
+        kinds = [data.GetVerts(), data.GetLines(), data.GetPolys()]
+        cell_array = next((kind for kind in kinds if kind.GetNumberOfCells() > 0), data.GetVerts())
     else:
-        cell_array, types = data.GetCells(), [data.GetCellType(i) for i in range(data.GetNumberOfCells())]
+        cell_array = data.GetCells()
     return (
         vtk_to_numpy(cell_array.GetConnectivityArray()),
         vtk_to_numpy(cell_array.GetOffsetsArray()),

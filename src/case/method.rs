@@ -10,12 +10,23 @@ const MPM: &[&str] = &["grid", "mpm", "membrane", "obstacle", "contact"];
 const PFEM2: &[&str] = &["mesh", "pfem2", "boundary", "tension"];
 
 /// Keys of a body that only solids in a fluid on a mesh have.
-const SOLID_BODY: &[&str] =
-    &["mesh", "plane", "motion", "bond", "damping", "inertia", "friction", "restitution", "surface", "supports"];
+const SOLID_BODY: &[&str] = &[
+    "mesh",
+    "plane",
+    "motion",
+    "bond",
+    "damping",
+    "inertia",
+    "friction",
+    "restitution",
+    "surface",
+    "moment-about",
+    "supports",
+];
 
 /// Keys of a body that only particles with a volume of their own have.
 const MPM_BODY: &[&str] =
-    &["spacing", "particles-per-cell", "exact-volume", "lattice", "pressure", "energy", "stress", "ambient", "group"];
+    &["spacing", "particles-per-cell", "exact-volume", "lattice", "pressure", "energy", "ambient", "group"];
 
 /// The method that a case names.
 fn name(tree: &PlacedValue) -> &str {
@@ -97,17 +108,32 @@ fn keys_of_body(tree: &PlacedValue, key: &str, body: &PlacedValue, findings: &mu
     let given = |keys: &'static [&str]| keys.iter().filter(|key| body.get(key).is_some());
     if name(tree) == "mpm" {
         findings.extend(given(SOLID_BODY).map(|own| foreign(tree, &format!("{key}.{own}"), body.get(own))));
+        findings.extend(incompressible(key, body));
         return;
     }
     findings.extend(given(MPM_BODY).map(|own| foreign(tree, &format!("{key}.{own}"), body.get(own))));
     if !is_solid(body) {
-        for own in given(SOLID_BODY).chain(given(&["traction"])) {
+        for own in given(SOLID_BODY).chain(given(&["traction", "stress"])) {
             let message = format!("`{own}` is for solids, and this body is a fluid");
             let help = "take it out, or give the body the law of a solid, such as `law = \"neo-hookean\"` or `law = \"rigid\"`";
             let finding = Diagnostic::error(format!("{key}.{own}"), message).help(help);
             findings.push(Diagnostic { span: body.get(own).and_then(|node| node.span.clone()), ..finding });
         }
     }
+}
+
+/// Material points of an elastic solid are compressible.
+fn incompressible(key: &str, body: &PlacedValue) -> Option<Diagnostic> {
+    let node = body.get("material").and_then(|material| material.get("poisson"))?;
+    let is_half = match &node.value {
+        Value::Float(poisson) => *poisson == 0.5,
+        Value::String(text) => text.trim().parse() == Ok(0.5),
+        _ => false,
+    };
+    let message = "a Poisson's ratio of 0.5 is for solids of `method = \"pfem2\"` on meshes of their own: waves in material points would be \
+                   infinitely fast";
+    let finding = Diagnostic::error(format!("{key}.material.poisson"), message).help("take 0.49 or less");
+    is_half.then(|| Diagnostic { span: node.span.clone(), ..finding })
 }
 
 /// Every body has a region, except solids whose mesh comes from a file.

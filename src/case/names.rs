@@ -141,6 +141,10 @@ pub(super) fn files(file: &CaseFile, initial: &Snapshot<'_>, findings: &mut Vec<
     let bodies = file.body.iter().enumerate();
     fields
         .extend(bodies.map(|(i, b)| Writer::new(&b.name, format!("body[{i}].name"), format!("the body `{}`", b.name))));
+    fields.extend(file.solids().into_iter().map(|i| {
+        let name = &file.body[i].name;
+        Writer::new(&format!("{name}-surface"), format!("body[{i}].name"), format!("the surface of `{name}`"))
+    }));
     let membranes = file.membrane.iter().enumerate();
     fields.extend(
         membranes
@@ -171,7 +175,12 @@ fn forces(file: &CaseFile, initial: &Snapshot<'_>) -> Vec<Writer> {
             let name = part.part_name();
             Writer::new(&name, part_key(i, part), force(&name))
         };
-        return holding.map(writer).collect();
+        let solid = |i: usize| {
+            let name = &file.body[i].name;
+            Writer::new(name, format!("body[{i}].name"), force(name))
+        };
+        let solids = file.solids().into_iter().chain(file.particle_solids());
+        return holding.map(writer).chain(solids.map(solid)).collect();
     }
     let key = |force: &str| {
         let obstacle = force.strip_prefix("obstacle:");

@@ -50,6 +50,10 @@ pub struct BodySpec {
     /// What the fluid does on the surface of a solid of `method = "pfem2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceSpec>,
+    /// A place about which the force of the fluid on a solid of `method = "pfem2"` has a moment, in the history of the force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "axes" = true))]
+    pub moment_about: Option<[f64; 3]>,
     /// Nodes of a solid of `method = "pfem2"` whose motion is prescribed, or that springs hold.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<SupportSpec>,
@@ -79,7 +83,8 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "J/m^3"))]
     pub energy: Option<SignalSpec>,
-    /// Cauchy stress xx, yy, zz, xy, yz, zx at the start; may depend on x, y, z.
+    /// Cauchy stress xx, yy, zz, xy, yz, zx at the start; may depend on x, y, z. Of an elastic solid of `method = "pfem2"` the stress that
+    /// it has in the shape in which it is given, the same everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa"))]
     pub stress: Option<[SignalSpec; 6]>,
@@ -161,7 +166,7 @@ pub struct TractionSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa", "axes" = true))]
     pub value: Option<[SignalSpec; 3]>,
-    /// Pressure that follows the deformed surface, into the body where positive; or give `value`. For material points.
+    /// Pressure that follows the deformed surface, into the body where positive; or give `value`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "Pa"))]
     pub pressure: Option<SignalSpec>,

@@ -268,6 +268,13 @@ impl CaseSummary {
 impl std::fmt::Display for SolidSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let unit = if self.dimension == 2 { "kg/m" } else { "kg" };
+        if self.elements == 0 {
+            let Self { name, nodes, mass, thickness, .. } = self;
+            return write!(
+                f,
+                "rigid solid {name}: a surface of {nodes} nodes, {mass:.4} {unit}; its least extent is {thickness:.4e} m"
+            );
+        }
         write!(
             f,
             "{} {}: {} elements, {} nodes, {:.4} {unit}; its thinnest part, {:.4e} m, is {} elements across",

@@ -1,7 +1,7 @@
 //! Regions: signed distance, normal, bounds, volume.
 
 use super::primitive::{self, Distance};
-use super::{Polygon, Surface};
+use super::{Polygon, Surface, Triangles};
 use crate::math::Vector;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -213,6 +213,21 @@ impl Region {
                 _ => Bounds::EVERYWHERE,
             },
             Self::Placed { region, rotation, shift } => region.bounds().placed(rotation, shift),
+        }
+    }
+
+    /// The triangles around a region that comes from a file, also where it was moved; `None` for all others.
+    pub fn triangles(&self) -> Option<Triangles> {
+        match self {
+            Self::Surface(surface) => Some(surface.triangles()),
+            Self::Placed { region, rotation, shift } => {
+                let mut own = region.triangles()?;
+                for x in &mut own.vertices {
+                    *x = std::array::from_fn(|i| shift[i] + (0..3).map(|j| rotation[i][j] * x[j]).sum::<f64>());
+                }
+                Some(own)
+            }
+            _ => None,
         }
     }
 

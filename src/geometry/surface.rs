@@ -64,6 +64,11 @@ impl Surface {
         self.mesh.vertices().iter().map(|v| [v.x, v.y, v.z])
     }
 
+    /// Its triangles, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> Triangles {
+        Triangles { vertices: self.vertices().collect(), triangles: self.mesh.indices().to_vec() }
+    }
+
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.mesh.num_triangles()

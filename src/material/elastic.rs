@@ -15,6 +15,9 @@ use crate::math::{SymTensor, Tensor};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// Bulk modulus over shear modulus of incompressible solids (theory J.18): a mean stress as large as the shear modulus changes volumes by 10⁻⁴.
+pub const INCOMPRESSIBLE: f64 = 1e4;
+
 /// Keys of every elastic solid, written among the law's own.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -25,8 +28,8 @@ pub struct Elastic {
     /// Young's modulus at zero strain.
     #[schemars(extend("unit" = "Pa", "exclusiveMinimum" = 0.0))]
     pub young: f64,
-    /// Poisson's ratio at zero strain.
-    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
+    /// Poisson's ratio at zero strain; 0.5, incompressible, for solids of `method = "pfem2"` on meshes of their own alone.
+    #[schemars(extend("unit" = "1", "exclusiveMinimum" = -1.0, "maximum" = 0.5))]
     pub poisson: f64,
     /// Artificial bulk viscosity [q1, q2]; 0 for none.
     #[serde(default)]
@@ -41,13 +44,21 @@ impl Elastic {
         Self { density, young, poisson, bulk_viscosity: BulkViscosity::default() }
     }
 
-    /// Its moduli.
+    /// True with a Poisson's ratio of ½.
+    #[inline(always)]
+    pub fn is_incompressible(&self) -> bool {
+        self.poisson >= 0.5
+    }
+
+    /// Its moduli; incompressible: the bulk modulus is [`INCOMPRESSIBLE`] times the shear modulus.
     #[inline(always)]
     pub fn moduli(&self) -> Moduli {
-        Moduli {
-            bulk: self.young / (3.0 * (1.0 - 2.0 * self.poisson)),
-            shear: self.young / (2.0 * (1.0 + self.poisson)),
-        }
+        let shear = self.young / (2.0 * (1.0 + self.poisson));
+        let bulk = match self.is_incompressible() {
+            true => INCOMPRESSIBLE * shear,
+            false => self.young / (3.0 * (1.0 - 2.0 * self.poisson)),
+        };
+        Moduli { bulk, shear }
     }
 
     /// Speed of pressure waves at zero strain [m/s].

@@ -1,17 +1,17 @@
 //! Fields over time for ParaView: `<name>.pvd` over `<name>/000000.vtu` (membranes, meshes) or `.vtp`
-//! (particles).
+//! (particles, surfaces of solids).
 
 pub use super::vtk::Precision;
 
 use super::atomic::create_directory;
 use super::label::{UnitLabels, file_name};
-use super::vtk::{FileSeries, write_points, write_surface};
+use super::vtk::{FileSeries, write_outline, write_points, write_surface};
 use crate::error::Result;
 use crate::simulation::{Monitor, Snapshot};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Writes all particles, membranes and meshes with all their fields.
+/// Writes all particles, membranes, meshes and surfaces of solids with all their fields.
 #[derive(Debug)]
 pub struct Fields {
     directory: PathBuf,
@@ -71,6 +71,11 @@ impl Monitor for Fields {
         for set in &snapshot.surfaces {
             self.write(set.name, "vtu", time, |path, precision, units| {
                 write_surface(path, set, time, precision, units)
+            })?;
+        }
+        for set in &snapshot.outlines {
+            self.write(set.name, "vtp", time, |path, precision, units| {
+                write_outline(path, set, time, precision, units)
             })?;
         }
         Ok(())

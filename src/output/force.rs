@@ -1,7 +1,7 @@
 //! Histories of forces (contact, walls) and of counts (particles that crossed a sheet).
 //!
 //! One convention for both methods, in the heads as well: the force that the material exerts on the wall, obstacle, part or support,
-//! and in a contact the force on the first of the two.
+//! and in a contact the force on the first of the two. The moment of a force about a point has the same sign.
 
 use super::history::History;
 use super::label::{UnitLabels, file_name};
@@ -10,7 +10,8 @@ use crate::simulation::{Monitor, Snapshot};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N].
+/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N]; and its moment
+/// [N m], where there is one: in the plane one column, in space three.
 #[derive(Debug)]
 pub struct Forces {
     directory: PathBuf,
@@ -52,6 +53,12 @@ impl Monitor for Forces {
             heads.extend(axes.map(|axis| self.units.head_of(axis, unit, &on(name))));
             let mut row = vec![snapshot.time];
             row.extend_from_slice(&force[..snapshot.dimension]);
+            if let Some((_, moment)) = snapshot.moments.iter().find(|(of, _)| of == name) {
+                let (first, unit) = if snapshot.dimension == 2 { (2, "N m/m") } else { (0, "N m") };
+                let axes = ["mx", "my", "mz"].into_iter().skip(first);
+                heads.extend(axes.map(|axis| self.units.head_of(axis, unit, &on(name))));
+                row.extend_from_slice(&moment[first..]);
+            }
             self.history(name)?.append(&heads, &row)?;
         }
         Ok(())
@@ -148,6 +155,25 @@ mod tests {
         resumed.resume(1.0).unwrap();
         resumed.sample(&pushing(2.0)).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+    }
+
+    /// In the plane a moment has the third component alone; forces without one have no columns of it.
+    #[test]
+    fn a_moment_stands_beside_its_force() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut forces = Forces::new(dir.path(), 1.0, UnitLabels::Shown);
+        let moments = vec![("wall:left".to_owned(), [0.0, 0.0, 7.0])];
+        forces.sample(&Snapshot { moments: moments.clone(), ..pushing(1.0) }).unwrap();
+        let text = |dir: &Path, name: &str| std::fs::read_to_string(dir.join(name)).unwrap();
+        assert_eq!(
+            text(dir.path(), "wall-left.csv"),
+            "time [s],fx [N/m on wall:left],fy [N/m on wall:left],mz [N m/m on wall:left]\n1.0,1.0,2.0,7.0\n"
+        );
+        assert!(!text(dir.path(), "contact-ball-sheet.csv").contains("mz"));
+        let space = tempfile::tempdir().unwrap();
+        let snapshot = Snapshot { moments, dimension: 3, ..pushing(1.0) };
+        Forces::new(space.path(), 1.0, UnitLabels::Hidden).sample(&snapshot).unwrap();
+        assert!(text(space.path(), "wall-left.csv").contains("1.0,1.0,2.0,0.0,0.0,0.0,7.0\n"));
     }
 
     #[test]

@@ -23,6 +23,7 @@ mod tests;
 mod time;
 
 pub use boundary::Boundary;
+pub use report::moments::{ForcedPart, MomentPoint};
 pub use report::snapshot::{INTERFACE, MESH};
 pub use setup::Setup;
 pub use step::Pfem2;

@@ -12,6 +12,7 @@ use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::project::AveragingKernel;
 use crate::pfem2::particles::reseed::Reseeding;
+use crate::pfem2::report::moments::MomentPoint;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 use std::sync::Arc;
@@ -31,6 +32,8 @@ pub struct Setup<const D: usize, const N: usize> {
     pub solids: Option<Structure<D>>,
     /// Solids on particles; their phases follow those of the fluids.
     pub particle_solids: Vec<ParticleSolidSetup<D>>,
+    /// Points about which forces of the fluid have moments in the outputs.
+    pub moments: Vec<MomentPoint<D>>,
     /// Surface tension of pairs of fluids [N/m].
     pub tension: Vec<([usize; 2], f64)>,
     /// Body force per unit mass, a formula per axis [m/s²].

@@ -136,6 +136,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         solids.for_each(|force| visit(force.to3()));
         let on_particles = self.system.particle_solids.iter().flat_map(|solids| &solids.forces);
         on_particles.for_each(|force| visit(force.to3()));
+        snapshot::moments(self).for_each(|(_, moment)| visit(moment));
     }
 
     fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
@@ -168,7 +169,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The state at the start.
     pub fn new(setup: Setup<D, N>) -> Self {
         let rules = rules(&setup);
-        let Setup { mesh, boundaries, fluids, tension, gravity, velocity, .. } = setup;
+        let Setup { mesh, boundaries, fluids, tension, gravity, velocity, moments, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
         let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
@@ -183,10 +184,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let mut pfem = Self {
             particles: ParticleTracking::new(particles, rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
-            solids: setup.solids.map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary)),
+            solids: setup
+                .solids
+                .map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary).with_moments(&moments)),
             start: setup.start,
             history: TimeHistory::new(setup.scheme, &system.velocity),
-            forces: BoundaryForces::new(&system),
+            forces: BoundaryForces::new(&system, &moments),
             balance: EnergyBalance::new(places.len()),
             limits: StepLimits::new(setup.scheme, setup.courant, setup.step_tolerance),
             notices: Notices::default(),

@@ -110,7 +110,8 @@ pub trait Solver: Send {
     /// The state as outputs see it; time, step and dt are filled in by the time loop.
     fn snapshot(&self) -> Snapshot<'_>;
 
-    /// Shows the forces of the last step [N], its means, in the order of [`Snapshot::forces`].
+    /// Shows the forces of the last step [N], its means, in the order of [`Snapshot::forces`], and then the moments [N m] in that of
+    /// [`Snapshot::moments`].
     fn forces(&self, visit: &mut dyn FnMut([f64; 3]));
 
     /// Every array that a checkpoint stores and restores, each with a unique name.

@@ -381,7 +381,7 @@ impl Simulation {
         }
         let mut snapshot = self.solver.snapshot();
         (snapshot.time, snapshot.step, snapshot.dt) = (time, self.clock.step, self.clock.dt);
-        self.impulses.average(&mut snapshot.forces);
+        self.impulses.average([&mut snapshot.forces, &mut snapshot.moments]);
         let mut recorded = false;
         for (schedule, monitor) in &mut self.monitors {
             if chosen(schedule, time) {

@@ -36,12 +36,16 @@ pub struct Snapshot<'a> {
     pub points: Vec<PointSet<'a>>,
     /// Membranes and meshes.
     pub surfaces: Vec<SurfaceSet<'a>>,
+    /// Surfaces of bodies that `surfaces` holds whole, for fields alone.
+    pub outlines: Vec<SurfaceSet<'a>>,
     /// Mass, momentum and every energy term.
     pub ledger: Ledger,
     /// Named force vectors [N], e.g. `contact:water-sheet`, `wall:floor`: means over the last step, and in the time loop
     /// over all steps since they were last recorded. A wall, an obstacle, a part of the boundary or a support has the force that the
     /// material exerts on it; a contact that on the first of the two.
     pub forces: Vec<(String, [f64; 3])>,
+    /// Moments of some of these forces about points [N m], by the names of the forces: means as they are.
+    pub moments: Vec<(String, [f64; 3])>,
     /// Named counts, e.g. `crossed:sheet` (particles found on the wrong side).
     pub counts: Vec<(String, u64)>,
     /// Named amounts that stand beside the counts, with their units.

@@ -81,16 +81,70 @@ name = "water"
 region = { shape = "box", lower = [0, 0], upper = [0.4, 1] }
 material = { law = "newtonian", density = 1000, viscosity = 1e-3 }
 [[boundary]]
-on = ["left", "right", "top"]
+on = ["left", "top"]
 kind = "slip"
 [[boundary]]
+on = "right"
+kind = "slip"
+moment-about = [0, 0]
+[[boundary]]
 on = "bottom"
+moment-about = [0.1, 0.5]
 [output]
 history = 0.1
 "#;
     let table = history(WATER, "bottom");
     assert!((mean(&table, "fy") / -WEIGHT - 1.0).abs() < 1e-6, "{}", mean(&table, "fy"));
-    assert_eq!(table.heads[2], "fy [on bottom]");
+    assert_eq!(table.heads[2..], ["fy [on bottom]", "mz [on bottom]"]);
+    // The weight of the water, 0.1 to the right of the place.
+    assert!((mean(&table, "mz") / (-0.1 * WEIGHT) - 1.0).abs() < 1e-6, "{}", mean(&table, "mz"));
+    // ρ g H²/2 at a third of the height: linear elements have the moment of a linear pressure.
+    let wall = history(WATER, "right");
+    assert!((mean(&wall, "mz") / (-10_000.0 / 6.0) - 1.0).abs() < 1e-6, "{}", mean(&wall, "mz"));
+}
+
+/// A rigid box of 0.3 × 0.2 in water at rest: buoyancy ρ g A acts in its middle, 0.2 to the right of the place.
+#[test]
+fn the_moment_on_a_solid_is_that_of_its_buoyancy() {
+    let case = |about: &str| {
+        format!(
+            r#"
+name = "box"
+method = "pfem2"
+dimension = 2
+units = "none"
+time = {{ end = 0.03, step = 0.01 }}
+[mesh]
+shape = "box"
+lower = [0, 0]
+upper = [1, 1]
+cell = 0.1
+[pfem2]
+gravity = [0, -10]
+[[body]]
+name = "box"
+region = {{ shape = "box", lower = [0.33, 0.41], upper = [0.63, 0.61] }}
+material = {{ law = "rigid", density = 3000 }}
+motion = {{ velocity = [0, 0], spin = [0] }}
+moment-about = {about}
+[[body]]
+name = "water"
+region = {{ shape = "box", lower = [0, 0], upper = [1, 1] }}
+material = {{ law = "newtonian", density = 1000, viscosity = 1e-3 }}
+[[boundary]]
+on = "rest"
+kind = "slip"
+[output]
+history = 0.01
+"#
+        )
+    };
+    let table = history(&case("[0.28, 0.3]"), "box");
+    let (force, moment) = (mean(&table, "fy"), mean(&table, "mz"));
+    assert!((force / 600.0 - 1.0).abs() < 1e-3, "{force}");
+    assert!((moment / (0.2 * 600.0) - 1.0).abs() < 2e-3, "{moment}");
+    let own = mean(&history(&case("[0.48, 0.51]"), "box"), "mz");
+    assert!(own.abs() < 2e-3 * 0.2 * 600.0, "{own}");
 }
 
 /// A pressure of 50 on a sheet of length 1 pulls its supports in its own direction with 50 × 1.

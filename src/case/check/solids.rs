@@ -26,6 +26,7 @@ impl SolidSummary {
     ) -> Self {
         let mesh = quadratic(solid);
         let thinnest = mesh.thinnest();
+        let enclosed: f64 = solid.mesh.inner.iter().map(|(_, volume)| volume).sum();
         let cell = |x: [f64; 3]| Some(size_of(background, locator.search(background, Vector::from3(x))?.element()?));
         Self {
             name: solid.name.clone(),
@@ -33,7 +34,7 @@ impl SolidSummary {
             dimension: D,
             elements: mesh.elements.len(),
             nodes: mesh.nodes.len(),
-            mass: mesh.volume() * solid.law.density(),
+            mass: (mesh.volume() + enclosed) * solid.law.density(),
             thickness: thinnest.length,
             thinnest: thinnest.middle,
             across: thinnest.elements,

@@ -28,6 +28,10 @@ pub struct BoundarySpec {
     #[serde(default)]
     #[schemars(extend("unit" = "Pa"))]
     pub pressure: SignalSpec,
+    /// A place about which the force of the fluid on it has a moment, in the history of the force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m", "axes" = true))]
+    pub moment_about: Option<[f64; 3]>,
     /// The body whose fluid comes in through an inlet, or back through an open boundary; by default the fluid that each place
     /// had at the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -14,10 +14,12 @@ mod extrude;
 mod file;
 mod frame;
 mod measure;
+mod patches;
 mod split;
 mod thickness;
 
 pub use file::QuadraticFile;
+pub use patches::SurfacePatches;
 pub use thickness::Thinnest;
 
 use crate::geometry::Region;

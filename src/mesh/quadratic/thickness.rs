@@ -44,7 +44,8 @@ impl QuadraticMesh {
         let [lower, upper] = self.extent().map(Vector);
         let length = (0..self.dimension).map(|k| upper[k] - lower[k]).fold(f64::INFINITY, f64::min);
         let per_element = (self.volume() / self.elements.len().max(1) as f64).powf(1.0 / self.dimension as f64);
-        Thinnest { elements: count(length, per_element), length, middle: ((lower + upper) * 0.5).0 }
+        let elements = if self.elements.is_empty() { 0 } else { count(length, per_element) };
+        Thinnest { elements, length, middle: ((lower + upper) * 0.5).0 }
     }
 
     /// From the middle of a side to what faces it behind.

@@ -1,4 +1,4 @@
-//! Whole files: particles as `.vtp`, membranes and meshes as `.vtu`.
+//! Whole files: particles and surfaces of solids as `.vtp`, membranes and meshes as `.vtu`.
 
 use super::array::{ArrayValues, DataArray, Precision};
 use crate::error::Result;
@@ -59,27 +59,59 @@ pub fn write_surface(
     atomic::write(path, |out| write_file(out, "UnstructuredGrid", &piece, &sections, time))
 }
 
+/// Writes the surface of a solid as a `.vtp` file: nodes, lines of two nodes and polygons of more, fields of the nodes, and the time.
+///
+/// # Errors
+/// Input/output errors; an older file at `path` is still there then.
+pub fn write_outline(
+    path: &Path,
+    set: &SurfaceSet<'_>,
+    time: f64,
+    precision: Precision,
+    units: UnitLabels,
+) -> Result<()> {
+    let fields = set.node_fields.iter().map(|field| DataArray::field(field, units.unit(field.unit), precision));
+    let (lines, polygons): (Vec<&[u32]>, Vec<&[u32]>) = set.elements.iter().partition(|nodes| nodes.len() == 2);
+    let piece = format!(
+        "<Piece NumberOfPoints=\"{}\" NumberOfLines=\"{}\" NumberOfPolys=\"{}\">",
+        set.position.len(),
+        lines.len(),
+        polygons.len()
+    );
+    let sections = [
+        Section { tag: "PointData", arrays: fields.collect() },
+        points_section(&set.position, precision, units),
+        Section { tag: "Lines", arrays: connections(&lines).into() },
+        Section { tag: "Polys", arrays: connections(&polygons).into() },
+    ];
+    atomic::write(path, |out| write_file(out, "PolyData", &piece, &sections, time))
+}
+
 fn points_section<'a>(position: &'a [[f64; 3]], precision: Precision, units: UnitLabels) -> Section<'a> {
     Section { tag: "Points", arrays: vec![DataArray::points(position, units.unit("m"), precision)] }
 }
 
 fn cells<'a>(set: &'a SurfaceSet<'a>) -> Vec<DataArray<'a>> {
     let elements = &set.elements;
-    let connectivity = || elements.iter().flat_map(|nodes| nodes.iter().map(|&node| i64::from(node))).collect();
-    let offsets = || {
+    let types = || elements.iter().map(|e| cell_type(set.kind, e.len())).collect();
+    let mut arrays: Vec<_> = connections(elements).into();
+    arrays.push(DataArray::plain("types", ArrayValues::U8(Box::new(types))));
+    arrays
+}
+
+/// The nodes of all elements, and where those of each end.
+fn connections<'a>(elements: &'a [&'a [u32]]) -> [DataArray<'a>; 2] {
+    let connectivity = move || elements.iter().flat_map(|nodes| nodes.iter().map(|&node| i64::from(node))).collect();
+    let offsets = move || {
         let ends = elements.iter().scan(0, |end, nodes| {
             *end += nodes.len() as i64;
             Some(*end)
         });
         ends.collect()
     };
-    vec![
+    [
         DataArray::plain("connectivity", ArrayValues::I64(Box::new(connectivity))),
         DataArray::plain("offsets", ArrayValues::I64(Box::new(offsets))),
-        DataArray::plain(
-            "types",
-            ArrayValues::U8(Box::new(|| elements.iter().map(|e| cell_type(set.kind, e.len())).collect())),
-        ),
     ]
 }
 

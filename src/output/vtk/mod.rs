@@ -1,4 +1,4 @@
-//! VTK's XML formats: `.vtu` (meshes and membranes), `.vtp` (particles), `.pvd` (series over time).
+//! VTK's XML formats: `.vtu` (meshes and membranes), `.vtp` (particles, surfaces of solids), `.pvd` (series over time).
 //!
 //! Source: *VTK File Formats* (Kitware), sections "XML File Formats" and "appended data". Arrays are
 //! appended raw in little-endian blocks, each compressed by zlib; an array starts with
@@ -11,6 +11,6 @@ mod read;
 mod series;
 
 pub use array::Precision;
-pub use data_set::{write_points, write_surface};
+pub use data_set::{write_outline, write_points, write_surface};
 pub use read::read_array;
 pub use series::FileSeries;

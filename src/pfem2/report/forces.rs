@@ -9,10 +9,11 @@
 //! them the momentum balance of the mesh closes to round-off. A node of several parts is shared by facet areas, axis by
 //! axis: of a slip plane only its area across the axis counts, since nothing holds the fluid along it.
 
+use super::moments::{self, ForcedPart, MomentPoint, Moments};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::boundary::{Boundary, BoundaryKind};
+use crate::pfem2::boundary::{Boundary, BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::assemble::ElementEquations;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::time::history::StepShares;
@@ -23,6 +24,10 @@ use std::collections::BTreeMap;
 pub(in crate::pfem2) struct BoundaryPart<const D: usize> {
     /// Name of its set.
     pub name: String,
+    /// Place of its set.
+    set: usize,
+    /// Point about which its force has a moment [m].
+    pub about: Option<Vector<D>>,
     /// Nodes and the share of their reaction that belongs to the part.
     nodes: Vec<(u32, Vector<D>)>,
 }
@@ -48,11 +53,11 @@ fn parts<const D: usize, const N: usize>(mesh: &Mesh<D, N>, boundary: &Boundary<
     let share = |own: Vector<D>, all: Vector<D>| {
         Vector::from_fn(|axis| if all[axis] > 0.0 { own[axis] / all[axis] } else { 0.0 })
     };
-    let named = boundary.sets().iter().zip(areas).filter(|(_, own)| !own.is_empty());
+    let named = boundary.sets().iter().zip(areas).enumerate().filter(|(_, (_, own))| !own.is_empty());
     named
-        .map(|(set, own)| {
+        .map(|(set, (BoundarySetup { name, .. }, own))| {
             let nodes = own.into_iter().map(|(node, area)| (node, share(area, total[&node]))).collect();
-            BoundaryPart { name: set.name.clone(), nodes }
+            BoundaryPart { name: name.clone(), set, about: None, nodes }
         })
         .collect()
 }
@@ -68,6 +73,19 @@ pub(in crate::pfem2) struct BoundaryForces<const D: usize> {
     pub previous: Vec<Vector<D>>,
     /// Means over the last step, with the shares that the step takes of each.
     pub mean: Vec<Vector<D>>,
+    /// Moments, about the points of the parts.
+    pub moments: Moments,
+}
+
+/// The force of the fluid on a part, its moment, and the power with which the part drives the fluid.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::pfem2) struct PartAction<const D: usize> {
+    /// Force [N].
+    pub force: Vector<D>,
+    /// Its moment about the point of the part, or the origin [N m].
+    pub moment: Vector<3>,
+    /// Power [W].
+    pub power: f64,
 }
 
 /// Sum of the forces on the fluid from its boundary, and their power.
@@ -81,10 +99,14 @@ pub(in crate::pfem2) struct BoundaryAction<const D: usize> {
 
 impl<const D: usize> BoundaryForces<D> {
     /// Of a fluid that begins.
-    pub fn new<const N: usize>(system: &VelocityPressureSystem<D, N>) -> Self {
-        let parts = parts(&system.mesh, &system.boundary);
+    pub fn new<const N: usize>(system: &VelocityPressureSystem<D, N>, moments: &[MomentPoint<D>]) -> Self {
+        let mut parts = parts(&system.mesh, &system.boundary);
+        let sets: Vec<usize> = parts.iter().map(|part| part.set).collect();
+        let about = moments::points(moments, parts.len(), |k| ForcedPart::Boundary(sets[k]));
+        parts.iter_mut().zip(about).for_each(|(part, about)| part.about = about);
         let none = vec![Vector::ZERO; parts.len()];
-        Self { parts, last: none.clone(), previous: none.clone(), mean: none }
+        let moments = Moments::none(parts.len());
+        Self { parts, last: none.clone(), previous: none.clone(), mean: none, moments }
     }
 
     /// Takes the forces at the end of a step with its `shares`.
@@ -95,7 +117,9 @@ impl<const D: usize> BoundaryForces<D> {
         convected: &[Vector<D>],
         shares: StepShares,
     ) -> BoundaryAction<D> {
-        let (now, action) = self.measure(system, step, convected);
+        let (parts, action) = self.measure(system, step, convected);
+        let now: Vec<_> = parts.iter().map(|part| part.force).collect();
+        self.moments.update(parts.iter().map(|part| part.moment).collect(), shares);
         let all = self.previous.iter().zip(&self.last).zip(&now);
         self.mean = all.map(|((f0, f1), f2)| *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end).collect();
         self.previous = std::mem::replace(&mut self.last, now);
@@ -109,8 +133,9 @@ impl<const D: usize> BoundaryForces<D> {
         step: TimeStep,
         convected: &[Vector<D>],
     ) -> BoundaryAction<D> {
-        let (now, action) = self.measure(system, step, convected);
-        self.last = now;
+        let (parts, action) = self.measure(system, step, convected);
+        self.last = parts.iter().map(|part| part.force).collect();
+        self.moments.begin(parts.iter().map(|part| part.moment).collect());
         self.previous.clone_from(&self.last);
         action
     }
@@ -121,7 +146,7 @@ impl<const D: usize> BoundaryForces<D> {
         system: &VelocityPressureSystem<D, N>,
         step: TimeStep,
         convected: &[Vector<D>],
-    ) -> (Vec<Vector<D>>, BoundaryAction<D>) {
+    ) -> (Vec<PartAction<D>>, BoundaryAction<D>) {
         let VelocityPressureSystem { mesh, boundary, velocity, .. } = system;
         let elements = system.elements(convected);
         let (mut force, mut power) = (Vector::<D>::ZERO, 0.0);
@@ -131,38 +156,43 @@ impl<const D: usize> BoundaryForces<D> {
             power += traction.dot(velocity[node]);
             loads[node] += traction;
         });
-        let on_part = |part: &BoundaryPart<D>| part.force(&elements, &loads, &system.unknowns);
+        let on_part = |part: &BoundaryPart<D>| part.action(&elements, &loads, &system.unknowns);
         let reactions: Vec<_> = self.parts.iter().map(on_part).collect();
-        for (reaction, work) in &reactions {
-            force -= *reaction;
-            power += work;
+        for reaction in &reactions {
+            force -= reaction.force;
+            power += reaction.power;
         }
         open_boundary_load(&elements, velocity, |node, traction| {
             force += traction;
             power += traction.dot(velocity[node]);
         });
-        (reactions.into_iter().map(|(reaction, _)| reaction).collect(), BoundaryAction { force, power })
+        (reactions, BoundaryAction { force, power })
     }
 }
 
 impl<const D: usize> BoundaryPart<D> {
-    /// The force of the fluid on the part [N], and the power with which the part drives the fluid [W]; `loads` are those of
-    /// the boundary on the nodes [N].
-    pub fn force<const N: usize>(
+    /// The action of the fluid on the part; `loads` are those of the boundary on the nodes [N].
+    pub fn action<const N: usize>(
         &self,
         elements: &ElementEquations<D, N>,
         loads: &[Vector<D>],
         unknowns: &[[f64; N]],
-    ) -> (Vector<D>, f64) {
+    ) -> PartAction<D> {
+        let about = self.about.unwrap_or_default();
         let push = |n: usize| {
             let (node, share) = self.nodes[n];
             let push = elements.nodal_force(node as usize, |i| unknowns[i]) + loads[node as usize];
             let push = Vector::from_fn(|axis| push[axis] * share[axis]);
             let velocity = Vector::from_fn(|r| unknowns[node as usize][r]);
-            (push, -push.dot(velocity))
+            let arm = elements.mesh.nodes()[node as usize] - about;
+            PartAction { force: push, moment: moments::moment(arm, push), power: -push.dot(velocity) }
         };
-        let pushes: Vec<(Vector<D>, f64)> = parallel::collect(self.nodes.len(), 64, push);
-        pushes.iter().fold((Vector::ZERO, 0.0), |(force, power), (f, p)| (force + *f, power + p))
+        let pushes: Vec<PartAction<D>> = parallel::collect(self.nodes.len(), 64, push);
+        pushes.iter().fold(PartAction::default(), |sum, own| PartAction {
+            force: sum.force + own.force,
+            moment: sum.moment + own.moment,
+            power: sum.power + own.power,
+        })
     }
 }
 

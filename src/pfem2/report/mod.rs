@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! forces      forces of the fluid on parts of the boundary                theory (F.38)
+//! moments     their moments about points                              theory J.6
 //! ledger      energy and momentum of the flow                             theory F.13
 //! dissipation viscous dissipation of a step                               theory (F.40)
 //! through     energy and momentum that the flow carries through openings  theory F.13
@@ -22,6 +23,7 @@ pub(super) mod dissipation;
 pub(super) mod forces;
 pub(super) mod health;
 pub(super) mod ledger;
+pub mod moments;
 pub(super) mod notices;
 pub(super) mod snapshot;
 pub(super) mod solids;

@@ -4,9 +4,12 @@ use crate::math::{SymTensor, Vector};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::filled;
 use crate::pfem2::particle_solids::columns;
+use crate::pfem2::solid::bodies::SolidBody;
+use crate::pfem2::solid::outline::SolidOutline;
 use crate::pfem2::solid::setup::Plane;
 use crate::pfem2::solid::stress::NodalStress;
 use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::solid::tracking::SolidTracking;
 use crate::pfem2::time::step_control::ErrorEstimates;
 use crate::simulation::TermKind::Other;
 use crate::simulation::{BalanceTerm, Elements, Field, Ledger, PointSet, Snapshot, SurfaceSet};
@@ -31,7 +34,9 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
         dimension: D,
         points: (0..pfem.interface.list.count()).map(|fluid| points(pfem, fluid)).collect(),
         surfaces: std::iter::once(mesh(pfem)).chain(interface(pfem)).chain(solids(pfem)).collect(),
+        outlines: outlines(pfem).collect(),
         ledger: ledger(pfem),
+        moments: moments(pfem).collect(),
         forces: forces
             .map(|(part, force)| (part.name.clone(), force.to3()))
             .chain(forces_on_solids(pfem))
@@ -159,11 +164,11 @@ fn interface<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Surfa
 /// The solids: their elements as simple ones, with displacement, velocity, and, of elastic ones, stress and strain.
 fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = SurfaceSet<'_>> {
     pfem.solids.iter().flat_map(|solids| {
-        solids.structure.bodies().zip(&solids.outlines).enumerate().map(|(solid, (body, outline))| SurfaceSet {
+        solids.structure.bodies().zip(&solids.quadrilaterals).enumerate().map(|(solid, (body, cells))| SurfaceSet {
             name: body.name,
             position: Cow::Owned(body.positions().iter().map(|x| x.to3()).collect()),
             reference: Cow::Owned(body.mesh.nodes.iter().map(|x| x.to3()).collect()),
-            elements: outline.iter().map(|nodes| &nodes[..]).collect(),
+            elements: cells.iter().map(|nodes| &nodes[..]).collect(),
             kind: Elements::Sheet,
             node_fields: [vectors("displacement", "m", body.displacement), vectors("velocity", "m/s", body.velocity)]
                 .into_iter()
@@ -172,6 +177,56 @@ fn solids<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<I
             element_fields: Vec::new(),
         })
     })
+}
+
+/// The surfaces of the solids, with displacement, velocity and the traction of the fluid.
+fn outlines<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> impl Iterator<Item = SurfaceSet<'_>> {
+    pfem.solids.iter().flat_map(|solids| {
+        let all = solids.structure.bodies().zip(&solids.outlines).enumerate();
+        all.map(move |(solid, (body, outline))| outline_of(solids, outline, body, solid))
+    })
+}
+
+/// The surface of a solid.
+fn outline_of<'a, const D: usize>(
+    solids: &'a SolidTracking<D>,
+    outline: &'a SolidOutline,
+    body: SolidBody<'a, D>,
+    solid: usize,
+) -> SurfaceSet<'a> {
+    let SolidBody { mesh, displacement, velocity, .. } = body;
+    let own = solids.structure.nodes_of(solid);
+    let tractions = move || {
+        let cut = solids.structure.positions(&solids.last.predicted);
+        outline.tractions(mesh, &cut[own.clone()], &solids.last.nodal[own.clone()])
+    };
+    let on_surface = |values: &[Vector<D>]| outline.gather(values).iter().flat_map(|v| v.to3()).collect::<Vec<_>>();
+    SurfaceSet {
+        name: &outline.name,
+        position: outline.gather(&body.positions()).iter().map(|x| x.to3()).collect(),
+        reference: outline.gather(&mesh.nodes).iter().map(|x| x.to3()).collect(),
+        elements: outline.cells.iter().map(|nodes| &nodes[..]).collect(),
+        kind: Elements::Sheet,
+        node_fields: vec![
+            Field::computed("displacement", "m", 3, move || on_surface(displacement)),
+            Field::computed("velocity", "m/s", 3, move || on_surface(velocity)),
+            Field::computed("traction", "Pa", 3, move || tractions().iter().flat_map(|t| t.to3()).collect()),
+        ],
+        element_fields: Vec::new(),
+    }
+}
+
+/// Moments of the forces of the fluid on parts of the boundary and on solids, where the case asks for them [N m].
+pub(in crate::pfem2) fn moments<const D: usize, const N: usize>(
+    pfem: &Pfem2<D, N>,
+) -> impl Iterator<Item = (String, [f64; 3])> {
+    let parts = pfem.forces.parts.iter().zip(&pfem.forces.moments.mean);
+    let on_parts = parts.filter(|(part, _)| part.about.is_some()).map(|(part, moment)| (part.name.clone(), moment.0));
+    let on_solids = pfem.solids.iter().flat_map(|solids| {
+        let named = solids.structure.bodies().zip(&solids.about).zip(&solids.last.moments.mean);
+        named.filter(|((_, about), _)| about.is_some()).map(|((body, _), moment)| (body.name.to_owned(), moment.0))
+    });
+    on_parts.chain(on_solids)
 }
 
 /// Stress and strain of a solid that isn't rigid.

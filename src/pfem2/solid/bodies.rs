@@ -51,7 +51,7 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The nodes of a solid among those of all.
-    pub(super) fn nodes_of(&self, solid: usize) -> Range<usize> {
+    pub(in crate::pfem2) fn nodes_of(&self, solid: usize) -> Range<usize> {
         let (mesh, first) = self.meshes()[solid];
         first as usize..first as usize + mesh.nodes.len()
     }
@@ -78,7 +78,10 @@ impl<const D: usize> Structure<D> {
         };
         let (loads, all) = (forces(&|_| Vector::ZERO), forces(&at));
         let missing = equations.missing(&immersed.velocity);
-        let supports = |k: usize| missing[k] - nodal[k / D][k % D] + loads[k];
+        let velocity = |a: usize| Vector::from_fn(|axis| immersed.velocity[a * D + axis]);
+        let way = self.way(prediction, |a| prediction.displacement_hat[a] + velocity(a) * step.delta());
+        let followed = self.pressure_changes(step.end(), prediction, &way);
+        let supports = |k: usize| missing[k] - nodal[k / D][k % D] + loads[k] + followed[k / D][k % D];
         let power =
             |force: &dyn Fn(usize) -> f64| (0..loads.len()).map(|k| force(k) * immersed.velocity[k]).sum::<f64>();
         let inertia = self.rigid_power(step.delta(), prediction, &immersed.independent);

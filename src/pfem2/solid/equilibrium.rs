@@ -1,10 +1,10 @@
 //! Solids at rest under their loads, by Newton's method in steps of the load (theory J.1).
 //!
 //! ```text
-//! K(u) δu = λ f − F(u),      u ← u + δu,      λ from 0 to 1
+//! K(u) δu = λ f(u) − F(u),      u ← u + δu,      λ from 0 to 1
 //! ```
 //!
-//! A step of the load that doesn't converge, or turns an element inside out, is halved. Prescribed components and rigid solids stay where
+//! K holds −λ ∂f/∂u of pressures that follow the surface. A step of the load that doesn't converge, or turns an element inside out, is halved. Prescribed components and rigid solids stay where
 //! they are.
 
 use super::equations::{IndependentInertia, LinearForces, SolidEquations};
@@ -116,6 +116,9 @@ impl<const D: usize> Structure<D> {
                 }
             }
         })?;
+        self.pressures.stiffness(t, &self.positions(&self.state.displacement), |nodes, slope| {
+            self.add_block(&mut matrix, nodes, &(slope * -load));
+        });
         let mut linear = LinearForces::default();
         self.springs.visit(&self.state.displacement, |k, stiffness, force| {
             linear.entries.push((k, k, stiffness));

@@ -17,6 +17,8 @@ pub struct SolidMesh<const D: usize> {
     pub elements: Vec<Vec<u32>>,
     /// Facets on the boundary.
     pub facets: Vec<SolidFacet>,
+    /// Nodes with the volumes that stand for the inside of a surface without elements [m³].
+    pub inner: Vec<(u32, f64)>,
 }
 
 /// A facet on the boundary of a solid: a line of 3 nodes in 2D, a patch of 9 nodes in 3D.
@@ -52,7 +54,7 @@ impl<const D: usize> SolidMesh<D> {
             }
         }
         let facets = boundary::<D>(&elements);
-        Ok(Self { nodes, elements, facets })
+        Ok(Self { nodes, elements, facets, inner: Vec::new() })
     }
 
     /// A block of `counts` elements between two corners [m].

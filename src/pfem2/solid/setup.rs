@@ -25,6 +25,8 @@ pub struct SolidSetup<const D: usize> {
     pub motion: PrescribedMotion,
     /// Loads on its surface.
     pub tractions: Vec<SurfaceTraction<D>>,
+    /// Pressures that follow its surface.
+    pub pressures: Vec<SurfacePressure>,
     /// Damping.
     pub damping: Damping,
     /// Inertia.
@@ -114,6 +116,15 @@ pub struct SurfaceTraction<const D: usize> {
     pub facets: Vec<u32>,
     /// Force per area in the reference state [Pa], with a fixed direction.
     pub traction: [Signal; D],
+}
+
+/// A pressure that follows facets of a solid.
+#[derive(Debug, Clone)]
+pub struct SurfacePressure {
+    /// Places in [`SolidMesh::facets`].
+    pub facets: Vec<u32>,
+    /// Force per area of the deformed surface, against its outward normal where positive, by the place in the reference state [Pa].
+    pub pressure: Signal,
 }
 
 /// Damping forces −(α M + β K) v.

@@ -73,6 +73,7 @@ mod tests {
             springs: Vec::new(),
             motion: PrescribedMotion::default(),
             tractions: Vec::new(),
+            pressures: Vec::new(),
             damping: Damping::default(),
             inertia: Inertia::Dynamic,
             friction: 0.0,

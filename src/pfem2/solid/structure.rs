@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! Δ = θ Δt,   û = uⁿ + Δt (β₁ vⁿ + β₂ vⁿ⁻¹),   v̂ = vⁿ + Δt (β₁ aⁿ + β₂ aⁿ⁻¹),   u* = uⁿ + Δt v*
-//! [M (1/Δ + α) + Δ K(u*) + β K_c(u*)] v = f + M (v̂/Δ + b) − F(u*) − K(u*) (û − u*)
+//! [M (1/Δ + α) + Δ K(u*) + β K_c(u*)] v = f(u*) + M (v̂/Δ + b) − F(u*) − K(u*) (û − u*)
 //! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
 //! ```
 //!
-//! F + K (uⁿ⁺¹ − u*) is the internal force at the end of the step to first order about the prediction. α and β are those of the
+//! F − f + K (uⁿ⁺¹ − u*) are the internal forces less the loads at the end of the step to first order about the prediction: K has the load
+//! stiffness of pressures that follow the surface, too. α and β are those of the
 //! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Supports, bonds
 //! and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered over all solids; unknown D a + i
 //! is the velocity of node a along axis i.
@@ -16,8 +17,9 @@ use super::element::{ElementFault, ElementForces, SolidLaw};
 use super::equations::{LinearForces, SolidEquations};
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
+use super::pressure::FollowerPressures;
 use super::rigid::RigidBody;
-use super::setup::{Inertia, SolidSetup};
+use super::setup::SolidSetup;
 use super::springs::Springs;
 pub use super::state::{Prediction, SolidState};
 use super::sums::mass_matrix;
@@ -25,10 +27,13 @@ use super::support::SolidSupports;
 use super::ties::Ties;
 use crate::error::{Place, StepError};
 use crate::linalg::SparseMatrix;
-use crate::material::ElasticState;
+use crate::material::{ElasticState, Moduli};
 use crate::math::{SymTensor, Tensor, Vector};
 use crate::parallel;
 use crate::pfem2::time::history::StepShares;
+
+/// Bulk modulus over shear modulus that contact counts with at most, that of ν = 0.49 (theory J.18).
+const LARGEST_BULK: f64 = 50.0;
 
 /// Elements whose forces are held in memory at a time.
 const BATCH: usize = 64;
@@ -47,6 +52,7 @@ pub struct Structure<const D: usize> {
     pub(super) nodes: Vec<Vector<D>>,
     supports: SolidSupports<D>,
     pub(super) springs: Springs<D>,
+    pub(super) pressures: FollowerPressures,
     /// M_ab [kg], one entry per pair of nodes that share an element.
     pub(super) mass: SparseMatrix,
     pub(super) points: Vec<GaussPoint>,
@@ -70,6 +76,7 @@ impl<const D: usize> Structure<D> {
         }
         let supports = SolidSupports::new(&setups, &first)?;
         let springs = Springs::new(&setups, &first)?;
+        let pressures = FollowerPressures::new(&setups, &first)?;
         let nodes: Vec<_> = setups.iter().flat_map(|setup| setup.mesh.nodes.iter().copied()).collect();
         let mut velocity: Vec<_> = setups.iter().flat_map(|setup| setup.velocity.iter().copied()).collect();
         impose(&supports.velocities(nodes.len() * D, 0.0), &mut velocity);
@@ -81,7 +88,8 @@ impl<const D: usize> Structure<D> {
         };
         let rigid = setups.iter().enumerate().filter(is_rigid).map(body).collect();
         let (state, ties) = (SolidState::new(velocity), Ties::default());
-        let mut structure = Self { state, ties, setups, first, nodes, supports, springs, mass, points, rigid };
+        let mut structure =
+            Self { state, ties, setups, first, nodes, supports, springs, pressures, mass, points, rigid };
         structure.begin_rigid()?;
         Ok(structure)
     }
@@ -216,6 +224,14 @@ impl<const D: usize> Structure<D> {
                 (0..D).for_each(|axis| rhs[row as usize * D + axis] -= force[axis]);
             }
         })?;
+        self.pressures.forces(t_end, &places, |node, force| {
+            (0..D).for_each(|axis| rhs[node as usize * D + axis] += force[axis]);
+        });
+        self.pressures.stiffness(t_end, &places, |(row, column), slope| {
+            let force = slope.apply(rest[column as usize]);
+            (0..D).for_each(|axis| rhs[row as usize * D + axis] += force[axis]);
+            self.add_block(&mut matrix, (row, column), &(slope * -delta));
+        });
         let mut linear = LinearForces::default();
         self.springs.add(delta, displacement_hat, &mut linear);
         let inertia = self.rigid_inertia(delta, prediction);
@@ -291,9 +307,11 @@ impl<const D: usize> Structure<D> {
         (0..self.setups.len()).filter(|&solid| !self.setups[solid].law.is_rigid())
     }
 
-    /// λ + 2 μ of a solid [Pa], zero of a rigid one.
+    /// λ + 2 μ of a solid [Pa], zero of a rigid one. The surface of a nearly incompressible one gives way by the shape of the solid: K counts
+    /// with [`LARGEST_BULK`] G at most.
     pub(super) fn wave_modulus(&self, setup: &SolidSetup<D>) -> f64 {
-        setup.law.elastic_law().map_or(0.0, |law| law.moduli().bulk + 4.0 / 3.0 * law.moduli().shear)
+        let of = |Moduli { bulk, shear }: Moduli| bulk.min(LARGEST_BULK * shear) + 4.0 / 3.0 * shear;
+        setup.law.elastic_law().map_or(0.0, |law| of(law.moduli()))
     }
 
     pub(super) fn error(&self, solid: usize, element: usize, fault: ElementFault<D>) -> StepError {
@@ -352,44 +370,18 @@ impl<const D: usize> Structure<D> {
         displacement: &[Vector<D>],
         gravity: impl Fn(Vector<D>) -> Vector<D>,
     ) -> Vec<f64> {
-        let gravity: Vec<_> = self.positions(displacement).into_iter().map(gravity).collect();
-        let mut force = self.weighted_by_mass(&gravity);
+        let places = self.positions(displacement);
+        let mut force = self.weighted_by_mass(&places.iter().map(|x| gravity(*x)).collect::<Vec<_>>());
         self.supports.add_forces(t, &mut force);
+        self.pressures.forces(t, &places, |node, own| {
+            (0..D).for_each(|axis| force[node as usize * D + axis] += own[axis]);
+        });
         force
     }
 
     /// A matrix with the places of the equations, full of zeros.
     pub(super) fn zero_matrix(&self) -> SparseMatrix {
         self.mass.zero_blocks(D)
-    }
-
-    /// Force that quasi-static solids are off balance by at the end of a step, over the largest of their internal forces: what the linear
-    /// equations of the step, F(u*) + K (u − u*), have of F(u) too little or too much.
-    ///
-    /// # Errors
-    /// As [`Structure::equations`].
-    pub(in crate::pfem2) fn linearisation_error(&self, prediction: &Prediction<D>) -> Result<f64, StepError> {
-        if self.setups.iter().all(|setup| setup.inertia == Inertia::Dynamic) {
-            return Ok(0.0);
-        }
-        let quasi_static = self.by_node(|setup| 1.0 - setup.inertia_rate(1.0));
-        let way = self.state.displacement.iter().zip(&prediction.displacement);
-        let way: Vec<_> = way.map(|(u, predicted)| *u - *predicted).collect();
-        let (mut linear, mut whole) = (vec![Vector::ZERO; way.len()], vec![Vector::ZERO; way.len()]);
-        self.visit(&prediction.displacement, |_, nodes, forces| {
-            for (a, &row) in nodes.iter().enumerate() {
-                let change =
-                    nodes.iter().enumerate().map(|(b, &column)| forces.tangent(a, b).apply(way[column as usize]));
-                linear[row as usize] += forces.internal[a] + change.sum::<Vector<D>>();
-            }
-        })?;
-        self.visit(&self.state.displacement, |_, nodes, forces| {
-            nodes.iter().zip(&forces.internal).for_each(|(&row, force)| whole[row as usize] += *force);
-        })?;
-        let most = |force: &dyn Fn(usize) -> Vector<D>| {
-            (0..way.len()).map(|a| quasi_static[a] * force(a).norm()).fold(0.0, f64::max)
-        };
-        Ok(most(&|a| whole[a] - linear[a]) / most(&|a| whole[a]).max(f64::MIN_POSITIVE))
     }
 }
 
@@ -415,6 +407,9 @@ fn check<const D: usize>(setup: &SolidSetup<D>) -> Result<(), String> {
              keep; for small strains `st-venant-kirchhoff` and `neo-hookean` agree with it",
             setup.name
         ));
+    }
+    if setup.mesh.elements.is_empty() && !setup.law.is_rigid() {
+        return Err(format!("the elastic solid `{}` has a surface, but no elements inside of it", setup.name));
     }
     if setup.velocity.len() != setup.mesh.nodes.len() {
         let (given, nodes) = (setup.velocity.len(), setup.mesh.nodes.len());

@@ -72,7 +72,9 @@ impl<const D: usize> Structure<D> {
             element::volume(&self.points, &places)
         };
         let elements = |solid: usize| 0..self.setups()[solid].mesh.elements.len();
-        (0..self.setups().len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element))).sum()
+        let enclosed: f64 = self.setups().iter().flat_map(|setup| &setup.mesh.inner).map(|(_, volume)| volume).sum();
+        let all = (0..self.setups().len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element)));
+        enclosed + all.sum::<f64>()
     }
 }
 
@@ -87,6 +89,12 @@ pub(super) fn mass_matrix<const D: usize>(
 ) -> Result<SparseMatrix, String> {
     let mut entries = Vec::new();
     for (setup, &first) in setups.iter().zip(first) {
+        if setup.mesh.elements.is_empty() {
+            // Nodes without mass have their place in the matrix, too.
+            entries.extend((first..first + setup.mesh.nodes.len() as u32).map(|node| (node, node, 0.0)));
+            let density = setup.law.density();
+            entries.extend(setup.mesh.inner.iter().map(|&(node, v)| (first + node, first + node, density * v)));
+        }
         for (index, nodes) in setup.mesh.elements.iter().enumerate() {
             let places: Vec<_> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
             let mass = element::mass(points, &places).map_err(|fault| {

@@ -109,8 +109,12 @@ fn places<const D: usize>(mesh: &SolidMesh<D>, nodes: &[u32]) -> Vec<Vector<D>> 
 
 /// ∫ N_a dA [m²] of the nodes of a facet.
 pub fn facet_shares<const D: usize>(mesh: &SolidMesh<D>, facet: usize) -> Vec<(u32, f64)> {
-    let nodes = &mesh.facets[facet].nodes;
-    let places = places(mesh, nodes);
+    shares_at(&mesh.nodes, &mesh.facets[facet].nodes)
+}
+
+/// ∫ N_a dA [m²] of the nodes of a facet, where all nodes are at `positions` [m].
+pub(super) fn shares_at<const D: usize>(positions: &[Vector<D>], nodes: &[u32]) -> Vec<(u32, f64)> {
+    let places: Vec<Vector<D>> = nodes.iter().map(|&node| positions[node as usize]).collect();
     let points = gauss_points(D - 1);
     let share =
         |a: usize| points.iter().map(|point| point.weight * area(&places, &point.slopes) * point.shape[a]).sum();
@@ -158,6 +162,7 @@ mod tests {
             springs: Vec::new(),
             motion: PrescribedMotion::default(),
             tractions,
+            pressures: Vec::new(),
             damping,
             inertia: Inertia::Dynamic,
             friction: 0.0,

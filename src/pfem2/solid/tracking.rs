@@ -5,6 +5,7 @@ use super::contact::{Contact, ContactStep, Meeting};
 use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
+use super::outline::SolidOutline;
 use super::setup::SurfaceCondition;
 use super::structure::{Prediction, SolidState, Structure};
 use super::surface::SolidSurface;
@@ -15,6 +16,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Boundary;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
+use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, Moments};
 use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
@@ -24,7 +26,11 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     /// Their meshes, laws and state.
     pub structure: Structure<D>,
     /// The elements of each as simple ones, for pictures.
-    pub outlines: Vec<Vec<[u32; 4]>>,
+    pub quadrilaterals: Vec<Vec<[u32; 4]>>,
+    /// The surface of each, for outputs.
+    pub outlines: Vec<SolidOutline>,
+    /// Points about which the forces on them have moments [m].
+    pub about: Vec<Option<Vector<D>>>,
     /// Contact with walls.
     walls: WallContacts<D>,
     /// Contact with each other and with themselves.
@@ -42,6 +48,10 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
 pub(in crate::pfem2) struct SolidStep<const D: usize> {
     /// Predicted displacement u* [m]: the surface that cut the mesh.
     pub predicted: Vec<Vector<D>>,
+    /// Forces of the fluid on each node of the solids at its end [N].
+    pub nodal: Vec<Vector<D>>,
+    /// Moments of the forces of the fluid on each solid, about their points.
+    pub moments: Moments,
     /// Forces of the fluid on each solid at its end [N].
     pub forces: Vec<Vector<D>>,
     /// The same at the end of the step before [N].
@@ -71,6 +81,8 @@ impl<const D: usize> SolidTracking<D> {
         let touching = SolidContacts::new(&structure, mesh);
         let last = SolidStep {
             predicted: structure.state.displacement.clone(),
+            nodal: vec![Vector::ZERO; structure.node_count()],
+            moments: Moments::none(none.len()),
             forces: none.clone(),
             forces_earlier: none.clone(),
             forces_mean: none,
@@ -80,9 +92,29 @@ impl<const D: usize> SolidTracking<D> {
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
             imbalance: 0.0,
         };
-        let outlines = structure.setups().iter().map(|setup| quadrilaterals(&setup.mesh)).collect();
-        let walls = WallContacts::new(&structure, mesh, boundary);
-        Self { structure, outlines, walls, touching, prediction: None, contacts: [Vec::new(), Vec::new()], last }
+        let setups = structure.setups().iter();
+        let (quadrilaterals, outlines) =
+            setups.map(|setup| (quadrilaterals(&setup.mesh), SolidOutline::new(&setup.name, &setup.mesh))).unzip();
+        let (walls, about) = (WallContacts::new(&structure, mesh, boundary), vec![None; structure.setups().len()]);
+        let contacts = [Vec::new(), Vec::new()];
+        Self { structure, quadrilaterals, outlines, about, walls, touching, prediction: None, contacts, last }
+    }
+
+    /// With points about which the forces on solids have moments.
+    #[must_use]
+    pub fn with_moments(mut self, moments: &[MomentPoint<D>]) -> Self {
+        self.about = moments::points(moments, self.about.len(), ForcedPart::Solid);
+        self
+    }
+
+    /// Moments of nodal forces [N] on each solid, which act where the mesh was cut [N m].
+    fn moments(&self, nodal: &[Vector<D>]) -> Vec<Vector<3>> {
+        let places = self.structure.positions(&self.last.predicted);
+        let of = |(solid, about): (usize, &Option<Vector<D>>)| {
+            let about = about.unwrap_or_default();
+            self.structure.nodes_of(solid).map(|a| moments::moment(places[a] - about, nodal[a])).sum()
+        };
+        self.about.iter().enumerate().map(of).collect()
     }
 
     /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
@@ -207,12 +239,14 @@ impl<const D: usize> SolidTracking<D> {
         self.structure.advance(step.delta(), prediction, &immersed.independent);
         let nodal = immersed.forces(&system.mesh, &system.unknowns);
         let [gravity, supports] = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
-        let imbalance = self.structure.linearisation_error(prediction)?;
+        let imbalance = self.structure.linearisation_error(step, prediction)?;
         self.keep_contacts();
         let powers = [gravity, supports + self.bounce(step.theta)];
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
         self.last.add_forces(self.structure.sums(&nodal), shares);
+        self.last.moments.update(self.moments(&nodal), shares);
+        self.last.nodal = nodal;
         Ok(())
     }
 
@@ -226,8 +260,11 @@ impl<const D: usize> SolidTracking<D> {
     pub fn restart(&mut self, SolidStart { mut state, last }: SolidStart<D>) {
         state.begin(&self.structure.state);
         let forces = std::mem::take(&mut self.last.forces);
-        let [contact, touch] = [&mut self.last.contact, &mut self.last.touch].map(std::mem::take);
-        self.last = SolidStep { forces_earlier: forces.clone(), forces, contact, touch, ..last };
+        let [contact, touch, nodal] =
+            [&mut self.last.contact, &mut self.last.touch, &mut self.last.nodal].map(std::mem::take);
+        let mut moments = last.moments;
+        moments.begin(std::mem::take(&mut self.last.moments.last));
+        self.last = SolidStep { forces_earlier: forces.clone(), forces, moments, contact, touch, nodal, ..last };
         self.structure.state = state;
     }
 
@@ -237,11 +274,14 @@ impl<const D: usize> SolidTracking<D> {
     /// An element is turned inside out.
     pub fn open_energies(&mut self) -> Result<SolidEnergies, StepError> {
         let none = vec![Vector::ZERO; self.last.forces.len()];
-        let SolidStep { predicted, contact, touch, .. } = std::mem::take(&mut self.last);
+        let SolidStep { predicted, contact, touch, mut nodal, .. } = std::mem::take(&mut self.last);
+        nodal.fill(Vector::ZERO);
         let energies = energies(&self.structure, [0.0; 2])?;
         let (forces_earlier, forces_mean) = (none.clone(), none.clone());
         self.last = SolidStep {
             predicted,
+            nodal,
+            moments: Moments::none(none.len()),
             contact,
             touch,
             energies,

@@ -23,6 +23,7 @@ fn solid(mesh: SolidMesh<2>, density: f64, held: [Option<Signal>; 2]) -> SolidSe
         springs: Vec::new(),
         motion: PrescribedMotion::default(),
         tractions: Vec::new(),
+        pressures: Vec::new(),
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
         friction: 0.0,

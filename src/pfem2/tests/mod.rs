@@ -6,6 +6,7 @@ mod bubble;
 mod cavity;
 mod contact;
 mod couette;
+mod enclosed;
 mod energy;
 mod floating;
 mod inlet;
@@ -97,6 +98,7 @@ fn setup<const D: usize, const N: usize>(
         boundaries,
         pin: None,
         fluids,
+        moments: Vec::new(),
         tension,
         gravity,
         particles,

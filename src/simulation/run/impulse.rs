@@ -28,10 +28,10 @@ impl Impulses {
         });
     }
 
-    /// Replaces the forces of the last step by their means since they were last recorded.
-    pub fn average(&self, forces: &mut [(String, [f64; 3])]) {
+    /// Replaces the forces of the last step, and then its moments, by their means since they were last recorded.
+    pub fn average(&self, [forces, moments]: [&mut [(String, [f64; 3])]; 2]) {
         let Some(time) = self.time.first() else { return };
-        for ((_, force), sum) in forces.iter_mut().zip(self.sums.as_chunks::<3>().0) {
+        for ((_, force), sum) in forces.iter_mut().chain(moments).zip(self.sums.as_chunks::<3>().0) {
             *force = sum.map(|impulse| impulse / time);
         }
     }

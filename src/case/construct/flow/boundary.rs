@@ -8,6 +8,7 @@ use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
 use crate::mesh::{Facet, Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup, Condition, PressurePin};
+use crate::pfem2::{ForcedPart, MomentPoint};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl<'c> Construction<'c> {
@@ -154,6 +155,28 @@ impl<'c> Construction<'c> {
                 Condition::Pressure(self.signal(&format!("{key}.pressure"), &spec.pressure, samples))
             }
         }
+    }
+
+    /// Points about which forces on parts of the boundary and on solids have moments.
+    pub(super) fn moments<const D: usize>(&mut self, sets: &[BoundarySetup<D>]) -> Vec<MomentPoint<D>> {
+        let file = &self.case.file;
+        let mut points = Vec::new();
+        for (i, (spec, set)) in file.boundary.iter().zip(sets).enumerate() {
+            let Some(about) = spec.moment_about else { continue };
+            if set.condition.kind() == BoundaryKind::Outlet {
+                let message =
+                    "an open boundary holds nothing: the fluid exerts no force on it that could have a moment";
+                let finding = Diagnostic::error(format!("boundary[{i}].moment-about"), message);
+                self.findings.push(finding.help("take it out; walls, slip walls and inlets have a force"));
+            }
+            points.push(MomentPoint { part: ForcedPart::Boundary(i), about: Vector::from3(about) });
+        }
+        for (solid, body) in file.solids().into_iter().enumerate() {
+            let about = file.body[body].moment_about;
+            let of = |about| MomentPoint { part: ForcedPart::Solid(solid), about: Vector::from3(about) };
+            points.extend(about.map(of));
+        }
+        points
     }
 
     /// Without a velocity an inlet would be a wall at rest, silently.

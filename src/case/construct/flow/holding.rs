@@ -114,6 +114,10 @@ impl Construction<'_> {
                 self.findings.push(finding.help("take it out, or choose an elastic law"));
             }
         }
+        if spec.stress.is_some() {
+            let finding = Diagnostic::error(format!("body[{index}].stress"), "a rigid solid has no stress");
+            self.findings.push(finding.help("take it out, or choose an elastic law"));
+        }
         if spec.inertia == Some(InertiaSpec::QuasiStatic) {
             let finding = Diagnostic::error(
                 format!("body[{index}].inertia"),

@@ -1,13 +1,17 @@
 //! PFEM-2: mesh, conditions on its boundary, fluids and their particles.
 
 mod boundary;
+mod enclosed;
 mod fluids;
 mod holding;
+mod loads;
 mod mesh;
 mod particle_solids;
+mod prestress;
 mod solids;
 mod through;
 
+use prestress::incompressible;
 use solids::natural_periods;
 pub(in crate::case) use solids::size_of;
 
@@ -46,6 +50,7 @@ impl Case {
         let mut summary = summary.with_solver(&mut solver, &self.file);
         summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
         summary.notes.extend(periods);
+        summary.notes.extend(incompressible(&self.file));
         check::steps(self, &summary, &mut findings);
         check::memory(&summary, &mut findings);
         names::files(&self.file, &solver.snapshot(), &mut findings);
@@ -68,6 +73,7 @@ impl Construction<'_> {
         let gravity = self.signals("pfem2.gravity", &file.pfem2.gravity, &samples);
         let boundaries = self.boundaries(&mesh);
         let pin = self.pin(&mesh, &boundaries);
+        let moments = self.moments(&boundaries);
         let tension = self.tensions();
         let (flowing, solid, on_particles) = (file.fluids(), file.solids(), file.particle_solids());
         let fluids: Vec<FluidSetup> = flowing.iter().filter_map(|&i| self.fluid(i)).collect();
@@ -107,6 +113,7 @@ impl Construction<'_> {
             boundaries,
             pin,
             fluids,
+            moments,
             tension,
             gravity: std::array::from_fn(|i| gravity[i].clone()),
             particles,

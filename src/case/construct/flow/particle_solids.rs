@@ -124,7 +124,9 @@ impl Construction<'_> {
             ("friction", spec.friction.is_some()),
             ("restitution", spec.restitution.is_some()),
             ("surface", spec.surface.is_some()),
+            ("moment-about", spec.moment_about.is_some()),
             ("traction", !spec.traction.is_empty()),
+            ("stress", spec.stress.is_some()),
         ];
         for (name, _) in given.into_iter().filter(|(_, given)| *given) {
             let message =

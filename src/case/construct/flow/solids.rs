@@ -2,14 +2,14 @@
 
 use super::super::Construction;
 use super::super::signals::TrialPoints;
-use crate::case::{Material, SolidMeshSpec, SupportPlace, TractionSpec};
+use crate::case::{Material, SolidMeshSpec};
 use crate::error::Diagnostic;
 use crate::geometry::{FacetCorners, Region, Winding};
 use crate::material::{PointLaw, StartState};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
-use crate::pfem2::solid::setup::{SolidSetup, SurfaceTraction};
+use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 
 /// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
@@ -64,26 +64,16 @@ impl Construction<'_> {
     ) -> Option<InitialSolid<D>> {
         let spec = &self.case.file.body[index];
         let key = format!("body[{index}]");
-        let quadratic = self.solid_mesh(index, background)?;
-        let nodes: Vec<Vector<D>> = quadratic.nodes.iter().map(|&x| Vector::from3(x)).collect();
-        let mesh = match SolidMesh::new(nodes, quadratic.elements.clone()) {
-            Ok(mesh) => mesh,
-            Err(why) => {
-                self.findings.push(Diagnostic::error(format!("{key}.mesh"), why));
-                return None;
-            }
-        };
+        let (quadratic, mesh) = self.solid_meshes(index, background)?;
         let (start, over) = (TrialPoints::start(&mesh.nodes), TrialPoints::over(&mesh.nodes, self.case.file.time.end));
         let velocity: [Signal; 3] = self.signals(&format!("{key}.velocity"), &spec.velocity, &start);
         let (held, springs) = self.holding(index, (&quadratic, &mesh), &over);
         let motion = self.motion::<D>(index, &over);
         self.unused_by_rigid(index);
         self.unused_by_elastic(index);
-        let loads = spec.traction.iter().enumerate();
-        let tractions = loads
-            .filter_map(|(i, load)| self.load(load, &format!("{key}.traction[{i}]"), &quadratic, &mesh, &over))
-            .collect();
+        let (tractions, pressures) = self.loads(index, (&quadratic, &mesh), &over);
         let law = self.solid_law(index)?;
+        let law = self.prestressed::<D>(index, law)?;
         if let (Some(_), 3) = (spec.plane, D) {
             let finding = Diagnostic::error(format!("{key}.plane"), "a solid in 3D has no plane");
             self.findings.push(finding.help("take it out: it is for `dimension = 2`"));
@@ -99,6 +89,7 @@ impl Construction<'_> {
             springs,
             motion,
             tractions,
+            pressures,
             damping: spec.damping.unwrap_or_default().into(),
             inertia: spec.inertia.unwrap_or_default().into(),
             friction: spec.friction.unwrap_or_default(),
@@ -135,8 +126,9 @@ impl Construction<'_> {
         for (a, solid) in solids.iter().enumerate() {
             for other in solids.iter().enumerate().filter(|(b, _)| *b != a).map(|(_, other)| other) {
                 let SolidSetup { name, mesh, .. } = &solid.setup;
-                let inside = |nodes: &&Vec<u32>| other.contains(mesh.nodes[nodes[middle] as usize]);
-                let count = mesh.elements.iter().filter(inside).count();
+                let of_elements = mesh.elements.iter().map(|nodes| nodes[middle]);
+                let inside = |node: &u32| other.contains(mesh.nodes[*node as usize]);
+                let count = of_elements.chain(mesh.inner.iter().map(|(node, _)| *node)).filter(inside).count();
                 if count > 0 {
                     let message = format!("{count} elements of `{name}` lie in `{}`", other.setup.name);
                     let finding = Diagnostic::error(format!("body[{}]", solid.body), message);
@@ -157,6 +149,26 @@ impl Construction<'_> {
             Ok(_) => Some(law),
             Err(why) => {
                 self.findings.push(Diagnostic::error(format!("body[{index}].material"), why));
+                None
+            }
+        }
+    }
+
+    /// The mesh of a solid, as sets of nodes are named in it and as it is solved.
+    fn solid_meshes<const D: usize, const N: usize>(
+        &mut self,
+        index: usize,
+        background: &Mesh<D, N>,
+    ) -> Option<(QuadraticMesh, SolidMesh<D>)> {
+        if let Some(surface) = self.surface_of(index)? {
+            return self.enclosed(index, &surface);
+        }
+        let quadratic = self.solid_mesh(index, background)?;
+        let nodes: Vec<Vector<D>> = quadratic.nodes.iter().map(|&x| Vector::from3(x)).collect();
+        match SolidMesh::new(nodes, quadratic.elements.clone()) {
+            Ok(mesh) => Some((quadratic, mesh)),
+            Err(why) => {
+                self.findings.push(Diagnostic::error(format!("body[{index}].mesh"), why));
                 None
             }
         }
@@ -185,38 +197,6 @@ impl Construction<'_> {
             self.findings.push(Diagnostic::error(format!("{key}.region"), why).help(help));
         };
         made.map_err(wrong).ok()
-    }
-
-    fn load<const D: usize>(
-        &mut self,
-        spec: &TractionSpec,
-        key: &str,
-        quadratic: &QuadraticMesh,
-        mesh: &SolidMesh<D>,
-        over: &TrialPoints,
-    ) -> Option<SurfaceTraction<D>> {
-        let (Some(value), None) = (&spec.value, &spec.pressure) else {
-            let message = "a load on a solid of `method = \"pfem2\"` is a force per area of the undeformed surface";
-            let finding = Diagnostic::error(key, message).help("give `value`, fixed in direction, and no `pressure`");
-            self.findings.push(finding);
-            return None;
-        };
-        let nodes = self.nodes_on(&spec.on, &format!("{key}.on"), "solid", quadratic)?;
-        let covered = |facet: &SolidFacet| facet.nodes.iter().all(|node| nodes.binary_search(node).is_ok());
-        let facets: Vec<u32> = (0u32..).zip(&mesh.facets).filter(|(_, f)| covered(f)).map(|(f, _)| f).collect();
-        if facets.is_empty() {
-            let help = match spec.on {
-                SupportPlace::Point(_) => {
-                    "a force needs an area: name a side, or a region that holds whole sides of elements"
-                }
-                _ => "take a larger place, or smaller elements: it must hold all nodes of a side",
-            };
-            let finding = Diagnostic::error(format!("{key}.on"), "no side of an element lies in this place");
-            self.findings.push(finding.help(help));
-            return None;
-        }
-        let traction = self.signals(&format!("{key}.value"), value, over);
-        Some(SurfaceTraction { facets, traction: std::array::from_fn(|i| traction[i].clone()) })
     }
 }
 

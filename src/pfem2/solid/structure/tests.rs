@@ -1,6 +1,7 @@
 //! Solids against closed forms, and against the benchmark of Turek & Hron (2006).
 
 mod bonds;
+mod loads;
 mod rigid;
 mod waves;
 
@@ -30,6 +31,7 @@ pub(in crate::pfem2::solid) fn solid<const D: usize>(
         springs: Vec::new(),
         motion: PrescribedMotion::default(),
         tractions: Vec::new(),
+        pressures: Vec::new(),
         damping: Damping::default(),
         inertia: Inertia::Dynamic,
         friction: 0.0,

@@ -58,6 +58,8 @@ struct SolidFacets<const D: usize> {
     boxes: Boxes<D>,
     lower: Vector<D>,
     upper: Vector<D>,
+    /// True without elements inside.
+    is_hollow: bool,
 }
 
 /// The point of the surface that is nearest to a place.
@@ -119,7 +121,7 @@ impl<const D: usize> SolidSurface<D> {
         for &solid in solids {
             let start = facets.len() as u32;
             facets.extend(of(solid));
-            outlines.push(SolidFacets::new(start, &facets[start as usize..]));
+            outlines.push(SolidFacets::new(start, &facets[start as usize..], solid.0.elements.is_empty()));
         }
         let shifted = |(mesh, first): &(&SolidMesh<D>, u32)| {
             let first = *first;
@@ -178,12 +180,15 @@ impl<const D: usize> SolidSurface<D> {
         (beyond <= BEYOND).then(|| weights(self.element(e), &local.0))
     }
 
-    /// True if the box around an element, widened by a `margin` [m], holds `x` [m]: elsewhere `x` is outside.
+    /// True if the box around an element, or that around a solid without elements, widened by a `margin` [m], holds `x` [m]: elsewhere `x` is outside.
     pub fn is_near(&self, x: Vector<D>, margin: f64) -> bool {
         let around = || AABB::from_corners((x - Vector::splat(margin)).0, (x + Vector::splat(margin)).0);
+        let is_near = |solid: &&SolidFacets<D>| solid.gap_squared(x) <= margin * margin * D as f64;
+        let mut near = self.solids.iter().filter(is_near).peekable();
         x.is_finite()
-            && self.solids.iter().any(|solid| solid.gap_squared(x) <= margin * margin * D as f64)
-            && self.element_boxes.locate_in_envelope_intersecting(around()).next().is_some()
+            && near.peek().is_some()
+            && (near.any(|solid| solid.is_hollow)
+                || self.element_boxes.locate_in_envelope_intersecting(around()).next().is_some())
     }
 
     /// Positions of the nodes of the facets [m], facet by facet; shared ones repeat.
@@ -281,13 +286,14 @@ impl<const D: usize> SolidSurface<D> {
 }
 
 impl<const D: usize> SolidFacets<D> {
-    fn new(first: u32, facets: &[SurfaceFacet<D>]) -> Self {
+    fn new(first: u32, facets: &[SurfaceFacet<D>], is_hollow: bool) -> Self {
         let corner = |side: usize, pick: fn(f64, f64) -> f64, start: f64| {
             let corners = facets.iter().map(|facet| facet.bounds[side]);
             corners.fold(Vector::splat(start), |a, b| Vector::from_fn(|i| pick(a[i], b[i])))
         };
         let boxes = boxes(first, facets.iter().map(|facet| facet.bounds));
-        Self { first, boxes, lower: corner(0, f64::min, f64::INFINITY), upper: corner(1, f64::max, f64::NEG_INFINITY) }
+        let [lower, upper] = [corner(0, f64::min, f64::INFINITY), corner(1, f64::max, f64::NEG_INFINITY)];
+        Self { first, boxes, lower, upper, is_hollow }
     }
 
     /// Square of the distance from the box around it [m²].
