@@ -40,6 +40,27 @@ pub struct SolidSetup<const D: usize> {
 }
 
 impl<const D: usize> SolidSetup<D> {
+    /// A solid at rest that nothing holds or loads, in plane strain in two dimensions; the fluid sticks to it.
+    pub fn free(name: impl Into<String>, mesh: SolidMesh<D>, law: Box<dyn PointLaw>) -> Self {
+        Self {
+            name: name.into(),
+            law,
+            plane: Plane::default(),
+            velocity: vec![Vector::ZERO; mesh.nodes.len()],
+            held: Vec::new(),
+            springs: Vec::new(),
+            motion: PrescribedMotion::default(),
+            tractions: Vec::new(),
+            pressures: Vec::new(),
+            damping: Damping::default(),
+            inertia: Inertia::default(),
+            friction: 0.0,
+            restitution: 0.0,
+            surface: SurfaceCondition::default(),
+            mesh,
+        }
+    }
+
     /// e, zero of an elastic solid: its own waves make it bounce.
     pub(super) fn restitution(&self) -> f64 {
         if self.law.is_rigid() { self.restitution } else { 0.0 }

@@ -51,7 +51,7 @@ mod tests {
     use crate::material::{Elastic, StVenantKirchhoff};
     use crate::math::Vector;
     use crate::pfem2::solid::mesh::SolidMesh;
-    use crate::pfem2::solid::setup::{Damping, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition};
+    use crate::pfem2::solid::setup::{Plane, SolidSetup};
 
     const YOUNG: f64 = 2e6;
     const POISSON: f64 = 0.3;
@@ -64,23 +64,8 @@ mod tests {
         let across = if plane == Plane::Strain { POISSON / (1.0 - POISSON) } else { POISSON };
         let u = |x: &Vector<2>| Vector([-kappa * x[0] * x[1], 0.5 * kappa * (x[0] * x[0] + across * x[1] * x[1])]);
         let displacement = mesh.nodes.iter().map(u).collect();
-        let setup = SolidSetup {
-            name: "bar".into(),
-            velocity: vec![Vector::ZERO; mesh.nodes.len()],
-            law: Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, YOUNG, POISSON) }),
-            plane,
-            held: Vec::new(),
-            springs: Vec::new(),
-            motion: PrescribedMotion::default(),
-            tractions: Vec::new(),
-            pressures: Vec::new(),
-            damping: Damping::default(),
-            inertia: Inertia::Dynamic,
-            friction: 0.0,
-            restitution: 0.0,
-            surface: SurfaceCondition::NoSlip,
-            mesh,
-        };
+        let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, YOUNG, POISSON) });
+        let setup = SolidSetup { plane, ..SolidSetup::free("bar", mesh, law) };
         let mut structure = Structure::new(vec![setup]).unwrap();
         structure.state.displacement = displacement;
         (structure, kappa)

@@ -135,9 +135,7 @@ fn area<const D: usize>(places: &[Vector<D>], slopes: &[[f64; 3]]) -> f64 {
 mod tests {
     use super::*;
     use crate::material::{Elastic, StVenantKirchhoff};
-    use crate::pfem2::solid::setup::{
-        Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SurfaceCondition, SurfaceTraction,
-    };
+    use crate::pfem2::solid::setup::{HeldNodes, SurfaceTraction};
 
     /// A block of unit density with loads on all facets with places that satisfy `on`.
     fn loaded<const D: usize>(
@@ -148,27 +146,9 @@ mod tests {
         let mesh = SolidMesh::block(Vector::ZERO, Vector::from_fn(|k| 1.0 + k as f64), counts).unwrap();
         let inside = |facet: &u32| mesh.facets[*facet as usize].nodes.iter().all(|&node| on(mesh.nodes[node as usize]));
         let facets = (0..mesh.facets.len() as u32).filter(inside).collect();
-        let velocity = vec![Vector::ZERO; mesh.nodes.len()];
         let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1.0, 1.0, 0.3) });
         let tractions = vec![SurfaceTraction { facets, traction }];
-        let (held, damping, plane) = (Vec::new(), Damping::default(), Plane::Strain);
-        SolidSetup {
-            name: "block".into(),
-            mesh,
-            law,
-            plane,
-            velocity,
-            held,
-            springs: Vec::new(),
-            motion: PrescribedMotion::default(),
-            tractions,
-            pressures: Vec::new(),
-            damping,
-            inertia: Inertia::Dynamic,
-            friction: 0.0,
-            restitution: 0.0,
-            surface: SurfaceCondition::NoSlip,
-        }
+        SolidSetup { tractions, ..SolidSetup::free("block", mesh, law) }
     }
 
     /// A traction y² t on the side x = 1 of a block of height 2: ∫ y² dy = 8/3, with the moment ∫ y³ dy = 4.

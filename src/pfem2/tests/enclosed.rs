@@ -6,7 +6,7 @@ use crate::material::Rigid;
 use crate::mesh::SurfacePatches;
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{Damping, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::setup::{PrescribedMotion, SolidSetup};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 
@@ -27,23 +27,8 @@ fn of_triangles() -> SolidMesh<3> {
 fn in_water(solid: SolidMesh<3>, density: f64, is_free: bool) -> (Vector<3>, f64, Vector<3>) {
     let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector::splat(1.0), [5; 3]).unwrap();
     let none = || std::array::from_fn(|_| (!is_free).then_some(Signal::ZERO));
-    let setup_of = SolidSetup {
-        name: "box".into(),
-        law: Box::new(Rigid { density }),
-        plane: Plane::Strain,
-        velocity: vec![Vector::ZERO; solid.nodes.len()],
-        held: Vec::new(),
-        springs: Vec::new(),
-        motion: PrescribedMotion { velocity: none(), spin: none() },
-        tractions: Vec::new(),
-        pressures: Vec::new(),
-        damping: Damping::default(),
-        inertia: Inertia::Dynamic,
-        friction: 0.0,
-        restitution: 0.0,
-        surface: SurfaceCondition::NoSlip,
-        mesh: solid,
-    };
+    let motion = PrescribedMotion { velocity: none(), spin: none() };
+    let setup_of = SolidSetup { motion, ..SolidSetup::free("box", solid, Box::new(Rigid { density })) };
     let physics = Physics {
         stabilisation: Stabilisation::ConsistentPspg,
         ..physics(vec![fluid("water", 1000.0, 1e-3)], [Signal::ZERO, Signal::ZERO, (-10.0).into()])

@@ -5,7 +5,7 @@ use crate::material::{Elastic, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::setup::{HeldNodes, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 
@@ -14,23 +14,9 @@ const GRAVITY: f64 = 9.81;
 /// A stiff solid of this density [kg/m³]; its nodes have the velocities `held` along each axis.
 fn solid(mesh: SolidMesh<2>, density: f64, held: [Option<Signal>; 2]) -> SolidSetup<2> {
     let nodes = (0..mesh.nodes.len() as u32).collect();
-    SolidSetup {
-        name: "solid".into(),
-        law: Box::new(StVenantKirchhoff { elastic: Elastic::new(density, 1e8, 0.3) }),
-        plane: Plane::Strain,
-        velocity: vec![Vector::ZERO; mesh.nodes.len()],
-        held: vec![HeldNodes { nodes, velocity: held }],
-        springs: Vec::new(),
-        motion: PrescribedMotion::default(),
-        tractions: Vec::new(),
-        pressures: Vec::new(),
-        damping: Damping::default(),
-        inertia: Inertia::Dynamic,
-        friction: 0.0,
-        restitution: 0.0,
-        surface: SurfaceCondition::NoSlip,
-        mesh,
-    }
+    let held = vec![HeldNodes { nodes, velocity: held }];
+    let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(density, 1e8, 0.3) });
+    SolidSetup { held, ..SolidSetup::free("solid", mesh, law) }
 }
 
 /// Water up to a height [m] under air, with a solid in both.

@@ -5,9 +5,7 @@ use crate::material::{Elastic, Prestressed, StVenantKirchhoff};
 use crate::math::SymTensor;
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{
-    Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SolidSetup, SurfaceCondition, SurfaceTraction,
-};
+use crate::pfem2::solid::setup::{HeldNodes, Inertia, SolidSetup, SurfaceCondition, SurfaceTraction};
 use crate::pfem2::solid::structure::Structure;
 use crate::simulation::Solver;
 use std::f64::consts::PI;
@@ -23,23 +21,10 @@ pub fn solid(
         nodes: (0..mesh.nodes.len() as u32).filter(|&a| held(mesh.nodes[a as usize])[axis]).collect(),
         velocity: std::array::from_fn(|k| (k == axis).then_some(Signal::ZERO)),
     };
-    SolidSetup {
-        name: "solid".into(),
-        law: Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, young, poisson) }),
-        plane: Plane::Strain,
-        velocity: mesh.nodes.iter().map(|&x| velocity(x)).collect(),
-        held: vec![along(0), along(1)],
-        springs: Vec::new(),
-        motion: PrescribedMotion::default(),
-        tractions: Vec::new(),
-        pressures: Vec::new(),
-        damping: Damping::default(),
-        inertia: Inertia::Dynamic,
-        friction: 0.0,
-        restitution: 0.0,
-        surface: SurfaceCondition::NoSlip,
-        mesh,
-    }
+    let velocity = mesh.nodes.iter().map(|&x| velocity(x)).collect();
+    let held = vec![along(0), along(1)];
+    let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, young, poisson) });
+    SolidSetup { velocity, held, ..SolidSetup::free("solid", mesh, law) }
 }
 
 /// Water with solids in it, with the stabilisation that cases with solids have.

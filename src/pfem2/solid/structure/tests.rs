@@ -10,9 +10,7 @@ use crate::linalg::SparseFactor;
 use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
 use crate::pfem2::solid::mesh::SolidFacet;
-use crate::pfem2::solid::setup::{
-    Damping, HeldNodes, Inertia, Plane, PrescribedMotion, SurfaceCondition, SurfaceTraction,
-};
+use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, PrescribedMotion, SurfaceTraction};
 
 /// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
 /// are held along all axes.
@@ -22,23 +20,9 @@ pub(in crate::pfem2::solid) fn solid<const D: usize>(
     fixed: impl Fn(Vector<D>) -> bool,
 ) -> SolidSetup<D> {
     let nodes = (0..mesh.nodes.len() as u32).filter(|&node| fixed(mesh.nodes[node as usize])).collect();
-    SolidSetup {
-        name: "solid".into(),
-        velocity: vec![Vector::ZERO; mesh.nodes.len()],
-        law: Box::new(StVenantKirchhoff { elastic: Elastic::new(density, young, poisson) }),
-        plane: Plane::Strain,
-        held: vec![HeldNodes { nodes, velocity: std::array::from_fn(|_| Some(Signal::ZERO)) }],
-        springs: Vec::new(),
-        motion: PrescribedMotion::default(),
-        tractions: Vec::new(),
-        pressures: Vec::new(),
-        damping: Damping::default(),
-        inertia: Inertia::Dynamic,
-        friction: 0.0,
-        restitution: 0.0,
-        surface: SurfaceCondition::NoSlip,
-        mesh,
-    }
+    let held = vec![HeldNodes { nodes, velocity: std::array::from_fn(|_| Some(Signal::ZERO)) }];
+    let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(density, young, poisson) });
+    SolidSetup { held, ..SolidSetup::free("solid", mesh, law) }
 }
 
 /// Solids without a fluid, in equal steps.
