@@ -9,14 +9,16 @@
 //!
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
-use super::{CLOSEST, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts};
+use super::{
+    CLOSEST, CLOSEST_GLIDING, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts,
+};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
 use std::collections::BTreeMap;
 
 /// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept away from nodes.
-const INSIDE: f64 = 1e-6;
+const INSIDE: f64 = CLOSEST;
 
 /// Area of a triangle over the square of its longest side below which its corners lie in a line.
 const FLAT: f64 = 1e-6;
@@ -84,7 +86,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
-            if (point.position - corner).norm() <= 2.0 * CLOSEST * (end - start).norm() {
+            if (point.position - corner).norm() <= 2.0 * CLOSEST_GLIDING * (end - start).norm() {
                 point.glides_across = None;
             }
         }

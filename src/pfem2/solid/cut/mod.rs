@@ -26,15 +26,18 @@ use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its ends.
-const CLOSEST: f64 = 1e-6;
+/// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver digits, and tie nodes to solids.
+const CLOSEST: f64 = 1e-4;
 
-/// Where the fluid glides, from the end inside: between two of them, beside a node inside, shear would tie the nodes outside together.
+/// From the end inside: what lies between two of them moves with the solid.
+const AT_NODE: f64 = 1e-6;
+
+/// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside together.
 const CLOSEST_GLIDING: f64 = 1e-3;
 
 /// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers of rounding lie along a surface on lines of
-/// the mesh.
-const ON_SURFACE: f64 = 1e-6;
+/// the mesh, and none that are thinner than what cut points keep.
+const ON_SURFACE: f64 = CLOSEST;
 
 /// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or less it would be fluid or solid.
 const BESIDE_SURFACE: f64 = 1e-3;
@@ -325,7 +328,7 @@ fn cut_point<const D: usize, const N: usize>(
     let ends = edge.map(|node| distance[node as usize]);
     let (t, foot) = crossing(surface, at, (ends, level_of(mesh, surface, edge[1], ends[1])), (end - start).norm());
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
-    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { CLOSEST };
+    let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
     let kept = t.clamp(CLOSEST, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
     let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
@@ -334,19 +337,15 @@ fn cut_point<const D: usize, const N: usize>(
 }
 
 /// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface, which the edge may meet before or
-/// follow; nodes are inside up to there.
+/// follow, or outside of it: a little above that of the node.
 fn level_of<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
     node: u32,
     distance: f64,
 ) -> f64 {
-    let on_surface = ON_SURFACE * smallest_element(mesh, node as usize);
-    if distance < -on_surface {
-        return 0.0;
-    }
-    let exact = surface.distance(mesh.nodes()[node as usize]);
-    exact + on_surface
+    let margin = AT_NODE * smallest_element(mesh, node as usize);
+    if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
 }
 
 /// Where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given the distances at its ends, of which
