@@ -39,7 +39,7 @@ fn body(mesh: SolidMesh<2>, density: f64, young: f64, surface: SurfaceCondition)
 /// A disc of this radius [m] in the middle of the vessel.
 fn disc_of(radius: f64) -> SolidMesh<2> {
     let mut mesh = solid_disc(2);
-    mesh.nodes.iter_mut().for_each(|x| *x = *x * radius);
+    mesh.nodes.iter_mut().for_each(|x| *x *= radius);
     mesh
 }
 
