@@ -4,24 +4,37 @@
 //! of the nearest face, edge or vertex (Baerentzen & Aanaes 2005), which is right for every closed surface.
 
 use super::Triangles;
+use super::closest::closest_on_triangle;
 use super::primitive::{Distance, direction};
 use crate::math::Vector;
 use hashbrown::HashMap;
-use parry3d_f64::query::PointQueryWithLocation;
-use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+use rstar::{AABB, PointDistance, RTree, RTreeObject};
 use std::path::Path;
 
 /// A closed triangulated surface with outward normals, ready for distance queries.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Surface {
-    mesh: TriMesh,
+    triangles: Triangles,
     volume: f64,
+    facets: RTree<Facet>,
+    normals: PseudoNormals,
 }
 
-impl std::fmt::Debug for Surface {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Surface").field("triangles", &self.mesh.num_triangles()).field("volume", &self.volume).finish()
-    }
+/// A triangle in the search for the nearest one.
+#[derive(Debug, Clone)]
+struct Facet {
+    index: usize,
+    corners: [Vector<3>; 3],
+}
+
+/// Directions outward at faces, edges and vertices; those of edges and vertices have no length of their own.
+#[derive(Debug, Clone)]
+struct PseudoNormals {
+    faces: Vec<Vector<3>>,
+    /// By their two vertices, ascending: the sum of those of the two faces.
+    edges: HashMap<[u32; 2], Vector<3>>,
+    /// The sum of those of the faces around, weighted with the angles there.
+    vertices: Vec<Vector<3>>,
 }
 
 impl Surface {
@@ -48,10 +61,11 @@ impl Surface {
         if !(volume.is_finite() && volume > 0.0) {
             return Err("the surface encloses no volume".into());
         }
-        let vertices = surface.vertices.iter().map(|&[x, y, z]| parry3d_f64::math::Vector::new(x, y, z)).collect();
-        let mesh = TriMesh::with_flags(vertices, surface.triangles, TriMeshFlags::ORIENTED)
-            .map_err(|why| format!("not a usable surface: {why}"))?;
-        Ok(Self { mesh, volume })
+        let corners = |t: &[u32; 3]| t.map(|v| Vector(surface.vertices[v as usize]));
+        let facet = |(index, t)| Facet { index, corners: corners(t) };
+        let facets = RTree::bulk_load(surface.triangles.iter().enumerate().map(facet).collect());
+        let normals = PseudoNormals::new(&surface);
+        Ok(Self { triangles: surface, volume, facets, normals })
     }
 
     /// Volume enclosed [m³].
@@ -61,31 +75,86 @@ impl Surface {
 
     /// Its vertices [m].
     pub fn vertices(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
-        self.mesh.vertices().iter().map(|v| [v.x, v.y, v.z])
+        self.triangles.vertices.iter().copied()
     }
 
     /// Its triangles, counter-clockwise seen from outside.
     pub fn triangles(&self) -> Triangles {
-        Triangles { vertices: self.vertices().collect(), triangles: self.mesh.indices().to_vec() }
+        self.triangles.clone()
     }
 
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
-        self.mesh.num_triangles()
+        self.triangles.triangles.len()
     }
 
     pub(super) fn distance(&self, x: Vector<3>) -> Distance {
-        let point = parry3d_f64::math::Vector::new(x[0], x[1], x[2]);
-        let (nearest, (triangle, _)) = self.mesh.project_local_point_and_get_location(point, false);
-        let away = x - Vector([nearest.point.x, nearest.point.y, nearest.point.z]);
-        let sign = if nearest.is_inside { -1.0 } else { 1.0 };
+        let Some(nearest) = self.facets.nearest_neighbor(x.0) else { return (f64::INFINITY, Vector::unit(0)) };
+        let weights = closest_on_triangle(nearest.corners, x);
+        let away = x - nearest.point(weights);
+        let outward = self.normals.at(self.triangles.triangles[nearest.index], nearest.index, weights);
+        let sign = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
         let d = away.norm();
-        let face = || {
-            let n = self.mesh.triangle(triangle).normal();
-            n.map_or(Vector::unit(0), |n| Vector([n.x, n.y, n.z]))
-        };
-        (sign * d, if d > 0.0 { direction(away * sign, face()) } else { face() })
+        let face = self.normals.faces[nearest.index];
+        (sign * d, if d > 0.0 { direction(away * sign, face) } else { face })
     }
+}
+
+impl Facet {
+    fn point(&self, weights: [f64; 3]) -> Vector<3> {
+        let [a, b, c] = self.corners;
+        a * weights[0] + b * weights[1] + c * weights[2]
+    }
+}
+
+impl RTreeObject for Facet {
+    type Envelope = AABB<[f64; 3]>;
+
+    fn envelope(&self) -> Self::Envelope {
+        AABB::from_points(&self.corners.map(|corner| corner.0))
+    }
+}
+
+impl PointDistance for Facet {
+    fn distance_2(&self, x: &[f64; 3]) -> f64 {
+        let x = Vector(*x);
+        (x - self.point(closest_on_triangle(self.corners, x))).norm_squared()
+    }
+}
+
+impl PseudoNormals {
+    fn new(surface: &Triangles) -> Self {
+        let mut edges: HashMap<[u32; 2], Vector<3>> = HashMap::new();
+        let mut vertices = vec![Vector::ZERO; surface.vertices.len()];
+        let mut faces = Vec::with_capacity(surface.triangles.len());
+        for triangle in &surface.triangles {
+            let corners = triangle.map(|v| Vector(surface.vertices[v as usize]));
+            let face = direction((corners[1] - corners[0]).cross(corners[2] - corners[0]), Vector::unit(0));
+            faces.push(face);
+            for k in 0..3 {
+                let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+                *edges.entry(ascending(triangle[k], triangle[next])).or_insert(Vector::ZERO) += face;
+                let (along, back) = (corners[next] - corners[k], corners[last] - corners[k]);
+                vertices[triangle[k] as usize] += face * along.cross(back).norm().atan2(along.dot(back));
+            }
+        }
+        Self { faces, edges, vertices }
+    }
+
+    /// At the place of triangle `index` with these barycentric weights.
+    fn at(&self, triangle: [u32; 3], index: usize, weights: [f64; 3]) -> Vector<3> {
+        if let Some(corner) = weights.iter().position(|&w| w == 1.0) {
+            self.vertices[triangle[corner] as usize]
+        } else if let Some(opposite) = weights.iter().position(|&w| w == 0.0) {
+            self.edges[&ascending(triangle[(opposite + 1) % 3], triangle[(opposite + 2) % 3])]
+        } else {
+            self.faces[index]
+        }
+    }
+}
+
+fn ascending(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Every directed edge occurs once, and so does its opposite.

@@ -5,6 +5,7 @@ mod bad_luck;
 mod bubble;
 mod cavity;
 mod contact;
+mod contact_3d;
 mod couette;
 mod enclosed;
 mod energy;
