@@ -116,8 +116,9 @@ impl<const D: usize> Structure<D> {
         (entries, prescribed)
     }
 
-    /// Lets the rigid solids that have some of these nodes begin anew with the velocity that they have.
-    pub(super) fn forget_steps_before(&mut self, nodes: &[usize]) {
+    /// Lets the rigid solids that have some of these nodes begin anew with the velocity that they have, and the forces of the step before:
+    /// those of the fluid in a collision are an impulse, too.
+    pub(super) fn begin_anew(&mut self, nodes: &[usize]) {
         let SolidState {
             rigid,
             velocity,
@@ -130,11 +131,35 @@ impl<const D: usize> Structure<D> {
         for (body, state) in self.rigid.iter().zip(rigid) {
             let own = body.nodes.clone();
             if nodes.iter().any(|node| own.contains(node)) {
-                state.clear_history();
+                state.begin_anew();
                 velocity_previous[own.clone()].copy_from_slice(&velocity[own.clone()]);
                 velocity_earlier[own.clone()].copy_from_slice(&velocity[own.clone()]);
-                acceleration[own.clone()].fill(Vector::ZERO);
-                acceleration_previous[own].fill(Vector::ZERO);
+                acceleration[own.clone()].copy_from_slice(&acceleration_previous[own]);
+            }
+        }
+    }
+
+    /// The forces of the last step on rigid solids, without impulses, along their independent velocities.
+    pub(super) fn rigid_forces(&self, prediction: &Prediction<D>) -> Vec<f64> {
+        let all = self.rigid.iter().zip(&self.state.rigid).zip(&prediction.rigid);
+        all.flat_map(|((body, state), prediction)| body.forces(state, prediction)).collect()
+    }
+
+    /// Takes out of the accelerations of rigid solids, at the end of a step with the implicit part `delta` [s], what these forces on nodes
+    /// gave them [N].
+    pub(super) fn take_out_impulses(&mut self, delta: f64, prediction: &Prediction<D>, forces: &[(usize, Vector<D>)]) {
+        for ((body, prediction), state) in self.rigid.iter().zip(&prediction.rigid).zip(&mut self.state.rigid) {
+            let mut own = forces.iter().filter(|(node, _)| body.nodes.contains(node)).peekable();
+            if own.peek().is_none() {
+                continue;
+            }
+            let own = own.map(|&(node, force)| (node - body.nodes.start, Vector(force.to3())));
+            let damping = self.setups[body.solid].damping.mass;
+            let given = body.accelerations(prediction, [delta, damping], own);
+            body.take_out(state, prediction, &given);
+            for node in body.nodes.clone() {
+                let own = given.at(body.arm(prediction, node - body.nodes.start));
+                self.state.acceleration[node] -= Vector::from3(own.0);
             }
         }
     }

@@ -24,6 +24,7 @@ pub mod equilibrium;
 pub mod fluid_part;
 pub mod gauss;
 pub mod immersed;
+mod impulses;
 pub mod independent;
 mod linearisation;
 pub mod mesh;

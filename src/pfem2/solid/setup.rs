@@ -61,11 +61,6 @@ impl<const D: usize> SolidSetup<D> {
         }
     }
 
-    /// e, zero of an elastic solid: its own waves make it bounce.
-    pub(super) fn restitution(&self) -> f64 {
-        if self.law.is_rigid() { self.restitution } else { 0.0 }
-    }
-
     /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes a force [1/s].
     pub(super) fn inertia_rate(&self, delta: f64) -> f64 {
         match self.inertia {

@@ -45,7 +45,7 @@ pub struct Structure<const D: usize> {
     pub state: SolidState<D>,
     /// Nodes that follow others.
     pub ties: Ties,
-    setups: Vec<SolidSetup<D>>,
+    pub(super) setups: Vec<SolidSetup<D>>,
     /// First node of each solid, and the number of all.
     first: Vec<u32>,
     /// Places of all nodes in the reference state [m].

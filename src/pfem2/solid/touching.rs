@@ -11,7 +11,7 @@
 //! between them: nodes of two smooth surfaces that are asked against each other take turns. Of one solid all are, with half of their area.
 //! Forces on a pair add up to nothing, whatever meets.
 
-use super::contact::{GAP, Hardness, Meeting};
+use super::contact::{GAP, Hardness, Meeting, REACH};
 use super::structure::Structure;
 use super::surface::{FacetFoot, SolidSurface};
 use super::walls::surface_areas;
@@ -87,7 +87,6 @@ struct Partner {
     size: f64,
     hardness: Hardness,
     friction: f64,
-    restitution: f64,
 }
 
 /// Places of all nodes in a step [m].
@@ -111,8 +110,7 @@ impl<const D: usize> SolidContacts<D> {
             let areas = surface_areas(setup);
             let hardness = |size: f64| Hardness::new(structure, setup, mass, size);
             let size = areas.iter().fold(0.0, |most: f64, (.., size)| most.max(*size));
-            let (friction, restitution) = (setup.friction, setup.restitution());
-            partners.push(Partner { size, hardness: hardness(size), friction, restitution });
+            partners.push(Partner { size, hardness: hardness(size), friction: setup.friction });
             points.extend(areas.into_iter().map(|(node, area, size)| SurfacePoint {
                 node: first + node,
                 solid,
@@ -148,7 +146,7 @@ impl<const D: usize> SolidContacts<D> {
         self.points.len() + self.reference.facet_count()
     }
 
-    /// Where points meet facets in a step with the implicit part `delta` [s].
+    /// Where points meet facets in a step.
     ///
     /// # Errors
     /// A node has gone through the surface of another solid.
@@ -156,7 +154,6 @@ impl<const D: usize> SolidContacts<D> {
         &self,
         structure: &Structure<D>,
         mesh: &Mesh<D, N>,
-        delta: f64,
         places: &ContactPlaces<'_, D>,
     ) -> Result<Vec<Meeting<D>>, StepError> {
         let normals = places.surface.nodal_normals();
@@ -175,7 +172,7 @@ impl<const D: usize> SolidContacts<D> {
                     let own = (node, normals[node as usize]);
                     feet.retain(|foot| self.faces(structure, places.surface, own, (asked.x, foot)));
                 }
-                self.meet(&asked, other, (structure, mesh, delta), (places.surface, &feet))
+                self.meet(&asked, other, (structure, mesh), (places.surface, &feet))
             };
             let others = (0..self.partners.len()).filter(|&other| self.may_meet(structure, solid, other));
             others.map(meets).collect::<Result<Vec<_>, _>>()
@@ -207,7 +204,7 @@ impl<const D: usize> SolidContacts<D> {
     fn node(&self, id: usize, places: &ContactPlaces<'_, D>) -> Asked<D> {
         let SurfacePoint { node, solid, area, hardness, .. } = self.points[id];
         let x = places.predicted[node as usize];
-        let reach = self.largest + (x - places.start[node as usize]).norm();
+        let reach = REACH * self.largest + (x - places.start[node as usize]).norm();
         Asked { id, solid, shares: vec![(node, 1.0)], x, reach, area, hardness }
     }
 
@@ -225,7 +222,7 @@ impl<const D: usize> SolidContacts<D> {
         }
         let (size, middle) = places.surface.size_and_middle(facet);
         let x = places.predicted[middle as usize];
-        let reach = self.largest + (x - places.start[middle as usize]).norm();
+        let reach = REACH * self.largest + (x - places.start[middle as usize]).norm();
         let foot = places.surface.feet(other, x, reach + size).first().copied()?;
         let up = away(x, &foot, places.surface.signed_distance(x, &foot))?;
         let (x, shares) = places.surface.lowest(facet, up)?;
@@ -241,7 +238,7 @@ impl<const D: usize> SolidContacts<D> {
         &self,
         asked: &Asked<D>,
         other: usize,
-        (structure, mesh, delta): (&Structure<D>, &Mesh<D, N>, f64),
+        (structure, mesh): (&Structure<D>, &Mesh<D, N>),
         (surface, feet): (&SolidSurface<D>, &[FacetFoot<D>]),
     ) -> Result<Vec<Meeting<D>>, StepError> {
         let &Asked { id, solid, x, area, hardness, .. } = asked;
@@ -272,9 +269,9 @@ impl<const D: usize> SolidContacts<D> {
                 normal,
                 distance,
                 gap: self.gap(mesh, x, [solid, other]).min(at_most),
-                stiffness: hardness.with(both[1].hardness).stiffness(share * area, delta),
+                area: share * area,
+                hardness: hardness.with(both[1].hardness),
                 friction: (both[0].friction * both[1].friction).sqrt(),
-                restitution: (both[0].restitution * both[1].restitution).sqrt(),
             });
             if distance < 0.0 {
                 break;

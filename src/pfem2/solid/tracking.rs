@@ -5,6 +5,7 @@ use super::contact::{Contact, ContactStep, Meeting};
 use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
+use super::impulses::{RigidEquations, pushing};
 use super::outline::SolidOutline;
 use super::setup::SurfaceCondition;
 use super::structure::{Prediction, SolidState, Structure};
@@ -181,46 +182,56 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let Self { structure, walls, touching, last, .. } = self;
         let Prediction { displacement_hat, displacement, .. } = prediction;
-        let SolidState { velocity, velocity_previous, .. } = &structure.state;
+        let SolidState { velocity, velocity_previous, acceleration, .. } = &structure.state;
         let [start, predicted] = [&structure.state.displacement, displacement].map(|u| structure.positions(u));
         let contact_step = ContactStep {
             dt: step.dt,
             delta: step.delta(),
             rest: &|a| displacement_hat[a] - displacement[a],
+            way: &|a| displacement[a] - structure.state.displacement[a],
             velocity: &|a| velocity[a],
             gained: &|a| velocity[a] - velocity_previous[a],
+            acceleration: &|a| acceleration[a],
         };
         let places = ContactPlaces { start: &start, predicted: &predicted, surface };
-        let with_walls = walls.meetings(step.delta(), &places);
-        let with_solids = touching.meetings(structure, mesh, step.delta(), &places)?;
+        let with_walls = walls.meetings(&places);
+        let with_solids = touching.meetings(structure, mesh, &places)?;
         let made = |meetings: Vec<Meeting<D>>, last: &[Vector<D>]| -> Vec<Contact<D>> {
-            let contact = |meeting: Meeting<D>| Contact::new(last[meeting.point], meeting, &contact_step);
-            meetings.into_iter().filter_map(contact).collect()
+            let nearest = structure.nearest_places(&meetings, &contact_step);
+            let contact = |(meeting, nearest): (Meeting<D>, [f64; 2])| {
+                Contact::new(last[meeting.point], meeting, nearest, &contact_step)
+            };
+            meetings.into_iter().zip(nearest).filter_map(contact).collect()
         };
-        self.contacts = [made(with_walls, &last.contact), made(with_solids, &last.touch)];
+        let forces = structure.rigid_forces(prediction);
+        let SolidEquations { inertia, velocities, .. } = &*equations;
+        let rigid = RigidEquations { inertia, forces: &forces, velocities };
+        self.contacts = pushing([made(with_walls, &last.contact), made(with_solids, &last.touch)], &rigid);
         self.contacts.iter().flatten().for_each(|contact| contact.add(&mut equations.linear));
         Ok(())
     }
 
-    /// Ends the history of rigid solids that bounce: an impulse has no share in later steps (theory (J.16a)). Returns what it changes of the
-    /// power of supports [W].
-    fn bounce(&mut self, theta: f64) -> f64 {
+    /// Takes the impulses of contacts out of the accelerations at the end of a step, and what collided begins anew: they have no share in
+    /// later steps (theory (J.16a)). Returns what they change of the power of supports [W].
+    fn end_impulses(&mut self, step: TimeStep, prediction: &Prediction<D>) -> f64 {
         let Self { contacts, structure, .. } = self;
-        let bounces = || contacts.iter().flatten().filter(|contact| contact.bounces());
-        let excess = bounces().map(|contact| contact.excess_power(theta, |a| structure.state.velocity[a])).sum();
-        let nodes: Vec<usize> = bounces().flat_map(Contact::nodes).collect();
-        structure.forget_steps_before(&nodes);
+        let all = || contacts.iter().flatten();
+        let velocity = |a: usize| structure.state.velocity[a];
+        let excess = all().map(|contact| contact.excess_power(step.theta, velocity)).sum();
+        let impulses: Vec<(usize, Vector<D>)> = all().flat_map(|contact| contact.impulses(velocity)).collect();
+        let colliding: Vec<usize> = all().flat_map(Contact::colliding).collect();
+        structure.take_out_impulses(step.delta(), prediction, &impulses);
+        structure.begin_anew(&colliding);
         excess
     }
 
-    /// Keeps the normal forces of contacts at the end of a step. The impulse of a bounce is not one of the next.
+    /// Keeps the normal forces of contacts at the end of a step.
     fn keep_contacts(&mut self) {
         let velocity = &self.structure.state.velocity;
         for (contacts, last) in self.contacts.iter().zip([&mut self.last.contact, &mut self.last.touch]) {
             last.fill(Vector::ZERO);
-            for contact in contacts.iter().filter(|contact| !contact.bounces()) {
-                let [_, normal] = contact.force(|node| velocity[node]);
-                last[contact.point] += normal;
+            for contact in contacts {
+                last[contact.point] += contact.normal_force(|node| velocity[node]);
             }
         }
     }
@@ -235,13 +246,13 @@ impl<const D: usize> SolidTracking<D> {
         shares: StepShares,
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
-        let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(()) };
-        self.structure.advance(step.delta(), prediction, &immersed.independent);
+        let (Some(immersed), Some(prediction)) = (&system.immersed, self.prediction.take()) else { return Ok(()) };
+        self.structure.advance(step.delta(), &prediction, &immersed.independent);
         let nodal = immersed.forces(&system.mesh, &system.unknowns);
-        let [gravity, supports] = self.structure.powers(step, prediction, immersed, &nodal, &system.physics.gravity);
-        let imbalance = self.structure.linearisation_error(step, prediction)?;
+        let [gravity, supports] = self.structure.powers(step, &prediction, immersed, &nodal, &system.physics.gravity);
+        let imbalance = self.structure.linearisation_error(step, &prediction)?;
         self.keep_contacts();
-        let powers = [gravity, supports + self.bounce(step.theta)];
+        let powers = [gravity, supports + self.end_impulses(step, &prediction)];
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
         self.last.add_forces(self.structure.sums(&nodal), shares);

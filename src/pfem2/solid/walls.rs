@@ -7,7 +7,7 @@
 //!
 //! Whether a node touches is told by the prediction. A force that would pull ends with the next step.
 
-use super::contact::{GAP, Hardness, Meeting};
+use super::contact::{GAP, Hardness, Meeting, REACH};
 use super::setup::SolidSetup;
 use super::structure::Structure;
 use super::touching::ContactPlaces;
@@ -66,8 +66,6 @@ struct SurfaceNode {
     hardness: Hardness,
     /// Coefficient of friction.
     friction: f64,
-    /// Coefficient of restitution.
-    restitution: f64,
     /// The gap that it keeps at most [m].
     gap: f64,
 }
@@ -80,8 +78,6 @@ struct RoundFacet {
     hardness: Hardness,
     /// Coefficient of friction.
     friction: f64,
-    /// Coefficient of restitution.
-    restitution: f64,
     /// The gap that it keeps at most [m].
     gap: f64,
 }
@@ -184,47 +180,41 @@ impl<const D: usize> WallContacts<D> {
                     continue;
                 }
                 let hardness = Hardness::new(structure, setup, mass, size);
-                let (friction, restitution) = (setup.friction, setup.restitution());
-                nodes.push(SurfaceNode { node: first + node, area, hardness, friction, restitution, gap: distance });
+                let friction = setup.friction;
+                nodes.push(SurfaceNode { node: first + node, area, hardness, friction, gap: distance });
             }
         }
         let rounds = round_facets(structure, &nodes);
         Self { walls, nodes, rounds }
     }
 
-    /// Where solids meet walls in a step with the implicit part `delta` [s]. Points are nodes, and then facets.
-    pub(super) fn meetings(&self, delta: f64, places: &ContactPlaces<'_, D>) -> Vec<Meeting<D>> {
+    /// Where solids meet walls in a step. Points are nodes, and then facets.
+    pub(super) fn meetings(&self, places: &ContactPlaces<'_, D>) -> Vec<Meeting<D>> {
         let mut meetings = Vec::new();
-        for &SurfaceNode { node, area, hardness, friction, restitution, gap } in &self.nodes {
+        for &SurfaceNode { node, area, hardness, friction, gap } in &self.nodes {
             let x = places.predicted[node as usize];
-            let reach = self.walls.largest + (x - places.start[node as usize]).norm();
+            let reach = REACH * self.walls.largest + (x - places.start[node as usize]).norm();
             meetings.extend(self.walls.near(x, reach).into_iter().map(|wall| Meeting {
                 point: node as usize,
                 shares: vec![(node, 1.0)],
                 normal: wall.normal,
                 distance: wall.distance,
                 gap: gap.min(wall.gap),
-                stiffness: hardness.stiffness(area, delta),
+                area,
+                hardness,
                 friction,
-                restitution,
             }));
         }
-        self.rounds.iter().for_each(|round| self.meet_between_nodes(round, delta, places, &mut meetings));
+        self.rounds.iter().for_each(|round| self.meet_between_nodes(round, places, &mut meetings));
         meetings
     }
 
     /// Where a facet of a rigid solid meets walls between its nodes.
-    fn meet_between_nodes(
-        &self,
-        round: &RoundFacet,
-        delta: f64,
-        places: &ContactPlaces<'_, D>,
-        meetings: &mut Vec<Meeting<D>>,
-    ) {
-        let &RoundFacet { facet, hardness, friction, restitution, gap } = round;
+    fn meet_between_nodes(&self, round: &RoundFacet, places: &ContactPlaces<'_, D>, meetings: &mut Vec<Meeting<D>>) {
+        let &RoundFacet { facet, hardness, friction, gap } = round;
         let (size, middle) = places.surface.size_and_middle(facet);
         let x = places.predicted[middle as usize];
-        let reach = self.walls.largest + (x - places.start[middle as usize]).norm();
+        let reach = REACH * self.walls.largest + (x - places.start[middle as usize]).norm();
         for around in self.walls.near(x, reach + size) {
             let Some((lowest, shares)) = places.surface.lowest(facet, around.normal) else { continue };
             let same = |wall: &NearWall<D>| wall.normal.dot(around.normal) > SAME_WALL;
@@ -235,9 +225,9 @@ impl<const D: usize> WallContacts<D> {
                 normal: wall.normal,
                 distance: wall.distance,
                 gap: gap.min(wall.gap),
-                stiffness: hardness.stiffness(0.0, delta),
+                area: 0.0,
+                hardness,
                 friction,
-                restitution,
             });
         }
     }
@@ -252,8 +242,8 @@ fn round_facets<const D: usize>(structure: &Structure<D>, nodes: &[SurfaceNode])
             let touching: Option<Vec<SurfaceNode>> = own.nodes.iter().map(of).collect();
             if let Some(touching) = touching.filter(|_| setup.law.is_rigid()) {
                 let gap = touching.iter().fold(f64::INFINITY, |least: f64, node| least.min(node.gap));
-                let SurfaceNode { hardness, friction, restitution, .. } = touching[0];
-                rounds.push(RoundFacet { facet, hardness, friction, restitution, gap });
+                let SurfaceNode { hardness, friction, .. } = touching[0];
+                rounds.push(RoundFacet { facet, hardness, friction, gap });
             }
             facet += 1;
         }

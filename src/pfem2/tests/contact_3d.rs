@@ -49,26 +49,30 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// A block on another one on the floor, rigid ones falling on them: both come to rest half an element above what they stand on, and the floor bears both.
+/// Blocks that fall on the floor and on each other come to rest half an element above what they stand on, and the floor bears both: rigid ones
+/// at once, elastic ones about their weight in the mean of their bounces. No contact pulls; a rigid block doesn't rise after it has landed.
 #[test]
 fn blocks_in_space_rest_half_an_element_above_floor_and_block() {
-    // Elastic blocks that fell by as much still pressed with a tenth more than their weight after 0.3 s. Rigid ones bounce at first, and are pulled,
-    // though they should not be (theory J.9): this test looks at their rest alone.
-    for (young, drop, steps) in [(1e7, 0.0, 60), (0.0, 0.005, 130)] {
+    for (young, drop) in [(1e7, 0.0), (0.0, 0.0), (0.0, 0.005)] {
         let lower = block([[0.2, 0.25, GAP + drop], [0.8, 0.75, 0.43]], young, 0.5, [0.0; 3]);
         let upper = block([[0.3, 0.33, 0.43 + GAP + 2.0 * drop], [0.65, 0.71, 0.8]], young, 0.5, [0.0; 3]);
         let mut pfem = in_gas(vec![lower, upper], [0.0, 0.0, -9.81]);
+        let weight = 9.81 * (structure(&pfem).mass() - 0.6 * 0.5 * (0.43 - GAP) - 0.35 * 0.38 * (0.37 - GAP));
         let (dt, mut force) = (0.005, 0.0);
-        for k in 0..steps {
+        for k in 0..60 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
             let contact = &pfem.solids.as_ref().unwrap().last.contact;
-            force += if k >= steps - 20 { contact.iter().map(|force| force[2]).sum::<f64>() / 20.0 } else { 0.0 };
+            let now: f64 = contact.iter().map(|force| force[2]).sum();
+            let speed = structure(&pfem).state.velocity.iter().map(|v| v[2]).fold(f64::NEG_INFINITY, f64::max);
+            if young == 0.0 {
+                eprintln!("{drop} {k} {now} {speed} {}", places(&pfem, 1, 2)[0]);
+            }
+            force += if k >= 40 { now / 20.0 } else { 0.0 };
         }
-        let weight = 9.81 * (structure(&pfem).mass() - 0.6 * 0.5 * (0.43 - GAP) - 0.35 * 0.38 * (0.37 - GAP));
-        assert!((force / weight - 1.0).abs() < 0.03, "{young}: {force} {weight}");
+        assert!((force / weight - 1.0).abs() < 0.03, "{young} {drop}: {force} {weight}");
         let edge = |solid: usize, pick: fn(f64, f64) -> f64| places(&pfem, solid, 2).into_iter().reduce(pick).unwrap();
         let gaps = [edge(0, f64::min), edge(1, f64::min) - edge(0, f64::max)];
-        assert!(gaps.iter().all(|gap| (gap / GAP - 1.0).abs() < 0.05), "{young}: {gaps:?} {GAP}");
+        assert!(gaps.iter().all(|gap| (gap / GAP - 1.0).abs() < 0.05), "{young} {drop}: {gaps:?} {GAP}");
     }
 }
 

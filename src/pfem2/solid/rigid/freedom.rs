@@ -50,6 +50,12 @@ impl Rates {
         self.velocity.dot(other.velocity) + self.spin.dot(other.spin)
     }
 
+    /// Adds others times a factor.
+    pub fn add(&mut self, other: &Self, factor: f64) {
+        self.velocity += other.velocity * factor;
+        self.spin += other.spin * factor;
+    }
+
     fn scaled(&self, length: f64) -> [f64; 6] {
         let [v, w] = [self.velocity.0, self.spin.0];
         [v[0], v[1], v[2], w[0] * length, w[1] * length, w[2] * length]

@@ -140,6 +140,12 @@ impl RigidState {
         (self.acceleration, self.torque) = ([Vector::ZERO; 2], [Vector::ZERO; 2]);
     }
 
+    /// Begins anew with the velocity that it has, and the forces of the step before.
+    pub fn begin_anew(&mut self) {
+        (self.velocity, self.spin) = ([self.velocity[0]; 3], [self.spin[0]; 3]);
+        (self.acceleration, self.torque) = ([self.acceleration[1]; 2], [self.torque[1]; 2]);
+    }
+
     /// Takes the steps before from the end of a predicted first step: a⁰ = a¹, v⁻¹ = 2 v⁰ − v¹ (theory H.9).
     pub fn begin(&mut self, end: &Self) {
         let backwards = |start: Vector<3>, end: Vector<3>| [start, start * 2.0 - end, start * 3.0 - end * 2.0];
@@ -312,6 +318,50 @@ impl RigidBody {
                 inertia.entries.push((row, column, entry));
             }
         }
+    }
+
+    /// From the centre of mass to a node as predicted [m].
+    pub fn arm(&self, prediction: &RigidPrediction, node: usize) -> Vector<3> {
+        prediction.rotation.apply(self.arms[node])
+    }
+
+    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave free.
+    pub fn accelerations(
+        &self,
+        prediction: &RigidPrediction,
+        [delta, damping]: [f64; 2],
+        forces: impl Iterator<Item = (usize, Vector<3>)>,
+    ) -> Rates {
+        let mut force = Rates::default();
+        for (node, own) in forces {
+            force.velocity += own;
+            force.spin += self.arm(prediction, node).cross(own);
+        }
+        // Gram and Schmidt's method with the mass: Σ q (q·f)/(q·M q).
+        let mut accelerations = Rates::default();
+        let mut basis: Vec<[Rates; 2]> = Vec::new();
+        for free in &prediction.freedom.free {
+            let mut q = *free;
+            for [other, momenta] in &basis {
+                q.add(other, -momenta.dot(&q) / momenta.dot(other));
+            }
+            let momenta = self.momenta(prediction, &q);
+            accelerations.add(&q, q.dot(&force) / (momenta.dot(&q) * (1.0 + damping * delta)));
+            basis.push([q, momenta]);
+        }
+        accelerations
+    }
+
+    /// The forces of the last step, without impulses, along the independent velocities.
+    pub fn forces<'a>(&self, state: &RigidState, prediction: &'a RigidPrediction) -> impl Iterator<Item = f64> + 'a {
+        let force = Rates { velocity: state.acceleration[0] * self.mass, spin: state.torque[0] };
+        prediction.freedom.free.iter().map(move |free| free.dot(&force))
+    }
+
+    /// Takes accelerations out of those at the end of a step.
+    pub fn take_out(&self, state: &mut RigidState, prediction: &RigidPrediction, accelerations: &Rates) {
+        state.acceleration[0] -= accelerations.velocity;
+        state.torque[0] -= prediction.inertia.apply(accelerations.spin);
     }
 
     /// Ends a step with the implicit part `delta` [s] and these rates.
