@@ -49,8 +49,9 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Blocks that fall on the floor and on each other come to rest half an element above what they stand on, and the floor bears both: rigid ones
-/// at once, elastic ones about their weight in the mean of their bounces. No contact pulls; a rigid block doesn't rise after it has landed.
+/// Blocks on the floor and on each other come to rest half an element above what they stand on, and the floor bears both: rigid ones
+/// at once after a fall, elastic ones from a start in touch: after a fall nothing damps their bounces. Rigid ones don't rise after they have landed,
+/// but slowly to the gap, and are not pulled.
 #[test]
 fn blocks_in_space_rest_half_an_element_above_floor_and_block() {
     for (young, drop) in [(1e7, 0.0), (0.0, 0.0), (0.0, 0.005)] {
