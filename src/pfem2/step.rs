@@ -109,7 +109,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         }
         let theta = self.history.implicit_share(dt);
         self.advance(TimeStep { t, dt, theta }).map_err(at)?;
-        let solids = self.solids.as_ref().map(|solids| &solids.structure);
+        let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.off));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
         self.history.advance(dt);
         self.steps += 1;

@@ -12,11 +12,12 @@
 //! ```
 //!
 //! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work that the solid
-//! takes. The pressure of two fluids is enriched (see `enriched`).
+//! takes. What flows through the surface beside that between cut points is added to D, theory (J.9a) (`trace.rs`). The pressure of two fluids is enriched (see `enriched`).
 
 use super::cut::{CutBySolid, CutPoint, Motion};
 use super::enriched::enrich;
 use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
+use super::trace::TracePoint;
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
 use crate::pfem2::equations::element::{Block, Content, Equations, Stabilisation, viscous_forces};
@@ -73,14 +74,14 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Equations of a cut element; `velocity_hat`: v̂ of all nodes of solids [m/s].
     pub fn new(
         mesh: &Mesh<D, N>,
-        cut: &CutBySolid<N>,
+        (cut, trace): (&CutBySolid<N>, &[TracePoint<D, N>]),
         points: &[CutPoint<D>],
         fluid: &FluidPart<D, N>,
         equations: &Equations,
         velocity_hat: &[Vector<D>],
     ) -> Self {
         let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
-        let mut element = Self::empty(cut.element, &own);
+        let mut element = Self::empty(cut.element, &own, trace);
         let follows = element.follows(&cut.nodes, &own);
         let of = |unknown: Unknown| match unknown {
             Unknown::Node(i) => fluid.drive.convected[i],
@@ -96,6 +97,9 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             element.count(parent.volume, part, fluid);
             element.add(&parent.gradient, part, fluid, equations, &velocities);
             element.pull(mesh, part, fluid, &velocities);
+        }
+        if fluid.enrichment == Enrichment::None {
+            trace.iter().for_each(|point| element.add_trace(point, &velocities.follows));
         }
         if fluid.enrichment != Enrichment::None {
             enrich(&mut element, &parent.gradient, &parts, fluid, equations, &velocities);
@@ -139,8 +143,9 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         self.energy += fluid.tension * surface_tension::area(&level, &x);
     }
 
-    fn empty(element: u32, points: &[&CutPoint<D>]) -> Self {
-        let mut solid: Vec<u32> = points.iter().flat_map(|point| point.weights.iter().map(|(a, _)| *a)).collect();
+    fn empty(element: u32, points: &[&CutPoint<D>], trace: &[TracePoint<D, N>]) -> Self {
+        let weights = points.iter().map(|point| &point.weights).chain(trace.iter().map(|point| &point.weights));
+        let mut solid: Vec<u32> = weights.flatten().map(|(a, _)| *a).collect();
         solid.sort_unstable();
         solid.dedup();
         let count = solid.len();
@@ -222,6 +227,22 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             for l in 0..N {
                 self.blocks[k][l][D][D] -= tau * volume * over_density * parent[k].dot(parent[l]);
             }
+        }
+    }
+
+    /// Adds a point of the surface, where the solid moves otherwise than the boundary of the fluid part: its flux to the rows of pressures, and the
+    /// transpose to those of velocities.
+    fn add_trace(&mut self, point: &TracePoint<D, N>, follows: &[Follows<D>]) {
+        let place = |a: u32| Unknown::Solid(self.solid.binary_search(&a).unwrap_or(0));
+        let own = point.weights.iter().map(|&(a, weight)| (place(a), Tensor::identity() * weight));
+        let chord = point
+            .chord
+            .iter()
+            .flat_map(|&(c, share)| follows[N + c].iter().map(move |&(unknown, p)| (unknown, p * -share)));
+        let excess: Follows<D> = own.chain(chord).collect();
+        for k in 0..N {
+            let flux = point.area * point.shape[k];
+            self.add_pressure(&excess, k, flux, flux);
         }
     }
 

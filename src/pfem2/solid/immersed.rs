@@ -4,6 +4,7 @@ use super::coupling::{CoupledElement, CutForces, cut_forces};
 use super::cut::{ElementState, SolidCut};
 use super::equations::SolidEquations;
 use super::fluid_part::FluidPart;
+use super::trace::{SurfaceTrace, TracePoint};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -17,6 +18,8 @@ use std::collections::BTreeMap;
 pub struct Immersed<const D: usize, const N: usize> {
     /// The mesh cut by their surfaces.
     pub cut: SolidCut<D, N>,
+    /// Points of the surface in each cut element, in their order.
+    pub traces: Vec<Vec<TracePoint<D, N>>>,
     /// Equations of the cut elements, in their order.
     pub elements: Vec<CoupledElement<D, N>>,
     /// Velocity of the nodes of all solids at the end of the last step [m/s]: the unknowns, axis by axis.
@@ -32,14 +35,23 @@ pub struct Immersed<const D: usize, const N: usize> {
 impl<const D: usize, const N: usize> Immersed<D, N> {
     /// Solids whose nodes have this velocity and convected velocity [m/s], and these equations.
     pub fn new(
-        cut: SolidCut<D, N>,
+        (cut, trace): (SolidCut<D, N>, SurfaceTrace<D, N>),
         velocity: &[Vector<D>],
         velocity_hat: Vec<Vector<D>>,
         equations: Option<SolidEquations>,
     ) -> Self {
         let velocity = velocity.iter().flat_map(|v| v.0).collect();
         let last = equations.iter().flat_map(|equations| equations.velocities.last());
-        Self { cut, elements: Vec::new(), velocity, independent: last.copied().collect(), velocity_hat, equations }
+        let traces = trace.by_element(cut.elements.len());
+        Self {
+            cut,
+            traces,
+            elements: Vec::new(),
+            velocity,
+            independent: last.copied().collect(),
+            velocity_hat,
+            equations,
+        }
     }
 
     /// True for places of an element that belong to the fluid, by the distance of its nodes to the surface.
@@ -55,12 +67,18 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
+    /// True for elements that hold fluid.
+    pub(super) fn has_fluid(&self, element: usize) -> bool {
+        !matches!(self.cut.state[element], ElementState::Solid)
+    }
+
     /// Makes the equations of the cut elements, given what fills each.
     pub fn fill(&mut self, mesh: &Mesh<D, N>, equations: &Equations, fluids: &[FluidPart<D, N>]) {
         let SolidCut { elements, points, .. } = &self.cut;
         let hat = &self.velocity_hat;
         self.elements = parallel::collect(elements.len(), 16, |place| {
-            CoupledElement::new(mesh, &elements[place], points, &fluids[place], equations, hat)
+            let own = (&elements[place], &self.traces[place][..]);
+            CoupledElement::new(mesh, own, points, &fluids[place], equations, hat)
         });
     }
 

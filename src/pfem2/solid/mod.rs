@@ -42,5 +42,7 @@ pub mod support;
 pub mod surface;
 pub mod ties;
 mod touching;
+mod trace;
 pub(in crate::pfem2) mod tracking;
 pub mod walls;
+mod wetted;

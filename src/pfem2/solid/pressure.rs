@@ -68,7 +68,7 @@ impl FollowerPressures {
     pub fn forces<const D: usize>(&self, t: f64, positions: &[Vector<D>], mut add: impl FnMut(u32, Vector<D>)) {
         for facet in &self.facets {
             for (point, place) in self.points.iter().zip(&facet.places) {
-                let normal = normal(&facet.tangents(positions, point));
+                let normal = normal(&tangents(&facet.nodes, positions, point));
                 let force = normal * (-facet.pressure.value(*place, t) * point.weight);
                 facet.nodes.iter().zip(&point.shape).for_each(|(&node, shape)| add(node, force * *shape));
             }
@@ -84,26 +84,37 @@ impl FollowerPressures {
     ) {
         for facet in self.facets.iter().filter(|facet| !facet.is_rigid) {
             for (point, place) in self.points.iter().zip(&facet.places) {
-                let tangents = facet.tangents(positions, point);
-                let factor = -facet.pressure.value(*place, t) * point.weight;
-                for (&b, slopes) in facet.nodes.iter().zip(&point.slopes) {
-                    let slope = normal_slope(&tangents, slopes) * factor;
-                    facet.nodes.iter().zip(&point.shape).for_each(|(&a, shape)| add((a, b), slope * *shape));
-                }
+                let pressure = facet.pressure.value(*place, t);
+                point_stiffness(&facet.nodes, positions, point, pressure, |(a, b), slope| {
+                    add((facet.nodes[a], facet.nodes[b]), slope);
+                });
             }
         }
     }
 }
 
-impl PressedFacet {
-    /// t_k at a Gauss point [m]; in the plane the second is zero.
-    fn tangents<const D: usize>(&self, positions: &[Vector<D>], point: &GaussPoint) -> [Vector<D>; 2] {
-        let tangent = |k: usize| {
-            let all = self.nodes.iter().zip(&point.slopes);
-            all.map(|(&node, slope)| positions[node as usize] * slope[k]).sum()
-        };
-        [tangent(0), if D == 3 { tangent(1) } else { Vector::ZERO }]
+/// Calls `add` with pairs of places (a, b) among the nodes of a facet and the share of a Gauss point under this pressure [Pa] in ∂f_a/∂u_b [N/m].
+pub(super) fn point_stiffness<const D: usize>(
+    nodes: &[u32],
+    positions: &[Vector<D>],
+    point: &GaussPoint,
+    pressure: f64,
+    mut add: impl FnMut((usize, usize), Tensor<D>),
+) {
+    let tangents = tangents(nodes, positions, point);
+    for (b, slopes) in point.slopes.iter().enumerate() {
+        let slope = normal_slope(&tangents, slopes) * (-pressure * point.weight);
+        point.shape.iter().enumerate().for_each(|(a, shape)| add((a, b), slope * *shape));
     }
+}
+
+/// t_k at a Gauss point of a facet [m]; in the plane the second is zero.
+fn tangents<const D: usize>(nodes: &[u32], positions: &[Vector<D>], point: &GaussPoint) -> [Vector<D>; 2] {
+    let tangent = |k: usize| {
+        let all = nodes.iter().zip(&point.slopes);
+        all.map(|(&node, slope)| positions[node as usize] * slope[k]).sum()
+    };
+    [tangent(0), if D == 3 { tangent(1) } else { Vector::ZERO }]
 }
 
 /// m.

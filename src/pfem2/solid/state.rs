@@ -19,6 +19,8 @@ pub struct SolidState<const D: usize> {
     pub acceleration: Vec<Vector<D>>,
     /// aⁿ⁻¹ [m/s²].
     pub acceleration_previous: Vec<Vector<D>>,
+    /// By how much vⁿ is off what the two steps before extrapolate to [m/s]; zero before the first step.
+    pub velocity_change: Vec<Vector<D>>,
     /// Motion of rigid solids, in their order.
     pub rigid: Vec<RigidState>,
 }
@@ -48,7 +50,8 @@ impl<const D: usize> SolidState<D> {
             velocity_earlier: velocity.clone(),
             velocity,
             acceleration: zero.clone(),
-            acceleration_previous: zero,
+            acceleration_previous: zero.clone(),
+            velocity_change: zero,
             rigid: Vec::new(),
         }
     }

@@ -307,6 +307,12 @@ impl<const D: usize> Structure<D> {
         (0..self.setups.len()).filter(|&solid| !self.setups[solid].law.is_rigid())
     }
 
+    /// True for nodes of solids that aren't rigid.
+    pub(super) fn is_elastic(&self, node: u32) -> bool {
+        let solid = self.first.partition_point(|&first| first <= node) - 1;
+        self.setups.get(solid).is_some_and(|setup| !setup.law.is_rigid())
+    }
+
     /// λ + 2 μ of a solid [Pa], zero of a rigid one. The surface of a nearly incompressible one gives way by the shape of the solid: K counts
     /// with [`LARGEST_BULK`] G at most.
     pub(super) fn wave_modulus(&self, setup: &SolidSetup<D>) -> f64 {
@@ -361,6 +367,14 @@ impl<const D: usize> Structure<D> {
             self.mass.row(row).map(|n| x[self.mass.columns[n] as usize] * self.mass.values[n]).sum()
         };
         (0..self.nodes.len()).flat_map(|node| row(node).0).collect()
+    }
+
+    /// A matrix with the places of the equations times a column of all nodes.
+    pub(super) fn product(&self, matrix: &SparseMatrix, x: &[Vector<D>]) -> Vec<Vector<D>> {
+        let x: Vec<f64> = x.iter().flat_map(|x| x.0).collect();
+        let mut rows = vec![0.0; x.len()];
+        matrix.multiply(&x, &mut rows);
+        rows.chunks(D).map(|row| Vector::from_fn(|axis| row[axis])).collect()
     }
 
     /// Forces of loads and gravity on each unknown at time `t` [N], at a displacement [m].

@@ -45,7 +45,7 @@ pub struct SolidContacts<const D: usize> {
     starts: BTreeMap<[usize; 2], f64>,
     /// The surface at the start.
     reference: SolidSurface<D>,
-    locator: Locator<D>,
+    pub(super) locator: Locator<D>,
     /// Size of the elements of the fluid's mesh at its nodes [m].
     sizes: Vec<f64>,
     /// The largest gap [m].
@@ -282,15 +282,29 @@ impl<const D: usize> SolidContacts<D> {
 
     /// The gap that two solids keep at a place [m].
     fn gap<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>, pair: [usize; 2]) -> f64 {
-        let size = match self.locator.search(mesh, x) {
+        let size = self.size_at(mesh, x);
+        let start = self.starts.get(&[pair[0].min(pair[1]), pair[0].max(pair[1])]);
+        (GAP * size).min(self.largest).min(start.copied().unwrap_or(f64::INFINITY))
+    }
+
+    /// Size of the elements of the fluid's mesh at a place [m]; infinite outside.
+    fn size_at<const N: usize>(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> f64 {
+        match self.locator.search(mesh, x) {
             Some(Location::Inside { element, shape }) => {
                 let nodes = mesh.elements()[element].iter().zip(shape);
                 nodes.map(|(&node, share)| self.sizes[node as usize] * share).sum()
             }
             _ => f64::INFINITY,
+        }
+    }
+
+    /// The largest distance of the nodes of surfaces from where they were `predicted`, in elements of the mesh there; both are positions [m].
+    pub(super) fn largest_error<const N: usize>(&self, mesh: &Mesh<D, N>, [now, predicted]: [&[Vector<D>]; 2]) -> f64 {
+        let of = |SurfacePoint { node, .. }: &SurfacePoint| {
+            let x = now[*node as usize];
+            (x - predicted[*node as usize]).norm() / self.size_at(mesh, x)
         };
-        let start = self.starts.get(&[pair[0].min(pair[1]), pair[0].max(pair[1])]);
-        (GAP * size).min(self.largest).min(start.copied().unwrap_or(f64::INFINITY))
+        self.points.iter().map(of).fold(0.0, f64::max)
     }
 
     /// True where a place of a solid's own surface faces a node, and has come near since the start.

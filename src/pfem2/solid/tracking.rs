@@ -11,8 +11,11 @@ use super::setup::SurfaceCondition;
 use super::structure::{Prediction, SolidState, Structure};
 use super::surface::SolidSurface;
 use super::touching::{ContactPlaces, SolidContacts};
+use super::trace::SurfaceTrace;
 use super::walls::WallContacts;
+use super::wetted::FluidPressure;
 use crate::error::StepError;
+use crate::linalg::SparseMatrix;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Boundary;
@@ -36,6 +39,8 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     walls: WallContacts<D>,
     /// Contact with each other and with themselves.
     touching: SolidContacts<D>,
+    /// K_p of the pressure of the fluid in it.
+    pressure_stiffness: Option<SparseMatrix>,
     /// Prediction of the step that is being made.
     prediction: Option<Prediction<D>>,
     /// Its contacts with walls, and among solids.
@@ -67,6 +72,8 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub energies: SolidEnergies,
     /// Force that quasi-static solids were off balance by at its end, over the largest.
     pub imbalance: f64,
+    /// Distance of the surface from where it was predicted and cut the mesh, in elements.
+    pub off: f64,
 }
 
 /// State of solids at the start of a step.
@@ -92,13 +99,25 @@ impl<const D: usize> SolidTracking<D> {
             // Elements that are turned inside out are found by the first step.
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
             imbalance: 0.0,
+            off: 0.0,
         };
         let setups = structure.setups().iter();
         let (quadrilaterals, outlines) =
             setups.map(|setup| (quadrilaterals(&setup.mesh), SolidOutline::new(&setup.name, &setup.mesh))).unzip();
         let (walls, about) = (WallContacts::new(&structure, mesh, boundary), vec![None; structure.setups().len()]);
         let contacts = [Vec::new(), Vec::new()];
-        Self { structure, quadrilaterals, outlines, about, walls, touching, prediction: None, contacts, last }
+        Self {
+            structure,
+            quadrilaterals,
+            outlines,
+            about,
+            walls,
+            touching,
+            pressure_stiffness: None,
+            prediction: None,
+            contacts,
+            last,
+        }
     }
 
     /// With points about which the forces on solids have moments.
@@ -120,10 +139,10 @@ impl<const D: usize> SolidTracking<D> {
 
     /// Cuts the mesh at the surface that the solids had in the last step, and gives the nodes inside their velocity.
     pub fn immerse<const N: usize>(&self, system: &mut VelocityPressureSystem<D, N>) {
-        self.cut(system, &self.surface(), self.structure.state.velocity.clone(), None);
-        if let Some(immersed) = &system.immersed {
-            immersed.extend(|node| self.structure.state.velocity[node], &mut system.velocity);
-        }
+        let velocity = &self.structure.state.velocity;
+        let immersed = Immersed::new(self.cut(&system.mesh, &self.surface()), velocity, velocity.clone(), None);
+        immersed.extend(|node| velocity[node], &mut system.velocity);
+        system.immersed = Some(immersed);
     }
 
     /// The predicted surface.
@@ -131,16 +150,17 @@ impl<const D: usize> SolidTracking<D> {
         SolidSurface::new(&self.structure.meshes(), &self.structure.positions(&self.last.predicted))
     }
 
+    /// The mesh cut at a surface, and the points of that.
     fn cut<const N: usize>(
         &self,
-        system: &mut VelocityPressureSystem<D, N>,
+        mesh: &Mesh<D, N>,
         surface: &SolidSurface<D>,
-        velocity_hat: Vec<Vector<D>>,
-        equations: Option<SolidEquations>,
-    ) {
+    ) -> (SolidCut<D, N>, SurfaceTrace<D, N>) {
         let conditions: Vec<SurfaceCondition> = self.structure.setups().iter().map(|setup| setup.surface).collect();
-        let cut = SolidCut::new(&system.mesh, surface, &conditions);
-        system.immersed = Some(Immersed::new(cut, &self.structure.state.velocity, velocity_hat, equations));
+        let cut = SolidCut::new(mesh, surface, &conditions);
+        let is_elastic = |node: u32| self.structure.is_elastic(node);
+        let trace = SurfaceTrace::new(mesh, &self.touching.locator, surface, &cut, is_elastic);
+        (cut, trace)
     }
 
     /// Predicts the displacement u* at the end of a step, makes the equations of the solids about it, and cuts the mesh at their surface
@@ -163,10 +183,36 @@ impl<const D: usize> SolidTracking<D> {
         self.touch(step, &prediction, (&system.mesh, &surface), &mut equations)?;
         let is_held = |node: usize| (node * D..(node + 1) * D).any(|k| equations.velocities.is_prescribed(k));
         let held: Vec<bool> = (0..self.structure.node_count()).map(is_held).collect();
-        self.cut(system, &surface, prediction.velocity_hat.clone(), Some(equations));
+        let (cut, trace) = self.cut(&system.mesh, &surface);
+        self.follow_pressure((step, &prediction), (&surface, &cut, &trace), system, &mut equations);
+        let hat = prediction.velocity_hat.clone();
+        system.immersed = Some(Immersed::new((cut, trace), &self.structure.state.velocity, hat, Some(equations)));
         check_boundary(system, &held)?;
         self.prediction = Some(prediction);
         Ok(())
+    }
+
+    /// Adds the change of the forces of the fluid as the surface moves on from u* under the pressure of the last step (theory (J.9b)).
+    fn follow_pressure<const N: usize>(
+        &mut self,
+        (step, prediction): (TimeStep, &Prediction<D>),
+        (surface, cut, trace): (&SolidSurface<D>, &SolidCut<D, N>, &SurfaceTrace<D, N>),
+        system: &VelocityPressureSystem<D, N>,
+        equations: &mut SolidEquations,
+    ) {
+        let Some(immersed) = &system.immersed else { return };
+        let pressure = FluidPressure::new(&system.mesh, immersed, &system.pressure);
+        let places = self.structure.positions(&prediction.displacement);
+        let mut stiffness = self.structure.zero_matrix();
+        pressure.stiffness((cut, trace), (surface, &places), |nodes, slope| {
+            self.structure.add_block(&mut stiffness, nodes, &slope);
+        });
+        let rest = self.structure.way(prediction, |a| prediction.displacement_hat[a]);
+        let forces = self.structure.product(&stiffness, &rest);
+        equations.rhs.iter_mut().zip(forces.iter().flat_map(|force| force.0)).for_each(|(rhs, force)| *rhs += force);
+        let all = equations.matrix.values.iter_mut().zip(&stiffness.values);
+        all.for_each(|(value, slope)| *value -= step.delta() * slope);
+        self.pressure_stiffness = Some(stiffness);
     }
 
     /// Adds the contacts of a step to its equations (theory J.8, J.9).
@@ -248,13 +294,21 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, self.prediction.take()) else { return Ok(()) };
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
-        let nodal = immersed.forces(&system.mesh, &system.unknowns);
+        let mut nodal = immersed.forces(&system.mesh, &system.unknowns);
         let [gravity, supports] = self.structure.powers(step, &prediction, immersed, &nodal, &system.physics.gravity);
+        if let Some(stiffness) = self.pressure_stiffness.take() {
+            let way = self.structure.way(&prediction, |a| self.structure.state.displacement[a]);
+            let more = self.structure.product(&stiffness, &way);
+            nodal.iter_mut().zip(more).for_each(|(force, more)| *force += more);
+        }
         let imbalance = self.structure.linearisation_error(step, &prediction)?;
         self.keep_contacts();
         let powers = [gravity, supports + self.end_impulses(step, &prediction)];
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
+        let [now, predicted] = [&self.structure.state.displacement, &self.last.predicted];
+        let places = [now, predicted].map(|u| self.structure.positions(u));
+        self.last.off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
         self.last.add_forces(self.structure.sums(&nodal), shares);
         self.last.moments.update(self.moments(&nodal), shares);
         self.last.nodal = nodal;
@@ -300,6 +354,7 @@ impl<const D: usize> SolidTracking<D> {
             forces_earlier,
             forces_mean,
             imbalance: 0.0,
+            off: 0.0,
         };
         Ok(energies)
     }

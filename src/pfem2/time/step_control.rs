@@ -5,7 +5,7 @@
 //! in time       e = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ at the feet of the streamlines‖)
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
-//! solids        s = ½ max(‖vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ‖, Δt ‖aⁿ⁺¹ − aⁿ‖) / largest ‖v‖ so far, in the norm of their mass
+//! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,   dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
 //! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/s)^½)
 //! ```
 //!
@@ -17,7 +17,8 @@
 //! with the square of their lengths, so the step falls with the mesh and both errors vanish together. d keeps an
 //! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
 //! Solids have an error of their own, as they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 44 steps per period where s is a hundredth. Motions
-//! below a quarter of the speed of the fluid count by that speed: in short steps the forces of the fluid shake solids.
+//! below a quarter of the speed of the fluid count by that speed. The forces of the fluid on cut elements shake solids, the more the shorter the steps: such noise has changes d with
+//! other signs in each step, and counts a tenth.
 
 use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
@@ -44,11 +45,18 @@ const ROUND_OFF: f64 = 1e-6;
 /// Elements that the interface may be off after a step.
 const INTERFACE: f64 = 0.1;
 
+/// Elements that the surface of a solid may be off its prediction, which cuts the mesh.
+const SURFACE: f64 = 0.05;
+
 /// The largest error of solids, over the tolerance.
 const SOLIDS: f64 = 0.005;
 
-/// Speed of solids, over that of the fluid, below which their errors don't count.
+/// Speed of solids, over that of the fluid, from which on errors are measured by their own: what is off by less than a hundredth of this is off by 0.25 % of
+/// the fluid's speed.
 const SLOW_SOLIDS: f64 = 0.25;
+
+/// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no motion that shorter steps would follow, but noise.
+const NOISE: f64 = 0.01;
 
 /// Estimated errors of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -102,14 +110,14 @@ impl StepControl {
 
 impl StepControl {
     /// Estimates the errors of the step of `dt` [s] that is done, for the next one; `peak` is the largest kinetic energy so far [J], `solids` are those with
-    /// meshes of their own.
+    /// meshes of their own, with the elements that their surface was off its prediction.
     pub(in crate::pfem2) fn estimate<const D: usize, const N: usize>(
         &mut self,
         dt: f64,
         system: &VelocityPressureSystem<D, N>,
         history: &TimeHistory<D>,
         peak: f64,
-        solids: Option<&Structure<D>>,
+        solids: Option<(&mut Structure<D>, f64)>,
     ) {
         let TimeHistory { velocity_previous: previous, velocity_earlier: earlier, .. } = history;
         let (acceleration, acceleration_previous) = (&history.acceleration, &history.acceleration_previous);
@@ -124,34 +132,36 @@ impl StepControl {
         let time = 0.5 * norm(&off).max(dt * norm(&|i| acceleration[i] - acceleration_previous[i]));
         let fall = norm(&|i| system.force[i]) * dt;
         let least = AT_REST * (2.0 * peak).sqrt() + ROUND_OFF * fall;
-        let interface = interface_error(system, |i| 0.5 * dt * off(i).norm());
+        let surface = solids.as_ref().map_or(0.0, |(_, off)| off * INTERFACE / SURFACE);
+        let interface = interface_error(system, |i| 0.5 * dt * off(i).norm()).max(surface);
         let scale = velocity.max(f64::MIN_POSITIVE);
         let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
-        let solids = solids.map_or(0.0, |structure| self.solids_error(structure, (dt, extends), stream));
+        let solids = solids.map_or(0.0, |(structure, _)| self.solids_error(structure, extends, stream));
         let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids };
         self.learn(dt, errors, least / scale);
     }
 
-    /// The error of solids in a step of `dt` [s], which is `extends` times the last one, in a `stream` of this speed [m/s].
-    fn solids_error<const D: usize>(
-        &mut self,
-        structure: &Structure<D>,
-        (dt, extends): (f64, f64),
-        stream: f64,
-    ) -> f64 {
+    /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed [m/s].
+    fn solids_error<const D: usize>(&mut self, structure: &mut Structure<D>, extends: f64, stream: f64) -> f64 {
         let state = &structure.state;
         let (now, before, earlier) = (&state.velocity, &state.velocity_previous, &state.velocity_earlier);
         let off = |i: usize| now[i] - before[i] - (before[i] - earlier[i]) * extends;
-        let change = |i: usize| state.acceleration[i] - state.acceleration_previous[i];
-        let norm = |value: &dyn Fn(usize) -> Vector<D>| {
-            let values: Vec<Vector<D>> = (0..now.len()).map(value).collect();
-            let weighted = structure.weighted_by_mass(&values);
-            weighted.iter().zip(values.iter().flat_map(|v| v.0)).map(|(m, v)| m * v).sum::<f64>().max(0.0).sqrt()
+        let product = |a: &[Vector<D>], b: &[Vector<D>]| {
+            let weighted = structure.weighted_by_mass(a);
+            weighted.iter().zip(b.iter().flat_map(|v| v.0)).map(|(m, v)| m * v).sum::<f64>()
         };
-        self.solids_peak = self.solids_peak.max(0.5 * norm(&|i| now[i]).powi(2));
+        self.solids_peak = self.solids_peak.max(0.5 * product(now, now));
         let slow = SLOW_SOLIDS * stream * structure.mass().sqrt();
         let scale = (2.0 * self.solids_peak).sqrt().max(slow).max(f64::MIN_POSITIVE);
-        0.5 * norm(&off).max(dt * norm(&change)) / scale
+        let change: Vec<Vector<D>> = (0..now.len()).map(off).collect();
+        let [own, both, last] = [
+            product(&change, &change),
+            product(&change, &state.velocity_change),
+            product(&state.velocity_change, &state.velocity_change),
+        ];
+        structure.state.velocity_change = change;
+        let alike = if last > 0.0 && own > 0.0 { both / (own * last).sqrt() } else { 1.0 };
+        0.5 * (own.max(0.0) * alike.max(NOISE)).sqrt() / scale
     }
 }
 

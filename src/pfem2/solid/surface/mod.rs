@@ -11,6 +11,7 @@
 mod facet;
 mod feet;
 mod normals;
+mod points;
 mod quadratic;
 #[cfg(test)]
 pub(in crate::pfem2) mod tests;
@@ -21,6 +22,7 @@ use crate::parallel;
 use facet::SurfaceFacet;
 pub(super) use feet::FacetFoot;
 use normals::Normals;
+pub(super) use points::SurfacePoint;
 use quadratic::{bounds, coordinates, shape_functions};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
