@@ -1,16 +1,19 @@
-//! Unknowns of another kind at the border of a system on a mesh, such as the nodes of solids in a fluid.
+//! Unknowns of another kind at the border of a system on a mesh, such as the nodes of solids in a fluid (theory J.4).
 //!
 //! ```text
 //! [ A    E ] [x]   [b]        A: the mesh, with its own preconditioner Â
-//! [ F    S ] [y] = [c]        S: the border, solved exactly
+//! [ F    S ] [y] = [c]        S: the border
 //!
-//! x ← Â⁻¹ b,   y ← S⁻¹ (c − F x)
+//! x ← Â⁻¹ b
+//! [ A_tt  E_t ] [δ]   [ b_t − A_t x ]        t: velocities of nodes near the border, solved exactly with it
+//! [ F_t   S   ] [y] = [ c − F x     ]        x_t ← x_t + δ
 //! ```
 //!
-//! Of the preconditioned matrix S⁻¹ (S − F A⁻¹ E) remains: for a solid in a fluid one and, for each of its motions, the added mass over
-//! what resists the motion in the solid. Stiff motions are near one; each soft one costs an iteration.
+//! Of the preconditioned matrix remains S_t⁻¹ (S − F A⁻¹ E), S_t = S − F_t A_tt⁻¹ E_t: for a solid in a fluid one and, for each of its
+//! motions, the added mass over what resists the motion in the solid. Stiff motions are near one; soft ones are seen to by the
+//! coarse correction (`coarse`).
 
-/// The border of a system with B unknowns per node.
+/// The border of a system with B unknowns per node, the last of which is a pressure.
 pub trait Border<const B: usize> {
     /// Scales s_i = |S_ii|^(−1/2).
     fn scaling(&self) -> Vec<f64>;
@@ -21,6 +24,10 @@ pub trait Border<const B: usize> {
     /// Subtracts F x from rows of the border.
     fn subtract(&self, x: &[[f64; B]], rows: &mut [f64]);
 
-    /// y = S⁻¹ r.
-    fn solve(&mut self, r: &[f64], y: &mut [f64]);
+    /// Nodes of the mesh whose velocities are near the border.
+    fn near(&self) -> &[u32];
+
+    /// Solves for the velocities δ of the near nodes and for y: on entry the residuals of their rows, on return the solution. Pressures
+    /// of near nodes are left out: zero on return.
+    fn solve(&mut self, near: &mut [[f64; B]], own: &mut [f64]);
 }

@@ -29,15 +29,20 @@ impl<const B: usize> BlockMatrix<B> {
 
     /// y = A x.
     pub fn multiply(&self, x: &[[f64; B]], y: &mut [[f64; B]]) {
-        let columns = self.pattern.columns();
         y.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, rows)| {
             for (offset, sum) in rows.iter_mut().enumerate() {
-                *sum = [0.0; B];
-                for entry in self.pattern.row(chunk * ROWS + offset) {
-                    add_product(&self.values[entry], &x[columns[entry] as usize], sum);
-                }
+                *sum = self.row_product(chunk * ROWS + offset, x);
             }
         });
+    }
+
+    /// A row of A x.
+    pub fn row_product(&self, row: usize, x: &[[f64; B]]) -> [f64; B] {
+        let mut sum = [0.0; B];
+        for entry in self.pattern.row(row) {
+            add_product(&self.values[entry], &x[self.pattern.columns()[entry] as usize], &mut sum);
+        }
+        sum
     }
 
     /// s_i = |a_ii|^(−1/2), and one where the diagonal is zero: symmetric scaling makes the diagonal ±1.

@@ -81,7 +81,7 @@ fn largest_ratio(stiffness: &SparseMatrix, mass: &SparseMatrix) -> f64 {
 }
 
 /// A vector with parts of all modes, the same in every run: the golden ratio fills an interval evenly.
-fn start(k: usize, n: usize) -> Vec<f64> {
+pub(super) fn start(k: usize, n: usize) -> Vec<f64> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     (0..n).map(|i| ((i * (2 * k + 1) + k + 1) as f64 * GOLDEN).fract() - 0.5).collect()
 }

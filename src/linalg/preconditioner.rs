@@ -32,6 +32,16 @@ pub(super) fn methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Pre
     }
 }
 
+/// The same for systems with a border. The stabilisation that solids need leaves little of the symmetric part (theory J.4): multigrid
+/// for the Schur complement comes first in two dimensions, too.
+pub(super) fn bordered_methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Preconditioning> {
+    let mut methods = methods::<B>(kind, nodes);
+    if let Some(place) = methods.iter().position(|&method| method == Preconditioning::Iterative) {
+        methods[..=place].rotate_right(1);
+    }
+    methods
+}
+
 /// Kinds of approximate inverses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Preconditioning {

@@ -1,11 +1,12 @@
 //! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
 
 use super::border::Border;
+use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
 use super::krylov::{Attempt, Krylov, Limits, System};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
-use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, methods};
+use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
 use super::vectors::{norm, update};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
@@ -95,6 +96,8 @@ pub struct LinearSolver<const B: usize> {
     preconditioner: Option<Preconditioner<B>>,
     /// The matrix that the preconditioner was made from.
     source: Option<BlockMatrix<B>>,
+    /// The coarse correction of the border.
+    coarse: Option<CoarseCorrection<B>>,
     reuse: ReusePolicy,
     krylov: Krylov,
 }
@@ -104,6 +107,8 @@ pub struct LinearSolver<const B: usize> {
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
+    /// The coarse correction of the border that goes with it; empty if there is none.
+    pub coarse: Vec<f64>,
     /// Counters of its use.
     pub counters: SolverCounters,
 }
@@ -146,10 +151,17 @@ impl<const B: usize> LinearSolver<B> {
             analysis: None,
             preconditioner: None,
             source: None,
+            coarse: None,
             reuse: ReusePolicy::default(),
             krylov: Krylov::default(),
             pattern,
         }
+    }
+
+    /// The systems to come have a border.
+    pub fn expect_border(&mut self) {
+        self.methods = bordered_methods::<B>(self.options.kind, self.pattern.rows());
+        self.method = self.methods[0];
     }
 
     /// Solves A x = b; `x` comes in as the first guess.
@@ -208,6 +220,7 @@ impl<const B: usize> LinearSolver<B> {
                 self.rebuild(a);
                 fresh = true;
             }
+            self.take_up(&mut system);
             let limits = self.limits(fresh, system.border.is_some(), self.options.tolerance * reference);
             let attempt = self.attempt(&mut system, x, &mut residual, limits);
             iterations += attempt.history.len() - 1;
@@ -241,6 +254,7 @@ impl<const B: usize> LinearSolver<B> {
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
+            coarse: kept.and(self.coarse.as_ref()).map_or_else(Vec::new, CoarseCorrection::state),
             counters: SolverCounters {
                 method: method.unwrap_or(0) as f64,
                 price: self.reuse.price,
@@ -262,7 +276,8 @@ impl<const B: usize> LinearSolver<B> {
         let counts = [method, failures, rest, detour_failures, detour_rest];
         let counted = counts.iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
         let summed = [price, spent, systems, replace].iter().all(|sum| *sum >= 0.0);
-        counted && summed && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
+        let coarse = CoarseCorrection::<B>::fits(&state.coarse);
+        counted && summed && coarse && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
     /// Goes on from the state of a solver with the same pattern and options.
@@ -284,6 +299,7 @@ impl<const B: usize> LinearSolver<B> {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
         }
+        self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
         self.reuse = ReusePolicy {
             price,
             spent,
@@ -316,8 +332,27 @@ impl<const B: usize> LinearSolver<B> {
     ) -> Attempt {
         let room = vec![0.0; x.len()];
         let (analysis, preconditioner) = (self.analysis.as_ref(), self.preconditioner.as_mut());
-        let mut system = Preconditioned { system, analysis, preconditioner, room };
+        let coarse = self.coarse.as_ref();
+        let mut system = Preconditioned { system, analysis, preconditioner, coarse, room };
         self.krylov.solve(&mut system, x, residual, limits)
+    }
+
+    /// Makes the coarse correction ready for the border of a system.
+    fn take_up(&mut self, system: &mut BorderedMatrix<B>) {
+        let Some(border) = &mut system.border else { return };
+        let own = system.a.pattern.rows() * B;
+        if self.coarse.as_ref().is_none_or(|coarse| !coarse.is_of(system.b.len() - own)) {
+            let (analysis, preconditioner) = (self.analysis.as_ref(), &mut self.preconditioner);
+            let mut solve_mesh = |r: &[[f64; B]], x: &mut [[f64; B]]| match preconditioner {
+                Some(preconditioner) => preconditioner.apply(analysis, r, x),
+                None => x.copy_from_slice(r),
+            };
+            self.coarse = Some(CoarseCorrection::new(*border, own / B, &mut solve_mesh));
+            self.reuse.price += CoarseCorrection::<B>::motions(system.b.len() - own) as f64;
+        }
+        if let Some(coarse) = &mut self.coarse {
+            coarse.take_up(*border);
+        }
     }
 
     fn rebuild(&mut self, a: &BlockMatrix<B>) {
@@ -328,6 +363,7 @@ impl<const B: usize> LinearSolver<B> {
             }
         }
         self.preconditioner = None;
+        self.coarse = None;
         self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
@@ -402,6 +438,7 @@ struct Preconditioned<'a, 'b, const B: usize> {
     system: &'a mut BorderedMatrix<'b, B>,
     analysis: Option<&'a Analysis>,
     preconditioner: Option<&'a mut Preconditioner<B>>,
+    coarse: Option<&'a CoarseCorrection<B>>,
     room: Vec<f64>,
 }
 
@@ -424,13 +461,25 @@ impl<const B: usize> System for Preconditioned<'_, '_, B> {
         update(room, |i, _| r[i] / s[i]);
         let own = a.pattern.rows() * B;
         let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
+        let (r, z) = (r.as_chunks().0, z.as_chunks_mut().0);
         match &mut self.preconditioner {
-            Some(preconditioner) => preconditioner.apply(self.analysis, r.as_chunks().0, z.as_chunks_mut().0),
+            Some(preconditioner) => preconditioner.apply(self.analysis, r, z),
             None => z.copy_from_slice(r),
         }
-        if let Some(border) = border {
-            border.subtract(z.as_chunks().0, r_border);
-            border.solve(r_border, z_border);
+        let Some(border) = border else { return };
+        border.subtract(z, r_border);
+        z_border.copy_from_slice(r_border);
+        let rest = |&node: &u32| {
+            let (node, product) = (node as usize, a.row_product(node as usize, z));
+            std::array::from_fn(|k| r[node][k] - product[k])
+        };
+        let mut near: Vec<[f64; B]> = border.near().iter().map(rest).collect();
+        border.solve(&mut near, z_border);
+        if let Some(coarse) = self.coarse {
+            coarse.correct(&mut near, z_border);
+        }
+        for (&node, change) in border.near().iter().zip(&near) {
+            z[node as usize].iter_mut().zip(change).for_each(|(z, change)| *z += change);
         }
     }
 }

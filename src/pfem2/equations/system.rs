@@ -243,6 +243,12 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(())
     }
 
+    /// Puts in solids.
+    pub(in crate::pfem2) fn immerse(&mut self, immersed: Immersed<D, N>) {
+        self.linear.expect_border();
+        self.immersed = Some(immersed);
+    }
+
     /// Solves the linear system, with the solids at its border.
     ///
     /// # Errors
@@ -251,10 +257,11 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let Some(immersed) = &mut self.immersed else {
             return Ok(self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns));
         };
-        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, &mut self.rhs).ok_or_else(|| {
-            let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
-            StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
-        })?;
+        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, (&self.matrix, &mut self.rhs))
+            .ok_or_else(|| {
+                let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
+                StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
+            })?;
         let load = std::mem::take(&mut border.load);
         let mut solids = border.start(&immersed.independent);
         let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];
@@ -310,6 +317,9 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.
         if self.linear.restore(memory).is_err() {
             self.linear = solver(&self.mesh, &self.assembly, self.options);
+            if self.immersed.is_some() {
+                self.linear.expect_border();
+            }
         }
     }
 

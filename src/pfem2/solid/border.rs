@@ -11,19 +11,22 @@ use super::coupling::CoupledElement;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
 use super::independent::IndependentVelocities;
-use crate::linalg::{Border, SparseFactor, SparseMatrix};
+use super::near::NearNodes;
+use crate::linalg::{BlockMatrix, Border, SparseMatrix};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 
 /// Coupling blocks of a cut element, without prescribed unknowns of the fluid.
-struct FreeBlocks<const D: usize, const N: usize> {
-    nodes: [u32; N],
-    solid: Vec<u32>,
+pub(super) struct FreeBlocks<const D: usize, const N: usize> {
+    /// Nodes of the element.
+    pub nodes: [u32; N],
+    /// Nodes of solids.
+    pub solid: Vec<u32>,
     /// `[a][i]`: rows of node i, columns of solid node a.
-    to_fluid: Vec<[[[f64; D]; N]; N]>,
+    pub to_fluid: Vec<[[[f64; D]; N]; N]>,
     /// `[a][i]`: rows of solid node a, columns of node i.
-    to_solid: Vec<[[[f64; N]; D]; N]>,
+    pub to_solid: Vec<[[[f64; N]; D]; N]>,
 }
 
 /// The border that solids are: their independent velocities.
@@ -33,7 +36,7 @@ pub struct SolidBorder<const D: usize, const N: usize> {
     /// After the independent velocities, rows s v = s v̄ of those that are prescribed and not zero, with s of the diagonal of S: the
     /// solution is measured by all that moves.
     matrix: SparseMatrix,
-    factor: SparseFactor,
+    near: NearNodes,
     /// Prescribed velocities of these rows [m/s].
     prescribed: Vec<f64>,
     /// Right-hand side [N].
@@ -41,13 +44,13 @@ pub struct SolidBorder<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> SolidBorder<D, N> {
-    /// From the equations of solids and cut elements; the right-hand side of the fluid, in the frames of its nodes, takes
+    /// From the equations of solids and cut elements, and the matrix of the fluid; its right-hand side, in the frames of its nodes, takes
     /// what prescribed velocities of solids bring. `None` if the matrix of the solids is singular.
     pub fn new(
         mesh: &Mesh<D, N>,
         immersed: &Immersed<D, N>,
         constraints: &Constraints<D, N>,
-        rhs_of_fluid: &mut [[f64; N]],
+        (fluid, rhs_of_fluid): (&BlockMatrix<N>, &mut [[f64; N]]),
     ) -> Option<Self> {
         let equations = immersed.equations.as_ref()?;
         let (mut entries, mut load) = (Vec::new(), vec![0.0; equations.rhs.len()]);
@@ -66,9 +69,9 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         let rows = (first..).zip(&fixed).map(|(k, &(size, _))| (k, k, size));
         let matrix = SparseMatrix::from_triplets(load.len() + fixed.len(), matrix.triplets().chain(rows).collect());
         load.extend(fixed.iter().map(|(size, velocity)| size * velocity));
-        let factor = SparseFactor::new(&matrix)?;
+        let near = NearNodes::new(&matrix, &couplings, &equations.velocities, fluid)?;
         let prescribed = fixed.into_iter().map(|(_, velocity)| velocity).collect();
-        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, factor, prescribed, load })
+        Some(Self { couplings, velocities: equations.velocities.clone(), matrix, near, prescribed, load })
     }
 
     /// What iterations begin with, by the independent velocities.
@@ -207,7 +210,11 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         rows.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(row, force)| *row -= force);
     }
 
-    fn solve(&mut self, r: &[f64], y: &mut [f64]) {
-        self.factor.solve(r, y);
+    fn near(&self) -> &[u32] {
+        &self.near.nodes
+    }
+
+    fn solve(&mut self, near: &mut [[f64; N]], own: &mut [f64]) {
+        self.near.solve(near, own);
     }
 }

@@ -29,6 +29,7 @@ pub mod independent;
 mod linearisation;
 pub mod mesh;
 pub mod modes;
+mod near;
 pub mod outline;
 pub mod pressure;
 pub mod rigid;

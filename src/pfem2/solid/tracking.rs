@@ -142,7 +142,7 @@ impl<const D: usize> SolidTracking<D> {
         let velocity = &self.structure.state.velocity;
         let immersed = Immersed::new(self.cut(&system.mesh, &self.surface()), velocity, velocity.clone(), None);
         immersed.extend(|node| velocity[node], &mut system.velocity);
-        system.immersed = Some(immersed);
+        system.immerse(immersed);
     }
 
     /// The predicted surface.
