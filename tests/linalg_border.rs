@@ -165,6 +165,8 @@ fn twelve_light_pistons_take_few_more_iterations_than_heavy_ones() {
 #[test]
 fn any_number_of_pistons_moves_as_put_in() {
     for count in [1, 40] {
-        [1e6, 1e-2].map(|mass| iterations(SolverKind::Auto, [24, count], mass));
+        for mass in [1e6, 1e-2] {
+            iterations(SolverKind::Auto, [24, count], mass);
+        }
     }
 }

@@ -34,6 +34,8 @@ fn in_fluid(structure: Structure<2>, physics: Physics<2>) -> Pfem2<2, 3> {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [CELLS; 2]).unwrap();
     let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
     setup.solids = Some(structure);
+    // What acts in contact is a small difference of momenta.
+    setup.linear = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
     Pfem2::new(setup)
 }
 
