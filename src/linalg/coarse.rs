@@ -6,7 +6,7 @@
 //! S̃ = S_t + B C Bᵀ,   S̃⁻¹ r = y − Y (1 + C BᵀY)⁻¹ C Bᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ B
 //! ```
 //!
-//! B and C are kept as long as the preconditioner of the mesh. The matrix of the border changes from system to system, as solids move: Y is
+//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh. The matrix of the border changes from system to system, as solids move: Y is
 //! that of the system at hand.
 
 use super::border::Border;
@@ -17,6 +17,9 @@ const MOTIONS: usize = 14;
 
 /// Steps of the subspace iteration.
 const STEPS: usize = 6;
+
+/// Systems that a correction is kept for.
+const LIFE: f64 = 10.0;
 
 /// xᵀ S_t x below this part of what it was before those of the vectors before it were taken out: nothing new.
 const NOTHING: f64 = 1e-12;
@@ -31,6 +34,8 @@ pub(super) struct CoarseCorrection<const B: usize> {
     forces: Vec<Vec<f64>>,
     /// C.
     added: Dense,
+    /// Number of systems that it has been used for.
+    systems: f64,
     /// The columns of Y, with the velocities of near nodes.
     responses: Vec<Response<B>>,
     /// (1 + C BᵀY)⁻¹ C.
@@ -54,11 +59,6 @@ impl<const B: usize> Response<B> {
 }
 
 impl<const B: usize> CoarseCorrection<B> {
-    /// Number of motions of a border with so many unknowns; a correction takes about as many iterations.
-    pub fn motions(border: usize) -> usize {
-        MOTIONS.min(border)
-    }
-
     /// Of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
     pub fn new(
         border: &mut dyn Border<B>,
@@ -87,32 +87,34 @@ impl<const B: usize> CoarseCorrection<B> {
 
     /// From what [`CoarseCorrection::state`] gave.
     pub fn restored(state: &[f64]) -> Self {
-        let count = state.first().map_or(0, |count| *count as usize);
-        let (added, forces) = state.get(1..).unwrap_or_default().split_at(count * count);
+        let [count, systems, rest @ ..] = state else { return Self::default() };
+        let count = *count as usize;
+        let (added, forces) = rest.split_at(count * count);
         let rows = |all: &[f64]| all.chunks((all.len() / count.max(1)).max(1)).map(<[f64]>::to_vec).collect();
-        Self { forces: rows(forces), added: rows(added), ..Self::default() }
+        Self { forces: rows(forces), added: rows(added), systems: *systems, ..Self::default() }
     }
 
-    /// What a checkpoint keeps: the number of motions, C and B.
+    /// What a checkpoint keeps: the number of motions, that of systems, C and B.
     pub fn state(&self) -> Vec<f64> {
-        let count = [self.forces.len() as f64];
-        [&count[..], &self.added.concat(), &self.forces.concat()].concat()
+        let counts = [self.forces.len() as f64, self.systems];
+        [&counts[..], &self.added.concat(), &self.forces.concat()].concat()
     }
 
     /// True for a state that a correction can be restored from.
     pub fn fits(state: &[f64]) -> bool {
-        let [count, rest @ ..] = state else { return true };
+        let [count, _, rest @ ..] = state else { return state.is_empty() };
         let count = *count as usize;
         count <= MOTIONS && rest.len() >= count * count && (rest.len() - count * count).is_multiple_of(count.max(1))
     }
 
-    /// True if it belongs to a border with so many unknowns.
-    pub fn is_of(&self, unknowns: usize) -> bool {
-        self.forces.iter().all(|force| force.len() == unknowns)
+    /// True if it belongs to a border with so many unknowns, and isn't too old.
+    pub fn serves(&self, unknowns: usize) -> bool {
+        self.systems < LIFE && self.forces.iter().all(|force| force.len() == unknowns)
     }
 
     /// Takes up the border of a system.
     pub fn take_up(&mut self, border: &mut dyn Border<B>) {
+        self.systems += 1.0;
         self.responses = self.forces.iter().map(|force| Response::new(border, force)).collect();
         let count = self.forces.len();
         let compliance = |i: usize, j: usize| dot(&self.forces[i], &self.responses[j].own);
@@ -142,8 +144,7 @@ fn softest<const B: usize>(border: &mut dyn Border<B>) -> (Dense, Dense) {
     let stiffness: Vec<f64> = border.scaling().iter().map(|s| s.powi(-2)).collect();
     let unknowns = stiffness.len();
     let weighted = |x: &[f64]| -> Vec<f64> { x.iter().zip(&stiffness).map(|(x, d)| x * d).collect() };
-    let mut motions: Dense =
-        (0..CoarseCorrection::<B>::motions(unknowns)).map(|k| super::modes::start(k, unknowns)).collect();
+    let mut motions: Dense = (0..MOTIONS.min(unknowns)).map(|k| super::modes::start(k, unknowns)).collect();
     let mut forces = Vec::new();
     for _ in 0..STEPS {
         forces = motions.iter().map(|x| weighted(x)).collect();

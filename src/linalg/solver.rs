@@ -107,7 +107,7 @@ pub struct LinearSolver<const B: usize> {
 pub struct SolverState {
     /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
     pub values: Vec<f64>,
-    /// The coarse correction of the border that goes with it; empty if there is none.
+    /// The coarse correction of the border; empty if there is none.
     pub coarse: Vec<f64>,
     /// Counters of its use.
     pub counters: SolverCounters,
@@ -254,7 +254,7 @@ impl<const B: usize> LinearSolver<B> {
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
-            coarse: kept.and(self.coarse.as_ref()).map_or_else(Vec::new, CoarseCorrection::state),
+            coarse: self.coarse.as_ref().map_or_else(Vec::new, CoarseCorrection::state),
             counters: SolverCounters {
                 method: method.unwrap_or(0) as f64,
                 price: self.reuse.price,
@@ -341,14 +341,13 @@ impl<const B: usize> LinearSolver<B> {
     fn take_up(&mut self, system: &mut BorderedMatrix<B>) {
         let Some(border) = &mut system.border else { return };
         let own = system.a.pattern.rows() * B;
-        if self.coarse.as_ref().is_none_or(|coarse| !coarse.is_of(system.b.len() - own)) {
+        if self.coarse.as_ref().is_none_or(|coarse| !coarse.serves(system.b.len() - own)) {
             let (analysis, preconditioner) = (self.analysis.as_ref(), &mut self.preconditioner);
             let mut solve_mesh = |r: &[[f64; B]], x: &mut [[f64; B]]| match preconditioner {
                 Some(preconditioner) => preconditioner.apply(analysis, r, x),
                 None => x.copy_from_slice(r),
             };
             self.coarse = Some(CoarseCorrection::new(*border, own / B, &mut solve_mesh));
-            self.reuse.price += CoarseCorrection::<B>::motions(system.b.len() - own) as f64;
         }
         if let Some(coarse) = &mut self.coarse {
             coarse.take_up(*border);
@@ -363,7 +362,6 @@ impl<const B: usize> LinearSolver<B> {
             }
         }
         self.preconditioner = None;
-        self.coarse = None;
         self.preconditioner = Preconditioner::new(self.method, self.analysis.as_ref(), a);
         let price = match (self.method, &self.analysis) {
             (Preconditioning::Pivoted, _) => PIVOTED_PRICE,
