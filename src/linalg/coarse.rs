@@ -24,6 +24,9 @@ const LIFE: f64 = 10.0;
 /// xᵀ S_t x below this part of what it was before those of the vectors before it were taken out: nothing new.
 const NOTHING: f64 = 1e-12;
 
+/// Solves with the preconditioner of a mesh: x ← Â⁻¹ r.
+type SolveMesh<'a, const B: usize> = dyn FnMut(&[[f64; B]], &mut [[f64; B]]) + 'a;
+
 /// Rows of a small dense matrix.
 type Dense = Vec<Vec<f64>>;
 
@@ -60,11 +63,7 @@ impl<const B: usize> Response<B> {
 
 impl<const B: usize> CoarseCorrection<B> {
     /// Of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
-    pub fn new(
-        border: &mut dyn Border<B>,
-        nodes: usize,
-        solve_mesh: &mut dyn FnMut(&[[f64; B]], &mut [[f64; B]]),
-    ) -> Self {
+    pub fn new(border: &mut dyn Border<B>, nodes: usize, solve_mesh: &mut SolveMesh<'_, B>) -> Self {
         let (forces, motions) = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
         let mut x = at_rest.clone();
