@@ -24,7 +24,7 @@ pub trait Border<const B: usize> {
     /// Subtracts F x from rows of the border.
     fn subtract(&self, x: &[[f64; B]], rows: &mut [f64]);
 
-    /// Nodes of the mesh whose velocities are near the border.
+    /// Nodes of the mesh near the border, whose velocities are found together with it.
     fn near(&self) -> &[u32];
 
     /// Solves for the velocities δ of the near nodes and for y: on entry the residuals of their rows, on return the solution. Pressures

@@ -6,7 +6,7 @@
 //! S̃ = S_t + B C Bᵀ,   S̃⁻¹ r = y − Y (1 + C BᵀY)⁻¹ C Bᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ B
 //! ```
 //!
-//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh. The matrix of the border changes from system to system, as solids move: Y is
+//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh where the border moves. Y is
 //! that of the system at hand.
 
 use super::border::Border;
@@ -46,7 +46,7 @@ pub(super) struct CoarseCorrection<const B: usize> {
 }
 
 /// Velocities of near nodes, and those of the border.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Response<const B: usize> {
     near: Vec<[f64; B]>,
     own: Vec<f64>,
@@ -102,8 +102,11 @@ impl<const B: usize> CoarseCorrection<B> {
     /// True for a state that a correction can be restored from.
     pub fn fits(state: &[f64]) -> bool {
         let [count, _, rest @ ..] = state else { return state.is_empty() };
-        let count = *count as usize;
-        count <= MOTIONS && rest.len() >= count * count && (rest.len() - count * count).is_multiple_of(count.max(1))
+        let square = (*count as usize).saturating_pow(2);
+        let possible = (0..=MOTIONS).any(|motions| *count == motions as f64) && rest.len() >= square;
+        let whole =
+            possible && (rest.len() - square).checked_rem(*count as usize).map_or(rest.is_empty(), |left| left == 0);
+        whole && state.iter().all(|number| number.is_finite())
     }
 
     /// True if it belongs to a border with so many unknowns, and isn't too old.
@@ -197,4 +200,36 @@ fn solved(mut a: Dense, mut b: Dense) -> Dense {
         b.iter_mut().for_each(|b| *b /= a[row][row]);
     }
     b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_whole_states_are_restored() {
+        let state = [2.0, 3.0, 0.1, 0.2, 0.3, 0.4, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let restored = CoarseCorrection::<3>::restored(&state);
+        assert_eq!(restored.state(), state);
+        assert!(CoarseCorrection::<3>::fits(&state) && CoarseCorrection::<3>::fits(&[]));
+        assert!(CoarseCorrection::<3>::fits(&CoarseCorrection::<3>::default().state()));
+        assert!(restored.serves(3) && !restored.serves(2));
+        let altered = |place: usize, value: f64| {
+            let mut other = state;
+            other[place] = value;
+            CoarseCorrection::<3>::fits(&other)
+        };
+        assert!(![-1.0, 0.0, 1.5, 4.0, 15.0, f64::NAN, f64::INFINITY].iter().any(|&count| altered(0, count)));
+        assert!(
+            !altered(5, f64::NAN) && !CoarseCorrection::<3>::fits(&state[..11]) && !CoarseCorrection::<3>::fits(&[0.0])
+        );
+    }
+
+    /// 2 x + y = 5, x + 3 y = 10 and a zero pivot: by hand.
+    #[test]
+    fn small_systems_are_solved_as_by_hand() {
+        assert_eq!(solved(vec![vec![2.0, 1.0], vec![1.0, 3.0]], vec![vec![5.0], vec![10.0]]), [[1.0], [3.0]]);
+        assert_eq!(solved(vec![vec![0.0, 1.0], vec![2.0, 0.0]], vec![vec![5.0], vec![10.0]]), [[5.0], [5.0]]);
+        assert_eq!(solved(vec![vec![1.0, 1.0], vec![1.0, 1.0]], vec![vec![5.0], vec![10.0]]), [[0.0], [0.0]]);
+    }
 }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// The preconditioner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverKind {
-    /// Chosen by dimension and size; the next method if the first fails.
+    /// Chosen by dimension, size and border; the next method if the first fails.
     #[default]
     Auto,
     /// A factorisation; with row exchanges where that of the symmetric part fails.
@@ -70,7 +70,7 @@ pub struct NotConverged {
 /// Iterations that a fresh factor in single precision may take; more, and double precision takes over.
 const SINGLE_PATIENCE: usize = 10;
 
-/// The same for a system with a border, which takes an iteration for each of its motions that the rest resists as much as it does itself.
+/// The same for a system with a border, whose matrix is less symmetric.
 const BORDERED_PATIENCE: usize = 80;
 
 /// Iterations that a fresh factor in double precision may take: more, and the part that isn't symmetric rules.
@@ -158,7 +158,7 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    /// The systems to come have a border.
+    /// The systems to come have a border: chooses the methods anew.
     pub fn expect_border(&mut self) {
         self.methods = bordered_methods::<B>(self.options.kind, self.pattern.rows());
         self.method = self.methods[0];
