@@ -12,26 +12,14 @@ use super::equations::SolidEquations;
 use super::immersed::Immersed;
 use super::independent::IndependentVelocities;
 use super::near::NearNodes;
+use super::node_coupling::NodeCoupling;
 use crate::linalg::{BlockMatrix, Border, SparseMatrix};
-use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::boundary::Constraints;
 
-/// Coupling blocks of a cut element, without prescribed unknowns of the fluid.
-pub(super) struct FreeBlocks<const D: usize, const N: usize> {
-    /// Nodes of the element.
-    pub nodes: [u32; N],
-    /// Nodes of solids.
-    pub solid: Vec<u32>,
-    /// `[a][i]`: rows of node i, columns of solid node a.
-    pub to_fluid: Vec<[[[f64; D]; N]; N]>,
-    /// `[a][i]`: rows of solid node a, columns of node i.
-    pub to_solid: Vec<[[[f64; N]; D]; N]>,
-}
-
 /// The border that solids are: their independent velocities.
 pub struct SolidBorder<const D: usize, const N: usize> {
-    couplings: Vec<FreeBlocks<D, N>>,
+    couplings: Vec<NodeCoupling<D, N>>,
     velocities: IndependentVelocities,
     /// After the independent velocities, rows s v = s v̄ of those that are prescribed and not zero, with s of the diagonal of S: the
     /// solution is measured by all that moves.
@@ -54,15 +42,13 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
     ) -> Option<Self> {
         let equations = immersed.equations.as_ref()?;
         let (mut entries, mut load) = (Vec::new(), vec![0.0; equations.rhs.len()]);
-        let mut couplings = Vec::with_capacity(immersed.elements.len());
-        for element in &immersed.elements {
-            let nodes = mesh.elements()[element.element as usize];
-            let mut coupling = FreeBlocks::turned(element, nodes, constraints);
+        let mut couplings = NodeCoupling::all(mesh, &immersed.elements);
+        for coupling in &mut couplings {
+            coupling.turn(constraints);
             coupling.eliminate_fluid(constraints, &mut load);
             coupling.move_prescribed(&equations.velocities, rhs_of_fluid);
-            couplings.push(coupling);
-            add_solid_rows(element, &mut entries, &mut load);
         }
+        immersed.elements.iter().for_each(|element| add_solid_rows(element, &mut entries, &mut load));
         let fixed = prescribed(equations, &entries);
         let (matrix, mut load) = equations.independent(entries, &load);
         let first = load.len() as u32;
@@ -119,65 +105,6 @@ fn add_solid_rows<const D: usize, const N: usize>(
     }
 }
 
-impl<const D: usize, const N: usize> FreeBlocks<D, N> {
-    /// The blocks of an element in the frames of its nodes.
-    fn turned(element: &CoupledElement<D, N>, nodes: [u32; N], constraints: &Constraints<D, N>) -> Self {
-        let CoupledElement { solid, to_fluid, to_solid, .. } = element;
-        let mut own = Self { nodes, solid: solid.clone(), to_fluid: to_fluid.clone(), to_solid: to_solid.clone() };
-        for (i, &node) in nodes.iter().enumerate() {
-            let Some(frame) = constraints.frame(node as usize) else { continue };
-            for (rows, columns) in own.to_fluid.iter_mut().zip(&mut own.to_solid) {
-                for s in 0..D {
-                    let turned = frame.apply(Vector::<D>::from_fn(|r| rows[i][r][s]));
-                    (0..D).for_each(|r| rows[i][r][s] = turned[r]);
-                    let turned = frame.apply(Vector::<D>::from_fn(|r| columns[i][s][r]));
-                    columns[i][s][..D].copy_from_slice(&turned.0);
-                }
-            }
-        }
-        own
-    }
-
-    /// Takes out the prescribed unknowns of the fluid.
-    fn eliminate_fluid(&mut self, constraints: &Constraints<D, N>, load: &mut [f64]) {
-        for (i, &node) in self.nodes.iter().enumerate() {
-            let (mask, value) = (constraints.mask[node as usize], &constraints.value[node as usize]);
-            for k in (0..N).filter(|k| mask >> k & 1 == 1) {
-                for (place, &a) in self.solid.iter().enumerate() {
-                    self.to_fluid[place][i][k] = [0.0; D];
-                    for s in 0..D {
-                        load[a as usize * D + s] -= self.to_solid[place][i][s][k] * value[k];
-                        self.to_solid[place][i][s][k] = 0.0;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds F x on the nodes of solids.
-    fn add_forces(&self, x: &[[f64; N]], forces: &mut [f64]) {
-        for (place, &a) in self.solid.iter().enumerate() {
-            for (to_solid, &node) in self.to_solid[place].iter().zip(&self.nodes) {
-                for (sum, row) in forces[a as usize * D..][..D].iter_mut().zip(to_solid) {
-                    *sum += row.iter().zip(&x[node as usize]).map(|(a, x)| a * x).sum::<f64>();
-                }
-            }
-        }
-    }
-
-    /// Moves what the prescribed parts of the velocities of solids bring to the right-hand side of the fluid.
-    fn move_prescribed(&self, velocities: &IndependentVelocities, rhs: &mut [[f64; N]]) {
-        for (place, &a) in self.solid.iter().enumerate() {
-            for s in 0..D {
-                let value = velocities.prescribed(a as usize * D + s);
-                for (i, &node) in self.nodes.iter().enumerate() {
-                    (0..N).for_each(|k| rhs[node as usize][k] -= self.to_fluid[place][i][k][s] * value);
-                }
-            }
-        }
-    }
-}
-
 impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
     fn scaling(&self) -> Vec<f64> {
         let diagonal = |k: usize| self.matrix.entry(k, k).map_or(0.0, |entry| self.matrix.values[entry].abs());
@@ -190,15 +117,7 @@ impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {
         let velocity = self.velocities.added(w);
         let mut forces = vec![0.0; velocity.len()];
         for coupling in &self.couplings {
-            for (place, &a) in coupling.solid.iter().enumerate() {
-                let y = &velocity[a as usize * D..][..D];
-                for (i, &node) in coupling.nodes.iter().enumerate() {
-                    let to_fluid = &coupling.to_fluid[place][i];
-                    for (sum, row) in rows[node as usize].iter_mut().zip(to_fluid) {
-                        *sum += row.iter().zip(y).map(|(a, y)| a * y).sum::<f64>();
-                    }
-                }
-            }
+            coupling.add_flux(&velocity, rows);
             coupling.add_forces(x, &mut forces);
         }
         own.iter_mut().zip(self.velocities.gathered(&forces)).for_each(|(own, force)| *own += force);

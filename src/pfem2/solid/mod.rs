@@ -30,6 +30,7 @@ mod linearisation;
 pub mod mesh;
 pub mod modes;
 mod near;
+mod node_coupling;
 pub mod outline;
 pub mod pressure;
 pub mod rigid;

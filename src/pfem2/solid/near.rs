@@ -8,10 +8,9 @@
 //! A cut point close to a node makes both move as one, whatever the fluid around them does: neither the preconditioner of the fluid, for which
 //! solids stand still, nor S knows that. Here both are solved with one sparse factor.
 
-use super::border::FreeBlocks;
 use super::independent::IndependentVelocities;
+use super::node_coupling::NodeCoupling;
 use crate::linalg::{BlockMatrix, SparseFactor, SparseMatrix};
-use std::collections::BTreeMap;
 
 /// Share of a node's diagonal that solids have, above which the node is solved with them.
 const NEAR: f64 = 0.25;
@@ -29,7 +28,7 @@ impl NearNodes {
     /// Of the matrix of a border, the blocks that couple it to the fluid, and the matrix of the fluid. `None` if it is singular.
     pub fn new<const D: usize, const N: usize>(
         border: &SparseMatrix,
-        couplings: &[FreeBlocks<D, N>],
+        couplings: &[NodeCoupling<D, N>],
         velocities: &IndependentVelocities,
         fluid: &BlockMatrix<N>,
     ) -> Option<Self> {
@@ -44,14 +43,12 @@ impl NearNodes {
                 entries.extend((0..D * D).map(|k| (unknown(row, k / D), unknown(column, k % D), block[k / D][k % D])));
             }
         }
-        for coupling in couplings {
-            for (i, own) in coupling.nodes.iter().enumerate().filter_map(|(i, &node)| Some((i, place(node)?))) {
-                for (other, &a) in coupling.solid.iter().enumerate() {
-                    for (r, s) in (0..D * D).map(|k| (k / D, k % D)) {
-                        let (e, f) = (coupling.to_fluid[other][i][r][s], coupling.to_solid[other][i][s][r]);
-                        for (w, share) in velocities.row(a as usize * D + s) {
-                            entries.extend([(unknown(own, r), w, e * share), (w, unknown(own, r), f * share)]);
-                        }
+        for (coupling, own) in couplings.iter().filter_map(|coupling| Some((coupling, place(coupling.node)?))) {
+            for (column, &a) in coupling.solid.iter().enumerate() {
+                for (r, s) in (0..D * D).map(|k| (k / D, k % D)) {
+                    let (e, f) = (coupling.to_fluid[column][r][s], coupling.to_solid[column][s][r]);
+                    for (w, share) in velocities.row(a as usize * D + s) {
+                        entries.extend([(unknown(own, r), w, e * share), (w, unknown(own, r), f * share)]);
                     }
                 }
             }
@@ -77,21 +74,15 @@ impl NearNodes {
 }
 
 /// The nodes near the border, ascending.
-fn near<const D: usize, const N: usize>(couplings: &[FreeBlocks<D, N>], fluid: &BlockMatrix<N>) -> Vec<u32> {
-    let mut shares: BTreeMap<u32, [f64; N]> = BTreeMap::new();
-    for coupling in couplings {
-        for blocks in &coupling.to_fluid {
-            for (node, block) in coupling.nodes.iter().zip(blocks) {
-                let sums = shares.entry(*node).or_insert([0.0; N]);
-                (0..D).for_each(|r| sums[r] += block[r].iter().map(|entry| entry.abs()).sum::<f64>());
-            }
-        }
-    }
-    let is_near = |(node, sums): &(u32, [f64; N])| {
-        let diagonal = &fluid.values[fluid.pattern.diagonal(*node as usize)];
-        (0..D).any(|r| sums[r] > NEAR * diagonal[r][r])
+fn near<const D: usize, const N: usize>(couplings: &[NodeCoupling<D, N>], fluid: &BlockMatrix<N>) -> Vec<u32> {
+    let is_near = |coupling: &&NodeCoupling<D, N>| {
+        let diagonal = &fluid.values[fluid.pattern.diagonal(coupling.node as usize)];
+        (0..D).any(|r| {
+            let share: f64 = coupling.to_fluid.iter().flat_map(|block| block[r]).map(f64::abs).sum();
+            share > NEAR * diagonal[r][r]
+        })
     };
-    shares.into_iter().filter(is_near).map(|(node, _)| node).collect()
+    couplings.iter().filter(is_near).map(|coupling| coupling.node).collect()
 }
 
 #[cfg(test)]
@@ -108,23 +99,18 @@ mod tests {
         let pattern = Arc::new(Pattern::new(3, &[[0u32, 1, 2]]));
         let mut fluid = BlockMatrix::<3>::zeros(pattern.clone());
         (0..3).for_each(|node| (0..2).for_each(|axis| fluid.values[pattern.diagonal(node)][axis][axis] = a));
-        let mut coupling = FreeBlocks::<2, 3> {
-            nodes: [0, 1, 2],
+        let coupling = |node: u32, k: f64| NodeCoupling::<2, 3> {
+            node,
             solid: vec![0],
-            to_fluid: vec![[[[0.0; 2]; 3]; 3]],
-            to_solid: vec![[[[0.0; 3]; 2]; 3]],
+            to_fluid: vec![[[-k, 0.0], [0.0, -k], [0.0; 2]]],
+            to_solid: vec![[[-k, 0.0, 0.0], [0.0, -k, 0.0]]],
         };
-        for (node, k) in [(1, k), (2, 0.1)] {
-            for axis in 0..2 {
-                coupling.to_fluid[0][node][axis][axis] = -k;
-                coupling.to_solid[0][node][axis][axis] = -k;
-            }
-        }
+        let couplings = [coupling(1, k), coupling(2, 0.1)];
         let border = SparseMatrix::from_triplets(2, vec![(0, 0, s), (1, 1, s)]);
         let mut velocities = IndependentVelocities::default();
         let first = velocities.add(&[0.0, 0.0]);
         (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
-        let mut nodes = NearNodes::new(&border, &[coupling], &velocities, &fluid).unwrap();
+        let mut nodes = NearNodes::new(&border, &couplings, &velocities, &fluid).unwrap();
         assert_eq!(nodes.nodes, [1]);
         let (mut near, mut own) = ([[1.0, 2.0, 7.0]], [3.0, 4.0]);
         nodes.solve(&mut near, &mut own);
