@@ -31,21 +31,36 @@ pub struct SparseMatrix {
     pub values: Vec<f64>,
 }
 
+/// Entries (column, value) sorted by row, otherwise in their order, and where each row begins.
+fn by_row(rows: usize, entries: Vec<(u32, u32, f64)>) -> (Vec<u32>, Vec<(u32, f64)>) {
+    let mut first = vec![0u32; rows + 1];
+    entries.iter().for_each(|&(row, ..)| first[row as usize + 1] += 1);
+    (0..rows).for_each(|row| first[row + 1] += first[row]);
+    let (mut next, mut sorted) = (first.clone(), vec![(0, 0.0); entries.len()]);
+    for (row, column, value) in entries {
+        let place = &mut next[row as usize];
+        sorted[*place as usize] = (column, value);
+        *place += 1;
+    }
+    (first, sorted)
+}
+
 impl SparseMatrix {
     /// Of `rows` rows and columns, from entries (row, column, value); those at one place are added in their order.
-    pub fn from_triplets(rows: usize, mut entries: Vec<(u32, u32, f64)>) -> Self {
-        // Stable, so that sums have one order.
-        entries.sort_by_key(|&(row, column, _)| (row, column));
+    pub fn from_triplets(rows: usize, entries: Vec<(u32, u32, f64)>) -> Self {
         let mut matrix = Self {
             start: Vec::with_capacity(rows + 1),
             columns: Vec::new(),
             values: Vec::with_capacity(entries.len()),
         };
-        let mut entries = entries.into_iter().peekable();
+        let (first, mut sorted) = by_row(rows, entries);
         matrix.start.push(0);
-        for row in 0..rows as u32 {
+        for row in 0..rows {
+            let own = &mut sorted[first[row] as usize..first[row + 1] as usize];
+            // Stable, so that sums have one order.
+            own.sort_by_key(|&(column, _)| column);
             let begin = matrix.columns.len();
-            while let Some((_, column, value)) = entries.next_if(|entry| entry.0 == row) {
+            for &mut (column, value) in own {
                 if matrix.columns.len() > begin && matrix.columns.last() == Some(&column) {
                     let last = matrix.values.len() - 1;
                     matrix.values[last] += value;

@@ -99,6 +99,8 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Pressure at the nodes [Pa].
     pub pressure: Vec<f64>,
+    /// (v − v̂)/Δ at the nodes in the last step [m/s²], with which the next one begins to iterate.
+    pub acceleration: Vec<Vector<D>>,
     /// Projected parts of the residual, for the stabilisation.
     pub subscales: Subscales<D>,
     /// Body force at the nodes [m/s²].
@@ -172,6 +174,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             rhs: vec![[0.0; N]; nodes],
             unknowns: vec![[0.0; N]; nodes],
             pressure: vec![0.0; nodes],
+            acceleration: vec![Vector::ZERO; nodes],
             subscales: Subscales::at_rest(nodes),
             contents: Vec::new(),
             cuts: Vec::new(),
@@ -238,6 +241,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         })?;
         self.preconditioners += u64::from(self.outcome.rebuilt);
         self.unpack();
+        let delta = self.equations.delta;
+        self.acceleration = self.velocity.iter().zip(convected).map(|(v, hat)| (*v - *hat) / delta).collect();
         self.recover();
         self.project_subscales();
         Ok(())
@@ -516,10 +521,11 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         (self.matrix, self.rhs) = (matrix, rhs);
     }
 
-    /// The first guess: convected velocity, last pressure, prescribed values.
+    /// The first guess: the velocity with the acceleration of the last step, last pressure, prescribed values.
     fn start_from(&mut self, convected: &[Vector<D>]) {
         for (i, x) in self.unknowns.iter_mut().enumerate() {
-            x[..D].copy_from_slice(&self.constraints.into_frame(i, convected[i]).0);
+            let velocity = convected[i] + self.acceleration[i] * self.equations.delta;
+            x[..D].copy_from_slice(&self.constraints.into_frame(i, velocity).0);
             x[D] = self.pressure[i];
             let mask = self.constraints.mask[i];
             (0..N).filter(|r| mask >> r & 1 == 1).for_each(|r| x[r] = self.constraints.value[i][r]);

@@ -15,7 +15,12 @@ use super::near::NearNodes;
 use super::node_coupling::NodeCoupling;
 use crate::linalg::{BlockMatrix, Border, SparseMatrix};
 use crate::mesh::Mesh;
+use crate::parallel;
 use crate::pfem2::boundary::Constraints;
+use std::collections::BTreeMap;
+
+/// Nodes per piece of a parallel loop.
+const PIECE: usize = 16;
 
 /// The border that solids are: their independent velocities.
 pub struct SolidBorder<const D: usize, const N: usize> {
@@ -41,14 +46,14 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         (fluid, rhs_of_fluid): (&BlockMatrix<N>, &mut [[f64; N]]),
     ) -> Option<Self> {
         let equations = immersed.equations.as_ref()?;
-        let (mut entries, mut load) = (Vec::new(), vec![0.0; equations.rhs.len()]);
+        let mut load = loads(&immersed.elements, equations.rhs.len());
         let mut couplings = NodeCoupling::all(mesh, &immersed.elements);
         for coupling in &mut couplings {
             coupling.turn(constraints);
             coupling.eliminate_fluid(constraints, &mut load);
             coupling.move_prescribed(&equations.velocities, rhs_of_fluid);
         }
-        immersed.elements.iter().for_each(|element| add_solid_rows(element, &mut entries, &mut load));
+        let entries = among_solids(&immersed.elements);
         let fixed = prescribed(equations, &entries);
         let (matrix, mut load) = equations.independent(entries, &load);
         let first = load.len() as u32;
@@ -87,22 +92,46 @@ fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64
     (0..velocities.unknowns() as u32).filter(moves).map(of).filter(|(size, _)| *size > 0.0).collect()
 }
 
-/// Adds what the fluid puts on the rows of solids in a cut element.
-fn add_solid_rows<const D: usize, const N: usize>(
-    element: &CoupledElement<D, N>,
-    entries: &mut Vec<(u32, u32, f64)>,
-    load: &mut [f64],
-) {
-    let unknown = |a: u32, r: usize| a * D as u32 + r as u32;
-    for (place, &a) in element.solid.iter().enumerate() {
-        (0..D).for_each(|r| load[unknown(a, r) as usize] += element.solid_loads[place][r]);
-        for (other, &b) in element.solid.iter().enumerate() {
-            let block = &element.among_solid[place * element.solid.len() + other];
-            for r in 0..D {
-                entries.extend((0..D).map(|s| (unknown(a, r), unknown(b, s), block[r][s])));
-            }
+/// Right-hand side that cut elements have in rows of solids, of `unknowns` of all nodes [N].
+fn loads<const D: usize, const N: usize>(elements: &[CoupledElement<D, N>], unknowns: usize) -> Vec<f64> {
+    let mut loads = vec![0.0; unknowns];
+    for element in elements {
+        for (&a, load) in element.solid.iter().zip(&element.solid_loads) {
+            (0..D).for_each(|r| loads[a as usize * D + r] += load[r]);
         }
     }
+    loads
+}
+
+/// Entries that cut elements have among the nodes of solids, summed over the elements.
+fn among_solids<const D: usize, const N: usize>(elements: &[CoupledElement<D, N>]) -> Vec<(u32, u32, f64)> {
+    let mut around: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
+    for (place, element) in elements.iter().enumerate() {
+        element.solid.iter().enumerate().for_each(|(own, &a)| around.entry(a).or_default().push((place, own)));
+    }
+    let around: Vec<(u32, Vec<(usize, usize)>)> = around.into_iter().collect();
+    let rows = parallel::collect(around.len(), PIECE, |n| {
+        let (a, places) = &around[n];
+        let mut columns: Vec<u32> =
+            places.iter().flat_map(|&(place, _)| elements[place].solid.iter().copied()).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        let mut blocks = vec![[[0.0; D]; D]; columns.len()];
+        for &(place, own) in places {
+            let CoupledElement { solid, among_solid, .. } = &elements[place];
+            for (b, block) in solid.iter().zip(&among_solid[own * solid.len()..]) {
+                let Ok(column) = columns.binary_search(b) else { continue };
+                let sums = blocks[column].as_flattened_mut();
+                sums.iter_mut().zip(block.as_flattened()).for_each(|(sum, value)| *sum += value);
+            }
+        }
+        let unknown = |a: u32, axis: usize| a * D as u32 + axis as u32;
+        let entry =
+            |k: usize, b: u32, block: &[[f64; D]; D]| (unknown(*a, k / D), unknown(b, k % D), block[k / D][k % D]);
+        let all = columns.iter().zip(&blocks).flat_map(|(&b, block)| (0..D * D).map(move |k| entry(k, b, block)));
+        all.collect::<Vec<_>>()
+    });
+    rows.concat()
 }
 
 impl<const D: usize, const N: usize> Border<N> for SolidBorder<D, N> {

@@ -74,8 +74,13 @@ impl<const D: usize> Structure<D> {
         }
     }
 
-    /// The independent velocities of a step: those of rigid solids, then those of free nodes.
-    pub(super) fn independent(&self, held: &[Option<f64>], rigid: &[RigidPrediction]) -> IndependentVelocities {
+    /// The independent velocities of a step: those of rigid solids, then those of free nodes, by the velocities that are `held` and a guess of all nodal
+    /// ones [m/s].
+    pub(super) fn independent(
+        &self,
+        (held, guess): (&[Option<f64>], &[Vector<D>]),
+        rigid: &[RigidPrediction],
+    ) -> IndependentVelocities {
         let mut velocities = IndependentVelocities::default();
         let mut rows: Vec<Option<VelocityRow>> = vec![None; held.len()];
         for ((body, prediction), state) in self.rigid.iter().zip(rigid).zip(&self.state.rigid) {
@@ -87,7 +92,7 @@ impl<const D: usize> Structure<D> {
             if let Some(velocity) = held[k].filter(|_| rows[k].is_none()) {
                 rows[k] = Some((Vec::new(), velocity));
             } else if rows[k].is_none() && self.ties.leaders((k / D) as u32).is_none() {
-                rows[k] = Some((vec![(velocities.add(&[self.state.velocity[k / D][k % D]]), 1.0)], 0.0));
+                rows[k] = Some((vec![(velocities.add(&[guess[k / D][k % D]]), 1.0)], 0.0));
             }
         }
         for k in 0..held.len() {
@@ -101,7 +106,7 @@ impl<const D: usize> Structure<D> {
     pub(super) fn independent_at_rest(&self) -> IndependentVelocities {
         let mut held: Vec<_> = self.held_velocities(0.0).into_iter().map(|held| held.map(|_| 0.0)).collect();
         self.rigid.iter().for_each(|body| held[body.nodes.start * D..body.nodes.end * D].fill(Some(0.0)));
-        self.independent(&held, &[])
+        self.independent((&held, &self.state.velocity), &[])
     }
 
     /// The row of an unknown that follows others.

@@ -99,7 +99,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             element.pull(mesh, part, fluid, &velocities);
         }
         if fluid.enrichment == Enrichment::None {
-            trace.iter().for_each(|point| element.add_trace(point, &velocities.follows));
+            element.add_trace(trace, &velocities.follows);
         }
         if fluid.enrichment != Enrichment::None {
             enrich(&mut element, &parent.gradient, &parts, fluid, equations, &velocities);
@@ -230,19 +230,30 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         }
     }
 
-    /// Adds a point of the surface, where the solid moves otherwise than the boundary of the fluid part: its flux to the rows of pressures, and the
+    /// Adds the points of the surface, where the solid moves otherwise than the boundary of the fluid part: their flux to the rows of pressures, and the
     /// transpose to those of velocities.
-    fn add_trace(&mut self, point: &TracePoint<D, N>, follows: &[Follows<D>]) {
-        let place = |a: u32| Unknown::Solid(self.solid.binary_search(&a).unwrap_or(0));
-        let own = point.weights.iter().map(|&(a, weight)| (place(a), Tensor::identity() * weight));
-        let chord = point
-            .chord
-            .iter()
-            .flat_map(|&(c, share)| follows[N + c].iter().map(move |&(unknown, p)| (unknown, p * -share)));
-        let excess: Follows<D> = own.chain(chord).collect();
-        for k in 0..N {
-            let flux = point.area * point.shape[k];
-            self.add_pressure(&excess, k, flux, flux);
+    fn add_trace(&mut self, trace: &[TracePoint<D, N>], follows: &[Follows<D>]) {
+        // Σ φ_c N_k n dA of each cut point, since many points have the same.
+        let mut chords = vec![[Vector::ZERO; N]; follows.len() - N];
+        for point in trace {
+            for &(c, share) in &point.chord {
+                (0..N).for_each(|k| chords[c][k] += point.area * (point.shape[k] * share));
+            }
+            for &(a, weight) in &point.weights {
+                let Ok(place) = self.solid.binary_search(&a) else { continue };
+                for (k, shape) in point.shape.iter().enumerate() {
+                    for r in 0..D {
+                        let flux = point.area[r] * (shape * weight);
+                        self.to_solid[place][k][r][D] += flux;
+                        self.to_fluid[place][k][D][r] += flux;
+                    }
+                }
+            }
+        }
+        for (vertex, chord) in follows[N..].iter().zip(chords) {
+            (0..N)
+                .filter(|k| chord[*k] != Vector::ZERO)
+                .for_each(|k| self.add_pressure(vertex, k, -chord[k], -chord[k]));
         }
     }
 

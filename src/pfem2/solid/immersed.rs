@@ -41,14 +41,14 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         equations: Option<SolidEquations>,
     ) -> Self {
         let velocity = velocity.iter().flat_map(|v| v.0).collect();
-        let last = equations.iter().flat_map(|equations| equations.velocities.last());
+        let guess = equations.iter().flat_map(|equations| equations.velocities.guess());
         let traces = trace.by_element(cut.elements.len());
         Self {
             cut,
             traces,
             elements: Vec::new(),
             velocity,
-            independent: last.copied().collect(),
+            independent: guess.copied().collect(),
             velocity_hat,
             equations,
         }

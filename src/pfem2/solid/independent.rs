@@ -19,21 +19,21 @@ pub struct IndependentVelocities {
     values: Vec<f64>,
     /// v̄ [m/s].
     prescribed: Vec<f64>,
-    /// w at the end of the last step, which iterations begin with.
-    last: Vec<f64>,
+    /// The guess of w with which iterations begin.
+    guess: Vec<f64>,
 }
 
 impl Default for IndependentVelocities {
     fn default() -> Self {
-        Self { start: vec![0], columns: Vec::new(), values: Vec::new(), prescribed: Vec::new(), last: Vec::new() }
+        Self { start: vec![0], columns: Vec::new(), values: Vec::new(), prescribed: Vec::new(), guess: Vec::new() }
     }
 }
 
 impl IndependentVelocities {
-    /// Adds independent velocities with these values at the end of the last step; returns the number of the first.
-    pub fn add(&mut self, last: &[f64]) -> u32 {
-        self.last.extend(last);
-        (self.last.len() - last.len()) as u32
+    /// Adds independent velocities with this guess; returns the number of the first.
+    pub fn add(&mut self, guess: &[f64]) -> u32 {
+        self.guess.extend(guess);
+        (self.guess.len() - guess.len()) as u32
     }
 
     /// Adds the row of the next nodal unknown: its entries of T, and its v̄ [m/s].
@@ -46,7 +46,7 @@ impl IndependentVelocities {
 
     /// Number of independent velocities.
     pub fn count(&self) -> usize {
-        self.last.len()
+        self.guess.len()
     }
 
     /// Number of nodal unknowns.
@@ -54,9 +54,9 @@ impl IndependentVelocities {
         self.prescribed.len()
     }
 
-    /// w at the end of the last step.
-    pub fn last(&self) -> &[f64] {
-        &self.last
+    /// The guess of w.
+    pub fn guess(&self) -> &[f64] {
+        &self.guess
     }
 
     /// The entries of a nodal unknown's row.

@@ -179,7 +179,8 @@ impl<const D: usize> Structure<D> {
         })?;
         self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));
         self.ties.follow(&mut displacement);
-        let velocities = self.independent(&held, &rigid);
+        let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
+        let velocities = self.independent((&held, &guess), &rigid);
         Ok(Prediction { displacement_hat, velocity_hat, displacement, rigid, velocities })
     }
 
