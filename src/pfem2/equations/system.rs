@@ -99,8 +99,6 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub velocity: Vec<Vector<D>>,
     /// Pressure at the nodes [Pa].
     pub pressure: Vec<f64>,
-    /// (v − v̂)/Δ at the nodes in the last step [m/s²], with which the next one begins to iterate.
-    pub acceleration: Vec<Vector<D>>,
     /// Projected parts of the residual, for the stabilisation.
     pub subscales: Subscales<D>,
     /// Body force at the nodes [m/s²].
@@ -174,7 +172,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             rhs: vec![[0.0; N]; nodes],
             unknowns: vec![[0.0; N]; nodes],
             pressure: vec![0.0; nodes],
-            acceleration: vec![Vector::ZERO; nodes],
             subscales: Subscales::at_rest(nodes),
             contents: Vec::new(),
             cuts: Vec::new(),
@@ -218,11 +215,18 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.particle_solids.as_ref().is_some_and(|solids| solids.of(element).is_some())
     }
 
-    /// Solves for velocity and pressure at the end of the step, and for the velocity of immersed solids.
+    /// Solves for velocity and pressure at the end of the step, and for the velocity of immersed solids, from the convected velocity v̂; iterations begin
+    /// with the velocity `guess` [m/s].
     ///
     /// # Errors
     /// The linear solver doesn't converge.
-    pub fn solve(&mut self, step: TimeStep, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
+    pub fn solve(
+        &mut self,
+        step: TimeStep,
+        phases: &Phases,
+        convected: &[Vector<D>],
+        guess: &[Vector<D>],
+    ) -> Result<(), StepError> {
         self.equations.delta = step.delta();
         self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
         self.fill(phases, convected);
@@ -234,15 +238,13 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             solids.prescribe(&self.mesh, step.end(), &self.boundary_mask, &mut self.constraints);
         }
         self.assemble(step, convected);
-        self.start_from(convected);
+        self.start_from(guess);
         self.outcome = self.solve_linear()?.map_err(|failure| {
             let place = self.place(failure.worst_node);
             not_converged(place, &failure.history, failure.residual, &self.options)
         })?;
         self.preconditioners += u64::from(self.outcome.rebuilt);
         self.unpack();
-        let delta = self.equations.delta;
-        self.acceleration = self.velocity.iter().zip(convected).map(|(v, hat)| (*v - *hat) / delta).collect();
         self.recover();
         self.project_subscales();
         Ok(())
@@ -521,11 +523,10 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         (self.matrix, self.rhs) = (matrix, rhs);
     }
 
-    /// The first guess: the velocity with the acceleration of the last step, last pressure, prescribed values.
-    fn start_from(&mut self, convected: &[Vector<D>]) {
+    /// The first guess: this velocity, last pressure, prescribed values.
+    fn start_from(&mut self, velocity: &[Vector<D>]) {
         for (i, x) in self.unknowns.iter_mut().enumerate() {
-            let velocity = convected[i] + self.acceleration[i] * self.equations.delta;
-            x[..D].copy_from_slice(&self.constraints.into_frame(i, velocity).0);
+            x[..D].copy_from_slice(&self.constraints.into_frame(i, velocity[i]).0);
             x[D] = self.pressure[i];
             let mask = self.constraints.mask[i];
             (0..N).filter(|r| mask >> r & 1 == 1).for_each(|r| x[r] = self.constraints.value[i][r]);

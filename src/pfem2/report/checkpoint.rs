@@ -44,7 +44,6 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
         &pfem.particles.columns.position,
         &pfem.particles.columns.velocity,
         &pfem.system.velocity,
-        &pfem.system.acceleration,
         &pfem.history.velocity_previous,
     ];
     // A fluid that has the mesh to itself is infinitely far from any interface.
@@ -117,7 +116,6 @@ fn solver_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit:
 fn node_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &mut dyn FnMut(&str, Column<'_>)) {
     visit("nodes/velocity", Column::new(&mut pfem.system.velocity));
     visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
-    visit("nodes/acceleration", Column::new(&mut pfem.system.acceleration));
     visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));
     visit("nodes/followed", Column::new(&mut pfem.system.subscales.followed));
     visit("nodes/force", Column::new(&mut pfem.system.force));
