@@ -64,12 +64,7 @@ fn disturbed(outlet: Condition<2>) -> (f64, f64) {
         let step = TimeStep { t: 0.5 * f64::from(k), dt: 0.5, theta: 1.0 };
         let convected = system.velocity.clone();
         system
-            .solve(
-                step,
-                &Phases { list: &PhaseList::fluids(&[1.0]), fraction: &[], level: &[] },
-                &convected,
-                &convected,
-            )
+            .solve(step, &Phases { list: &PhaseList::fluids(&[1.0]), fraction: &[], level: &[] }, &convected)
             .unwrap();
     }
     let nodes = || system.mesh.nodes().iter();

@@ -251,8 +251,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let convected = self.system.imposed(step, &averaged.mean);
         self.history.keep_velocity(&self.system.velocity);
         // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
-        let guess = self.history.guess(step, &convected);
-        timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected, &guess)?);
+        timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).

@@ -215,18 +215,11 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.particle_solids.as_ref().is_some_and(|solids| solids.of(element).is_some())
     }
 
-    /// Solves for velocity and pressure at the end of the step, and for the velocity of immersed solids, from the convected velocity v̂; iterations begin
-    /// with the velocity `guess` [m/s].
+    /// Solves for velocity and pressure at the end of the step, and for the velocity of immersed solids.
     ///
     /// # Errors
     /// The linear solver doesn't converge.
-    pub fn solve(
-        &mut self,
-        step: TimeStep,
-        phases: &Phases,
-        convected: &[Vector<D>],
-        guess: &[Vector<D>],
-    ) -> Result<(), StepError> {
+    pub fn solve(&mut self, step: TimeStep, phases: &Phases, convected: &[Vector<D>]) -> Result<(), StepError> {
         self.equations.delta = step.delta();
         self.force = body_force(&self.mesh, &self.physics.gravity, step.end());
         self.fill(phases, convected);
@@ -238,7 +231,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             solids.prescribe(&self.mesh, step.end(), &self.boundary_mask, &mut self.constraints);
         }
         self.assemble(step, convected);
-        self.start_from(guess);
+        self.start_from(convected);
         self.outcome = self.solve_linear()?.map_err(|failure| {
             let place = self.place(failure.worst_node);
             not_converged(place, &failure.history, failure.residual, &self.options)
@@ -523,10 +516,10 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         (self.matrix, self.rhs) = (matrix, rhs);
     }
 
-    /// The first guess: this velocity, last pressure, prescribed values.
-    fn start_from(&mut self, velocity: &[Vector<D>]) {
+    /// The first guess: convected velocity, last pressure, prescribed values.
+    fn start_from(&mut self, convected: &[Vector<D>]) {
         for (i, x) in self.unknowns.iter_mut().enumerate() {
-            x[..D].copy_from_slice(&self.constraints.into_frame(i, velocity[i]).0);
+            x[..D].copy_from_slice(&self.constraints.into_frame(i, convected[i]).0);
             x[D] = self.pressure[i];
             let mask = self.constraints.mask[i];
             (0..N).filter(|r| mask >> r & 1 == 1).for_each(|r| x[r] = self.constraints.value[i][r]);

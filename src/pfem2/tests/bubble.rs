@@ -17,7 +17,7 @@ fn jump(cells: usize) -> [f64; 2] {
     for k in 0..5 {
         let convected = system.velocity.clone();
         let step = TimeStep { t: 1e-3 * f64::from(k), dt: 1e-3, theta: 1.0 };
-        system.solve(step, &phases, &convected, &convected).unwrap();
+        system.solve(step, &phases, &convected).unwrap();
     }
     let far = |inside: f64| {
         let own = level.iter().zip(&system.pressure).filter(|(phi, _)| **phi * inside > 2.0 / cells as f64);

@@ -140,7 +140,7 @@ fn march<const D: usize, const N: usize>(
         let kick = |i: usize| now[i] * ((1.0 - step.theta - share) * dt) + earlier[i] * (share * dt);
         let mut convected: Vec<Vector<D>> = system.velocity.iter().enumerate().map(|(i, v)| *v + kick(i)).collect();
         system.boundary.impose(&system.mesh, step, &mut convected);
-        system.solve(step, phases, &convected, &convected).unwrap();
+        system.solve(step, phases, &convected).unwrap();
         let gained = system.velocity.iter().zip(&convected).map(|(v, hat)| (*v - *hat) / step.delta()).collect();
         earlier = std::mem::replace(&mut now, gained);
         if k == 0 {

@@ -99,7 +99,7 @@ impl<const D: usize, const N: usize> Still<D, N> {
     /// A step from v̂ [m/s]: pressures of nodes and of cut elements, and stresses of elements, are those that the step before has left.
     fn step(&mut self, dt: f64, convected: &[Vector<D>]) {
         let phases = Phases { list: &self.list, fraction: &[], level: &self.level };
-        self.system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, convected, convected).unwrap();
+        self.system.solve(TimeStep { t: 0.0, dt, theta: 1.0 }, &phases, convected).unwrap();
         let (mesh, velocity) = (&self.system.mesh, &self.system.velocity);
         let rates: Vec<SymTensor> =
             (0..mesh.elements().len()).map(|e| deviatoric_rate(&gradient(mesh, e, velocity))).collect();
@@ -391,7 +391,7 @@ fn deflection_with_projection(n: usize, steps: usize) -> f64 {
         let mut solids = still.system.particle_solids.take().unwrap();
         solids.gather(&particles, &still.system.mesh, &phases, &still.system.pressure);
         still.system.particle_solids = Some(solids);
-        still.system.solve(TimeStep { t: 0.0, dt: 1.0, theta: 1.0 }, &phases, &zero, &zero).unwrap();
+        still.system.solve(TimeStep { t: 0.0, dt: 1.0, theta: 1.0 }, &phases, &zero).unwrap();
         let VelocityPressureSystem { mesh, velocity, pressure, particle_solids, .. } = &still.system;
         let solved = SolvedStep { dt: 1.0, velocity, pressure };
         particle_solids.as_ref().unwrap().update(&mut particles, mesh, &solved);

@@ -87,7 +87,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.predict_solids(step)?;
         self.follow_solids(last);
         let convected = self.system.imposed(step, &vec![Vector::ZERO; self.places.len()]);
-        self.system.solve(step, &self.interface.phases(), &convected, &convected)?;
+        self.system.solve(step, &self.interface.phases(), &convected)?;
         self.advance_solids(step)?;
         let Some(solids) = &mut self.solids else { return Ok(Motion::default()) };
         let state = &mut solids.structure.state;

@@ -149,11 +149,6 @@ impl<const D: usize> TimeHistory<D> {
         self.velocity_previous.copy_from_slice(velocity);
     }
 
-    /// v̂ + θ Δt aⁿ: the velocity at the end of a step if the acceleration stays as it was in the last one, from the convected velocity [m/s].
-    pub fn guess(&self, step: TimeStep, convected: &[Vector<D>]) -> Vec<Vector<D>> {
-        convected.iter().zip(&self.acceleration).map(|(hat, a)| *hat + *a * step.delta()).collect()
-    }
-
     /// Keeps the acceleration (v − v̂)/(θ Δt) of a step for the next one, from the velocity at its end and the convected one [m/s].
     pub fn keep_acceleration(&mut self, step: TimeStep, velocity: &[Vector<D>], convected: &[Vector<D>]) {
         self.acceleration.clear();

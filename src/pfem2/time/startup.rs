@@ -147,7 +147,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let convected = self.system.imposed(step, &averaged.mean);
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         for _ in 0..solutions {
-            self.system.solve(step, &self.interface.phases(), &convected, &convected)?;
+            self.system.solve(step, &self.interface.phases(), &convected)?;
         }
         self.advance_solids(step)?;
         self.system.subscales.begin_average();
