@@ -24,7 +24,7 @@ pub struct Immersed<const D: usize, const N: usize> {
     pub elements: Vec<CoupledElement<D, N>>,
     /// Velocity of the nodes of all solids at the end of the last step [m/s]: the unknowns, axis by axis.
     pub velocity: Vec<f64>,
-    /// The independent ones of these.
+    /// The independent ones of these; before the system is solved, their guess.
     pub independent: Vec<f64>,
     /// Their convected velocity v̂ [m/s].
     pub velocity_hat: Vec<Vector<D>>,
