@@ -24,6 +24,9 @@ const SAME_WALL: f64 = 0.8;
 /// Cosine of the angle to the normal up to which a place is straight over a facet.
 const STRAIGHT: f64 = 1.0 - 1e-9;
 
+/// Distance from a node that is held, over the distance from the wall, within which a node is beside the support.
+const BESIDE: f64 = 1.5;
+
 /// The walls of a mesh.
 #[derive(Debug)]
 pub struct Walls<const D: usize> {
@@ -165,23 +168,28 @@ impl<const D: usize> WallFacet<D> {
 
 impl<const D: usize> WallContacts<D> {
     /// Of solids in their reference state. Nodes of a supported solid that start nearer to a wall than the gap belong to its support and
-    /// touch nothing; those of others keep the distance that they start with.
+    /// touch nothing; those of others keep the distance that they start with. Next to a support at the wall nodes keep half of it: a
+    /// solid that is compressed there brings them nearer.
     pub fn new<const N: usize>(structure: &Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let walls = Walls::new(mesh, boundary);
         let mut nodes = Vec::new();
         for (solid, setup) in structure.setups().iter().enumerate() {
             let (mesh, first) = structure.meshes()[solid];
-            let supported = setup.held.iter().any(|held| !held.nodes.is_empty());
+            let held: Vec<Vector<D>> =
+                setup.held.iter().flat_map(|held| &held.nodes).map(|&a| mesh.nodes[a as usize]).collect();
             let mass = structure.mass_of(solid);
             for (node, area, size) in surface_areas(setup) {
-                let start = walls.near(mesh.nodes[node as usize], walls.largest);
+                let place = mesh.nodes[node as usize];
+                let start = walls.near(place, 2.0 * walls.largest);
                 let distance = start.iter().fold(f64::INFINITY, |least: f64, wall| least.min(wall.distance));
-                if supported && start.iter().any(|wall| wall.distance < wall.gap) {
+                if !held.is_empty() && start.iter().any(|wall| wall.distance < wall.gap) {
                     continue;
                 }
+                let beside_support = held.iter().any(|x| (*x - place).norm() < BESIDE * distance);
+                let gap = if beside_support { 0.5 * distance } else { distance };
                 let hardness = Hardness::new(structure, setup, mass, size);
                 let friction = setup.friction;
-                nodes.push(SurfaceNode { node: first + node, area, hardness, friction, gap: distance });
+                nodes.push(SurfaceNode { node: first + node, area, hardness, friction, gap });
             }
         }
         let rounds = round_facets(structure, &nodes);

@@ -269,6 +269,28 @@ fn solids_that_start_close_keep_their_distance() {
     }
 }
 
+/// A soft column that stands clamped on the floor is pressed together by a tenth at its foot by its own weight, and the nodes above it, which
+/// start little over half an element away, come nearer: the floor bears it through the support alone.
+#[test]
+fn a_column_is_compressed_at_its_foot_without_contact() {
+    let rows = (0.4 / (2.1 * GAP)) as usize;
+    let mesh = SolidMesh::block(Vector([0.3, 0.0]), Vector([0.7, 0.4]), [4, rows]).unwrap();
+    let spacing = 0.4 / (2 * rows) as f64;
+    assert!(spacing > GAP && spacing < 1.09 * GAP, "{spacing} {GAP}");
+    let young = 9.81 * 1000.0 * 0.4 / 0.1;
+    let column = solid(mesh, (young, 0.0), |x| [x[1] < 1e-9; 2], |_| Vector::ZERO);
+    let mut pfem = in_gas(vec![column], [0.0, -9.81]);
+    let mut lowest_ring = f64::INFINITY;
+    for k in 0..40 {
+        pfem.step(f64::from(k) * 0.005, 0.005).unwrap();
+        let above = places(&pfem, 0).into_iter().map(|x| x[1]).filter(|y| *y > 0.5 * GAP);
+        lowest_ring = above.fold(lowest_ring, f64::min);
+        let contact = &pfem.solids.as_ref().unwrap().last.contact;
+        assert!(contact.iter().all(|force| *force == Vector::ZERO), "{k}: {contact:?}");
+    }
+    assert!(lowest_ring < 0.97 * GAP, "{lowest_ring} {GAP}");
+}
+
 /// Extremes: a modulus of 1e12 Pa in air, ten thousand times the density of the fluid and a ten-thousandth, and a plate half as thick as
 /// an element. They fall as the closed form says where the fluid doesn't count, and rise where it carries them.
 #[test]
