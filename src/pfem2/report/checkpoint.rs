@@ -155,6 +155,7 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     let Some(solids) = &mut pfem.solids else { return };
     let (state, last) = (&mut solids.structure.state, &mut solids.last);
     visit("solids/displacement", Column::new(&mut state.displacement));
+    visit("solids/correction", Column::new(&mut state.correction));
     visit("solids/velocity", Column::new(&mut state.velocity));
     visit("solids/velocity before", Column::new(&mut state.velocity_previous));
     visit("solids/velocity earlier", Column::new(&mut state.velocity_earlier));

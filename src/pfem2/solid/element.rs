@@ -169,7 +169,7 @@ impl<const D: usize> ElementForces<D> {
         let n = places.len();
         let mut forces =
             Self { internal: vec![Vector::ZERO; n], material: vec![Tensor::ZERO; n * n], geometric: vec![0.0; n * n] };
-        let samples = deform(points, law, places, displacement)?;
+        let samples = deform(points, law, places, displacement, |sample| sample.deformation(displacement))?;
         if law.is_free_across::<D>() {
             samples.iter().for_each(|point| forces.add(&point.gradients, &law.plane_stress(point)));
         } else {
@@ -223,7 +223,8 @@ fn strain_columns<const D: usize>(tangent: &[[f64; 6]; 6], g: Vector<D>) -> [[f6
     tangent.map(|row| std::array::from_fn(|l| (0..D).map(|m| row[component::<D>(l, m)] * g[m]).sum()))
 }
 
-/// The Gauss points of an element with nodes at `places` [m] in the reference state, moved by `displacement` [m].
+/// The Gauss points of an element with nodes at `places` [m] in the reference state, moved by `displacement` [m], with this deformation
+/// gradient.
 ///
 /// # Errors
 /// As [`ElementForces::new`].
@@ -232,11 +233,12 @@ fn deform<const D: usize>(
     law: SolidLaw<'_>,
     places: &[Vector<D>],
     displacement: &[Vector<D>],
+    gradient: impl Fn(&ReferencePoint<D>) -> Tensor<D>,
 ) -> Result<Vec<Deformed<D>>, ElementFault<D>> {
     let deformed = |point: &GaussPoint| {
         let sample = ReferencePoint::new(point, places).ok_or_else(|| unfit(point, places))?;
         let (place, volume) = (point.interpolate(places), sample.volume);
-        let f = sample.deformation(displacement);
+        let f = gradient(&sample);
         let deformation = law.complete(&f).map_err(|what| {
             let position = place + point.interpolate(displacement);
             ElementFault { what, volume_ratio: f.embed(1.0).determinant(), position }
@@ -267,7 +269,7 @@ pub fn strain_energy<const D: usize>(
     places: &[Vector<D>],
     displacement: &[Vector<D>],
 ) -> Result<f64, ElementFault<D>> {
-    let samples = deform(points, law, places, displacement)?;
+    let samples = deform(points, law, places, displacement, |sample| sample.deformation(displacement))?;
     let energy = |deformation: Tensor<3>| {
         law.law.strain_energy(&ElasticState { deformation, stress: SymTensor::ZERO }).unwrap_or(f64::NAN)
     };
@@ -288,17 +290,58 @@ pub fn stresses<const D: usize>(
     places: &[Vector<D>],
     displacement: &[Vector<D>],
 ) -> Result<Vec<NodalStress>, ElementFault<D>> {
-    let samples = deform(points, law, places, displacement)?;
-    let stresses = if law.is_free_across::<D>() {
-        let state = |deformation| ElasticState { deformation, stress: SymTensor::ZERO };
-        let stress = |point: &Deformed<D>| law.law.linearised(&state(point.deformation)).plane_stress().stress();
-        samples.iter().map(stress).collect()
-    } else {
-        Dilatation::new(&samples, displacement, points)?.stresses(law.law)
-    };
+    let samples = deform(points, law, places, displacement, |sample| sample.deformation(displacement))?;
+    let stresses = sample_stresses(points, law, displacement, &samples)?;
     let strain = |f: &Tensor<3>| (f.transpose().dot(f) - Tensor::identity()).symmetric() * 0.5;
     let both = stresses.into_iter().zip(&samples);
     Ok(both.map(|(stress, point)| NodalStress { stress, strain: strain(&point.deformation) }).collect())
+}
+
+/// Cauchy's stress at the Gauss points of an element [Pa].
+fn sample_stresses<const D: usize>(
+    points: &[GaussPoint],
+    law: SolidLaw<'_>,
+    displacement: &[Vector<D>],
+    samples: &[Deformed<D>],
+) -> Result<Vec<SymTensor>, ElementFault<D>> {
+    if !law.is_free_across::<D>() {
+        return Ok(Dilatation::new(samples, displacement, points)?.stresses(law.law));
+    }
+    let state = |deformation| ElasticState { deformation, stress: SymTensor::ZERO };
+    let stress = |point: &Deformed<D>| law.law.linearised(&state(point.deformation)).plane_stress().stress();
+    Ok(samples.iter().map(stress).collect())
+}
+
+/// The part ∫ G_a · S G_b dV of the tangent [N/m], row by row, with the stress S that the linear equations of a step had at its end: that of
+/// C = FᵀF − HᵀH, where F is the deformation gradient of `displacement` and H the gradient of its `correction` u − u* [m]. (Their
+/// strain is linear in H.) It is the same in every frame that turns with the element.
+///
+/// # Errors
+/// As [`ElementForces::new`].
+pub fn geometric_stiffness<const D: usize>(
+    points: &[GaussPoint],
+    law: SolidLaw<'_>,
+    places: &[Vector<D>],
+    [displacement, correction]: [&[Vector<D>]; 2],
+) -> Result<Vec<f64>, ElementFault<D>> {
+    let samples = deform(points, law, places, displacement, |sample| {
+        let f = sample.deformation(displacement);
+        let h = sample.deformation(correction) - Tensor::identity();
+        let inverse = f.embed(1.0).inverse().unwrap_or(Tensor::identity() * f64::NAN);
+        f - Tensor::from_fn(|i, j| inverse[j][i]).dot(&h.transpose().dot(&h)) * 0.5
+    })?;
+    let stresses = sample_stresses(points, law, displacement, &samples)?;
+    let n = places.len();
+    let mut geometric = vec![0.0; n * n];
+    for (point, stress) in samples.iter().zip(stresses) {
+        let stress = stress.full() * (point.deformation.determinant() * point.volume);
+        for (b, g) in point.gradients.iter().enumerate() {
+            let traction: Vector<D> = Vector::from_fn(|i| (0..D).map(|j| stress[i][j] * g[j]).sum());
+            point.gradients[..=b].iter().enumerate().for_each(|(a, g)| geometric[a * n + b] += g.dot(traction));
+        }
+    }
+    (0..n).for_each(|a| (0..a).for_each(|b| geometric[a * n + b] = geometric[b * n + a]));
+    Ok(geometric)
 }
 
 /// M_ab per unit of density, ∫ N_a N_b dV [m³], row by row.

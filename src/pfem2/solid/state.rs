@@ -9,6 +9,8 @@ use crate::math::Vector;
 pub struct SolidState<const D: usize> {
     /// uⁿ [m].
     pub displacement: Vec<Vector<D>>,
+    /// uⁿ − u*, by which the last step corrected its prediction [m]; zero before the first step.
+    pub correction: Vec<Vector<D>>,
     /// vⁿ [m/s].
     pub velocity: Vec<Vector<D>>,
     /// vⁿ⁻¹ [m/s].
@@ -46,6 +48,7 @@ impl<const D: usize> SolidState<D> {
         let zero = vec![Vector::ZERO; velocity.len()];
         Self {
             displacement: zero.clone(),
+            correction: zero.clone(),
             velocity_previous: velocity.clone(),
             velocity_earlier: velocity.clone(),
             velocity,

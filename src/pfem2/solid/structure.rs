@@ -13,13 +13,13 @@
 //! is the velocity of node a along axis i.
 
 use super::constrained::held_axes;
-use super::element::{ElementFault, ElementForces, SolidLaw};
+use super::element::{ElementFault, ElementForces, SolidLaw, geometric_stiffness};
 use super::equations::{LinearForces, SolidEquations};
 use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
 use super::pressure::FollowerPressures;
 use super::rigid::RigidBody;
-use super::setup::SolidSetup;
+use super::setup::{Inertia, SolidSetup};
 use super::springs::Springs;
 pub use super::state::{Prediction, SolidState};
 use super::sums::mass_matrix;
@@ -212,7 +212,7 @@ impl<const D: usize> Structure<D> {
         let mut rhs = self.weighted_by_mass(&start);
         self.supports.add_forces(t_end, &mut rhs);
         let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
-        self.visit(displacement, |solid, nodes, forces| {
+        self.visit_step(displacement, |solid, nodes, forces| {
             let damping = self.setups[solid].damping.stiffness;
             for (a, &row) in nodes.iter().enumerate() {
                 let mut force = forces.internal[a];
@@ -250,6 +250,8 @@ impl<const D: usize> Structure<D> {
         }
         self.place_rigid(&mut displacement, |k| (self.state.rigid[k].displacement, self.state.rigid[k].rotation));
         self.ties.follow(&mut displacement);
+        let both = displacement.iter().zip(&prediction.displacement);
+        self.state.correction = both.map(|(u, predicted)| *u - *predicted).collect();
         self.state.displacement = displacement;
         let both = velocity.iter().zip(&prediction.velocity_hat);
         let acceleration = both.map(|(v, hat)| (*v - *hat) / delta).collect();
@@ -265,6 +267,38 @@ impl<const D: usize> Structure<D> {
     pub(super) fn visit(
         &self,
         displacement: &[Vector<D>],
+        work: impl FnMut(usize, &[u32], &ElementForces<D>),
+    ) -> Result<(), StepError> {
+        self.visit_with(displacement, |_, _, _, forces| Ok(forces), work)
+    }
+
+    /// As [`Structure::visit`], at the prediction of a step. The geometric part of the tangent of solids with inertia is that of the stress
+    /// of the last step: a prediction along tangents strains a solid that turns, and the stress of that would hold back, or drive, its
+    /// turn by more than its inertia where it is stiff.
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    fn visit_step(
+        &self,
+        displacement: &[Vector<D>],
+        work: impl FnMut(usize, &[u32], &ElementForces<D>),
+    ) -> Result<(), StepError> {
+        let last = |solid: usize, element: usize, law: SolidLaw<'_>, mut forces: ElementForces<D>| {
+            if self.setups[solid].inertia == Inertia::Dynamic {
+                let columns = [&self.nodes[..], &self.state.displacement, &self.state.correction];
+                let (_, [places, u, correction]) = self.gather(solid, element, columns);
+                forces.geometric = geometric_stiffness(&self.points, law, &places, [&u, &correction])?;
+            }
+            Ok(forces)
+        };
+        self.visit_with(displacement, last, work)
+    }
+
+    /// With forces that are `changed` of each element, by the solid, its number and the law.
+    fn visit_with(
+        &self,
+        displacement: &[Vector<D>],
+        changed: impl Fn(usize, usize, SolidLaw<'_>, ElementForces<D>) -> Result<ElementForces<D>, ElementFault<D>> + Sync,
         mut work: impl FnMut(usize, &[u32], &ElementForces<D>),
     ) -> Result<(), StepError> {
         for solid in self.elastic() {
@@ -273,7 +307,8 @@ impl<const D: usize> Structure<D> {
                 let count = BATCH.min(self.setups[solid].mesh.elements.len() - begin);
                 let all = parallel::collect(count, 1, |k| {
                     let (nodes, [places, own]) = self.gather(solid, begin + k, [&self.nodes, displacement]);
-                    (nodes, ElementForces::new(&self.points, law, &places, &own))
+                    let forces = ElementForces::new(&self.points, law, &places, &own);
+                    (nodes, forces.and_then(|forces| changed(solid, begin + k, law, forces)))
                 });
                 for (k, (nodes, forces)) in all.into_iter().enumerate() {
                     work(solid, &nodes, &forces.map_err(|fault| self.error(solid, begin + k, fault))?);

@@ -105,13 +105,36 @@ fn a_turn_leaves_the_invariants_of_the_stress() {
     }
 }
 
-/// A disc that spins free from a turn that has long been going on: over ten turns with 60 steps per turn it loses 0.05 (ωΔt)³ of its speed per radian, as
-/// an oscillator does: 0.7 % of its energy.
+/// A disc that spins free from a turn that has long been going on loses what the scheme takes from a turn on a fixed circle, 0.1 (ωΔt)³ of its
+/// speed per radian, however stiff it is: waves cross it in a third of a step and in a three-hundredth. With 80 steps per turn that is 0.6 % of
+/// its energy in ten turns.
 #[test]
 fn a_disc_that_spins_free_keeps_its_energy() {
-    let (spin, steps) = (1.0, 60);
+    let (spin, steps) = (1.0, 80);
     let dt = TAU / spin / f64::from(steps);
-    let setup = solid(disc(1), [DENSITY, YOUNG, 0.3], |_| false);
+    let expected = -4.0 * PI * 0.1 * (spin * dt).powi(3);
+    for (stiffness, turns) in [(1.0, 10), (1e4, 3)] {
+        let mut run = spinning_disc(YOUNG * stiffness, spin, dt);
+        let angular = |run: &SolidsAlone<2>| -> f64 {
+            let structure = &run.structure;
+            let places = structure.positions(&structure.state.displacement);
+            let momentum = structure.weighted_by_mass(&structure.state.velocity);
+            (0..places.len()).map(|a| places[a][0] * momentum[2 * a + 1] - places[a][1] * momentum[2 * a]).sum()
+        };
+        let start = (run.energy(), angular(&run));
+        for turn in 1..=turns {
+            (0..steps).for_each(|_| drop(run.solve_alone(Vector::ZERO)));
+            let (energy, momentum) = (run.energy() / start.0 - 1.0, angular(&run) / start.1 - 1.0);
+            assert!(energy.abs() < 1e-2 && momentum.abs() < 1e-2, "{turn}: {energy:e} {momentum:e}");
+            let ratio = energy / (expected * f64::from(turn));
+            assert!(turn < turns || (ratio - 1.0).abs() < 0.1, "{stiffness}: {ratio}");
+        }
+    }
+}
+
+/// A disc of radius one that has long been turning about its centre, with its modulus [Pa] and spin [rad/s].
+fn spinning_disc(young: f64, spin: f64, dt: f64) -> SolidsAlone<2> {
+    let setup = solid(disc(1), [DENSITY, young, 0.3], |_| false);
     let nodes = setup.mesh.nodes.clone();
     let mut run = SolidsAlone::new(setup, dt, 0.6);
     let velocity = |t: f64| -> Vec<Vector<2>> {
@@ -125,16 +148,5 @@ fn a_disc_that_spins_free_keeps_its_energy() {
         (velocity(0.0), velocity(-dt), velocity(-2.0 * dt));
     (state.acceleration, state.acceleration_previous) = (acceleration(0.0), acceleration(-dt));
     run.steps = 2;
-    let angular = |run: &SolidsAlone<2>| -> f64 {
-        let structure = &run.structure;
-        let places = structure.positions(&structure.state.displacement);
-        let momentum = structure.weighted_by_mass(&structure.state.velocity);
-        (0..places.len()).map(|a| places[a][0] * momentum[2 * a + 1] - places[a][1] * momentum[2 * a]).sum()
-    };
-    let start = (run.energy(), angular(&run));
-    for turn in 1..=10 {
-        (0..steps).for_each(|_| drop(run.solve_alone(Vector::ZERO)));
-        let (energy, momentum) = (run.energy() / start.0 - 1.0, angular(&run) / start.1 - 1.0);
-        assert!(energy.abs() < 1e-2 && momentum.abs() < 1e-2, "{turn}: {energy:e} {momentum:e}");
-    }
+    run
 }
