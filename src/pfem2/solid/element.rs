@@ -314,7 +314,7 @@ fn sample_stresses<const D: usize>(
 
 /// The part ∫ G_a · S G_b dV of the tangent [N/m], row by row, with the stress S that the linear equations of a step had at its end: that of
 /// C = FᵀF − HᵀH, where F is the deformation gradient of `displacement` and H the gradient of its `correction` u − u* [m]. (Their
-/// strain is linear in H.) It is the same in every frame that turns with the element.
+/// strain is linear in H, theory (J.5a).) It is the same in every frame that turns with the element.
 ///
 /// # Errors
 /// As [`ElementForces::new`].

@@ -24,7 +24,7 @@ const SAME_WALL: f64 = 0.8;
 /// Cosine of the angle to the normal up to which a place is straight over a facet.
 const STRAIGHT: f64 = 1.0 - 1e-9;
 
-/// Distance from a node that is held, over the distance from the wall, within which a node is beside the support.
+/// Distance from a node that is held, over the distance from the wall, within which a node is beside the support (theory J.8).
 const BESIDE: f64 = 1.5;
 
 /// The walls of a mesh.
