@@ -182,12 +182,11 @@ impl<const D: usize> ElementForces<D> {
     /// Adds a point with gradients g_a [1/m], above the diagonal of the tangent and on it.
     pub(super) fn add(&mut self, gradients: &[Vector<D>], point: &Weighted) {
         let n = gradients.len();
+        add_geometric(&mut self.geometric, gradients, &point.stress);
         for (b, g) in gradients.iter().enumerate() {
-            let traction: Vector<D> = Vector::from_fn(|i| (0..D).map(|j| point.stress[i][j] * g[j]).sum());
-            self.internal[b] += traction;
+            self.internal[b] += pull(&point.stress, *g);
             let columns = strain_columns(&point.tangent, *g);
             for (a, g) in gradients[..=b].iter().enumerate() {
-                self.geometric[a * n + b] += g.dot(traction);
                 let block = &mut self.material[a * n + b];
                 for k in 0..D {
                     for m in 0..D {
@@ -203,9 +202,9 @@ impl<const D: usize> ElementForces<D> {
     /// Fills in the tangent below its diagonal.
     fn mirror(&mut self) {
         let n = self.internal.len();
+        mirror_scalars(&mut self.geometric, n);
         for a in 0..n {
             for b in 0..a {
-                self.geometric[a * n + b] = self.geometric[b * n + a];
                 self.material[a * n + b] = self.material[b * n + a].transpose();
             }
         }
@@ -216,6 +215,26 @@ impl<const D: usize> ElementForces<D> {
         let entry = a * self.internal.len() + b;
         self.material[entry] + Tensor::identity() * self.geometric[entry]
     }
+}
+
+/// σ g.
+#[inline(always)]
+fn pull<const D: usize>(stress: &Tensor<3>, g: Vector<D>) -> Vector<D> {
+    Vector::from_fn(|i| (0..D).map(|j| stress[i][j] * g[j]).sum())
+}
+
+/// Adds g_a · σ g_b of a point with the stress σ dv [N m], above the diagonal and on it.
+fn add_geometric<const D: usize>(geometric: &mut [f64], gradients: &[Vector<D>], stress: &Tensor<3>) {
+    let n = gradients.len();
+    for (b, g) in gradients.iter().enumerate() {
+        let traction = pull(stress, *g);
+        gradients[..=b].iter().enumerate().for_each(|(a, g)| geometric[a * n + b] += g.dot(traction));
+    }
+}
+
+/// Fills in a symmetric matrix of n rows below its diagonal.
+fn mirror_scalars(matrix: &mut [f64], n: usize) {
+    (0..n).for_each(|a| (0..a).for_each(|b| matrix[a * n + b] = matrix[b * n + a]));
 }
 
 /// c B: the stress of a unit velocity of the node with gradient `g` along each axis.
@@ -335,12 +354,9 @@ pub fn geometric_stiffness<const D: usize>(
     let mut geometric = vec![0.0; n * n];
     for (point, stress) in samples.iter().zip(stresses) {
         let stress = stress.full() * (point.deformation.determinant() * point.volume);
-        for (b, g) in point.gradients.iter().enumerate() {
-            let traction: Vector<D> = Vector::from_fn(|i| (0..D).map(|j| stress[i][j] * g[j]).sum());
-            point.gradients[..=b].iter().enumerate().for_each(|(a, g)| geometric[a * n + b] += g.dot(traction));
-        }
+        add_geometric(&mut geometric, &point.gradients, &stress);
     }
-    (0..n).for_each(|a| (0..a).for_each(|b| geometric[a * n + b] = geometric[b * n + a]));
+    mirror_scalars(&mut geometric, n);
     Ok(geometric)
 }
 
