@@ -117,6 +117,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
             let own = solids.structure.volume(&solids.structure.positions(&solids.last.predicted));
             self.notices.solid_volume(immersed.cut.volume_inside(&self.system.mesh), own);
             self.notices.imbalance(solids.last.imbalance);
+            self.notices.unsettled(solids.last.unsettled);
         }
         self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
         self.balance.check(&self.system, &self.interface, &mut self.notices).map_err(at)
@@ -245,13 +246,22 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         // φ follows the particles and keeps its volume: theory G.2–G.6.
         let (system, particles) = (&self.system, &mut self.particles);
         timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
-        // Project v̂ and φ: Becker (37)–(39), theory G.11.
-        let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
-        timed!(self.timer, "project", self.gather_solids());
-        let convected = self.system.imposed(step, &averaged.mean);
         self.history.keep_velocity(&self.system.velocity);
-        // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
-        timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
+        let subscales = self.system.subscales.clone();
+        let (averaged, convected) = loop {
+            // Project v̂ and φ: Becker (37)–(39), theory G.11.
+            let (system, particles) = (&self.system, &self.particles);
+            let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
+            timed!(self.timer, "project", self.gather_solids());
+            let convected = self.system.imposed(step, &averaged.mean);
+            // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
+            timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
+            // Again about where the solids come to, where that is far from u*: theory (J.3a).
+            if !timed!(self.timer, "solids", self.predict_again(step)?) {
+                break (averaged, convected);
+            }
+            self.system.restart(&self.history.velocity_previous, &subscales);
+        };
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
@@ -272,6 +282,16 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(super) fn predict_solids(&mut self, step: TimeStep) -> Result<(), StepError> {
         let Some(solids) = &mut self.solids else { return Ok(()) };
         solids.predict(step, &self.history, &mut self.system)
+    }
+
+    /// Cuts the mesh where the velocity that the system has found leads the solids, if that is far from their prediction; returns true if it
+    /// is.
+    ///
+    /// # Errors
+    /// As [`Self::predict_solids`].
+    fn predict_again(&mut self, step: TimeStep) -> Result<bool, StepError> {
+        let Some(solids) = &mut self.solids else { return Ok(false) };
+        solids.predict_again(step, &mut self.system)
     }
 
     /// Gives the solids the velocity that the system has found.

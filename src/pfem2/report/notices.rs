@@ -181,6 +181,18 @@ impl Notices {
         }
     }
 
+    /// Elastic solids still moved by this many elements when the step was solved for the last time.
+    pub fn unsettled(&mut self, elements: f64) {
+        if elements > 0.0 {
+            self.said.say("unsettled", || {
+                format!(
+                    "the end of a step moved an elastic solid by {elements:.2} elements of the mesh however often the step was solved anew: its \
+                     motion in a step is more than can be found; take shorter steps (`time.step`)"
+                )
+            });
+        }
+    }
+
     /// The notices since the last call.
     pub fn take(&mut self) -> Vec<String> {
         self.said.take()

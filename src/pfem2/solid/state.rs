@@ -36,6 +36,8 @@ pub struct Prediction<const D: usize> {
     pub velocity_hat: Vec<Vector<D>>,
     /// u* [m].
     pub displacement: Vec<Vector<D>>,
+    /// u* less that of the prediction about which it was found [m], in a step that is solved anew.
+    pub found: Option<Vec<Vector<D>>>,
     /// Those of rigid solids.
     pub rigid: Vec<RigidPrediction>,
     /// The velocities that nodes don't take from others.

@@ -10,7 +10,7 @@
 //! stiffness of pressures that follow the surface, too. α and β are those of the
 //! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Supports, bonds
 //! and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered over all solids; unknown D a + i
-//! is the velocity of node a along axis i.
+//! is the velocity of node a along axis i. A step that ends far from u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
 
 use super::constrained::held_axes;
 use super::element::{ElementFault, ElementForces, SolidLaw, geometric_stiffness};
@@ -181,7 +181,20 @@ impl<const D: usize> Structure<D> {
         self.ties.follow(&mut displacement);
         let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
         let velocities = self.independent((&held, &guess), &rigid);
-        Ok(Prediction { displacement_hat, velocity_hat, displacement, rigid, velocities })
+        Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
+    }
+
+    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead elastic solids.
+    pub(super) fn corrected(&self, delta: f64, prediction: &Prediction<D>, w: &[f64]) -> Prediction<D> {
+        let nodal = prediction.velocities.nodal(w);
+        let mut displacement = prediction.displacement.clone();
+        for node in (0..self.node_count()).filter(|&node| self.is_elastic(node as u32)) {
+            let velocity = Vector::from_fn(|axis| nodal[node * D + axis]);
+            displacement[node] = prediction.displacement_hat[node] + velocity * delta;
+        }
+        self.ties.follow(&mut displacement);
+        let correction = displacement.iter().zip(&prediction.displacement).map(|(u, last)| *u - *last).collect();
+        Prediction { displacement, found: Some(correction), ..prediction.clone() }
     }
 
     /// Prescribed velocity of each unknown at time `t` [m/s].
@@ -212,7 +225,7 @@ impl<const D: usize> Structure<D> {
         let mut rhs = self.weighted_by_mass(&start);
         self.supports.add_forces(t_end, &mut rhs);
         let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
-        self.visit_step(displacement, |solid, nodes, forces| {
+        self.visit_step(prediction, |solid, nodes, forces| {
             let damping = self.setups[solid].damping.stiffness;
             for (a, &row) in nodes.iter().enumerate() {
                 let mut force = forces.internal[a];
@@ -272,26 +285,31 @@ impl<const D: usize> Structure<D> {
         self.visit_with(displacement, |_, _, _, forces| Ok(forces), work)
     }
 
-    /// As [`Structure::visit`], at the prediction of a step. The geometric part of the tangent of solids with inertia is that of the stress
-    /// of the last step: a prediction along tangents strains a solid that turns, and the stress of that would hold back, or drive, its
-    /// turn by more than its inertia where it is stiff.
+    /// As [`Structure::visit`], at the prediction of a step. The geometric part of the tangent is that of the stress that the last linear
+    /// equations had at their end, those of the last step or of the last solution of this one (theory (J.5a)): a prediction along tangents
+    /// strains a solid that turns, and the stress of that would hold back, or drive, its turn by more than its inertia where it is stiff.
+    /// Solids without inertia take the prediction's in the first solution of a step.
     ///
     /// # Errors
     /// As [`Structure::equations`].
     fn visit_step(
         &self,
-        displacement: &[Vector<D>],
+        prediction: &Prediction<D>,
         work: impl FnMut(usize, &[u32], &ElementForces<D>),
     ) -> Result<(), StepError> {
+        let (displacement, correction) = match &prediction.found {
+            Some(correction) => (&prediction.displacement, correction),
+            None => (&self.state.displacement, &self.state.correction),
+        };
         let last = |solid: usize, element: usize, law: SolidLaw<'_>, mut forces: ElementForces<D>| {
-            if self.setups[solid].inertia == Inertia::Dynamic {
-                let columns = [&self.nodes[..], &self.state.displacement, &self.state.correction];
+            if prediction.found.is_some() || self.setups[solid].inertia == Inertia::Dynamic {
+                let columns = [&self.nodes[..], displacement, correction];
                 let (_, [places, u, correction]) = self.gather(solid, element, columns);
                 forces.geometric = geometric_stiffness(&self.points, law, &places, [&u, &correction])?;
             }
             Ok(forces)
         };
-        self.visit_with(displacement, last, work)
+        self.visit_with(&prediction.displacement, last, work)
     }
 
     /// With forces that are `changed` of each element, by the solid, its number and the law.

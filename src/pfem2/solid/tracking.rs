@@ -24,6 +24,15 @@ use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, Moments};
 use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
+/// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew about the end that was found...
+const FAR: f64 = 0.1;
+
+/// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less than a hundredth.
+const SETTLED: f64 = 0.02;
+
+/// A step is solved anew at most this often.
+const REPETITIONS: usize = 6;
+
 /// The solids of a run.
 #[derive(Debug)]
 pub(in crate::pfem2) struct SolidTracking<const D: usize> {
@@ -43,6 +52,8 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pressure_stiffness: Option<SparseMatrix>,
     /// Prediction of the step that is being made.
     prediction: Option<Prediction<D>>,
+    /// How often the step was solved anew about another prediction.
+    repetitions: usize,
     /// Its contacts with walls, and among solids.
     contacts: [Vec<Contact<D>>; 2],
     /// Results of the last step.
@@ -52,7 +63,7 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
 /// Results of a step.
 #[derive(Debug, Clone, Default)]
 pub(in crate::pfem2) struct SolidStep<const D: usize> {
-    /// Predicted displacement u* [m]: the surface that cut the mesh.
+    /// Last predicted displacement u* [m]: the surface that cut the mesh.
     pub predicted: Vec<Vector<D>>,
     /// Forces of the fluid on each node of the solids at its end [N].
     pub nodal: Vec<Vector<D>>,
@@ -72,8 +83,10 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub energies: SolidEnergies,
     /// Force that quasi-static solids were off balance by at its end, over the largest.
     pub imbalance: f64,
-    /// Distance of the surface from where it was predicted and cut the mesh, in elements.
+    /// Distance of the surface from where it was first predicted, in elements.
     pub off: f64,
+    /// By how much the last solution of a step moved elastic solids, in elements, if that is too much; else zero.
+    pub unsettled: f64,
 }
 
 /// State of solids at the start of a step.
@@ -100,6 +113,7 @@ impl<const D: usize> SolidTracking<D> {
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
             imbalance: 0.0,
             off: 0.0,
+            unsettled: 0.0,
         };
         let setups = structure.setups().iter();
         let (quadrilaterals, outlines) =
@@ -115,6 +129,7 @@ impl<const D: usize> SolidTracking<D> {
             touching,
             pressure_stiffness: None,
             prediction: None,
+            repetitions: 0,
             contacts,
             last,
         }
@@ -176,6 +191,47 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let (shares, weights) = (history.shares(step), history.convecting_weights(step));
         let prediction = self.structure.predict(step.end(), shares, weights)?;
+        (self.repetitions, self.last.off) = (0, 0.0);
+        self.linearise(step, prediction, system)
+    }
+
+    /// Takes the displacement to which the velocities lead that the system has found as prediction, where that is far from u*; returns true if it is
+    /// (theory (J.3a)).
+    ///
+    /// # Errors
+    /// As [`SolidTracking::predict`].
+    pub fn predict_again<const N: usize>(
+        &mut self,
+        step: TimeStep,
+        system: &mut VelocityPressureSystem<D, N>,
+    ) -> Result<bool, StepError> {
+        let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(false) };
+        let found = self.structure.corrected(step.delta(), prediction, &immersed.independent);
+        let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
+        let off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
+        if self.repetitions == 0 {
+            self.last.off = off;
+        }
+        let settled = off <= if self.repetitions == 0 { FAR } else { SETTLED };
+        self.last.unsettled = if settled { 0.0 } else { off };
+        if settled || self.repetitions == REPETITIONS {
+            return Ok(false);
+        }
+        self.repetitions += 1;
+        self.linearise(step, found, system)?;
+        Ok(true)
+    }
+
+    /// Makes the equations of the solids about a prediction, and cuts the mesh at their surface.
+    ///
+    /// # Errors
+    /// As [`SolidTracking::predict`].
+    fn linearise<const N: usize>(
+        &mut self,
+        step: TimeStep,
+        prediction: Prediction<D>,
+        system: &mut VelocityPressureSystem<D, N>,
+    ) -> Result<(), StepError> {
         let gravity = |x: Vector<D>| Vector::from_fn(|i| system.physics.gravity[i].value(x.to3(), step.end()));
         let mut equations = self.structure.equations(step.end(), step.delta(), &prediction, gravity)?;
         self.last.predicted.clone_from(&prediction.displacement);
@@ -308,7 +364,7 @@ impl<const D: usize> SolidTracking<D> {
         self.last.imbalance = imbalance;
         let [now, predicted] = [&self.structure.state.displacement, &self.last.predicted];
         let places = [now, predicted].map(|u| self.structure.positions(u));
-        self.last.off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
+        self.last.off = self.last.off.max(self.touching.largest_error(&system.mesh, [&places[0], &places[1]]));
         self.last.add_forces(self.structure.sums(&nodal), shares);
         self.last.moments.update(self.moments(&nodal), shares);
         self.last.nodal = nodal;
@@ -355,6 +411,7 @@ impl<const D: usize> SolidTracking<D> {
             forces_mean,
             imbalance: 0.0,
             off: 0.0,
+            unsettled: 0.0,
         };
         Ok(energies)
     }
