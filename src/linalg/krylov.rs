@@ -103,12 +103,11 @@ impl Krylov {
         add_multiples(x, &weights, &self.z[..weights.len()]);
     }
 
-    /// Room for v_j and z_j.
+    /// Room for v_j and z_j; the system may have another border than the last one.
     fn reserve(&mut self, j: usize, len: usize) {
         for set in [&mut self.v, &mut self.z] {
-            while set.len() <= j {
-                set.push(vec![0.0; len]);
-            }
+            set.resize_with(set.len().max(j + 1), Vec::new);
+            set[j].resize(len, 0.0);
         }
     }
 }

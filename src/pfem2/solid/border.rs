@@ -26,8 +26,8 @@ const PIECE: usize = 16;
 pub struct SolidBorder<const D: usize, const N: usize> {
     couplings: Vec<NodeCoupling<D, N>>,
     velocities: IndependentVelocities,
-    /// After the independent velocities, rows s v = s v̄ of those that are prescribed and not zero, with s of the diagonal of S: the
-    /// solution is measured by all that moves.
+    /// After the independent velocities, where some are prescribed and not zero, rows s v = s v̄ of all that are prescribed, with s of the
+    /// diagonal of S: the solution is measured by all that moves.
     matrix: SparseMatrix,
     near: NearNodes,
     /// Prescribed velocities of these rows [m/s].
@@ -81,15 +81,20 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
     }
 }
 
-/// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns that move.
+/// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns, where some of them move: all, so that a solid that turns has
+/// the same number in every step.
 fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64, f64)> {
     let velocities = &equations.velocities;
-    let moves = |k: &u32| velocities.is_prescribed(*k as usize) && velocities.prescribed(*k as usize) != 0.0;
+    let all = || (0..velocities.unknowns()).filter(|&k| velocities.is_prescribed(k));
+    if all().all(|k| velocities.prescribed(k) == 0.0) {
+        return Vec::new();
+    }
     let mut diagonal = vec![0.0; velocities.unknowns()];
-    let all = equations.matrix.triplets().chain(fluid.iter().copied());
-    all.filter(|(row, column, _)| row == column).for_each(|(row, _, value)| diagonal[row as usize] += value);
-    let of = |k: u32| (diagonal[k as usize], velocities.prescribed(k as usize));
-    (0..velocities.unknowns() as u32).filter(moves).map(of).filter(|(size, _)| *size > 0.0).collect()
+    let entries = equations.matrix.triplets().chain(fluid.iter().copied());
+    entries.filter(|(row, column, _)| row == column).for_each(|(row, _, value)| diagonal[row as usize] += value);
+    // Nodes inside a rigid solid have no entry, and count for nothing.
+    let of = |k: usize| if diagonal[k] > 0.0 { (diagonal[k], velocities.prescribed(k)) } else { (1.0, 0.0) };
+    all().map(of).collect()
 }
 
 /// Right-hand side that cut elements have in rows of solids, of `unknowns` of all nodes [N].

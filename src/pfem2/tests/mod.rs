@@ -21,6 +21,7 @@ mod solids;
 mod stokes;
 mod stray_particles;
 mod three_fluids;
+mod turning;
 mod unresolved;
 mod vortex;
 mod waves;
