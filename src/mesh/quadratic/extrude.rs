@@ -26,8 +26,8 @@ pub fn of_region(region: &Region, cell: f64) -> Result<QuadraticMesh, String> {
             let base = QuadraticMesh::fill(&Region::Polygon(plane.into()), cell, 2)?;
             Ok(extruded(&base, polygon.heights(), cell, &frame))
         }
-        _ => Err("in 3D a mesh can be made of boxes, also where other shapes cut an end off, of cylinders and of polygons with \
-                  heights; others come from a Gmsh file of hexahedra, `mesh = { path = \"...\" }`"
+        _ => Err("in 3D a mesh can be made of boxes, also where other shapes cut an end off, of cylinders, of balls and ellipsoids up to three times as long as \
+                  thin, and of polygons with heights; others come from a Gmsh file of hexahedra, `mesh = { path = \"...\" }`"
             .into()),
     }
 }
