@@ -6,7 +6,7 @@ use crate::pfem2::interface::tracking::InterfaceTracking;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::report::moments::Moments;
-use crate::pfem2::time::step_control::ErrorEstimates;
+use crate::pfem2::time::step_control::{ErrorEstimates, StepControl};
 use crate::simulation::{Column, MOST_COUNTED, Record};
 
 /// The contradiction in restored columns, if there is one.
@@ -51,7 +51,8 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
     let level = pfem.interface.sharp.as_ref().is_none_or(|sharp| {
         sharp.band > 0.0 && sharp.band.is_finite() && sharp.level.iter().all(|phi| phi.is_finite())
     });
-    let times = [pfem.history.dt_previous, pfem.history.dt_earlier, pfem.limits.control.proposal];
+    let StepControl { proposal, recommended, solids_curvature, .. } = pfem.limits.control;
+    let times = [pfem.history.dt_previous, pfem.history.dt_earlier, proposal, recommended, solids_curvature];
     vectors.iter().all(|column| column.iter().all(|v| v.is_finite()))
         && pfem.system.pressure.iter().all(|pressure| pressure.is_finite())
         && distances.iter().all(|column| column.iter().all(|distance| !distance.is_nan()))
@@ -98,6 +99,8 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt/earlier", Column::scalar(&mut pfem.history.dt_earlier));
     visit("dt/proposal", Column::scalar(&mut pfem.limits.control.proposal));
     visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
+    visit("dt/recommended", Column::scalar(&mut pfem.limits.control.recommended));
+    visit("dt/curvature of solids", Column::scalar(&mut pfem.limits.control.solids_curvature));
     visit("dt/largest energy of solids", Column::scalar(&mut pfem.limits.control.solids_peak));
     pfem.notices.columns(visit);
 }

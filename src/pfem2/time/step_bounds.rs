@@ -75,7 +75,7 @@ impl StepLimits {
         match steps {
             _ if !self.control.is_active() => bound,
             0 => START * bound,
-            _ => bound.min(self.control.proposal.max(LEAST * waves.min(system.crossing_time()))),
+            _ => bound.min(self.control.recommended.max(LEAST * waves.min(system.crossing_time()))),
         }
     }
 

@@ -6,7 +6,7 @@
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
 //! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,   dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
-//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/s)^½)
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/κ)^½/Δt),   κ ← max(s/Δt², 0.98 κ)
 //! ```
 //!
 //! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
@@ -18,7 +18,8 @@
 //! interface from running ahead of the flow by more than a tenth of an element in one step, which would make fingers where a heavy fluid runs into a light one.
 //! Solids have an error of their own, as they are light beside the fluid: a swing with ω has s = ½ (ωΔt)², and 44 steps per period where s is a hundredth. Motions
 //! below a quarter of the speed of the fluid count by that speed. The forces of the fluid on cut elements shake solids, the more the shorter the steps: such noise has changes d with
-//! other signs in each step, and counts a tenth.
+//! other signs in each step, and counts a tenth. Steps that followed the phase of a swing, longer at its ends than in between, would make it softer and stiffer in turns, and pump it up
+//! (as a child does a swing): κ remembers s, and steps beside solids grow by a fifth or not.
 
 use super::history::TimeHistory;
 use crate::math::{Tensor, Vector};
@@ -58,6 +59,12 @@ const SLOW_SOLIDS: f64 = 0.25;
 /// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no motion that shorter steps would follow, but noise.
 const NOISE: f64 = 0.01;
 
+/// Part of the error of solids, over the square of the step, that is forgotten per step: half of it in 34 steps, more than half a swing.
+const FORGETTING: f64 = 0.02;
+
+/// Beside solids steps grow by this much at least, or not.
+const RISE: f64 = 1.2;
+
 /// Estimated errors of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -77,18 +84,29 @@ pub struct ErrorEstimates {
 pub struct StepControl {
     /// The largest error in time over that of the mesh; infinity: steps follow the other bounds alone.
     tolerance: f64,
-    /// The longest next step as far as errors go [s]; 0 before the first.
+    /// The longest next step with errors that are allowed [s]; 0 before the first.
     pub(in crate::pfem2) proposal: f64,
     /// Errors of the last step.
     pub(in crate::pfem2) errors: ErrorEstimates,
     /// The largest kinetic energy of solids so far [J].
     pub(in crate::pfem2) solids_peak: f64,
+    /// The error of solids over the square of the step, as it is remembered [1/s²].
+    pub(in crate::pfem2) solids_curvature: f64,
+    /// The next step as far as errors go [s]: the proposal, which small rises don't change where there are solids.
+    pub(in crate::pfem2) recommended: f64,
 }
 
 impl StepControl {
     /// With the largest error in time over that of the mesh.
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, proposal: 0.0, errors: ErrorEstimates::default(), solids_peak: 0.0 }
+        Self {
+            tolerance,
+            proposal: 0.0,
+            errors: ErrorEstimates::default(),
+            solids_peak: 0.0,
+            solids_curvature: 0.0,
+            recommended: 0.0,
+        }
     }
 
     /// True if errors decide about steps.
@@ -101,9 +119,14 @@ impl StepControl {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
-        let solids = (SOLIDS * self.tolerance / errors.solids).sqrt();
+        self.solids_curvature = (errors.solids / dt.powi(2)).max((1.0 - FORGETTING) * self.solids_curvature);
+        let solids = (SOLIDS * self.tolerance / self.solids_curvature).sqrt() / dt;
         let wanted = (proposal * dt * velocity.min(interface).min(solids)).sqrt();
         self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
+        let follows = self.proposal < self.recommended || self.proposal > RISE * self.recommended;
+        if follows || errors.solids == 0.0 {
+            self.recommended = self.proposal;
+        }
         self.errors = errors;
     }
 }
@@ -279,6 +302,28 @@ mod tests {
         assert!((counted - phase.cos()).abs() < 1e-9 && counted > 0.98, "{counted}");
         assert!((resolved([6.0, -4.0, 6.0]) / 6.0 - 0.01).abs() < 1e-12);
         assert_eq!(resolved([6.0, 0.0, 0.0]), 6.0);
+    }
+
+    /// An error that is there at some phases of a swing alone doesn't lengthen steps in between.
+    #[test]
+    fn steps_beside_solids_do_not_follow_the_phase_of_a_swing() {
+        let mut control = StepControl::new(2.0);
+        let (omega, mut dt, mut t): (f64, f64, f64) = (34.3, 0.001, 0.0);
+        let mut steps = Vec::new();
+        for k in 0..400 {
+            let solids = 0.5 * (omega * dt).powi(2) * (omega * t).cos().abs();
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0);
+            t += dt;
+            dt = control.recommended;
+            if k >= 100 {
+                steps.push(dt);
+            }
+        }
+        let (least, most) = steps.iter().fold((f64::INFINITY, 0.0f64), |(a, b), dt| (a.min(*dt), b.max(*dt)));
+        assert!(
+            most < 1.05 * least && steps.windows(2).filter(|pair| pair[0] != pair[1]).count() < 40,
+            "{least} {most}"
+        );
     }
 
     /// A swing with ω has the error ½ (ωΔt)², and gets 2π/√(0.02) = 44 steps per period with the tolerance of 2.
