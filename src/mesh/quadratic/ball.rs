@@ -41,7 +41,8 @@ pub fn of_region(region: &Region, cell: f64) -> Option<QuadraticMesh> {
 /// The ball of radius 1, with elements for a radius [m].
 fn unit_ball(radius: f64, cell: f64) -> QuadraticMesh {
     // The sides of the cube are 0.6 to 0.9 of a radius long, those of its shadow on the sphere 1.2 to 1.6.
-    let (side, shells) = (divisions(1.1 * radius, cell), divisions(0.5 * radius, cell));
+    // At least two along a side: with one the ball would lack 3 % of its volume.
+    let (side, shells) = (divisions(1.1 * radius, cell).max(2), divisions(0.5 * radius, cell));
     let lines = 2 * side;
     let t = |at: [usize; 3]| at.map(|i| i as f64 / side as f64 - 1.0);
     let mut mesh = QuadraticMesh::lattice(3, [side; 3], |at| cube(t(at)).0);

@@ -6,7 +6,7 @@
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
 //! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,   dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
-//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/κ)^½/Δt),   κ ← max(s/Δt², 0.98 κ)
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/κ)^½/Δt),   κ ← max(s/Δt², 0.99 κ)
 //! ```
 //!
 //! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
@@ -59,8 +59,8 @@ const SLOW_SOLIDS: f64 = 0.25;
 /// The least part of d·d that counts of changes d of the velocity: those that are unlike in each two steps are no motion that shorter steps would follow, but noise.
 const NOISE: f64 = 0.01;
 
-/// Part of the error of solids, over the square of the step, that is forgotten per step: half of it in 34 steps, more than half a swing.
-const FORGETTING: f64 = 0.02;
+/// Part of the error of solids, over the square of the step, that is forgotten in the longest step: half of it in one and a half swings.
+const FORGETTING: f64 = 0.01;
 
 /// Beside solids steps grow by this much at least, or not.
 const RISE: f64 = 1.2;
@@ -119,7 +119,8 @@ impl StepControl {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
-        self.solids_curvature = (errors.solids / dt.powi(2)).max((1.0 - FORGETTING) * self.solids_curvature);
+        let kept = 1.0 - FORGETTING * (dt / proposal).min(1.0);
+        self.solids_curvature = (errors.solids / dt.powi(2)).max(kept * self.solids_curvature);
         let solids = (SOLIDS * self.tolerance / self.solids_curvature).sqrt() / dt;
         let wanted = (proposal * dt * velocity.min(interface).min(solids)).sqrt();
         self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
@@ -310,12 +311,12 @@ mod tests {
         let mut control = StepControl::new(2.0);
         let (omega, mut dt, mut t): (f64, f64, f64) = (34.3, 0.001, 0.0);
         let mut steps = Vec::new();
-        for k in 0..400 {
+        for k in 0..500 {
             let solids = 0.5 * (omega * dt).powi(2) * (omega * t).cos().abs();
             control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0);
             t += dt;
             dt = control.recommended;
-            if k >= 100 {
+            if k >= 200 {
                 steps.push(dt);
             }
         }
