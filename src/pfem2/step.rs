@@ -247,7 +247,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (system, particles) = (&self.system, &mut self.particles);
         timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
         self.history.keep_velocity(&self.system.velocity);
-        let subscales = self.system.subscales.clone();
+        let (subscales, mut iterations) = (self.system.subscales.clone(), 0);
         let (averaged, convected) = loop {
             // Project v̂ and φ: Becker (37)–(39), theory G.11.
             let (system, particles) = (&self.system, &self.particles);
@@ -256,12 +256,14 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             let convected = self.system.imposed(step, &averaged.mean);
             // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
             timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
+            iterations += self.system.outcome.iterations;
             // Again about where the solids come to, where that is far from u*: theory (J.3a).
             if !timed!(self.timer, "solids", self.predict_again(step)?) {
                 break (averaged, convected);
             }
             self.system.restart(&self.history.velocity_previous, &subscales);
         };
+        self.system.outcome.iterations = iterations;
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).

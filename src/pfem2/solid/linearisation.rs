@@ -23,7 +23,7 @@ impl<const D: usize> Structure<D> {
         let quasi_static = self.by_node(|setup| 1.0 - setup.inertia_rate(1.0));
         let way = self.way(prediction, |a| self.state.displacement[a]);
         let mut linear = vec![Vector::ZERO; way.len()];
-        self.visit(&prediction.displacement, |_, nodes, forces| {
+        self.visit_step(prediction, |_, nodes, forces| {
             for (a, &row) in nodes.iter().enumerate() {
                 let change =
                     nodes.iter().enumerate().map(|(b, &column)| forces.tangent(a, b).apply(way[column as usize]));

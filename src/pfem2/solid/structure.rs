@@ -10,7 +10,7 @@
 //! stiffness of pressures that follow the surface, too. α and β are those of the
 //! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Supports, bonds
 //! and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered over all solids; unknown D a + i
-//! is the velocity of node a along axis i. A step that ends far from u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
+//! is the velocity of node a along axis i. A step that takes elastic solids far from u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
 
 use super::constrained::held_axes;
 use super::element::{ElementFault, ElementForces, SolidLaw, geometric_stiffness};
@@ -184,7 +184,8 @@ impl<const D: usize> Structure<D> {
         Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
     }
 
-    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead elastic solids.
+    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead elastic solids, with
+    /// their bonds; rigid ones stay where they were predicted.
     pub(super) fn corrected(&self, delta: f64, prediction: &Prediction<D>, w: &[f64]) -> Prediction<D> {
         let nodal = prediction.velocities.nodal(w);
         let mut displacement = prediction.displacement.clone();
@@ -192,7 +193,6 @@ impl<const D: usize> Structure<D> {
             let velocity = Vector::from_fn(|axis| nodal[node * D + axis]);
             displacement[node] = prediction.displacement_hat[node] + velocity * delta;
         }
-        self.ties.follow(&mut displacement);
         let correction = displacement.iter().zip(&prediction.displacement).map(|(u, last)| *u - *last).collect();
         Prediction { displacement, found: Some(correction), ..prediction.clone() }
     }
@@ -292,7 +292,7 @@ impl<const D: usize> Structure<D> {
     ///
     /// # Errors
     /// As [`Structure::equations`].
-    fn visit_step(
+    pub(super) fn visit_step(
         &self,
         prediction: &Prediction<D>,
         work: impl FnMut(usize, &[u32], &ElementForces<D>),

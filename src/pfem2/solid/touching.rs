@@ -301,8 +301,8 @@ impl<const D: usize> SolidContacts<D> {
     /// The largest distance of the nodes of surfaces from where they were `predicted`, in elements of the mesh there; both are positions [m].
     pub(super) fn largest_error<const N: usize>(&self, mesh: &Mesh<D, N>, [now, predicted]: [&[Vector<D>]; 2]) -> f64 {
         let of = |SurfacePoint { node, .. }: &SurfacePoint| {
-            let x = now[*node as usize];
-            (x - predicted[*node as usize]).norm() / self.size_at(mesh, x)
+            let [x, from] = [now, predicted].map(|places| places[*node as usize]);
+            (x - from).norm() / self.size_at(mesh, x).min(self.size_at(mesh, from))
         };
         self.points.iter().map(of).fold(0.0, f64::max)
     }

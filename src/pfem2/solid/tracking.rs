@@ -52,6 +52,8 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     pressure_stiffness: Option<SparseMatrix>,
     /// Prediction of the step that is being made.
     prediction: Option<Prediction<D>>,
+    /// The first prediction u* of a step that is solved anew [m].
+    first: Option<Vec<Vector<D>>>,
     /// How often the step was solved anew about another prediction.
     repetitions: usize,
     /// Its contacts with walls, and among solids.
@@ -129,6 +131,7 @@ impl<const D: usize> SolidTracking<D> {
             touching,
             pressure_stiffness: None,
             prediction: None,
+            first: None,
             repetitions: 0,
             contacts,
             last,
@@ -191,7 +194,7 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let (shares, weights) = (history.shares(step), history.convecting_weights(step));
         let prediction = self.structure.predict(step.end(), shares, weights)?;
-        (self.repetitions, self.last.off) = (0, 0.0);
+        (self.repetitions, self.first) = (0, None);
         self.linearise(step, prediction, system)
     }
 
@@ -209,14 +212,12 @@ impl<const D: usize> SolidTracking<D> {
         let found = self.structure.corrected(step.delta(), prediction, &immersed.independent);
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
-        if self.repetitions == 0 {
-            self.last.off = off;
-        }
         let settled = off <= if self.repetitions == 0 { FAR } else { SETTLED };
         self.last.unsettled = if settled { 0.0 } else { off };
         if settled || self.repetitions == REPETITIONS {
             return Ok(false);
         }
+        self.first.get_or_insert_with(|| prediction.displacement.clone());
         self.repetitions += 1;
         self.linearise(step, found, system)?;
         Ok(true)
@@ -362,9 +363,9 @@ impl<const D: usize> SolidTracking<D> {
         let powers = [gravity, supports + self.end_impulses(step, &prediction)];
         self.last.energies = energies(&self.structure, powers)?;
         self.last.imbalance = imbalance;
-        let [now, predicted] = [&self.structure.state.displacement, &self.last.predicted];
-        let places = [now, predicted].map(|u| self.structure.positions(u));
-        self.last.off = self.last.off.max(self.touching.largest_error(&system.mesh, [&places[0], &places[1]]));
+        let first = self.first.as_ref().unwrap_or(&self.last.predicted);
+        let places = [&self.structure.state.displacement, first].map(|u| self.structure.positions(u));
+        self.last.off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
         self.last.add_forces(self.structure.sums(&nodal), shares);
         self.last.moments.update(self.moments(&nodal), shares);
         self.last.nodal = nodal;

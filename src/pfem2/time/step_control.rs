@@ -6,7 +6,7 @@
 //! on the mesh   η² = 1/30 Σ_e m_e h_e² mean over the corners i of |∇v_e − G_i|²,   G_i the mean of ∇v around node i
 //! interface     d = ½ Δt |vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ|/h at the corners of cut elements, mean of 8th powers
 //! solids        s² = ¼ dⁿ⁺¹·dⁿ⁺¹ max(cos(dⁿ⁺¹, dⁿ), 0.01) / largest v·v so far,   dⁿ⁺¹ = vⁿ⁺¹ − vⁿ − Δt (vⁿ − vⁿ⁻¹)/Δtⁿ, products by their mass
-//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance/κ)^½/Δt),   κ ← max(s/Δt², 0.99 κ)
+//! next step     Δt² = Δt_proposed Δt min((tolerance η/e)^½, (0.1/d)^⅓, (0.005 tolerance V/κ)^½/Δt),   κ ← max(s V/Δt², 0.99 κ)
 //! ```
 //!
 //! e is by how much the velocity that moves the particles, and the mean force on their way, would be wrong if they were
@@ -90,8 +90,10 @@ pub struct StepControl {
     pub(in crate::pfem2) errors: ErrorEstimates,
     /// The largest kinetic energy of solids so far [J].
     pub(in crate::pfem2) solids_peak: f64,
-    /// The error of solids over the square of the step, as it is remembered [1/s²].
+    /// The error of the velocity of solids over the square of the step, as it is remembered [m/s³ √kg].
     pub(in crate::pfem2) solids_curvature: f64,
+    /// The same of the last step alone.
+    pub(in crate::pfem2) solids_last: f64,
     /// The next step as far as errors go [s]: the proposal, which small rises don't change where there are solids.
     pub(in crate::pfem2) recommended: f64,
 }
@@ -105,6 +107,7 @@ impl StepControl {
             errors: ErrorEstimates::default(),
             solids_peak: 0.0,
             solids_curvature: 0.0,
+            solids_last: 0.0,
             recommended: 0.0,
         }
     }
@@ -114,14 +117,18 @@ impl StepControl {
         self.tolerance.is_finite()
     }
 
-    /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter.
-    fn learn(&mut self, dt: f64, errors: ErrorEstimates, least: f64) {
+    /// Learns from a step of `dt` [s] with these errors; `least` is the part of the velocity that doesn't matter, `speed` that by which errors of
+    /// solids are measured [√kg m/s].
+    fn learn(&mut self, dt: f64, errors: ErrorEstimates, [least, speed]: [f64; 2]) {
         let allowed = (self.tolerance * errors.mesh).clamp(FLOOR, CEILING).max(least);
         let [velocity, interface] = [(allowed / errors.time).sqrt(), (INTERFACE / errors.interface).cbrt()];
         let proposal = if self.proposal > 0.0 { self.proposal } else { dt };
         let kept = 1.0 - FORGETTING * (dt / proposal).min(1.0);
-        self.solids_curvature = (errors.solids / dt.powi(2)).max(kept * self.solids_curvature);
-        let solids = (SOLIDS * self.tolerance / self.solids_curvature).sqrt() / dt;
+        // What one step alone has, as a collision, is no swing, and not remembered.
+        let curvature = errors.solids * speed / dt.powi(2);
+        self.solids_curvature = curvature.min(self.solids_last).max(kept * self.solids_curvature);
+        self.solids_last = curvature;
+        let solids = (SOLIDS * self.tolerance * speed / self.solids_curvature.max(curvature)).sqrt() / dt;
         let wanted = (proposal * dt * velocity.min(interface).min(solids)).sqrt();
         self.proposal = wanted.clamp(0.5 * proposal, GROWTH * proposal);
         let follows = self.proposal < self.recommended || self.proposal > RISE * self.recommended;
@@ -160,13 +167,14 @@ impl StepControl {
         let interface = interface_error(system, |i| 0.5 * dt * off(i).norm()).max(surface);
         let scale = velocity.max(f64::MIN_POSITIVE);
         let stream = (2.0 * peak / mass.iter().sum::<f64>()).sqrt();
-        let solids = solids.map_or(0.0, |(structure, _)| self.solids_error(structure, extends, stream));
+        let [solids, speed] = solids.map_or([0.0, 1.0], |(structure, _)| self.solids_error(structure, extends, stream));
         let errors = ErrorEstimates { time: time / scale, mesh: mesh_error(system) / scale, interface, solids };
-        self.learn(dt, errors, least / scale);
+        self.learn(dt, errors, [least / scale, speed]);
     }
 
-    /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed [m/s].
-    fn solids_error<const D: usize>(&mut self, structure: &mut Structure<D>, extends: f64, stream: f64) -> f64 {
+    /// The error of solids in a step that is `extends` times as long as the last one, in a `stream` of this speed [m/s], and the speed by which it
+    /// is measured [√kg m/s].
+    fn solids_error<const D: usize>(&mut self, structure: &mut Structure<D>, extends: f64, stream: f64) -> [f64; 2] {
         let state = &structure.state;
         let (now, before, earlier) = (&state.velocity, &state.velocity_previous, &state.velocity_earlier);
         let off = |i: usize| now[i] - before[i] - (before[i] - earlier[i]) * extends;
@@ -184,7 +192,7 @@ impl StepControl {
             product(&state.velocity_change, &state.velocity_change),
         ];
         structure.state.velocity_change = change;
-        0.5 * resolved([own, both, last]).sqrt() / scale
+        [0.5 * resolved([own, both, last]).sqrt() / scale, scale]
     }
 }
 
@@ -254,7 +262,7 @@ mod tests {
                 control.learn(
                     dt,
                     ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
-                    0.0,
+                    [0.0, 1.0],
                 );
                 assert!((0.5..=GROWTH * 1.000001).contains(&(control.proposal / dt)), "{dt} {}", control.proposal);
                 dt = control.proposal;
@@ -269,7 +277,11 @@ mod tests {
         let mut control = StepControl::new(2.0);
         for _ in 0..200 {
             let dt = control.proposal.clamp(0.001, 0.01);
-            control.learn(dt, ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 }, 0.0);
+            control.learn(
+                dt,
+                ErrorEstimates { time: 3.0 * dt * dt, mesh: 0.006, interface: 0.0, solids: 0.0 },
+                [0.0, 1.0],
+            );
         }
         assert!((control.proposal / (0.012_f64 / 3.0).sqrt() - 1.0).abs() < 1e-6, "{}", control.proposal);
     }
@@ -282,7 +294,7 @@ mod tests {
             control.learn(
                 dt,
                 ErrorEstimates { time: 0.0, mesh: 0.01, interface: 800.0 * dt.powi(3), solids: 0.0 },
-                0.0,
+                [0.0, 1.0],
             );
             dt = control.proposal;
         }
@@ -313,7 +325,7 @@ mod tests {
         let mut steps = Vec::new();
         for k in 0..500 {
             let solids = 0.5 * (omega * dt).powi(2) * (omega * t).cos().abs();
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, 1.0]);
             t += dt;
             dt = control.recommended;
             if k >= 200 {
@@ -327,6 +339,31 @@ mod tests {
         );
     }
 
+    /// A solid that begins to move, v ∝ t², is measured by what it has so far: its steps may grow with the time. An error of one step alone is forgotten at once.
+    #[test]
+    fn steps_grow_while_a_solid_gathers_speed_and_after_a_knock() {
+        let mut control = StepControl::new(2.0);
+        let (mut dt, mut t): (f64, f64) = (0.001, 0.01);
+        for _ in 0..100 {
+            t += dt;
+            let speed = t * t;
+            control.learn(
+                dt,
+                ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids: dt * dt / speed },
+                [0.0, speed],
+            );
+            dt = control.recommended;
+        }
+        assert!(dt > 0.05 * t, "{dt} {t}");
+        let before = control.proposal;
+        let mut learn = |solids: f64| {
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, t * t]);
+            control.proposal
+        };
+        let knocked = learn(0.5);
+        assert!(knocked < 0.6 * before && learn(1e-4) > knocked && learn(1e-4) > 1.3 * knocked, "{knocked} {before}");
+    }
+
     /// A swing with ω has the error ½ (ωΔt)², and gets 2π/√(0.02) = 44 steps per period with the tolerance of 2.
     #[test]
     fn a_swing_of_a_solid_gets_44_steps() {
@@ -334,7 +371,7 @@ mod tests {
         let (omega, mut dt): (f64, f64) = (34.3, 0.02);
         for _ in 0..60 {
             let solids = 0.5 * (omega * dt).powi(2);
-            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, 0.0);
+            control.learn(dt, ErrorEstimates { time: 0.0, mesh: 0.01, interface: 0.0, solids }, [0.0, 1.0]);
             dt = control.proposal;
         }
         let steps = 2.0 * std::f64::consts::PI / omega / dt;
