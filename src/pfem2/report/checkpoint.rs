@@ -51,9 +51,9 @@ fn finite<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> bool {
     let level = pfem.interface.sharp.as_ref().is_none_or(|sharp| {
         sharp.band > 0.0 && sharp.band.is_finite() && sharp.level.iter().all(|phi| phi.is_finite())
     });
-    let StepControl { proposal, recommended, solids_curvature, solids_last, solids_peak, .. } = pfem.limits.control;
+    let StepControl { proposal, recommended, solids_curvature, solids_peak, .. } = pfem.limits.control;
     let steps = [pfem.history.dt_previous, pfem.history.dt_earlier, proposal, recommended];
-    let times = [&steps[..], &[solids_curvature, solids_last, solids_peak]].concat();
+    let times = [&steps[..], &[solids_curvature, solids_peak]].concat();
     vectors.iter().all(|column| column.iter().all(|v| v.is_finite()))
         && pfem.system.pressure.iter().all(|pressure| pressure.is_finite())
         && distances.iter().all(|column| column.iter().all(|distance| !distance.is_nan()))
@@ -102,7 +102,6 @@ pub fn columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &m
     visit("dt/errors", Column::record(&mut pfem.limits.control.errors));
     visit("dt/recommended", Column::scalar(&mut pfem.limits.control.recommended));
     visit("dt/curvature of solids", Column::scalar(&mut pfem.limits.control.solids_curvature));
-    visit("dt/last curvature of solids", Column::scalar(&mut pfem.limits.control.solids_last));
     visit("dt/largest energy of solids", Column::scalar(&mut pfem.limits.control.solids_peak));
     pfem.notices.columns(visit);
 }
