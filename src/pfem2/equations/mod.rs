@@ -8,14 +8,16 @@
 //! outflow        viscous and inertial terms of open facets                       theory (F.34), (F.35)
 //! shear          the shear rate of an element                                    theory F.8
 //! assemble       rows of the matrix, gathered from the elements around a node
+//! contents       what fills each element, and the enriched pressures of cut ones theory F.6, G.8
 //! beside_solids  what fills the elements that solids cut                         theory J.3, G.14
-//! system         the velocity–pressure system of a step: contents of elements, matrix, solution
+//! system         the velocity–pressure system of a step: matrix, solution
 //! convergence    the error of a system that was not solved
 //! estimates      frequencies of waves and crossing times, for the length of steps
 //! ```
 
 pub mod assemble;
 mod beside_solids;
+mod contents;
 mod convergence;
 pub mod element;
 mod estimates;
