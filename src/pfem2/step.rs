@@ -22,6 +22,7 @@ use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use super::interface::phase_list::{Phase, PhaseList};
 use super::interface::tracking::InterfaceTracking;
 use super::particles::FrozenFlow;
+use super::particles::project::ConvectedVelocity;
 use super::particles::reseed::ParticleCounts;
 use super::particles::tracking::{ParticleRules, ParticleTracking};
 use super::report::balance::EnergyBalance;
@@ -247,23 +248,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (system, particles) = (&self.system, &mut self.particles);
         timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
         self.history.keep_velocity(&self.system.velocity);
-        let (subscales, mut iterations) = (self.system.subscales.clone(), 0);
-        let (averaged, convected) = loop {
-            // Project v̂ and φ: Becker (37)–(39), theory G.11.
-            let (system, particles) = (&self.system, &self.particles);
-            let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
-            timed!(self.timer, "project", self.gather_solids());
-            let convected = self.system.imposed(step, &averaged.mean);
-            // Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
-            timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
-            iterations += self.system.outcome.iterations;
-            // Again about where the solids come to, where that is far from u*: theory (J.3a).
-            if !timed!(self.timer, "solids", self.predict_again(step)?) {
-                break (averaged, convected);
-            }
-            self.system.restart(&self.history.velocity_previous, &subscales);
-        };
-        self.system.outcome.iterations = iterations;
+        // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
+        let (averaged, convected) = self.find_velocity(step, 1)?;
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
@@ -275,6 +261,36 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         timed!(self.timer, "account", self.account_for_solids(step, &convected));
         health::check_particles(&self.particles.columns)?;
         health::check_nodes(&self.system)
+    }
+
+    /// Projects, and solves the system as often as given: velocity and pressure at the end of a step, with the solids. All of it anew about
+    /// where the solids come to, where that is far from u* (theory (J.3a)). Returns the averages of the particles at the nodes, and v̂ [m/s].
+    ///
+    /// # Errors
+    /// Those of the linear solver; an element of a solid turns inside out.
+    pub(super) fn find_velocity(
+        &mut self,
+        step: TimeStep,
+        solutions: usize,
+    ) -> Result<(ConvectedVelocity<D>, Vec<Vector<D>>), StepError> {
+        let (start, subscales) = (self.system.velocity.clone(), self.system.subscales.clone());
+        let mut iterations = 0;
+        let found = loop {
+            let (system, particles) = (&self.system, &self.particles);
+            let averaged = timed!(self.timer, "project", self.interface.project(system, particles));
+            timed!(self.timer, "project", self.gather_solids());
+            let convected = self.system.imposed(step, &averaged.mean);
+            for _ in 0..solutions {
+                timed!(self.timer, "solve", self.system.solve(step, &self.interface.phases(), &convected)?);
+                iterations += self.system.outcome.iterations;
+            }
+            if !timed!(self.timer, "solids", self.predict_again(step)?) {
+                break (averaged, convected);
+            }
+            self.system.restart(&start, &subscales);
+        };
+        self.system.outcome.iterations = iterations;
+        Ok(found)
     }
 
     /// Predicts the solids and cuts the mesh at their surface.

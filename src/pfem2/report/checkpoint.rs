@@ -173,6 +173,7 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/nodal forces", Column::new(&mut last.nodal));
     moment_columns("solids/moments", &mut last.moments, visit);
     visit("solids/contact", Column::new(&mut last.contact));
+    visit_count(visit, "solids/solutions", &mut last.solutions);
     visit("solids/touch", Column::new(&mut last.touch));
     for (k, rigid) in state.rigid.iter_mut().enumerate() {
         visit(&format!("solids/rigid {k}"), Column::record(rigid));

@@ -320,7 +320,8 @@ fn counts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, u6
         ("solver: iterations", if started { pfem.system.outcome.iterations as u64 } else { 0 }),
         ("solver: preconditioners", if started { pfem.system.preconditioners } else { 0 }),
     ];
-    counts.map(|(name, count)| (name.to_owned(), count)).to_vec()
+    let solutions = pfem.solids.as_ref().map(|solids| ("solver: solutions", solids.last.solutions as u64));
+    counts.into_iter().chain(solutions).map(|(name, count)| (name.to_owned(), count)).collect()
 }
 
 /// Volume of the particles of each fluid where the level set shows the other.

@@ -54,8 +54,6 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     prediction: Option<Prediction<D>>,
     /// The first prediction u* of a step that is solved anew [m].
     first: Option<Vec<Vector<D>>>,
-    /// How often the step was solved anew about another prediction.
-    repetitions: usize,
     /// Its contacts with walls, and among solids.
     contacts: [Vec<Contact<D>>; 2],
     /// Results of the last step.
@@ -87,6 +85,8 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub imbalance: f64,
     /// Distance of the surface from where it was first predicted, in elements.
     pub off: f64,
+    /// How often it was solved (theory (J.3a)).
+    pub solutions: usize,
     /// By how much the last solution of a step moved elastic solids, in elements, if that is too much; else zero.
     pub unsettled: f64,
 }
@@ -115,6 +115,7 @@ impl<const D: usize> SolidTracking<D> {
             energies: energies(&structure, [0.0; 2]).unwrap_or_default(),
             imbalance: 0.0,
             off: 0.0,
+            solutions: 0,
             unsettled: 0.0,
         };
         let setups = structure.setups().iter();
@@ -132,7 +133,6 @@ impl<const D: usize> SolidTracking<D> {
             pressure_stiffness: None,
             prediction: None,
             first: None,
-            repetitions: 0,
             contacts,
             last,
         }
@@ -194,7 +194,7 @@ impl<const D: usize> SolidTracking<D> {
     ) -> Result<(), StepError> {
         let (shares, weights) = (history.shares(step), history.convecting_weights(step));
         let prediction = self.structure.predict(step.end(), shares, weights)?;
-        (self.repetitions, self.first) = (0, None);
+        (self.last.solutions, self.first) = (1, None);
         self.linearise(step, prediction, system)
     }
 
@@ -212,13 +212,13 @@ impl<const D: usize> SolidTracking<D> {
         let found = self.structure.corrected(step.delta(), prediction, &immersed.independent);
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
-        let settled = off <= if self.repetitions == 0 { FAR } else { SETTLED };
+        let settled = off <= if self.last.solutions == 1 { FAR } else { SETTLED };
         self.last.unsettled = if settled { 0.0 } else { off };
-        if settled || self.repetitions == REPETITIONS {
+        if settled || self.last.solutions > REPETITIONS {
             return Ok(false);
         }
         self.first.get_or_insert_with(|| prediction.displacement.clone());
-        self.repetitions += 1;
+        self.last.solutions += 1;
         self.linearise(step, found, system)?;
         Ok(true)
     }
@@ -412,6 +412,7 @@ impl<const D: usize> SolidTracking<D> {
             forces_mean,
             imbalance: 0.0,
             off: 0.0,
+            solutions: 0,
             unsettled: 0.0,
         };
         Ok(energies)

@@ -102,6 +102,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     fn follow_solids(&mut self, last: f64) {
         if last > 0.0 {
             self.transport(at_start(last));
+            self.interface.project(&self.system, &self.particles);
         }
         self.system.velocity.fill(Vector::ZERO);
         self.particles.columns.velocity.fill(Vector::ZERO);

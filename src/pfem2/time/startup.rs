@@ -19,7 +19,6 @@ use crate::pfem2::equations::element::Stabilisation;
 use crate::pfem2::equations::subscale::Subscales;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::tracking::InterfaceTracking;
-use crate::pfem2::particles::project::ConvectedVelocity;
 use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
 use crate::pfem2::report::ledger::EnergyLedger;
@@ -130,25 +129,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         Ok(())
     }
 
-    /// The stages of a step before `solve`; returns the averages of the particles at the nodes.
-    pub(super) fn transport(&mut self, step: TimeStep) -> ConvectedVelocity<D> {
+    /// The stages of a step before its projection.
+    pub(super) fn transport(&mut self, step: TimeStep) {
         let flow = self.particles.convect(step, &self.history, &self.system, &self.interface);
         self.particles.reseed(&flow, &self.system, &self.interface);
         self.carry_along(&flow, step);
         self.interface.follow(&self.system, &mut self.particles.columns, &mut self.notices);
-        self.interface.project(&self.system, &self.particles)
     }
 
     /// A step of backward Euler.
     fn predictor_step(&mut self, step: TimeStep) -> Result<(), StepError> {
         self.predict_solids(step)?;
-        let averaged = self.transport(step);
-        self.gather_solids();
-        let convected = self.system.imposed(step, &averaged.mean);
+        self.transport(step);
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
-        for _ in 0..solutions {
-            self.system.solve(step, &self.interface.phases(), &convected)?;
-        }
+        let (_, convected) = self.find_velocity(step, solutions)?;
         self.advance_solids(step)?;
         self.system.subscales.begin_average();
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
