@@ -119,6 +119,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
             self.notices.solid_volume(immersed.cut.volume_inside(&self.system.mesh), own);
             self.notices.imbalance(solids.last.imbalance);
             self.notices.unsettled(solids.last.unsettled);
+            self.notices.contacts(solids.last.has_wrong_contacts);
         }
         self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
         self.balance.check(&self.system, &self.interface, &mut self.notices).map_err(at)

@@ -174,6 +174,7 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     moment_columns("solids/moments", &mut last.moments, visit);
     visit("solids/contact", Column::new(&mut last.contact));
     visit_count(visit, "solids/solutions", &mut last.solutions);
+    visit_count(visit, "solids/backward steps", &mut last.backward_steps);
     visit("solids/touch", Column::new(&mut last.touch));
     for (k, rigid) in state.rigid.iter_mut().enumerate() {
         visit(&format!("solids/rigid {k}"), Column::record(rigid));

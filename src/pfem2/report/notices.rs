@@ -193,6 +193,16 @@ impl Notices {
         }
     }
 
+    /// Contacts of elastic solids pulled, or lacked, when the step was solved for the last time.
+    pub fn contacts(&mut self, are_wrong: bool) {
+        if are_wrong {
+            self.said.say("contacts", || {
+                "a contact of an elastic solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a                  step than can be found; take shorter steps (`time.step`)"
+                    .to_owned()
+            });
+        }
+    }
+
     /// The notices since the last call.
     pub fn take(&mut self) -> Vec<String> {
         self.said.take()

@@ -56,6 +56,11 @@ impl<const D: usize> Structure<D> {
         first as usize..first as usize + mesh.nodes.len()
     }
 
+    /// The solid of a node.
+    pub(super) fn solid_of(&self, node: usize) -> usize {
+        self.meshes().iter().rposition(|&(_, first)| first as usize <= node).unwrap_or(0)
+    }
+
     /// Sums over the nodes of each solid.
     pub fn sums(&self, nodal: &[Vector<D>]) -> Vec<Vector<D>> {
         (0..self.setups().len()).map(|solid| nodal[self.nodes_of(solid)].iter().copied().sum()).collect()

@@ -44,6 +44,9 @@ const LEVEL: f64 = 1e-3;
 /// Part of its distance from the gap by which a rigid solid that rests comes nearer to it per step.
 const RETURN: f64 = 0.01;
 
+/// Product of two normals of one point from which they are those of the same contact.
+const SAME: f64 = 0.8;
+
 /// Way per step, over the gap, up to which what sticks may creep.
 const CREEP: f64 = 1e-4;
 
@@ -106,6 +109,14 @@ pub struct Meeting<const D: usize> {
 }
 
 impl<const D: usize> Meeting<D> {
+    /// Depth of an elastic solid in the gap, over it.
+    pub(super) fn depth(&self) -> f64 {
+        match self.hardness {
+            Hardness::Elastic(_) => (self.gap - self.distance).max(0.0) / self.gap.max(f64::MIN_POSITIVE),
+            Hardness::Rigid { .. } => 0.0,
+        }
+    }
+
     /// dⁿ [m].
     pub fn distance_at_start(&self, step: &ContactStep<'_, D>) -> f64 {
         self.distance - self.normal.dot(relative(&self.shares, step.way))
@@ -114,6 +125,8 @@ impl<const D: usize> Meeting<D> {
 
 /// What a contact needs to know of a step.
 pub struct ContactStep<'a, const D: usize> {
+    /// True where the step is solved anew: then d* alone says what touches.
+    pub anew: bool,
     /// Δt [s].
     pub dt: f64,
     /// Δ [s].
@@ -135,14 +148,20 @@ pub struct ContactStep<'a, const D: usize> {
 pub struct Contact<const D: usize> {
     /// Number of the point.
     pub point: usize,
+    /// True if its force is in the equations: a place near something touches nothing where it would pull.
+    pub acts: bool,
     shares: Vec<(u32, f64)>,
     normal: Vector<D>,
+    /// A k g of elastic solids: the force that would close the gap [N].
+    closing: f64,
     /// Normal force without a velocity [N].
     push: f64,
     /// Change of the normal force with the normal velocity [N s/m].
     resistance: f64,
     /// c [N s/m].
     friction: f64,
+    /// Speed with which an elastic solid arrives that didn't touch in the last step [m/s].
+    pub arrival: Option<f64>,
     /// That of rigid solids.
     impulse: Option<Impulse<D>>,
 }
@@ -164,34 +183,34 @@ pub(super) struct Impulse<const D: usize> {
 }
 
 impl<const D: usize> Contact<D> {
-    /// The contact of a meeting, where the point had this normal force in the last step [N]; `None` where an elastic solid doesn't touch:
-    /// what pushed goes on until it would pull, else contacts would chatter.
-    /// `nearest`: the least dⁿ and d* of both solids there [m].
-    pub fn new(last: Vector<D>, meeting: Meeting<D>, nearest: [f64; 2], step: &ContactStep<'_, D>) -> Option<Self> {
+    /// The contact of a meeting, where the point had this normal force in the last step [N]. That of an elastic solid acts at first where d* < g
+    /// or it pushed. `nearest`: the least dⁿ and d* of both solids there [m].
+    pub fn new(last: Vector<D>, meeting: Meeting<D>, nearest: [f64; 2], step: &ContactStep<'_, D>) -> Self {
         match meeting.hardness {
             Hardness::Elastic(pressure) => Self::elastic(pressure, last, meeting, step),
-            Hardness::Rigid { mass, restitution } => Some(Self::rigid([mass, restitution], meeting, nearest, step)),
+            Hardness::Rigid { mass, restitution } => Self::rigid([mass, restitution], meeting, nearest, step),
         }
     }
 
-    fn elastic(pressure: f64, last: Vector<D>, meeting: Meeting<D>, step: &ContactStep<'_, D>) -> Option<Self> {
+    fn elastic(pressure: f64, last: Vector<D>, meeting: Meeting<D>, step: &ContactStep<'_, D>) -> Self {
         let Meeting { point, shares, normal, distance, gap, area, friction, .. } = meeting;
         let pushed = last.dot(normal).max(0.0);
-        if distance >= gap && pushed == 0.0 {
-            return None;
-        }
-        let along = relative(&shares, step.velocity) + relative(&shares, step.gained);
+        let velocity = relative(&shares, step.velocity);
+        let along = velocity + relative(&shares, step.gained);
         let along = along - normal * along.dot(normal);
         let stiffness = pressure * area;
-        Some(Self {
+        Self {
             point,
+            acts: distance < gap || pushed > 0.0 && !step.anew,
             normal,
+            closing: stiffness * gap,
             push: stiffness * (gap - distance - normal.dot(relative(&shares, step.rest))),
             resistance: stiffness * step.delta,
             friction: friction * pushed / along.norm().max(slowest(gap, step.dt)),
+            arrival: (pushed == 0.0).then(|| -velocity.dot(normal)),
             impulse: None,
             shares,
-        })
+        }
     }
 
     fn rigid([mass, restitution]: [f64; 2], meeting: Meeting<D>, nearest: [f64; 2], step: &ContactStep<'_, D>) -> Self {
@@ -211,7 +230,38 @@ impl<const D: usize> Contact<D> {
         let (resistance, slowest) = (IMPULSE * mass / step.delta, slowest(gap, step.dt));
         let share = step.delta / step.dt;
         let impulse = Some(Impulse { before, wanted, friction, slowest, share, is_collision });
-        Self { point, normal, push: resistance * wanted, resistance, friction: 0.0, impulse, shares }
+        Self {
+            point,
+            acts: true,
+            normal,
+            closing: 0.0,
+            push: resistance * wanted,
+            resistance,
+            friction: 0.0,
+            arrival: None,
+            impulse,
+            shares,
+        }
+    }
+
+    /// True if it is that of a meeting, and acts.
+    pub(super) fn is_at(&self, meeting: &Meeting<D>) -> bool {
+        self.acts && self.point == meeting.point && self.normal.dot(meeting.normal) > SAME
+    }
+
+    /// Normal force on the point of an elastic solid at the velocities of nodes at the end of the step [m/s]; negative where it pulls [N].
+    pub(super) fn elastic_push(&self, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
+        if self.impulse.is_some() { 0.0 } else { self.force(velocity).dot(self.normal) }
+    }
+
+    /// Depth of an elastic solid in the gap with this normal force [N], over the gap.
+    pub(super) fn depth(&self, force: f64) -> f64 {
+        if self.closing > 0.0 { force / self.closing } else { 0.0 }
+    }
+
+    /// Its nodes.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.shares.iter().map(|&(node, _)| node as usize)
     }
 
     /// That of rigid solids.

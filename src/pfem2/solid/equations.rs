@@ -67,6 +67,17 @@ impl SolidEquations {
 }
 
 impl LinearForces {
+    /// Numbers of entries and of loads.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.entries.len(), self.loads.len()]
+    }
+
+    /// Takes back all but the first ones.
+    pub fn truncate(&mut self, [entries, loads]: [usize; 2]) {
+        self.entries.truncate(entries);
+        self.loads.truncate(loads);
+    }
+
     /// Adds the force l − L v on node `row` that the velocity of node `column` makes, by the block L [N s/m].
     pub fn add_block<const D: usize>(&mut self, (row, column): (u32, u32), block: &Tensor<D>) {
         let unknown = |node: u32, axis: usize| node * D as u32 + axis as u32;

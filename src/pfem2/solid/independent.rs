@@ -9,6 +9,7 @@
 //! are orthogonal to all columns of T, and drop out. Unknown D a + i of v is the velocity of node a along axis i.
 
 use crate::linalg::SparseMatrix;
+use crate::math::Vector;
 
 /// The map from independent velocities to those of all nodes.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +85,11 @@ impl IndependentVelocities {
     /// T w + v̄ [m/s].
     pub fn nodal(&self, w: &[f64]) -> Vec<f64> {
         self.added(w).iter().zip(&self.prescribed).map(|(added, prescribed)| added + prescribed).collect()
+    }
+
+    /// The same by node.
+    pub fn nodal_vectors<const D: usize>(&self, w: &[f64]) -> Vec<Vector<D>> {
+        self.nodal(w).chunks(D).map(|v| Vector::from_fn(|axis| v[axis])).collect()
     }
 
     /// Tᵀ r: forces on the nodes as those along the independent velocities.

@@ -254,8 +254,7 @@ impl<const D: usize> Structure<D> {
 
     /// Ends a step with the implicit part `delta` [s] and the independent velocities that its equations gave.
     pub fn advance(&mut self, delta: f64, prediction: &Prediction<D>, w: &[f64]) {
-        let nodal = prediction.velocities.nodal(w);
-        let velocity: Vec<Vector<D>> = nodal.chunks(D).map(|v| Vector::from_fn(|axis| v[axis])).collect();
+        let velocity: Vec<Vector<D>> = prediction.velocities.nodal_vectors(w);
         let both = velocity.iter().zip(&prediction.displacement_hat);
         let mut displacement: Vec<_> = both.map(|(v, hat)| *hat + *v * delta).collect();
         for ((body, state), prediction) in self.rigid.iter().zip(&mut self.state.rigid).zip(&prediction.rigid) {

@@ -1,17 +1,18 @@
 //! The solids of a run in the steps of the fluid: their prediction cuts the mesh, and they take the velocity of the system (theory J.1).
 
 use super::bodies::quadrilaterals;
-use super::contact::{Contact, ContactStep, Meeting};
+use super::contact::Contact;
+use super::contact_step::DEPTH;
 use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::immersed::Immersed;
-use super::impulses::{RigidEquations, pushing};
 use super::outline::SolidOutline;
 use super::setup::SurfaceCondition;
 use super::structure::{Prediction, SolidState, Structure};
 use super::surface::SolidSurface;
-use super::touching::{ContactPlaces, SolidContacts};
+use super::touching::SolidContacts;
 use super::trace::SurfaceTrace;
+use super::unilateral::PushSearch;
 use super::walls::WallContacts;
 use super::wetted::FluidPressure;
 use crate::error::StepError;
@@ -30,8 +31,12 @@ const FAR: f64 = 0.1;
 /// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less than a hundredth.
 const SETTLED: f64 = 0.02;
 
-/// A step is solved anew at most this often.
+/// A step is solved anew at most this often, and so where elastic solids touch something.
 const REPETITIONS: usize = 6;
+const REPETITIONS_IN_CONTACT: usize = 30;
+
+/// Steps by backward Euler from an impact on that a step doesn't resolve: its impulse is in the accelerations of two that follow.
+const BACKWARD_STEPS: usize = 3;
 
 /// The solids of a run.
 #[derive(Debug)]
@@ -45,17 +50,21 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     /// Points about which the forces on them have moments [m].
     pub about: Vec<Option<Vector<D>>>,
     /// Contact with walls.
-    walls: WallContacts<D>,
+    pub(super) walls: WallContacts<D>,
     /// Contact with each other and with themselves.
-    touching: SolidContacts<D>,
+    pub(super) touching: SolidContacts<D>,
     /// K_p of the pressure of the fluid in it.
     pressure_stiffness: Option<SparseMatrix>,
     /// Prediction of the step that is being made.
     prediction: Option<Prediction<D>>,
     /// The first prediction u* of a step that is solved anew [m].
-    first: Option<Vec<Vector<D>>>,
+    pub(super) first: Option<Vec<Vector<D>>>,
     /// Its contacts with walls, and among solids.
-    contacts: [Vec<Contact<D>>; 2],
+    pub(super) contacts: [Vec<Contact<D>>; 2],
+    /// Which of them push.
+    pub(super) search: PushSearch,
+    /// Numbers of linear forces in the equations of the step besides contacts.
+    pub(super) without_contacts: [usize; 2],
     /// Results of the last step.
     pub last: SolidStep<D>,
 }
@@ -89,6 +98,10 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub solutions: usize,
     /// By how much the last solution of a step moved elastic solids, in elements, if that is too much; else zero.
     pub unsettled: f64,
+    /// True if contacts of elastic solids pulled, or lacked, when it was solved for the last time.
+    pub has_wrong_contacts: bool,
+    /// Steps that solids make by backward Euler from now on (theory J.8).
+    pub backward_steps: usize,
 }
 
 /// State of solids at the start of a step.
@@ -117,6 +130,8 @@ impl<const D: usize> SolidTracking<D> {
             off: 0.0,
             solutions: 0,
             unsettled: 0.0,
+            has_wrong_contacts: false,
+            backward_steps: 0,
         };
         let setups = structure.setups().iter();
         let (quadrilaterals, outlines) =
@@ -134,6 +149,8 @@ impl<const D: usize> SolidTracking<D> {
             prediction: None,
             first: None,
             contacts,
+            search: PushSearch::default(),
+            without_contacts: [0; 2],
             last,
         }
     }
@@ -192,14 +209,23 @@ impl<const D: usize> SolidTracking<D> {
         history: &TimeHistory<D>,
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
-        let (shares, weights) = (history.shares(step), history.convecting_weights(step));
+        let (shares, weights) = match self.last.backward_steps {
+            0 => (history.shares(step), history.convecting_weights(step)),
+            _ => (StepShares::backward_euler(step.dt), [1.0, 0.0, 0.0]),
+        };
         let prediction = self.structure.predict(step.end(), shares, weights)?;
         (self.last.solutions, self.first) = (1, None);
-        self.linearise(step, prediction, system)
+        self.linearise(self.own(step), prediction, system)
     }
 
-    /// Takes the displacement to which the velocities lead that the system has found as prediction, where that is far from u*; returns true if it is
-    /// (theory (J.3a)).
+    /// The step as solids make it.
+    fn own(&self, step: TimeStep) -> TimeStep {
+        if self.last.backward_steps > 0 { TimeStep { theta: 1.0, ..step } } else { step }
+    }
+
+    /// True if a step is to be solved anew after the solution that the system has found: with other contacts, or about the displacement to which
+    /// its velocities lead, where that is far from u*, or nearer to something than the gap, or where an impact is to be made by backward Euler
+    /// (theory (J.3a), J.8).
     ///
     /// # Errors
     /// As [`SolidTracking::predict`].
@@ -209,17 +235,62 @@ impl<const D: usize> SolidTracking<D> {
         system: &mut VelocityPressureSystem<D, N>,
     ) -> Result<bool, StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, &self.prediction) else { return Ok(false) };
-        let found = self.structure.corrected(step.delta(), prediction, &immersed.independent);
+        let independent = immersed.independent.clone();
+        let velocity = prediction.velocities.nodal_vectors(&independent);
+        let most = if self.touches() { REPETITIONS_IN_CONTACT } else { REPETITIONS };
+        let is_last = self.last.solutions > most;
+        let again = self.corrects_contacts((&velocity, &independent), is_last, system)
+            || self.corrects_prediction(step, (&velocity, &independent), is_last, system)?;
+        self.last.solutions += usize::from(again);
+        Ok(again)
+    }
+
+    /// Lets other contacts act in the equations of the step where some pull or lack in a solution with these velocities of nodes [m/s].
+    fn corrects_contacts<const N: usize>(
+        &mut self,
+        (velocity, independent): (&[Vector<D>], &[f64]),
+        is_last: bool,
+        system: &mut VelocityPressureSystem<D, N>,
+    ) -> bool {
+        self.last.has_wrong_contacts = self.has_wrong_contacts(velocity);
+        if is_last || !self.last.has_wrong_contacts {
+            return false;
+        }
+        let equations = system.immersed.as_mut().and_then(|immersed| immersed.equations.as_mut());
+        equations.is_some_and(|equations| self.change_contacts((velocity, independent), equations))
+    }
+
+    /// Takes the displacement to which the velocities of nodes lead, the independent ones beside them [m/s], as prediction, where that is to be.
+    ///
+    /// # Errors
+    /// As [`SolidTracking::predict`].
+    fn corrects_prediction<const N: usize>(
+        &mut self,
+        step: TimeStep,
+        (velocity, independent): (&[Vector<D>], &[f64]),
+        is_last: bool,
+        system: &mut VelocityPressureSystem<D, N>,
+    ) -> Result<bool, StepError> {
+        let Some(prediction) = &self.prediction else { return Ok(false) };
+        let own = self.own(step);
+        let mut found = self.structure.corrected(own.delta(), prediction, independent);
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let off = self.touching.largest_error(&system.mesh, [&places[0], &places[1]]);
-        let settled = off <= if self.last.solutions == 1 { FAR } else { SETTLED };
-        self.last.unsettled = if settled { 0.0 } else { off };
-        if settled || self.last.solutions > REPETITIONS {
+        let is_near = off <= if self.first.is_none() { FAR } else { SETTLED };
+        let keeps_gap = !self.touches() || self.depth_without_contact(&places[0], &system.mesh)? <= DEPTH;
+        let is_impact = own.theta < 1.0 && self.is_unresolved_impact(own, velocity);
+        self.last.unsettled = if is_near { 0.0 } else { off };
+        if is_last || is_near && keeps_gap && !is_impact {
             return Ok(false);
         }
+        if is_impact {
+            self.last.backward_steps = BACKWARD_STEPS;
+            let Prediction { displacement, found: correction, .. } = found;
+            let hats = self.structure.predict(step.end(), StepShares::backward_euler(step.dt), [1.0, 0.0, 0.0])?;
+            found = Prediction { displacement, found: correction, ..hats };
+        }
         self.first.get_or_insert_with(|| prediction.displacement.clone());
-        self.last.solutions += 1;
-        self.linearise(step, found, system)?;
+        self.linearise(self.own(step), found, system)?;
         Ok(true)
     }
 
@@ -272,73 +343,6 @@ impl<const D: usize> SolidTracking<D> {
         self.pressure_stiffness = Some(stiffness);
     }
 
-    /// Adds the contacts of a step to its equations (theory J.8, J.9).
-    ///
-    /// # Errors
-    /// Solids go through each other.
-    fn touch<const N: usize>(
-        &mut self,
-        step: TimeStep,
-        prediction: &Prediction<D>,
-        (mesh, surface): (&Mesh<D, N>, &SolidSurface<D>),
-        equations: &mut SolidEquations,
-    ) -> Result<(), StepError> {
-        let Self { structure, walls, touching, last, .. } = self;
-        let Prediction { displacement_hat, displacement, .. } = prediction;
-        let SolidState { velocity, velocity_previous, acceleration, .. } = &structure.state;
-        let [start, predicted] = [&structure.state.displacement, displacement].map(|u| structure.positions(u));
-        let contact_step = ContactStep {
-            dt: step.dt,
-            delta: step.delta(),
-            rest: &|a| displacement_hat[a] - displacement[a],
-            way: &|a| displacement[a] - structure.state.displacement[a],
-            velocity: &|a| velocity[a],
-            gained: &|a| velocity[a] - velocity_previous[a],
-            acceleration: &|a| acceleration[a],
-        };
-        let places = ContactPlaces { start: &start, predicted: &predicted, surface };
-        let with_walls = walls.meetings(&places);
-        let with_solids = touching.meetings(structure, mesh, &places)?;
-        let made = |meetings: Vec<Meeting<D>>, last: &[Vector<D>]| -> Vec<Contact<D>> {
-            let nearest = structure.nearest_places(&meetings, &contact_step);
-            let contact = |(meeting, nearest): (Meeting<D>, [f64; 2])| {
-                Contact::new(last[meeting.point], meeting, nearest, &contact_step)
-            };
-            meetings.into_iter().zip(nearest).filter_map(contact).collect()
-        };
-        let forces = structure.rigid_forces(prediction);
-        let SolidEquations { inertia, velocities, .. } = &*equations;
-        let rigid = RigidEquations { inertia, forces: &forces, velocities };
-        self.contacts = pushing([made(with_walls, &last.contact), made(with_solids, &last.touch)], &rigid);
-        self.contacts.iter().flatten().for_each(|contact| contact.add(&mut equations.linear));
-        Ok(())
-    }
-
-    /// Takes the impulses of contacts out of the accelerations at the end of a step, and what collided begins anew: they have no share in
-    /// later steps (theory (J.16a)). Returns what they change of the power of supports [W].
-    fn end_impulses(&mut self, step: TimeStep, prediction: &Prediction<D>) -> f64 {
-        let Self { contacts, structure, .. } = self;
-        let all = || contacts.iter().flatten();
-        let velocity = |a: usize| structure.state.velocity[a];
-        let excess = all().map(|contact| contact.excess_power(step.theta, velocity)).sum();
-        let impulses: Vec<(usize, Vector<D>)> = all().flat_map(|contact| contact.impulses(velocity)).collect();
-        let colliding: Vec<usize> = all().flat_map(Contact::colliding).collect();
-        structure.take_out_impulses(step.delta(), prediction, &impulses);
-        structure.begin_anew(&colliding);
-        excess
-    }
-
-    /// Keeps the normal forces of contacts at the end of a step.
-    fn keep_contacts(&mut self) {
-        let velocity = &self.structure.state.velocity;
-        for (contacts, last) in self.contacts.iter().zip([&mut self.last.contact, &mut self.last.touch]) {
-            last.fill(Vector::ZERO);
-            for contact in contacts {
-                last[contact.point] += contact.normal_force(|node| velocity[node]);
-            }
-        }
-    }
-
     /// Takes the velocity that the system has found for the end of the step.
     ///
     /// # Errors
@@ -350,6 +354,8 @@ impl<const D: usize> SolidTracking<D> {
         system: &VelocityPressureSystem<D, N>,
     ) -> Result<(), StepError> {
         let (Some(immersed), Some(prediction)) = (&system.immersed, self.prediction.take()) else { return Ok(()) };
+        let step = self.own(step);
+        self.last.backward_steps = self.last.backward_steps.saturating_sub(1);
         self.structure.advance(step.delta(), &prediction, &immersed.independent);
         let mut nodal = immersed.forces(&system.mesh, &system.unknowns);
         let [gravity, supports] = self.structure.powers(step, &prediction, immersed, &nodal, &system.physics.gravity);
@@ -414,6 +420,8 @@ impl<const D: usize> SolidTracking<D> {
             off: 0.0,
             solutions: 0,
             unsettled: 0.0,
+            has_wrong_contacts: false,
+            backward_steps: 0,
         };
         Ok(energies)
     }

@@ -24,6 +24,9 @@ const SAME_WALL: f64 = 0.8;
 /// Cosine of the angle to the normal up to which a place is straight over a facet.
 const STRAIGHT: f64 = 1.0 - 1e-9;
 
+/// Distance from a wall, over its gap, that is rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// Distance from a node that is held, over the distance from the wall, within which a node is beside the support (theory J.8).
 const BESIDE: f64 = 1.5;
 
@@ -153,6 +156,8 @@ impl<const D: usize> WallFacet<D> {
         let weights = closest_on_triangle(self.corners, x);
         let closest: Vector<D> = self.corners.iter().zip(weights).map(|(corner, weight)| *corner * weight).sum();
         let away = x - closest;
+        // What lies on the wall is not beside the facet, whatever rounding says.
+        let away = if away.norm() > ROUNDING * self.gap { away } else { Vector::ZERO };
         let (distance, gap) = (away.norm(), self.gap);
         let side = away.dot(self.normal);
         let over = side.abs() >= STRAIGHT * distance;
@@ -306,5 +311,21 @@ mod tests {
         assert!((normal - Vector([-0.6, 0.8])).norm() < 1e-12 && (distance - 0.05).abs() < 1e-12);
         assert_eq!(near([0.05, 0.95]).len(), 2);
         assert_eq!(near([0.3, 0.3]).len(), 0);
+    }
+
+    /// The closest point on a facet is off by rounding along it: what lies on the wall has its normal.
+    #[test]
+    fn places_on_a_wall_are_on_it_to_rounding() {
+        let walls = step();
+        for k in 1..1000 {
+            let x = f64::from(k) / 2001.0;
+            for place in [[x, 0.0], [0.0, 0.5 + x], [x + 1e-17, 1.0]] {
+                let all = walls.near(Vector(place), 0.01);
+                assert!(
+                    matches!(all[..], [wall, ..] if wall.distance.abs() < 1e-15 && wall.over),
+                    "{place:?}: {all:?}"
+                );
+            }
+        }
     }
 }

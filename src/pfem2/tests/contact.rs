@@ -5,7 +5,7 @@ use super::*;
 use crate::material::{Elastic, NeoHookean, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
 use crate::pfem2::solid::mesh::SolidMesh;
-use crate::pfem2::solid::setup::{SolidSetup, SurfaceTraction};
+use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceTraction};
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::surface::tests::disc;
 use crate::simulation::Solver;
@@ -337,4 +337,34 @@ fn a_rigid_disc_as_heavy_as_the_water_hovers() {
     assert!((force[1] / weight - 1.0).abs() < 0.02 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
     let gained = pfem.balance.gained(&pfem.system);
     assert!(gained.abs() < 0.05 * weight * 0.2, "{gained}");
+}
+
+/// A soft strip that is clamped above the floor and gets its weight slowly comes down until its far part lies on the floor. With the bending stiffness
+/// E I, the weight q per length and the height h it is held up over L = (72 E I h/q)^¼, as w = w' = w'' = 0 where it lands; at the distance s
+/// from there w = h − (q/E I) (L s³/18 − s⁴/24), and its support bears 2/3 q L.
+#[test]
+fn a_strip_that_comes_down_lies_on_the_floor() {
+    let [length, thickness, height, span]: [f64; 4] = [0.8, 0.03, 0.03, 0.4];
+    let load = 1000.0 * 9.81 * thickness;
+    let stiffness = load * span.powi(4) / (72.0 * height);
+    let lower = Vector([0.0, GAP + height]);
+    let mesh = SolidMesh::block(lower, lower + Vector([length, thickness]), [32, 2]).unwrap();
+    let strip = solid(mesh, (12.0 * stiffness / thickness.powi(3), 0.0), |x| [x[0] < 1e-9; 2], |_| Vector::ZERO);
+    let strip = SolidSetup { inertia: Inertia::QuasiStatic, ..strip };
+    let gravity = [Signal::ZERO, formula("-9.81*min(t, 1)^2")];
+    let mut pfem = in_fluid(Structure::new(vec![strip]).unwrap(), Physics { gravity, ..gas([0.0; 2]) });
+    for k in 0..42 {
+        pfem.step(f64::from(k) * 0.025, 0.025).unwrap();
+        let pushes = pfem.solids.as_ref().unwrap().last.contact.iter().map(|force| force[1]);
+        let [least, most] = pushes.fold([0.0f64; 2], |[least, most], push| [least.min(push), most.max(push)]);
+        assert!(least >= -1e-3 * most, "the floor pulls: {least} {most}");
+    }
+    let floor = pfem.solids.as_ref().unwrap().last.contact.iter().map(|force| force[1]).sum::<f64>() / (load * length);
+    assert!((floor / (1.0 - 2.0 / 3.0 * span / length) - 1.0).abs() < 0.01, "{floor}");
+    let mesh = &structure(&pfem).setups()[0].mesh;
+    for (start, end) in mesh.nodes.iter().zip(places(&pfem, 0)).filter(|(start, _)| start[1] == lower[1]) {
+        let s = (span - start[0]).max(0.0);
+        let down = height - load / stiffness * (span * s.powi(3) / 18.0 - s.powi(4) / 24.0);
+        assert!((start[1] - end[1] - down).abs() < 0.015 * height, "{}: {} {down}", start[0], start[1] - end[1]);
+    }
 }

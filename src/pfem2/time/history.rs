@@ -30,6 +30,13 @@ pub(in crate::pfem2) struct StepShares {
     pub earlier: f64,
 }
 
+impl StepShares {
+    /// Those of backward Euler, of a step of `dt` [s].
+    pub fn backward_euler(dt: f64) -> Self {
+        Self { dt, end: 1.0, start: 0.0, earlier: 0.0 }
+    }
+}
+
 /// The steps before, at the nodes.
 #[derive(Debug, Clone)]
 pub(in crate::pfem2) struct TimeHistory<const D: usize> {
