@@ -94,10 +94,12 @@ impl<const D: usize> SolidTracking<D> {
     ) -> bool {
         let before = self.acts();
         self.search.goes_on(&mut elastic(&mut self.contacts), velocity);
+        let pushing = self.acts();
         if self.search.solutions() <= SEARCHES {
-            let all = self.contacts.iter_mut().flatten();
-            all.zip(&before).for_each(|(contact, acts)| contact.acts = *acts);
-            self.search_without_fluid((velocity, independent), equations);
+            self.let_act(&before);
+            if self.search_without_fluid((velocity, independent), equations).is_none() {
+                self.let_act(&pushing);
+            }
         }
         self.replace_contacts(equations);
         self.acts() != before
@@ -108,12 +110,17 @@ impl<const D: usize> SolidTracking<D> {
         self.contacts.iter().flatten().map(|contact| contact.acts).collect()
     }
 
-    /// Searches the contacts that push if the fluid goes on to push as in a solution.
+    fn let_act(&mut self, acts: &[bool]) {
+        self.contacts.iter_mut().flatten().zip(acts).for_each(|(contact, acts)| contact.acts = *acts);
+    }
+
+    /// Lets those contacts act that push if the fluid goes on to push as in a solution; `None` where the solids have no solution of their own, as
+    /// where nothing holds one without inertia.
     fn search_without_fluid(
         &mut self,
         (velocity, independent): (&[Vector<D>], &[f64]),
         equations: &mut SolidEquations,
-    ) {
+    ) -> Option<()> {
         let none = vec![0.0; equations.rhs.len()];
         let (matrix, rhs) = equations.independent(Vec::new(), &none);
         let mut fluid = vec![0.0; rhs.len()];
@@ -123,7 +130,7 @@ impl<const D: usize> SolidTracking<D> {
         let mut factor: Option<SparseFactor> = None;
         for _ in 0..SOLUTIONS_WITHOUT_FLUID {
             if !search.goes_on(&mut elastic(&mut self.contacts), &velocity) {
-                return;
+                break;
             }
             self.replace_contacts(equations);
             let (matrix, mut rhs) = equations.independent(Vec::new(), &none);
@@ -132,13 +139,14 @@ impl<const D: usize> SolidTracking<D> {
                 Some(factor) => factor.renewed(&matrix),
                 None => SparseFactor::new(&matrix),
             };
-            let Some(renewed) = renewed else { return };
-            factor.insert(renewed).solve(&rhs, &mut found);
+            factor.insert(renewed?).solve(&rhs, &mut found);
+            found.iter().all(|w| w.is_finite()).then_some(())?;
             velocity = equations.velocities.nodal_vectors(&found);
             if is_settled(&elastic(&mut self.contacts), &velocity) {
-                return;
+                break;
             }
         }
+        Some(())
     }
 
     /// Takes those that act into the equations, in place of those that did.
