@@ -27,6 +27,12 @@ fn gas(gravity: [f64; 2]) -> Physics<2> {
     Physics { stabilisation: Stabilisation::ConsistentPspg, ..fluids }
 }
 
+/// A stiff block that lands on the floor in the third of steps of 0.01 s, in which waves cross it a hundred times.
+pub fn landing() -> Pfem2<2, 3> {
+    let block = block([[0.35, GAP + 0.012], [0.65, GAP + 0.212]], [3, 2], 1e9, 0.3, [0.0, -0.5]);
+    in_gas(vec![block], [0.0, -9.81])
+}
+
 /// Solids in a box of side 1 full of it.
 fn in_gas(solids: Vec<SolidSetup<2>>, gravity: [f64; 2]) -> Pfem2<2, 3> {
     in_fluid(Structure::new(solids).unwrap(), gas(gravity))
@@ -337,6 +343,25 @@ fn a_rigid_disc_as_heavy_as_the_water_hovers() {
     assert!((force[1] / weight - 1.0).abs() < 0.02 && force[0].abs() < 0.01 * weight, "{force:?} {weight}");
     let gained = pfem.balance.gained(&pfem.system);
     assert!(gained.abs() < 0.05 * weight * 0.2, "{gained}");
+}
+
+/// What lands in a step that doesn't resolve its impact stays: the floor gives it the impulse that it had, and no more.
+#[test]
+fn a_stiff_block_that_lands_stays() {
+    let (mut pfem, dt, mass, speed) = (landing(), 0.01, 1000.0 * 0.3 * 0.2, 0.5);
+    let mut impulse = 0.0;
+    for k in 0..20 {
+        pfem.step(f64::from(k) * dt, dt).unwrap();
+        let pushes = &pfem.solids.as_ref().unwrap().last.contact;
+        assert!(pushes.iter().all(|push| push[1] >= -1e-6 * mass * speed / dt), "{k}: {pushes:?}");
+        impulse += dt * pushes.iter().map(|push| push[1]).sum::<f64>();
+        if k >= 4 {
+            assert!(velocity(&pfem, 0)[1].abs() < 0.01 * speed, "{k}: {:?}", velocity(&pfem, 0));
+        }
+    }
+    let given = mass * (speed + 9.81 * 20.0 * dt);
+    assert!((impulse / given - 1.0).abs() < 0.02, "{impulse} {given}");
+    assert!((lowest(&places(&pfem, 0)) / GAP - 1.0).abs() < 1e-3, "{}", lowest(&places(&pfem, 0)) / GAP);
 }
 
 /// A soft strip that is clamped above the floor and gets its weight slowly comes down until its far part lies on the floor. With the bending stiffness

@@ -1,6 +1,6 @@
 //! The same bits for any number of threads, and after a restart.
 
-use super::contact::meeting;
+use super::contact::{landing, meeting};
 use super::floating::floating_box;
 use super::particle_solids::paper_beam;
 use super::solids::bar;
@@ -37,9 +37,10 @@ fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
     columns
 }
 
-/// What is run: fluids, a fluid with a solid, two with one, two solids that meet, one of them rigid, and a solid on particles.
-const CASES: [fn() -> Pfem2<2, 3>; 5] =
-    [drop, || bar(3, 0.02), || floating_box(10, 0.513, 0.02, SurfaceCondition::NoSlip), meeting, paper_beam];
+/// What is run: fluids, a fluid with a solid, two with one, two solids that meet, one of them rigid, one that has just landed, and a solid on
+/// particles.
+const CASES: [fn() -> Pfem2<2, 3>; 6] =
+    [drop, || bar(3, 0.02), || floating_box(10, 0.513, 0.02, SurfaceCondition::NoSlip), meeting, landing, paper_beam];
 
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {
