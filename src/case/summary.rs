@@ -5,6 +5,7 @@ use crate::linalg::Pattern;
 use crate::math::Vector;
 use crate::mesh::Locator;
 use crate::mpm::{EDGE, Setup};
+use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
 use crate::simulation::Solver;
 use std::collections::BTreeSet;
@@ -148,7 +149,14 @@ fn pin_note<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Optio
             format!("zero at the highest node of the boundary, ({})", place(Pin::highest(&setup.mesh, gravity)))
         }
     };
-    Some(format!("pressure: {text}, since no part of the boundary is open"))
+    let is_elastic = |solid: &SolidSetup<D>| !solid.law.is_rigid();
+    let vent = match &setup.solids {
+        Some(solids) if solids.setups().iter().any(is_elastic) => {
+            "; fluid comes in there as elastic solids are compressed"
+        }
+        _ => "",
+    };
+    Some(format!("pressure: {text}, since no part of the boundary is open{vent}"))
 }
 
 impl CaseSummary {

@@ -178,7 +178,7 @@ impl LevelSet {
             entries.put(&moments);
             entries.weigh(mesh.simplex(e).volume / own.len() as f64);
         });
-        table.make_linear(mesh, 1);
+        table.make_linear(mesh, 1, |_| false);
         let level = |node: usize| {
             let around = mesh.elements_around(node).iter().map(|&e| e as usize);
             if !around.clone().any(|e| near[e]) {

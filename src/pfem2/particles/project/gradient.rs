@@ -43,10 +43,16 @@ type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 type NodeGradient<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
 impl<const K: usize, const N: usize> MomentTable<K, N> {
-    /// Corrects R_k of every entry with the gradients of the groups `0..groups`.
-    pub fn make_linear<const D: usize>(&mut self, mesh: &Mesh<D, N>, groups: usize) {
+    /// Corrects R_k of every entry with the gradients of the groups `0..groups`; `is_shared` is true for nodes where a group may fill a small part of
+    /// the elements around.
+    pub fn make_linear<const D: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        groups: usize,
+        is_shared: impl Fn(usize) -> bool + Sync,
+    ) {
         let slopes: Vec<Vec<Option<NodeGradient<K, D>>>> =
-            (0..groups).map(|group| self.slopes(mesh, group as u8, groups > 1)).collect();
+            (0..groups).map(|group| self.slopes(mesh, group as u8, &is_shared)).collect();
         self.for_each(|e, entry| {
             let nodal = || mesh.elements()[e].iter().filter_map(|&i| slopes[entry.group as usize][i as usize].as_ref());
             let sure = mean(nodal().filter(|(_, sure)| *sure).map(|(gradient, _)| gradient));
@@ -56,11 +62,16 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         });
     }
 
-    /// The gradients of a group; where there is only one it fills its patches.
-    fn slopes<const D: usize>(&self, mesh: &Mesh<D, N>, group: u8, several: bool) -> Vec<Option<NodeGradient<K, D>>> {
+    /// The gradients of a group; where nodes aren't shared it fills its patches.
+    fn slopes<const D: usize>(
+        &self,
+        mesh: &Mesh<D, N>,
+        group: u8,
+        is_shared: &(impl Fn(usize) -> bool + Sync),
+    ) -> Vec<Option<NodeGradient<K, D>>> {
         let slope = |node: usize| {
             let patch = self.patch(mesh, node, group)?;
-            if several { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
+            if is_shared(node) { patch.slope(&region(mesh, node)) } else { Some((patch.gradient()?, true)) }
         };
         parallel::collect(mesh.nodes().len(), 64, slope)
     }

@@ -25,6 +25,9 @@ use moments::{MomentTable, Moments};
 /// Nodes that see less than this of a particle, Σ N_i, keep their values (as in the source).
 const LEAST: f64 = 1e-5;
 
+/// Fluid fills an element if it has this part of its volume.
+const WHOLE: f64 = 1.0 - 1e-9;
+
 /// The average of particles at a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AveragingKernel {
@@ -88,7 +91,9 @@ pub fn project<const D: usize, const N: usize>(
             (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), &equal[..])
         }
         AveragingKernel::Linear => {
-            table.make_linear(mesh, fluids);
+            let is_cut = |e: u32| volume(e as usize) < WHOLE * mesh.simplex(e as usize).volume;
+            let is_shared = |node: usize| fluids > 1 || mesh.elements_around(node).iter().any(|&e| is_cut(e));
+            table.make_linear(mesh, fluids, is_shared);
             (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), densities)
         }
         AveragingKernel::Wendland => (gather(mesh, |node| wendland_average(mesh, particles, node, fluids)), &equal[..]),

@@ -111,6 +111,36 @@ fn the_slope_across_a_film_is_not_carried_on_to_the_nodes() {
     assert!(own < 10.0 && mean < 10.0, "{own} {mean}");
 }
 
+/// One fluid in a layer of a fifth of an element between a wall and a solid, a particle per sub-cell, with noise: carried on across the whole
+/// element, it would be several times what any particle has.
+#[test]
+fn the_slope_across_a_layer_beside_a_solid_is_not_carried_on_to_the_nodes() {
+    let (mesh, cells) = (square(6), 6.0);
+    let layer = 0.2 / cells;
+    for sample in 0..50 {
+        let velocity =
+            |x: Vector<2>| Vector([noise((1e6 * x[0]) as usize, sample), noise((1e6 * x[1]) as usize, sample)]);
+        let mut particles = Particles::seed(&mesh, 2, |_| Some(0), |_| Vector::ZERO);
+        for p in 0..particles.len() {
+            let place = particles.position[p];
+            let squeezed = Vector([place[0], layer * (0.5 + 0.3 * noise(p, sample))]);
+            let shape = mesh.shape_functions(particles.element[p] as usize, squeezed);
+            let is_inside = shape.iter().all(|&n| n > 0.0);
+            if !is_inside {
+                particles.element[p] = crate::pfem2::particles::GONE;
+            }
+            (particles.position[p], particles.velocity[p]) = (squeezed, velocity(squeezed));
+        }
+        particles.sort();
+        let volume = |e: usize| if particles.of(e).is_empty() { 0.0 } else { 0.2 * mesh.simplex(e).volume };
+        let still = vec![Vector::ZERO; mesh.nodes().len()];
+        let projected = project(&mesh, &particles, &[1.0], AveragingKernel::Linear, &still, &volume);
+        let fastest = |all: &[Vector<2>]| all.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let (nodes, own) = (fastest(&projected.velocity.mean), fastest(&particles.velocity));
+        assert!(particles.len() >= 12 && nodes < 2.0 * own, "{sample}: {nodes} {own}");
+    }
+}
+
 /// A number between −1 and 1 that follows from two others without a pattern.
 fn noise(a: usize, b: usize) -> f64 {
     let x = (12.9898 * a as f64 + 78.233 * b as f64).sin() * 43758.5453;
