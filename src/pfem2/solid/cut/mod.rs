@@ -12,6 +12,7 @@
 //! simplices whose corners are nodes, cut points, and in two dimensions corners of the solid.
 
 mod corners;
+mod edges;
 mod parts;
 #[cfg(test)]
 mod tests;
@@ -90,8 +91,8 @@ pub struct CutPoint<const D: usize> {
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
     pub weights: NodeWeights,
-    /// The normal of the surface, where the fluid glides along it.
-    pub glides_across: Option<Vector<D>>,
+    /// P_s = n ⊗ n with the normal of the surface, where the fluid glides along it; at an edge the projection on the normals of both sides.
+    pub glides_across: Option<Tensor<D>>,
 }
 
 /// What the velocity of a cut point follows: v = P_s v_s + P_o v_o, of the solid and of the node outside.
@@ -105,10 +106,9 @@ pub struct Motion<const D: usize> {
 
 impl<const D: usize> CutPoint<D> {
     /// What its velocity follows: the solid; where the fluid glides, along the normal n alone, P_s = n ⊗ n, and along the surface the
-    /// node outside of its edge, P_o = 1 − n ⊗ n (theory (J.6a)).
+    /// node outside of its edge, P_o = 1 − P_s (theory (J.6a)).
     pub fn motion(&self) -> Motion<D> {
-        let Some(normal) = self.glides_across else { return Motion { own: Tensor::identity(), outside: None } };
-        let across = Tensor::outer(normal, normal);
+        let Some(across) = self.glides_across else { return Motion { own: Tensor::identity(), outside: None } };
         Motion { own: across, outside: Some(Tensor::identity() - across) }
     }
 
@@ -170,6 +170,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
         cut.keep_corners(mesh, surface);
+        cut.glide_along_edges();
         let points = &cut.points;
         parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
@@ -331,7 +332,7 @@ fn cut_point<const D: usize, const N: usize>(
     let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
     let kept = t.clamp(CLOSEST, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
-    let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot));
+    let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
     CutPoint { edge: Some(edge), position: at(kept), weights, glides_across }
 }
