@@ -27,7 +27,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         for element in &self.elements {
             for &point in &element.points {
                 for other in element.points.iter().filter_map(|&other| normals[other as usize]) {
-                    let Some(own) = normals[point as usize].filter(|own| own.dot(other).powi(2) < EDGE) else { continue };
+                    let Some(own) = normals[point as usize].filter(|own| own.dot(other).powi(2) < EDGE) else {
+                        continue;
+                    };
                     let across = &mut self.points[point as usize].glides_across;
                     *across = Some(extended(across.unwrap_or_else(|| Tensor::outer(own, own)), other));
                 }

@@ -332,7 +332,8 @@ fn cut_point<const D: usize, const N: usize>(
     let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
     let kept = t.clamp(CLOSEST, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
-    let glides_across = foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
+    let glides_across =
+        foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
     CutPoint { edge: Some(edge), position: at(kept), weights, glides_across }
 }
