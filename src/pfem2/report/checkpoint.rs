@@ -165,8 +165,6 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/velocity earlier", Column::new(&mut state.velocity_earlier));
     visit("solids/acceleration", Column::new(&mut state.acceleration));
     visit("solids/acceleration before", Column::new(&mut state.acceleration_previous));
-    visit("solids/contact forces", Column::new(&mut state.contact));
-    visit("solids/contact forces before", Column::new(&mut state.contact_previous));
     visit("solids/velocity change", Column::new(&mut state.velocity_change));
     visit("solids/predicted", Column::new(&mut last.predicted));
     visit("solids/forces", Column::new(&mut last.forces));

@@ -2,11 +2,10 @@
 //!
 //! ```text
 //! f = A k (g − d^{n+1}) n − c (1 − n ⊗ n) v,    d^{n+1} = d* + n·Σ c_i (û_i + Δ v_i − u_i*),    v = Σ c_i v_i
-//! c = μ f_n/(θ max(|v_t|, ε)),   f_n: mean normal force of the last step,   v_t: 2 vⁿ − vⁿ⁻¹ along the surface,   ε = 10⁻⁴ g/Δt
+//! c = μ f_n/max(|v_t|, ε),   f_n: normal force of the last step,   v_t: 2 vⁿ − vⁿ⁻¹ along the surface,   ε = 10⁻⁴ g/Δt
 //! ```
 //!
-//! c_i f acts on node i: c is one at the point that meets a wall, and −N_b at the nodes of a facet of a solid that it meets. Between solids with
-//! inertia it acts for Δ alone, and has no share in the steps that follow (theory (J.11c)).
+//! c_i f acts on node i: c is one at the point that meets a wall, and −N_b at the nodes of a facet of a solid that it meets.
 //!
 //! Rigid solids meet walls and each other by an impulse f Δ instead, which gives them a velocity (theory (J.16a)):
 //!
@@ -132,8 +131,6 @@ pub struct ContactStep<'a, const D: usize> {
     pub dt: f64,
     /// Δ [s].
     pub delta: f64,
-    /// True for nodes of solids with inertia.
-    pub is_dynamic: &'a dyn Fn(usize) -> bool,
     /// û − u* of all nodes [m].
     pub rest: &'a dyn Fn(usize) -> Vector<D>,
     /// u* − uⁿ of all nodes [m].
@@ -163,27 +160,25 @@ pub struct Contact<const D: usize> {
     resistance: f64,
     /// c [N s/m].
     friction: f64,
-    /// True if it acts for Δ alone: between solids with inertia.
-    is_implicit: bool,
-    /// Mean force of the step over the one at its end.
-    share: f64,
-    /// Σ c_i v_iⁿ [m/s].
-    before: Vector<D>,
     /// Speed with which an elastic solid arrives that didn't touch in the last step [m/s].
     pub arrival: Option<f64>,
     /// That of rigid solids.
-    impulse: Option<Impulse>,
+    impulse: Option<Impulse<D>>,
 }
 
 /// A contact of rigid solids.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Impulse {
+pub(super) struct Impulse<const D: usize> {
+    /// Σ c_i v_iⁿ [m/s].
+    before: Vector<D>,
     /// w [m/s].
     pub wanted: f64,
     /// Coefficient of friction.
     pub friction: f64,
     /// ε [m/s].
     pub slowest: f64,
+    /// Δ/Δt: the mean force of a step over the one that acts for Δ.
+    share: f64,
     is_collision: bool,
 }
 
@@ -204,8 +199,6 @@ impl<const D: usize> Contact<D> {
         let along = velocity + relative(&shares, step.gained);
         let along = along - normal * along.dot(normal);
         let stiffness = pressure * area;
-        let is_implicit = shares.iter().all(|&(node, _)| (step.is_dynamic)(node as usize));
-        let share = if is_implicit { step.delta / step.dt } else { 1.0 };
         Self {
             point,
             acts: distance < gap || pushed > 0.0 && !step.anew,
@@ -213,10 +206,7 @@ impl<const D: usize> Contact<D> {
             closing: stiffness * gap,
             push: stiffness * (gap - distance - normal.dot(relative(&shares, step.rest))),
             resistance: stiffness * step.delta,
-            friction: friction * pushed / (share * along.norm().max(slowest(gap, step.dt))),
-            is_implicit,
-            share,
-            before: velocity,
+            friction: friction * pushed / along.norm().max(slowest(gap, step.dt)),
             arrival: (pushed == 0.0).then(|| -velocity.dot(normal)),
             impulse: None,
             shares,
@@ -238,7 +228,8 @@ impl<const D: usize> Contact<D> {
             false => (reached - start + RETURN * (gap - reached)) / step.dt,
         };
         let (resistance, slowest) = (IMPULSE * mass / step.delta, slowest(gap, step.dt));
-        let impulse = Some(Impulse { wanted, friction, slowest, is_collision });
+        let share = step.delta / step.dt;
+        let impulse = Some(Impulse { before, wanted, friction, slowest, share, is_collision });
         Self {
             point,
             acts: true,
@@ -247,9 +238,6 @@ impl<const D: usize> Contact<D> {
             push: resistance * wanted,
             resistance,
             friction: 0.0,
-            is_implicit: true,
-            share: step.delta / step.dt,
-            before,
             arrival: None,
             impulse,
             shares,
@@ -277,7 +265,7 @@ impl<const D: usize> Contact<D> {
     }
 
     /// That of rigid solids.
-    pub(super) fn impulse(&self) -> Option<&Impulse> {
+    pub(super) fn impulse(&self) -> Option<&Impulse<D>> {
         self.impulse.as_ref()
     }
 
@@ -326,21 +314,13 @@ impl<const D: usize> Contact<D> {
 
     /// Normal force on the point at the velocities of nodes at the end of the step [m/s]: there, and of impulses the mean over the step [N].
     pub fn normal_force(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vector<D> {
-        self.normal * (self.force(velocity).dot(self.normal) * self.share)
+        let share = self.impulse.map_or(1.0, |impulse| impulse.share);
+        self.normal * (self.force(velocity).dot(self.normal) * share)
     }
 
     /// The forces that act on nodes [N] for Δ as an impulse, at the velocities of nodes [m/s].
     pub fn impulses(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
         if self.impulse.is_none() {
-            return Vec::new();
-        }
-        let force = self.force(velocity);
-        self.shares.iter().map(|&(node, share)| (node as usize, force * share)).collect()
-    }
-
-    /// The forces on nodes where an elastic solid meets something, if they act for Δ alone, at the velocities of nodes [m/s] [N].
-    pub fn elastic_forces(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vec<(usize, Vector<D>)> {
-        if self.impulse.is_some() || !self.is_implicit {
             return Vec::new();
         }
         let force = self.force(velocity);
@@ -353,14 +333,12 @@ impl<const D: usize> Contact<D> {
         self.shares.iter().filter(move |_| collides).map(|&(node, _)| node as usize)
     }
 
-    /// What the power of a force that acts for Δ alone, which the mean velocity takes, differs by from the force at the end of the step times the velocity
+    /// What the power of an impulse, which the mean velocity takes, differs by from the force at the end of the step times the velocity
     /// there [W]; θ is the implicit share of the step.
     pub fn excess_power(&self, theta: f64, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
-        if !self.is_implicit {
-            return 0.0;
-        }
+        let Some(Impulse { before, .. }) = self.impulse else { return 0.0 };
         let after = relative(&self.shares, &velocity);
-        self.force(velocity).dot((self.before + after) * (0.5 * theta) - after)
+        self.force(velocity).dot((before + after) * (0.5 * theta) - after)
     }
 }
 

@@ -50,7 +50,6 @@ impl<const D: usize> SolidTracking<D> {
             anew: first.is_some(),
             dt: step.dt,
             delta: step.delta(),
-            is_dynamic: &|a| structure.setups()[structure.solid_of(a)].inertia == Inertia::Dynamic,
             rest: &|a| displacement_hat[a] - displacement[a],
             way: &|a| displacement[a] - structure.state.displacement[a],
             velocity: &|a| velocity[a],
@@ -164,10 +163,8 @@ impl<const D: usize> SolidTracking<D> {
         let velocity = |a: usize| structure.state.velocity[a];
         let excess = all().map(|contact| contact.excess_power(step.theta, velocity)).sum();
         let impulses: Vec<(usize, Vector<D>)> = all().flat_map(|contact| contact.impulses(velocity)).collect();
-        let carried: Vec<(usize, Vector<D>)> = all().flat_map(|contact| contact.elastic_forces(velocity)).collect();
         let colliding: Vec<usize> = all().flat_map(Contact::colliding).collect();
         structure.take_out_impulses(step.delta(), prediction, &impulses);
-        structure.state.keep_contact(prediction, &carried);
         structure.begin_anew(&colliding);
         excess
     }

@@ -66,7 +66,7 @@ struct Row<const D: usize> {
     prescribed: Vector<D>,
     normal: Vector<D>,
     resistance: f64,
-    impulse: Impulse,
+    impulse: Impulse<D>,
     pushes: bool,
     /// c [N s/m].
     friction: f64,

@@ -21,10 +21,6 @@ pub struct SolidState<const D: usize> {
     pub acceleration: Vec<Vector<D>>,
     /// aⁿ⁻¹ [m/s²].
     pub acceleration_previous: Vec<Vector<D>>,
-    /// Forces of contacts in M aⁿ [N].
-    pub contact: Vec<Vector<D>>,
-    /// Those in M aⁿ⁻¹ [N].
-    pub contact_previous: Vec<Vector<D>>,
     /// By how much vⁿ is off what the two steps before extrapolate to [m/s]; zero before the first step.
     pub velocity_change: Vec<Vector<D>>,
     /// Motion of rigid solids, in their order.
@@ -38,8 +34,6 @@ pub struct Prediction<const D: usize> {
     pub displacement_hat: Vec<Vector<D>>,
     /// v̂ [m/s].
     pub velocity_hat: Vec<Vector<D>>,
-    /// Δt/Δ (β₁ gⁿ + β₂ gⁿ⁻¹): forces of contacts that v̂ has, and the step doesn't [N].
-    pub contact_hat: Vec<Vector<D>>,
     /// u* [m].
     pub displacement: Vec<Vector<D>>,
     /// u* less that of the prediction about which it was found [m], in a step that is solved anew.
@@ -62,18 +56,9 @@ impl<const D: usize> SolidState<D> {
             velocity,
             acceleration: zero.clone(),
             acceleration_previous: zero.clone(),
-            contact: zero.clone(),
-            contact_previous: zero.clone(),
             velocity_change: zero,
             rigid: Vec::new(),
         }
-    }
-
-    /// Keeps what of the accelerations at the end of a step contacts gave, where these forces act on nodes [N].
-    pub fn keep_contact(&mut self, prediction: &Prediction<D>, forces: &[(usize, Vector<D>)]) {
-        let now = prediction.contact_hat.iter().map(|hat| -*hat).collect();
-        self.contact_previous = std::mem::replace(&mut self.contact, now);
-        forces.iter().for_each(|&(node, force)| self.contact[node] += force);
     }
 
     /// Forgets the steps before.
@@ -98,8 +83,6 @@ impl<const D: usize> SolidState<D> {
         (self.velocity_previous, self.velocity_earlier) = (previous, earlier);
         self.acceleration.clone_from(&end.acceleration);
         self.acceleration_previous.clone_from(&end.acceleration);
-        self.contact.clone_from(&end.contact);
-        self.contact_previous.clone_from(&end.contact);
         self.rigid.iter_mut().zip(&end.rigid).for_each(|(own, end)| own.begin(end));
     }
 }

@@ -161,8 +161,6 @@ impl<const D: usize> Structure<D> {
         };
         let displacement_hat = hat(u, v, velocity_previous);
         let velocity_hat = hat(v, a, acceleration_previous);
-        let forces = self.state.contact.iter().zip(&self.state.contact_previous);
-        let contact_hat = forces.map(|(now, before)| (*now * start + *before * earlier) / end).collect();
         let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
         let all = u.iter().zip(v).zip(earlier_steps);
         let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
@@ -183,7 +181,7 @@ impl<const D: usize> Structure<D> {
         self.ties.follow(&mut displacement);
         let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
         let velocities = self.independent((&held, &guess), &rigid);
-        Ok(Prediction { displacement_hat, velocity_hat, contact_hat, displacement, found: None, rigid, velocities })
+        Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
     }
 
     /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead elastic solids, with
@@ -215,7 +213,7 @@ impl<const D: usize> Structure<D> {
         prediction: &Prediction<D>,
         gravity: impl Fn(Vector<D>) -> Vector<D>,
     ) -> Result<SolidEquations, StepError> {
-        let Prediction { displacement_hat, velocity_hat, contact_hat, displacement, .. } = prediction;
+        let Prediction { displacement_hat, velocity_hat, displacement, .. } = prediction;
         let mut matrix = self.zero_matrix();
         self.add_inertia(delta, &mut matrix);
         let places = self.positions(displacement);
@@ -226,7 +224,6 @@ impl<const D: usize> Structure<D> {
         start.iter_mut().zip(&places).for_each(|(start, x)| *start += gravity(*x));
         let mut rhs = self.weighted_by_mass(&start);
         self.supports.add_forces(t_end, &mut rhs);
-        rhs.iter_mut().zip(contact_hat.iter().flat_map(|force| force.0)).for_each(|(rhs, force)| *rhs -= force);
         let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
         self.visit_step(prediction, |solid, nodes, forces| {
             let damping = self.setups[solid].damping.stiffness;

@@ -35,7 +35,7 @@ const SETTLED: f64 = 0.02;
 const REPETITIONS: usize = 6;
 const REPETITIONS_IN_CONTACT: usize = 30;
 
-/// Steps by backward Euler from an impact on that a step doesn't resolve: internal forces that bore its impulse are in the accelerations of two that follow.
+/// Steps by backward Euler from an impact on that a step doesn't resolve: its impulse is in the accelerations of two that follow.
 const BACKWARD_STEPS: usize = 3;
 
 /// The solids of a run.

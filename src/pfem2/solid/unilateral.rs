@@ -131,7 +131,6 @@ mod tests {
         let none = |_: usize| Vector::ZERO;
         let step = ContactStep {
             anew: false,
-            is_dynamic: &|_| true,
             dt: 1.0,
             delta: 1.0,
             rest: &none,
