@@ -7,7 +7,7 @@
 //!
 //! Fluid inside of a shell moves along with it: its mass counts once.
 
-use super::solids::{solid, water};
+use super::solids::solid;
 use super::*;
 use crate::material::{Elastic, Rigid, StVenantKirchhoff};
 use crate::pfem2::Pfem2;
@@ -61,17 +61,20 @@ fn vessel() -> Mesh<2, 3> {
     disc(RINGS[0], RINGS[1])
 }
 
-/// Upward acceleration of a solid that is let go in a vessel full of water: its mean over ten steps.
-fn let_go(mesh: Mesh<2, 3>, own: SolidSetup<2>) -> f64 {
-    let (dt, steps) = (1e-3, 10);
+/// Upward acceleration of a solid that is let go in a vessel full of water: its mean over so many steps of 1 ms.
+fn let_go<const D: usize, const N: usize>(mesh: Mesh<D, N>, own: SolidSetup<D>, steps: u32) -> f64 {
+    let dt = 1e-3;
     let sets = vec![set(&mesh, "rim", Condition::Slip, |_| true)];
-    let mut setup = setup(mesh, sets, water([Signal::ZERO, (-GRAVITY).into()]), |_| 0, |_| Vector::ZERO);
+    let gravity = std::array::from_fn(|axis| if axis == D - 1 { (-GRAVITY).into() } else { Signal::ZERO });
+    let water = physics(vec![fluid("water", 1000.0, 1e-3)], gravity);
+    let water = Physics { stabilisation: Stabilisation::ConsistentPspg, ..water };
+    let mut setup = setup(mesh, sets, water, |_| 0, |_| Vector::ZERO);
     setup.solids = Some(Structure::new(vec![own]).unwrap());
     let mut pfem = Pfem2::new(setup);
     pfem.begin(0.0, dt).unwrap();
     (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
     let structure = &pfem.solids.as_ref().unwrap().structure;
-    structure.momentum()[1] / structure.mass() / (f64::from(steps) * dt)
+    structure.momentum()[D - 1] / structure.mass() / (f64::from(steps) * dt)
 }
 
 /// Discs of a ten-thousandth and ten thousand times the density of water, rigid and elastic, and one between.
@@ -81,7 +84,7 @@ fn a_disc_in_a_round_vessel_begins_to_move_with_its_added_mass() {
     let (fluid, added) = (1000.0, (1.0 + radius * radius) / (1.0 - radius * radius));
     for (density, young) in [(0.1, 0.0), (0.1, 1e8), (500.0, 0.0), (1e7, 0.0), (1e7, 1e11)] {
         let expected = GRAVITY * (fluid - density) / (density + added * fluid);
-        let found = let_go(vessel(), body(disc_of(radius), density, young, SurfaceCondition::Slip));
+        let found = let_go(vessel(), body(disc_of(radius), density, young, SurfaceCondition::Slip), 10);
         assert!((found / expected - 1.0).abs() < 0.02, "{density} {young:e}: {found} {expected}");
     }
 }
@@ -96,7 +99,7 @@ fn a_light_shell_full_of_water_moves_with_the_water_in_it_and_around_it() {
     assert!(carried > 10.0 * density * wall, "{}", carried / (density * wall));
     let expected = GRAVITY * (fluid - density) * wall / (density * wall + carried);
     for young in [0.0, 1e10] {
-        let found = let_go(vessel(), body(ring([inner, outer], 16), density, young, SurfaceCondition::Slip));
+        let found = let_go(vessel(), body(ring([inner, outer], 16), density, young, SurfaceCondition::Slip), 10);
         assert!((found / expected - 1.0).abs() < 0.03, "{young:e}: {found} {expected}");
     }
 }
@@ -113,7 +116,7 @@ fn a_square_in_a_box_begins_to_move_with_its_added_mass() {
         let mesh = Mesh::<2, 3>::block(Vector::splat(-0.5), Vector::splat(0.5), [cells; 2]).unwrap();
         let mesh = shaken(&mesh, 1.0 / cells as f64);
         let square = SolidMesh::block(Vector::splat(-0.2), Vector::splat(0.2), [2, 2]).unwrap();
-        let_go(mesh, body(square, density, 0.0, surface)) / expected - 1.0
+        let_go(mesh, body(square, density, 0.0, surface), 10) / expected - 1.0
     };
     let glides = error(SurfaceCondition::Slip, 32);
     assert!(glides.abs() < 0.02, "{glides}");
@@ -124,7 +127,6 @@ fn a_square_in_a_box_begins_to_move_with_its_added_mass() {
 /// Upward acceleration over that of gravity of a square prism of 0.4 m, off the lines of the mesh, that goes all through a box of 1 m by 1 m and glides
 /// along both of its ends.
 fn prism_let_go(density: f64, cells: usize) -> f64 {
-    let (dt, steps) = (1e-3, 4);
     let depth = 3.0 / cells as f64;
     let mesh = Mesh::<3, 4>::block(Vector([0.0, -0.5, -0.5]), Vector([depth, 0.5, 0.5]), [3, cells, cells]).unwrap();
     let prism = SolidMesh::block(Vector([0.0, -0.2, -0.2]), Vector([depth, 0.2, 0.2]), [1, 2, 2]).unwrap();
@@ -132,18 +134,7 @@ fn prism_let_go(density: f64, cells: usize) -> f64 {
     let nodes = (0..prism.nodes.len() as u32).filter(is_end).collect();
     let held = vec![HeldNodes { nodes, velocity: [Some(Signal::ZERO), None, None] }];
     let free = SolidSetup::free("prism", prism, law(density, 0.0));
-    let own = SolidSetup { held, surface: SurfaceCondition::Slip, ..free };
-    let sets = vec![set(&mesh, "rim", Condition::Slip, |_| true)];
-    let gravity = [Signal::ZERO, Signal::ZERO, (-GRAVITY).into()];
-    let physics = physics(vec![fluid("water", 1000.0, 1e-3)], gravity);
-    let physics = Physics { stabilisation: Stabilisation::ConsistentPspg, ..physics };
-    let mut setup = setup(mesh, sets, physics, |_| 0, |_| Vector::ZERO);
-    setup.solids = Some(Structure::new(vec![own]).unwrap());
-    let mut pfem = Pfem2::new(setup);
-    pfem.begin(0.0, dt).unwrap();
-    (0..steps).for_each(|k| pfem.step(f64::from(k) * dt, dt).unwrap());
-    let structure = &pfem.solids.as_ref().unwrap().structure;
-    structure.momentum()[2] / structure.mass() / (f64::from(steps) * dt) / GRAVITY
+    let_go(mesh, SolidSetup { held, surface: SurfaceCondition::Slip, ..free }, 4) / GRAVITY
 }
 
 /// In space elements cut edges off. As heavy as water, the prism hovers, but for the part of its section that they cut off; half as heavy it begins to move
