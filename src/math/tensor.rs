@@ -29,7 +29,13 @@ impl<const D: usize> Tensor<D> {
     /// Component by component.
     #[inline(always)]
     pub fn from_fn(mut f: impl FnMut(usize, usize) -> f64) -> Self {
-        Self(std::array::from_fn(|i| std::array::from_fn(|j| f(i, j))))
+        let mut t = Self::ZERO;
+        for i in 0..D {
+            for j in 0..D {
+                t.0[i][j] = f(i, j);
+            }
+        }
+        t
     }
 
     /// The dyad a ⊗ b.

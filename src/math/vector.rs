@@ -35,14 +35,22 @@ impl<const D: usize> Vector<D> {
 
     /// Component by component.
     #[inline(always)]
-    pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+    pub fn map(mut self, mut f: impl FnMut(f64) -> f64) -> Self {
+        for i in 0..D {
+            self.0[i] = f(self.0[i]);
+        }
+        self
     }
 
     /// Component by component, from the axis number.
     #[inline(always)]
-    pub fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(f))
+    pub fn from_fn(mut f: impl FnMut(usize) -> f64) -> Self {
+        // A loop: what `std::array::from_fn` is made of takes the compiler several times as long.
+        let mut v = Self::ZERO;
+        for i in 0..D {
+            v.0[i] = f(i);
+        }
+        v
     }
 
     /// Inner product.
@@ -157,8 +165,11 @@ componentwise!(Sub, sub, SubAssign, sub_assign, -=);
 impl<const D: usize> Mul<f64> for Vector<D> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, s: f64) -> Self {
-        self.map(|c| c * s)
+    fn mul(mut self, s: f64) -> Self {
+        for i in 0..D {
+            self.0[i] *= s;
+        }
+        self
     }
 }
 
@@ -180,8 +191,11 @@ impl<const D: usize> MulAssign<f64> for Vector<D> {
 impl<const D: usize> Div<f64> for Vector<D> {
     type Output = Self;
     #[inline(always)]
-    fn div(self, s: f64) -> Self {
-        self.map(|c| c / s)
+    fn div(mut self, s: f64) -> Self {
+        for i in 0..D {
+            self.0[i] /= s;
+        }
+        self
     }
 }
 

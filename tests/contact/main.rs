@@ -4,4 +4,5 @@ mod conservation;
 mod laws;
 mod model;
 mod passes;
+mod random;
 mod sides;

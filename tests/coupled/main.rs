@@ -15,3 +15,4 @@ mod repeat;
 mod rigid_contact;
 mod slack;
 mod stopped_runs;
+mod wrinkling;

@@ -9,6 +9,7 @@ mod floors;
 mod heat;
 mod ledger;
 mod manufactured;
+mod material_laws;
 mod model;
 mod plain;
 mod resume;

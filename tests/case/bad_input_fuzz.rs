@@ -5,7 +5,7 @@ use lateen::case::{Case, Source};
 use lateen::math::{Signal, TimeTable, units::Quantity};
 use proptest::prelude::*;
 
-const GOOD: &str = include_str!("fixtures/water_sphere.toml");
+const GOOD: &str = include_str!("../fixtures/water_sphere.toml");
 
 /// Reads a text as a case; findings must be there where it is wrong, and render.
 fn read(text: &str) {

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-const GOOD: &str = include_str!("fixtures/two_fluids.toml");
+const GOOD: &str = include_str!("../fixtures/two_fluids.toml");
 
 fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
     match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {

@@ -4,7 +4,7 @@ use lateen::Error;
 use lateen::case::{Case, Source, is_case_name, line_and_column};
 use lateen::error::Diagnostic;
 
-const GOOD: &str = include_str!("fixtures/water_sphere.toml");
+const GOOD: &str = include_str!("../fixtures/water_sphere.toml");
 
 fn findings(text: &str) -> Vec<Diagnostic> {
     match Case::read(Source::new("case.toml", "", text), &[]) {
@@ -57,7 +57,7 @@ fn a_missing_key_is_an_error_that_shows_what_to_write() {
 /// Without a method a case is one of material points; keys of the other method say which was meant.
 #[test]
 fn a_missing_method_is_an_error_that_names_the_one_the_keys_belong_to() {
-    let flow = include_str!("fixtures/two_fluids.toml").replace("method = \"pfem2\"\n", "");
+    let flow = include_str!("../fixtures/two_fluids.toml").replace("method = \"pfem2\"\n", "");
     let found = findings(&flow);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert!(found[0].message.starts_with("the key `method` is missing, and `mesh` belongs to"), "{found:?}");

@@ -6,7 +6,7 @@ use lateen::error::{Diagnostic, Severity};
 use lateen::run::{Options, RunDirectory, run};
 use std::path::Path;
 
-const FLOW: &str = include_str!("fixtures/two_fluids.toml");
+const FLOW: &str = include_str!("../fixtures/two_fluids.toml");
 
 const POINTS: &str = r#"
 name = "fall"

@@ -6,7 +6,7 @@ use lateen::run::{Existing, Options, RunDirectory, run};
 use std::fs;
 use std::path::Path;
 
-const FLOW: &str = include_str!("fixtures/two_fluids.toml");
+const FLOW: &str = include_str!("../fixtures/two_fluids.toml");
 
 /// Water at rest under gravity in a closed box one metre high, whose pressure is zero at the top.
 const REST: &str = r#"

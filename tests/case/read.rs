@@ -3,7 +3,7 @@
 use lateen::case::{Case, FrictionSpec, KernelSpec, LockingSpec, SignalSpec, Source, TransferSpec};
 
 /// The water sphere of Lian, Liu & Zhang (2014), section 7.2, in the paper's mm, ms, MPa, g.
-const WATER_SPHERE: &str = include_str!("fixtures/water_sphere.toml");
+const WATER_SPHERE: &str = include_str!("../fixtures/water_sphere.toml");
 
 fn read(text: &str, overrides: &[(&str, &str)]) -> Case {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();

@@ -1,7 +1,17 @@
-//! Small runs from the case file to the history, compared with closed forms.
+//! Case files: what they may say, what they build, what is wrong with them, and small runs from the file to the history, compared with closed forms.
 
+mod bad_input_case;
+mod bad_input_flow;
+mod bad_input_fuzz;
+mod bad_input_model;
+mod build;
+mod catalog;
+mod flow;
 mod forces;
+mod read;
+mod reference;
 mod runs;
+mod solids;
 
 use lateen::case::{Case, Source};
 use lateen::output::history::HistoryTable;

@@ -8,7 +8,7 @@ use lateen::simulation::{CheckpointStore, Column, ColumnData, OF_OUTPUT, Size};
 use std::fs;
 use std::path::Path;
 
-const FLOW: &str = include_str!("fixtures/two_fluids.toml");
+const FLOW: &str = include_str!("../fixtures/two_fluids.toml");
 
 const BALL: &str = r#"
 name = "ball"

@@ -1,5 +1,5 @@
 //! Errors and unusual events of PFEM-2: meshes from files, boundary conditions, fluids that leave or enter, a linear solver that
-//! fails. Errors in the keys are tested in `case_flow.rs`.
+//! fails. Errors in the keys are tested in `flow.rs`.
 
 use lateen::Error;
 use lateen::case::{Case, Model, Source};

@@ -4,7 +4,7 @@ use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
 use lateen::error::{Diagnostic, Place};
 
-const GOOD: &str = include_str!("fixtures/water_sphere.toml");
+const GOOD: &str = include_str!("../fixtures/water_sphere.toml");
 
 fn model(text: &str, overrides: &[(&str, &str)]) -> Result<Model, Vec<Diagnostic>> {
     let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();

@@ -1,0 +1,5 @@
+//! The program from its command line.
+
+mod cases;
+mod guards;
+mod run;

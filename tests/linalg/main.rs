@@ -1,0 +1,4 @@
+//! Linear algebra against systems with known solutions.
+
+mod border;
+mod solvers;

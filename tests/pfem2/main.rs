@@ -1,0 +1,4 @@
+//! Flows on fixed meshes with known solutions.
+
+mod channel;
+mod filled;

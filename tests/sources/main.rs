@@ -1,0 +1,5 @@
+//! The sources and the guide as text: citations, pages, and which part imports which.
+
+mod citations;
+mod guide;
+mod layering;
