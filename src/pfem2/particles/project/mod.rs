@@ -3,7 +3,8 @@
 //! ```text
 //! shape      v̂_i = Σ N_i v_p / Σ N_i                                                   Becker (38), theory (G.22)
 //! Wendland   v̂_i = Σ W v_p / Σ W,   W(q) = (1 − q)⁴₊ (4q + 1),   q = |x_p − x_i|/h_i    Becker (39), theory (G.23)
-//! linear     v̂_i = Σ m_p N_i [v_p + G_e (x_i − x_p)] / Σ m_p N_i                       theory (G.24)
+//! linear     v̂_i = Σ m_p N_i [u_p + G_e (x_i − x_p)] / Σ m_p N_i  of u_p = v_p,         theory (G.24)
+//!            and the same of what this doesn't show, u_p = v_p − Σ N_i v̂_i, added to it   theory (G.24a)
 //! ```
 //!
 //! The first two mix all fluids with equal weights and reproduce constants only: order 1, with a bias at boundaries.
@@ -93,8 +94,7 @@ pub fn project<const D: usize, const N: usize>(
         AveragingKernel::Linear => {
             let is_cut = |e: u32| volume(e as usize) < WHOLE * mesh.simplex(e as usize).volume;
             let is_shared = |node: usize| fluids > 1 || mesh.elements_around(node).iter().any(|&e| is_cut(e));
-            table.make_linear(mesh, fluids, is_shared);
-            (gather(mesh, |node| shape_average(mesh, &table, node, fluids)), densities)
+            (linear_averages(mesh, table, fluids, is_shared), densities)
         }
         AveragingKernel::Wendland => (gather(mesh, |node| wendland_average(mesh, particles, node, fluids)), &equal[..]),
     };
@@ -124,6 +124,13 @@ struct Share<const D: usize> {
     velocity: Vector<D>,
     /// Σ N_i, or Σ W.
     seen: f64,
+}
+
+impl<const D: usize> Share<D> {
+    /// v̂ of the fluid; zero at nodes that it doesn't reach.
+    fn mean(&self) -> Vector<D> {
+        if self.weight > 0.0 { self.velocity / self.weight } else { Vector::ZERO }
+    }
 }
 
 impl<const D: usize> Average<D> {
@@ -182,6 +189,25 @@ fn shape_average<const D: usize, const N: usize>(
         }
     }
     average
+}
+
+/// Averages that are exact for linear fields (theory (G.24)), and those of what they don't show of the particles added to them (theory (G.24a)).
+fn linear_averages<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    mut table: MomentTable<D, N>,
+    fluids: usize,
+    is_shared: impl Fn(usize) -> bool + Sync,
+) -> Vec<Average<D>> {
+    let average = |mut table: MomentTable<D, N>| {
+        table.make_linear(mesh, fluids, &is_shared);
+        gather(mesh, |node| shape_average(mesh, &table, node, fluids))
+    };
+    let mut sum = average(table.clone());
+    table.subtract(mesh, |fluid, node| sum[node].fluids[fluid].mean());
+    for (sum, rest) in sum.iter_mut().zip(average(table)) {
+        sum.fluids.iter_mut().zip(rest.fluids).for_each(|(sum, rest)| sum.velocity += rest.velocity);
+    }
+    sum
 }
 
 fn wendland_average<const D: usize, const N: usize>(

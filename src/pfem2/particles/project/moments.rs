@@ -7,6 +7,7 @@
 //! Particles are read once, element by element; nodes then gather from the elements around them, in ascending order.
 
 use crate::math::Vector;
+use crate::mesh::Mesh;
 use crate::parallel;
 use std::ops::Range;
 
@@ -69,12 +70,12 @@ impl<const K: usize, const N: usize> Moments<K, N> {
 }
 
 /// Moments of all elements, one entry per group that an element holds.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(in crate::pfem2) struct MomentTable<const K: usize, const N: usize> {
     blocks: Vec<MomentBlock<K, N>>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct MomentBlock<const K: usize, const N: usize> {
     /// Entries of the block's e-th element are `entries[start[e]..start[e + 1]]`.
     start: Vec<u32>,
@@ -103,6 +104,18 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
     pub fn of(&self, element: usize) -> &[Moments<K, N>] {
         let (block, e) = (&self.blocks[element / BLOCK], element % BLOCK);
         &block.entries[block.start[e] as usize..block.start[e + 1] as usize]
+    }
+
+    /// Takes what the nodes have of each group, interpolated, from the values of the particles: R_k ← R_k − Σ_l S_kl f_l.
+    pub fn subtract<const D: usize>(&mut self, mesh: &Mesh<D, N>, nodal: impl Fn(usize, usize) -> Vector<K> + Sync) {
+        self.for_each(|e, entry| {
+            let nodal = mesh.elements()[e].map(|node| nodal(entry.group as usize, node as usize));
+            for (values, shape) in entry.values.iter_mut().zip(&entry.shape) {
+                for (&f, &s) in nodal.iter().zip(shape) {
+                    *values -= f * s;
+                }
+            }
+        });
     }
 
     /// Changes every entry, given its element.

@@ -112,7 +112,7 @@ fn the_slope_across_a_film_is_not_carried_on_to_the_nodes() {
 }
 
 /// One fluid in a layer of a fifth of an element between a wall and a solid, a particle per sub-cell, with noise: carried on across the whole
-/// element, it would be several times what any particle has.
+/// element, it would be 75 times what any particle has. (A single average has up to 1.6 times, and that of what it leaves as much at most.)
 #[test]
 fn the_slope_across_a_layer_beside_a_solid_is_not_carried_on_to_the_nodes() {
     let (mesh, cells) = (square(6), 6.0);
@@ -137,7 +137,38 @@ fn the_slope_across_a_layer_beside_a_solid_is_not_carried_on_to_the_nodes() {
         let projected = project(&mesh, &particles, &[1.0], AveragingKernel::Linear, &still, &volume);
         let fastest = |all: &[Vector<2>]| all.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let (nodes, own) = (fastest(&projected.velocity.mean), fastest(&particles.velocity));
-        assert!(particles.len() >= 12 && nodes < 2.0 * own, "{sample}: {nodes} {own}");
+        assert!(particles.len() >= 12 && nodes < 3.2 * own, "{sample}: {nodes} {own}");
+    }
+}
+
+/// Part of a field that alternates from node to node, carried by particles, that their average doesn't show.
+fn unseen<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cells: usize) -> f64 {
+    let alternating = |x: &Vector<D>| {
+        let along = (0..D).map(|axis| (x[axis] * cells as f64).round() as usize).sum::<usize>();
+        Vector::splat(if along.is_multiple_of(2) { 1.0 } else { -1.0 })
+    };
+    let nodal: Vec<Vector<D>> = mesh.nodes().iter().map(alternating).collect();
+    let mut particles = Particles::seed(mesh, 4, |_| Some(0), |_| Vector::ZERO);
+    for p in 0..particles.len() {
+        let e = particles.element[p] as usize;
+        let shape = mesh.shape_functions(e, particles.position[p]);
+        particles.velocity[p] = crate::pfem2::particles::correct::at(&shape, &mesh.elements()[e], &nodal);
+    }
+    let projected = plain(mesh, &particles, AveragingKernel::Linear);
+    let rest = nodal.iter().zip(&projected.velocity.mean).zip(&projected.weight);
+    let [lost, all] = rest.fold([0.0, 0.0], |[lost, all], ((&v, &hat), &m)| {
+        [lost + m * (v - hat).norm_squared(), all + m * v.norm_squared()]
+    });
+    (lost / all).sqrt()
+}
+
+/// The eigenvalues of a mass matrix over its lumped one are at least 1/(D + 2) (Wathen 1987): when what an average leaves is
+/// averaged once more, no more than (1 − 1/(D + 2))² of any field on the nodes stays behind. A single average leaves 0.63 of these in the plane, and 0.72.
+#[test]
+fn what_nodes_gave_to_particles_comes_back() {
+    for (left, dimension) in [(unseen(&square(8), 8), 2.0), (unseen(&cube(4), 4), 3.0)] {
+        let bound = (1.0_f64 - 1.0 / (dimension + 2.0)).powi(2);
+        assert!(left < bound, "{dimension}: {left}, {bound}");
     }
 }
 
