@@ -130,12 +130,14 @@ fn carried(cells: usize) -> (f64, f64, f64) {
     (deviation(1.0, 2.0), deviation(2.5, LENGTH), snapshot.forces.iter().map(|(_, force)| force[0]).sum())
 }
 
-/// The deviation from the profile falls with the square of the mesh, at the outlet as elsewhere. In balance the
+/// The deviation from the profile falls with the square of the mesh, at the outlet as elsewhere (over two halvings: where particles happen to stand
+/// changes it by half from one mesh to the next). In balance the
 /// reactions of walls and inlet add up to nothing, within the same error of the shear on the walls, 2 · 4 μ L.
 #[test]
 fn the_error_of_plane_poiseuille_flow_is_of_second_order() {
-    let ((middle, end, net), (fine, fine_end, fine_net)) = (carried(8), carried(16));
-    assert!((middle / fine).log2() > 1.9 && (end / fine_end).log2() > 1.9, "{middle:e} {end:e} {fine:e} {fine_end:e}");
+    let ((middle, end, net), (fine, fine_end, fine_net)) = (carried(8), carried(32));
+    let orders = [middle / fine, end / fine_end].map(|ratio| ratio.log2() / 2.0);
+    assert!(orders.iter().all(|&order| order > 1.9), "{orders:?}");
     assert!(middle < 1.0 / 64.0 && end < 1.0 / 64.0, "{middle:e} {end:e}");
     let shear = 2.0 * 4.0 * 0.02 * LENGTH;
     assert!(net.abs() < 0.03 * shear && fine_net.abs() < 0.01 * shear, "{net} {fine_net} of {shear}");
