@@ -1,5 +1,6 @@
 //! Errors of case files: all are reported at once, each with line, column and the text to write instead.
 
+use super::findings::{edited, expect_one};
 use lateen::Error;
 use lateen::case::{Case, Source, is_case_name, line_and_column};
 use lateen::error::Diagnostic;
@@ -17,16 +18,8 @@ fn findings(text: &str) -> Vec<Diagnostic> {
 /// Replaces `from` in the good case and expects one finding, at the place of `at` in the new text.
 #[track_caller]
 fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
-    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
-    let text = GOOD.replace(from, to);
-    let found = findings(&text);
-    assert_eq!(found.len(), 1, "{found:#?}");
-    let finding = &found[0];
-    assert!(finding.message.contains(message), "{}", finding.message);
-    assert!(finding.help.as_deref().unwrap_or("").contains(help), "{finding:?}");
-    let start = finding.span.as_ref().expect("a place").start;
-    let wanted = text.find(at).expect("the marked text is there");
-    assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{finding:?}");
+    let text = edited(GOOD, from, to);
+    expect_one(&findings(&text), &text, at, message, help);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Errors and unusual events of PFEM-2: meshes from files, boundary conditions, fluids that leave or enter, a linear solver that
 //! fails. Errors in the keys are tested in `flow.rs`.
 
+use super::findings::model;
 use lateen::Error;
 use lateen::case::{Case, Model, Source};
 use lateen::error::{Diagnostic, Severity};
@@ -51,14 +52,6 @@ history = 0.05
 /// A channel in which water reaches from the left to `start`, and everything moves with `speed`.
 fn channel(start: &str, speed: &str) -> String {
     CHANNEL.replace("START", start).replace("SPEED", speed)
-}
-
-fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
-    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
-        Ok(model) => Ok(model),
-        Err(Error::Case(findings)) => Err(findings),
-        Err(other) => panic!("{other}"),
-    }
 }
 
 /// Nodes of a unit square with a fifth one at the centre of nothing.

@@ -1,6 +1,5 @@
 //! Errors between the parts of a case whose keys are valid one by one: names of files, meshes, fluids, conditions.
 
-use lateen::Error;
 use lateen::case::{Case, Model, Source, line_and_column};
 use lateen::error::{Diagnostic, Severity};
 use lateen::run::{Options, RunDirectory, run};
@@ -29,16 +28,8 @@ kind = "slip"
 region = { shape = "box", lower = [0, 0], upper = [0.1, 0.1] }
 "#;
 
-fn model_at(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
-    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
-        Ok(model) => Ok(model),
-        Err(Error::Case(findings)) => Err(findings),
-        Err(other) => panic!("{other}"),
-    }
-}
-
 fn model(text: &str) -> Result<Model, Vec<Diagnostic>> {
-    model_at(text, Path::new(""))
+    super::findings::model(text, Path::new(""))
 }
 
 /// Expects one error that underlines what begins with `at` (its last occurrence).
@@ -710,7 +701,7 @@ fn on_file(nodes: &[&str], elements: &[&str]) -> Result<Model, Vec<Diagnostic>> 
         if elements.iter().any(|line| line.starts_with("1 2 1 ")) { "[[boundary]]\non = \"floor\"\n" } else { "" };
     let again =
         if elements.iter().any(|line| line.starts_with("1 2 2 ")) { "[[boundary]]\non = \"again\"\n" } else { "" };
-    model_at(&format!("{}{floor}{again}[[boundary]]\non = \"rest\"\n", &case[..conditions]), home.path())
+    super::findings::model(&format!("{}{floor}{again}[[boundary]]\non = \"rest\"\n", &case[..conditions]), home.path())
 }
 
 #[track_caller]
@@ -977,7 +968,7 @@ fn closed_parts_of_opposite_orientation_are_errors_for_a_volume_and_warned_of_fo
         std::fs::write(home.path().join("two.msh"), file(last)).unwrap();
         let chain = "{ shape = \"chain\", points = [[0.2, 0.2], [0.8, 0.2]], divisions = [12] }";
         let sheet = SHEET.replace(chain, "{ shape = \"file\", path = \"two.msh\" }");
-        model_at(&format!("{POINTS}{sheet}{keys}\n"), home.path())
+        super::findings::model(&format!("{POINTS}{sheet}{keys}\n"), home.path())
     };
     build([8, 5], "").expect("nothing depends on the sense");
     let volume = "[[probe]]\nname = \"p\"\nof = \"sheet\"\nquantity = \"volume\"\nreduce = \"sum\"";

@@ -1,45 +1,27 @@
 //! From cases to solvers: sizes against counts by hand, and errors between the parts of a case.
 
+use super::findings::{edited, expect_one, good, good_with, overridden};
 use lateen::Error;
-use lateen::case::{Case, Model, Source, line_and_column};
+use lateen::case::{Case, Model, Source};
 use lateen::error::{Diagnostic, Place};
+use std::path::Path;
 
 const GOOD: &str = include_str!("../fixtures/water_sphere.toml");
 
 fn model(text: &str, overrides: &[(&str, &str)]) -> Result<Model, Vec<Diagnostic>> {
-    let overrides: Vec<_> = overrides.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
-    let source = Source::new("case.toml", "", text);
-    match Case::read(source, &overrides).and_then(|case| case.model()) {
-        Ok(model) => Ok(model),
-        Err(Error::Case(findings)) => Err(findings),
-        Err(other) => panic!("{other}"),
-    }
-}
-
-fn good(text: &str, overrides: &[(&str, &str)]) -> Model {
-    model(text, overrides).unwrap_or_else(|findings| {
-        panic!("{}", Source::new("case.toml", "", text).render(&findings, false));
-    })
+    overridden(text, Path::new(""), overrides)
 }
 
 /// Expects one finding at the place of `at` after replacing `from` by `to`.
 #[track_caller]
 fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
-    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
-    let text = GOOD.replace(from, to);
-    let Err(found) = model(&text, &[]) else { panic!("a finding is expected: {message}") };
-    assert_eq!(found.len(), 1, "{found:#?}");
-    let finding = &found[0];
-    assert!(finding.message.contains(message), "{}", finding.message);
-    assert!(finding.help.as_deref().unwrap_or("").contains(help), "{finding:?}");
-    let start = finding.span.as_ref().expect("a place").start;
-    let wanted = text.find(at).expect("the marked text is there");
-    assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{finding:?}");
+    let text = edited(GOOD, from, to);
+    expect_one(&model(&text, &[]).err().unwrap_or_default(), &text, at, message, help);
 }
 
 #[test]
 fn the_water_sphere_has_the_particles_elements_and_cells_of_the_paper() {
-    let summary = good(GOOD, &[]).summary;
+    let summary = good(GOOD).summary;
     // 4π R³/3h³ = 3053.6 lattice points; 50 × 50 quadrilaterals; 54 × 54 × 26 cells.
     assert!((summary.particles() as f64 / 3053.6 - 1.0).abs() < 0.02);
     assert_eq!((summary.membranes[0].nodes, summary.membranes[0].elements), (2601, 2500));
@@ -65,7 +47,7 @@ fn a_plane_column_has_its_area_and_hydrostatic_pressure() {
         traction = [{ on = "top", value = [0, "-1 kPa"] }]
         material = { law = "fluid", density = 1000, eos = { kind = "tait", sound-speed = "35 m/s", exponent = 7 } }
     "#;
-    let model = good(text, &[]);
+    let model = good(text);
     assert_eq!(model.summary.particles(), 400);
     assert!((model.summary.bodies[0].volume - 1.0).abs() < 1e-12);
     let snapshot = model.solver.snapshot();
@@ -85,7 +67,7 @@ fn overlapping_bodies_are_an_error_and_touching_ones_are_not() {
         "move one of them",
     );
     let touching = second.replace("[\"4 mm\", \"-1 mm\"", "[\"4.5 mm\", \"-1 mm\"");
-    good(&GOOD.replace("\n[[contact]]", &format!("{touching}\n[[contact]]")), &[]);
+    good(&GOOD.replace("\n[[contact]]", &format!("{touching}\n[[contact]]")));
 }
 
 #[test]
@@ -130,10 +112,10 @@ fn bodies_and_membranes_within_an_obstacle_are_errors() {
     assert!(buried.iter().any(|finding| finding.message.starts_with("supports hold 201 nodes")), "{buried:#?}");
     let coefficient = floor("-5 mm", "coefficient = 0.3");
     expect("\n[[contact]]", &coefficient, "0.3\n[[contact]]", "has no friction", "kind = \"friction\"");
-    let warnings = good(&GOOD.replace("\n[[contact]]", &floor("-50 mm", "")), &[]).warnings;
+    let warnings = good(&GOOD.replace("\n[[contact]]", &floor("-50 mm", ""))).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("outside the grid"), "{warnings:#?}");
-    assert_eq!(good(&GOOD.replace("\n[[contact]]", &slab("1 mm")), &[]).warnings, []);
-    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("-1 mm", "")), &[]).warnings, []);
+    assert_eq!(good(&GOOD.replace("\n[[contact]]", &slab("1 mm"))).warnings, []);
+    assert_eq!(good(&GOOD.replace("\n[[contact]]", &floor("-1 mm", ""))).warnings, []);
 }
 
 #[test]
@@ -142,7 +124,7 @@ fn supports_that_prescribe_two_velocities_at_a_node_are_an_error() {
     let pull = both("[0, \"1 m/s\", \"free\"]");
     let message = "supports[0] moves node 0 along y with another velocity";
     expect("{ on = \"edges\" }, { on = [", &pull, "{ on = \"left\"", message, "write \"free\"");
-    good(&GOOD.replace("{ on = \"edges\" }, { on = [", &both("[0, 0, \"free\"]")), &[]);
+    good(&GOOD.replace("{ on = \"edges\" }, { on = [", &both("[0, 0, \"free\"]")));
 }
 
 #[test]
@@ -158,23 +140,23 @@ fn repeated_contacts_and_contacts_of_two_membranes_are_errors() {
 #[test]
 fn unstable_combinations_of_kernel_transfer_and_stress_update_are_warned_of() {
     let apic = [("mpm.kernel", "linear"), ("mpm.transfer", "{ kind = \"apic\" }")];
-    let warnings = good(GOOD, &apic).warnings;
+    let warnings = good_with(GOOD, &apic).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("unstable at free surfaces"), "{warnings:#?}");
-    assert_eq!(good(GOOD, &apic[1..]).warnings, []);
+    assert_eq!(good_with(GOOD, &apic[1..]).warnings, []);
     let last = [("mpm.kernel", "linear"), ("mpm.stress-update", "last"), ("mpm.transfer", "{ kind = \"flip\" }")];
-    let warnings = good(GOOD, &last).warnings;
+    let warnings = good_with(GOOD, &last).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("inside out"), "{warnings:#?}");
-    assert_eq!(good(GOOD, &last[1..]).warnings, []);
+    assert_eq!(good_with(GOOD, &last[1..]).warnings, []);
 
     let wide = GOOD.replace("\"-27 mm\", \"-27 mm\", \"-12 mm\"", "\"-25 mm\", \"-27 mm\", \"-12 mm\"");
     let loose = wide.replace("{ on = \"edges\" }", "{ on = \"edges\", velocity = [\"free\", 0, 0] }");
-    let warnings = good(&loose, &[]).warnings;
+    let warnings = good(&loose).warnings;
     assert!(
         warnings.len() == 1 && warnings[0].message.contains("51 nodes of `sheet` on the plane of"),
         "{warnings:#?}"
     );
     assert!(warnings[0].help.as_deref().unwrap_or("").contains("along x with `supports`"), "{warnings:#?}");
-    assert_eq!(good(&wide, &[]).warnings, []);
+    assert_eq!(good(&wide).warnings, []);
 }
 
 #[test]
@@ -250,7 +232,7 @@ fn a_step_above_the_stable_one_is_an_error_and_a_shorter_interval_is_warned_of()
         "the step of 1.0000e-6 s is above the stable one of",
         "leave `step` out: it then adapts (`mpm.safety` is 0.3)",
     );
-    let model = good(GOOD, &[("output.history", "1e-12")]);
+    let model = good_with(GOOD, &[("output.history", "1e-12")]);
     assert_eq!(model.warnings.len(), 1);
     assert!(model.warnings[0].message.contains("is shorter than the step"), "{:?}", model.warnings);
 }
@@ -295,7 +277,7 @@ fn a_pole_at_a_node_is_an_error_even_where_rounding_makes_it_finite() {
     let Err(found) = model(&text, &[]) else { panic!("a pole lies at a node") };
     assert!(found.len() == 1 && found[0].key == "mpm.gravity[0]", "{found:#?}");
     assert!(found[0].message.contains("e15 at x = 0.99999"), "{found:#?}");
-    good(&NET.replace("[0, -9.81]", "[\"step(x - 1)\", \"1/(x - 0.97)^2\"]"), &[]);
+    good(&NET.replace("[0, -9.81]", "[\"step(x - 1)\", \"1/(x - 0.97)^2\"]"));
     let text = NET.replace("bottom = \"slip\"", "bottom = { kind = \"slip\", velocity = [\"1/(x - 1)\", 0] }");
     let Err(found) = model(&text, &[]) else { panic!("a pole lies at a node of the wall") };
     assert!(found[0].key.starts_with("grid.walls.bottom.velocity"), "{found:#?}");
@@ -305,7 +287,7 @@ fn a_pole_at_a_node_is_an_error_even_where_rounding_makes_it_finite() {
 #[test]
 fn a_formula_that_becomes_undefined_stops_the_run_and_is_named() {
     let error = |text: &str| {
-        let (mut solver, mut t) = (good(text, &[]).solver, 0.0);
+        let (mut solver, mut t) = (good(text).solver, 0.0);
         loop {
             let dt = solver.stable_dt().min(1e-4);
             match solver.step(t, dt) {
@@ -331,9 +313,9 @@ fn a_formula_that_becomes_undefined_stops_the_run_and_is_named() {
 #[test]
 fn a_membrane_across_a_solid_is_warned_of() {
     let across = NET.replace("lower = [0.4, 0.4]", "lower = [0.4, 0.1]");
-    let warnings = good(&across, &[]).warnings;
+    let warnings = good(&across).warnings;
     assert!(warnings.len() == 1 && warnings[0].message.contains("`net` cuts through `block`"), "{warnings:#?}");
-    assert_eq!(good(&NET.replace("lower = [0.4, 0.4]", "lower = [0.4, 0.2]"), &[]).warnings, []);
+    assert_eq!(good(&NET.replace("lower = [0.4, 0.4]", "lower = [0.4, 0.2]")).warnings, []);
 }
 
 #[test]

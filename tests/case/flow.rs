@@ -1,8 +1,8 @@
 //! Cases of PFEM-2: sizes, errors, files of a run, reproducibility.
 
+use super::findings::{edited, expect_error, good, model};
 use lateen::Error;
-use lateen::case::{Case, Model, Source, line_and_column};
-use lateen::error::{Diagnostic, Severity};
+use lateen::case::{Case, Source};
 use lateen::run::{Existing, Folder, Options, RunDirectory, run};
 use lateen::simulation::{Event, Observer, Progress};
 use std::path::Path;
@@ -11,35 +11,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 const GOOD: &str = include_str!("../fixtures/two_fluids.toml");
 
-fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
-    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
-        Ok(model) => Ok(model),
-        Err(Error::Case(findings)) => Err(findings),
-        Err(other) => panic!("{other}"),
-    }
-}
-
-fn good(text: &str) -> Model {
-    model(text, Path::new("")).unwrap_or_else(|findings| {
-        panic!("{}", Source::new("case.toml", "", text).render(&findings, false));
-    })
-}
-
 /// Expects one finding at the place of `at` after replacing `from` by `to`.
 #[track_caller]
 fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
-    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
-    let text = GOOD.replace(from, to);
-    let Err(mut found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
-    found.retain(|finding| finding.severity == Severity::Error);
-    assert_eq!(found.len(), 1, "{found:#?}");
-    assert!(found[0].message.contains(message), "{}", found[0].message);
-    assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);
-    if !at.is_empty() {
-        let start = found[0].span.as_ref().expect("a place").start;
-        let wanted = text.find(at).expect("the marked text is there");
-        assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{:?}", found[0]);
-    }
+    expect_error(&edited(GOOD, from, to), at, message, help);
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod bad_input_fuzz;
 mod bad_input_model;
 mod build;
 mod catalog;
+mod findings;
 mod flow;
 mod forces;
 mod read;

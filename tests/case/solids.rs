@@ -1,8 +1,8 @@
 //! Solids in the fluids of PFEM-2: sizes, meshes, particles around them, errors in their keys.
 
-use lateen::Error;
-use lateen::case::{Case, Model, Source, line_and_column};
-use lateen::error::{Diagnostic, Severity};
+use super::findings::{edited, expect_error, good, model};
+use lateen::case::{Case, Model, Source};
+use lateen::error::Severity;
 use lateen::pfem2::solid::setup::Damping;
 use std::path::Path;
 
@@ -52,35 +52,10 @@ kind = "outlet"
 on = "rest"
 "#;
 
-fn model(text: &str, base: &Path) -> Result<Model, Vec<Diagnostic>> {
-    match Case::read(Source::new("case.toml", base, text), &[]).and_then(|case| case.model()) {
-        Ok(model) => Ok(model),
-        Err(Error::Case(findings)) => Err(findings),
-        Err(other) => panic!("{other}"),
-    }
-}
-
-fn good(text: &str) -> Model {
-    model(text, Path::new("")).unwrap_or_else(|findings| {
-        panic!("{}", Source::new("case.toml", "", text).render(&findings, false));
-    })
-}
-
 /// Expects one error at the place of `at` after replacing `from` by `to`.
 #[track_caller]
 fn expect(from: &str, to: &str, at: &str, message: &str, help: &str) {
-    assert_eq!(GOOD.matches(from).count(), 1, "`{from}` must occur once");
-    let text = GOOD.replace(from, to);
-    let Err(mut found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
-    found.retain(|finding| finding.severity == Severity::Error);
-    assert_eq!(found.len(), 1, "{found:#?}");
-    assert!(found[0].message.contains(message), "{}", found[0].message);
-    assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);
-    if !at.is_empty() {
-        let start = found[0].span.as_ref().expect("a place").start;
-        let wanted = text.find(at).expect("the marked text is there");
-        assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{:?}", found[0]);
-    }
+    expect_error(&edited(GOOD, from, to), at, message, help);
 }
 
 /// 0.1 m by 0.3 m of 1200 kg/m³ in elements of 0.05 m. The fluids have the rest: 0.4 · 0.5 + 0.05 · 0.2 and what is behind.
@@ -363,25 +338,12 @@ on = "rest"
 /// Expects one error at the place of `at`, after `from` was replaced by `to` in the case of the paper.
 #[track_caller]
 fn expect_of_paper(from: &str, to: &str, at: &str, message: &str, help: &str) {
-    assert_eq!(PAPER.matches(from).count(), 1, "`{from}` must occur once");
-    let text = PAPER.replace(from, to);
-    let Err(mut found) = model(&text, Path::new("")) else { panic!("a finding is expected: {message}") };
-    found.retain(|finding| finding.severity == Severity::Error);
-    assert_eq!(found.len(), 1, "{found:#?}");
-    assert!(found[0].message.contains(message), "{}", found[0].message);
-    assert!(found[0].help.as_deref().unwrap_or("").contains(help), "{:?}", found[0]);
-    if !at.is_empty() {
-        let start = found[0].span.as_ref().expect("a place").start;
-        let wanted = text.find(at).expect("the marked text is there");
-        assert_eq!(line_and_column(&text, start), line_and_column(&text, wanted), "{:?}", found[0]);
-    }
+    expect_error(&edited(PAPER, from, to), at, message, help);
 }
 
 #[test]
 fn a_solid_on_particles_has_its_volume_and_comes_before_fluids() {
-    let model = model(PAPER, Path::new("")).unwrap_or_else(|findings| {
-        panic!("{}", Source::new("case.toml", "", PAPER).render(&findings, false));
-    });
+    let model = good(PAPER);
     let volumes: Vec<(&str, f64)> = model.summary.bodies.iter().map(|body| (body.name.as_str(), body.volume)).collect();
     assert_eq!((volumes[0].0, volumes[1].0), ("water", "flap"));
     assert!((volumes[1].1 - 0.03).abs() < 1e-3 && (volumes[0].1 + volumes[1].1 - 0.5).abs() < 1e-12, "{volumes:?}");

@@ -1,8 +1,8 @@
 //! Effects of the environment on a run: signals, closed pipes, limits of memory and file size, folders that no run made.
 #![cfg(target_os = "linux")]
 
+use super::home::{Home, messages};
 use std::fs::{self, File};
-use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -34,33 +34,7 @@ fn still(end: &str) -> String {
     BLOCK.replace("20 ms", end).replace("-9.81 m/s^2", "0 m/s^2").replace("history = \"1 ms\"", "history = \"0.1 ms\"")
 }
 
-struct Home(tempfile::TempDir);
-
 impl Home {
-    fn new(case: &str) -> Self {
-        let home = Self(tempfile::tempdir().unwrap());
-        fs::write(home.path("case.toml"), case).unwrap();
-        home
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn lateen(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lateen"));
-        command.args(arguments).current_dir(self.0.path());
-        command
-    }
-
-    /// A command of the shell, in which `lateen` stands for the program.
-    fn shell(&self, script: &str) -> Command {
-        let mut command = Command::new("bash");
-        let script = script.replace("lateen", env!("CARGO_BIN_EXE_lateen"));
-        command.args(["-c", &script]).current_dir(self.0.path());
-        command
-    }
-
     fn state(&self, run: &str) -> String {
         let status = fs::read_to_string(self.path(run).join("status.json")).unwrap();
         let status: serde_json::Value = serde_json::from_str(&status).unwrap();
@@ -78,10 +52,6 @@ impl Home {
     }
 }
 
-fn messages(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
 fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
@@ -94,15 +64,15 @@ fn send(signal: &str, child: &Child) {
 fn a_run_survives_a_full_or_closed_standard_error() {
     let home = Home::new(BLOCK);
     let full = || Stdio::from(File::options().write(true).open("/dev/full").unwrap());
-    let outcome = home.lateen(&["run", "case.toml", "--out", "full"]).stderr(full()).output().unwrap();
+    let outcome = home.command(&["run", "case.toml", "--out", "full"]).stderr(full()).output().unwrap();
     assert_eq!((outcome.status.code(), home.state("full").as_str()), (Some(0), "done"));
     let piped =
         home.shell("lateen run case.toml --out piped 2>&1 | head -c 1; exit ${PIPESTATUS[0]}").output().unwrap();
     assert_eq!((piped.status.code(), home.state("piped").as_str()), (Some(0), "done"));
     // An error keeps its code.
-    let wrong = home.lateen(&["run", "case.toml", "--set", "grid.cell=-1"]).stderr(full()).status().unwrap();
+    let wrong = home.command(&["run", "case.toml", "--set", "grid.cell=-1"]).stderr(full()).status().unwrap();
     assert_eq!(wrong.code(), Some(2));
-    let lost = home.lateen(&["run", "case.toml", "--out", "lost"]).stdout(full()).output().unwrap();
+    let lost = home.command(&["run", "case.toml", "--out", "lost"]).stdout(full()).output().unwrap();
     assert_eq!((lost.status.code(), home.state("lost").as_str()), (Some(4), "done"), "{}", messages(&lost));
     assert!(messages(&lost).contains("standard output"), "{}", messages(&lost));
 }
@@ -112,7 +82,7 @@ fn signals_end_a_run_after_the_current_step_with_a_checkpoint() {
     let home = Home::new(&still("1000 s"));
     for signal in ["-HUP", "-QUIT", "-INT", "-TERM"] {
         let run = &signal[1..];
-        let mut command = home.lateen(&["run", "case.toml", "--out", run]);
+        let mut command = home.command(&["run", "case.toml", "--out", run]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         home.wait_for_rows(run, &mut child);
         send(signal, &child);
@@ -140,7 +110,7 @@ fn a_second_signal_ends_a_run_at_once() {
     for (first, second) in [("-TERM", "-TERM"), ("-HUP", "-QUIT")] {
         let (run, start) = (&second[1..], Instant::now());
         let arguments = ["run", "case.toml", "--threads", "1", "--out", run];
-        let mut child = home.lateen(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child = home.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let saved =
             || fs::read_to_string(home.path(run).join("status.json")).is_ok_and(|s| s.contains(".checkpoint\""));
         while !saved() && start.elapsed() < Duration::from_secs(120) {
@@ -165,7 +135,7 @@ fn a_limit_on_the_size_of_files_is_an_error_that_names_it() {
 #[test]
 fn a_failed_run_prints_the_times_of_its_stages() {
     let home = Home::new(&BLOCK.replace("spacing", "velocity = [0, \"50 m/s\"]\nspacing"));
-    let output = home.lateen(&["run", "case.toml"]).output().unwrap();
+    let output = home.command(&["run", "case.toml"]).output().unwrap();
     assert_eq!(output.status.code(), Some(3), "{}", messages(&output));
     let text = printed(&output);
     assert!(
@@ -182,7 +152,7 @@ fn force_refuses_a_folder_that_no_run_made() {
     let home = Home::new(BLOCK);
     fs::create_dir(home.path("reference")).unwrap();
     fs::write(home.path("reference/measured.csv"), "mine").unwrap();
-    let output = home.lateen(&["run", "case.toml", "--out", ".", "--force"]).output().unwrap();
+    let output = home.command(&["run", "case.toml", "--out", ".", "--force"]).output().unwrap();
     assert_eq!(output.status.code(), Some(4), "{}", messages(&output));
     assert!(messages(&output).contains("no run of lateen made"), "{}", messages(&output));
     assert_eq!(fs::read_to_string(home.path("case.toml")).unwrap(), BLOCK);
@@ -193,7 +163,7 @@ fn force_refuses_a_folder_that_no_run_made() {
 fn force_keeps_files_of_the_user_among_the_results() {
     let home = Home::new(BLOCK);
     let run = |more: &[&str]| {
-        let output = home.lateen(&[&["run", "case.toml", "--out", "a"][..], more].concat()).output().unwrap();
+        let output = home.command(&[&["run", "case.toml", "--out", "a"][..], more].concat()).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", messages(&output));
     };
     run(&[]);

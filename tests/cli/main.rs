@@ -2,4 +2,5 @@
 
 mod cases;
 mod guards;
+mod home;
 mod run;

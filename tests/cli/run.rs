@@ -1,7 +1,8 @@
 //! `lateen run` as a process: files, exit codes, interruption and resume, folders that can't be used, a full disk.
 
+use super::home::{Home, messages};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -33,36 +34,8 @@ of = "block"
 reduce = "top"
 "#;
 
-struct Home(tempfile::TempDir);
-
-impl Home {
-    fn new(case: &str) -> Self {
-        let home = Self(tempfile::tempdir().unwrap());
-        fs::write(home.path("case.toml"), case).unwrap();
-        home
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lateen"));
-        command.args(arguments).current_dir(self.0.path());
-        command
-    }
-
-    fn lateen(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().unwrap()
-    }
-}
-
 fn code(output: &Output) -> i32 {
     output.status.code().expect("ends by itself")
-}
-
-fn messages(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// Every history by name.
@@ -235,8 +208,7 @@ fn an_output_folder_that_can_not_be_written_is_an_output_error() {
 fn a_full_disk_ends_the_run_and_leaves_whole_files() {
     let home = Home::new(BLOCK);
     // A limit on the size of files makes writes fail as a full disk does.
-    let script = format!("trap '' XFSZ; ulimit -f 4; exec {} run case.toml --out a", env!("CARGO_BIN_EXE_lateen"));
-    let output = Command::new("bash").args(["-c", &script]).current_dir(home.0.path()).output().unwrap();
+    let output = home.shell("trap '' XFSZ; ulimit -f 4; exec lateen run case.toml --out a").output().unwrap();
     assert_eq!(code(&output), 4, "{}", messages(&output));
     let mut folders = vec![home.path("a")];
     while let Some(folder) = folders.pop() {
