@@ -77,7 +77,7 @@ volume = "none"
 
 /// Beside elastic solids, whose motion orthogonal subscales would damp (theory J.3).
 const BESIDE_SOLIDS: &str = r#"
-stabilisation = "consistent-pspg"
+stabilisation = "dynamic-subscales"
 "#;
 
 /// 15 particles in a triangle, 20 in a tetrahedron.

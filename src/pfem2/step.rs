@@ -17,7 +17,6 @@
 //! `time/startup.rs`). All of it is linear: convection and geometry come from the particles.
 
 use super::boundary::Boundary;
-use super::equations::element::Stabilisation;
 use super::equations::system::{Physics, TimeStep, VelocityPressureSystem};
 use super::interface::phase_list::{Phase, PhaseList};
 use super::interface::tracking::InterfaceTracking;
@@ -251,6 +250,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.history.keep_velocity(&self.system.velocity);
         // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
         let (averaged, convected) = self.find_velocity(step, 1)?;
+        // Subscales take what the mesh doesn't show: theory F.7.4.
+        self.system.subscales.dynamic.advance(step.delta());
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
@@ -326,11 +327,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// Counts what leaves with the flow, and takes the nodal values of the last step to where their fluid is now.
     pub(super) fn carry_along(&mut self, flow: &FrozenFlow<D>, step: TimeStep) {
         self.interface.count_outflow(flow, &self.system);
+        self.system.carry_subscales(step, self.history.explicit_shares(step));
         let feet = flow.feet(&self.system);
         let mesh = &self.system.mesh;
         self.history.acceleration_previous = feet.carried(mesh, &self.history.acceleration);
         self.balance.dissipation.start = feet.carried(mesh, &self.velocity_at_start(step));
-        if self.system.physics.stabilisation == Stabilisation::ConsistentPspg {
+        if self.system.physics.stabilisation.has_inertia() {
             let carried = feet.carried(mesh, &self.system.subscales.projected);
             self.system.subscales.projected = carried;
         }

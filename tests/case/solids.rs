@@ -87,7 +87,7 @@ fn a_resolved_case_keeps_the_keys_of_its_solids() {
 #[test]
 fn a_resolved_case_shows_the_stabilisation_beside_solids() {
     let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
-    assert!(resolved(GOOD).contains("stabilisation = \"consistent-pspg\""));
+    assert!(resolved(GOOD).contains("stabilisation = \"dynamic-subscales\""));
     let own = resolved(&GOOD.replace("[pfem2]", "[pfem2]\nstabilisation = \"oss\""));
     assert!(own.contains("stabilisation = \"oss\""), "{own}");
 }

@@ -163,6 +163,8 @@ pub enum StabilisationSpec {
     Pspg,
     /// The whole residual; the system is not symmetric.
     ConsistentPspg,
+    /// The same, of subscales that have an inertia.
+    DynamicSubscales,
     /// Orthogonal subscales.
     Oss,
 }
@@ -334,6 +336,7 @@ impl From<StabilisationSpec> for element::Stabilisation {
         match stabilisation {
             StabilisationSpec::Pspg => Self::Pspg,
             StabilisationSpec::ConsistentPspg => Self::ConsistentPspg,
+            StabilisationSpec::DynamicSubscales => Self::Dynamic,
             StabilisationSpec::Oss => Self::Oss,
         }
     }

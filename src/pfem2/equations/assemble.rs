@@ -81,11 +81,18 @@ impl<const D: usize, const N: usize> ElementEquations<'_, D, N> {
         let nodes = self.mesh.elements()[element].map(|node| node as usize);
         let projected = match (self.equations.stabilisation, cut) {
             (Stabilisation::Oss, true) => nodes.map(|i| self.subscales.followed[i]),
-            (Stabilisation::Oss | Stabilisation::ConsistentPspg, false) => nodes.map(|i| self.subscales.projected[i]),
+            (Stabilisation::Oss | Stabilisation::ConsistentPspg | Stabilisation::Dynamic, false) => {
+                nodes.map(|i| self.subscales.projected[i])
+            }
             // The forces differ from side to side of an interface.
-            (Stabilisation::ConsistentPspg, true) | (Stabilisation::Pspg, _) => [Vector::ZERO; N],
+            (Stabilisation::ConsistentPspg | Stabilisation::Dynamic, true) | (Stabilisation::Pspg, _) => {
+                [Vector::ZERO; N]
+            }
         };
-        Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected }
+        let inertia = self.equations.stabilisation.subscale_inertia() * self.equations.delta;
+        let hat = self.subscales.dynamic.convected.get(element).filter(|_| !cut);
+        let subscale = hat.map_or(Vector::ZERO, |&hat| hat / inertia);
+        Drive { force: nodes.map(|i| self.force[i]), convected: nodes.map(|i| self.convected[i]), projected, subscale }
     }
 
     /// The state of an element, and its equations if a solid cuts it.

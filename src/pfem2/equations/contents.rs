@@ -76,7 +76,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let tension = self.physics.tension_between(pair);
         let enrichment = if tension > 0.0 { Enrichment::Jump } else { self.physics.enrichment };
         let delay = match self.physics.stabilisation {
-            Stabilisation::ConsistentPspg => content.tau / self.equations.delta,
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => content.tau / self.equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
         let walls = slip::press_enriched(&cut, enrichment, simplex, self.slip[e]);
@@ -117,16 +117,17 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
                 let nodes = self.mesh.elements()[e];
                 nodes.iter().map(|&i| self.velocity[i as usize]).sum::<Vector<D>>().norm() / N as f64
             }
-            Stabilisation::ConsistentPspg | Stabilisation::Oss => 0.0,
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic | Stabilisation::Oss => 0.0,
         };
-        element::tau(self.equations.delta, medium.viscosity, medium.density, self.size[e], speed)
+        let delta = self.equations.delta * self.physics.stabilisation.subscale_inertia();
+        element::tau(delta, medium.viscosity, medium.density, self.size[e], speed)
     }
 
     /// τ of a cut element, over that of another.
     pub(super) fn cut_tau(&self) -> f64 {
         match self.physics.stabilisation {
             Stabilisation::Oss => subscale::CUT_TAU,
-            Stabilisation::Pspg | Stabilisation::ConsistentPspg => 1.0,
+            Stabilisation::Pspg | Stabilisation::ConsistentPspg | Stabilisation::Dynamic => 1.0,
         }
     }
 }

@@ -31,9 +31,18 @@ pub enum Stabilisation {
     Pspg,
     /// The whole residual, with the viscous force of the last step; the system is not symmetric.
     ConsistentPspg,
+    /// The same, of subscales that have an inertia (see `dynamic_subscale`).
+    Dynamic,
     /// Orthogonal subscales: against the projected pressure gradient of the last step.
     #[default]
     Oss,
+}
+
+impl Stabilisation {
+    /// True if the residual has its inertia: the system is not symmetric.
+    pub fn has_inertia(self) -> bool {
+        matches!(self, Self::ConsistentPspg | Self::Dynamic)
+    }
 }
 
 /// The mass matrix.
@@ -126,7 +135,7 @@ pub fn block<const D: usize, const N: usize>(
     }
     // Becker (20): −τ times the Laplacian of the pressure; theory (F.22), (F.23).
     a[D][D] = -content.tau * content.volume_over_density * both;
-    if equations.stabilisation == Stabilisation::ConsistentPspg {
+    if equations.stabilisation.has_inertia() {
         for s in 0..D {
             a[D][s] -= content.tau / equations.delta * share * g[i][s];
         }
@@ -145,6 +154,8 @@ pub struct Drive<const D: usize, const N: usize> {
     /// What of the residual is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous force per unit mass
     /// with the consistent form.
     pub projected: [Vector<D>; N],
+    /// ũ̂/(c Δ) of the element's subscale [m/s²], zero where it has none.
+    pub subscale: Vector<D>,
 }
 
 impl<const D: usize, const N: usize> Drive<D, N> {
@@ -152,20 +163,16 @@ impl<const D: usize, const N: usize> Drive<D, N> {
     #[inline]
     pub fn source(&self, equations: &Equations) -> Vector<D> {
         let mean = |values: &[Vector<D>; N]| values.iter().copied().sum::<Vector<D>>() / N as f64;
-        let source = mean(&self.force) + mean(&self.projected);
-        match equations.stabilisation {
-            Stabilisation::Pspg | Stabilisation::Oss => source,
-            Stabilisation::ConsistentPspg => source + mean(&self.convected) / equations.delta,
-        }
+        let source = self.subscale + mean(&self.force) + mean(&self.projected);
+        if equations.stabilisation.has_inertia() { source + mean(&self.convected) / equations.delta } else { source }
     }
 
     /// s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
     pub fn source_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
-        let inertia = match equations.stabilisation {
-            Stabilisation::Pspg | Stabilisation::Oss => Vector::ZERO,
-            Stabilisation::ConsistentPspg => {
-                self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)
-            }
+        let inertia = if equations.stabilisation.has_inertia() {
+            self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)
+        } else {
+            Vector::ZERO
         };
         self.forces_of(equations, own) + inertia
     }
@@ -175,7 +182,9 @@ impl<const D: usize, const N: usize> Drive<D, N> {
         let count = own.iter().filter(|own| **own).count();
         let all = equations.stabilisation != Stabilisation::Oss || count == 0;
         let side = (0..N).filter(|&k| all || own[k]).map(|k| self.projected[k]).sum::<Vector<D>>();
-        self.force.iter().copied().sum::<Vector<D>>() / N as f64 + side / if all { N as f64 } else { count as f64 }
+        self.subscale
+            + self.force.iter().copied().sum::<Vector<D>>() / N as f64
+            + side / if all { N as f64 } else { count as f64 }
     }
 }
 
@@ -264,9 +273,16 @@ mod tests {
         let gravity = Vector([0.3, -9.81, 2.0]);
         let content = Content::uniform(simplex.volume, 1000.0, 1e-3, 0.03);
         let unknowns = x.map(|x| [0.0, 0.0, 0.0, 1000.0 * gravity.dot(x)]);
-        for stabilisation in [Stabilisation::Pspg, Stabilisation::ConsistentPspg, Stabilisation::Oss] {
+        for stabilisation in
+            [Stabilisation::Pspg, Stabilisation::ConsistentPspg, Stabilisation::Dynamic, Stabilisation::Oss]
+        {
             let equations = Equations { stabilisation, ..EQUATIONS };
-            let drive = Drive { force: [gravity; 4], convected: [Vector::ZERO; 4], projected: [Vector::ZERO; 4] };
+            let drive = Drive {
+                force: [gravity; 4],
+                convected: [Vector::ZERO; 4],
+                projected: [Vector::ZERO; 4],
+                subscale: Vector::ZERO,
+            };
             let source = drive.source(&equations);
             let rows = product(&equations, &content, &unknowns);
             // The momentum rows of one element lack the pressure of its neighbours; the continuity rows don't.

@@ -19,6 +19,7 @@ pub mod assemble;
 mod beside_solids;
 mod contents;
 mod convergence;
+pub mod dynamic_subscale;
 pub mod element;
 mod estimates;
 pub mod outflow;

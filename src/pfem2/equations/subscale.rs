@@ -18,7 +18,8 @@
 //! an extrapolated velocity feeds waves a little, and what cut elements take out must outweigh that. With π of the last step alone, or
 //! with 0.1 τ, it doesn't.
 
-use super::element::Content;
+use super::dynamic_subscale::DynamicSubscales;
+use super::element::{Content, Stabilisation};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
@@ -36,12 +37,16 @@ pub struct Subscales<const D: usize> {
     pub projected: Vec<Vector<D>>,
     /// γ, its mean over some steps [m/s²].
     pub followed: Vec<Vector<D>>,
+    /// Those with an inertia.
+    pub dynamic: DynamicSubscales<D>,
 }
 
 impl<const D: usize> Subscales<D> {
-    /// Of fluids at rest.
-    pub fn at_rest(nodes: usize) -> Self {
-        Self { projected: vec![Vector::ZERO; nodes], followed: vec![Vector::ZERO; nodes] }
+    /// Of fluids at rest on a mesh.
+    pub fn at_rest<const N: usize>(mesh: &Mesh<D, N>, stabilisation: Stabilisation) -> Self {
+        let (nodes, elements) = (vec![Vector::ZERO; mesh.nodes().len()], mesh.elements().len());
+        let dynamic = DynamicSubscales::at_rest(if stabilisation == Stabilisation::Dynamic { elements } else { 0 });
+        Self { projected: nodes.clone(), followed: nodes, dynamic }
     }
 
     /// γ after a step.
@@ -51,9 +56,10 @@ impl<const D: usize> Subscales<D> {
         }
     }
 
-    /// γ = π, as after many steps in a flow that doesn't change.
+    /// γ = π, as after many steps in a flow that doesn't change; subscales with an inertia begin to move.
     pub fn begin_average(&mut self) {
         self.followed.clone_from(&self.projected);
+        self.dynamic.begin();
     }
 }
 

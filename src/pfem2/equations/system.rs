@@ -169,7 +169,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             rhs: vec![[0.0; N]; nodes],
             unknowns: vec![[0.0; N]; nodes],
             pressure: vec![0.0; nodes],
-            subscales: Subscales::at_rest(nodes),
+            subscales: Subscales::at_rest(&mesh, physics.stabilisation),
             contents: Vec::new(),
             cuts: Vec::new(),
             recovered: Vec::new(),
@@ -236,6 +236,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.preconditioners += u64::from(self.outcome.rebuilt);
         self.unpack();
         self.recover();
+        self.find_subscales(convected);
         self.project_subscales();
         Ok(())
     }
@@ -448,7 +449,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let (pure, pressure) = (|e: usize| self.pure[e], |node: usize| self.pressure[node]);
         match self.physics.stabilisation {
             Stabilisation::Pspg => {}
-            Stabilisation::ConsistentPspg => {
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => {
                 let flow = ViscousFlow { mesh, contents, velocity, immersed: immersed.as_ref() };
                 subscales.projected = flow.accelerations(pure, |node| self.boundary_nodes[node]);
             }

@@ -122,6 +122,11 @@ fn node_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: &
     visit("nodes/pressure", Column::new(&mut pfem.system.pressure));
     visit("nodes/projected", Column::new(&mut pfem.system.subscales.projected));
     visit("nodes/followed", Column::new(&mut pfem.system.subscales.followed));
+    let dynamic = &mut pfem.system.subscales.dynamic;
+    visit("elements/subscale", Column::new(&mut dynamic.velocity));
+    visit("elements/subscale: convected", Column::new(&mut dynamic.convected));
+    visit("elements/subscale: acceleration", Column::new(&mut dynamic.acceleration));
+    visit("elements/subscale: acceleration before", Column::new(&mut dynamic.acceleration_previous));
     visit("nodes/force", Column::new(&mut pfem.system.force));
     visit("nodes/before", Column::new(&mut pfem.history.velocity_previous));
     visit("nodes/earlier", Column::new(&mut pfem.history.velocity_earlier));

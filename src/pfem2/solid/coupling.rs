@@ -194,7 +194,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let center = part.at(&[1.0 / N as f64; N]);
         let masses = masses(equations.mass, part, fluid);
         let residual = match equations.stabilisation {
-            Stabilisation::ConsistentPspg => tau / delta * volume / N as f64,
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => tau / delta * volume / N as f64,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
         let mut sum_of_hats = Vector::ZERO;
@@ -231,7 +231,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     }
 
     /// Adds the points of the surface, where the solid moves otherwise than the boundary of the fluid part: their flux to the rows of pressures, and the
-    /// transpose to those of velocities.
+    /// transpose to those of velocities. The velocity with which the fluid glides along chords is no part of v_h: an even pressure doesn't push it through them, but
+    /// would along a surface from which they turn away.
     fn add_trace(&mut self, trace: &[TracePoint<D, N>], follows: &[Follows<D>]) {
         // Σ φ_c N_k n dA of each cut point, since many points have the same.
         let mut chords = vec![[Vector::ZERO; N]; follows.len() - N];
@@ -251,9 +252,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             }
         }
         for (vertex, chord) in follows[N..].iter().zip(chords) {
-            (0..N)
-                .filter(|k| chord[*k] != Vector::ZERO)
-                .for_each(|k| self.add_pressure(vertex, k, -chord[k], -chord[k]));
+            let own = vertex.iter().copied().filter(|(unknown, _)| matches!(unknown, Unknown::Solid(_))).collect();
+            (0..N).filter(|k| chord[*k] != Vector::ZERO).for_each(|k| self.add_pressure(&own, k, -chord[k], -chord[k]));
         }
     }
 

@@ -80,7 +80,7 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
         VertexVelocities { follows, hats }: &VertexVelocities<D>,
     ) {
         let delay = match equations.stabilisation {
-            Stabilisation::ConsistentPspg => fluid.tau / equations.delta,
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => fluid.tau / equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
         for piece in &part.pieces {

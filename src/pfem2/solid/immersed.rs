@@ -1,7 +1,7 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
 
 use super::coupling::{CoupledElement, CutForces, cut_forces};
-use super::cut::{ElementState, SolidCut};
+use super::cut::{ElementState, FluidSimplex, SolidCut, Vertex};
 use super::equations::SolidEquations;
 use super::fluid_part::FluidPart;
 use super::trace::{SurfaceTrace, TracePoint};
@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::Constraints;
 use crate::pfem2::equations::element::{Content, Equations};
-use crate::pfem2::interface::Medium;
+use crate::pfem2::interface::{Medium, share};
 use std::collections::BTreeMap;
 
 /// Solids in the mesh of the fluid.
@@ -148,6 +148,23 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
             *count += 1.0;
         }
         gliding.into_iter().for_each(|(inside, (sum, count))| nodal[inside as usize] += sum / count);
+    }
+
+    /// Mean over the fluid of a cut element of what velocities of nodes have gained on v̂ [m/s], where those of the mesh have `gained`; zero without
+    /// fluid.
+    pub fn mean_of_fluid(&self, element: usize, gained: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
+        let ElementState::Cut(place) = self.cut.state[element] else { return Vector::ZERO };
+        let own = &self.cut.elements[place as usize];
+        let of_solid = |a: usize| self.velocity_of(a) - self.velocity_hat[a];
+        let at = |vertex: Vertex| match vertex {
+            Vertex::Node(k) => gained(own.nodes[usize::from(k)] as usize),
+            Vertex::Point(k) => self.cut.points[own.points[usize::from(k)] as usize].velocity(gained, &of_solid),
+        };
+        let part = |(part, shape): (&FluidSimplex<N>, &[[f64; N]; N])| {
+            part.vertices.map(at).into_iter().sum::<Vector<D>>() * (share(shape) / N as f64)
+        };
+        let sum = own.parts.iter().zip(&own.shapes).map(part).sum::<Vector<D>>();
+        if own.share > 0.0 { sum / own.share } else { Vector::ZERO }
     }
 
     /// Velocity of a node of a solid at the end of the last step [m/s].

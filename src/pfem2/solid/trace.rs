@@ -1,7 +1,7 @@
 //! The surface of elastic solids in the cut elements, point by point: what flows through it, and where the pressure acts (theory (J.9a)).
 //!
 //! ```text
-//! q_k = −∫_Γ N_k(x_h) n·(v_S − v_h) dA,      v_S = Σ_a N_a(ξ) v_a,      v_h = Σ_c φ_c v_c        rows p_k;  their transpose: forces
+//! q_k = −∫_Γ N_k(x_h) n·(v_S − v_h) dA,      v_S = Σ_a N_a(ξ) v_a,      v_h = Σ_c φ_c P_s v_c      rows p_k;  their transpose: forces
 //! ```
 //!
 //! Γ is the surface of the solid, n its normal, v_h the velocity of the fluid at the nearest place x_h of its own boundary: the chords, or triangles,

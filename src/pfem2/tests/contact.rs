@@ -24,7 +24,7 @@ fn block(corners: [[f64; 2]; 2], counts: [usize; 2], young: f64, friction: f64, 
 /// A gas a thousand times lighter than the solids, with this gravity [m/s²].
 fn gas(gravity: [f64; 2]) -> Physics<2> {
     let fluids = physics(vec![fluid("gas", 1.0, 1e-5)], gravity.map(Signal::from));
-    Physics { stabilisation: Stabilisation::ConsistentPspg, ..fluids }
+    Physics { stabilisation: Stabilisation::Dynamic, ..fluids }
 }
 
 /// A stiff block that lands on the floor in the third of steps of 0.01 s, in which waves cross it a hundred times.
@@ -309,7 +309,7 @@ fn extreme_solids_run() {
         };
         let own = Structure::new(vec![own]).unwrap();
         let medium = Physics {
-            stabilisation: Stabilisation::ConsistentPspg,
+            stabilisation: Stabilisation::Dynamic,
             ..physics(vec![fluid("fluid", fluid_density, 1e-5)], [0.0, -9.81].map(Signal::from))
         };
         let mut pfem = in_fluid(own, medium);

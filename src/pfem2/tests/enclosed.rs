@@ -30,7 +30,7 @@ fn in_water(solid: SolidMesh<3>, density: f64, is_free: bool) -> (Vector<3>, f64
     let motion = PrescribedMotion { velocity: none(), spin: none() };
     let setup_of = SolidSetup { motion, ..SolidSetup::free("box", solid, Box::new(Rigid { density })) };
     let physics = Physics {
-        stabilisation: Stabilisation::ConsistentPspg,
+        stabilisation: Stabilisation::Dynamic,
         ..physics(vec![fluid("water", 1000.0, 1e-3)], [Signal::ZERO, Signal::ZERO, (-10.0).into()])
     };
     let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);

@@ -23,7 +23,7 @@ fn solid(mesh: SolidMesh<2>, density: f64, held: [Option<Signal>; 2]) -> SolidSe
 fn water_and_air(mesh: Mesh<2, 3>, height: f64, solid: SolidSetup<2>) -> Pfem2<2, 3> {
     let fluids = vec![fluid("water", 1000.0, 1e-3), fluid("air", 1.0, 1e-5)];
     let gravity = [Signal::ZERO, (-GRAVITY).into()];
-    let physics = Physics { stabilisation: Stabilisation::ConsistentPspg, ..physics(fluids, gravity) };
+    let physics = Physics { stabilisation: Stabilisation::Dynamic, ..physics(fluids, gravity) };
     let sets = vec![set(&mesh, "all", Condition::Slip, |_| true)];
     let mut start = setup(mesh, sets, physics, |x| u8::from(x[1] > height), |_| Vector::ZERO);
     start.level_set = Some(LevelSet::new(&start.mesh, 0, |x| x[1] - height, &mut start.particles));

@@ -143,7 +143,7 @@ fn sheared(cells: usize, exact: Shear, slab: SolidSetup<2>) -> Pfem2<2, 3> {
     let around = Condition::Wall([exact.formula(), Signal::ZERO]);
     let sets = vec![set(&mesh, "around", around, |x| x[0] < 1e-9 || x[0] > LENGTH - 1e-9 || x[1] > 1.0 - 1e-9)];
     let oil = Physics {
-        stabilisation: Stabilisation::ConsistentPspg,
+        stabilisation: Stabilisation::Dynamic,
         ..physics(vec![fluid("oil", DENSITY, VISCOSITY)], weightless())
     };
     let start = |x: Vector<2>| Vector([exact.velocity((x[1] - SLAB).max(0.0), 0.0), 0.0]);

@@ -20,7 +20,7 @@ fn rigid(mesh: SolidMesh<2>, restitution: f64, velocity: [f64; 2]) -> SolidSetup
 /// Solids in a box of side 1 full of a gas a thousand times lighter, with this gravity [m/s²].
 fn in_gas(solids: Vec<SolidSetup<2>>, gravity: [f64; 2]) -> Pfem2<2, 3> {
     let gas = Physics {
-        stabilisation: Stabilisation::ConsistentPspg,
+        stabilisation: Stabilisation::Dynamic,
         ..physics(vec![fluid("gas", 1.0, 1e-5)], gravity.map(Signal::from))
     };
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 1.0]), [CELLS; 2]).unwrap();

@@ -30,7 +30,7 @@ pub fn solid(
 
 /// Water with solids in it, with the stabilisation that cases with solids have.
 pub fn water(gravity: [Signal; 2]) -> Physics<2> {
-    Physics { stabilisation: Stabilisation::ConsistentPspg, ..physics(vec![fluid("water", 1000.0, 1e-3)], gravity) }
+    Physics { stabilisation: Stabilisation::Dynamic, ..physics(vec![fluid("water", 1000.0, 1e-3)], gravity) }
 }
 
 /// Length of the bar, of the channel, and width of both [m].
@@ -166,7 +166,7 @@ fn in_gas(
     let mut block = solid(block, (young, 0.0), |_| [false; 2], |_| Vector(speed));
     block.friction = friction;
     let gas = Physics {
-        stabilisation: Stabilisation::ConsistentPspg,
+        stabilisation: Stabilisation::Dynamic,
         ..physics(vec![fluid("gas", 1.0, 1e-5)], gravity.map(Signal::from))
     };
     let mut setup = setup(mesh, Vec::new(), gas, |_| 0, |_| Vector::ZERO);
@@ -261,7 +261,7 @@ fn a_fluid_that_glides_is_not_dragged_along() {
         slab.held[0].velocity[0] = Some(speed.into());
         slab.surface = surface;
         let oil = Physics {
-            stabilisation: Stabilisation::ConsistentPspg,
+            stabilisation: Stabilisation::Dynamic,
             ..physics(vec![fluid("oil", 1000.0, 10.0)], weightless())
         };
         let mut setup = setup(mesh, Vec::new(), oil, |_| 0, |_| Vector::ZERO);
@@ -405,10 +405,8 @@ fn error_of_an_even_pressure<const D: usize, const N: usize>(
     let mesh = shaken(&Mesh::<D, N>::block(Vector::ZERO, Vector::splat(1.0), [10; D]).unwrap(), 0.1);
     let block = SolidMesh::block(lower, upper, parts).unwrap();
     let nodes = block.nodes.clone();
-    let physics = Physics {
-        stabilisation: Stabilisation::ConsistentPspg,
-        ..physics(vec![fluid("water", 1000.0, 1e-3)], weightless())
-    };
+    let physics =
+        Physics { stabilisation: Stabilisation::Dynamic, ..physics(vec![fluid("water", 1000.0, 1e-3)], weightless()) };
     let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
     setup.solids = Some(Structure::new(vec![SolidSetup::free("solid", block, law)]).unwrap());
     let mut pfem = Pfem2::new(setup);

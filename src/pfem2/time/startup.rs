@@ -108,7 +108,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         if let Some(solids) = &mut self.solids {
             solids.clear_history();
         }
-        self.system.subscales = Subscales::at_rest(self.system.velocity.len());
+        self.system.subscales = Subscales::at_rest(&self.system.mesh, self.system.physics.stabilisation);
     }
 
     /// Predicts the first step, from which a step of second order takes the one before it. After an error the state is that before.
@@ -144,6 +144,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         let (_, convected) = self.find_velocity(step, solutions)?;
         self.advance_solids(step)?;
+        self.system.subscales.dynamic.advance(step.delta());
         self.system.subscales.begin_average();
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         self.history.acceleration_previous.copy_from_slice(&self.history.acceleration);

@@ -59,7 +59,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         let mut held: BTreeMap<usize, Vec<SurfaceCorner<D>>> = BTreeMap::new();
         for corner in surface.corners() {
-            self.stick_at(mesh, corner.position);
+            if self.stick_at(mesh, corner.position) {
+                continue;
+            }
             if let Some((element, position)) = self.holder(mesh, corner.position) {
                 held.entry(element).or_default().push(SurfaceCorner { position, ..corner });
             }
@@ -80,16 +82,19 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     /// Makes the fluid stick at cut points that are no farther from a corner than they are kept away from nodes: gliding along one of its sides they
-    /// would let the fluid through the other.
-    fn stick_at(&mut self, mesh: &Mesh<D, N>, corner: Vector<D>) {
+    /// would let the fluid through the other. False if there are none.
+    fn stick_at(&mut self, mesh: &Mesh<D, N>, corner: Vector<D>) -> bool {
+        let mut any = false;
         for point in self.points.iter_mut().filter(|point| point.glides_across.is_some()) {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
             if (point.position - corner).norm() <= 2.0 * CLOSEST_GLIDING * (end - start).norm() {
                 point.glides_across = None;
+                any = true;
             }
         }
+        any
     }
 
     /// Makes the fluid stick at the cut points of an element and its neighbours, which cut a corner off: where it glides along one side of the
@@ -104,7 +109,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
-    /// The element near solids that holds a place, and the place, no nearer to its sides than it may be [m].
+    /// The element near solids that holds a place, of several on whose sides it lies one with a node inside, and the place, no nearer to its sides than it may be [m].
     fn holder(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<(usize, Vector<D>)> {
         let holds = |e: usize| {
             let shape = mesh.shape_functions(e, x);
@@ -115,11 +120,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let sum: f64 = kept.iter().sum();
             Some((e, mesh.corners(e).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()))
         };
-        let beside = |cut: &CutBySolid<N>| {
-            let e = cut.element as usize;
-            std::iter::once(e).chain((0..N).filter_map(move |k| mesh.neighbour(e, k)))
-        };
-        self.elements.iter().flat_map(beside).find_map(holds)
+        let cut = || self.elements.iter().map(|cut| cut.element as usize);
+        let beside = cut().flat_map(|e| (0..N).filter_map(move |k| mesh.neighbour(e, k)));
+        cut().chain(beside).find_map(holds)
     }
 
     /// Keeps corners inside of a cut element; `None` if their polygon crosses itself.

@@ -13,6 +13,7 @@
 
 mod corners;
 mod edges;
+mod normals;
 mod parts;
 #[cfg(test)]
 mod tests;
@@ -171,6 +172,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         cut.points = parallel::collect(edges.len(), PIECE, point);
         cut.keep_corners(mesh, surface);
         cut.glide_along_edges();
+        cut.glide_along_chords(mesh);
         let points = &cut.points;
         parallel::change(&mut cut.elements, PIECE, |_, element| element.place(mesh, points));
         cut
