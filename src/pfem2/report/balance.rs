@@ -23,8 +23,8 @@ const GIVEN: f64 = 0.02;
 /// The same for a viscous dissipation below zero.
 const NEGATIVE: f64 = 0.01;
 
-/// Part of the weight times the size of the mesh that is rounding.
-const ROUNDING: f64 = 1e-12;
+/// Part of the weight times the size of the mesh that is rounding, and what the linear solver leaves.
+const ROUNDING: f64 = 1e-9;
 
 /// The energy balance of a run.
 #[derive(Debug, Clone)]
@@ -119,6 +119,11 @@ impl<const D: usize> EnergyBalance<D> {
         if let Some(strain) = &self.strain {
             self.ledger.largest = self.ledger.largest.max(strain.largest());
         }
+        if first {
+            let lost = -self.gained(system);
+            let is_much = lost > TAKEN * self.largest_energy();
+            self.solids.iter_mut().filter(|_| is_much).for_each(|solids| solids.mismatch = lost);
+        }
     }
 
     /// Energy of the flow, its surfaces and the solids that no term explains [J].
@@ -173,7 +178,11 @@ impl<const D: usize> EnergyBalance<D> {
     /// Gives notice of the part of the energy that errors have taken, or given.
     fn check_errors<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, notices: &mut Notices) {
         let largest = self.largest_energy();
-        let gained = self.gained(system);
+        let mismatch = self.solids.as_ref().map_or(0.0, |solids| solids.mismatch);
+        if mismatch > 0.0 {
+            notices.mismatch(mismatch / largest);
+        }
+        let gained = self.gained(system) + mismatch;
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
         notices.errors(part, !(-GIVEN..=TAKEN).contains(&part));
         if self.ledger.viscous() < -NEGATIVE * largest {

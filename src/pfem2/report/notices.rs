@@ -133,6 +133,18 @@ impl Notices {
         });
     }
 
+    /// Fluids and solids have lost this part of the largest energy in the first step.
+    pub fn mismatch(&mut self, part: f64) {
+        self.said.say("mismatch", || {
+            format!(
+                "{:.0} % of the energy at the start went in the first step, because the velocities there don't fit together: a solid that moves in a fluid that \
+                 doesn't make way for it, or through a wall, hits it (`numerical dissipation` in `history/balance.csv`); give the fluid a \
+                 `velocity`, too, or begin at rest and push the solid (`loads`)",
+                100.0 * part
+            )
+        });
+    }
+
     /// Viscosity has given energy.
     pub fn negative_dissipation(&mut self) {
         let what = "`viscous dissipation` is below zero in `history/balance.csv`: the step is too long for this viscosity; take \

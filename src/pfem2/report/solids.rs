@@ -42,6 +42,8 @@ pub struct SolidEnergy {
     pub earlier: SolidEnergies,
     /// Kinetic and strain energy at the start [J].
     pub stored: f64,
+    /// Kinetic energy that fluids and solids lost in the first step, because their velocities at the start didn't fit together [J].
+    pub mismatch: f64,
 }
 
 impl Record for SolidEnergy {

@@ -170,7 +170,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         let of = |point: &&CutPoint<D>| {
             let Motion { own, outside } = point.motion();
             let solid = point.weights.iter().map(|&(a, w)| (place(a), own * w));
-            let node = nodes.iter().position(|&node| point.edge.is_some_and(|[start, _]| node == start)).zip(outside);
+            let node = nodes.iter().position(|&node| point.beside == Some(node)).zip(outside);
             solid.chain(node.map(|(i, p)| (Unknown::Node(i), p))).collect()
         };
         let nodal = |i| vec![(Unknown::Node(i), Tensor::identity())];

@@ -150,6 +150,32 @@ fn the_added_mass_does_not_grow_with_the_number_of_steps() {
     assert!(dynamic.abs() < 0.015 && at_once > 0.06, "{dynamic} {at_once}");
 }
 
+/// A disc as heavy as water that moves in water at rest hits it: of its momentum, with the impulse of the vessel, C/(1 + C) of its energy goes at once,
+/// and the run says so.
+#[test]
+fn a_solid_launched_into_fluid_at_rest_loses_the_share_of_its_added_mass() {
+    let radius = 0.4_f64;
+    let added = (1.0 + radius * radius) / (1.0 - radius * radius);
+    let mesh = vessel();
+    let own = SolidSetup {
+        velocity: vec![Vector([0.0, 1.0]); disc_of(radius).nodes.len()],
+        ..body(disc_of(radius), 1000.0, 0.0, SurfaceCondition::Slip)
+    };
+    let sets = vec![set(&mesh, "rim", Condition::Slip, |_| true)];
+    let water = physics(vec![fluid("water", 1000.0, 1e-3)], [Signal::ZERO, Signal::ZERO]);
+    let water = Physics { stabilisation: Stabilisation::Dynamic, ..water };
+    let mut setup = setup(mesh, sets, water, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![own]).unwrap());
+    let mut pfem = Pfem2::new(setup);
+    pfem.begin(0.0, 1e-4).unwrap();
+    (0..5).for_each(|k| pfem.step(1e-4 * f64::from(k), 1e-4).unwrap());
+    let started = 0.5 * 1000.0 * PI * radius * radius;
+    let lost = pfem.balance.solids.unwrap().mismatch / started;
+    assert!((lost / (added / (1.0 + added)) - 1.0).abs() < 0.02, "{lost} {}", added / (1.0 + added));
+    let notices = pfem.notices();
+    assert!(notices.len() == 1 && notices[0].contains("in the first step"), "{notices:?}");
+}
+
 /// Upward acceleration over that of gravity of a square prism of 0.4 m, off the lines of the mesh, that goes all through a box of 1 m by 1 m and glides
 /// along both of its ends.
 fn prism_let_go(density: f64, cells: usize) -> f64 {

@@ -214,7 +214,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     fn add_point(&mut self, position: Vector<D>, weights: Vec<(u32, f64)>) -> u32 {
-        self.points.push(CutPoint { edge: None, position, weights, glides_across: None });
+        self.points.push(CutPoint { edge: None, beside: None, position, weights, glides_across: None });
         self.points.len() as u32 - 1
     }
 

@@ -24,7 +24,11 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         let normals: Vec<Option<Vector<D>>> =
             self.points.iter().map(|point| point.glides_across.as_ref().map(direction)).collect();
+        let is_whole: Vec<bool> = self.points.iter().map(|point| point.edge.is_some()).collect();
         for element in &self.elements {
+            if !element.points.iter().all(|&point| is_whole[point as usize]) {
+                continue;
+            }
             for &point in &element.points {
                 for other in element.points.iter().filter_map(|&other| normals[other as usize]) {
                     let Some(own) = normals[point as usize].filter(|own| own.dot(other).powi(2) < EDGE) else {

@@ -11,10 +11,13 @@
 //! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
 //! simplices whose corners are nodes, cut points, and in two dimensions corners of the solid.
 
+mod cones;
 mod corners;
 mod edges;
 mod normals;
 mod parts;
+mod passages;
+mod sharp_edges;
 #[cfg(test)]
 mod tests;
 
@@ -86,8 +89,11 @@ pub enum ElementState {
 /// The point where the surface crosses a background edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutPoint<const D: usize> {
-    /// The node outside and the node inside; none for a corner of the solid inside an element.
+    /// The node outside and the node inside; none for a corner or an edge of the solid inside an element, and where a solid without nodes on an edge of the mesh
+    /// crosses it.
     pub edge: Option<[u32; 2]>,
+    /// The node outside of which the fluid at it has the part along the surface, where it glides.
+    pub beside: Option<u32>,
     /// Position on the edge [m].
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
@@ -117,8 +123,7 @@ impl<const D: usize> CutPoint<D> {
     pub fn velocity(&self, node: &dyn Fn(usize) -> Vector<D>, solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
         let Motion { own, outside } = self.motion();
         let surface: Vector<D> = self.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
-        let gliding = outside.zip(self.edge);
-        let along = gliding.map_or(Vector::ZERO, |(p, [outside, _])| p.apply(node(outside as usize)));
+        let along = outside.zip(self.beside).map_or(Vector::ZERO, |(p, beside)| p.apply(node(beside as usize)));
         own.apply(surface) + along
     }
 }
@@ -171,6 +176,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
         cut.keep_corners(mesh, surface);
+        cut.keep_edges(mesh, surface, conditions);
         cut.glide_along_edges();
         cut.glide_along_chords(mesh);
         let points = &cut.points;
@@ -337,7 +343,7 @@ fn cut_point<const D: usize, const N: usize>(
     let glides_across =
         foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
-    CutPoint { edge: Some(edge), position: at(kept), weights, glides_across }
+    CutPoint { edge: Some(edge), beside: Some(edge[0]), position: at(kept), weights, glides_across }
 }
 
 /// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface, which the edge may meet before or

@@ -144,6 +144,19 @@ fn a_box_keeps_its_corners() {
     assert!(mean < 1e-3, "{mean:e} {all:?}");
 }
 
+/// The same in space: elements keep edges and corners.
+#[test]
+fn a_box_in_space_keeps_its_edges() {
+    let mesh = background::<3, 4>(1.4, 10);
+    let lost = |angle: f64| {
+        let place = Vector([0.02, 0.01, 0.03]);
+        let solid = turned_box([0.8, 0.5, 0.6], [2, 1, 1], place, &rotation([angle, 0.7 * angle, 0.2 + angle]));
+        1.0 - check(&mesh, &solid).volume_inside(&mesh) / (1.6 * 1.0 * 1.2)
+    };
+    let all: Vec<f64> = (0..8).map(|k| lost(0.05 + 0.2 * f64::from(k))).collect();
+    eprintln!("DIAG {all:?}");
+}
+
 /// A beam of one and a half cells, whose cut points on one side are not to be drawn by the other.
 #[test]
 fn a_thin_beam_keeps_its_volume() {

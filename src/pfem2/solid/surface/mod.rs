@@ -8,6 +8,7 @@
 //! Boxes around facets and elements are kept in trees. The sign is that of (x − x_Γ)·n with the normal n of all facets which
 //! meet at x_Γ, so that it holds at corners, too.
 
+mod edges;
 mod facet;
 mod feet;
 mod normals;
@@ -19,6 +20,7 @@ pub(in crate::pfem2) mod tests;
 use super::mesh::{SolidMesh, element_nodes};
 use crate::math::Vector;
 use crate::parallel;
+pub use edges::EdgePiece;
 use facet::SurfaceFacet;
 pub(super) use feet::FacetFoot;
 use normals::Normals;
