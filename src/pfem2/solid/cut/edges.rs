@@ -43,7 +43,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 }
 
 /// The direction on which a tensor n ⊗ n projects.
-fn direction<const D: usize>(across: &Tensor<D>) -> Vector<D> {
+pub(super) fn direction<const D: usize>(across: &Tensor<D>) -> Vector<D> {
     let columns = (0..D).map(|j| Vector::from_fn(|i| across[i][j]));
     let longest = columns.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
     longest.and_then(|column| column.normalized()).unwrap_or_default()

@@ -7,28 +7,27 @@
 //! An even pressure acts on c along n_c: with this normal it doesn't push the fluid along the surface. With that of the nearest place of the surface it
 //! does wherever chords leave the surface, in proportion to all of the pressure, on curves and beside corners.
 
+use super::edges::direction;
 use super::{SolidCut, Vertex};
 use crate::math::{Tensor, Vector};
 use crate::mesh::{Mesh, Simplex};
 
-/// Square of the product with the normal of the surface below which what cut points have around them says nothing about it.
+/// Square of the product of the normal of the chords with that of the surface, or of the plane across an edge, above which the fluid may glide as the chords have it.
 const ALIKE: f64 = 0.75;
 
-/// Trace of a projection on one direction, with room for rounding.
-const ONE_DIRECTION: f64 = 1.5;
+/// Trace of a projection on one direction, and on two, with room for rounding.
+const DIRECTIONS: [f64; 2] = [1.5, 2.5];
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
-    /// Lets the fluid glide at right angles to the normals of the chords, where one direction is across.
+    /// Lets the fluid glide at right angles to the normals of the chords. Where they differ much from that of the surface it glides along neither.
     pub(super) fn glide_along_chords(&mut self, mesh: &Mesh<D, N>) {
         if self.points.iter().all(|point| point.glides_across.is_none()) {
             return;
         }
         let normals = self.chord_normals(mesh);
         for (point, normal) in self.points.iter_mut().zip(normals) {
-            let (Some(across), Some(normal)) = (&mut point.glides_across, normal.normalized()) else { continue };
-            if across.trace() < ONE_DIRECTION && normal.dot(across.apply(normal)) > ALIKE {
-                *across = Tensor::outer(normal, normal);
-            }
+            let (Some(across), Some(normal)) = (point.glides_across, normal.normalized()) else { continue };
+            point.glides_across = along_chords(across, normal);
         }
     }
 
@@ -47,4 +46,24 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
         normals
     }
+}
+
+/// The projection on the directions across, given that of the surface and the normal of the chords; `None` where all are.
+fn along_chords<const D: usize>(across: Tensor<D>, normal: Vector<D>) -> Option<Tensor<D>> {
+    let is_alike = normal.dot(across.apply(normal)) > ALIKE;
+    let along = Tensor::identity() - across;
+    let line = match across.trace() {
+        one if one < DIRECTIONS[0] && is_alike => return Some(Tensor::outer(normal, normal)),
+        // Across both, along the line in which they meet; in the plane there is none.
+        one if one < DIRECTIONS[0] && D == 3 => direction(&across).to3(),
+        two if D == 3 && two < DIRECTIONS[1] && is_alike => {
+            let line = direction(&along);
+            return (line - normal * normal.dot(line))
+                .normalized()
+                .map(|line| Tensor::identity() - Tensor::outer(line, line));
+        }
+        _ => return None,
+    };
+    let line = Vector::<D>::from3(Vector::<3>(line).cross(Vector(normal.to3())).0).normalized()?;
+    Some(Tensor::identity() - Tensor::outer(line, line))
 }

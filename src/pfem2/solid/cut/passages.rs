@@ -10,6 +10,9 @@ use rstar::{AABB, RTree};
 /// Shape function gained along a piece of an edge below which it hardly touches an element.
 const GRAZING: f64 = 1e-6;
 
+/// Shape function below zero down to which a place belongs to an element: an edge in a face passes the elements on both sides.
+const ON_FACE: f64 = 1e-9;
+
 /// Edges of solids in a tree of boxes.
 pub struct SharpEdges<const D: usize> {
     /// In straight pieces.
@@ -131,6 +134,7 @@ impl<const D: usize> SharpEdges<D> {
 
 /// What an element has of a piece, given its shape functions at the ends.
 fn passage<const N: usize>(piece: usize, [start, end]: [[f64; N]; 2]) -> Option<Passage> {
+    let [start, end] = [start, end].map(|shape| shape.map(|n| n + ON_FACE));
     let (mut range, mut faces) = ([0.0, 1.0], [None, None]);
     for k in 0..N {
         if start[k] >= 0.0 && end[k] >= 0.0 {

@@ -30,8 +30,8 @@ const AT_CROSSING: f64 = 0.01;
 /// Part of an element that an apex must add to the fluid or take from it where no edge or face says that it is needed.
 const LEAST: f64 = 0.01;
 
-/// Distance of p from q, over the length of their edge, below which the solid hardly reaches it.
-const REACHES: f64 = 1e-4;
+/// Least distance of p and q from the place between them, over the length of their edge: the solid may do no more than touch it.
+const APART: f64 = INSIDE;
 
 /// Elements per piece of a parallel loop.
 const PIECE: usize = 16;
@@ -347,16 +347,17 @@ impl<const D: usize> Solids<'_, D> {
         let middle = x[0] + (x[1] - x[0]) * fraction;
         let inside = self.surface.distance(middle);
         let length = (x[1] - x[0]).norm();
-        if inside > -AT_NODE * length {
+        if inside > AT_NODE * length {
             return None;
         }
         let seen = |end: usize| {
             let (start, way) = (x[end], middle - x[end]);
             let at = |t: f64| start + way * t;
-            let ends = [self.surface.distance(start), inside];
-            let (t, foot) = crossing(self.surface, at, (ends, 0.0), way.norm());
-            let t = t.max(CLOSEST_GLIDING * length / way.norm());
-            let foot = foot.or_else(|| self.surface.foot(at(t)))?;
+            let part = way.norm() / length;
+            let ends = [self.surface.distance(start), inside.min(0.0)];
+            let (t, _) = crossing(self.surface, at, (ends, 0.0), way.norm());
+            let t = t.min(1.0 - APART / part).max(CLOSEST_GLIDING / part);
+            let foot = self.surface.foot(at(t))?;
             let glides = self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
             let normal = self.surface.normal(&foot).filter(|_| glides);
             let glides_across = normal.map(|normal| Tensor::outer(normal, normal));
@@ -364,8 +365,8 @@ impl<const D: usize> Solids<'_, D> {
             Some(CutPoint { edge: None, beside: Some(nodes[end]), position: at(t), weights, glides_across })
         };
         let [first, second] = [seen(0)?, seen(1)?];
-        let reach = (second.position - first.position).norm();
-        (reach > REACHES * length).then_some([(nodes, first), ([nodes[1], nodes[0]], second)])
+        let reach = (second.position - first.position).dot(x[1] - x[0]);
+        (reach > 0.0).then_some([(nodes, first), ([nodes[1], nodes[0]], second)])
     }
 }
 
