@@ -80,6 +80,11 @@ const BESIDE_SOLIDS: &str = r#"
 stabilisation = "dynamic-subscales"
 "#;
 
+/// With several fluids, too: elements with their interface can't keep subscales (theory F.7.4).
+const FLUIDS_BESIDE_SOLIDS: &str = r#"
+stabilisation = "consistent-pspg"
+"#;
+
 /// 15 particles in a triangle, 20 in a tetrahedron.
 const BECKER_2015_PER_EDGE: [i64; 2] = [5, 4];
 
@@ -147,7 +152,8 @@ fn recommended_flow(case: &toml::Table) -> Vec<&'static str> {
         () if interface(case) == Some("pseudo") => Some(PSEUDO),
         () => None,
     };
-    let of_solids = (fluids < bodies(case).count()).then_some(BESIDE_SOLIDS);
+    let beside_solids = if fluids > 1 { FLUIDS_BESIDE_SOLIDS } else { BESIDE_SOLIDS };
+    let of_solids = (fluids < bodies(case).count()).then_some(beside_solids);
     of_fluids.into_iter().chain(of_solids).collect()
 }
 

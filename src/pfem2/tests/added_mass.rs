@@ -189,7 +189,7 @@ fn prism_let_go(density: f64, cells: usize) -> f64 {
     let_go(mesh, SolidSetup { held, surface: SurfaceCondition::Slip, ..free }, 4) / GRAVITY
 }
 
-/// In space elements cut edges off. As heavy as water, the prism hovers, but for the part of its section that they cut off; half as heavy it begins to move
+/// As heavy as water, the prism hovers, but for what cut points that are kept away from nodes add to its section; half as heavy it begins to move
 /// with the added mass of the square above.
 #[test]
 fn a_square_prism_that_glides_in_space_begins_to_move_as_the_square_does() {

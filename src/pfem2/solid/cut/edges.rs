@@ -1,4 +1,4 @@
-//! Edges of solids in three dimensions (theory J.2).
+//! Edges of solids in elements that cut them off, in three dimensions (theory J.2).
 //!
 //! ```text
 //! v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i,      P_s: projection on the normals of cut points of the same elements that differ by more than 30°

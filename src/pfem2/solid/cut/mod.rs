@@ -9,7 +9,7 @@
 //!
 //! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
 //! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
-//! simplices whose corners are nodes, cut points, and in two dimensions corners of the solid.
+//! simplices whose corners are nodes, cut points, and places on corners and edges of the solid.
 
 mod cones;
 mod corners;
