@@ -178,9 +178,9 @@ impl<const D: usize> EnergyBalance<D> {
     /// Gives notice of the part of the energy that errors have taken, or given.
     fn check_errors<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, notices: &mut Notices) {
         let largest = self.largest_energy();
-        let mismatch = self.solids.as_ref().map_or(0.0, |solids| solids.mismatch);
+        let (mismatch, stored) = self.solids.as_ref().map_or((0.0, 0.0), |solids| (solids.mismatch, solids.stored));
         if mismatch > 0.0 {
-            notices.mismatch(mismatch / largest);
+            notices.mismatch(mismatch / (self.ledger.begun() + stored));
         }
         let gained = self.gained(system) + mismatch;
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };

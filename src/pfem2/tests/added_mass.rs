@@ -173,7 +173,10 @@ fn a_solid_launched_into_fluid_at_rest_loses_the_share_of_its_added_mass() {
     let lost = pfem.balance.solids.unwrap().mismatch / started;
     assert!((lost / (added / (1.0 + added)) - 1.0).abs() < 0.02, "{lost} {}", added / (1.0 + added));
     let notices = pfem.notices();
-    assert!(notices.len() == 1 && notices[0].contains("in the first step"), "{notices:?}");
+    assert!(
+        notices.len() == 1 && notices[0].contains("% of the energy at the start went in the first step"),
+        "{notices:?}"
+    );
 }
 
 /// Upward acceleration over that of gravity of a square prism of 0.4 m, off the lines of the mesh, that goes all through a box of 1 m by 1 m and glides

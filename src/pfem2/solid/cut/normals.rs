@@ -1,7 +1,7 @@
 //! Directions in which the fluid glides along chords (theory (J.6c); Engelman, Sani & Gresho 1982).
 //!
 //! ```text
-//! n_c ∝ Σ_s ∫ ∇N^s_c dV        over the simplices s of the fluid part at cut point c
+//! n_c ∝ Σ_f A_f n_f        over the facets f between the fluid part and the solid at cut point c
 //! ```
 //!
 //! An even pressure acts on c along n_c: with this normal it doesn't push the fluid along the surface. With that of the nearest place of the surface it
@@ -31,15 +31,21 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
-    /// Σ_s ∫ ∇N^s_c dV of the cut points [m²].
+    /// n_c of the cut points, but for a factor [m²].
     fn chord_normals(&self, mesh: &Mesh<D, N>) -> Vec<Vector<D>> {
         let mut normals = vec![Vector::ZERO; self.points.len()];
         for element in &self.elements {
             for part in &element.parts {
                 let Some(simplex) = Simplex::new(self.corners(mesh, element, part)) else { continue };
-                for (vertex, gradient) in part.vertices.iter().zip(&simplex.gradient) {
-                    if let Vertex::Point(k) = vertex {
-                        normals[element.points[usize::from(*k)] as usize] += *gradient * simplex.volume;
+                let points = part.vertices.map(|vertex| match vertex {
+                    Vertex::Point(k) => Some(element.points[usize::from(k)] as usize),
+                    Vertex::Node(_) => None,
+                });
+                // Facets between parts of an element cancel.
+                for (k, gradient) in simplex.gradient.iter().enumerate() {
+                    let facet = || (0..N).filter(|&i| i != k).map(|i| points[i]);
+                    if facet().all(|point| point.is_some()) {
+                        facet().flatten().for_each(|point| normals[point] += *gradient * simplex.volume);
                     }
                 }
             }
