@@ -83,11 +83,14 @@ fn a_resolved_case_keeps_the_keys_of_its_solids() {
     assert_eq!(resolved(&first), first);
 }
 
-/// The stabilisation that solids bring along is shown, and one that the case names stays.
+/// The stabilisation that solids bring along, another in one fluid than in several, is shown, and one that the case names stays.
 #[test]
 fn a_resolved_case_shows_the_stabilisation_beside_solids() {
     let resolved = |text: &str| Case::read(Source::new("case.toml", "", text), &[]).unwrap().resolved_toml();
-    assert!(resolved(GOOD).contains("stabilisation = \"dynamic-subscales\""));
+    assert!(resolved(GOOD).contains("stabilisation = \"consistent-pspg\""));
+    let (start, end) = (GOOD.find("[[body]]\nname = \"oil\"").unwrap(), GOOD.find("[[boundary]]").unwrap());
+    let one = format!("{}{}", &GOOD[..start], GOOD[end..].replace("\"oil\"", "\"water\""));
+    assert!(resolved(&one).contains("stabilisation = \"dynamic-subscales\""));
     let own = resolved(&GOOD.replace("[pfem2]", "[pfem2]\nstabilisation = \"oss\""));
     assert!(own.contains("stabilisation = \"oss\""), "{own}");
 }
