@@ -66,7 +66,7 @@ pub enum SurfaceSpec {
     /// It sticks.
     #[default]
     NoSlip,
-    /// It glides: for elements wider than half the layer in which it would be slowed down.
+    /// It glides.
     Slip,
 }
 

@@ -27,6 +27,13 @@
 //! minus = "outside"             # the same value of another history is taken off; `plus` adds it
 //! ...
 //!
+//! [[drawn]]                     # a published curve that is drawn and not compared
+//! history = "tip-x"
+//! value = "ux"
+//! reference = [{ file = "reference/history.csv", x = "time", y = "ux" }]
+//! phase = { history = "tip-y", value = "uy", reference = { file = "reference/history.csv", x = "time", y = "uy" } }
+//! source = "FeatFlow"
+//!
 //! [[profile]]                   # a field of particles at the end, over a coordinate
 //! name = "density, L1 error"
 //! of = ["left", "right"]
@@ -146,8 +153,22 @@ pub struct Drawn {
     pub value: String,
     /// The curves; several make a band.
     pub reference: Vec<Curve>,
+    /// The signal that tells the phase, where the curves are to be moved to that of the run.
+    pub phase: Option<DrawnPhase>,
     /// Their source.
     pub source: String,
+}
+
+/// The phase of curves that are periodic: they are moved in time so that a signal of theirs rises when that of the run does last.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnPhase {
+    /// The table in `history/` with the signal, without `.csv`.
+    pub history: String,
+    /// Its column.
+    pub value: String,
+    /// The same signal of the reference, a period or more of it.
+    pub reference: Curve,
 }
 
 /// Quantities measured on a history within the window.

@@ -19,7 +19,7 @@ pub use table::render;
 use crate::catalog::EXPECTED_FILE;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::history::HistoryTable;
-use crate::output::plot::{CurveShape, ReferenceCurve};
+use crate::output::plot::{CurveShape, Phase, ReferenceCurve};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
 use curve::Curve;
 use std::io;
@@ -97,29 +97,36 @@ fn no_history(check: &expected::Check, name: &str, histories: &Path) -> Error {
 /// # Errors
 /// A table that isn't there, or can't be read.
 pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>> {
+    let read = |curve: &Curve| curve.read(|file| table_beside(folder, file));
+    let reference = |history: &String, column: &String, curves: &[Curve], source: &String| {
+        let curves = curves.iter().map(read).collect::<Result<Vec<Series>>>()?;
+        let (history, column) = (history.clone(), column.clone());
+        Ok(ReferenceCurve { history, column, label: source.clone(), shape: shape(&curves), phase: None })
+    };
     let compared = expected.checks.iter().filter_map(|check| match &check.reference {
-        expected::Reference::Curves(curves) => Some((&check.history, &check.value, curves, &check.source)),
+        expected::Reference::Curves(curves) => Some(reference(&check.history, &check.value, curves, &check.source)),
         expected::Reference::Number(_) => None,
     });
-    let only_drawn = expected.drawn.iter().map(|drawn| (&drawn.history, &drawn.value, &drawn.reference, &drawn.source));
-    let reference = |(history, value, curves, source): (&String, &String, &Vec<Curve>, &String)| {
-        let read = |curve: &Curve| curve.read(|file| table_beside(folder, file));
-        let curves = curves.iter().map(read).collect::<Result<Vec<Series>>>()?;
-        Ok(ReferenceCurve {
-            history: history.clone(),
-            column: value.clone(),
-            label: source.clone(),
-            shape: shape(&curves),
-        })
-    };
-    compared.chain(only_drawn).map(reference).collect()
+    let only_drawn = expected.drawn.iter().map(|drawn| {
+        let in_phase = |phase: &expected::DrawnPhase| -> Result<Phase> {
+            let signal = points(&read(&phase.reference)?);
+            Ok(Phase { history: phase.history.clone(), column: phase.value.clone(), signal })
+        };
+        let curve = reference(&drawn.history, &drawn.value, &drawn.reference, &drawn.source)?;
+        Ok(ReferenceCurve { phase: drawn.phase.as_ref().map(in_phase).transpose()?, ..curve })
+    });
+    compared.chain(only_drawn).collect()
 }
 
 fn shape(curves: &[Series]) -> CurveShape {
     match curves {
-        [one] => CurveShape::Points(one.x.iter().zip(&one.y).map(|(&x, &y)| [x, y]).collect()),
+        [one] => CurveShape::Points(points(one)),
         many => CurveShape::Band(series::band(many)),
     }
+}
+
+fn points(series: &Series) -> Vec<[f64; 2]> {
+    series.x.iter().zip(&series.y).map(|(&x, &y)| [x, y]).collect()
 }
 
 fn table_beside(folder: &Folder, file: &str) -> Result<HistoryTable> {

@@ -3,6 +3,8 @@
 use lateen::Error;
 use lateen::case::{Case, Source};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 fn cases() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
@@ -29,20 +31,40 @@ fn every_case_folder_is_built_in() {
     assert_eq!(built_in, folders);
 }
 
+/// Findings of a case but for the one that is expected: a probe of a box that the flow reaches later.
+fn complaints(file: &Path) -> String {
+    let source = Source::read(file).unwrap();
+    match Case::read(source.clone(), &[]).and_then(|case| case.model()) {
+        Ok(mut model) => {
+            model.warnings.retain(|warning| !warning.message.contains("the box holds nothing of"));
+            // Layers at the beams of Turek & Hron are resolved.
+            let glides = model
+                .summary
+                .notes
+                .iter()
+                .find(|note| file.to_string_lossy().contains("turek") && note.contains("glides"));
+            source.render(&model.warnings, false).trim_start().to_owned() + glides.map_or("", String::as_str)
+        }
+        Err(Error::Case(findings)) => source.render(&findings, false),
+        Err(other) => panic!("{other}"),
+    }
+}
+
 #[test]
 fn every_case_folder_builds_without_unexpected_warnings() {
-    let mut wrong = String::new();
-    for file in cases() {
-        let source = Source::read(&file).unwrap();
-        match Case::read(source.clone(), &[]).and_then(|case| case.model()) {
-            Ok(mut model) => {
-                model.warnings.retain(|warning| !warning.message.contains("the box holds nothing of"));
-                wrong += source.render(&model.warnings, false).trim_start();
-            }
-            Err(Error::Case(findings)) => wrong += &source.render(&findings, false),
-            Err(other) => panic!("{other}"),
+    let (files, next) = (cases(), AtomicUsize::new(0));
+    let worker = || {
+        let mut wrong = String::new();
+        while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            wrong += &complaints(file);
         }
-    }
+        wrong
+    };
+    let wrong: String = thread::scope(|scope| {
+        let workers: Vec<_> =
+            (0..thread::available_parallelism().map_or(1, usize::from)).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().map(|worker| worker.join().unwrap()).collect()
+    });
     assert!(wrong.is_empty(), "\n{wrong}");
 }
 

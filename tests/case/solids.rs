@@ -213,6 +213,22 @@ fn incompressible_solids_are_said_and_material_points_are_not() {
 }
 
 /// A tetrahedron with three edges of 0.3 m along the axes, from a file in millimetres.
+/// Stokes' layer is √(ν T/π) thick; elements of 0.02 m fill half of it at ν = π (0.04 m)²/T.
+#[test]
+fn fluid_glides_where_elements_do_not_hold_its_layer() {
+    let notes = |text: &str| good(text).summary.notes;
+    let glides = |text: &str| notes(text).iter().any(|note| note.contains("glides along `flap`"));
+    let periods = notes(GOOD).into_iter().find_map(|note| Some(note.split_once("flap ")?.1.to_owned())).unwrap();
+    let longest: f64 = periods.split_once(" s").unwrap().0.parse().unwrap();
+    let border = 1000.0 * std::f64::consts::PI * 0.04 * 0.04 / longest;
+    let of_viscosity = |factor: f64| edited(GOOD, "1e-3 Pa s", &format!("{} Pa s", factor * border));
+    assert!(glides(GOOD) && glides(&of_viscosity(0.98)) && !glides(&of_viscosity(1.02)));
+    // What the case says counts, and the solid that isn't moved by its own inertia has no layer.
+    for key in ["surface = \"no-slip\"", "surface = \"slip\"", "inertia = \"quasi-static\""] {
+        assert!(!glides(&edited(GOOD, "plane = \"stress\"", &format!("plane = \"stress\"\n{key}"))), "{key}");
+    }
+}
+
 #[test]
 fn a_file_of_triangles_is_enough_for_a_rigid_solid() {
     let folder = tempfile::tempdir().unwrap();

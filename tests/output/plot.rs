@@ -3,7 +3,7 @@
 
 use lateen::output::image::Image;
 use lateen::output::plot::{
-    CurveShape, Data, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
+    CurveShape, Data, Phase, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
 };
 use std::fs;
 use std::path::PathBuf;
@@ -49,6 +49,7 @@ fn every_history_gets_a_plot_per_unit_and_per_column_with_references() {
         column: "z".into(),
         label: label.into(),
         shape,
+        phase: None,
     };
     let references = [
         reference("Somebody et al. (2014), digitised", CurveShape::Points(points)),
@@ -66,6 +67,30 @@ fn every_history_gets_a_plot_per_unit_and_per_column_with_references() {
     let svg = fs::read_to_string(dir.join("balance.svg")).unwrap();
     assert!(svg.contains("kinetic energy: water") && svg.contains("energy [mJ]"));
     assert!(!svg.contains("never") && !svg.contains("mass"), "what is zero or no energy is left out");
+}
+
+/// A swing of the run from its own start on, and one period and a half of the reference from zero on.
+#[test]
+fn a_periodic_reference_is_drawn_in_the_phase_of_the_run() {
+    let dir = directory("phase");
+    let swing = |t: f64, start: f64| (std::f64::consts::TAU * (t - start) / 0.4).sin();
+    let rows = (0..=500).map(|n| 0.01 * f64::from(n)).map(|t| format!("{t},{}\n", swing(t, 0.07)));
+    let histories = dir.join("history");
+    fs::create_dir_all(&histories).unwrap();
+    fs::write(histories.join("tip.csv"), format!("time [s],y [m]\n{}", rows.collect::<String>())).unwrap();
+    let signal: Vec<[f64; 2]> = (0..60).map(|n| 0.01 * f64::from(n)).map(|t| [t, swing(t, 0.0)]).collect();
+    let in_phase = |history: &str| ReferenceCurve {
+        history: "tip".into(),
+        column: "y".into(),
+        label: format!("published, by {history}"),
+        shape: CurveShape::Points(signal.clone()),
+        phase: Some(Phase { history: history.into(), column: "y".into(), signal: signal.clone() }),
+    };
+    plot_run(&histories, &dir, &[in_phase("tip"), in_phase("another")]).unwrap();
+    assert!(dir.join("tip-periods.png").exists(), "the periods closer by");
+    let svg = fs::read_to_string(dir.join("tip-periods.svg")).unwrap();
+    assert!(svg.contains("published, by tip") && svg.contains("tip, the last periods"));
+    assert!(!svg.contains("published, by another"), "what has no phase has no place");
 }
 
 fn curve(y: impl Fn(f64) -> f64) -> Data {

@@ -139,11 +139,13 @@ struct Construction<'c> {
     findings: Vec<Diagnostic>,
     /// Formulas that depend on the time or on the place.
     watched: Vec<Watched>,
+    /// What was found or chosen for the solids, to be told.
+    notes: Vec<String>,
 }
 
 impl<'c> Construction<'c> {
     fn new(case: &'c Case) -> Self {
-        Self { case, findings: Vec::new(), watched: Vec::new() }
+        Self { case, findings: Vec::new(), watched: Vec::new(), notes: Vec::new() }
     }
 }
 

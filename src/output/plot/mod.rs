@@ -1,8 +1,10 @@
 //! Plots as SVG and PNG: curves, reference points and bands over a light grid.
 
 mod draw;
+mod phase;
 mod run;
 
+pub use phase::Phase;
 pub use run::{CurveShape, ReferenceCurve, plot_run};
 
 use super::atomic;

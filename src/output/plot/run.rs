@@ -1,6 +1,6 @@
 //! The plots of a whole run: every history with its references, the energies, and their closure.
 
-use super::{Data, PlotAxis, PlotSeries, PlotSpec, lines};
+use super::{Data, Phase, PlotAxis, PlotSeries, PlotSpec, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
@@ -21,6 +21,8 @@ pub struct ReferenceCurve {
     pub label: String,
     /// The curve, in the units of the history.
     pub shape: CurveShape,
+    /// The phase in which it is drawn; else at its own times.
+    pub phase: Option<Phase>,
 }
 
 /// Shape of a reference in a plot.
@@ -38,17 +40,34 @@ pub enum CurveShape {
 /// Input/output errors.
 pub fn plot_run(histories: &Path, plots: &Path, references: &[ReferenceCurve]) -> Result<()> {
     create_directory(plots)?;
+    let references = in_phase(histories, references)?;
     for name in history_names(histories)? {
         let table = HistoryTable::read(&histories.join(format!("{name}.csv")))?;
         if table.columns.first().is_none_or(|time| time.len() < 2) {
             continue;
         }
-        let specs = if name == "balance" { balance(&table) } else { history(&name, &table, references) };
+        let specs = if name == "balance" { balance(&table) } else { history(&name, &table, &references) };
         for (stem, spec) in specs {
             lines(&spec, &plots.join(stem))?;
         }
     }
     Ok(())
+}
+
+/// The references, those with a phase moved to that of the run; one whose run has none is left out.
+fn in_phase(histories: &Path, references: &[ReferenceCurve]) -> Result<Vec<ReferenceCurve>> {
+    let moved = |reference: &ReferenceCurve| {
+        let Some(phase) = &reference.phase else { return Ok(Some(reference.clone())) };
+        let path = histories.join(format!("{}.csv", phase.history));
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let table = HistoryTable::read(&path)?;
+        let signal = table.names().iter().position(|name| *name == phase.column).map(|c| points(&table, c));
+        let shift = signal.and_then(|signal| phase.shift(&signal));
+        Ok(shift.map(|shift| ReferenceCurve { shape: reference.shape.later(shift), ..reference.clone() }))
+    };
+    references.iter().filter_map(|reference| moved(reference).transpose()).collect()
 }
 
 /// Names of all `.csv` files, in order; none if there is no directory.
@@ -76,7 +95,7 @@ fn history(name: &str, table: &HistoryTable, references: &[ReferenceCurve]) -> V
         groups.entry((unit, alone)).or_default().push(c);
     }
     let count = groups.len();
-    let plot = |((unit, _), columns): ((String, Option<usize>), Vec<usize>)| {
+    let plots = |((unit, _), columns): ((String, Option<usize>), Vec<usize>)| {
         let names: Vec<String> = columns.iter().map(|&c| PlotAxis::of_head(&table.heads[c]).name).collect();
         let end = table.columns[0].last().copied().unwrap_or_default();
         let mut series: Vec<PlotSeries> =
@@ -85,9 +104,31 @@ fn history(name: &str, table: &HistoryTable, references: &[ReferenceCurve]) -> V
         series.extend(columns.iter().map(|&c| curve(table, c)));
         let stem = if count == 1 { name.to_owned() } else { format!("{name}-{}", names[0]) };
         let y = PlotAxis { name: names.join(", "), unit };
-        (stem, PlotSpec { title: name.to_owned(), x: PlotAxis::of_head(&table.heads[0]), y, series })
+        let x = PlotAxis::of_head(&table.heads[0]);
+        let begin =
+            of_column(&names[0]).iter().filter(|r| r.phase.is_some()).filter_map(|r| r.shape.begin()).reduce(f64::min);
+        let closer = begin.map(|begin| {
+            let title = format!("{name}, the last periods");
+            let series = series.iter().map(|series| series.since(begin - 0.5 * (end - begin))).collect();
+            (format!("{stem}-periods"), PlotSpec { title, x: x.clone(), y: y.clone(), series })
+        });
+        [(stem, PlotSpec { title: name.to_owned(), x, y, series })].into_iter().chain(closer)
     };
-    groups.into_iter().map(plot).collect()
+    groups.into_iter().flat_map(plots).collect()
+}
+
+impl PlotSeries {
+    /// The part from the time `begin` on.
+    fn since(&self, begin: f64) -> Self {
+        let later = |points: &[[f64; 2]]| points.iter().filter(|point| point[0] >= begin).copied().collect();
+        let data = match &self.data {
+            Data::Line(points) => Data::Line(later(points)),
+            Data::Dashed(points) => Data::Dashed(later(points)),
+            Data::Markers(points) => Data::Markers(later(points)),
+            Data::Band(points) => Data::Band(points.iter().filter(|point| point[0] >= begin).copied().collect()),
+        };
+        Self { label: self.label.clone(), data }
+    }
 }
 
 impl ReferenceCurve {
@@ -162,6 +203,10 @@ fn unexplained(table: &HistoryTable, x: PlotAxis, closure: usize, scale: f64) ->
 }
 
 fn curve(table: &HistoryTable, column: usize) -> PlotSeries {
-    let points = table.columns[0].iter().zip(&table.columns[column]).map(|(&x, &y)| [x, y]).collect();
-    PlotSeries { label: PlotAxis::of_head(&table.heads[column]).name, data: Data::Line(points) }
+    PlotSeries { label: PlotAxis::of_head(&table.heads[column]).name, data: Data::Line(points(table, column)) }
+}
+
+/// A column over the first one.
+fn points(table: &HistoryTable, column: usize) -> Vec<[f64; 2]> {
+    table.columns[0].iter().zip(&table.columns[column]).map(|(&x, &y)| [x, y]).collect()
 }

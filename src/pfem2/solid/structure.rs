@@ -19,7 +19,7 @@ use super::gauss::{GaussPoint, gauss_points};
 use super::mesh::SolidMesh;
 use super::pressure::FollowerPressures;
 use super::rigid::RigidBody;
-use super::setup::{Inertia, SolidSetup};
+use super::setup::{Inertia, SolidSetup, SurfaceCondition};
 use super::springs::Springs;
 pub use super::state::{Prediction, SolidState};
 use super::sums::mass_matrix;
@@ -110,6 +110,11 @@ impl<const D: usize> Structure<D> {
     /// The solids as they were set up.
     pub fn setups(&self) -> &[SolidSetup<D>] {
         &self.setups
+    }
+
+    /// Sets what the fluid does on the surface of a solid.
+    pub fn set_surface(&mut self, solid: usize, surface: SurfaceCondition) {
+        self.setups[solid].surface = surface;
     }
 
     /// The mesh of each solid with its first node.

@@ -4,6 +4,7 @@ mod boundary;
 mod enclosed;
 mod fluids;
 mod holding;
+mod layers;
 mod loads;
 mod mesh;
 mod particle_solids;
@@ -12,8 +13,8 @@ mod solids;
 mod through;
 
 use prestress::incompressible;
-use solids::natural_periods;
 pub(in crate::case) use solids::size_of;
+use solids::{MODES, natural_periods};
 
 use super::signals::TrialPoints;
 use super::{Construction, Model, guarded, has_errors};
@@ -24,6 +25,7 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::mesh::domain::DomainMesh;
 use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::{Pfem2, Setup};
 use crate::simulation::Solver;
 use fluids::{InitialFluid, sharp, velocity_at};
@@ -38,18 +40,17 @@ impl Case {
     pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
         let mut assembly = Construction::new(self);
         let setup = assembly.flow(make);
-        let Construction { mut findings, watched, .. } = assembly;
+        let Construction { mut findings, watched, notes, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
         check::plausible::of_flow(self, &setup, &mut findings);
         let summary = CaseSummary::of_flow(&setup, &self.file);
         check::solids::of_flow(self, &setup, &summary.solids, &mut findings);
         check::solids::rest(self, &setup, &mut findings);
-        let periods = setup.solids.as_ref().and_then(natural_periods);
         let mut solver = Pfem2::new(setup);
         let mut summary = summary.with_solver(&mut solver, &self.file);
         summary.notes.extend(self.file.mesh.iter().filter_map(DomainMesh::adjusted));
-        summary.notes.extend(periods);
+        summary.notes.extend(notes);
         summary.notes.extend(incompressible(&self.file));
         check::steps(self, &summary, &mut findings);
         check::memory(&summary, &mut findings);
@@ -66,6 +67,19 @@ impl Case {
 }
 
 impl Construction<'_> {
+    /// Notes the longest periods of elastic solids, and lets fluids glide where their layers aren't resolved.
+    fn periods_and_layers<const D: usize, const N: usize>(
+        &mut self,
+        structure: Option<&mut Structure<D>>,
+        fluids: &[FluidSetup],
+        mesh: &Mesh<D, N>,
+    ) {
+        let Some(structure) = structure else { return };
+        let modes = structure.natural_modes(MODES);
+        self.notes.extend(natural_periods(structure.setups(), &modes));
+        self.notes.extend(layers::choose(&self.case.file, structure, &modes, fluids, mesh));
+    }
+
     fn flow<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;
@@ -105,7 +119,8 @@ impl Construction<'_> {
             |x: Vector<D>| solid_at(&solids, x).map_or_else(|| velocity_at(&parts, x), |solid| solid.velocity(x));
         let velocity = mesh.nodes().iter().map(|&x| start(x)).collect();
         let spec = &file.pfem2;
-        let structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
+        let mut structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
+        self.periods_and_layers(structure.as_mut(), &fluids, &mesh);
         Some(Setup {
             velocity,
             solids: structure,

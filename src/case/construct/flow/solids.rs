@@ -9,6 +9,7 @@ use crate::material::{PointLaw, StartState};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
+use crate::pfem2::solid::modes::NaturalMode;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
 
@@ -19,7 +20,7 @@ const CELLS: f64 = 2.0;
 const ACROSS: usize = 2;
 
 /// Modes of all solids that are looked for, those without stiffness among them.
-const MODES: usize = 12;
+pub(super) const MODES: usize = 12;
 
 /// Periods that are shown of a solid.
 const PERIODS: usize = 3;
@@ -201,14 +202,13 @@ impl Construction<'_> {
 }
 
 /// The longest periods of elastic solids without a fluid, in words.
-pub(super) fn natural_periods<const D: usize>(structure: &Structure<D>) -> Option<String> {
-    let modes = structure.natural_modes(MODES);
+pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &[NaturalMode]) -> Option<String> {
     let of = |(solid, setup): (usize, &SolidSetup<D>)| {
         let own = modes.iter().filter(|mode| mode.solid == solid && mode.period.is_finite());
         let periods: Vec<String> = own.take(PERIODS).map(|mode| format!("{:.3e} s", mode.period)).collect();
         (!periods.is_empty()).then(|| format!("{} {}", setup.name, periods.join(", ")))
     };
-    let all: Vec<String> = structure.setups().iter().enumerate().filter_map(of).collect();
+    let all: Vec<String> = solids.iter().enumerate().filter_map(of).collect();
     (!all.is_empty()).then(|| format!("longest periods of solids, without the fluid: {}", all.join("; ")))
 }
 

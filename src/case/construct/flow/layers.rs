@@ -1,0 +1,70 @@
+//! Fluid that sticks to solids or glides along them, where the case doesn't say.
+//!
+//! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851). Elements wider than δ/2 don't hold it: a whole
+//! element of fluid would stick to the solid (theory (J.6a)).
+
+use super::solids::size_of;
+use crate::case::{CaseFile, SurfaceSpec};
+use crate::math::Vector;
+use crate::mesh::{Locator, Mesh};
+use crate::pfem2::setup::FluidSetup;
+use crate::pfem2::solid::modes::NaturalMode;
+use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::structure::Structure;
+use std::f64::consts::{PI, TAU};
+
+/// Part of the layer that an element may fill for the fluid to stick.
+const PART: f64 = 0.5;
+
+/// Where the case leaves it open: lets fluids glide along solids beside which elements are wider than half the layer that the solid slows
+/// down in its longest period. Says so of each of them.
+///
+/// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found.
+pub(super) fn choose<const D: usize, const N: usize>(
+    file: &CaseFile,
+    structure: &mut Structure<D>,
+    modes: &[NaturalMode],
+    fluids: &[FluidSetup],
+    mesh: &Mesh<D, N>,
+) -> Vec<String> {
+    let open: Vec<usize> =
+        (0..).zip(file.solids()).filter(|&(_, body)| file.body[body].surface.is_none()).map(|(s, _)| s).collect();
+    let Some(heaviest) = fluids.iter().max_by(|a, b| a.density.total_cmp(&b.density)) else { return Vec::new() };
+    let locator = Locator::new(mesh);
+    let mut notes = Vec::new();
+    for solid in open {
+        let setup = &structure.setups()[solid];
+        let longest =
+            modes.iter().filter(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period).next();
+        let (Some(period), Inertia::Dynamic) = (longest, setup.inertia) else { continue };
+        let Some(element) = element_size(setup, mesh, &locator) else { continue };
+        let layer = layer(heaviest, period);
+        if element > PART * layer {
+            notes.push(format!(
+                "{} glides along `{}`: elements of {element:.1e} m don't hold the layer of {layer:.1e} m that it slows down in its \
+                 longest period; `surface = \"no-slip\"` has the fluid stick",
+                heaviest.name, setup.name
+            ));
+            structure.set_surface(solid, SurfaceCondition::from(SurfaceSpec::Slip));
+        }
+    }
+    notes
+}
+
+/// Layer that a surface slows down as it swings [m]; of a fluid whose viscosity depends on the shear rate that at ω.
+fn layer(fluid: &FluidSetup, period: f64) -> f64 {
+    (fluid.law.viscosity(TAU / period) / fluid.density * period / PI).sqrt()
+}
+
+/// Mean size of the elements of the fluid's mesh at the nodes of a surface [m]; `None` outside of the mesh.
+fn element_size<const D: usize, const N: usize>(
+    setup: &SolidSetup<D>,
+    mesh: &Mesh<D, N>,
+    locator: &Locator<D>,
+) -> Option<f64> {
+    let nodes = setup.mesh.facets.iter().flat_map(|facet| facet.nodes.iter().copied());
+    let place = |node: u32| -> Vector<D> { setup.mesh.nodes[node as usize] };
+    let sizes = nodes.filter_map(|node| Some(size_of(mesh, locator.search(mesh, place(node))?.element()?)));
+    let (sum, count) = sizes.fold((0.0, 0.0), |(sum, count), size| (sum + size, count + 1.0));
+    (count > 0.0).then(|| sum / count)
+}
