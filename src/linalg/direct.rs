@@ -5,7 +5,8 @@
 //! order is free to keep the fill small, and no pivoting is needed. The signs of D are those of A's diagonal.
 //! ```
 //! The order and the structure of L depend on the pattern alone and are kept; a new matrix costs the numbers only.
-//! Of a matrix that isn't symmetric the symmetric part is factorised: as a preconditioner that is enough.
+//! Of a matrix that isn't symmetric the symmetric part of R A is factorised, whose rows of continuity have been multiplied so that they
+//! are nearly the transposed of the columns of pressure ([`BlockMatrix::row_balance`]): as a preconditioner that is enough.
 
 use super::dissection::nested_dissection;
 use super::matrix::BlockMatrix;
@@ -222,35 +223,42 @@ fn structure(upper: SymbolicSparseColMatRef<'_, u32>) -> Option<SymbolicSupernod
 pub(super) struct Factor<T> {
     values: Vec<T>,
     /// s of S A S, in the order of elimination.
+    /// S of each unknown, in the order of elimination.
     scaling: Vec<f64>,
+    /// r of each node.
+    balance: Vec<f64>,
     work: Vec<T>,
     memory: MemBuffer,
 }
 
 impl<T: Number> Factor<T> {
-    /// Factorises S A S; `None` where it breaks down: a zero or undefined pivot.
+    /// Factorises the symmetric part of S R A S; `None` where it breaks down: a zero or undefined pivot.
     pub fn new<const B: usize>(analysis: &Analysis, a: &BlockMatrix<B>, scaling: &[[f64; B]]) -> Option<Self> {
         let values = vec![T::ZERO; analysis.entries()];
         let n = analysis.order.len() * B;
         let memory = MemBuffer::try_new(T::scratch(&analysis.symbolic)).ok()?;
-        let mut factor = Self { values, scaling: Vec::new(), work: vec![T::ZERO; n], memory };
+        let mut factor = Self { values, scaling: Vec::new(), balance: Vec::new(), work: vec![T::ZERO; n], memory };
         factor.refresh(analysis, a, scaling).then_some(factor)
     }
 
     /// Replaces the factor by that of another matrix; says whether that went well.
     pub fn refresh<const B: usize>(&mut self, analysis: &Analysis, a: &BlockMatrix<B>, scaling: &[[f64; B]]) -> bool {
-        let numbers = scaled_lower::<B, T>(analysis, a, scaling);
+        let balance = a.row_balance();
+        let numbers = scaled_lower::<B, T>(analysis, a, scaling, &balance);
         let signs = signs(analysis, a);
         self.scaling = analysis.order.iter().flat_map(|&node| scaling[node as usize]).collect();
+        self.balance = analysis.order.iter().map(|&node| balance[node as usize]).collect();
         let lower = SparseColMatRef::new(analysis.columns.view(), &numbers[..]);
         T::factorize(&mut self.values, lower, &signs, &analysis.symbolic, &mut self.memory)
     }
 
-    /// z = S (L D Lᵀ)⁻¹ S r.
+    /// z = S (L D Lᵀ)⁻¹ S R r.
     pub fn solve<const B: usize>(&mut self, analysis: &Analysis, r: &[[f64; B]], z: &mut [[f64; B]]) {
         let scaling = self.scaling.as_chunks::<B>().0;
-        for ((work, s), &node) in self.work.as_chunks_mut::<B>().0.iter_mut().zip(scaling).zip(&analysis.order) {
-            let r = &r[node as usize];
+        let nodes = analysis.order.iter().zip(&self.balance);
+        for ((work, s), (&node, &balance)) in self.work.as_chunks_mut::<B>().0.iter_mut().zip(scaling).zip(nodes) {
+            let mut r = r[node as usize];
+            r[B - 1] *= balance;
             *work = std::array::from_fn(|k| T::round(r[k] * s[k]));
         }
         T::solve(&self.values, &analysis.symbolic, &mut self.work, &mut self.memory);
@@ -260,8 +268,13 @@ impl<T: Number> Factor<T> {
     }
 }
 
-/// The numbers of the symmetric part of S A S on and below the diagonal, in the order of [`Analysis::columns`].
-fn scaled_lower<const B: usize, T: Number>(analysis: &Analysis, a: &BlockMatrix<B>, s: &[[f64; B]]) -> Vec<T> {
+/// The numbers of the symmetric part of S R A S on and below the diagonal, in the order of [`Analysis::columns`].
+fn scaled_lower<const B: usize, T: Number>(
+    analysis: &Analysis,
+    a: &BlockMatrix<B>,
+    s: &[[f64; B]],
+    balance: &[f64],
+) -> Vec<T> {
     let mut numbers = Vec::with_capacity(analysis.columns.rows.len());
     for (k, &node) in analysis.order.iter().enumerate() {
         let node = node as usize;
@@ -270,7 +283,8 @@ fn scaled_lower<const B: usize, T: Number>(analysis: &Analysis, a: &BlockMatrix<
         let scaled: Vec<[[f64; B]; B]> = blocks
             .iter()
             .map(|&entry| {
-                let (block, other) = (a.symmetric(entry as usize), &s[a.pattern.columns()[entry as usize] as usize]);
+                let (block, other) =
+                    (a.symmetric((node, entry as usize), balance), &s[a.pattern.columns()[entry as usize] as usize]);
                 std::array::from_fn(|b| std::array::from_fn(|i| block[b][i] * s[node][b] * other[i]))
             })
             .collect();

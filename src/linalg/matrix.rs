@@ -11,6 +11,10 @@ use std::sync::Arc;
 /// Rows per task of a product. Fixed, and each row is summed in one task: the same bits for any number of threads.
 const ROWS: usize = 512;
 
+/// Largest factor of rows: where the stabilisation takes nearly all of the divergence out of a row of continuity, 1 − τ/Δ ≪ 1, what is left of
+/// it is no multiple of what pressure does.
+const MOST_BALANCE: f64 = 2.0;
+
 /// A matrix with one block of B × B per entry of the pattern.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const B: usize> {
@@ -51,10 +55,33 @@ impl<const B: usize> BlockMatrix<B> {
         (0..self.pattern.rows()).map(|row| std::array::from_fn(|k| scale_of(diagonal(row)[k][k]))).collect()
     }
 
-    /// The symmetric part at an entry: (A_ij + A_jiᵀ)/2.
-    pub fn symmetric(&self, entry: usize) -> [[f64; B]; B] {
+    /// Factors r_i of the rows of continuity with which their columns of velocity come nearest to the transposed of what pressure does
+    /// in the rows of velocity, Σ (r_i q − g)² → min: r_i = Σ q·g / Σ q·q (theory (F.42a)). One where rows and columns are the same, or nothing is
+    /// there; ½ to 2 elsewhere.
+    pub fn row_balance(&self) -> Vec<f64> {
+        let p = B - 1;
+        let factor = |row: usize| {
+            let (mut both, mut own) = (0.0, 0.0);
+            for entry in self.pattern.row(row) {
+                let (block, mirrored) = (&self.values[entry], &self.values[self.pattern.mirror(entry)]);
+                for k in 0..p {
+                    both += block[p][k] * mirrored[k][p];
+                    own += block[p][k] * block[p][k];
+                }
+            }
+            if own > 0.0 { (both / own).clamp(MOST_BALANCE.recip(), MOST_BALANCE) } else { 1.0 }
+        };
+        (0..self.pattern.rows()).map(factor).collect()
+    }
+
+    /// The symmetric part of R A at an entry, (R_i A_ij + (R_j A_ji)ᵀ)/2, with R = diag(1 … 1, r_i) in the block of node i.
+    pub fn symmetric(&self, (row, entry): (usize, usize), balance: &[f64]) -> [[f64; B]; B] {
         let (block, mirrored) = (&self.values[entry], &self.values[self.pattern.mirror(entry)]);
-        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (block[i][j] + mirrored[j][i])))
+        let factor = |node: usize, k: usize| if k + 1 == B { balance[node] } else { 1.0 };
+        let column = self.pattern.columns()[entry] as usize;
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| 0.5 * (factor(row, i) * block[i][j] + factor(column, j) * mirrored[j][i]))
+        })
     }
 }
 

@@ -121,9 +121,15 @@ impl<const D: usize> EnergyBalance<D> {
         }
         if first {
             let lost = -self.gained(system);
-            let is_much = lost > TAKEN * self.largest_energy();
+            // More than there was at the start can't be lost of it.
+            let is_much = lost > TAKEN * self.largest_energy() && lost < self.begun();
             self.solids.iter_mut().filter(|_| is_much).for_each(|solids| solids.mismatch = lost);
         }
+    }
+
+    /// Energy of fluids and solids at the start [J].
+    fn begun(&self) -> f64 {
+        self.ledger.begun() + self.solids.as_ref().map_or(0.0, |solids| solids.stored)
     }
 
     /// Energy of the flow, its surfaces and the solids that no term explains [J].
@@ -178,9 +184,9 @@ impl<const D: usize> EnergyBalance<D> {
     /// Gives notice of the part of the energy that errors have taken, or given.
     fn check_errors<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, notices: &mut Notices) {
         let largest = self.largest_energy();
-        let (mismatch, stored) = self.solids.as_ref().map_or((0.0, 0.0), |solids| (solids.mismatch, solids.stored));
+        let mismatch = self.solids.as_ref().map_or(0.0, |solids| solids.mismatch);
         if mismatch > 0.0 {
-            notices.mismatch(mismatch / (self.ledger.begun() + stored));
+            notices.mismatch(mismatch / self.begun());
         }
         let gained = self.gained(system) + mismatch;
         let part = if largest > 0.0 { -gained / largest } else { 0.0 };
