@@ -21,6 +21,10 @@ const SWELL_3D: f64 = 1.24;
 const SWELL_2D: f64 = 1.42;
 /// Particles that are drawn together.
 const BATCH: usize = 1 << 14;
+/// Depth by which solids lie over the mesh of the fluid in two dimensions [pixels].
+const RAISED: f64 = 1e3;
+/// Colour of their outline.
+const SOLID_EDGE: Rgb = [40, 40, 40];
 /// Elements smaller than this [pixels] have no lines.
 const SMALLEST: f64 = 9.0;
 
@@ -102,17 +106,42 @@ impl<'s> Scene<'s> {
         }
     }
 
-    /// Membranes and meshes.
+    /// Membranes and meshes. In two dimensions solids lie over the mesh of the fluid, with an outline.
     pub fn surfaces(&self) -> Vec<Primitive> {
+        let surface = |set: &Set<'s>| if let Set::Surface(set) = set { set.elements.len() } else { 0 };
+        let ground = (0..self.sets.len()).max_by_key(|&n| surface(&self.sets[n].0));
         let mut shapes = vec![];
-        for (set, values, own) in &self.sets {
+        for (n, (set, values, own)) in self.sets.iter().enumerate() {
             if let Set::Surface(set) = set {
                 // Large areas are calmer in a pale colour.
                 let pale = if self.dimension == 2 { *own } else { own.map(|c| c / 2 + 122) };
+                let before = shapes.len();
                 self.add_elements(set, values.as_ref(), pale, &mut shapes);
+                if self.dimension == 2 && ground != Some(n) {
+                    shapes[before..].iter_mut().for_each(Primitive::raise);
+                    self.add_outline(set, &mut shapes);
+                }
             }
         }
         shapes
+    }
+
+    /// Edges that one element alone has, of elements with an area.
+    fn add_outline(&self, set: &SurfaceSet<'_>, shapes: &mut Vec<Primitive>) {
+        let mut edges: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+        for nodes in set.elements.iter().filter(|nodes| nodes.len() > 2) {
+            for (k, &a) in nodes.iter().enumerate() {
+                let b = nodes[(k + 1) % nodes.len()];
+                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        for (edge, _) in edges.into_iter().filter(|&(_, count)| count == 1) {
+            let places = edge.map(|node| set.position[node as usize]);
+            if !places.iter().any(|x| self.hidden(x)) {
+                let ends = places.map(|x| self.camera.see(x)).map(|end| Seen { near: end.near + 2.0 * RAISED, ..end });
+                shapes.push(Primitive::Stroke { ends, radius: 0.6 * self.pixel, paint: [SOLID_EDGE; 2] });
+            }
+        }
     }
 
     /// Place of a value in the colour table, from 0 to 1.
@@ -215,6 +244,17 @@ impl<'s> Scene<'s> {
         let (count, sum) = edges.fold((0.0, 0.0), |(count, sum), length| (count + 1.0, sum + length));
         let shown = self.spec.mesh_lines == MeshLines::Thin && sum / count >= SMALLEST * self.pixel;
         if shown { (0.4 * self.pixel) as f32 } else { 0.0 }
+    }
+}
+
+impl Primitive {
+    /// Brings it nearer, over what lies in the plane of a two-dimensional picture.
+    fn raise(&mut self) {
+        match self {
+            Self::Ball { centre, .. } => centre.near += RAISED,
+            Self::Triangle { corners, .. } => corners.iter_mut().for_each(|corner| corner.near += RAISED),
+            Self::Stroke { ends, .. } => ends.iter_mut().for_each(|end| end.near += RAISED),
+        }
     }
 }
 
