@@ -109,7 +109,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         }
         let theta = self.history.implicit_share(dt);
         self.advance(TimeStep { t, dt, theta }).map_err(at)?;
-        let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.off));
+        let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.prediction_error));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
         self.history.advance(dt);
         self.steps += 1;
@@ -117,7 +117,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
             let own = solids.structure.volume(&solids.structure.positions(&solids.last.predicted));
             self.notices.solid_volume(immersed.cut.volume_inside(&self.system.mesh), own);
             self.notices.imbalance(solids.last.imbalance);
-            self.notices.unsettled(solids.last.unsettled);
+            self.notices.last_correction(solids.last.last_correction);
             self.notices.contacts(solids.last.has_wrong_contacts);
         }
         self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);

@@ -19,8 +19,8 @@ use crate::pfem2::boundary::Constraints;
 use crate::pfem2::interface::Enriched;
 use crate::pfem2::particle_solids::element::SolidElement;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::ElementState;
-use crate::pfem2::solid::immersed::Immersed;
 use std::sync::Arc;
 
 /// Rows per task.

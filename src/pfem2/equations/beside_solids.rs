@@ -6,7 +6,7 @@ use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::{Enrichment, FluidRegion, Medium};
-use crate::pfem2::solid::fluid_part::FluidPart;
+use crate::pfem2::solid::coupling::fluid_part::FluidPart;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.

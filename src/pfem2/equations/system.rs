@@ -27,8 +27,8 @@ use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::particles::Particles;
 use crate::pfem2::setup::FluidSetup;
-use crate::pfem2::solid::border::SolidBorder;
-use crate::pfem2::solid::immersed::Immersed;
+use crate::pfem2::solid::coupling::border::SolidBorder;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 
 /// Time, step and implicit share of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,9 +13,9 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::interface::Medium;
-use crate::pfem2::solid::coupling::CutForces;
+use crate::pfem2::solid::coupling::element::CutForces;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState};
-use crate::pfem2::solid::immersed::Immersed;
 
 /// What the viscous forces follow from.
 pub struct ViscousFlow<'a, const D: usize, const N: usize> {

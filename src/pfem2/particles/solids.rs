@@ -6,8 +6,8 @@
 use super::{GONE, Particles};
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::ElementState;
-use crate::pfem2::solid::immersed::Immersed;
 
 impl<const D: usize> Particles<D> {
     /// Takes out the particles inside solids.

@@ -17,7 +17,7 @@ use crate::parallel;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::level_set::InflowDepth;
 use crate::pfem2::interface::tracking::InterfaceTracking;
-use crate::pfem2::solid::immersed::Immersed;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::time::history::TimeHistory;
 
 /// The flow of a step, frozen, and the state at its start.

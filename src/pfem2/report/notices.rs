@@ -194,7 +194,7 @@ impl Notices {
     }
 
     /// Elastic solids still moved by this many elements when the step was solved for the last time.
-    pub fn unsettled(&mut self, elements: f64) {
+    pub fn last_correction(&mut self, elements: f64) {
         if elements > 0.0 {
             self.said.say("unsettled", || {
                 format!(
@@ -209,7 +209,8 @@ impl Notices {
     pub fn contacts(&mut self, are_wrong: bool) {
         if are_wrong {
             self.said.say("contacts", || {
-                "a contact of an elastic solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a                  step than can be found; take shorter steps (`time.step`)"
+                "a contact of an elastic solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a \
+                 step than can be found; take shorter steps (`time.step`)"
                     .to_owned()
             });
         }

@@ -95,7 +95,7 @@ fn a_block_that_falls_on_another_rests_half_an_element_above_it() {
         let (dt, mut force) = (0.005, 0.0);
         for k in 0..200 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            let contact = &pfem.solids.as_ref().unwrap().last.contact;
+            let contact = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
             force += if k >= 160 { contact.iter().map(|force| force[1]).sum::<f64>() / 40.0 } else { 0.0 };
         }
         let weight = 9.81 * 1000.0 * (0.5 * 0.2 + 0.25 * 0.2);
@@ -120,7 +120,7 @@ fn contacts_leave_the_momentum_of_a_pair() {
         let inertia = structure(&pfem).weighted_by_mass(&structure(&pfem).state.acceleration);
         let gained = Vector::<2>::from_fn(|axis| inertia.iter().skip(axis).step_by(2).sum());
         let given: Vector<2> = solids.last.forces.iter().copied().sum();
-        let pushed: f64 = solids.last.touch.iter().map(|force| force.norm()).sum();
+        let pushed: f64 = solids.last.contact_forces.solids.iter().map(|force| force.norm()).sum();
         largest = largest.max(pushed);
         let size: f64 = inertia.iter().map(|force| force.abs()).sum();
         assert!((gained - given).norm() < 1e-9 * size, "{gained:?} {given:?} {pushed}");
@@ -256,7 +256,7 @@ fn a_strip_that_folds_meets_itself() {
         pfem.step(0.004 * f64::from(k), 0.004).unwrap();
         least = least.min(gap(&pfem));
     }
-    let pushed: f64 = pfem.solids.as_ref().unwrap().last.touch.iter().map(|force| force.norm()).sum();
+    let pushed: f64 = pfem.solids.as_ref().unwrap().last.contact_forces.solids.iter().map(|force| force.norm()).sum();
     assert!(pushed > 10.0 && least > 0.5 * GAP, "{pushed} {least}");
     assert!((gap(&pfem) / GAP - 1.0).abs() < 0.15, "{} {GAP}", gap(&pfem));
 }
@@ -291,7 +291,7 @@ fn a_column_is_compressed_at_its_foot_without_contact() {
         pfem.step(f64::from(k) * 0.005, 0.005).unwrap();
         let above = places(&pfem, 0).into_iter().map(|x| x[1]).filter(|y| *y > 0.5 * GAP);
         lowest_ring = above.fold(lowest_ring, f64::min);
-        let contact = &pfem.solids.as_ref().unwrap().last.contact;
+        let contact = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
         assert!(contact.iter().all(|force| *force == Vector::ZERO), "{k}: {contact:?}");
     }
     assert!(lowest_ring < 0.97 * GAP, "{lowest_ring} {GAP}");
@@ -352,7 +352,7 @@ fn a_stiff_block_that_lands_stays() {
     let mut impulse = 0.0;
     for k in 0..20 {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        let pushes = &pfem.solids.as_ref().unwrap().last.contact;
+        let pushes = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
         assert!(pushes.iter().all(|push| push[1] >= -1e-6 * mass * speed / dt), "{k}: {pushes:?}");
         impulse += dt * pushes.iter().map(|push| push[1]).sum::<f64>();
         if k >= 4 {
@@ -380,11 +380,12 @@ fn a_strip_that_comes_down_lies_on_the_floor() {
     let mut pfem = in_fluid(Structure::new(vec![strip]).unwrap(), Physics { gravity, ..gas([0.0; 2]) });
     for k in 0..42 {
         pfem.step(f64::from(k) * 0.025, 0.025).unwrap();
-        let pushes = pfem.solids.as_ref().unwrap().last.contact.iter().map(|force| force[1]);
+        let pushes = pfem.solids.as_ref().unwrap().last.contact_forces.walls.iter().map(|force| force[1]);
         let [least, most] = pushes.fold([0.0f64; 2], |[least, most], push| [least.min(push), most.max(push)]);
         assert!(least >= -1e-3 * most, "the floor pulls: {least} {most}");
     }
-    let floor = pfem.solids.as_ref().unwrap().last.contact.iter().map(|force| force[1]).sum::<f64>() / (load * length);
+    let floor = pfem.solids.as_ref().unwrap().last.contact_forces.walls.iter().map(|force| force[1]).sum::<f64>()
+        / (load * length);
     assert!((floor / (1.0 - 2.0 / 3.0 * span / length) - 1.0).abs() < 0.01, "{floor}");
     let mesh = &structure(&pfem).setups()[0].mesh;
     for (start, end) in mesh.nodes.iter().zip(places(&pfem, 0)).filter(|(start, _)| start[1] == lower[1]) {

@@ -62,7 +62,7 @@ fn blocks_in_space_rest_half_an_element_above_floor_and_block() {
         let (dt, mut force) = (0.005, 0.0);
         for k in 0..60 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            let contact = &pfem.solids.as_ref().unwrap().last.contact;
+            let contact = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
             let now: f64 = contact.iter().map(|force| force[2]).sum();
             let speed = structure(&pfem).state.velocity.iter().map(|v| v[2]).fold(f64::NEG_INFINITY, f64::max);
             if young == 0.0 {
@@ -114,7 +114,7 @@ fn contacts_in_space_leave_the_momentum_of_a_pair() {
         let inertia = structure(&pfem).weighted_by_mass(&structure(&pfem).state.acceleration);
         let gained = Vector::<3>::from_fn(|axis| inertia.iter().skip(axis).step_by(3).sum());
         let given: Vector<3> = solids.last.forces.iter().copied().sum();
-        largest = largest.max(solids.last.touch.iter().map(|force| force.norm()).sum());
+        largest = largest.max(solids.last.contact_forces.solids.iter().map(|force| force.norm()).sum());
         let size: f64 = inertia.iter().map(|force| force.abs()).sum();
         assert!((gained - given).norm() < 1e-9 * size, "{gained:?} {given:?} {largest}");
     }

@@ -85,12 +85,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// would let the fluid through the other. False if there are none.
     fn stick_at(&mut self, mesh: &Mesh<D, N>, corner: Vector<D>) -> bool {
         let mut any = false;
-        for point in self.points.iter_mut().filter(|point| point.glides_across.is_some()) {
+        for point in self.points.iter_mut().filter(|point| point.bound_directions.is_some()) {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
             if (point.position - corner).norm() <= 2.0 * CLOSEST_GLIDING * (end - start).norm() {
-                point.glides_across = None;
+                point.bound_directions = None;
                 any = true;
             }
         }
@@ -104,7 +104,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         for e in std::iter::once(element).chain(neighbours) {
             let ElementState::Cut(place) = self.state[e] else { continue };
             for &point in &self.elements[place as usize].points {
-                self.points[point as usize].glides_across = None;
+                self.points[point as usize].bound_directions = None;
             }
         }
     }
@@ -214,7 +214,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     fn add_point(&mut self, position: Vector<D>, weights: Vec<(u32, f64)>) -> u32 {
-        self.points.push(CutPoint { edge: None, beside: None, position, weights, glides_across: None });
+        self.points.push(CutPoint { edge: None, gliding_node: None, position, weights, bound_directions: None });
         self.points.len() as u32 - 1
     }
 

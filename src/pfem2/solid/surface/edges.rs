@@ -5,8 +5,11 @@ use super::{NodeWeights, SolidSurface, quadratic::line};
 use crate::math::Vector;
 use std::collections::BTreeMap;
 
-/// Cosine of the angle between the normals of two facets below which an edge lies between them.
-const FLAT: f64 = 0.866;
+/// Cosine of the angle between the normals of two facets below which an edge lies between them: 30° to four digits.
+const EDGE_COSINE: f64 = 0.866;
+
+/// The square of the cosine of 30°, for projections on normals of either sign.
+pub const EDGE_COSINE_SQUARED: f64 = 0.75;
 
 /// Distance of the middle of an edge from the line between its ends, over their distance, from which on it is curved.
 const CURVED: f64 = 1e-3;
@@ -70,7 +73,7 @@ impl<const D: usize> SolidSurface<D> {
         let mut sides: Vec<([u32; 3], Vector<D>)> = self.facets.iter().flat_map(sides).collect();
         sides.sort_by_key(|(nodes, _)| *nodes);
         let edge = |group: &[([u32; 3], Vector<D>)]| match group {
-            [(nodes, first), (_, second)] if first.dot(*second) < FLAT => Some((*nodes, *first + *second)),
+            [(nodes, first), (_, second)] if first.dot(*second) < EDGE_COSINE => Some((*nodes, *first + *second)),
             _ => None,
         };
         let is_finite = |nodes: &[u32; 3]| nodes.iter().all(|&node| self.positions[node as usize].is_finite());

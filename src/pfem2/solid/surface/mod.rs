@@ -20,7 +20,7 @@ pub(in crate::pfem2) mod tests;
 use super::mesh::{SolidMesh, element_nodes};
 use crate::math::Vector;
 use crate::parallel;
-pub use edges::EdgePiece;
+pub use edges::{EDGE_COSINE_SQUARED, EdgePiece};
 use facet::SurfaceFacet;
 pub(super) use feet::FacetFoot;
 use normals::Normals;
