@@ -217,9 +217,9 @@ pub struct PointBatch<'a> {
     pub deformation: &'a mut [Tensor<3>],
     /// History variables, `storage().history.len()` per particle.
     pub history: &'a mut [f64],
-    /// Out: speed that bounds the step, dt ≤ h / (signal + |v|) [m/s] (sound speed corrected for
+    /// Out: speed that bounds the step, dt ≤ h / (wave_speed + |v|) [m/s] (sound speed corrected for
     /// the artificial viscosity; theory B.6).
-    pub signal: &'a mut [f64],
+    pub wave_speed: &'a mut [f64],
 }
 
 impl PointBatch<'_> {

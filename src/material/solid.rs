@@ -124,7 +124,7 @@ fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
         batch.volume[p] = v;
         batch.pressure[p] = pressure;
         batch.stress[p] = stress;
-        batch.signal[p] = shock.signal(c_squared);
+        batch.wave_speed[p] = shock.wave_speed(c_squared);
     }
 }
 

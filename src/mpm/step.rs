@@ -212,6 +212,6 @@ impl<const D: usize> Mpm<D> {
     fn displace_particles(&mut self, step: &Step) {
         let Self { grid, ghosts, walls, bodies, coupling, energy, .. } = self;
         let work = shifting::displace(Surroundings { grid, ghosts, walls }, bodies, coupling, step);
-        energy.accounts.add(energy.ids.displacement, work);
+        energy.sums.add(energy.terms.displacement, work);
     }
 }

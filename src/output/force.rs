@@ -130,7 +130,7 @@ mod tests {
         let forces =
             ["contact:ball-sheet", "wall:left"].map(|name| (name.to_owned(), [time, 2.0 * time, 0.0])).to_vec();
         let counts = vec![("crossed:sheet".to_owned(), 3)];
-        let amounts = vec![("astray: water".to_owned(), "m^2", 0.5)];
+        let amounts = vec![("stray volume: water".to_owned(), "m^2", 0.5)];
         Snapshot { time, dimension: 2, forces, counts, amounts, ..Snapshot::default() }
     }
 
@@ -181,6 +181,6 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         CountHistory::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
         let written = std::fs::read_to_string(dir.path().join("counts.csv")).unwrap();
-        assert_eq!(written, "time,crossed:sheet,astray: water\n1.0,3.0,0.5\n");
+        assert_eq!(written, "time,crossed:sheet,stray volume: water\n1.0,3.0,0.5\n");
     }
 }

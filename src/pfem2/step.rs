@@ -250,8 +250,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.history.keep_velocity(&self.system.velocity);
         // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
         let (averaged, convected) = self.find_velocity(step, 1)?;
-        // Subscales take what the mesh doesn't show: theory F.7.4.
-        self.system.subscales.dynamic.advance(step.delta());
+        // Keep the accelerations of the subscales, ã ← (ũ − ũ̂)/Δ, for the next step: theory F.7.4.
+        self.system.subscales.dynamic.keep_acceleration(step.delta());
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).

@@ -101,7 +101,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     visit("mpm.kinetic-energy", Column::scalar(&mut energy.kinetic));
     visit("mpm.internal-energy", Column::scalar(&mut energy.internal));
     visit("mpm.displaced-atmosphere", Column::scalar(&mut energy.displaced));
-    energy.accounts.column("mpm.ledger", visit);
+    energy.sums.column("mpm.ledger", visit);
     mpm.notices.columns(visit);
     mpm.coupling.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));

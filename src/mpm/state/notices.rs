@@ -127,17 +127,17 @@ impl Notices {
 impl Reading {
     /// The terms of a run.
     fn new<const D: usize>(energy: &Energy, coupling: &Coupling<D>, internal_start: f64) -> Self {
-        let Energy { accounts, ids, kinetic, internal, .. } = energy;
+        let Energy { sums, terms, kinetic, internal, .. } = energy;
         let (mut kinetic, internal) = (*kinetic, *internal);
         let taken = internal - internal_start;
-        let from_outside = [ids.gravity, ids.traction, ids.wall, ids.atmosphere];
-        let mut works: f64 = from_outside.iter().map(|&id| accounts.value(id).abs()).sum();
+        let from_outside = [terms.gravity, terms.traction, terms.wall, terms.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| sums.value(id).abs()).sum();
         let losses = coupling.contact.losses();
         let mut positive = vec![
             ("contact dissipation".to_owned(), losses.normal),
             ("friction dissipation".to_owned(), losses.friction),
         ];
-        let mut made = vec![("stress update error".to_owned(), accounts.value(ids.stress))];
+        let mut made = vec![("stress update error".to_owned(), sums.value(terms.stress))];
         let mut strain = 0.0f64;
         for membrane in &coupling.membranes {
             let (name, balance) = (&membrane.name, membrane.balance());
@@ -149,7 +149,7 @@ impl Reading {
             made.push((format!("stress update error: {name}"), balance.mismatch));
         }
         let work = works.max(kinetic).max(taken.abs()).max(strain);
-        let lost = accounts.value(ids.transfer) - accounts.value(ids.heat);
+        let lost = sums.value(terms.transfer) - sums.value(terms.heat);
         Self { work, largest: work.max(internal.abs()), positive, made, lost }
     }
 }

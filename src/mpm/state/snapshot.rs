@@ -154,7 +154,7 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
             terms.push(BalanceTerm::other(format!("affine kinetic energy: {name}"), "J", affine));
         }
     }
-    let mut impulse = Vector(mpm.energy.accounts.impulse());
+    let mut impulse = Vector(mpm.energy.sums.impulse());
     for membrane in &mpm.coupling.membranes {
         membrane_terms(membrane, &mut terms);
         let [external, _, supports] = membrane.impulses();
@@ -165,7 +165,7 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     terms.push(BalanceTerm::energy(Loss, "friction dissipation", losses.friction));
     terms.push(BalanceTerm::energy(Loss, "contact mapping loss", losses.mapping));
     moment_terms(mpm, impulse, &mut terms);
-    terms.extend(mpm.energy.accounts.terms());
+    terms.extend(mpm.energy.sums.terms());
     Ledger { terms, largest: 0.0 }
 }
 

@@ -142,7 +142,7 @@ impl<const D: usize> View<'_, D> {
             stress: self.stress,
             deformation: self.deformation,
             history: self.history,
-            signal: self.wave_speed,
+            wave_speed: self.wave_speed,
         });
     }
 }

@@ -162,7 +162,7 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// The fluid that is named to come in through the facet at a place of [`Mesh::boundary`].
-    pub fn brings(&self, place: usize) -> Option<u8> {
+    pub fn inflow_fluid(&self, place: usize) -> Option<u8> {
         self.sets[self.owner[place] as usize].brings
     }
 

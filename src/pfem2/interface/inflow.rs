@@ -34,13 +34,13 @@ impl<const D: usize> InflowComposition<D> {
             let (level_at_start, list) = (phases.level.to_vec(), phases.list.clone());
             return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), level_at_start, list };
         };
-        let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
+        let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.inflow_fluid(place), kind) {
             (Some(fluid), _) => InflowFluid::Named(fluid == set.inside),
             (None, kind) if kind.is_open() => InflowFluid::Start,
             (None, _) => InflowFluid::Nothing,
         };
-        let brings: Vec<InflowFluid> = boundary.kinds.iter().enumerate().map(of).collect();
-        Self { level: level_set::brought(mesh, &set.level, &brings), ..Self::default() }
+        let inflow: Vec<InflowFluid> = boundary.kinds.iter().enumerate().map(of).collect();
+        Self { level: level_set::brought(mesh, &set.level, &inflow), ..Self::default() }
     }
 
     /// φ at the corners of a facet [m], if something may come in there.

@@ -29,7 +29,7 @@ impl<const D: usize> InterfaceTracking<D> {
         self.kept_volumes = (several && shifts).then(|| self.phases().volumes(&region));
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
-        let opening = |(place, &facet)| Some(OpenFacet { facet, brings: self.inflow.level(place)? });
+        let opening = |(place, &facet)| Some(OpenFacet { facet, inflow_level: self.inflow.level(place)? });
         self.openings = facets.filter_map(opening).collect();
         self.kept_volume = shifts.then(|| level_set::negative_volume(&region, &set.level));
     }

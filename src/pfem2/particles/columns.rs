@@ -70,7 +70,7 @@ particle_columns! {
     position: Vector<D>, sorted in vectors, merged to mean;
     /// Velocity v_p [m/s].
     velocity: Vector<D>, sorted in vectors, merged to mean;
-    /// Index of the fluid.
+    /// Index of its phase: that of the fluid, or, after all fluids, of the solid on particles.
     fluid: u8, sorted in bytes, merged to kept;
     /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
     depth: f64, sorted in floats, merged to mean;

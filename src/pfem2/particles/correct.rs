@@ -46,7 +46,7 @@ pub fn filter(dt: f64, relaxation: f64) -> f64 {
 
 /// Increments and velocities that heavy particles receive.
 struct Heavy<const D: usize> {
-    /// By fluid, of those that fly.
+    /// By fluid; none of a fluid that is no projectile.
     increment: Vec<Option<Continued<D>>>,
     velocity: Continued<D>,
     fall: Vector<D>,
@@ -58,7 +58,7 @@ impl<const D: usize> Particles<D> {
         let &Correction { increment, velocity, filter, projectiles } = correction;
         let heavy = projectiles.map(|(rule, fall)| Heavy {
             increment: (rule.fluids.iter().zip(increment))
-                .map(|(&flies, own)| flies.then(|| Continued::new(mesh, own, rule.level)))
+                .map(|(&is_projectile, own)| is_projectile.then(|| Continued::new(mesh, own, rule.level)))
                 .collect(),
             velocity: Continued::new(mesh, velocity, rule.level),
             fall,

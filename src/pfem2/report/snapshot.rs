@@ -333,5 +333,5 @@ fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &
         .fluids
         .iter()
         .zip(pfem.particles.stray_volumes(&pfem.system.fluid_region(), &pfem.interface));
-    fluids.map(|(fluid, volume)| (format!("astray: {}", fluid.name), unit, volume)).collect()
+    fluids.map(|(fluid, volume)| (format!("stray volume: {}", fluid.name), unit, volume)).collect()
 }

@@ -144,7 +144,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         let (_, convected) = self.find_velocity(step, solutions)?;
         self.advance_solids(step)?;
-        self.system.subscales.dynamic.advance(step.delta());
+        self.system.subscales.dynamic.keep_acceleration(step.delta());
         self.system.subscales.begin_average();
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         self.history.acceleration_previous.copy_from_slice(&self.history.acceleration);
