@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_linux_says_is_read() {
+    fn memory_that_linux_reports_is_read() {
         let available = |text| kilobytes(text, "MemAvailable:");
         assert_eq!(available("MemTotal: 9 kB\nMemAvailable:   24000000 kB\n"), Some(1024.0 * 24e6));
         assert_eq!(available("MemTotal: 9 kB\n"), None);

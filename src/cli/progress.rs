@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_errors_take_reads_well() {
+    fn the_part_lost_to_errors_reads_well() {
         assert_eq!([taken(0.0312), taken(-0.004), taken(0.85)], ["3.1% lost", "0.40% gained", "85% lost"]);
     }
 

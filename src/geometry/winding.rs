@@ -215,7 +215,7 @@ mod tests {
 
     /// Points between a side of the polygon and the circle through its corners are outside.
     #[test]
-    fn what_lies_between_a_polygon_and_its_circle_is_outside() {
+    fn places_between_a_polygon_and_its_circle_are_outside() {
         let n = 100;
         let around = |k: f64, radius: f64| Vector([(TAU * k).cos(), (TAU * k).sin()]) * radius;
         let circle = Winding::new(ring(&(0..n).map(|k| around(f64::from(k) / 100.0, 1.0)).collect::<Vec<_>>()));

@@ -26,6 +26,7 @@ mod pivoted;
 mod preconditioner;
 mod schur;
 mod solver;
+mod solver_state;
 mod sparse;
 mod vectors;
 
@@ -33,5 +34,6 @@ pub use border::Border;
 pub use matrix::BlockMatrix;
 pub use modes::{Mode, lowest_modes};
 pub use pattern::Pattern;
-pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverCounters, SolverKind, SolverOptions, SolverState};
+pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverKind, SolverOptions};
+pub use solver_state::{KEPT, REPLACED, SolverCounters, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};

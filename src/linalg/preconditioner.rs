@@ -56,8 +56,18 @@ pub(super) enum Preconditioning {
 }
 
 impl Preconditioning {
-    /// All of them; a checkpoint holds the place in this list.
-    pub const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
+    /// All methods, by the numbers that checkpoints have for them.
+    const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
+
+    /// Its number in checkpoints.
+    pub fn number(self) -> usize {
+        Self::ALL.iter().position(|&method| method == self).unwrap_or(0)
+    }
+
+    /// The method with a number; the last one for numbers beyond.
+    pub fn numbered(number: usize) -> Self {
+        Self::ALL[number.min(Self::ALL.len() - 1)]
+    }
 
     /// True for factors of the symmetric part, which need the analysis of the pattern.
     pub fn symmetric(self) -> bool {

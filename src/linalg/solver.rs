@@ -7,8 +7,8 @@ use super::krylov::{Attempt, Krylov, Limits, System};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
+use super::solver_state::{SolverCounters, SolverState};
 use super::vectors::{norm, update};
-use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
 /// The preconditioner.
@@ -102,42 +102,6 @@ pub struct LinearSolver<const B: usize> {
     krylov: Krylov,
 }
 
-/// State that a solver carries from one system to the next: with it a resumed run repeats the same bits.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SolverState {
-    /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
-    pub values: Vec<f64>,
-    /// The coarse correction of the border; empty if there is none.
-    pub coarse: Vec<f64>,
-    /// Counters of its use.
-    pub counters: SolverCounters,
-}
-
-/// Counters that decide which method preconditions the next system, and whether anew. All are numbers of one type, so that a
-/// checkpoint stores them as a record.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct SolverCounters {
-    /// Number of the method in use.
-    pub method: f64,
-    /// Cost of a new preconditioner, in iterations.
-    pub price: f64,
-    /// Iterations since the preconditioner was made.
-    pub spent: f64,
-    /// Systems since it was made.
-    pub systems: f64,
-    /// 1 if the next system gets a new one, or else 0.
-    pub replace: f64,
-    /// Failures of kept preconditioners in a row.
-    pub failures: f64,
-    /// Systems to come that get a new one without a trial.
-    pub rest: f64,
-    /// Failures of the usual method in a row.
-    pub detour_failures: f64,
-    /// Systems until the usual method is tried again.
-    pub detour_rest: f64,
-}
-
 impl<const B: usize> LinearSolver<B> {
     /// A solver for matrices on a pattern whose nodes lie at `places` [m].
     pub fn new(pattern: Arc<Pattern>, places: &[[f64; 3]], options: SolverOptions) -> Self {
@@ -203,7 +167,6 @@ impl<const B: usize> LinearSolver<B> {
 
     /// Solves a system whose unknowns are `x`.
     fn solve_flat(&mut self, mut system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
-        let a = system.a;
         let mut residual = vec![0.0; x.len()];
         let reference = scaled_norm(system.b, system.scaling, &mut residual);
         if reference == 0.0 {
@@ -211,13 +174,11 @@ impl<const B: usize> LinearSolver<B> {
             return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
         let guess = x.to_vec();
-        let mut history = Vec::new();
-        let (mut iterations, mut failed) = (0, 0);
-        let mut fresh = false;
+        let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
         self.return_to_usual();
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(a);
+                self.rebuild(system.a);
                 fresh = true;
             }
             self.take_up(&mut system);
@@ -226,10 +187,8 @@ impl<const B: usize> LinearSolver<B> {
             iterations += attempt.history.len() - 1;
             history.extend(attempt.history.iter().map(|r| r / reference));
             if attempt.converged {
-                self.reuse.count(attempt.history.len() - 1);
-                self.detour.rest = self.detour.rest.saturating_sub(1);
-                let residual = norm(&residual) / reference;
-                return Ok(SolveOutcome { iterations, residual, rebuilt: fresh });
+                self.count(attempt.history.len() - 1);
+                return Ok(SolveOutcome { iterations, residual: norm(&residual) / reference, rebuilt: fresh });
             }
             if !norm(&residual).is_finite() {
                 // What comes next begins where this began.
@@ -242,42 +201,33 @@ impl<const B: usize> LinearSolver<B> {
             failed += 1;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
-                return Err(failure::<B>(history, &residual, (a.pattern.rows() * B, reference)));
+                let own = system.a.pattern.rows() * B;
+                return Err(failure::<B>(history, &residual, (own, reference)));
             }
             self.turn_to_next();
         }
     }
 
+    /// Counts a system that took these iterations with the preconditioner in use.
+    fn count(&mut self, iterations: usize) {
+        self.reuse.count(iterations);
+        self.detour.rest = self.detour.rest.saturating_sub(1);
+    }
+
     /// The state to keep in a checkpoint.
     pub fn state(&self) -> SolverState {
-        let method = Preconditioning::ALL.iter().position(|&method| method == self.method);
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
             coarse: self.coarse.as_ref().map_or_else(Vec::new, CoarseCorrection::state),
-            counters: SolverCounters {
-                method: method.unwrap_or(0) as f64,
-                price: self.reuse.price,
-                spent: self.reuse.spent,
-                systems: self.reuse.systems,
-                replace: f64::from(u8::from(self.reuse.replace)),
-                failures: f64::from(self.reuse.failures),
-                rest: f64::from(self.reuse.rest),
-                detour_failures: f64::from(self.detour.failures),
-                detour_rest: f64::from(self.detour.rest),
-            },
+            counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
     }
 
     /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
     pub fn fits(&self, state: &SolverState) -> bool {
-        let SolverCounters { method, price, spent, systems, replace, failures, rest, detour_failures, detour_rest } =
-            state.counters;
-        let counts = [method, failures, rest, detour_failures, detour_rest];
-        let counted = counts.iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
-        let summed = [price, spent, systems, replace].iter().all(|sum| *sum >= 0.0);
         let coarse = CoarseCorrection::<B>::fits(&state.coarse);
-        counted && summed && coarse && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
+        state.counters.are_possible() && coarse && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
     /// Goes on from the state of a solver with the same pattern and options.
@@ -290,24 +240,15 @@ impl<const B: usize> LinearSolver<B> {
             let found = state.values.len();
             return Err(format!("a matrix of {found} numbers instead of {expected}, or counters that count nothing"));
         }
-        let SolverCounters { method, price, spent, systems, replace, failures, rest, detour_failures, detour_rest } =
-            state.counters;
-        self.method = Preconditioning::ALL[(method as usize).min(Preconditioning::ALL.len() - 1)];
-        self.detour = Detour { failures: detour_failures as u32, rest: detour_rest as u32 };
+        let counters = &state.counters;
+        (self.method, self.detour) = (counters.method(), counters.detour());
         self.preconditioner = None;
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
         }
         self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
-        self.reuse = ReusePolicy {
-            price,
-            spent,
-            systems,
-            replace: replace != 0.0,
-            failures: failures as u32,
-            rest: rest as u32,
-        };
+        self.reuse = counters.reuse();
         Ok(())
     }
 

@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_not_be_found_is_refused() {
+    fn a_stress_without_a_deformation_is_refused() {
         let torn = SymTensor::isotropic(1e9);
         let rubber = NeoHookean { elastic: Elastic::new(1100.0, 1e6, 0.4) };
         assert!(Prestressed::new(Box::new(rubber), torn).unwrap_err().contains("no deformation"));

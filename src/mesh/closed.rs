@@ -106,7 +106,7 @@ mod tests {
 
     /// The projective plane with six corners: every edge belongs to two of its ten triangles.
     #[test]
-    fn what_has_one_side_encloses_nothing() {
+    fn a_surface_with_one_side_encloses_nothing() {
         let plane: [&[u32]; 10] = [
             &[0, 1, 2],
             &[0, 2, 3],

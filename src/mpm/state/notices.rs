@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_errors_rule_is_said_once_with_its_time() {
+    fn an_energy_that_errors_rule_is_said_once_with_its_time() {
         let mut notices = Notices::new(0.0);
         notices.look(&reading(-0.09, 0.39, 0.39), 0.5);
         assert_eq!(notices.take(), Vec::<String>::new());
@@ -185,7 +185,7 @@ mod tests {
 
     /// A run that goes on from a checkpoint keeps the notices that were given, and the scales of their measures.
     #[test]
-    fn what_was_said_before_a_checkpoint_is_not_said_again() {
+    fn notices_before_a_checkpoint_are_not_said_again() {
         let mut first = Notices::new(3.0);
         first.look(&reading(0.0, 0.5, 0.0), 0.5);
         assert_eq!(first.take().len(), 1);

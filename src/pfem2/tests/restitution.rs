@@ -82,7 +82,7 @@ fn two_equal_rigid_blocks_share_their_speed_by_restitution() {
 
 /// A ball that bounces comes to rest on the floor, and lies there half an element above it.
 #[test]
-fn what_bounces_comes_to_rest() {
+fn a_ball_that_bounces_comes_to_rest() {
     let mesh = SolidMesh::block(Vector([0.3, GAP + 0.02]), Vector([0.6, GAP + 0.2]), [3, 2]).unwrap();
     let mut pfem = in_gas(vec![rigid(mesh, 0.4, [0.0; 2])], [0.0, -9.81]);
     (0..100).for_each(|k| pfem.step(f64::from(k) * 0.004, 0.004).unwrap());

@@ -89,7 +89,7 @@ mod tests {
     /// Rows that material fills, ordered or not, are extrapolated from in full; under a film of two particles per cell, one cell thick, a fifth
     /// is; and under a single row of particles, nothing.
     #[test]
-    fn what_fills_the_rows_extrapolates_and_a_film_does_not() {
+    fn full_rows_extrapolate_and_a_film_does_not() {
         for kind in SMOOTH {
             let kernel = Kernel::new(kind, 0.25);
             let column = |count: usize, shift: f64| -> Vec<f64> {

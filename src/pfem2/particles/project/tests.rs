@@ -165,7 +165,7 @@ fn unseen<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cells: usize) -> f6
 /// The eigenvalues of a mass matrix over its lumped one are at least 1/(D + 2) (Wathen 1987): when what an average leaves is
 /// averaged once more, no more than (1 − 1/(D + 2))² of any field on the nodes stays behind. A single average leaves 0.63 of these in the plane, and 0.72.
 #[test]
-fn what_nodes_gave_to_particles_comes_back() {
+fn velocities_that_nodes_gave_to_particles_come_back() {
     for (left, dimension) in [(unseen(&square(8), 8), 2.0), (unseen(&cube(4), 4), 3.0)] {
         let bound = (1.0_f64 - 1.0 / (dimension + 2.0)).powi(2);
         assert!(left < bound, "{dimension}: {left}, {bound}");
