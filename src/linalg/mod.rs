@@ -14,6 +14,7 @@
 //! cost weigh less than a new one, by counts of operations.
 
 mod border;
+mod bordered;
 mod coarse;
 mod direct;
 mod dissection;

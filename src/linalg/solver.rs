@@ -3,7 +3,8 @@
 use super::border::Border;
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
-use super::krylov::{Attempt, Krylov, Limits, System};
+use super::bordered::{BorderedMatrix, Preconditioned};
+use super::krylov::{Attempt, Krylov, Limits};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
@@ -201,8 +202,7 @@ impl<const B: usize> LinearSolver<B> {
             failed += 1;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
-                let own = system.a.pattern.rows() * B;
-                return Err(failure::<B>(history, &residual, (own, reference)));
+                return Err(failure::<B>(history, &residual, (system.a.pattern.rows() * B, reference)));
             }
             self.turn_to_next();
         }
@@ -349,76 +349,4 @@ fn failure<const B: usize>(history: Vec<f64>, residual: &[f64], (own, reference)
     let size = |i: usize| if residual[i].is_finite() { residual[i].abs() } else { f64::INFINITY };
     let worst = (0..own).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
     NotConverged { residual: norm(residual) / reference, history, worst_node: worst / B, worst_unknown: worst % B }
-}
-
-/// A system: the matrix on the mesh, and what borders on it. Flat vectors hold the unknowns of the mesh first.
-struct BorderedMatrix<'a, const B: usize> {
-    a: &'a BlockMatrix<B>,
-    b: &'a [f64],
-    scaling: &'a [f64],
-    border: Option<&'a mut dyn Border<B>>,
-}
-
-impl<const B: usize> BorderedMatrix<'_, B> {
-    /// y = A x.
-    fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        let own = self.a.pattern.rows() * B;
-        let ((x, x_border), (y, y_border)) = (x.split_at(own), y.split_at_mut(own));
-        let (x, y) = (x.as_chunks().0, y.as_chunks_mut().0);
-        self.a.multiply(x, y);
-        if let Some(border) = &self.border {
-            border.multiply((x, x_border), (y, y_border));
-        }
-    }
-}
-
-/// A system with its preconditioner: that of the mesh, then the block of the border (see `border`).
-struct Preconditioned<'a, 'b, const B: usize> {
-    system: &'a mut BorderedMatrix<'b, B>,
-    analysis: Option<&'a Analysis>,
-    preconditioner: Option<&'a mut Preconditioner<B>>,
-    coarse: Option<&'a CoarseCorrection<B>>,
-    room: Vec<f64>,
-}
-
-impl<const B: usize> System for Preconditioned<'_, '_, B> {
-    fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        self.system.multiply(x, y);
-        let s = self.system.scaling;
-        update(y, |i, y| s[i] * y);
-    }
-
-    fn residual(&self, x: &[f64], r: &mut [f64]) {
-        self.system.multiply(x, r);
-        let BorderedMatrix { scaling: s, b, .. } = &*self.system;
-        update(r, |i, ax| s[i] * (b[i] - ax));
-    }
-
-    fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
-        let BorderedMatrix { a, scaling: s, border, .. } = &mut *self.system;
-        let room = &mut self.room[..];
-        update(room, |i, _| r[i] / s[i]);
-        let own = a.pattern.rows() * B;
-        let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
-        let (r, z) = (r.as_chunks().0, z.as_chunks_mut().0);
-        match &mut self.preconditioner {
-            Some(preconditioner) => preconditioner.apply(self.analysis, r, z),
-            None => z.copy_from_slice(r),
-        }
-        let Some(border) = border else { return };
-        border.subtract(z, r_border);
-        z_border.copy_from_slice(r_border);
-        let rest = |&node: &u32| {
-            let (node, product) = (node as usize, a.row_product(node as usize, z));
-            std::array::from_fn(|k| r[node][k] - product[k])
-        };
-        let mut near: Vec<[f64; B]> = border.near().iter().map(rest).collect();
-        border.solve(&mut near, z_border);
-        if let Some(coarse) = self.coarse {
-            coarse.correct(&mut near, z_border);
-        }
-        for (&node, change) in border.near().iter().zip(&near) {
-            z[node as usize].iter_mut().zip(change).for_each(|(z, change)| *z += change);
-        }
-    }
 }
