@@ -1,9 +1,9 @@
 //! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
 
 use super::border::Border;
+use super::bordered::{BorderedMatrix, Preconditioned};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
-use super::bordered::{BorderedMatrix, Preconditioned};
 use super::krylov::{Attempt, Krylov, Limits};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
@@ -227,7 +227,9 @@ impl<const B: usize> LinearSolver<B> {
     /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
     pub fn fits(&self, state: &SolverState) -> bool {
         let coarse = CoarseCorrection::<B>::fits(&state.coarse);
-        state.counters.are_possible() && coarse && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
+        state.counters.are_possible()
+            && coarse
+            && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
     /// Goes on from the state of a solver with the same pattern and options.

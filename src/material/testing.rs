@@ -110,7 +110,10 @@ fn starts_in_equilibrium(law: &dyn PointLaw, start: StartState) {
     assert!(
         (sample.energy[0] / first.energy[0].max(scale * 1e-12) - 1.0).abs() < 1e-12 || sample.energy == first.energy
     );
-    assert!((sample.wave_speed[0] / first.wave_speed[0] - 1.0).abs() < 1e-12, "the wave speed at rest is the sound speed at the start");
+    assert!(
+        (sample.wave_speed[0] / first.wave_speed[0] - 1.0).abs() < 1e-12,
+        "the wave speed at rest is the sound speed at the start"
+    );
 }
 
 /// A spin of finite increments turns the stress and changes nothing else.

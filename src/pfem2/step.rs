@@ -170,25 +170,42 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The state at the start.
     pub fn new(setup: Setup<D, N>) -> Self {
-        let rules = rules(&setup);
+        let volume = setup.volume;
+        let mut pfem = Self::unopened(setup);
+        if let Some(solids) = &pfem.solids {
+            solids.immerse(&mut pfem.system);
+        }
+        pfem.interface.project(&pfem.system, &pfem.particles);
+        pfem.update_contents();
+        pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
+        pfem.interface.begin_inflow(&pfem.system);
+        pfem.interface.keep_volumes(&pfem.system, volume);
+        pfem.begin_interface();
+        let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
+        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
+        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
+        if let Some(solids) = &mut pfem.system.particle_solids {
+            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
+        }
+        pfem
+    }
+
+    /// The parts of the solver, before anything is averaged or counted.
+    fn unopened(setup: Setup<D, N>) -> Self {
+        let (rules, phases) = (rules(&setup), phases(&setup));
         let Setup { mesh, boundaries, fluids, tension, gravity, velocity, moments, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
         let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
-        let fluid_phases = fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
-        let solid_phases = setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density));
-        let phases = fluid_phases.chain(solid_phases).collect();
         let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
         let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
         let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear)
             .with_particle_solids(setup.particle_solids);
-        let particles = system.with_columns(setup.particles);
-        let mut pfem = Self {
-            particles: ParticleTracking::new(particles, rules),
+        let tracked = |solids| SolidTracking::new(solids, &system.mesh, &system.boundary).with_moments(&moments);
+        Self {
+            particles: ParticleTracking::new(system.with_columns(setup.particles), rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
-            solids: setup
-                .solids
-                .map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary).with_moments(&moments)),
+            solids: setup.solids.map(tracked),
             start: setup.start,
             history: TimeHistory::new(setup.scheme, &system.velocity),
             forces: BoundaryForces::new(&system, &moments),
@@ -200,23 +217,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             solver_state: SolverState::default(),
             timer: Timer::default(),
             system,
-        };
-        if let Some(solids) = &pfem.solids {
-            solids.immerse(&mut pfem.system);
         }
-        pfem.interface.project(&pfem.system, &pfem.particles);
-        pfem.update_contents();
-        pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
-        pfem.interface.begin_inflow(&pfem.system);
-        pfem.interface.keep_volumes(&pfem.system, setup.volume);
-        pfem.begin_interface();
-        let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
-        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
-        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
-        if let Some(solids) = &mut pfem.system.particle_solids {
-            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
-        }
-        pfem
     }
 
     /// Shows a sharp interface as the particles show it, from the start on: averages round the corners of a shape, and the volume that
@@ -367,6 +368,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.balance.sum(&self.system);
         self.interface.trace(&self.system);
     }
+}
+
+/// The phases: fluids, and then solids on particles.
+fn phases<const D: usize, const N: usize>(setup: &Setup<D, N>) -> Vec<Phase> {
+    let fluids = setup.fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
+    fluids.chain(setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density))).collect()
 }
 
 /// The rules of the particles.

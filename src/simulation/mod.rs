@@ -18,7 +18,7 @@ pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
-pub use ledger::{TermId, LedgerSums, BalanceTerm, CompensatedSum, Ledger, TermKind};
+pub use ledger::{BalanceTerm, CompensatedSum, Ledger, LedgerSums, TermId, TermKind};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, RunSummary, Simulation};
 pub use said_once::SaidOnce;

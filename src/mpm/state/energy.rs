@@ -25,7 +25,7 @@ use crate::mpm::particles::motion::Summary;
 use crate::mpm::transfer::Reduce;
 use crate::mpm::wall::WallWork;
 use crate::parallel;
-use crate::simulation::{TermId, LedgerSums, TermKind};
+use crate::simulation::{LedgerSums, TermId, TermKind};
 
 /// Terms of the bodies in the ledger.
 #[derive(Debug, Clone, Copy)]

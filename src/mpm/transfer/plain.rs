@@ -253,13 +253,9 @@ fn perform<const D: usize>(
             Operation::ReferToStart => sums.gradient = referred_to_start(sums.gradient, dt),
             Operation::AverageVolumeRatio => average_volume_ratio(operations, &mut sums, particle),
             Operation::Stress => {
-                let ratio = particle.volume_ratio[0];
-                if !(ratio > 0.0 && ratio.is_finite()) {
+                if !update_stress(operations, law, &sums, particle) {
                     return Summary::inverted();
                 }
-                let gradient = [sums.gradient.embed(0.0)];
-                let gradient = if law.needs_gradient() { &gradient[..] } else { &[] };
-                particle.update_law(law, gradient, dt, operations.cell);
             }
             Operation::AveragePressure => {
                 particle.excess[0] = operations.blend * (sums.scalar - particle.mean_pressure(0));
@@ -270,6 +266,23 @@ fn perform<const D: usize>(
         }
     }
     summary
+}
+
+/// Updates the stress of the particle by its law, which reads the velocity gradient only if it needs it; false for a particle that is turned inside out.
+fn update_stress<const D: usize>(
+    operations: &Operations<'_, D>,
+    law: &dyn PointLaw,
+    sums: &Sums<D>,
+    particle: &mut View<'_, D>,
+) -> bool {
+    let ratio = particle.volume_ratio[0];
+    let is_possible = ratio > 0.0 && ratio.is_finite();
+    if is_possible {
+        let gradient = [sums.gradient.embed(0.0)];
+        let gradient = if law.needs_gradient() { &gradient[..] } else { &[] };
+        particle.update_law(law, gradient, operations.strain_dt, operations.cell);
+    }
+    is_possible
 }
 
 /// Adds a heat per mass [J/kg] to the energy of the particle; returns the heat [J].

@@ -13,8 +13,8 @@ use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::interface::Medium;
-use crate::pfem2::solid::coupling::element::CutForces;
 use crate::pfem2::solid::coupling::immersed::Immersed;
+use crate::pfem2::solid::coupling::viscous::CutForces;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState};
 
 /// What the viscous forces follow from.

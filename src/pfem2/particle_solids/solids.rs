@@ -216,28 +216,21 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         e: usize,
         solid: usize,
     ) -> (SolidElement<D, N>, Content<N>) {
-        let (volume, law) = (around.mesh.simplex(e).volume, &self.setups[solid].law);
-        let dt = around.equations.delta;
-        let nodes = around.mesh.elements()[e].map(|node| node as usize);
+        let (volume, law, dt) = (around.mesh.simplex(e).volume, &self.setups[solid].law, around.equations.delta);
+        let pressure = around.mesh.elements()[e].map(|node| self.nodal.pressure[node as usize]);
         let media = [
             Medium { density: law.density, viscosity: 0.0 },
             Medium { density: self.fluid_density, viscosity: (around.viscosity)(e) },
         ];
         let cut = CutGeometry::new(level, media);
-        let mut split = SplitPressure::new(&cut, volume, law.bulk, &nodes.map(|i| self.nodal.pressure[i]));
+        let mut split = SplitPressure::new(&cut, volume, law.bulk, &pressure);
         if let GhostPressures::Given(given) = &self.ghosts {
             split.estimate = given[e];
         }
-        let content = cut.content(volume, |_| 0.0);
-        let share = cut.negative_share();
-        let lumped = |i, j| if i == j { content.mass[i] } else { 0.0 };
-        let mass = match around.equations.mass {
-            Mass::Lumped => std::array::from_fn(|i| std::array::from_fn(|j| lumped(i, j))),
-            Mass::Consistent => cut.mass(volume),
-        };
+        let (content, share, rate) = (cut.content(volume, |_| 0.0), cut.negative_share(), 1.0 / dt);
         let integrals = ElementIntegrals {
-            mass,
-            rate: 1.0 / dt,
+            mass: cut_mass(&cut, volume, around.equations.mass, &content),
+            rate,
             elastic: dt * law.shear * share * volume,
             viscous: content.viscosity * volume,
             own: split.own,
@@ -251,7 +244,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             weights: split.in_solid(),
             stress: self.mean_stress(around.mesh, e),
             shear: law.shear,
-            rate: integrals.rate,
+            rate,
             acceleration: [Vector::ZERO; N],
         };
         (self.assembled(around, (e, solid), &integrals, (part, Some(split)), 0.0), content)
@@ -362,5 +355,14 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             let axes = held.velocity.iter().enumerate().filter_map(|(axis, signal)| Some((axis, signal.as_ref()?)));
             axes.flat_map(|(axis, signal)| held.nodes.iter().map(move |&node| (node as usize, axis, signal)))
         })
+    }
+}
+
+/// M_ij of a cut element of this volume [m³], lumped as its content or consistent.
+fn cut_mass<const N: usize>(cut: &CutGeometry<N>, volume: f64, mass: Mass, content: &Content<N>) -> [[f64; N]; N] {
+    let lumped = |i, j| if i == j { content.mass[i] } else { 0.0 };
+    match mass {
+        Mass::Lumped => std::array::from_fn(|i| std::array::from_fn(|j| lumped(i, j))),
+        Mass::Consistent => cut.mass(volume),
     }
 }

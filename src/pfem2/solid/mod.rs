@@ -20,7 +20,8 @@
 //! | `coupling` | the equations of the fluid in cut elements, and the linear system of fluid and solids |
 //! | `contact` | contact with walls, among solids, and of a solid with itself |
 //!
-//! `setup` has a solid as a run starts with it; `tracking` the solids of a run from step to step. Only `tracking` knows all rooms.
+//! `setup` has a solid as a run starts with it; `tracking` the solids of a run from step to step, `start` their begin, `step_results`
+//! what a step leaves. Only `tracking` knows all rooms.
 
 pub mod contact;
 pub mod coupling;
@@ -29,6 +30,8 @@ pub mod equations;
 pub mod mesh;
 pub mod rigid;
 pub mod setup;
+mod start;
+mod step_results;
 pub mod structure;
 pub mod surface;
 pub(in crate::pfem2) mod tracking;

@@ -8,9 +8,11 @@ use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::equations::independent::SolutionVelocities;
 use super::setup::SurfaceCondition;
+pub(in crate::pfem2) use super::start::SolidStart;
+pub(in crate::pfem2) use super::step_results::SolidStep;
 use super::structure::bodies::{SolidPowers, SolvedStep, quadrilaterals};
 use super::structure::outline::SolidOutline;
-use super::structure::{Prediction, SolidState, Structure};
+use super::structure::{Prediction, Structure};
 use super::surface::SolidSurface;
 use crate::error::StepError;
 use crate::linalg::SparseMatrix;
@@ -56,45 +58,6 @@ pub(in crate::pfem2) struct SolidTracking<const D: usize> {
     first: Option<Vec<Vector<D>>>,
     /// Results of the last step.
     pub last: SolidStep<D>,
-}
-
-/// Results of a step.
-#[derive(Debug, Clone, Default)]
-pub(in crate::pfem2) struct SolidStep<const D: usize> {
-    /// Last predicted displacement u* [m]: the surface that cut the mesh.
-    pub predicted: Vec<Vector<D>>,
-    /// Forces of the fluid on each node of the solids at its end [N].
-    pub nodal: Vec<Vector<D>>,
-    /// Moments of the forces of the fluid on each solid, about their points.
-    pub moments: Moments,
-    /// Forces of the fluid on each solid at its end [N].
-    pub forces: Vec<Vector<D>>,
-    /// The same at the end of the step before [N].
-    pub forces_earlier: Vec<Vector<D>>,
-    /// Means over the step, with the shares that it takes of each [N].
-    pub forces_mean: Vec<Vector<D>>,
-    /// Normal forces of contacts at its end [N].
-    pub contact_forces: ContactForces<D>,
-    /// Energies at its end, and powers from outside.
-    pub energies: SolidEnergies,
-    /// Force that quasi-static solids were off balance by at its end, over the largest.
-    pub imbalance: f64,
-    /// Distance of the surface from its first prediction, in elements.
-    pub prediction_error: f64,
-    /// Number of its solutions (theory (J.3a)).
-    pub solutions: usize,
-    /// Distance by which the last solution of a step moved elastic solids, in elements, if that is too much; else zero.
-    pub last_correction: f64,
-    /// True if contacts of elastic solids pulled, or lacked, when it was solved for the last time.
-    pub has_wrong_contacts: bool,
-    /// Steps that solids make by backward Euler from now on (theory J.8).
-    pub backward_steps: usize,
-}
-
-/// State of solids at the start of a step.
-pub(in crate::pfem2) struct SolidStart<const D: usize> {
-    state: SolidState<D>,
-    last: SolidStep<D>,
 }
 
 impl<const D: usize> SolidTracking<D> {
@@ -367,53 +330,19 @@ impl<const D: usize> SolidTracking<D> {
         self.last.nodal = nodal;
         Ok(())
     }
+}
 
-    /// State at the start of a step.
-    pub fn start(&self) -> SolidStart<D> {
-        SolidStart { state: self.structure.state.clone(), last: self.last.clone() }
-    }
-
-    /// Takes the state at the start of a predicted first step, and the step before it from its end: a⁰ = a¹, v⁻¹ = 2 v⁰ − v¹
-    /// (theory H.9).
-    pub fn restart(&mut self, SolidStart { mut state, last }: SolidStart<D>) {
-        state.begin(&self.structure.state);
-        let forces = std::mem::take(&mut self.last.forces);
-        let contact_forces = std::mem::take(&mut self.last.contact_forces);
-        let nodal = std::mem::take(&mut self.last.nodal);
-        let mut moments = last.moments;
-        moments.begin(std::mem::take(&mut self.last.moments.last));
-        self.last = SolidStep { forces_earlier: forces.clone(), forces, moments, contact_forces, nodal, ..last };
-        self.structure.state = state;
-    }
-
-    /// Energies with which a run begins in the present state [J].
-    ///
-    /// # Errors
-    /// An element is turned inside out.
-    pub fn open_energies(&mut self) -> Result<SolidEnergies, StepError> {
-        let none = vec![Vector::ZERO; self.last.forces.len()];
-        let SolidStep { predicted, contact_forces, mut nodal, .. } = std::mem::take(&mut self.last);
-        nodal.fill(Vector::ZERO);
-        let energies = energies(&self.structure, SolidPowers::default())?;
-        let (forces_earlier, forces_mean) = (none.clone(), none.clone());
-        self.last = SolidStep {
-            predicted,
-            nodal,
-            moments: Moments::none(none.len()),
-            contact_forces,
-            energies,
-            forces: none,
-            forces_earlier,
-            forces_mean,
-            ..SolidStep::default()
-        };
-        Ok(energies)
-    }
-
-    /// Forgets the steps before.
-    pub fn clear_history(&mut self) {
-        self.structure.state.clear_history();
-    }
+/// Energies of a structure [J], with these powers [W].
+///
+/// # Errors
+/// An element is turned inside out.
+pub(super) fn energies<const D: usize>(
+    structure: &Structure<D>,
+    powers: SolidPowers,
+) -> Result<SolidEnergies, StepError> {
+    let SolidPowers { gravity, supports } = powers;
+    let (kinetic, strain) = (structure.kinetic_energy(), structure.strain_energy()?);
+    Ok(SolidEnergies { kinetic, strain, gravity, supports })
 }
 
 /// No solid has reached the boundary of the mesh, but where its nodes are `held`.
@@ -435,25 +364,4 @@ fn check_boundary<const D: usize, const N: usize>(
                   an opening: put it farther away; support nodes that are to stay at the boundary";
     let what = "a solid has reached the boundary of the mesh";
     Err(StepError::new(system.place(node), what, "distance to its surface", -immersed.cut.distance[node], advice))
-}
-
-/// Energies of a structure [J], with these powers [W].
-///
-/// # Errors
-/// An element is turned inside out.
-fn energies<const D: usize>(structure: &Structure<D>, powers: SolidPowers) -> Result<SolidEnergies, StepError> {
-    let SolidPowers { gravity, supports } = powers;
-    let (kinetic, strain) = (structure.kinetic_energy(), structure.strain_energy()?);
-    Ok(SolidEnergies { kinetic, strain, gravity, supports })
-}
-
-impl<const D: usize> SolidStep<D> {
-    fn add_forces(&mut self, now: Vec<Vector<D>>, shares: StepShares) {
-        let all = self.forces_earlier.iter().zip(&self.forces).zip(&now);
-        let mean = |((f0, f1), f2): ((&Vector<D>, &Vector<D>), &Vector<D>)| {
-            *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end
-        };
-        self.forces_mean = all.map(mean).collect();
-        self.forces_earlier = std::mem::replace(&mut self.forces, now);
-    }
 }

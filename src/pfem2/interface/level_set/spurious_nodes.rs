@@ -88,8 +88,12 @@ mod tests {
         let particles = Particles::seed(&mesh, 3, |x| Some(u8::from(!near(x))), |_| Vector::ZERO);
         let top =
             |facet: &&crate::mesh::Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 8.0);
-        let openings: Vec<OpenFacet<2>> =
-            mesh.boundary().iter().filter(top).map(|&facet| OpenFacet { facet, inflow_level: [top_inflow_level; 2] }).collect();
+        let openings: Vec<OpenFacet<2>> = mesh
+            .boundary()
+            .iter()
+            .filter(top)
+            .map(|&facet| OpenFacet { facet, inflow_level: [top_inflow_level; 2] })
+            .collect();
         let before = vec![2.0; mesh.nodes().len()];
         let piece = [Vector([4.0, 8.0]), Vector([4.0, 7.0])];
         let mut level: Vec<f64> = mesh

@@ -19,7 +19,7 @@ use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
 use super::trace::TracePoint;
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
-use crate::pfem2::equations::element::{Block, Content, Equations, Stabilisation, viscous_forces};
+use crate::pfem2::equations::element::{Block, Content, Equations, Stabilisation};
 use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, surface_tension};
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint, VelocityShares};
 
@@ -68,6 +68,13 @@ pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
     pub follows: Vec<Follows<D>>,
     /// v̂ [m/s].
     pub hats: Vec<Vector<D>>,
+}
+
+impl<const D: usize> VertexVelocities<D> {
+    /// Σ v̂ over the vertices of a part [m/s].
+    fn sum_of_hats<const N: usize>(&self, part: &PartGeometry<D, N>) -> Vector<D> {
+        part.vertices.iter().map(|&vertex| self.hats[vertex]).fold(Vector::ZERO, |sum, hat| sum + hat)
+    }
 }
 
 impl<const D: usize, const N: usize> CoupledElement<D, N> {
@@ -184,23 +191,34 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        VertexVelocities { follows, hats }: &VertexVelocities<D>,
+        velocities: &VertexVelocities<D>,
     ) {
-        let FluidPart { tau, drive, .. } = fluid;
-        let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
-        let force = drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
-        let viscosity = part.pieces.iter().map(|piece| piece.share * fluid.medium(piece).viscosity).sum::<f64>();
-        let stiffness = viscosity * volume;
-        let center = part.at(&[1.0 / N as f64; N]);
-        let masses = masses(equations.mass, part, fluid);
         let residual = match equations.stabilisation {
-            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => tau / delta * volume / N as f64,
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => {
+                fluid.tau / equations.delta * part.simplex.volume / N as f64
+            }
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
-        let mut sum_of_hats = Vector::ZERO;
+        self.add_momentum(part, fluid, equations, velocities);
+        self.add_continuity(parent, part, residual, velocities);
+        self.add_stabilisation(parent, part, fluid, velocities.sum_of_hats(part) * residual);
+    }
+
+    /// Adds inertia, viscosity and body force of a part to the rows of its velocities.
+    fn add_momentum(
+        &mut self,
+        part: &PartGeometry<D, N>,
+        fluid: &FluidPart<D, N>,
+        equations: &Equations,
+        VertexVelocities { follows, hats }: &VertexVelocities<D>,
+    ) {
+        let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
+        let force = fluid.drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
+        let viscosity = part.pieces.iter().map(|piece| piece.share * fluid.medium(piece).viscosity).sum::<f64>();
+        let stiffness = viscosity * volume;
+        let masses = masses(equations.mass, part, fluid);
         for i in 0..N {
             let row = &follows[part.vertices[i]];
-            sum_of_hats += hats[part.vertices[i]];
             let mut load = Vector::ZERO;
             for j in 0..N {
                 let mass = masses[i][j];
@@ -213,14 +231,39 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                 self.add_velocities(row, &follows[part.vertices[j]], &block);
             }
             self.add_load(row, load);
+        }
+    }
+
+    /// Adds the columns of pressures in the rows of the velocities of a part, and those of velocities in the rows of pressures: −Dᵀ and −(D + R/Δ),
+    /// theory (J.7), (J.9); `residual` is τ V_s/(d + 1)/Δ.
+    fn add_continuity(
+        &mut self,
+        parent: &[Vector<D>; N],
+        part: &PartGeometry<D, N>,
+        residual: f64,
+        velocities: &VertexVelocities<D>,
+    ) {
+        let (g, volume, center) = (&part.simplex.gradient, part.simplex.volume, part.at(&[1.0 / N as f64; N]));
+        for (gradient, &vertex) in g.iter().zip(&part.vertices) {
             for k in 0..N {
-                // −Dᵀ and −(D + R/Δ), theory (J.7), (J.9).
-                let pressure = g[i] * -(volume * center[k]);
+                let pressure = *gradient * -(volume * center[k]);
+                let row = &velocities.follows[vertex];
                 self.add_pressure(row, k, pressure, pressure - parent[k] * residual);
             }
         }
+    }
+
+    /// Adds −C, theory (J.8), and what stands with it on the right: the sources of the part, and `hats`, the share of v̂.
+    fn add_stabilisation(
+        &mut self,
+        parent: &[Vector<D>; N],
+        part: &PartGeometry<D, N>,
+        fluid: &FluidPart<D, N>,
+        hats: Vector<D>,
+    ) {
+        let (tau, volume) = (fluid.tau, part.simplex.volume);
         let of = |piece: &SubSimplex<N>| fluid.source(piece) * (tau * volume * piece.share);
-        let source = part.pieces.iter().map(of).sum::<Vector<D>>() + sum_of_hats * residual;
+        let source = part.pieces.iter().map(of).sum::<Vector<D>>() + hats;
         let over_density: f64 = part.pieces.iter().map(|piece| piece.share / fluid.medium(piece).density).sum();
         for k in 0..N {
             self.loads[k][D] -= parent[k].dot(source);
@@ -332,33 +375,4 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             self.solid_loads[a][r] - of_nodes - of_solids.sum::<f64>()
         })
     }
-}
-
-/// Viscous force on each node of an element [N], and its share of the mass of the fluid there [kg].
-pub type CutForces<const D: usize, const N: usize> = [(Vector<D>, f64); N];
-
-/// Viscous forces of the fluid part of a cut element on the nodes of the element; `velocity` [m/s] of these and of nodes of solids.
-pub fn cut_forces<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    cut: &CutBySolid<N>,
-    points: &[CutPoint<D>],
-    medium: Medium,
-    velocity: [&dyn Fn(usize) -> Vector<D>; 2],
-) -> CutForces<D, N> {
-    let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
-    let [of_node, of_solid] = velocity;
-    let nodes = &mesh.elements()[cut.element as usize];
-    let mut sum = [(Vector::ZERO, 0.0); N];
-    for PartGeometry { simplex, vertices, .. } in parts(mesh, cut, &own, &[1.0; N]) {
-        let at = |k: usize| match nodes.get(k) {
-            Some(&node) => of_node(node as usize),
-            None => own[k - N].velocity(of_node, of_solid),
-        };
-        let forces = viscous_forces(&simplex, medium.viscosity, &vertices.map(at));
-        for (&k, force) in vertices.iter().zip(forces).filter(|(k, _)| **k < N) {
-            sum[k].0 += force;
-            sum[k].1 += medium.density * simplex.volume / N as f64;
-        }
-    }
-    sum
 }

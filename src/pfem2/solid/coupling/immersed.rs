@@ -1,8 +1,9 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
 
-use super::element::{CoupledElement, CutForces, cut_forces};
+use super::element::CoupledElement;
 use super::fluid_part::FluidPart;
 use super::trace::{CutMesh, TracePoint};
+use super::viscous::{CutForces, cut_forces};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;

@@ -16,10 +16,12 @@ pub mod bodies;
 mod constrained;
 mod dilatation;
 pub mod element;
+mod element_forces;
 pub mod equilibrium;
 mod linearisation;
 pub mod modes;
 pub mod outline;
+mod predict;
 pub mod pressure;
 pub mod springs;
 mod state;
@@ -32,15 +34,12 @@ use crate::error::{Place, StepError};
 use crate::linalg::SparseMatrix;
 use crate::material::{ElasticState, Moduli};
 use crate::math::{SymTensor, Tensor, Vector};
-use crate::parallel;
 use crate::pfem2::solid::equations::{LinearForces, SolidEquations};
 use crate::pfem2::solid::mesh::SolidMesh;
 use crate::pfem2::solid::mesh::gauss::{GaussPoint, gauss_points};
 use crate::pfem2::solid::rigid::RigidBody;
-use crate::pfem2::solid::setup::{Inertia, SolidSetup};
-use crate::pfem2::time::history::StepShares;
-use constrained::held_axes;
-use element::{ElementFault, ElementForces, SolidLaw, geometric_stiffness};
+use crate::pfem2::solid::setup::SolidSetup;
+use element::{ElementFault, SolidLaw};
 use pressure::FollowerPressures;
 use springs::Springs;
 pub use state::{Prediction, SolidState};
@@ -50,9 +49,6 @@ use ties::Ties;
 
 /// Bulk modulus over shear modulus that contact counts with at most, that of ν = 0.49 (theory J.18).
 const LARGEST_BULK: f64 = 50.0;
-
-/// Elements whose forces are held in memory at a time.
-const BATCH: usize = 64;
 
 /// The solids of a run.
 #[derive(Debug)]
@@ -157,67 +153,6 @@ impl<const D: usize> Structure<D> {
         self.nodes.iter().zip(displacement).map(|(x, u)| *x + *u).collect()
     }
 
-    /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² (theory (F.8), (F.15)).
-    /// Prescribed nodes are where they will be.
-    ///
-    /// # Errors
-    /// Supports that a rigid solid can't follow.
-    pub(in crate::pfem2) fn predict(
-        &self,
-        t_end: f64,
-        shares: StepShares,
-        weights: [f64; 3],
-    ) -> Result<Prediction<D>, StepError> {
-        let StepShares { dt, end, start, earlier } = shares;
-        let SolidState { displacement: u, velocity: v, velocity_previous, velocity_earlier, .. } = &self.state;
-        let SolidState { acceleration: a, acceleration_previous, .. } = &self.state;
-        let hat = |x: &[Vector<D>], now: &[Vector<D>], before: &[Vector<D>]| -> Vec<Vector<D>> {
-            let all = x.iter().zip(now).zip(before);
-            all.map(|((x, now), before)| *x + (*now * start + *before * earlier) * dt).collect()
-        };
-        let displacement_hat = hat(u, v, velocity_previous);
-        let velocity_hat = hat(v, a, acceleration_previous);
-        let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
-        let all = u.iter().zip(v).zip(earlier_steps);
-        let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
-            *u + (*v * weights[0] + *previous * weights[1] + *earlier * weights[2]) * dt
-        };
-        let mut displacement: Vec<Vector<D>> = all.map(predicted).collect();
-        let held = self.held_velocities(t_end);
-        let supported = |node: usize, axis: usize, velocity: f64| displacement_hat[node][axis] + end * dt * velocity;
-        for (unknown, velocity) in held.iter().enumerate() {
-            if let Some(velocity) = velocity {
-                displacement[unknown / D][unknown % D] = supported(unknown / D, unknown % D, *velocity);
-            }
-        }
-        let rigid = self.predict_rigid(t_end, (shares, weights), &|body| {
-            held_axes::<D>(body, &held, |unknown, velocity| supported(unknown / D, unknown % D, velocity))
-        })?;
-        self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));
-        self.ties.follow(&mut displacement);
-        let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
-        let velocities = self.independent((&held, &guess), &rigid);
-        Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
-    }
-
-    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead elastic solids, with
-    /// their bonds; rigid ones stay where they were predicted.
-    pub(in crate::pfem2::solid) fn corrected(
-        &self,
-        delta: f64,
-        prediction: &Prediction<D>,
-        w: &[f64],
-    ) -> Prediction<D> {
-        let nodal = prediction.velocities.nodal(w);
-        let mut displacement = prediction.displacement.clone();
-        for node in (0..self.node_count()).filter(|&node| self.is_elastic(node as u32)) {
-            let velocity = Vector::from_fn(|axis| nodal[node * D + axis]);
-            displacement[node] = prediction.displacement_hat[node] + velocity * delta;
-        }
-        let correction = displacement.iter().zip(&prediction.displacement).map(|(u, last)| *u - *last).collect();
-        Prediction { displacement, found: Some(correction), ..prediction.clone() }
-    }
-
     /// Prescribed velocity of each unknown at time `t` [m/s].
     pub fn held_velocities(&self, t: f64) -> Vec<Option<f64>> {
         self.supports.velocities(self.nodes.len() * D, t)
@@ -245,25 +180,13 @@ impl<const D: usize> Structure<D> {
         start.iter_mut().zip(&places).for_each(|(start, x)| *start += gravity(*x));
         let mut rhs = self.weighted_by_mass(&start);
         self.supports.add_forces(t_end, &mut rhs);
-        let rest: Vec<_> = displacement_hat.iter().zip(displacement).map(|(hat, u)| *hat - *u).collect();
-        self.visit_step(prediction, |solid, nodes, forces| {
-            let damping = self.setups[solid].damping.stiffness;
-            for (a, &row) in nodes.iter().enumerate() {
-                let mut force = forces.internal[a];
-                for (b, &column) in nodes.iter().enumerate() {
-                    let tangent = forces.tangent(a, b);
-                    force += tangent.apply(rest[column as usize]);
-                    let block = tangent * delta + forces.material[a * nodes.len() + b] * damping;
-                    self.add_block(&mut matrix, (row, column), &block);
-                }
-                (0..D).for_each(|axis| rhs[row as usize * D + axis] -= force[axis]);
-            }
-        })?;
+        self.add_internal_forces(delta, prediction, &mut matrix, &mut rhs)?;
         self.pressures.forces(t_end, &places, |node, force| {
             (0..D).for_each(|axis| rhs[node as usize * D + axis] += force[axis]);
         });
+        let offset = self.displacement_offsets(prediction);
         self.pressures.stiffness(t_end, &places, |(row, column), slope| {
-            let force = slope.apply(rest[column as usize]);
+            let force = slope.apply(offset[column as usize]);
             (0..D).for_each(|axis| rhs[row as usize * D + axis] += force[axis]);
             self.add_block(&mut matrix, (row, column), &(slope * -delta));
         });
@@ -271,6 +194,38 @@ impl<const D: usize> Structure<D> {
         self.springs.add(delta, displacement_hat, &mut linear);
         let inertia = self.rigid_inertia(delta, prediction);
         Ok(SolidEquations { matrix, rhs, linear, inertia, velocities: prediction.velocities.clone() })
+    }
+
+    /// Adds Δ K + β K_c to a matrix, and −F(u*) − K (û − u*) to a right-hand side [N].
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    fn add_internal_forces(
+        &self,
+        delta: f64,
+        prediction: &Prediction<D>,
+        matrix: &mut SparseMatrix,
+        rhs: &mut [f64],
+    ) -> Result<(), StepError> {
+        let offset = self.displacement_offsets(prediction);
+        self.visit_step(prediction, |solid, nodes, forces| {
+            let damping = self.setups[solid].damping.stiffness;
+            for (a, &row) in nodes.iter().enumerate() {
+                let mut force = forces.internal[a];
+                for (b, &column) in nodes.iter().enumerate() {
+                    let tangent = forces.tangent(a, b);
+                    force += tangent.apply(offset[column as usize]);
+                    let block = tangent * delta + forces.material[a * nodes.len() + b] * damping;
+                    self.add_block(matrix, (row, column), &block);
+                }
+                (0..D).for_each(|axis| rhs[row as usize * D + axis] -= force[axis]);
+            }
+        })
+    }
+
+    /// û − u* of all nodes [m].
+    fn displacement_offsets(&self, prediction: &Prediction<D>) -> Vec<Vector<D>> {
+        self.way(prediction, |a| prediction.displacement_hat[a])
     }
 
     /// Ends a step with the implicit part `delta` [s] and the independent velocities that its equations gave.
@@ -291,82 +246,6 @@ impl<const D: usize> Structure<D> {
         self.state.acceleration_previous = std::mem::replace(&mut self.state.acceleration, acceleration);
         let last = std::mem::replace(&mut self.state.velocity, velocity);
         self.state.velocity_earlier = std::mem::replace(&mut self.state.velocity_previous, last);
-    }
-
-    /// Calls `work` with the solid, the nodes and the forces of every element at a displacement [m], in order.
-    ///
-    /// # Errors
-    /// As [`Structure::equations`].
-    pub(in crate::pfem2::solid) fn visit(
-        &self,
-        displacement: &[Vector<D>],
-        work: impl FnMut(usize, &[u32], &ElementForces<D>),
-    ) -> Result<(), StepError> {
-        self.visit_with(displacement, |_, _, _, forces| Ok(forces), work)
-    }
-
-    /// As [`Structure::visit`], at the prediction of a step. The geometric part of the tangent is that of the stress that the last linear
-    /// equations had at their end, those of the last step or of the last solution of this one (theory (J.5a)): a prediction along tangents
-    /// strains a solid that turns, and the stress of that would hold back, or drive, its turn by more than its inertia where it is stiff.
-    /// Solids without inertia take the prediction's in the first solution of a step.
-    ///
-    /// # Errors
-    /// As [`Structure::equations`].
-    pub(in crate::pfem2::solid) fn visit_step(
-        &self,
-        prediction: &Prediction<D>,
-        work: impl FnMut(usize, &[u32], &ElementForces<D>),
-    ) -> Result<(), StepError> {
-        let (displacement, correction) = match &prediction.found {
-            Some(correction) => (&prediction.displacement, correction),
-            None => (&self.state.displacement, &self.state.correction),
-        };
-        let last = |solid: usize, element: usize, law: SolidLaw<'_>, mut forces: ElementForces<D>| {
-            if prediction.found.is_some() || self.setups[solid].inertia == Inertia::Dynamic {
-                let columns = [&self.nodes[..], displacement, correction];
-                let (_, [places, u, correction]) = self.gather(solid, element, columns);
-                forces.geometric = geometric_stiffness(&self.points, law, &places, [&u, &correction])?;
-            }
-            Ok(forces)
-        };
-        self.visit_with(&prediction.displacement, last, work)
-    }
-
-    /// With forces that are `changed` of each element, by the solid, its number and the law.
-    fn visit_with(
-        &self,
-        displacement: &[Vector<D>],
-        changed: impl Fn(usize, usize, SolidLaw<'_>, ElementForces<D>) -> Result<ElementForces<D>, ElementFault<D>> + Sync,
-        mut work: impl FnMut(usize, &[u32], &ElementForces<D>),
-    ) -> Result<(), StepError> {
-        for solid in self.elastic() {
-            let law = self.law(solid)?;
-            for begin in (0..self.setups[solid].mesh.elements.len()).step_by(BATCH) {
-                let count = BATCH.min(self.setups[solid].mesh.elements.len() - begin);
-                let all = parallel::collect(count, 1, |k| {
-                    let (nodes, [places, own]) = self.gather(solid, begin + k, [&self.nodes, displacement]);
-                    let forces = ElementForces::new(&self.points, law, &places, &own);
-                    (nodes, forces.and_then(|forces| changed(solid, begin + k, law, forces)))
-                });
-                for (k, (nodes, forces)) in all.into_iter().enumerate() {
-                    work(solid, &nodes, &forces.map_err(|fault| self.error(solid, begin + k, fault))?);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The nodes of an element, and its entries of nodal columns.
-    pub(in crate::pfem2::solid) fn gather<const K: usize>(
-        &self,
-        solid: usize,
-        element: usize,
-        columns: [&[Vector<D>]; K],
-    ) -> (Vec<u32>, [Vec<Vector<D>>; K]) {
-        let own = &self.setups[solid].mesh.elements[element];
-        let nodes: Vec<u32> = own.iter().map(|node| node + self.first[solid]).collect();
-        let entries = columns.map(|column| nodes.iter().map(|&node| column[node as usize]).collect());
-        (nodes, entries)
     }
 
     pub(in crate::pfem2::solid) fn law(&self, solid: usize) -> Result<SolidLaw<'_>, StepError> {
