@@ -62,7 +62,7 @@ impl<const B: usize> Response<B> {
 }
 
 impl<const B: usize> CoarseCorrection<B> {
-    /// Of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
+    /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
     pub fn new(border: &mut dyn Border<B>, nodes: usize, solve_mesh: &mut SolveMesh<'_, B>) -> Self {
         let (forces, motions) = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
@@ -84,7 +84,7 @@ impl<const B: usize> CoarseCorrection<B> {
         Self { forces, added, ..Self::default() }
     }
 
-    /// From what [`CoarseCorrection::state`] gave.
+    /// The correction with a state, [`CoarseCorrection::state`].
     pub fn restored(state: &[f64]) -> Self {
         let [count, systems, rest @ ..] = state else { return Self::default() };
         let count = *count as usize;
@@ -93,7 +93,7 @@ impl<const B: usize> CoarseCorrection<B> {
         Self { forces: rows(forces), added: rows(added), systems: *systems, ..Self::default() }
     }
 
-    /// What a checkpoint keeps: the number of motions, that of systems, C and B.
+    /// State for a checkpoint: the number of motions, that of systems, C and B.
     pub fn state(&self) -> Vec<f64> {
         let counts = [self.forces.len() as f64, self.systems];
         [&counts[..], &self.added.concat(), &self.forces.concat()].concat()

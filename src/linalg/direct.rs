@@ -113,7 +113,7 @@ pub(super) struct Analysis {
     /// the diagonal first, then by eliminated row.
     first: Vec<u32>,
     blocks: Vec<u32>,
-    /// The same as compressed columns of single numbers.
+    /// The structure as compressed columns of single numbers.
     columns: ColumnPlaces,
     symbolic: SymbolicSupernodalCholesky<u32>,
 }
@@ -221,7 +221,7 @@ fn structure(upper: SymbolicSparseColMatRef<'_, u32>) -> Option<SymbolicSupernod
 /// The factor of one matrix.
 pub(super) struct Factor<T> {
     values: Vec<T>,
-    /// s of S A S, in the order of elimination.
+    /// Diagonal s of S in S A S, in the order of elimination.
     scaling: Vec<f64>,
     work: Vec<T>,
     memory: MemBuffer,

@@ -60,7 +60,7 @@ pub struct SolveOutcome {
 pub struct NotConverged {
     /// |S (b − A x)| / |S b| at the end.
     pub residual: f64,
-    /// The same at the start and after every iteration.
+    /// The relative residual at the start and after every iteration.
     pub history: Vec<f64>,
     /// The node with the largest scaled residual.
     pub worst_node: usize,

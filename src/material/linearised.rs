@@ -60,7 +60,7 @@ pub(super) fn no_tangent(phase: MaterialKind) -> String {
     format!("an implicit solid needs the tangent of an elastic law, but {reason}")
 }
 
-/// What an elastic law is linearised about.
+/// The state about which an elastic law is linearised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElasticState {
     /// Deformation gradient F from the reference state.

@@ -99,7 +99,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// state at the start ([`PointState::sound_speed`]).
     fn reference_sound_speed(&self) -> f64;
 
-    /// What the material is to the presets of a case.
+    /// Phase of the material, by which presets of a case choose.
     fn phase(&self) -> MaterialKind;
 
     /// The law as an elastic one, with the tangents that an implicit system in velocity and pressure needs (theory B.13).
@@ -136,7 +136,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// What a material is to the presets of a case, which choose defaults by it (`case/preset.rs`).
+/// Phase of a material, by which the presets of a case choose defaults (`case/preset.rs`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MaterialKind {
     /// A fluid whose pressure is that of its energy: it fills its room.

@@ -58,7 +58,7 @@ pub struct Coupling<const D: usize> {
 /// Contact of membranes with bodies, and the sub-steps of the membranes.
 #[derive(Debug, Clone, Copy)]
 pub struct CouplingSettings {
-    /// Where membranes and bodies meet.
+    /// Contact of membranes and bodies.
     pub contact: SheetContact,
     /// Gap below which they do [m].
     pub gap_tolerance: f64,

@@ -270,7 +270,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// where the solids come to, where that is far from u* (theory (J.3a)). Returns the averages of the particles at the nodes, and v̂ [m/s].
     ///
     /// # Errors
-    /// Those of the linear solver; an element of a solid turns inside out.
+    /// The linear solver doesn't converge; an element of a solid turns inside out.
     pub(super) fn find_velocity(
         &mut self,
         step: TimeStep,

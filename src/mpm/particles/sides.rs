@@ -59,7 +59,7 @@ struct Beside {
 }
 
 impl<const D: usize> SheetAtStart<'_, D> {
-    /// Those of `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
+    /// Particles among `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
     fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>, reach: f64) -> [Beside; 2] {
         let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
         for &x in particles {

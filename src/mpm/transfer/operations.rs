@@ -50,7 +50,7 @@ pub(in crate::mpm) struct Operations<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Operations<'a, D> {
-    /// Those of `list` for a body.
+    /// Operations of `list` for a body.
     pub fn new(list: &'a [Operation], parameters: &OperationParameters<D>, grid: &Grid<D>, body: &Body<D>) -> Self {
         let &OperationParameters { momentum_dt, pic_share, strain_dt, blend, dissipation, landing } = parameters;
         let solid = body.particles.affine.is_empty() && body.law.keeps_shape();

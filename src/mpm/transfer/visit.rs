@@ -76,9 +76,9 @@ pub(in crate::mpm) enum Operation {
 /// The positions of particles that a velocity gradient refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::mpm) enum Positions {
-    /// Those at the start of the increment.
+    /// Positions at the start of the increment.
     Start,
-    /// Those at its end.
+    /// Positions at its end.
     End,
 }
 

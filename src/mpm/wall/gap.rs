@@ -67,7 +67,7 @@ pub(in crate::mpm) struct Bodies<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Bodies<'a, D> {
-    /// Those of a field among all.
+    /// Gaps of a field among all.
     pub fn of_field(
         bodies: &'a [Body<D>],
         field: usize,

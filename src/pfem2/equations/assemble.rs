@@ -39,7 +39,7 @@ pub struct CutElement<const D: usize, const N: usize> {
     pub tension: [Vector<D>; N],
     /// Energy of the interface [J].
     pub energy: f64,
-    /// s, against which the pressure gradient is stabilised, as a mean over both sides [m/s²].
+    /// Source s, against which the pressure gradient is stabilised, as a mean over both sides [m/s²].
     pub source: Vector<D>,
 }
 

@@ -1,4 +1,4 @@
-//! What fills the elements that solids cut: one fluid, a mixture, or two with an interface (theory J.3, G.14).
+//! Filling of the elements that solids cut: one fluid, a mixture, or two with an interface (theory J.3, G.14).
 
 use super::element::{Content, Drive};
 use super::system::VelocityPressureSystem;

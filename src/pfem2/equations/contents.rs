@@ -1,4 +1,4 @@
-//! What fills each element in a step: its content, with viscosity and τ, and the enriched pressures of those that an interface cuts (theory
+//! Filling of each element in a step: its content, with viscosity and τ, and the enriched pressures of those that an interface cuts (theory
 //! F.6, G.8).
 
 use super::assemble::CutElement;

@@ -151,7 +151,7 @@ pub struct Drive<const D: usize, const N: usize> {
     pub force: [Vector<D>; N],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: [Vector<D>; N],
-    /// What of the residual is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous force per unit mass
+    /// Part of the residual that is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous force per unit mass
     /// with the consistent form.
     pub projected: [Vector<D>; N],
     /// ũ̂/(c Δ) of the element's subscale [m/s²], zero where it has none.
@@ -159,7 +159,7 @@ pub struct Drive<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Drive<D, N> {
-    /// s, against which the pressure gradient is stabilised [m/s²].
+    /// Source s, against which the pressure gradient is stabilised [m/s²].
     #[inline]
     pub fn source(&self, equations: &Equations) -> Vector<D> {
         let mean = |values: &[Vector<D>; N]| values.iter().copied().sum::<Vector<D>>() / N as f64;
@@ -167,7 +167,7 @@ impl<const D: usize, const N: usize> Drive<D, N> {
         if equations.stabilisation.has_inertia() { source + mean(&self.convected) / equations.delta } else { source }
     }
 
-    /// s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
+    /// Source s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
     pub fn source_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
         let inertia = if equations.stabilisation.has_inertia() {
             self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)

@@ -37,7 +37,7 @@ pub struct Subscales<const D: usize> {
     pub projected: Vec<Vector<D>>,
     /// γ, its mean over some steps [m/s²].
     pub followed: Vec<Vector<D>>,
-    /// Those with an inertia.
+    /// Subscales with an inertia.
     pub dynamic: DynamicSubscales<D>,
 }
 

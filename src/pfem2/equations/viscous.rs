@@ -17,7 +17,7 @@ use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::coupling::viscous::CutForces;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState};
 
-/// What the viscous forces follow from.
+/// Flow from which viscous forces follow.
 pub struct ViscousFlow<'a, const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D, N>,

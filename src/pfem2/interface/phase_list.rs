@@ -8,9 +8,9 @@ use crate::pfem2::particles::reseed::Reseeding;
 /// The role of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
-    /// It flows.
+    /// A fluid, which flows.
     Fluid,
-    /// It keeps a shape.
+    /// A solid, which keeps a shape.
     Solid,
 }
 

@@ -1,4 +1,4 @@
-//! What the particles of a solid carry beside position, velocity and phase (theory K.2).
+//! Columns of the particles of a solid beside position, velocity and phase (theory K.2).
 //!
 //! A particle that comes to fill an empty element has no state yet: it takes the mean of the particles of its solid around it.
 

@@ -162,7 +162,7 @@ impl<const N: usize> ElementIntegrals<N> {
     }
 }
 
-/// What acts in an element beside its matrix.
+/// Forces and pressures in an element beside its matrix.
 #[derive(Debug, Clone, Copy)]
 pub struct ElementForces<'a, const D: usize, const N: usize> {
     /// Body force and v̂ at the nodes.

@@ -33,7 +33,7 @@ pub enum GhostPressures<const N: usize> {
 /// Solids on particles.
 #[derive(Debug, Clone)]
 pub struct ParticleSolids<const D: usize, const N: usize> {
-    /// They, in the order of their phases.
+    /// The solids, in the order of their phases.
     pub setups: Vec<ParticleSolidSetup<D>>,
     /// The phase of the first; those before are fluids.
     pub first: usize,
@@ -55,7 +55,7 @@ pub struct ParticleSolids<const D: usize, const N: usize> {
     place: Vec<u32>,
 }
 
-/// What fills an element that isn't cut.
+/// Filling of an element that isn't cut.
 struct Mixture {
     /// Part of its volume that is solid.
     share: f64,
@@ -69,7 +69,7 @@ struct Mixture {
     density: f64,
 }
 
-/// What the equations of an element take from the fluid around.
+/// The fluid as the equations of an element with solid need it.
 pub struct Surroundings<'a, const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D, N>,
@@ -181,7 +181,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         (made, content)
     }
 
-    /// What fills an element that isn't cut, by its particles; without any, its solid.
+    /// Filling of an element that isn't cut, by its particles; without any, its solid.
     fn mixture(&self, e: usize, solid: usize) -> Mixture {
         let (sums, law) = (&self.sums[e], &self.setups[solid].law);
         let share = sums.solid_share().unwrap_or(1.0);

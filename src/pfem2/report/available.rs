@@ -111,7 +111,7 @@ impl AvailablePotentialEnergy {
     /// Compares the energy that the ledger doesn't explain with the errors of discretisation, and the work of gravity with A.
     ///
     /// # Errors
-    /// It is many times what there was; the fastest node is named.
+    /// The energy that errors have given is many times what there was; the fastest node is named.
     pub fn check<const D: usize, const N: usize>(
         &self,
         ledger: &EnergyLedger,

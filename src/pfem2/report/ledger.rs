@@ -163,7 +163,7 @@ pub struct EnergyLedger {
     viscous: CompensatedSum,
     /// Powers and forces from outside at the end of the last step.
     pub last: ExternalTerms,
-    /// Those at the end of the step before.
+    /// Powers and forces from outside at the end of the step before.
     pub earlier: ExternalTerms,
     /// Kinetic and surface energy at the start [J].
     pub stored: f64,

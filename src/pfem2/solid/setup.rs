@@ -35,7 +35,7 @@ pub struct SolidSetup<const D: usize> {
     pub friction: f64,
     /// Coefficient of restitution e of a rigid solid at walls, 0 to 1; of two that meet the root of their product counts.
     pub restitution: f64,
-    /// What the fluid does on its surface.
+    /// Condition for the fluid on its surface.
     pub surface: SurfaceCondition,
 }
 
@@ -70,13 +70,13 @@ impl<const D: usize> SolidSetup<D> {
     }
 }
 
-/// What the fluid does on the surface of a solid.
+/// Condition for the fluid on the surface of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SurfaceCondition {
-    /// It sticks.
+    /// The fluid sticks.
     #[default]
     NoSlip,
-    /// It glides, where the elements are wider than the layer in which it would be slowed down.
+    /// The fluid glides: for elements that are wider than the layer in which it would be slowed down.
     Slip,
 }
 
@@ -155,7 +155,7 @@ pub struct Damping {
 /// Inertia of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inertia {
-    /// Its mass.
+    /// The solid has its mass.
     #[default]
     Dynamic,
     /// None: forces balance at every time.

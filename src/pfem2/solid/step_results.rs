@@ -1,4 +1,4 @@
-//! What a step leaves of the solids: forces on them, energies, and how well it was solved.
+//! Results of a step of the solids: forces on them, energies, and how well it was solved.
 
 use super::contact::step::ContactForces;
 use crate::math::Vector;
@@ -17,9 +17,9 @@ pub(in crate::pfem2) struct SolidStep<const D: usize> {
     pub moments: Moments,
     /// Forces of the fluid on each solid at its end [N].
     pub forces: Vec<Vector<D>>,
-    /// The same at the end of the step before [N].
+    /// Forces of the fluid at the end of the step before [N].
     pub forces_earlier: Vec<Vector<D>>,
-    /// Means over the step, with the shares that it takes of each [N].
+    /// Means of these forces over the step, with the shares that it takes of each time [N].
     pub forces_mean: Vec<Vector<D>>,
     /// Normal forces of contacts at its end [N].
     pub contact_forces: ContactForces<D>,

@@ -94,7 +94,7 @@ impl<const D: usize> SolidTracking<D> {
         }
     }
 
-    /// With points about which the forces on solids have moments.
+    /// The solids with points about which the forces on them have moments.
     #[must_use]
     pub fn with_moments(mut self, moments: &[MomentPoint<D>]) -> Self {
         self.about = moments::points(moments, self.about.len(), ForcedPart::Solid);

@@ -63,7 +63,7 @@ struct Rest {
     speed: f64,
     /// Forces on the solids [N].
     forces: Vec<Vector<2>>,
-    /// What the mesh shows of the solids [m²].
+    /// Area of the solids as the mesh shows it [m²].
     shown: f64,
     notices: Vec<String>,
 }

@@ -345,7 +345,7 @@ fn a_rigid_disc_as_heavy_as_the_water_hovers() {
     assert!(gained.abs() < 0.05 * weight * 0.2, "{gained}");
 }
 
-/// What lands in a step that doesn't resolve its impact stays: the floor gives it the impulse that it had, and no more.
+/// A block that lands in a step that doesn't resolve its impact stays: the floor gives it the impulse that it had, and no more.
 #[test]
 fn a_stiff_block_that_lands_stays() {
     let (mut pfem, dt, mass, speed) = (landing(), 0.01, 1000.0 * 0.3 * 0.2, 0.5);

@@ -399,7 +399,7 @@ fn an_even_pressure_of_the_fluid_compresses_a_soft_block_evenly() {
     assert!(off(&pfem) < 1e-3 * most, "{:e} {most:e}", off(&pfem));
 }
 
-/// What an even pressure gives the nodes of a block of `parts` elements in a shaken mesh of ten cells along a side, less ∫ N_a n dA by Simpson's rule on
+/// Forces of an even pressure on the nodes of a block of `parts` elements in a shaken mesh of ten cells along a side, less ∫ N_a n dA by Simpson's rule on
 /// its sides, over the largest of these.
 fn error_of_an_even_pressure<const D: usize, const N: usize>(
     [lower, upper]: [Vector<D>; 2],

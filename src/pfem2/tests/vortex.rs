@@ -21,7 +21,7 @@ fn vortices<const D: usize, const N: usize>(
     Pfem2::new(setup(mesh, sets, physics(vec![fluid("fluid", 1.0, viscosity)], weightless()), |_| 0, wave))
 }
 
-/// Those at Re = 100: rms error at t = 0.5 and the largest speed.
+/// Errors at Re = 100: rms error at t = 0.5 and the largest speed.
 fn decayed<const D: usize, const N: usize>(
     mesh: Mesh<D, N>,
     wave: impl Fn(Vector<D>) -> Vector<D> + Copy + Sync,

@@ -48,7 +48,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// iterations.
     ///
     /// # Errors
-    /// They don't come to rest; an element turns inside out, or the system isn't solved.
+    /// Solids don't come to rest; an element turns inside out, or the system isn't solved.
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
         let longest = self.longest();
         let (mut next, mut last) = (dt.min(longest), 0.0);

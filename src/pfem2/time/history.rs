@@ -31,7 +31,7 @@ pub(in crate::pfem2) struct StepShares {
 }
 
 impl StepShares {
-    /// Those of backward Euler, of a step of `dt` [s].
+    /// Shares of backward Euler, for a step of `dt` [s].
     pub fn backward_euler(dt: f64) -> Self {
         Self { dt, end: 1.0, start: 0.0, earlier: 0.0 }
     }

@@ -208,5 +208,5 @@ impl<const D: usize> Map<D> {
 /// Nodes with less than this share of the heaviest node's mass are left out.
 const LEAST: f64 = 1e-6;
 
-/// Where the vector area is less than this share of the area, the sheet is folded and gives no direction.
+/// Share of the area below which the vector area gives no direction: the sheet is folded.
 const FOLDED: f64 = 0.1;

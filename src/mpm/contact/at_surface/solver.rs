@@ -127,7 +127,7 @@ impl<const D: usize> ContactSolver<D> {
         scale > 0.0
     }
 
-    /// s, for which f is least along the impulses of the last sub-step.
+    /// The length s of a step, for which f is least along the impulses of the last sub-step.
     fn scale(&self, sheet: &SheetMotion<'_, D>) -> f64 {
         let (mut slope, mut curvature) = (0.0, 0.0);
         for contact in &self.contacts {

@@ -142,5 +142,5 @@ impl<const D: usize> NodeAreas<D> {
     }
 }
 
-/// Where the vector area is less than this share of the area, the sheet is folded.
+/// Share of the area below which a vector area is that of a folded sheet.
 const FOLDED: f64 = 0.1;

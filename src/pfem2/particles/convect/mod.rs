@@ -114,7 +114,7 @@ struct Group<'a, const D: usize, const N: usize> {
     element: &'a mut [u32],
     velocity: &'a [Vector<D>],
     fluid: &'a [u8],
-    /// Those before this one have set out, or are not of this journey.
+    /// Particles before this one have set out, or are not of this journey.
     seen: usize,
     fate: ConvectionCounts,
 }

@@ -63,9 +63,9 @@ impl<const N: usize> MeshPoint<N> {
 pub enum End {
     /// The time was over.
     Inside,
-    /// It reached a boundary facet that lets it out, opposite this local node.
+    /// The particle reached a boundary facet that lets it out, opposite this local node.
     Boundary(usize),
-    /// It crossed too many facets.
+    /// The particle crossed too many facets.
     Stuck,
 }
 

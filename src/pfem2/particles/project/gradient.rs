@@ -29,7 +29,7 @@ use crate::parallel;
 /// Particles count as spread in all directions if det Cov ≥ this times (tr Cov / D)^D.
 const FLATTEST: f64 = 1e-4;
 
-/// They count as more than one if tr Cov ≥ this times their mean square distance from the node: what a single particle
+/// Particles count as more than one if tr Cov ≥ this times their mean square distance from the node: what a single particle
 /// leaves is rounding, whose shape means nothing.
 const SINGLE: f64 = 1e-9;
 

@@ -46,7 +46,7 @@ pub enum AveragingKernel {
 pub struct ConvectedVelocity<const D: usize> {
     /// v̂_i [m/s]; of bare nodes the one that they had.
     pub mean: Vec<Vector<D>>,
-    /// That of each fluid by itself, v̂_αi, by fluid and node [m/s]; v̂_i where the fluid isn't seen. Without entries if
+    /// Velocity of each fluid by itself, v̂_αi, by fluid and node [m/s]; v̂_i where the fluid isn't seen. Without entries if
     /// there is one fluid, or the kernel mixes them.
     pub own: Vec<Vec<Vector<D>>>,
 }

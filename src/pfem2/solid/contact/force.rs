@@ -305,7 +305,7 @@ impl<const D: usize> Contact<D> {
         &self.shares
     }
 
-    /// n.
+    /// Normal n, away from what is touched.
     pub(in crate::pfem2::solid) fn normal(&self) -> Vector<D> {
         self.normal
     }

@@ -171,7 +171,7 @@ impl<const D: usize> WallFacet<D> {
 }
 
 impl<const D: usize> WallContacts<D> {
-    /// Of solids in their reference state. Nodes of a supported solid that start nearer to a wall than the gap belong to its support and
+    /// Contact of solids in their reference state. Nodes of a supported solid that start nearer to a wall than the gap belong to its support and
     /// touch nothing; those of others keep the distance that they start with. Next to a support at the wall nodes keep half of it: a
     /// solid that is compressed there brings them nearer.
     pub fn new<const N: usize>(structure: &Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {

@@ -37,7 +37,7 @@ pub struct SolidBorder<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> SolidBorder<D, N> {
-    /// From the equations of solids and cut elements, and the matrix of the fluid; its right-hand side, in the frames of its nodes, takes
+    /// The border, from the equations of solids and cut elements, and the matrix of the fluid; its right-hand side, in the frames of its nodes, takes
     /// what prescribed velocities of solids bring. `None` if the matrix of the solids is singular.
     pub fn new(
         mesh: &Mesh<D, N>,
@@ -65,7 +65,7 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         Some(Self { couplings, velocities: equations.velocities.clone(), matrix, near, prescribed, load })
     }
 
-    /// What iterations begin with, by the independent velocities.
+    /// Guess with which iterations begin, by the independent velocities.
     pub fn start(&self, independent: &[f64]) -> Vec<f64> {
         [independent, &self.prescribed].concat()
     }

@@ -28,7 +28,7 @@ use crate::pfem2::solid::cut::{CutBySolid, CutPoint, VelocityShares};
 pub struct CoupledElement<const D: usize, const N: usize> {
     /// The element.
     pub element: u32,
-    /// What its fluid part holds.
+    /// Content of its fluid part.
     pub content: Content<N>,
     /// True for nodes whose pressure acts on their own side of an interface somewhere in the fluid part.
     pub tied: [bool; N],
@@ -64,7 +64,7 @@ pub(in crate::pfem2::solid) type Follows<const D: usize> = Vec<(Unknown, Tensor<
 
 /// The velocities of the vertices of an element.
 pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
-    /// By the unknowns.
+    /// Velocity of each vertex by the unknowns.
     pub follows: Vec<Follows<D>>,
     /// v̂ [m/s].
     pub hats: Vec<Vector<D>>,

@@ -20,9 +20,9 @@ use crate::pfem2::interface::inverse;
 
 /// A row of K_es, or a column of K_se, in the unknowns of an element.
 struct EnrichedRow<const D: usize, const N: usize> {
-    /// Of its nodes.
+    /// Forces of its nodes.
     nodes: [[f64; N]; N],
-    /// Of nodes of solids, by their places in the element.
+    /// Forces of nodes of solids, by their places in the element.
     solid: Vec<Vector<D>>,
 }
 

@@ -6,7 +6,7 @@ use crate::pfem2::equations::element::{Drive, Mass};
 use crate::pfem2::interface::{Enrichment, Medium, SubSimplex, at_corners, sides};
 use crate::pfem2::solid::cut::{CutBySolid, CutPoint, FluidSimplex, Vertex};
 
-/// What fills the fluid part of a cut element.
+/// Filling of the fluid part of a cut element.
 #[derive(Debug, Clone, Copy)]
 pub struct FluidPart<const D: usize, const N: usize> {
     /// Level set at the nodes; of one sign where there is one fluid.
@@ -21,7 +21,7 @@ pub struct FluidPart<const D: usize, const N: usize> {
     pub tau: f64,
     /// Nodal values of the right-hand side.
     pub drive: Drive<D, N>,
-    /// s on either side but for its inertia [m/s²].
+    /// Source s on either side but for its inertia [m/s²].
     pub sources: [Vector<D>; 2],
 }
 
@@ -31,7 +31,7 @@ impl<const D: usize, const N: usize> FluidPart<D, N> {
         self.media[usize::from(!piece.negative)]
     }
 
-    /// s of a piece but for its inertia [m/s²].
+    /// Source s of a piece but for its inertia [m/s²].
     pub(in crate::pfem2::solid) fn source(&self, piece: &SubSimplex<N>) -> Vector<D> {
         self.sources[usize::from(!piece.negative)]
     }

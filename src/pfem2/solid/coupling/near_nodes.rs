@@ -25,7 +25,7 @@ pub struct NearNodes {
 }
 
 impl NearNodes {
-    /// Of the matrix of a border, the blocks that couple it to the fluid, and the matrix of the fluid. `None` if it is singular.
+    /// The near nodes, from the matrix of a border, the blocks that couple it to the fluid, and the matrix of the fluid. `None` if it is singular.
     pub fn new<const D: usize, const N: usize>(
         border: &SparseMatrix,
         couplings: &[NodeCoupling<D, N>],

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Nodes per piece of a parallel loop.
 const PIECE: usize = 16;
 
-/// What couples a node of the fluid to solids, without its prescribed unknowns.
+/// Blocks that couple a node of the fluid to solids, without its prescribed unknowns.
 pub(in crate::pfem2::solid) struct NodeCoupling<const D: usize, const N: usize> {
     /// The node.
     pub node: u32,
@@ -28,7 +28,7 @@ pub(in crate::pfem2::solid) struct NodeCoupling<const D: usize, const N: usize> 
 }
 
 impl<const D: usize, const N: usize> NodeCoupling<D, N> {
-    /// Of all nodes of cut elements, ascending.
+    /// Couplings of all nodes of cut elements, ascending.
     pub fn all(mesh: &Mesh<D, N>, elements: &[CoupledElement<D, N>]) -> Vec<Self> {
         let mut around: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
         for (place, element) in elements.iter().enumerate() {
@@ -42,7 +42,7 @@ impl<const D: usize, const N: usize> NodeCoupling<D, N> {
         })
     }
 
-    /// Of a node, with the elements around it and its place in each.
+    /// Coupling of a node, with the elements around it and its place in each.
     fn new<'a>(node: u32, elements: impl Iterator<Item = (&'a CoupledElement<D, N>, usize)> + Clone) -> Self {
         let mut solid: Vec<u32> = elements.clone().flat_map(|(element, _)| element.solid.iter().copied()).collect();
         solid.sort_unstable();

@@ -23,7 +23,7 @@ const PIECE: usize = 8;
 pub struct FluidPressure(Vec<Option<f64>>);
 
 impl FluidPressure {
-    /// Of nodal pressures [Pa] in a mesh that solids cut.
+    /// The nodal pressures [Pa] in a mesh that solids cut.
     pub fn new<const D: usize, const N: usize>(mesh: &Mesh<D, N>, immersed: &Immersed<D, N>, pressure: &[f64]) -> Self {
         let mut nodal: Vec<Option<f64>> = pressure.iter().copied().map(Some).collect();
         for inside in &immersed.cut.inside {
@@ -35,7 +35,7 @@ impl FluidPressure {
         Self(nodal)
     }
 
-    /// At a place of an element with these shape functions, by the nodes that have one; zero where none has [Pa].
+    /// Pressure at a place of an element with these shape functions, by the nodes that have one; zero where none has [Pa].
     fn at<const N: usize>(&self, nodes: &[u32; N], shape: &[f64; N]) -> f64 {
         let known = nodes.iter().zip(shape).filter_map(|(&node, share)| Some((self.0[node as usize]?, *share)));
         let (sum, share) = known.fold((0.0, 0.0), |(sum, all), (p, share)| (sum + p * share, all + share));

@@ -22,7 +22,7 @@ const PIECE: usize = 8;
 /// Parts of a facet along an axis in three dimensions, over its size in elements of the mesh.
 const FINENESS: f64 = 2.0;
 
-/// Where the mesh ends this near to the surface, over the size of an element, no fluid is between.
+/// Distance of the end of the mesh from the surface, over the size of an element, within which no fluid is between.
 const BEYOND: f64 = 0.05;
 
 /// Distance of the surface from a chord in its own element, over the size of an element, above which another chord may be nearer.
@@ -52,7 +52,7 @@ pub struct TracePoint<const D: usize, const N: usize> {
 struct ChordPlace<const D: usize> {
     /// Square of its distance [m²].
     away: f64,
-    /// [m].
+    /// Position [m].
     position: Vector<D>,
     /// Shares of cut points, by their places in the list of the element.
     chord: Vec<(usize, f64)>,
@@ -61,7 +61,7 @@ struct ChordPlace<const D: usize> {
 /// The points of all facets of elastic solids, each with the place of its cut element.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceTrace<const D: usize, const N: usize> {
-    /// By facet.
+    /// Points of each facet, with the places of their cut elements.
     pub facets: Vec<Vec<(usize, TracePoint<D, N>)>>,
 }
 
@@ -103,7 +103,7 @@ impl<const D: usize, const N: usize> SurfaceTrace<D, N> {
     }
 }
 
-/// Where the surface goes from one element to the next in two dimensions: the coordinates of cut points on each facet, ascending, with its ends.
+/// Places where the surface goes from one element to the next in two dimensions: coordinates of cut points on each facet, ascending, with its ends.
 fn breaks<const D: usize, const N: usize>(surface: &SolidSurface<D>, cut: &SolidCut<D, N>) -> Vec<Vec<f64>> {
     if D != 2 {
         return Vec::new();

@@ -11,7 +11,7 @@
 
 use super::{FluidSimplex, Vertex, parts};
 
-/// Where surfaces cross the edges of an element, each by a number.
+/// An element with the points where surfaces cross its edges, each by a number.
 pub struct CrossedElement<const N: usize> {
     /// The element.
     pub element: usize,

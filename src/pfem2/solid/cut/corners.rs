@@ -32,7 +32,7 @@ struct Tip<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Tip<'a, D> {
-    /// Of these corners, with a `plain` element behind.
+    /// The tip with these corners, if there is a `plain` element behind.
     fn new<const N: usize>(
         mesh: &Mesh<D, N>,
         element: usize,
@@ -170,7 +170,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// Where the surface crosses the edge behind a tip, seen from each of its ends, with the weights of the solid's nodes there.
+    /// Points where the surface crosses the edge behind a tip, seen from each of its ends, with the weights of the solid's nodes there.
     fn crossings(
         &self,
         surface: &SolidSurface<D>,
@@ -243,7 +243,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 }
 
-/// Where the way from corners into their solid crosses an edge, as a fraction of it.
+/// Point where the way from corners into their solid crosses an edge, as a fraction of it.
 fn foot_on_edge<const D: usize>(corners: &[SurfaceCorner<D>], start: Vector<D>, end: Vector<D>) -> Option<f64> {
     let middle = corners.iter().map(|corner| corner.position).sum::<Vector<D>>() / corners.len() as f64;
     let normal = corners.iter().map(|corner| corner.normal).sum::<Vector<D>>();

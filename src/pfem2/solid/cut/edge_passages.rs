@@ -1,4 +1,4 @@
-//! Where edges of solids pass through the elements of the mesh, in three dimensions.
+//! Passages of edges of solids through the elements of the mesh, in three dimensions (theory J.2).
 
 use super::solid_edges::moved_inside;
 use crate::math::Vector;
@@ -15,12 +15,12 @@ const ON_FACE: f64 = 1e-9;
 
 /// Edges of solids in a tree of boxes.
 pub struct SharpEdges<const D: usize> {
-    /// In straight pieces.
+    /// Straight pieces.
     pub pieces: Vec<EdgePiece<D>>,
     boxes: RTree<GeomWithData<Rectangle<[f64; D]>, usize>>,
 }
 
-/// What an element has of a piece of an edge.
+/// Part of a piece of an edge that lies in an element.
 #[derive(Debug, Clone, Copy)]
 pub struct Passage {
     /// The piece.
@@ -34,7 +34,7 @@ pub struct Passage {
 /// A place on an edge of a solid.
 #[derive(Debug, Clone)]
 pub struct EdgePoint<const D: usize> {
-    /// [m].
+    /// Position [m].
     pub position: Vector<D>,
     /// Shape functions of the solid's nodes there.
     pub weights: NodeWeights,
@@ -64,7 +64,7 @@ impl Passage {
 }
 
 impl<const D: usize> SharpEdges<D> {
-    /// From all pieces.
+    /// The edges with these pieces.
     pub fn new(pieces: Vec<EdgePiece<D>>) -> Self {
         let entry = |(k, piece): (usize, &EdgePiece<D>)| {
             let [start, end] = piece.ends.map(|end| end.position);
@@ -80,7 +80,7 @@ impl<const D: usize> SharpEdges<D> {
         EdgePoint { position: own.at(fraction), weights: own.weights(fraction), tangent: own.tangent() }
     }
 
-    /// What an element has of edges.
+    /// Passages of all edges through an element.
     pub fn passages<const N: usize>(&self, mesh: &Mesh<D, N>, element: usize) -> Vec<Passage> {
         let x = mesh.corners(element);
         let corner = |pick: fn(f64, f64) -> f64| x.iter().fold(x[0], |a, b| Vector::from_fn(|i| pick(a[i], b[i])));
@@ -132,7 +132,7 @@ impl<const D: usize> SharpEdges<D> {
     }
 }
 
-/// What an element has of a piece, given its shape functions at the ends.
+/// Passage of a piece through an element, given its shape functions at the ends.
 fn passage<const N: usize>(piece: usize, [start, end]: [[f64; N]; 2]) -> Option<Passage> {
     let [start, end] = [start, end].map(|shape| shape.map(|n| n + ON_FACE));
     let (mut range, mut faces) = ([0.0, 1.0], [None, None]);

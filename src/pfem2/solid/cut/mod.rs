@@ -366,7 +366,7 @@ fn level_of<const D: usize, const N: usize>(
     if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
 }
 
-/// Where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given the distances at its ends, of which
+/// Point where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given the distances at its ends, of which
 /// the first is above the level and the second is not; the nearest point of the surface there, if the crossing was found.
 fn crossing<const D: usize>(
     surface: &SolidSurface<D>,

@@ -328,7 +328,7 @@ impl<const D: usize> Solids<'_, D> {
         Some(EdgePoint { position: moved_inside(mesh, own.element, middle), weights, tangent: None })
     }
 
-    /// Where the solid crosses an edge of the mesh with both nodes outside at a piece of its own edge, seen from each node. The middle between is in the plane through that piece
+    /// Points where the solid crosses an edge of the mesh with both nodes outside at a piece of its own edge, seen from each node. The middle between is in the plane through that piece
     /// and its normal.
     fn reach<const N: usize>(
         &self,

@@ -18,7 +18,7 @@ fn volume_inside_of<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &Sol
     parts.iter().map(|part| Simplex::new(cut.corners(mesh, e, part)).unwrap().volume).sum()
 }
 
-/// What every cut must fulfil.
+/// Conditions that every cut must fulfil.
 fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>) -> SolidCut<D, N> {
     let surface = surface_of(solid);
     let cut = SolidCut::new(mesh, &surface, &[]);

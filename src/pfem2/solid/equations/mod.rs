@@ -58,7 +58,7 @@ impl SolidEquations {
         (self.velocities.matrix(entries), rhs)
     }
 
-    /// What the nodes lack of their inertia and internal forces at velocities that solve the equations [N]: S v − r, which the fluid,
+    /// Forces that nodes need beside those of S and r at velocities that solve the equations [N]: S v − r, which the fluid,
     /// contacts, springs and supports give, and what keeps rigid solids rigid.
     pub fn missing(&self, velocity: &[f64]) -> Vec<f64> {
         let mut rows = vec![0.0; self.rhs.len()];

@@ -1,4 +1,4 @@
-//! What a closed surface encloses, for rigid solids without elements inside (theory (J.17a)).
+//! Volume, centre and second moments inside of a closed surface, for rigid solids without elements inside (theory (J.17a)).
 //!
 //! ```text
 //! V = ⅓ ∮ x·m dξ,      V c_i = ¼ ∮ x_i x·m dξ,      P_ij = ∫ r_i r_j dV = ⅕ ∮ r_i r_j r·m dξ,      r = x − c

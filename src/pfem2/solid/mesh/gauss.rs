@@ -36,7 +36,7 @@ pub fn gauss_points(dimensions: usize) -> Vec<GaussPoint> {
     (0..3usize.pow(dimensions as u32)).map(point).collect()
 }
 
-/// What the functions through the Gauss points have at the nodes: `[node][point]`.
+/// Values at the nodes of the functions through the Gauss points: `[node][point]`.
 pub fn to_nodes(dimensions: usize) -> Vec<Vec<f64>> {
     let g = 0.6f64.sqrt();
     // Lagrange's polynomials of −g, 0, g.

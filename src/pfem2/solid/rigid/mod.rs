@@ -65,7 +65,7 @@ impl Record for RigidState {
     type Number = f64;
 }
 
-/// What a step knows of the end of a rigid solid's.
+/// Prediction of a rigid solid at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidPrediction {
     /// ĉ [m].
@@ -82,7 +82,7 @@ pub struct RigidPrediction {
     pub rotation: Tensor<3>,
     /// J* [kg m²].
     inertia: Tensor<3>,
-    /// What supports leave free about the prediction.
+    /// Motions that supports leave free about the prediction.
     pub freedom: Freedom,
     /// The first of its independent velocities.
     pub first: u32,
@@ -111,7 +111,7 @@ impl RigidPrediction {
 }
 
 impl RigidState {
-    /// At rest in the reference state but for these rates, with the moments of inertia J₀ [kg m²].
+    /// A solid at rest in the reference state but for these rates, with the moments of inertia J₀ [kg m²].
     pub fn new(rates: Rates, inertia: &Tensor<3>) -> Self {
         Self {
             displacement: Vector::ZERO,
@@ -198,7 +198,7 @@ impl RigidBody {
         rotation.dot(&self.inertia).dot(&rotation.transpose())
     }
 
-    /// What supports leave free at time `t` [s].
+    /// Motions that supports leave free at time `t` [s].
     fn freedom(&self, rotation: &Tensor<3>, t: f64, held: &[HeldAxis]) -> Result<Freedom, Contradiction> {
         let unit = |axis| Vector::unit(axis);
         let translation = |axis| Rates { velocity: unit(axis), spin: Vector::ZERO };
@@ -264,7 +264,7 @@ impl RigidBody {
         })
     }
 
-    /// By how much supported nodes miss their displacements along each axis, in the mean [m].
+    /// Distance of supported nodes from their prescribed displacements along each axis, in the mean [m].
     fn miss(&self, displacement: Vector<3>, rotation: &Tensor<3>, supported: &[(usize, usize, f64)]) -> Vector<3> {
         let (mut sum, mut count) = (Vector::<3>::ZERO, [0.0; 3]);
         for &(node, axis, wanted) in supported {
@@ -320,7 +320,7 @@ impl RigidBody {
         }
     }
 
-    /// From the centre of mass to a node as predicted [m].
+    /// Vector from the centre of mass to a node as predicted [m].
     pub fn arm(&self, prediction: &RigidPrediction, node: usize) -> Vector<3> {
         prediction.rotation.apply(self.arms[node])
     }

@@ -30,7 +30,7 @@ pub(in crate::pfem2::solid) struct Dilatation<'a, const D: usize> {
     ratio: Vec<f64>,
 }
 
-/// What the modes bring to the tangent.
+/// Share of the dilatation modes in the tangent.
 struct ModeTangent<const D: usize> {
     /// b_a of each mode.
     volume: [Vec<Vector<D>>; MODES],
@@ -41,7 +41,7 @@ struct ModeTangent<const D: usize> {
 }
 
 impl<'a, const D: usize> Dilatation<'a, D> {
-    /// Of the Gauss points of an element.
+    /// Modes at the Gauss points of an element.
     ///
     /// # Errors
     /// The projected volume ratio is not positive at one of them.

@@ -50,7 +50,7 @@ impl<const D: usize> Structure<D> {
         self.visit_with(&prediction.displacement, last, work)
     }
 
-    /// With forces that are `changed` of each element, by the solid, its number and the law.
+    /// As [`Structure::visit`], with the forces of each element `changed`, by the solid, its number and the law.
     fn visit_with(
         &self,
         displacement: &[Vector<D>],

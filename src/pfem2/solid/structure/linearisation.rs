@@ -1,4 +1,4 @@
-//! What the linear equations of a step, F(u*) + K (u − u*) less the loads likewise, lack of the forces at its end (theory J.14, J.16).
+//! Errors of the linear equations of a step, F(u*) + K (u − u*) less the loads likewise, against the forces at its end (theory J.14, J.16).
 
 use super::{Prediction, Structure};
 use crate::error::StepError;

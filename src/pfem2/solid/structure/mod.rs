@@ -68,12 +68,12 @@ pub struct Structure<const D: usize> {
     /// M_ab [kg], one entry per pair of nodes that share an element.
     pub(in crate::pfem2::solid) mass: SparseMatrix,
     pub(in crate::pfem2::solid) points: Vec<GaussPoint>,
-    /// Those that are rigid.
+    /// The solids that are rigid.
     pub(in crate::pfem2::solid) rigid: Vec<RigidBody>,
 }
 
 impl<const D: usize> Structure<D> {
-    /// Of solids in their reference states, with the velocities at time 0.
+    /// Structure of solids in their reference states, with the velocities at time 0.
     ///
     /// # Errors
     /// A law that is neither rigid nor has an elastic tangent, or whose stress depends on the path; an element without a positive volume;
@@ -106,7 +106,7 @@ impl<const D: usize> Structure<D> {
         Ok(structure)
     }
 
-    /// With the surface of the first solid of each pair tied to that of the second.
+    /// The structure with the surface of the first solid of each pair tied to that of the second.
     ///
     /// # Errors
     /// Two rigid solids; solids that don't touch.
@@ -366,7 +366,7 @@ fn impose<const D: usize>(held: &[Option<f64>], velocity: &mut [Vector<D>]) {
     }
 }
 
-/// What a solid must be.
+/// Checks that a solid has a law with a stored energy, elements, and velocities at all nodes.
 ///
 /// # Errors
 /// As [`Structure::new`].

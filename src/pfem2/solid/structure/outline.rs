@@ -24,7 +24,7 @@ pub struct SolidOutline {
 }
 
 impl SolidOutline {
-    /// Of the solid `name`.
+    /// Outline of the solid `name`.
     pub fn new<const D: usize>(name: &str, mesh: &SolidMesh<D>) -> Self {
         let all: BTreeSet<u32> = mesh.facets.iter().flat_map(|facet| facet.nodes.iter().copied()).collect();
         let nodes: Vec<u32> = all.into_iter().collect();

@@ -21,13 +21,13 @@ pub struct SolidState<const D: usize> {
     pub acceleration: Vec<Vector<D>>,
     /// aⁿ⁻¹ [m/s²].
     pub acceleration_previous: Vec<Vector<D>>,
-    /// By how much vⁿ is off what the two steps before extrapolate to [m/s]; zero before the first step.
+    /// Difference between vⁿ and its extrapolation from the two steps before [m/s]; zero before the first step.
     pub velocity_change: Vec<Vector<D>>,
     /// Motion of rigid solids, in their order.
     pub rigid: Vec<RigidState>,
 }
 
-/// What a step knows of its end before it is solved.
+/// Prediction of a step's end, before the step is solved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction<const D: usize> {
     /// û [m].
@@ -38,14 +38,14 @@ pub struct Prediction<const D: usize> {
     pub displacement: Vec<Vector<D>>,
     /// u* less that of the prediction about which it was found [m], in a step that is solved anew.
     pub found: Option<Vec<Vector<D>>>,
-    /// Those of rigid solids.
+    /// Predictions of rigid solids.
     pub rigid: Vec<RigidPrediction>,
     /// The velocities that nodes don't take from others.
     pub velocities: IndependentVelocities,
 }
 
 impl<const D: usize> SolidState<D> {
-    /// Of nodes in their reference places that start with `velocity` [m/s].
+    /// State of nodes in their reference places that start with `velocity` [m/s].
     pub fn new(velocity: Vec<Vector<D>>) -> Self {
         let zero = vec![Vector::ZERO; velocity.len()];
         Self {

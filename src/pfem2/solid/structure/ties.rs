@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-9;
 /// Nodes that follow others.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ties {
-    /// By node: those that lead it, with their shares. None of these follows another.
+    /// Leaders of each node that follows others, with their shares. None of these follows another.
     leaders: BTreeMap<u32, Vec<(u32, f64)>>,
     /// Pairs of solids that are bonded, each with the smaller number first.
     pairs: BTreeSet<[usize; 2]>,
@@ -117,7 +117,7 @@ impl Ties {
         }
     }
 
-    /// Those that lead a node, with their shares.
+    /// The nodes that a node follows, with their shares.
     pub fn leaders(&self, node: u32) -> Option<&[(u32, f64)]> {
         self.leaders.get(&node).map(Vec::as_slice)
     }

@@ -46,7 +46,7 @@ struct Jet<const D: usize> {
 }
 
 impl<const D: usize> SurfaceFacet<D> {
-    /// From its global nodes and the positions of all [m].
+    /// A facet from its global nodes and the positions of all [m].
     pub fn new(nodes: Vec<u32>, positions: &[Vector<D>]) -> Self {
         let mut x = [Vector::ZERO; 9];
         x.iter_mut().zip(&nodes).for_each(|(x, &node)| *x = positions[node as usize]);

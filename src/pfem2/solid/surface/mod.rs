@@ -111,7 +111,7 @@ pub(super) struct NearestPoint<const D: usize> {
 }
 
 impl<const D: usize> SolidSurface<D> {
-    /// From the meshes of the solids, each with its first global node, and the positions of all global nodes [m]. Facets and
+    /// The surface of the meshes of the solids, each with its first global node, and the positions of all global nodes [m]. Facets and
     /// elements with a position that is not finite are left out.
     pub fn new(solids: &[(&SolidMesh<D>, u32)], positions: &[Vector<D>]) -> Self {
         let of = |(mesh, first): (&SolidMesh<D>, u32)| {
