@@ -10,8 +10,8 @@
 //! Q = (1 − ½ Δt Ω)⁻¹ (1 + ½ Δt Ω)
 //! ```
 //!
-//! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. Lian (22)
-//! with (24), and (63), turns it the other way (theory B.15).
+//! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. Lian (22, 24)
+//! and Lian (63) turn it the other way (theory B.15).
 
 use crate::math::{Tensor, Vector};
 

@@ -211,7 +211,7 @@ impl<const D: usize> SheetInContact<'_, D> {
         let Self { index, offset, contact, walls } = self;
         let (index, t, momentum_dt) = (*index, at.step.t + at.elapsed, at.momentum_dt);
         let previous = membrane.velocity.clone();
-        timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
+        timed!(timer, "membrane", membrane.internal_force(t)?); // f_K  Lian (32–45)
         timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K  Lian (46)
         for pass in 0..passes.max(1) {
             let (pass, surface) = (ContactPass { sheet: index, pass }, surface(membrane, &previous, offset));

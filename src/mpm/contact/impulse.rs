@@ -117,7 +117,7 @@ fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches
     p / m
 }
 
-/// Friction (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick again (theory D.6).
+/// Friction, Lian (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick again (theory D.6).
 fn add_friction<const D: usize>(
     mass: f64,
     velocity: Vector<D>,

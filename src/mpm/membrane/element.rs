@@ -210,7 +210,7 @@ pub fn update<S: ElementShape<N>, const N: usize>(
     Updated { force: S::spread(-p, -r, -h), area, sums }
 }
 
-/// Resultants of the stress at a quadrature point (42–44).
+/// Resultants of the stress at a quadrature point, Lian (42–44).
 #[inline(always)]
 fn resist_at<S: ElementShape<N>, const N: usize>(
     motion: &MovingTangents,

@@ -130,7 +130,7 @@ impl<const D: usize> Membrane<D> {
         crate::parallel::sum(self.mass.len(), |k| self.mass[k])
     }
 
-    /// The largest stable step of the elements as they were at the last force evaluation [s] (48; theory (C.34)).
+    /// The largest stable step of the elements as they were at the last force evaluation [s] (Lian (48); theory (C.34)).
     /// The caller applies its safety factor.
     pub fn stable_dt(&self) -> f64 {
         let zeta = self.parameters.damping;

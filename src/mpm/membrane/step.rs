@@ -20,7 +20,7 @@ const NODES: usize = 4096;
 
 impl<const D: usize> Membrane<D> {
     /// Updates stress and thickness with the last displacement step and evaluates the forces at time `t`
-    /// (32–45; theory C.3 to C.5).
+    /// (Lian (32–45); theory C.3 to C.5).
     ///
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.

@@ -1,4 +1,4 @@
-//! The volumes that particles of an ideal gas stand for, from the grid.
+//! The volumes that particles of an ideal gas stand for, from the grid (theory A.12).
 //!
 //! ```text
 //! p_I = Σ_p V_p p_p N_Ip / hᴰ          at nodes around which the gas fills space; next to them the mean of their neighbours

@@ -14,8 +14,8 @@
 //! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory (F.28))
 //! ```
 //!
-//! Becker, Idelsohn & Oñate 2015: (17) is the weak form, (19) its matrices, (20) the stabilised system. Pressure and
-//! gradient stand in divergence form: the natural condition is the traction (18), and the pressure inside an element may
+//! Becker (17) is the weak form, Becker (19) its matrices, Becker (20) the stabilised system (Becker, Idelsohn & Oñate 2015). Pressure and
+//! gradient stand in divergence form: the natural condition is the traction, Becker (18), and the pressure inside an element may
 //! jump.
 
 use crate::math::Vector;

@@ -1,4 +1,4 @@
-//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with (55), (58) and (59) corrected; theory
+//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with Lian (55, 58, 59) corrected; theory
 //! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange an impulse.
 //!
 //! ```text

@@ -1,4 +1,4 @@
-//! Impulses of all points that touch a sheet in a sub-step: projected Gauss–Seidel in a fixed order.
+//! Impulses of all points that touch a sheet in a sub-step: projected Gauss–Seidel in a fixed order (theory D.9, D.10).
 //!
 //! ```text
 //! J_n ≥ 0,  w + a ≥ 0,  J_n (w + a) = 0                  w: velocity at which a contact opens, a = max(g, 0)/Δt

@@ -1,4 +1,4 @@
-//! Contact of a sheet with walls and obstacles, at its nodes and, over curved or sharp surfaces, at points of its elements.
+//! Contact of a sheet with walls and obstacles, at its nodes and, over curved or sharp surfaces, at points of its elements (theory E.10).
 //!
 //! ```text
 //! w = Σ_K W_K v_K − v_w,   g = φ(x) − ½ t |n·ν|,   a = max(g, 0)/Δt                    φ: distance, n = ∇φ, ν: normal of the sheet

@@ -1,4 +1,4 @@
-//! The foot of a particle on a sheet: the closest point of its facets, exactly, many times a step.
+//! The foot of a particle on a sheet: the closest point of its facets, exactly, many times a step (theory D.3).
 //!
 //! ```text
 //! x_c = Σ_K W_K x_K,   ΣW_K = 1,      d = ±|x − x_c|,      n = (x − x_c)/d        n points to the + side
@@ -9,7 +9,7 @@
 //! which lies above the facet by
 //!
 //! ```text
-//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)              exact to third order on spheres (Boubekeur & Alexa 2008, α = ½)
+//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)              exact to third order on spheres (Boubekeur & Alexa 2008, α = ½); theory (D.8)
 //! ```
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, which has no preferred diagonal, so that

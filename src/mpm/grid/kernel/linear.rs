@@ -1,4 +1,4 @@
-//! Hat functions, N = 1 − |x|, |x| < 1 (Lian, Liu & Zhang 2014).
+//! Hat functions, N = 1 − |x|, |x| < 1 (Lian, Liu & Zhang 2014; theory A.2).
 
 use super::{AxisWeights, ShapeFunction, Weights};
 use crate::math::simd::Lanes;

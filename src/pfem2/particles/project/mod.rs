@@ -181,7 +181,7 @@ fn shape_average<const D: usize, const N: usize>(
         let Some(k) = nodes.iter().position(|&n| n as usize == node) else { continue };
         for entry in table.of(e as usize) {
             let (sum, share) = (entry.sum(k), &mut average.fluids[entry.group as usize]);
-            // Becker (38), and its denominator, which is also that of (37); with mass and gradient theory (G.24).
+            // Becker (38), and its denominator, which is also that of Becker (37); with mass and gradient theory (G.24).
             share.velocity += entry.values[k] * entry.weight;
             share.weight += sum * entry.weight;
             share.seen += sum;

@@ -1,4 +1,4 @@
-//! Sums over the particles of an element: all that the projection needs to know of them.
+//! Sums over the particles of an element: all that the projection needs to know of them (theory G.11).
 //!
 //! ```text
 //! S_kl = Σ_p N_k N_l,   R_k = Σ_p N_k f_p,   so that  Σ_p N_k = s_k = Σ_l S_kl,   Σ_p N_k x_p = Σ_l S_kl x_l

@@ -20,9 +20,9 @@ use crate::pfem2::interface::inverse;
 
 /// A row of K_es, or a column of K_se, in the unknowns of an element.
 struct EnrichedRow<const D: usize, const N: usize> {
-    /// Forces of its nodes.
+    /// Entries of the unknowns of its nodes.
     nodes: [[f64; N]; N],
-    /// Forces of nodes of solids, by their places in the element.
+    /// Entries of nodes of solids, by their places in the element.
     solid: Vec<Vector<D>>,
 }
 

@@ -1,4 +1,4 @@
-//! Shape functions of elements of solids, and the points at which their integrals are taken.
+//! Shape functions of elements of solids, and the points at which their integrals are taken (theory J.1).
 //!
 //! ```text
 //! N_a(ξ) = Π_k L_{a_k}(ξ_k),   ξ_k = −√0.6, 0, √0.6 with the weights 5/9, 8/9, 5/9

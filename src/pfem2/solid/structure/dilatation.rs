@@ -1,4 +1,4 @@
-//! Elements of nearly incompressible solids: the volume ratio is projected on linear functions (Simo, Taylor & Pister 1985).
+//! Elements of nearly incompressible solids: the volume ratio is projected on linear functions (Simo, Taylor & Pister 1985; theory J.1, J.18).
 //!
 //! ```text
 //! Π = ∫ W(F̄) + p (J − θ) dV,      F̄ = (θ/J)^⅓ F,      θ, p = Σ_m ψ_m(X) θ_m, ψ_m(X) p_m,   ψ = 1, X, Y (, Z)

@@ -1,4 +1,4 @@
-//! Stress and strain of solids at their nodes, for outputs.
+//! Stress and strain of solids at their nodes, for outputs (theory J.6).
 //!
 //! ```text
 //! σ = dev τ̄/J + p 1 (see `dilatation.rs`), E = ½ (Fᵀ F − 1)        at the Gauss points

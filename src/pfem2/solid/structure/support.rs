@@ -1,4 +1,4 @@
-//! Prescribed nodes of solids and loads on their surfaces.
+//! Prescribed nodes of solids (theory J.10) and loads on their surfaces, part of f in theory (J.4).
 //!
 //! ```text
 //! v_a = v̄(X_a, t),      f_a = ∫ N_a t̄(X, t) dA

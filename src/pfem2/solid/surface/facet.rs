@@ -1,4 +1,4 @@
-//! The point of a quadratic facet that is nearest to a place.
+//! The point of a quadratic facet that is nearest to a place: ξ_c of theory (J.6), ξ_a of theory J.9.
 //!
 //! ```text
 //! min ½ |x(ξ) − p|²,  ξ ∈ [−1, 1]ᴰ⁻¹:   g_k = r·x_k,  H_kl = x_k·x_l + r·x_kl,   r = x(ξ) − p,  x_k = ∂x/∂ξ_k
