@@ -200,8 +200,8 @@ impl<const D: usize> Mpm<D> {
 
     /// Leads the volumes of gases to what the grid shows, and finds where the particles of liquids are to go.
     fn correct_particles(&mut self, step: &Step) {
-        let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, .. } = self;
-        let around = Surroundings { grid, ghosts, walls };
+        let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
+        let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
         let contact = &mut coupling.contact;
         let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, around, bodies, contact));
@@ -210,8 +210,9 @@ impl<const D: usize> Mpm<D> {
 
     /// Shifts the particles of liquids, and parts particles from membranes and obstacles.
     fn displace_particles(&mut self, step: &Step) {
-        let Self { grid, ghosts, walls, bodies, coupling, energy, .. } = self;
-        let work = shifting::displace(Surroundings { grid, ghosts, walls }, bodies, coupling, step);
+        let Self { grid, ghosts, walls, bodies, coupling, energy, executor, .. } = self;
+        let around = Surroundings { grid, ghosts, walls, executor: &**executor };
+        let work = shifting::displace(around, bodies, coupling, step);
         energy.sums.add(energy.terms.displacement, work);
     }
 }

@@ -27,7 +27,9 @@ use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::coupling::Coupling;
 use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
 use crate::mpm::grid::{Fold, GhostShares, Ghosts};
-use crate::mpm::transfer::{GatherFields, NodeRecord, ScatterContent, Sweep, put_scalar, put_velocity};
+use crate::mpm::transfer::{
+    Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
+};
 use crate::mpm::wall::{Bodies, Walls};
 use crate::mpm::{Body, Grid, Node, Step, VelocityField};
 use crate::parallel::{self, CHUNK};
@@ -66,6 +68,8 @@ pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
     pub ghosts: &'a Ghosts<D>,
     /// Walls and obstacles.
     pub walls: &'a Walls<D>,
+    /// The executor of sums over particles.
+    pub executor: &'a dyn Executor<D>,
 }
 
 /// Finds, every few steps, where the particles of liquids are to go at the end of this step, and corrects their volumes;
@@ -100,10 +104,11 @@ fn find_excess<const D: usize>(
     bodies: &mut [Body<D>],
     contact: &mut Contact<D>,
 ) -> Vec<[f64; 1]> {
-    let Surroundings { grid, ghosts, .. } = around;
+    let Surroundings { grid, ghosts, executor, .. } = around;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
-    for body in bodies.iter().filter(|body| body.field == field) {
-        Sweep::new(grid, body).scatter(&mut sums, body, ScatterContent::Pressures);
+    for body in bodies.iter_mut().filter(|body| body.field == field) {
+        let targets = Targets::Sums(&mut sums);
+        executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
     }
     ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;

@@ -25,7 +25,7 @@ use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contact;
 use crate::mpm::contact::FoldedStencil;
 use crate::mpm::grid::GhostShares;
-use crate::mpm::transfer::{ScatterContent, Sweep};
+use crate::mpm::transfer::{ScatterContent, Scattering, Targets};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Grid, Particles, VelocityField};
 use crate::parallel;
@@ -46,7 +46,7 @@ const TASK: usize = 1024;
 /// Leads the volumes of ideal gases to the grid's, every few steps, in fields that such a gas has to itself.
 pub(in crate::mpm) fn correct<const D: usize>(
     steps: u64,
-    Surroundings { grid, ghosts, walls }: Surroundings<'_, D>,
+    Surroundings { grid, ghosts, walls, executor }: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
     contact: &Contact<D>,
 ) {
@@ -60,7 +60,8 @@ pub(in crate::mpm) fn correct<const D: usize>(
             continue;
         }
         let mut sums = vec![[0.0; 2]; grid.node_count()];
-        Sweep::new(grid, body).scatter(&mut sums, body, ScatterContent::Pressures);
+        let targets = Targets::Sums(&mut sums);
+        executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
         ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
         let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
         let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);

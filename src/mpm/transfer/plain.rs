@@ -38,7 +38,7 @@ pub(in crate::mpm) struct Plain;
 impl<const D: usize> Executor<D> for Plain {
     fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
         let Scattering { content, targets } = scattering;
-        // The sweeps that correct volumes and spacing go on with tiles.
+        // The gather that corrects the spacing goes on with tiles.
         body.bins.extents.fill(Extent::whole::<D>());
         with_shape!(body.kernel, shape => match targets {
             Targets::Nodes(nodes) => {
