@@ -50,11 +50,11 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let Some(immersed) = &mut self.immersed else {
             return Ok(linear.solver.solve(&linear.matrix, &linear.rhs, &mut self.unknowns));
         };
-        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, (&linear.matrix, &mut linear.rhs))
+        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, &linear.matrix, &mut linear.rhs)
             .ok_or_else(|| {
-            let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
-            StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
-        })?;
+                let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
+                StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
+            })?;
         let load = std::mem::take(&mut border.load);
         let mut solids = border.start(&immersed.independent);
         let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];

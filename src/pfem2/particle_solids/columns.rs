@@ -35,7 +35,7 @@ pub fn state<const D: usize>(particles: &Particles<D>) -> (&[SymTensor], &[f64],
 
 /// State of a particle of a solid.
 #[derive(Debug, Clone, Copy, Default)]
-struct SolidState<const D: usize> {
+struct ParticleState<const D: usize> {
     stress: SymTensor,
     pressure: f64,
     acceleration: Vector<D>,
@@ -49,7 +49,7 @@ pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh:
     if newcomers.is_empty() {
         return;
     }
-    let states: Vec<SolidState<D>> = newcomers.iter().map(|&p| mean_around(particles, mesh, p)).collect();
+    let states: Vec<ParticleState<D>> = newcomers.iter().map(|&p| mean_around(particles, mesh, p)).collect();
     let last = identity.iter().copied().fold(0.0, f64::max);
     let each = || newcomers.iter().zip(&states);
     particles.change_column(IDENTITY, |identity, _| {
@@ -69,7 +69,7 @@ fn mean_around<const D: usize, const N: usize>(
     particles: &Particles<D>,
     mesh: &Mesh<D, N>,
     newcomer: usize,
-) -> SolidState<D> {
+) -> ParticleState<D> {
     let (identity, (stress, pressure, acceleration)) =
         (particles.column(IDENTITY).unwrap_or_default(), state(particles));
     let nodes = mesh.elements()[particles.element[newcomer] as usize];
@@ -78,7 +78,7 @@ fn mean_around<const D: usize, const N: usize>(
     around.dedup();
     let known = around.iter().flat_map(|&e| particles.of(e as usize));
     let known = known.filter(|&p| particles.fluid[p] == particles.fluid[newcomer] && identity[p] > 0.0);
-    let (mut sum, mut count) = (SolidState::<D>::default(), 0.0);
+    let (mut sum, mut count) = (ParticleState::<D>::default(), 0.0);
     for p in known {
         sum.stress += stress[p];
         sum.pressure += pressure[p];
@@ -88,7 +88,7 @@ fn mean_around<const D: usize, const N: usize>(
     if count == 0.0 {
         return sum;
     }
-    SolidState {
+    ParticleState {
         stress: sum.stress * (1.0 / count),
         pressure: sum.pressure / count,
         acceleration: sum.acceleration / count,

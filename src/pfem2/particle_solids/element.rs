@@ -147,7 +147,7 @@ impl<const N: usize> ElementIntegrals<N> {
     }
 
     /// The right-hand side of the rows of node `i`.
-    pub fn load<const D: usize>(&self, g: &[Vector<D>; N], forces: &ElementForces<'_, D, N>, i: usize) -> [f64; N] {
+    pub fn load<const D: usize>(&self, g: &[Vector<D>; N], forces: &ElementLoads<'_, D, N>, i: usize) -> [f64; N] {
         let drive = forces.drive;
         let mass: f64 = self.mass[i].iter().sum();
         // Becker (25), (33); theory (K.8), (K.11).
@@ -164,7 +164,7 @@ impl<const N: usize> ElementIntegrals<N> {
 
 /// Forces and pressures in an element beside its matrix.
 #[derive(Debug, Clone, Copy)]
-pub struct ElementForces<'a, const D: usize, const N: usize> {
+pub struct ElementLoads<'a, const D: usize, const N: usize> {
     /// Body force and v̂ at the nodes.
     pub drive: &'a Drive<D, N>,
     /// â at the nodes [m/s²].

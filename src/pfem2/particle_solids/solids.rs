@@ -6,7 +6,7 @@
 //! particles of solids elsewhere, or several solids  not split: V_s = V n_s/n_e, one continuous pressure   theory (K.9)
 //! ```
 
-use super::element::{ElementForces, ElementIntegrals, NodalSolution, SolidElement, SolidPart, SplitPressure};
+use super::element::{ElementIntegrals, ElementLoads, NodalSolution, SolidElement, SolidPart, SplitPressure};
 use super::setup::{ParticleSolidSetup, RateLaw};
 use super::sums::{ElementSums, NodalAverages};
 use crate::math::{Signal, Vector};
@@ -70,7 +70,7 @@ struct Mixture {
 }
 
 /// The fluid as the equations of an element with solid need it.
-pub struct Surroundings<'a, const D: usize, const N: usize> {
+pub struct SurroundingFluid<'a, const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D, N>,
     /// Constants of the step.
@@ -118,7 +118,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     }
 
     /// Makes the equations of the elements that hold solid, and their contents; others keep theirs.
-    pub fn fill(&mut self, around: &Surroundings<'_, D, N>, phases: &Phases, contents: &mut [Content<N>]) {
+    pub fn fill(&mut self, around: &SurroundingFluid<'_, D, N>, phases: &Phases, contents: &mut [Content<N>]) {
         let made = parallel::collect_some(contents.len(), 256, |e| self.element(around, phases, e));
         self.place = vec![NONE; contents.len()];
         self.elements.clear();
@@ -132,7 +132,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// The element `e`, if it holds solid.
     fn element(
         &self,
-        around: &Surroundings<'_, D, N>,
+        around: &SurroundingFluid<'_, D, N>,
         phases: &Phases,
         e: usize,
     ) -> Option<(SolidElement<D, N>, Content<N>)> {
@@ -146,7 +146,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     }
 
     /// An element that isn't cut: solid, or a mixture (theory K.4, (K.9)).
-    fn unsplit(&self, around: &Surroundings<'_, D, N>, e: usize, solid: usize) -> (SolidElement<D, N>, Content<N>) {
+    fn unsplit(&self, around: &SurroundingFluid<'_, D, N>, e: usize, solid: usize) -> (SolidElement<D, N>, Content<N>) {
         let (volume, dt) = (around.mesh.simplex(e).volume, around.equations.delta);
         let nodes = around.mesh.elements()[e].map(|node| node as usize);
         let Mixture { share, shear, compliance, solid_density, density } = self.mixture(e, solid);
@@ -211,7 +211,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// An element that the interface between a solid and the fluid cuts (theory K.5).
     fn cut(
         &self,
-        around: &Surroundings<'_, D, N>,
+        around: &SurroundingFluid<'_, D, N>,
         level: [f64; N],
         e: usize,
         solid: usize,
@@ -253,7 +253,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// Matrix and right-hand side of an element from its integrals; `diffused` is τ V_f [m³ s].
     fn assembled(
         &self,
-        around: &Surroundings<'_, D, N>,
+        around: &SurroundingFluid<'_, D, N>,
         (e, solid): (usize, usize),
         integrals: &ElementIntegrals<N>,
         (part, split): (SolidPart<D, N>, Option<SplitPressure<N>>),
@@ -263,7 +263,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         let drive = (around.drive)(e);
         let ghosts =
             split.map_or(0.0, |split| split.ghost.iter().zip(&split.estimate).map(|(w, p)| w * p).sum::<f64>());
-        let forces = ElementForces {
+        let forces = ElementLoads {
             drive: &drive,
             acceleration: part.acceleration,
             pressure: around.mesh.elements()[e].map(|node| self.nodal.pressure[node as usize]),

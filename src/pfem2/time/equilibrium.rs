@@ -32,9 +32,9 @@ const WAY: f64 = 0.5;
 /// The artificial time step doubles, or falls to a quarter.
 const FACTORS: [f64; 2] = [0.25, 2.0];
 
-/// Motion of the solids in an iteration.
+/// IterationMotion of the solids in an iteration.
 #[derive(Debug, Clone, Copy, Default)]
-struct Motion {
+struct IterationMotion {
     /// Largest displacement in the iteration [m].
     change: f64,
     /// Largest displacement since the reference state [m].
@@ -82,20 +82,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// An iteration of `dt` [s], after one of `last` [s].
-    fn relax(&mut self, dt: f64, last: f64) -> Result<Motion, StepError> {
+    fn relax(&mut self, dt: f64, last: f64) -> Result<IterationMotion, StepError> {
         let step = at_start(dt);
         self.predict_solids(step)?;
         self.follow_solids(last);
         let convected = self.system.imposed(step, &vec![Vector::ZERO; self.places.len()]);
         self.system.solve(step, &self.interface.phases(), &convected)?;
         self.advance_solids(step)?;
-        let Some(solids) = &mut self.solids else { return Ok(Motion::default()) };
+        let Some(solids) = &mut self.solids else { return Ok(IterationMotion::default()) };
         let state = &mut solids.structure.state;
         let most = |values: &[Vector<D>]| values.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let speed = most(&state.velocity);
         let displacement = most(&state.displacement);
         state.rest();
-        Ok(Motion { change: speed * dt, displacement, acceleration: speed / dt })
+        Ok(IterationMotion { change: speed * dt, displacement, acceleration: speed / dt })
     }
 
     /// Takes the fluid along with the motion of an iteration of `last` [s], and brings it to rest.

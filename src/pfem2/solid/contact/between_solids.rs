@@ -177,9 +177,8 @@ impl<const D: usize> SolidContacts<D> {
                 let Some(query) = query(other) else { return Ok(Vec::new()) };
                 let mut feet = places.surface.feet(other, query.x, query.reach);
                 if other == solid {
-                    let node = query.shares[0].0;
-                    let own = (node, normals[node as usize]);
-                    feet.retain(|foot| self.faces(structure, places.surface, own, (query.x, foot)));
+                    let normal = normals[query.shares[0].0 as usize];
+                    feet.retain(|foot| self.faces(scene, &query, normal, foot));
                 }
                 self.at_feet(&query, other, scene, &feet)
             };
@@ -331,21 +330,22 @@ impl<const D: usize> SolidContacts<D> {
         self.nodes.iter().map(error).fold(0.0, f64::max)
     }
 
-    /// True where a place of a solid's own surface faces a node, and has come near since the start.
-    fn faces(
+    /// True where a place of a solid's own surface faces a queried node with this normal, and has come near since the start.
+    fn faces<const N: usize>(
         &self,
-        structure: &Structure<D>,
-        surface: &SolidSurface<D>,
-        (node, normal): (u32, Vector<D>),
-        (x, foot): (Vector<D>, &FacetFoot<D>),
+        scene: &ContactScene<'_, D, N>,
+        query: &ContactQuery<D>,
+        normal: Vector<D>,
+        foot: &FacetFoot<D>,
     ) -> bool {
+        let (surface, node) = (scene.places.surface, query.shares[0].0);
         if surface.holds(foot, node) || surface.normal_at(foot).dot(normal) > FACING {
             return false;
         }
         let weights = surface.weights_at(foot);
-        let away = at_the_start(structure, node, &weights);
+        let away = at_the_start(scene.structure, node, &weights);
         let through = away.dot(self.reference.normal_at(foot)) < THROUGH * away.norm();
-        !through && foot.distance < away.norm() && surface.signed_distance(x, foot) > -self.largest
+        !through && foot.distance < away.norm() && surface.signed_distance(query.x, foot) > -self.largest
     }
 }
 

@@ -43,7 +43,8 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
         mesh: &Mesh<D, N>,
         immersed: &Immersed<D, N>,
         constraints: &Constraints<D, N>,
-        (fluid, rhs_of_fluid): (&BlockMatrix<N>, &mut [[f64; N]]),
+        fluid: &BlockMatrix<N>,
+        rhs_of_fluid: &mut [[f64; N]],
     ) -> Option<Self> {
         let equations = immersed.equations.as_ref()?;
         let mut load = loads(&immersed.elements, equations.rhs.len());

@@ -50,6 +50,16 @@ pub struct CoupledElement<const D: usize, const N: usize> {
     pub solid_loads: Vec<Vector<D>>,
 }
 
+/// A cut element, its points of the surface, and all cut points.
+pub struct CutParts<'a, const D: usize, const N: usize> {
+    /// The element.
+    pub cut: &'a CutBySolid<N>,
+    /// Points of the surface in it.
+    pub trace: &'a [TracePoint<D, N>],
+    /// Cut points of the mesh.
+    pub points: &'a [CutPoint<D>],
+}
+
 /// An unknown of an element.
 #[derive(Clone, Copy)]
 pub(in crate::pfem2::solid) enum Unknown {
@@ -81,8 +91,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
     /// Equations of a cut element; `velocity_hat`: v̂ of all nodes of solids [m/s].
     pub fn new(
         mesh: &Mesh<D, N>,
-        (cut, trace): (&CutBySolid<N>, &[TracePoint<D, N>]),
-        points: &[CutPoint<D>],
+        &CutParts { cut, trace, points }: &CutParts<'_, D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
         velocity_hat: &[Vector<D>],

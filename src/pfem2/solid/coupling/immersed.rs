@@ -1,6 +1,6 @@
 //! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
 
-use super::element::CoupledElement;
+use super::element::{CoupledElement, CutParts};
 use super::fluid_part::FluidPart;
 use super::trace::{CutMesh, TracePoint};
 use super::viscous::{CutForces, cut_forces};
@@ -78,8 +78,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         let SolidCut { elements, points, .. } = &self.cut;
         let hat = &self.velocity_hat;
         self.elements = parallel::collect(elements.len(), 16, |place| {
-            let own = (&elements[place], &self.traces[place][..]);
-            CoupledElement::new(mesh, own, points, &fluids[place], equations, hat)
+            let own = CutParts { cut: &elements[place], trace: &self.traces[place], points };
+            CoupledElement::new(mesh, &own, &fluids[place], equations, hat)
         });
     }
 

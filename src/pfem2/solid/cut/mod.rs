@@ -181,7 +181,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         };
         let edges = cut.divide(mesh, &touched(mesh, &nodes));
         let distance = &cut.distance;
-        let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
+        let point = |k: usize| cut_point(mesh, surface, conditions, distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
         cut.keep_corners(mesh, surface);
         cut.keep_edges(mesh, surface, conditions);
@@ -336,7 +336,8 @@ fn extensions<const D: usize, const N: usize>(
 /// The cut point of an edge from the node outside to the node inside.
 fn cut_point<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    (surface, conditions): (&SolidSurface<D>, &[SurfaceCondition]),
+    surface: &SolidSurface<D>,
+    conditions: &[SurfaceCondition],
     distance: &[f64],
     edge: [u32; 2],
 ) -> CutPoint<D> {

@@ -82,7 +82,8 @@ impl<const D: usize> Structure<D> {
     /// ones [m/s].
     pub(in crate::pfem2::solid) fn independent(
         &self,
-        (held, guess): (&[Option<f64>], &[Vector<D>]),
+        held: &[Option<f64>],
+        guess: &[Vector<D>],
         rigid: &[RigidPrediction],
     ) -> IndependentVelocities {
         let mut velocities = IndependentVelocities::default();
@@ -110,7 +111,7 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn independent_at_rest(&self) -> IndependentVelocities {
         let mut held: Vec<_> = self.held_velocities(0.0).into_iter().map(|held| held.map(|_| 0.0)).collect();
         self.rigid.iter().for_each(|body| held[body.nodes.start * D..body.nodes.end * D].fill(Some(0.0)));
-        self.independent((&held, &self.state.velocity), &[])
+        self.independent(&held, &self.state.velocity, &[])
     }
 
     /// The row of an unknown that follows others.

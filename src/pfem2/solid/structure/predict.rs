@@ -46,7 +46,7 @@ impl<const D: usize> Structure<D> {
         self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));
         self.ties.follow(&mut displacement);
         let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
-        let velocities = self.independent((&held, &guess), &rigid);
+        let velocities = self.independent(&held, &guess, &rigid);
         Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
     }
 

@@ -58,7 +58,10 @@ impl Ties {
                     "`{a}` and `{b}` are both rigid: make one body of them, with their union as its region"
                 ));
             }
-            if ties.tie(meshes[own], other, (&surface, nodes)) == 0 {
+            let (mesh, first) = meshes[own];
+            let outer: BTreeSet<u32> =
+                mesh.facets.iter().flat_map(|facet| &facet.nodes).map(|node| node + first).collect();
+            if ties.tie(&outer, other, &surface, nodes) == 0 {
                 let (a, b) = (name(own), name(other));
                 return Err(format!(
                     "no node of `{a}` lies on the surface of `{b}`: only solids that touch at the start can be bonded"
@@ -69,16 +72,16 @@ impl Ties {
         Ok(ties)
     }
 
-    /// Ties the surface nodes of a solid that lie on another; returns their number.
+    /// Ties those of the nodes of a surface that lie on another solid; returns their number.
     fn tie<const D: usize>(
         &mut self,
-        (mesh, first): (&SolidMesh<D>, u32),
+        outer: &BTreeSet<u32>,
         other: usize,
-        (surface, nodes): (&SolidSurface<D>, &[Vector<D>]),
+        surface: &SolidSurface<D>,
+        nodes: &[Vector<D>],
     ) -> usize {
-        let own: BTreeSet<u32> = mesh.facets.iter().flat_map(|facet| &facet.nodes).map(|node| node + first).collect();
         let mut count = 0;
-        for node in own {
+        for &node in outer {
             let Some((foot, size)) = surface.foot_and_size(other, nodes[node as usize]) else { continue };
             if foot.distance.abs() > NEAR * size {
                 continue;
