@@ -97,7 +97,8 @@ fn announce(event: &Event<'_>) -> Option<String> {
     }
 }
 
-/// t / t_end, time left, energy drift, step, Δt, speed, that of membranes: what matters most first, and as much of it as `room` columns hold.
+/// t / t_end, time left, energy drift, step, Δt, speed, that of membranes: what matters most first, and as much of it
+/// as `room` columns hold.
 fn describe(progress: &Progress, unit: &str, room: usize) -> String {
     let clock = progress.clock;
     let time = format!("{} / {}", quantity(clock.time, unit), quantity(progress.end, unit));

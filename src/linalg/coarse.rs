@@ -6,8 +6,8 @@
 //! S̃ = S_t + B C Bᵀ,   S̃⁻¹ r = y − Y (1 + C BᵀY)⁻¹ C Bᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ B
 //! ```
 //!
-//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh where the border moves. Y is
-//! that of the system at hand.
+//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh where
+//! the border moves. Y is that of the system at hand.
 
 use super::border::Border;
 use super::vectors::dot;

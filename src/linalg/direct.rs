@@ -29,7 +29,8 @@ const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// The numbers in which a factor is kept.
 ///
-/// The methods that call `faer` are compiled here for each of the two types, once, rather than in the crates that use a solver.
+/// The methods that call `faer` are compiled here for each of the two types, once, rather than in the crates that use
+/// a solver.
 pub(super) trait Number: Copy + Send {
     /// Zero.
     const ZERO: Self;
@@ -148,7 +149,8 @@ impl ColumnPlaces {
 }
 
 impl Analysis {
-    /// The analysis for blocks of B = D + 1 unknowns; `None` if the factor would have more entries than 31 bits can count.
+    /// The analysis for blocks of B = D + 1 unknowns; `None` if the factor would have more entries than 31 bits can
+    /// count.
     pub fn new<const B: usize>(pattern: &Pattern, places: &[[f64; 3]]) -> Option<Self> {
         let order = nested_dissection(pattern, places, B - 1);
         let (first, blocks, columns) = lower_part::<B>(pattern, &order);

@@ -144,8 +144,8 @@ impl<const B: usize> LinearSolver<B> {
         self.solve_flat(system, x.as_flattened_mut())
     }
 
-    /// Solves a bordered system, in which unknowns of another kind are coupled to those of the mesh: `b` and `x` as above, `border_b` and
-    /// `border_x` for the unknowns of the border.
+    /// Solves a bordered system, in which unknowns of another kind are coupled to those of the mesh: `b` and `x` as
+    /// above, `border_b` and `border_x` for the unknowns of the border.
     ///
     /// # Errors
     /// As [`LinearSolver::solve`].
@@ -318,8 +318,8 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    /// Turns to the method after the one whose fresh preconditioner failed, for this system and some to come. Factors in
-    /// single and double precision are of the symmetric part: where the rest rules, the ones behind them take over.
+    /// Turns to the method after the one whose fresh preconditioner failed, for this system and some to come. Factors
+    /// in single and double precision are of the symmetric part: where the rest rules, the ones behind them take over.
     fn turn_to_next(&mut self) {
         let place = self.methods.iter().position(|&method| method == self.method).unwrap_or(0);
         if place == 0 {

@@ -14,8 +14,8 @@ pub struct SolverState {
     pub counters: SolverCounters,
 }
 
-/// Counters that decide which method preconditions the next system, and whether anew. All are numbers of one type, so that a
-/// checkpoint stores them as a record.
+/// Counters that decide which method preconditions the next system, and whether anew. All are numbers of one type, so
+/// that a checkpoint stores them as a record.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SolverCounters {

@@ -46,7 +46,8 @@ fn by_row(rows: usize, entries: Vec<(u32, u32, f64)>) -> (Vec<u32>, Vec<(u32, f6
 }
 
 impl SparseMatrix {
-    /// A matrix of `rows` rows and columns, from entries (row, column, value); those at one place are added in their order.
+    /// A matrix of `rows` rows and columns, from entries (row, column, value); those at one place are added in their
+    /// order.
     pub fn from_triplets(rows: usize, entries: Vec<(u32, u32, f64)>) -> Self {
         let mut matrix = Self {
             start: Vec::with_capacity(rows + 1),
@@ -189,8 +190,8 @@ impl SparseFactor {
         Some(Self { factor, symbolic, columns, work: vec![0.0; scaling.len()], scaling })
     }
 
-    /// The factor of another matrix in place of this; the order of elimination is kept if the entries have the same places.
-    /// `None` as in [`SparseFactor::new`].
+    /// The factor of another matrix in place of this; the order of elimination is kept if the entries have the same
+    /// places. `None` as in [`SparseFactor::new`].
     #[must_use]
     pub fn renewed(self, a: &SparseMatrix) -> Option<Self> {
         let scaling = a.scaling();

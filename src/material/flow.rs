@@ -9,16 +9,16 @@
 //! p^{n+1} = (A + B e*/V0) / (1 + ½ B ΔV/V0),      e^{n+1} = e* − ½ p^{n+1} ΔV
 //! ```
 //!
-//! **Separation.** Where the pressure would fall below the least that the liquid bears, it parts: it keeps its volume V, and what
-//! the motion opens is a void of θ V between its parts, which must close before it resists again,
+//! **Separation.** Where the pressure would fall below the least that the liquid bears, it parts: it keeps its volume
+//! V, and what the motion opens is a void of θ V between its parts, which must close before it resists again,
 //!
 //! ```text
 //! V^{n+1} = V^n,      1 + θ^{n+1} = min((1 + θ^n) ΔJ, max(h^D/V, 2)),      ΔV = V^n (ΔJ − 1)
 //! ```
 //!
-//! Of a particle alone the motion says nothing about voids: its own affine velocity would blow it up without end. Where it and
-//! its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is that of the
-//! force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
+//! Of a particle alone the motion says nothing about voids: its own affine velocity would blow it up without end. Where
+//! it and its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is
+//! that of the force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
 
 use super::PointBatch;
 use super::bulk_viscosity::{BulkViscosity, Shock};

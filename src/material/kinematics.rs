@@ -45,8 +45,8 @@ pub fn deformation(gradient: &Tensor<3>, dt: f64, volume_ratio: f64) -> Tensor<3
 /// Ratios this near to one are that of an increment.
 const NEAR: f64 = 0.05;
 
-/// ∛r, for a ratio that is nearly always close to one: the third-order series, whose error of (10/243) (r − 1)⁴ Halley's step cubes, to far below
-/// rounding. A general cube root takes a tenth of the step of an elastic solid.
+/// ∛r, for a ratio that is nearly always close to one: the third-order series, whose error of (10/243) (r − 1)⁴
+/// Halley's step cubes, to far below rounding. A general cube root takes a tenth of the step of an elastic solid.
 #[inline(always)]
 fn cube_root(r: f64) -> f64 {
     let e = r - 1.0;

@@ -55,7 +55,8 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
         self.elastic().start(start)
     }
 
-    /// The law as one that can be linearised; `None` where the stress depends on the path, as that of plastic flow does.
+    /// The law as one that can be linearised; `None` where the stress depends on the path, as that of plastic flow
+    /// does.
     fn linearisable(&self) -> Option<&dyn ElasticLaw> {
         None
     }

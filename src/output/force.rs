@@ -1,7 +1,8 @@
 //! Histories of forces (contact, walls) and of counts (particles that crossed a sheet).
 //!
-//! One convention for both methods, in the heads as well: the force that the material exerts on the wall, obstacle, part or support,
-//! and in a contact the force on the first of the two. The moment of a force about a point has the same sign.
+//! One convention for both methods, in the heads as well: the force that the material exerts on the wall, obstacle,
+//! part or support, and in a contact the force on the first of the two. The moment of a force about a point has
+//! the same sign.
 
 use super::history::History;
 use super::label::{UnitLabels, file_name};
@@ -10,8 +11,8 @@ use crate::simulation::{Monitor, Snapshot};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N]; and its moment
-/// [N m], where there is one: in the plane one column, in space three.
+/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N];
+/// and its moment [N m], where there is one: in the plane one column, in space three.
 #[derive(Debug)]
 pub struct Forces {
     directory: PathBuf,

@@ -96,8 +96,8 @@ pub enum InitialState {
 pub enum VolumeCorrection {
     /// Changes of volume are only reported.
     None,
-    /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed box take
-    /// weights of their shares. Both are reported.
+    /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed
+    /// box take weights of their shares. Both are reported.
     #[default]
     Shift,
 }

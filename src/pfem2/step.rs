@@ -220,8 +220,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         }
     }
 
-    /// Shows a sharp interface as the particles show it, from the start on: averages round the corners of a shape, and the volume that
-    /// this takes comes back elsewhere. In the first step that would be energy from nothing.
+    /// Shows a sharp interface as the particles show it, from the start on: averages round the corners of a shape, and
+    /// the volume that this takes comes back elsewhere. In the first step that would be energy from nothing.
     fn begin_interface(&mut self) {
         if self.interface.sharp.is_some() {
             self.interface.follow(&self.system, &mut self.particles.columns, &mut self.notices);
@@ -249,7 +249,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (system, particles) = (&self.system, &mut self.particles);
         timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
         self.history.keep_velocity(&self.system.velocity);
-        // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
+        // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed:
+        // Becker (20), (29)–(33), theory F.6, G.8.
         let (averaged, convected) = self.find_velocity(step, 1)?;
         // Keep the accelerations of the subscales, ã ← (ũ − ũ̂)/Δ, for the next step: theory F.7.4.
         self.system.subscales.dynamic.keep_acceleration(step.delta());
@@ -266,8 +267,9 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         health::check_nodes(&self.system)
     }
 
-    /// Projects, and solves the system as often as given: velocity and pressure at the end of a step, with the solids. All of it anew about
-    /// where the solids come to, where that is far from u* (theory (J.3a)). Returns the averages of the particles at the nodes, and v̂ [m/s].
+    /// Projects, and solves the system as often as given: velocity and pressure at the end of a step, with the solids.
+    /// All of it anew about where the solids come to, where that is far from u* (theory (J.3a)). Returns the averages
+    /// of the particles at the nodes, and v̂ [m/s].
     ///
     /// # Errors
     /// The linear solver doesn't converge; an element of a solid turns inside out.
@@ -305,8 +307,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         solids.predict(step, &self.history, &mut self.system)
     }
 
-    /// Cuts the mesh where the velocity that the system has found leads the solids, if that is far from their prediction; returns true if it
-    /// is.
+    /// Cuts the mesh where the velocity that the system has found leads the solids, if that is far from their
+    /// prediction; returns true if it is.
     ///
     /// # Errors
     /// As [`Self::predict_solids`].

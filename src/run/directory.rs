@@ -207,8 +207,8 @@ impl RunDirectory {
         leavings::remove(self)
     }
 
-    /// Creates it and tries to write in it, so that an error comes before hours of work, not after. What is written says
-    /// whose the directory is.
+    /// Creates it and tries to write in it, so that an error comes before hours of work, not after. What is written
+    /// says whose the directory is.
     fn create(&self) -> Result<()> {
         let sign = || {
             fs::create_dir_all(&self.root)?;

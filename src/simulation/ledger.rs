@@ -45,8 +45,8 @@ impl Ledger {
         energies.map(|term| term.value.abs()).fold(self.largest.max(stored_at_start.abs()), f64::max)
     }
 
-    /// The part that errors have taken, or given if it is below zero, of the largest other term, where the ledger finds it as the
-    /// remainder of all others.
+    /// The part that errors have taken, or given if it is below zero, of the largest other term, where the ledger finds
+    /// it as the remainder of all others.
     pub fn remainder(&self, stored_at_start: f64) -> Option<f64> {
         let scale = self.scale(stored_at_start);
         let found = self.terms.iter().any(|term| term.kind == TermKind::Remainder);

@@ -1,5 +1,5 @@
-//! The energy of the bodies over a step and its ledger, which closes to round-off: the work of the forces on nodes, and what transfers and
-//! stress updates lost or made up (theory A.17).
+//! The energy of the bodies over a step and its ledger, which closes to round-off: the work of the forces on nodes, and
+//! what transfers and stress updates lost or made up (theory A.17).
 //!
 //! With v̂ = ½(v⁻ + v⁺) at the nodes and Δt the step of the momentum:
 //!
@@ -15,8 +15,8 @@
 //! balance        Δ(K + U) = Σ gains − Σ losses + closure
 //! ```
 //!
-//! The closure ([`Ledger::closure`](crate::simulation::Ledger::closure)) is what no term accounts for: f_I is booked where it is made, so it
-//! shows any force that changed a node without being booked.
+//! The closure ([`Ledger::closure`](crate::simulation::Ledger::closure)) is what no term accounts for: f_I is booked
+//! where it is made, so it shows any force that changed a node without being booked.
 
 use crate::math::Vector;
 use crate::mpm::grid::{NodeMotion, VelocityField};
@@ -38,7 +38,8 @@ pub(in crate::mpm) struct BodyTerms {
     pub transfer: TermId,
     pub heat: TermId,
     pub stress: TermId,
-    /// Work that forces would have done over displacements of particles, which change places alone; no part of the closure.
+    /// Work that forces would have done over displacements of particles, which change places alone; no part
+    /// of the closure.
     pub displacement: TermId,
     pub volume: TermId,
 }
@@ -157,8 +158,8 @@ impl Energy {
         self.sums.add_impulse(done.impulse.to3());
     }
 
-    /// Books the heat that the noise filter leaves to the particles [J], and the work of moving walls on filtered velocities,
-    /// which the particles get or the filter takes.
+    /// Books the heat that the noise filter leaves to the particles [J], and the work of moving walls on filtered
+    /// velocities, which the particles get or the filter takes.
     pub fn add_filter<const D: usize>(&mut self, heat: f64, done: &WallWork<D>) {
         self.work.heat += heat;
         self.work.nodes += done.work;
@@ -172,12 +173,13 @@ impl Energy {
         self.internal += work;
     }
 
-    /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes that neither
-    /// particles nor stresses get; `kept` is the share of the velocities that is not PIC's.
+    /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes
+    /// that neither particles nor stresses get; `kept` is the share of the velocities that is not PIC's.
     ///
-    /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f of stresses that are
-    /// updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by one and made by the
-    /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost.
+    /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f
+    /// of stresses that are updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by
+    /// one and made by the other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC)
+    /// is lost.
     pub fn leave_unspent<const D: usize>(&mut self, field: &VelocityField<D>, gravity: Vector<D>, dt: f64, kept: f64) {
         let VelocityField { nodes, applied, velocity, .. } = field;
         let nodes = NodeMotion::of(nodes);

@@ -1,8 +1,8 @@
 //! Notices for the user while a run goes on: energies that show that errors rule.
 //!
-//! The dissipation of bodies, and the energy that strains or hourglass control take up, can't be below zero; errors of stress updates
-//! and losses of transfers should be small beside the work W that is done: the largest of the works from outside, of the kinetic
-//! energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
+//! The dissipation of bodies, and the energy that strains or hourglass control take up, can't be below zero; errors
+//! of stress updates and losses of transfers should be small beside the work W that is done: the largest of the works
+//! from outside, of the kinetic energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
 
 use super::energy::Energy;
 use crate::mpm::coupling::Coupling;
@@ -200,7 +200,8 @@ mod tests {
         assert!(said.len() == 1 && said[0].starts_with("`transfer dissipation`"), "{said:?}");
     }
 
-    /// The largest work so far stays the scale where the work comes back; and gas at rest, which does none, gives no notice.
+    /// The largest work so far stays the scale where the work comes back; and gas at rest, which does none, gives no
+    /// notice.
     #[test]
     fn the_work_done_is_the_largest_so_far() {
         let mut notices = Notices::new(0.0);

@@ -66,8 +66,8 @@ impl<'a, const D: usize> Operations<'a, D> {
         }
     }
 
-    /// The sums that they need, of particles with or without an affine matrix. Laws that don't read the velocity gradient
-    /// need no second look at it.
+    /// The sums that they need, of particles with or without an affine matrix. Laws that don't read the velocity
+    /// gradient need no second look at it.
     pub fn fields(&self, law: &dyn PointLaw, affine: bool) -> GatherFields {
         let has = |operation| self.list.contains(&operation);
         if has(Operation::Velocity) {

@@ -282,8 +282,8 @@ fn spacing(position: &[[f64; 3]]) -> f64 {
     distances.get(distances.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Widths of the lines of a triangle (first, `last` − 1, `last`) of the fan of an element with `count` corners: along edges of the element, not along the
-/// diagonals of the fan.
+/// Widths of the lines of a triangle (first, `last` − 1, `last`) of the fan of an element with `count` corners: along
+/// edges of the element, not along the diagonals of the fan.
 fn fan_edges(line: f32, last: usize, count: usize) -> [f32; 3] {
     [line, if last + 1 == count { line } else { 0.0 }, if last == 2 { line } else { 0.0 }]
 }

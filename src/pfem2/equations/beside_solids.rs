@@ -57,7 +57,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let sides = [true, false].map(|negative| level.map(|phi| (phi < 0.0) == negative));
         let enrichment = match self.physics.enrichment {
             Enrichment::None => Enrichment::None,
-            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has there.
+            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has
+            // there.
             Enrichment::Kink | Enrichment::Jump => Enrichment::Jump,
         };
         FluidPart {

@@ -1,5 +1,5 @@
-//! Filling of each element in a step: its content, with viscosity and τ, and the enriched pressures of those that an interface cuts (theory
-//! F.6, G.8).
+//! Filling of each element in a step: its content, with viscosity and τ, and the enriched pressures of those that an
+//! interface cuts (theory F.6, G.8).
 
 use super::assemble::CutElement;
 use super::element::{self, Content, Drive, Mass, Stabilisation};

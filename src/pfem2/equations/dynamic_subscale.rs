@@ -37,8 +37,8 @@ impl<const D: usize> DynamicSubscales<D> {
         }
     }
 
-    /// Keeps the accelerations ã ← (ũ − ũ̂)/Δ at the end of a step with the implicit part Δ = `delta` [s] for the next one. Elements that have no subscale
-    /// any more forget that they had one.
+    /// Keeps the accelerations ã ← (ũ − ũ̂)/Δ at the end of a step with the implicit part Δ = `delta` [s] for the next
+    /// one. Elements that have no subscale any more forget that they had one.
     pub fn keep_acceleration(&mut self, delta: f64) {
         std::mem::swap(&mut self.acceleration_previous, &mut self.acceleration);
         let Self { velocity, convected, acceleration, acceleration_previous } = self;
@@ -51,7 +51,8 @@ impl<const D: usize> DynamicSubscales<D> {
         }
     }
 
-    /// Takes the accelerations of the predicted step for those at the start and of the step before, and lets the run begin without subscales, ũ = 0 (theory H.9).
+    /// Takes the accelerations of the predicted step for those at the start and of the step before, and lets the run
+    /// begin without subscales, ũ = 0 (theory H.9).
     pub fn begin(&mut self) {
         self.velocity.fill(Vector::ZERO);
         self.acceleration_previous.clone_from(&self.acceleration);

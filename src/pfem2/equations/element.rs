@@ -14,9 +14,9 @@
 //! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory (F.28))
 //! ```
 //!
-//! Becker (17) is the weak form, Becker (19) its matrices, Becker (20) the stabilised system (Becker, Idelsohn & Oñate 2015). Pressure and
-//! gradient stand in divergence form: the natural condition is the traction, Becker (18), and the pressure inside an element may
-//! jump.
+//! Becker (17) is the weak form, Becker (19) its matrices, Becker (20) the stabilised system (Becker, Idelsohn & Oñate
+//! 2015). Pressure and gradient stand in divergence form: the natural condition is the traction, Becker (18), and
+//! the pressure inside an element may jump.
 
 use crate::math::Vector;
 use crate::mesh::Simplex;
@@ -151,8 +151,8 @@ pub struct Drive<const D: usize, const N: usize> {
     pub force: [Vector<D>; N],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: [Vector<D>; N],
-    /// Part of the residual that is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous force per unit mass
-    /// with the consistent form.
+    /// Part of the residual that is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous
+    /// force per unit mass with the consistent form.
     pub projected: [Vector<D>; N],
     /// ũ̂/(c Δ) of the element's subscale [m/s²], zero where it has none.
     pub subscale: Vector<D>,

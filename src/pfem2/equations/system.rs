@@ -180,8 +180,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(())
     }
 
-    /// Takes back what a solution changes that it starts from, to solve anew: the velocity [m/s] and the subscales of the last step. The
-    /// pressure stays.
+    /// Takes back what a solution changes that it starts from, to solve anew: the velocity [m/s] and the subscales
+    /// of the last step. The pressure stays.
     pub(in crate::pfem2) fn restart(&mut self, velocity: &[Vector<D>], subscales: &Subscales<D>) {
         self.velocity.copy_from_slice(velocity);
         self.subscales.clone_from(subscales);

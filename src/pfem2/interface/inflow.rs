@@ -1,4 +1,5 @@
-//! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start (theory F.10, G.4).
+//! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start
+//! (theory F.10, G.4).
 
 use super::level_set::{self, CameIn, InflowDepth, InflowFluid, LevelSet};
 use super::phase_list::PhaseList;
@@ -48,8 +49,8 @@ impl<const D: usize> InflowComposition<D> {
         *self.level.get(facet)?
     }
 
-    /// Fluid and depth of what came `way` [m] from beyond an open boundary to a place on it; `sharp` is the level set with what
-    /// open boundaries see of it, if it is sharp.
+    /// Fluid and depth of what came `way` [m] from beyond an open boundary to a place on it; `sharp` is the level set
+    /// with what open boundaries see of it, if it is sharp.
     pub fn brought<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,

@@ -112,8 +112,9 @@ impl<const D: usize> InterfaceTracking<D> {
 
 /// Volume of the fluid inside the level set to be kept on the mesh, where `booked` should be left of it [m³].
 ///
-/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than
-/// solids leave of its volume, and a fluid whose last part is gone through an opening holds nothing, even if the count leaves a rest of it.
+/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less
+/// than nothing nor more than solids leave of its volume, and a fluid whose last part is gone through an opening holds
+/// nothing, even if the count leaves a rest of it.
 fn volume_to_keep<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     level: &[f64],

@@ -1,6 +1,7 @@
 //! Columns of the particles of a solid beside position, velocity and phase (theory K.2).
 //!
-//! A particle that comes to fill an empty element has no state yet: it takes the mean of the particles of its solid around it.
+//! A particle that comes to fill an empty element has no state yet: it takes the mean of the particles of its solid
+//! around it.
 
 use crate::math::{SymTensor, Vector};
 use crate::mesh::Mesh;
@@ -41,7 +42,8 @@ struct ParticleState<const D: usize> {
     acceleration: Vector<D>,
 }
 
-/// Gives the particles that came to fill empty elements a number, and the mean state of those of their solid around them.
+/// Gives the particles that came to fill empty elements a number, and the mean state of those of their solid around
+/// them.
 pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh: &Mesh<D, N>, first: usize) {
     let identity = particles.column(IDENTITY).unwrap_or_default();
     let is_new = |p: usize| usize::from(particles.fluid[p]) >= first && identity[p] == 0.0;
@@ -64,7 +66,8 @@ pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh:
     });
 }
 
-/// The mean state of the particles of the same solid in the elements that share a node with that of `newcomer`; no stress if there are none.
+/// The mean state of the particles of the same solid in the elements that share a node with that of `newcomer`; no
+/// stress if there are none.
 fn mean_around<const D: usize, const N: usize>(
     particles: &Particles<D>,
     mesh: &Mesh<D, N>,

@@ -7,8 +7,9 @@
 //! K_ij = μ_s Δt V_s (g_i·g_j 1 + g_j ⊗ g_i − ⅔ g_i ⊗ g_j) + μ_f V_f (g_i·g_j 1 + g_j ⊗ g_i)
 //! ```
 //!
-//! In cut elements w_k = ∫N_k over the side of node k and w*_k over the other, W* = Σ w*_k: the shape function of the pressure is split into two,
-//! of which the second belongs to the element alone and is condensed. Elsewhere w_k = V/(d+1), and that of the solid is compressible.
+//! In cut elements w_k = ∫N_k over the side of node k and w*_k over the other, W* = Σ w*_k: the shape function
+//! of the pressure is split into two, of which the second belongs to the element alone and is condensed. Elsewhere w_k
+//! = V/(d+1), and that of the solid is compressible.
 
 use crate::math::{SymTensor, Vector};
 use crate::mesh::Simplex;
@@ -69,9 +70,11 @@ pub struct SplitPressure<const N: usize> {
 }
 
 impl<const N: usize> SplitPressure<N> {
-    /// The split of an element of this volume [m³] that is cut with the solid on the negative side, with these pressures p̂ at its nodes [Pa].
+    /// The split of an element of this volume [m³] that is cut with the solid on the negative side, with these
+    /// pressures p̂ at its nodes [Pa].
     ///
-    /// p̂*_k is the mean p̂ of the nodes of the side where N*_k lives: without a gradient across the interface (theory (K.10)).
+    /// p̂*_k is the mean p̂ of the nodes of the side where N*_k lives: without a gradient across the interface
+    /// (theory (K.10)).
     pub fn new(cut: &CutGeometry<N>, volume: f64, bulk: f64, pressure: &[f64; N]) -> Self {
         let [solid, fluid] = cut.sides();
         let side = |negative: bool, k: usize| {

@@ -1,4 +1,5 @@
-//! The solids on particles in the system of velocity and pressure: the elements that hold them, and the forces on them (theory K.4–K.6).
+//! The solids on particles in the system of velocity and pressure: the elements that hold them, and the forces on them
+//! (theory K.4–K.6).
 //!
 //! ```text
 //! nodes of solid and of fluid                       cut: a pressure on each side                          theory K.5
@@ -111,7 +112,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         self.elements.get(*self.place.get(element)? as usize)
     }
 
-    /// Pressures whose interpolation holds in an element on the side of a solid, or of the fluid, from those of its nodes [Pa].
+    /// Pressures whose interpolation holds in an element on the side of a solid, or of the fluid, from those of its
+    /// nodes [Pa].
     pub fn pressures_in(&self, element: usize, nodal: [f64; N], solid: bool) -> [f64; N] {
         let split = self.of(element).and_then(|own| own.split.as_ref());
         split.map_or(nodal, |split| split.on_side(nodal, solid))
@@ -196,7 +198,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         }
     }
 
-    /// Content of an element of this volume [m³] with the nodal densities of its particles; `density` [kg/m³] without any.
+    /// Content of an element of this volume [m³] with the nodal densities of its particles; `density` [kg/m³] without
+    /// any.
     fn content(&self, e: usize, volume: f64, density: f64, viscosity: f64) -> Content<N> {
         let sums = &self.sums[e];
         let mut content = Content::uniform(volume, density, viscosity, 0.0);
@@ -291,8 +294,9 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         });
     }
 
-    /// Finds the forces of the fluid on the solids from the `solution` in each element: the sum of what their equations lack at nodes that are
-    /// `free` along an axis; what they lack at others is what holds them (theory (K.13)).
+    /// Finds the forces of the fluid on the solids from the `solution` in each element: the sum of what their
+    /// equations lack at nodes that are `free` along an axis; what they lack at others is what holds them
+    /// (theory (K.13)).
     pub fn find_forces(
         &mut self,
         mesh: &Mesh<D, N>,
@@ -325,7 +329,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         }
     }
 
-    /// Sets the velocities that supports prescribe at time `t` [s] where `boundary`, the masks without supports, leaves them to them.
+    /// Sets the velocities that supports prescribe at time `t` [s] where `boundary`, the masks without supports, leaves
+    /// them to them.
     pub fn prescribe(&self, mesh: &Mesh<D, N>, t: f64, boundary: &[u8], constraints: &mut Constraints<D, N>) {
         for (node, axis, signal) in self.held() {
             if boundary[node] >> axis & 1 == 0 && constraints.mask[node] >> axis & 1 == 1 {

@@ -13,8 +13,8 @@
 //! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
 //! step; what it takes from resolved motion is a viscosity of about h²/10T.
 //!
-//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their own side of the interface; those without a
-//! heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
+//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their own side of the interface;
+//! those without a heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
 
 use super::convect::{Continued, Projectiles};
 use super::{Particles, interpolate};
@@ -140,8 +140,8 @@ mod tests {
         assert!((gained - step).norm() < 0.05 * step.norm(), "{gained:?}");
     }
 
-    /// Air at speed 1 over water at rest, no forces: at the nodes that both reach the air comes to rest, and the momentum of
-    /// all particles stays what it was.
+    /// Air at speed 1 over water at rest, no forces: at the nodes that both reach the air comes to rest, and
+    /// the momentum of all particles stays what it was.
     #[test]
     fn light_particles_take_the_velocity_of_the_heavy_ones_beside_them() {
         const DENSITY: [f64; 2] = [1000.0, 1.0];

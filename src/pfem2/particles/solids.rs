@@ -1,7 +1,8 @@
 //! Particles at solids (theory J.5).
 //!
-//! Particles move along the streamlines of the mesh, whose nodes inside a solid have its velocity: they follow its surface up to the
-//! error of a step. One that is inside of it at the end of the step leaves; reseeding fills what is empty.
+//! Particles move along the streamlines of the mesh, whose nodes inside a solid have its velocity: they follow its
+//! surface up to the error of a step. One that is inside of it at the end of the step leaves; reseeding fills what is
+//! empty.
 
 use super::{GONE, Particles};
 use crate::mesh::Mesh;

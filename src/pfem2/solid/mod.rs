@@ -6,8 +6,8 @@
 //! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
 //! ```
 //!
-//! The fluid ends at the surface of the solid: elements of the fixed mesh that it cuts are decomposed, and their cut points
-//! move with the solid.
+//! The fluid ends at the surface of the solid: elements of the fixed mesh that it cuts are decomposed, and their cut
+//! points move with the solid.
 //!
 //! | room | what it holds |
 //! |---|---|
@@ -20,8 +20,8 @@
 //! | `coupling` | the equations of the fluid in cut elements, and the linear system of fluid and solids |
 //! | `contact` | contact with walls, among solids, and of a solid with itself |
 //!
-//! `setup` has a solid as a run starts with it; `tracking` the solids of a run from step to step, `start` their begin, `step_results`
-//! what a step leaves. Only `tracking` knows all rooms.
+//! `setup` has a solid as a run starts with it; `tracking` the solids of a run from step to step, `start` their begin,
+//! `step_results` what a step leaves. Only `tracking` knows all rooms.
 
 pub mod contact;
 pub mod coupling;

@@ -33,7 +33,8 @@ pub struct SolidSetup<const D: usize> {
     pub inertia: Inertia,
     /// Coefficient of Coulomb's friction at walls; of two solids that meet the root of their product counts.
     pub friction: f64,
-    /// Coefficient of restitution e of a rigid solid at walls, 0 to 1; of two that meet the root of their product counts.
+    /// Coefficient of restitution e of a rigid solid at walls, 0 to 1; of two that meet the root of their product
+    /// counts.
     pub restitution: f64,
     /// Condition for the fluid on its surface.
     pub surface: SurfaceCondition,
@@ -61,7 +62,8 @@ impl<const D: usize> SolidSetup<D> {
         }
     }
 
-    /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes a force [1/s].
+    /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes
+    /// a force [1/s].
     pub(super) fn inertia_rate(&self, delta: f64) -> f64 {
         match self.inertia {
             Inertia::Dynamic => 1.0 / delta,
@@ -139,7 +141,8 @@ pub struct SurfaceTraction<const D: usize> {
 pub struct SurfacePressure {
     /// Places in [`SolidMesh::facets`].
     pub facets: Vec<u32>,
-    /// Force per area of the deformed surface, against its outward normal where positive, by the place in the reference state [Pa].
+    /// Force per area of the deformed surface, against its outward normal where positive, by the place in the reference
+    /// state [Pa].
     pub pressure: Signal,
 }
 

@@ -21,8 +21,8 @@ impl<const D: usize> SolidTracking<D> {
         SolidStart { state: self.structure.state.clone(), last: self.last.clone() }
     }
 
-    /// Takes the state at the start of a predicted first step, and the step before it from its end: a⁰ = a¹, v⁻¹ = 2 v⁰ − v¹
-    /// (theory H.9).
+    /// Takes the state at the start of a predicted first step, and the step before it from its end: a⁰ = a¹, v⁻¹ = 2 v⁰
+    /// − v¹ (theory H.9).
     pub fn restart(&mut self, SolidStart { mut state, last }: SolidStart<D>) {
         state.begin(&self.structure.state);
         let forces = std::mem::take(&mut self.last.forces);

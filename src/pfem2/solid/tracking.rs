@@ -1,4 +1,5 @@
-//! The solids of a run in the steps of the fluid: their prediction cuts the mesh, and they take the velocity of the system (theory J.1).
+//! The solids of a run in the steps of the fluid: their prediction cuts the mesh, and they take the velocity
+//! of the system (theory J.1).
 
 use super::contact::step::{ContactForces, ContactPrediction, DEPTH, StepContacts};
 use super::coupling::immersed::Immersed;
@@ -24,17 +25,20 @@ use crate::pfem2::report::moments::{self, ForcedPart, MomentPoint, Moments};
 use crate::pfem2::report::solids::SolidEnergies;
 use crate::pfem2::time::history::{StepShares, TimeHistory};
 
-/// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew about the end that was found...
+/// A step whose end is farther than this from the prediction of a surface, in elements of the mesh, is solved anew
+/// about the end that was found...
 const FAR: f64 = 0.1;
 
-/// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less than a hundredth.
+/// ... until a solution moves the surface by less than this. Steps that resolve the motion of a solid are off by less
+/// than a hundredth.
 const SETTLED: f64 = 0.02;
 
 /// A step is solved anew at most this often, and so where elastic solids touch something.
 const REPETITIONS: usize = 6;
 const REPETITIONS_IN_CONTACT: usize = 30;
 
-/// Steps by backward Euler from an impact on that a step doesn't resolve: its impulse is in the accelerations of two that follow.
+/// Steps by backward Euler from an impact on that a step doesn't resolve: its impulse is in the accelerations of two
+/// that follow.
 const BACKWARD_STEPS: usize = 3;
 
 /// The solids of a run.
@@ -133,8 +137,8 @@ impl<const D: usize> SolidTracking<D> {
         CutMesh { cut, trace }
     }
 
-    /// Predicts the displacement u* at the end of a step, makes the equations of the solids about it, and cuts the mesh at their surface
-    /// (theory J.1, J.2).
+    /// Predicts the displacement u* at the end of a step, makes the equations of the solids about it, and cuts the mesh
+    /// at their surface (theory J.1, J.2).
     ///
     /// # Errors
     /// An element of a solid turns inside out; supports that a rigid solid can't follow; solids go through each other.
@@ -158,9 +162,9 @@ impl<const D: usize> SolidTracking<D> {
         if self.last.backward_steps > 0 { TimeStep { theta: 1.0, ..step } } else { step }
     }
 
-    /// True if a step is to be solved anew after the solution that the system has found: with other contacts, or about the displacement to which
-    /// its velocities lead, where that is far from u*, or nearer to something than the gap, or where an impact is to be made by backward Euler
-    /// (theory (J.3a), J.8).
+    /// True if a step is to be solved anew after the solution that the system has found: with other contacts, or about
+    /// the displacement to which its velocities lead, where that is far from u*, or nearer to something than the gap,
+    /// or where an impact is to be made by backward Euler (theory (J.3a), J.8).
     ///
     /// # Errors
     /// As [`SolidTracking::predict`].
@@ -179,7 +183,8 @@ impl<const D: usize> SolidTracking<D> {
         Ok(again)
     }
 
-    /// Lets other contacts act in the equations of the step where some pull or lack in a solution; returns true if others act.
+    /// Lets other contacts act in the equations of the step where some pull or lack in a solution; returns true if
+    /// others act.
     fn update_contacts<const N: usize>(
         &mut self,
         solution: &SolutionVelocities<D>,
@@ -194,7 +199,8 @@ impl<const D: usize> SolidTracking<D> {
         equations.is_some_and(|equations| self.contacts.change(solution, equations))
     }
 
-    /// Takes the displacement to which a solution leads as prediction, where the step is to be solved anew about it; returns true if it is.
+    /// Takes the displacement to which a solution leads as prediction, where the step is to be solved anew about it;
+    /// returns true if it is.
     ///
     /// # Errors
     /// As [`SolidTracking::predict`].
@@ -274,7 +280,8 @@ impl<const D: usize> SolidTracking<D> {
         Ok(())
     }
 
-    /// Adds the change of the forces of the fluid as the surface moves on from u* under the pressure of the last step (theory (J.9b)).
+    /// Adds the change of the forces of the fluid as the surface moves on from u* under the pressure of the last step
+    /// (theory (J.9b)).
     fn add_pressure_stiffness(
         &self,
         step: TimeStep,

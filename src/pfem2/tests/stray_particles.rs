@@ -5,8 +5,8 @@ use crate::pfem2::Pfem2;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::Solver;
 
-/// Water below 0.5 and air above it, at rest, with a drop of air in the water and a film of water just above the line that the
-/// level set doesn't show.
+/// Water below 0.5 and air above it, at rest, with a drop of air in the water and a film of water just above the line
+/// that the level set doesn't show.
 fn strewn() -> Pfem2<2, 3> {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
     let sets = vec![set(&mesh, "walls", Condition::Slip, |x| x.0.iter().any(|c| *c == 0.0 || *c == 1.0))];

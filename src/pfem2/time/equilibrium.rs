@@ -4,10 +4,10 @@
 //! [M/τ + τ K(u_k)] v = f − F(u_k) + forces of the fluid,   u_k+1 = u_k + τ v,   v ← 0,   τ ← τ min(2, √(h/2 / |τ v|))
 //! ```
 //!
-//! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long ones are those of
-//! Newton's method. The fluid that the solids push away takes its particles and interfaces along. What carries a solid without supports, as
-//! buoyancy does, is not in K, and along a floor nothing may hold it at all: with such solids τ is at most the time in which gravity moves them by
-//! an element.
+//! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long
+//! ones are those of Newton's method. The fluid that the solids push away takes its particles and interfaces along.
+//! What carries a solid without supports, as buoyancy does, is not in K, and along a floor nothing may hold it at all:
+//! with such solids τ is at most the time in which gravity moves them by an element.
 
 use crate::error::{Place, StepError};
 use crate::math::Vector;
@@ -17,10 +17,12 @@ use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::report::notices::Notices;
 use crate::pfem2::time::startup::impulsive_energy;
 
-/// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids are at rest.
+/// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids
+/// are at rest.
 const TOLERANCE: f64 = 1e-6;
 
-/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an element.
+/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an
+/// element.
 const FREE_TOLERANCE: f64 = 1e-3;
 
 /// Iterations after which there is no equilibrium.
@@ -44,8 +46,8 @@ struct IterationMotion {
 }
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Moves the solids to where they rest under the loads at time 0; the first artificial step is `dt` [s]. Returns the number of
-    /// iterations.
+    /// Moves the solids to where they rest under the loads at time 0; the first artificial step is `dt` [s]. Returns
+    /// the number of iterations.
     ///
     /// # Errors
     /// Solids don't come to rest; an element turns inside out, or the system isn't solved.

@@ -8,8 +8,8 @@ use crate::math::simd::Lanes;
 pub struct Linear;
 
 impl Linear {
-    /// The least weight, of the order of rounding. A particle on a plane of nodes takes its gradient from nodes to which it
-    /// would give nothing: without mass they would have no velocity to take.
+    /// The least weight, of the order of rounding. A particle on a plane of nodes takes its gradient from nodes to
+    /// which it would give nothing: without mass they would have no velocity to take.
     pub const LEAST: f64 = f64::EPSILON;
 }
 

@@ -5,13 +5,13 @@
 //! depth = d(x_b) + max(0, −∇d·w)      d: distance from the interface as it is, on the side of the fluid that comes in
 //! ```
 //!
-//! φ as it is at the facet is no measure: it is continued from the particles behind the facet, and what comes in with it would
-//! continue it again. A jet that once came nearer to an outlet would come nearer for ever, until an interface stood there that
-//! nothing brought. Distances are measured in every step, so that nothing is handed on; beyond a facet there is only the fluid that
-//! comes in, so that no particle comes nearer to an interface by being farther out.
+//! φ as it is at the facet is no measure: it is continued from the particles behind the facet, and what comes in with
+//! it would continue it again. A jet that once came nearer to an outlet would come nearer for ever, until an interface
+//! stood there that nothing brought. Distances are measured in every step, so that nothing is handed on; beyond a facet
+//! there is only the fluid that comes in, so that no particle comes nearer to an interface by being farther out.
 //!
-//! Where another fluid comes in than the one behind the facet, the facet itself is the interface at the start of the step: the
-//! particles behind it learn how far away they are.
+//! Where another fluid comes in than the one behind the facet, the facet itself is the interface at the start
+//! of the step: the particles behind it learn how far away they are.
 
 use super::distance::InterfacePolygons;
 use super::{AGREES, LevelSet, OpenFacet, value};
@@ -30,8 +30,8 @@ pub struct InflowDepth {
 }
 
 impl InflowDepth {
-    /// From the state at the start of a step that the carrier v* [m/s] makes. The particles behind facets at which an interface
-    /// begins take their distance from these as their depth.
+    /// From the state at the start of a step that the carrier v* [m/s] makes. The particles behind facets at which an
+    /// interface begins take their distance from these as their depth.
     pub fn new<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         set: &LevelSet,
@@ -133,7 +133,8 @@ mod tests {
         mesh.boundary().iter().filter(on).map(|&facet| OpenFacet { facet, inflow_level: [inflow_level; 2] }).collect()
     }
 
-    /// Water below 0.6 in a box of unit size, with φ stretched above it; `inflow_level` is φ of what comes in from above.
+    /// Water below 0.6 in a box of unit size, with φ stretched above it; `inflow_level` is φ of what comes in from
+    /// above.
     fn comes_in(stretch: impl Fn(f64) -> f64 + Sync, inflow_level: f64) -> (Particles<2>, Vec<(u8, f64)>) {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [10; 2]).unwrap();
         let phi = |x: Vector<2>| if x[1] < 0.61 { x[1] - 0.6 } else { stretch(x[1]) };

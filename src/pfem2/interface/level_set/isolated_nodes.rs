@@ -10,7 +10,8 @@ use crate::parallel;
 use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 
-/// Part of the mean φ of its neighbours that a node takes when it changes sides: it isn't to change back for a little shift.
+/// Part of the mean φ of its neighbours that a node takes when it changes sides: it isn't to change back for a little
+/// shift.
 const TAKEN: f64 = 1e-3;
 
 /// Gives isolated nodes the side of their neighbours; returns their number.
@@ -27,8 +28,8 @@ pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, 
     isolated.len()
 }
 
-/// The same for three and more fluids, where the largest share makes the fluid of a node: an isolated node exchanges it with
-/// that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
+/// The same for three and more fluids, where the largest share makes the fluid of a node: an isolated node exchanges it
+/// with that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
 pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     list: &PhaseList,

@@ -125,8 +125,8 @@ mod tests {
         outflow(mesh, &openings, &vec![speed; mesh.nodes().len()], dt, phi)
     }
 
-    /// The fluid where 0.8 x + 0.6 y < `offset` moves with (1.5, −0.2): what lies beyond x = 1 after Δt with y in 0..1 at
-    /// the time when it crossed is ∫dτ ∫dy [0.8 + 0.6 y − 1.08 τ < offset] 1.5.
+    /// The fluid where 0.8 x + 0.6 y < `offset` moves with (1.5, −0.2): what lies beyond x = 1 after Δt with y in 0..1
+    /// at the time when it crossed is ∫dτ ∫dy [0.8 + 0.6 y − 1.08 τ < offset] 1.5.
     fn exact(offset: f64, dt: f64) -> f64 {
         const POINTS: usize = 20_000;
         let height = |tau: f64| ((offset - 0.8 + 1.08 * tau) / 0.6).clamp(0.0, 1.0);

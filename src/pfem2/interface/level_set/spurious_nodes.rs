@@ -1,7 +1,8 @@
 //! Spurious changes of side: pieces of a fluid without an origin (theory G.5).
 //!
-//! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that changes
-//! sides without any of these shows only that depths were continued too far; it stays on the side on which it was.
+//! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that
+//! changes sides without any of these shows only that depths were continued too far; it stays on the side on which it
+//! was.
 
 use super::OpenFacet;
 use crate::mesh::Mesh;
@@ -25,8 +26,8 @@ pub struct Origins<'a, const D: usize> {
     pub openings: &'a [OpenFacet<D>],
 }
 
-/// Reverts nodes of pieces without an origin to the side on which they were; returns their number. Nodes inside of solids are left
-/// as they were continued.
+/// Reverts nodes of pieces without an origin to the side on which they were; returns their number. Nodes inside
+/// of solids are left as they were continued.
 pub fn revert_spurious_nodes<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     origins: &Origins<D>,

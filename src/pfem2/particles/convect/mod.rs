@@ -77,7 +77,8 @@ impl<const D: usize> Particles<D> {
         fate
     }
 
-    /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of Becker (34). [`Particles::sort`] has to follow.
+    /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of Becker (34). [`Particles::sort`]
+    /// has to follow.
     pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> ConvectionCounts {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));

@@ -1,5 +1,5 @@
-//! Contact of solids with each other and with themselves: nodes on the surface of one keep a gap from the facets of the other, in which
-//! fluid stays (theory J.9).
+//! Contact of solids with each other and with themselves: nodes on the surface of one keep a gap from the facets
+//! of the other, in which fluid stays (theory J.9).
 //!
 //! ```text
 //! d = (x_a − x_Γ(ξ_a))·n,  x_Γ = Σ_b N_b(ξ_a) x_b:  the point of the other surface that is nearest to node a at u*
@@ -8,9 +8,10 @@
 //! g = ½ h(x_a),   of solids that start nearer the distance that they have;   of one solid at most ½ |X_a − X_Γ|
 //! ```
 //!
-//! Of a pair the nodes of the solid with the smaller facets are queried, and of the other those at its edges and corners, which would dig in
-//! between them: nodes of two smooth surfaces that are queried against each other take turns. Of one solid all are, with half of their area.
-//! Forces on a pair add up to nothing, whatever touches. Which of the candidates act in the end is found in the step, (J.11a).
+//! Of a pair the nodes of the solid with the smaller facets are queried, and of the other those at its edges and
+//! corners, which would dig in between them: nodes of two smooth surfaces that are queried against each other take
+//! turns. Of one solid all are, with half of their area. Forces on a pair add up to nothing, whatever touches. Which
+//! of the candidates act in the end is found in the step, (J.11a).
 
 use super::force::{ContactCandidate, ContactLaw, GAP, REACH};
 use super::places::{ContactPlaces, NodeArea, node_areas};
@@ -28,7 +29,8 @@ const SAME_SURFACE: f64 = 0.8;
 /// Product of normals below which two places of one solid face each other.
 const FACING: f64 = -0.5;
 
-/// Part of the way from a facet to a place straight through the solid at the start, from which the solid lies between them.
+/// Part of the way from a facet to a place straight through the solid at the start, from which the solid lies between
+/// them.
 const THROUGH: f64 = -0.7;
 
 /// Nearer than this part of the way at the start, places of one solid may touch.
@@ -216,8 +218,8 @@ impl<const D: usize> SolidContacts<D> {
         ContactQuery { id, solid, shares: vec![(node, 1.0)], x, reach, area, law }
     }
 
-    /// The query at the point of a facet of a rigid solid, between its nodes, that is nearest to another solid: on its nodes alone it would roll
-    /// as a wheel on its spokes.
+    /// The query at the point of a facet of a rigid solid, between its nodes, that is nearest to another solid: on its
+    /// nodes alone it would roll as a wheel on its spokes.
     fn between_nodes(
         &self,
         facet: u32,
@@ -317,7 +319,8 @@ impl<const D: usize> SolidContacts<D> {
         }
     }
 
-    /// The largest distance of the nodes of surfaces from where they were `predicted`, in elements of the mesh there; both are positions [m].
+    /// The largest distance of the nodes of surfaces from where they were `predicted`, in elements of the mesh there;
+    /// both are positions [m].
     pub(in crate::pfem2::solid) fn largest_error<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,
@@ -330,7 +333,8 @@ impl<const D: usize> SolidContacts<D> {
         self.nodes.iter().map(error).fold(0.0, f64::max)
     }
 
-    /// True where a place of a solid's own surface faces a queried node with this normal, and has come near since the start.
+    /// True where a place of a solid's own surface faces a queried node with this normal, and has come near since
+    /// the start.
     fn faces<const N: usize>(
         &self,
         scene: &ContactScene<'_, D, N>,

@@ -1,11 +1,13 @@
-//! The force of a contact: unilateral along the normal, with Coulomb's friction, linear in the velocity (theory J.8, J.9).
+//! The force of a contact: unilateral along the normal, with Coulomb's friction, linear in the velocity
+//! (theory J.8, J.9).
 //!
 //! ```text
 //! f = A k (g − d^{n+1}) n − c (1 − n ⊗ n) v,    d^{n+1} = d* + n·Σ c_i (û_i + Δ v_i − u_i*),    v = Σ c_i v_i
 //! c = μ f_n/max(|v_t|, ε),   f_n: normal force of the last step,   v_t: 2 vⁿ − vⁿ⁻¹ along the surface,   ε = 10⁻⁴ g/Δt
 //! ```
 //!
-//! c_i f acts on node i: c is one at the point that meets a wall, and −N_b at the nodes of a facet of a solid that it meets.
+//! c_i f acts on node i: c is one at the point that meets a wall, and −N_b at the nodes of a facet of a solid that it
+//! meets.
 //!
 //! Rigid solids meet walls and each other by an impulse f Δ instead, which gives them a velocity (theory (J.16a)):
 //!
@@ -15,8 +17,8 @@
 //! w = e (dⁿ − d*)/Δt      where solids with a restitution collide: d* < r, least of both solids there, (dⁿ − d*)/Δt > 2 Δt |n·Σ c_i a_iⁿ|
 //! ```
 //!
-//! It comes as near as the gap and rests. A solid that has come nearer is lifted slowly; by r, others of its points may come as near as the
-//! nearest, so that it rolls. Which contacts push, and c, is found beforehand (see `impulses`).
+//! It comes as near as the gap and rests. A solid that has come nearer is lifted slowly; by r, others of its points may
+//! come as near as the nearest, so that it rolls. Which contacts push, and c, is found beforehand (see `impulses`).
 
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::LinearForces;
@@ -26,7 +28,8 @@ use crate::pfem2::solid::structure::Structure;
 /// Gap in which fluid stays, over the size of an element of its mesh.
 pub const GAP: f64 = 0.5;
 
-/// Distance within which solids look for places that they may touch, over the gap, besides their displacement in a step.
+/// Distance within which solids look for places that they may touch, over the gap, besides their displacement in
+/// a step.
 pub const REACH: f64 = 1.25;
 
 /// Stiffness of a contact over that of an element of the solid.
@@ -35,7 +38,8 @@ const STIFFNESS: f64 = 10.0;
 /// Resistance of an impulse over the mass by Δ: a rigid solid reaches its speed to a ten-thousandth.
 const IMPULSE: f64 = 1e4;
 
-/// Solids that collide approach each other by more than this many times what other forces give it in a step: a solid that rests on something doesn't.
+/// Solids that collide approach each other by more than this many times what other forces give it in a step: a solid
+/// that rests on something doesn't.
 const IMPACT: f64 = 2.0;
 
 /// Part of the gap by which places of a solid may differ that meet another one at once.
@@ -73,8 +77,8 @@ impl ContactLaw {
         }
     }
 
-    /// The law between two solids that meet: the softer of two elastic ones, the elastic one beside a rigid one; of two rigid ones the heavier
-    /// counts, and the root of the product of their restitutions.
+    /// The law between two solids that meet: the softer of two elastic ones, the elastic one beside a rigid one; of two
+    /// rigid ones the heavier counts, and the root of the product of their restitutions.
     #[must_use]
     pub fn combined(self, other: Self) -> Self {
         match (self, other) {
@@ -123,8 +127,8 @@ impl<const D: usize> ContactCandidate<D> {
     }
 }
 
-/// The least distances of all places that may touch between the same two solids, or a solid and walls, with about the same normal [m]; infinite where
-/// an elastic solid is one of them.
+/// The least distances of all places that may touch between the same two solids, or a solid and walls, with about
+/// the same normal [m]; infinite where an elastic solid is one of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeastDistances {
     /// The least dⁿ, at the start of the step.
@@ -204,8 +208,8 @@ pub(in crate::pfem2::solid) struct RigidImpulse<const D: usize> {
 }
 
 impl<const D: usize> Contact<D> {
-    /// The contact of a candidate, where the point had this normal force in the last step [N]. The contact of an elastic solid acts at first where d* < g
-    /// or it pushed. `least`: the least distances of both solids there.
+    /// The contact of a candidate, where the point had this normal force in the last step [N]. The contact of an
+    /// elastic solid acts at first where d* < g or it pushed. `least`: the least distances of both solids there.
     pub fn new(
         last: Vector<D>,
         candidate: ContactCandidate<D>,
@@ -280,7 +284,8 @@ impl<const D: usize> Contact<D> {
         self.acts && self.point == candidate.point && self.normal.dot(candidate.normal) > SAME
     }
 
-    /// Normal force on the point of an elastic solid at the velocities of nodes at the end of the step [m/s]; negative where it pulls [N].
+    /// Normal force on the point of an elastic solid at the velocities of nodes at the end of the step [m/s]; negative
+    /// where it pulls [N].
     pub(in crate::pfem2::solid) fn elastic_push(&self, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
         if self.impulse.is_some() { 0.0 } else { self.force(velocity).dot(self.normal) }
     }
@@ -343,7 +348,8 @@ impl<const D: usize> Contact<D> {
         self.normal * self.push - self.matrix().apply(relative(&self.shares, velocity))
     }
 
-    /// Normal force on the point at the velocities of nodes at the end of the step [m/s]: there, and of impulses the mean over the step [N].
+    /// Normal force on the point at the velocities of nodes at the end of the step [m/s]: there, and of impulses
+    /// the mean over the step [N].
     pub fn normal_force(&self, velocity: impl Fn(usize) -> Vector<D>) -> Vector<D> {
         let share = self.impulse.map_or(1.0, |impulse| impulse.share);
         self.normal * (self.force(velocity).dot(self.normal) * share)
@@ -364,8 +370,8 @@ impl<const D: usize> Contact<D> {
         self.shares.iter().filter(move |_| collides).map(|&(node, _)| node as usize)
     }
 
-    /// Difference between the power of an impulse, which the mean velocity takes, and the force at the end of the step times the velocity
-    /// there [W]; θ is the implicit share of the step.
+    /// Difference between the power of an impulse, which the mean velocity takes, and the force at the end of the step
+    /// times the velocity there [W]; θ is the implicit share of the step.
     pub fn excess_power(&self, theta: f64, velocity: impl Fn(usize) -> Vector<D>) -> f64 {
         let Some(RigidImpulse { before, .. }) = self.impulse else { return 0.0 };
         let after = relative(&self.shares, &velocity);

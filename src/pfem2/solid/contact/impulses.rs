@@ -1,5 +1,5 @@
-//! The contacts of rigid solids that push in a step, and their friction, found from the rigid solids alone before the step is solved
-//! (theory (J.16b)).
+//! The contacts of rigid solids that push in a step, and their friction, found from the rigid solids alone before
+//! the step is solved (theory (J.16b)).
 //!
 //! ```text
 //! min over q   ½ (q − q₀)·M (q − q₀) + ½ Σ R max(0, w − n·v)² + ½ Σ c |(1 − n ⊗ n) v|²,     M q₀ = h + Tᵀ f of the last step
@@ -25,7 +25,8 @@ const SETTLED: f64 = 1e-3;
 const SAME_CONTACT: f64 = 0.8;
 
 impl<const D: usize> Structure<D> {
-    /// The least distances that go with each candidate: over those of the same two solids, or of a solid and walls, with about the same normal.
+    /// The least distances that go with each candidate: over those of the same two solids, or of a solid and walls,
+    /// with about the same normal.
     pub(super) fn least_distances(
         &self,
         candidates: &[ContactCandidate<D>],

@@ -1,4 +1,5 @@
-//! Contacts of the solids in a step: those that push at its end, and impacts that it doesn't resolve (theory J.8, J.9, J.11).
+//! Contacts of the solids in a step: those that push at its end, and impacts that it doesn't resolve (theory J.8, J.9,
+//! J.11).
 
 use super::between_solids::{ContactScene, SolidContacts};
 use super::force::{Contact, ContactCandidate, ContactStep, LeastDistances};
@@ -175,7 +176,8 @@ impl<const D: usize> StepContacts<D> {
         !is_settled(&self.contacts.elastic(), velocity)
     }
 
-    /// Lets other contacts of elastic solids act in these equations of the step than in a solution; returns false if there are none.
+    /// Lets other contacts of elastic solids act in these equations of the step than in a solution; returns false if
+    /// there are none.
     pub fn change(&mut self, solution: &SolutionVelocities<D>, equations: &mut SolidEquations) -> bool {
         let before = self.acts();
         self.search.take_solution(&mut self.contacts.elastic(), &solution.nodal);
@@ -199,8 +201,8 @@ impl<const D: usize> StepContacts<D> {
         self.contacts.iter_mut().zip(acts).for_each(|(contact, acts)| contact.acts = *acts);
     }
 
-    /// Lets those contacts act that push if the fluid goes on to push as in a solution; `None` where the solids have no solution without it, as
-    /// where nothing holds one without inertia.
+    /// Lets those contacts act that push if the fluid goes on to push as in a solution; `None` where the solids have no
+    /// solution without it, as where nothing holds one without inertia.
     fn search_without_fluid(&mut self, solution: &SolutionVelocities<D>, equations: &mut SolidEquations) -> Option<()> {
         let none = vec![0.0; equations.rhs.len()];
         let (matrix, rhs) = equations.independent(Vec::new(), &none);
@@ -236,8 +238,9 @@ impl<const D: usize> StepContacts<D> {
         self.contacts.acting().for_each(|contact| contact.add(&mut equations.linear));
     }
 
-    /// Takes the impulses of contacts out of the accelerations at the end of a step, and lets solids that collided begin anew: they have no share in
-    /// later steps (theory (J.16a)). Returns their change of the power of supports [W].
+    /// Takes the impulses of contacts out of the accelerations at the end of a step, and lets solids that collided
+    /// begin anew: they have no share in later steps (theory (J.16a)). Returns their change of the power of supports
+    /// [W].
     pub fn end_impulses(&self, step: TimeStep, structure: &mut Structure<D>, prediction: &Prediction<D>) -> f64 {
         let all = || self.contacts.acting();
         let velocity = |a: usize| structure.state.velocity[a];
@@ -260,7 +263,8 @@ impl<const D: usize> StepContacts<D> {
         }
     }
 
-    /// The largest depth in the gap of places of elastic solids where no contact acts, over the gap, with the nodes at `end` [m].
+    /// The largest depth in the gap of places of elastic solids where no contact acts, over the gap, with the nodes at
+    /// `end` [m].
     ///
     /// # Errors
     /// Solids go through each other.
@@ -283,8 +287,9 @@ impl<const D: usize> StepContacts<D> {
         Ok(f64::max(largest(&with_walls, walls), largest(&among_solids, solids)))
     }
 
-    /// True if contacts that begin in a step carry most of what presses on a solid, and stop more of it than the step resolves: with forces in
-    /// part those of its start, a solid at the gap at its end would have a velocity away from it that nothing gave it (theory J.8).
+    /// True if contacts that begin in a step carry most of what presses on a solid, and stop more of it than the step
+    /// resolves: with forces in part those of its start, a solid at the gap at its end would have a velocity away from
+    /// it that nothing gave it (theory J.8).
     pub fn has_unresolved_impact(&self, step: TimeStep, structure: &Structure<D>, velocity: &[Vector<D>]) -> bool {
         let mut solids = vec![Impact::default(); structure.setups().len()];
         let fastest =

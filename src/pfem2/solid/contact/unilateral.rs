@@ -6,8 +6,9 @@
 //! v ← v + s (v_s − v),   s in (0, 1]:   Σ_j [(1 − s) F_j(v) + s F_j(v_s) − max(0, f_j)] (v_s − v)·n_j = 0
 //! ```
 //!
-//! Newton's method, of which each solution of the step is one: those with f_j(v) > 0 act in the next one. With the exact length s along its
-//! direction it comes to an end, where sets that are simply taken from solutions can go round in circles.
+//! Newton's method, of which each solution of the step is one: those with f_j(v) > 0 act in the next one. With
+//! the exact length s along its direction it comes to an end, where sets that are simply taken from solutions can go
+//! round in circles.
 
 use super::force::Contact;
 use crate::math::Vector;
@@ -53,7 +54,8 @@ impl PushSearch {
         self.solutions
     }
 
-    /// Takes a solution, the velocities of nodes in it [m/s], with which contacts are wrong; returns true if others are to act in the next one.
+    /// Takes a solution, the velocities of nodes in it [m/s], with which contacts are wrong; returns true if others are
+    /// to act in the next one.
     pub fn take_solution<const D: usize>(&mut self, contacts: &mut [&mut Contact<D>], velocity: &[Vector<D>]) -> bool {
         self.solutions += 1;
         let found = solution(contacts, velocity);
@@ -117,7 +119,8 @@ mod tests {
     use crate::linalg::{SparseFactor, SparseMatrix};
     use crate::pfem2::solid::contact::force::{ContactCandidate, ContactLaw, ContactStep, LeastDistances};
 
-    /// Bending stiffness over the third power of the distance of nodes, of a beam that is clamped before the first one: ½ Σ (w″)².
+    /// Bending stiffness over the third power of the distance of nodes, of a beam that is clamped before the first one:
+    /// ½ Σ (w″)².
     fn bending(count: usize) -> Vec<(u32, u32, f64)> {
         let mut entries = Vec::new();
         for middle in 0..count as i64 - 1 {
@@ -155,7 +158,8 @@ mod tests {
         (0..count).map(|node| Contact::new(Vector::ZERO, candidate(node), LeastDistances::NONE, &step)).collect()
     }
 
-    /// Deflections of the beam under a load at every node, the contacts that act among these, and the number of solutions.
+    /// Deflections of the beam under a load at every node, the contacts that act among these, and the number
+    /// of solutions.
     fn land(count: usize, load: f64, contacts: &mut [Contact<2>]) -> (Vec<f64>, usize) {
         let mut search = PushSearch::default();
         for solutions in 1..100 {
@@ -176,8 +180,8 @@ mod tests {
         panic!("no end");
     }
 
-    /// A beam that falls on a floor in one step, whatever its load, lies on it from (72 E I h/q)^¼ on (w = w' = w'' = 0 there), and
-    /// nothing pulls.
+    /// A beam that falls on a floor in one step, whatever its load, lies on it from (72 E I h/q)^¼ on (w = w' = w'' = 0
+    /// there), and nothing pulls.
     #[test]
     fn a_beam_lands_in_one_step() {
         let (count, height) = (120, 0.01);

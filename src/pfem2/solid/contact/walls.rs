@@ -27,7 +27,8 @@ const STRAIGHT: f64 = 1.0 - 1e-9;
 /// Distance from a wall, over its gap, that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Distance from a node that is held, over the distance from the wall, within which a node is beside the support (theory J.8).
+/// Distance from a node that is held, over the distance from the wall, within which a node is beside the support
+/// (theory J.8).
 const BESIDE: f64 = 1.5;
 
 /// The walls of a mesh.
@@ -76,7 +77,8 @@ struct SurfaceNode {
     gap: f64,
 }
 
-/// A facet of a rigid solid, which may touch walls between its nodes: else it would roll on these as a wheel on its spokes.
+/// A facet of a rigid solid, which may touch walls between its nodes: else it would roll on these as a wheel on its
+/// spokes.
 #[derive(Debug, Clone, Copy)]
 struct RigidFacet {
     /// Among the facets of all solids.
@@ -125,8 +127,8 @@ impl<const D: usize> Walls<D> {
         Self { facets, boxes, largest }
     }
 
-    /// Walls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall. Edges count where they
-    /// are nearest: others belong to walls that go on there, or are the far side of a corner.
+    /// Walls nearer than `reach` [m] to a place, the nearest first; facets with about the same normal are one wall.
+    /// Edges count where they are nearest: others belong to walls that go on there, or are the far side of a corner.
     fn near(&self, x: Vector<D>, reach: f64) -> Vec<NearWall<D>> {
         if !x.is_finite() {
             return Vec::new();
@@ -171,9 +173,9 @@ impl<const D: usize> WallFacet<D> {
 }
 
 impl<const D: usize> WallContacts<D> {
-    /// Contact of solids in their reference state. Nodes of a supported solid that start nearer to a wall than the gap belong to its support and
-    /// touch nothing; those of others keep the distance that they start with. Next to a support at the wall nodes keep half of it: a
-    /// solid that is compressed there brings them nearer.
+    /// Contact of solids in their reference state. Nodes of a supported solid that start nearer to a wall than the gap
+    /// belong to its support and touch nothing; those of others keep the distance that they start with. Next to
+    /// a support at the wall nodes keep half of it: a solid that is compressed there brings them nearer.
     pub fn new<const N: usize>(structure: &Structure<D>, mesh: &Mesh<D, N>, boundary: &Boundary<D>) -> Self {
         let walls = Walls::new(mesh, boundary);
         let mut nodes = Vec::new();
@@ -287,7 +289,8 @@ mod tests {
         Walls::new(&mesh, &boundary)
     }
 
-    /// Over a wall that ends at a corner a place meets this wall alone, before the corner the corner, and in a corner of the box both walls.
+    /// Over a wall that ends at a corner a place meets this wall alone, before the corner the corner, and in a corner
+    /// of the box both walls.
     #[test]
     fn a_place_meets_the_walls_that_it_lies_over() {
         let walls = step();

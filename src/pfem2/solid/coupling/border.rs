@@ -26,8 +26,8 @@ const PIECE: usize = 16;
 pub struct SolidBorder<const D: usize, const N: usize> {
     couplings: Vec<NodeCoupling<D, N>>,
     velocities: IndependentVelocities,
-    /// After the independent velocities, where some are prescribed and not zero, rows s v = s v̄ of all that are prescribed, with s of the
-    /// diagonal of S: the solution is measured by all that moves.
+    /// After the independent velocities, where some are prescribed and not zero, rows s v = s v̄ of all that are
+    /// prescribed, with s of the diagonal of S: the solution is measured by all that moves.
     matrix: SparseMatrix,
     near: NearNodes,
     /// Prescribed velocities of these rows [m/s].
@@ -37,8 +37,9 @@ pub struct SolidBorder<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> SolidBorder<D, N> {
-    /// The border, from the equations of solids and cut elements, and the matrix of the fluid; its right-hand side, in the frames of its nodes, takes
-    /// what prescribed velocities of solids bring. `None` if the matrix of the solids is singular.
+    /// The border, from the equations of solids and cut elements, and the matrix of the fluid; its right-hand side, in
+    /// the frames of its nodes, takes what prescribed velocities of solids bring. `None` if the matrix of the solids is
+    /// singular.
     pub fn new(
         mesh: &Mesh<D, N>,
         immersed: &Immersed<D, N>,
@@ -82,8 +83,8 @@ impl<const D: usize, const N: usize> SolidBorder<D, N> {
     }
 }
 
-/// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns, where some of them move: all, so that a solid that turns has
-/// the same number in every step.
+/// Diagonal of S, with what the fluid adds, and velocity of prescribed unknowns, where some of them move: all, so that
+/// a solid that turns has the same number in every step.
 fn prescribed(equations: &SolidEquations, fluid: &[(u32, u32, f64)]) -> Vec<(f64, f64)> {
     let velocities = &equations.velocities;
     let all = || (0..velocities.unknowns()).filter(|&k| velocities.is_prescribed(k));

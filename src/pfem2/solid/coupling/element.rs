@@ -1,8 +1,8 @@
 //! Equations of the fluid in elements that the surface of a solid cuts, coupled to the nodes of the solid (theory J.3).
 //!
-//! The fluid part of an element e is divided into simplices s between its nodes and its cut points c, whose velocity is that of
-//! the solid's surface, v_c = Σ_a N_a v_a. The pressure keeps the functions of e, also those of nodes inside the solid. Where an
-//! interface of two fluids cuts e, too, each s is divided again, into pieces t of one fluid:
+//! The fluid part of an element e is divided into simplices s between its nodes and its cut points c, whose velocity is
+//! that of the solid's surface, v_c = Σ_a N_a v_a. The pressure keeps the functions of e, also those of nodes inside
+//! the solid. Where an interface of two fluids cuts e, too, each s is divided again, into pieces t of one fluid:
 //!
 //! ```text
 //! M_ij     = Σ_t ρ_t ∫_t N^s_i N^s_j,   μ = Σ_t V_t μ_t/V_s                      theory (G.30); of one fluid as of an element s
@@ -11,8 +11,9 @@
 //! R_k,jβ   = τ V_s/(d + 1) g^e_kβ                     with the consistent stabilisation, theory (F.27)
 //! ```
 //!
-//! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work that the solid
-//! takes. What flows through the surface beside that between cut points is added to D, theory (J.9a) (`trace.rs`). The pressure of two fluids is enriched (`enriched.rs`).
+//! Rows of cut points go to the nodes of the solid with the same weights N_a: the fluid does on the surface the work
+//! that the solid takes. What flows through the surface beside that between cut points is added to D, theory (J.9a)
+//! (`trace.rs`). The pressure of two fluids is enriched (`enriched.rs`).
 
 use super::enriched::enrich;
 use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
@@ -243,8 +244,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         }
     }
 
-    /// Adds the columns of pressures in the rows of the velocities of a part, and those of velocities in the rows of pressures: −Dᵀ and −(D + R/Δ),
-    /// theory (J.7), (J.9); `residual` is τ V_s/(d + 1)/Δ.
+    /// Adds the columns of pressures in the rows of the velocities of a part, and those of velocities in the rows
+    /// of pressures: −Dᵀ and −(D + R/Δ), theory (J.7), (J.9); `residual` is τ V_s/(d + 1)/Δ.
     fn add_continuity(
         &mut self,
         parent: &[Vector<D>; N],
@@ -262,7 +263,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         }
     }
 
-    /// Adds −C, theory (J.8), and what stands with it on the right: the sources of the part, and `hats`, the share of v̂.
+    /// Adds −C, theory (J.8), and what stands with it on the right: the sources of the part, and `hats`, the share
+    /// of v̂.
     fn add_stabilisation(
         &mut self,
         parent: &[Vector<D>; N],
@@ -282,9 +284,10 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         }
     }
 
-    /// Adds the points of the surface, where the solid moves otherwise than the boundary of the fluid part: their flux to the rows of pressures, and the
-    /// transpose to those of velocities. The velocity with which the fluid glides along chords is no part of v_h: an even pressure doesn't push it through them, but
-    /// would along a surface from which they turn away.
+    /// Adds the points of the surface, where the solid moves otherwise than the boundary of the fluid part: their flux
+    /// to the rows of pressures, and the transpose to those of velocities. The velocity with which the fluid glides
+    /// along chords is no part of v_h: an even pressure doesn't push it through them, but would along a surface from
+    /// which they turn away.
     fn add_trace(&mut self, trace: &[TracePoint<D, N>], follows: &[Follows<D>]) {
         // Σ φ_c N_k n dA of each cut point, since many points have the same.
         let mut chords = vec![[Vector::ZERO; N]; follows.len() - N];
@@ -372,7 +375,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         sum
     }
 
-    /// Force of the fluid on solid node `a` of the element [N]: load − matrix · x, for the unknowns of its nodes and of all solids.
+    /// Force of the fluid on solid node `a` of the element [N]: load − matrix · x, for the unknowns of its nodes and
+    /// of all solids.
     pub fn force(&self, a: usize, x: &[[f64; N]; N], velocity: &[f64]) -> Vector<D> {
         let count = self.solid.len();
         Vector::from_fn(|r| {

@@ -9,8 +9,9 @@
 //! (K_es) on v_c   (K_se) − τ/Δ Σ_t V_t N^s_c(c_t) ∇F_k                                 with the consistent stabilisation
 //! ```
 //!
-//! A cut point moves with nodes of the solid, so that condensation, theory (G.17), reaches the rows and columns of these. A node that has
-//! no fluid of its own side in any element, inside the solid, has no pressure of its own: that of the other side is in q.
+//! A cut point moves with nodes of the solid, so that condensation, theory (G.17), reaches the rows and columns
+//! of these. A node that has no fluid of its own side in any element, inside the solid, has no pressure of its own:
+//! that of the other side is in q.
 
 use super::element::{CoupledElement, Follows, Unknown, VertexVelocities};
 use super::fluid_part::{FluidPart, PartGeometry};

@@ -1,4 +1,5 @@
-//! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside (theory J.2, J.3).
+//! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside
+//! (theory J.2, J.3).
 
 use super::element::{CoupledElement, CutParts};
 use super::fluid_part::FluidPart;
@@ -83,8 +84,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         });
     }
 
-    /// Viscous forces of a medium in the fluid part of a cut element on its nodes, at these nodal velocities [m/s] and that of the
-    /// solids at the end of the last step.
+    /// Viscous forces of a medium in the fluid part of a cut element on its nodes, at these nodal velocities [m/s] and
+    /// that of the solids at the end of the last step.
     pub fn viscous_forces(
         &self,
         mesh: &Mesh<D, N>,
@@ -107,8 +108,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
-    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid, of their own side of an interface,
-    /// around them. `base` are the prescribed unknowns of the boundary.
+    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid, of their own
+    /// side of an interface, around them. `base` are the prescribed unknowns of the boundary.
     pub fn constrain(&self, mesh: &Mesh<D, N>, base: &[u8], constraints: &mut Constraints<D, N>) {
         constraints.mask.copy_from_slice(base);
         for inside in &self.cut.inside {
@@ -135,8 +136,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         }
     }
 
-    /// Sets the velocity of nodes inside to that of the solid there [m/s]; where the fluid glides along the surface, with what it glides
-    /// at the nodes outside, in the mean over the cut edges.
+    /// Sets the velocity of nodes inside to that of the solid there [m/s]; where the fluid glides along the surface,
+    /// with what it glides at the nodes outside, in the mean over the cut edges.
     pub fn extend(&self, solid: impl Fn(usize) -> Vector<D>, nodal: &mut [Vector<D>]) {
         for inside in &self.cut.inside {
             nodal[inside.node as usize] = inside.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
@@ -151,8 +152,8 @@ impl<const D: usize, const N: usize> Immersed<D, N> {
         gliding.into_iter().for_each(|(inside, (sum, count))| nodal[inside as usize] += sum / count);
     }
 
-    /// Mean over the fluid of a cut element of what velocities of nodes have gained on v̂ [m/s], where those of the mesh have `gained`; zero without
-    /// fluid.
+    /// Mean over the fluid of a cut element of what velocities of nodes have gained on v̂ [m/s], where those
+    /// of the mesh have `gained`; zero without fluid.
     pub fn mean_of_fluid(&self, element: usize, gained: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
         let ElementState::Cut(place) = self.cut.state[element] else { return Vector::ZERO };
         let own = &self.cut.elements[place as usize];

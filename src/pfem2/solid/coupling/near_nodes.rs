@@ -5,8 +5,8 @@
 //! [ E_t A_tt ] [δ] = [r_t]        t: velocities of the nodes i with Σ_a |E_ia| > A_ii/4
 //! ```
 //!
-//! A cut point close to a node makes both move as one, whatever the fluid around them does: neither the preconditioner of the fluid, for which
-//! solids stand still, nor S knows that. Here both are solved with one sparse factor.
+//! A cut point close to a node makes both move as one, whatever the fluid around them does: neither the preconditioner
+//! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
 
 use super::node_coupling::NodeCoupling;
 use crate::linalg::{BlockMatrix, SparseFactor, SparseMatrix};
@@ -25,7 +25,8 @@ pub struct NearNodes {
 }
 
 impl NearNodes {
-    /// The near nodes, from the matrix of a border, the blocks that couple it to the fluid, and the matrix of the fluid. `None` if it is singular.
+    /// The near nodes, from the matrix of a border, the blocks that couple it to the fluid, and the matrix
+    /// of the fluid. `None` if it is singular.
     pub fn new<const D: usize, const N: usize>(
         border: &SparseMatrix,
         couplings: &[NodeCoupling<D, N>],
@@ -91,8 +92,8 @@ mod tests {
     use crate::linalg::Pattern;
     use std::sync::Arc;
 
-    /// A node of the fluid with the diagonal a, tied by k to a node of a solid with the diagonal s, along each axis alone:
-    /// s y − k δ = r, a δ − k y = q. Another node is hardly tied.
+    /// A node of the fluid with the diagonal a, tied by k to a node of a solid with the diagonal s, along each axis
+    /// alone: s y − k δ = r, a δ − k y = q. Another node is hardly tied.
     #[test]
     fn a_node_at_the_surface_moves_with_the_solid_as_by_hand() {
         let [s, a, k] = [5.0, 8.0, 6.0];

@@ -1,4 +1,5 @@
-//! The blocks that couple a node of the fluid to the nodes of solids, summed over the cut elements around it (theory J.3, J.4).
+//! The blocks that couple a node of the fluid to the nodes of solids, summed over the cut elements around it
+//! (theory J.3, J.4).
 //!
 //! ```text
 //! E_ia = Σ_e E^e_ia     rows (v, p) of node i, columns of solid node a;       F_ai = Σ_e F^e_ai: the transposed place

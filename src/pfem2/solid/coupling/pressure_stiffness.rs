@@ -4,8 +4,9 @@
 //! f(uⁿ⁺¹) ≈ f(u*) + K_p (û + Δ vⁿ⁺¹ − u*),      K_p,ab = −∫ pⁿ N_a ∂m/∂x_b dξ
 //! ```
 //!
-//! The fluid pushes on the surface at u*. The stiffness of a solid at u*, under a stress that bears the pressure p, is that of a dead load
-//! without K_p: of the order of p too small for its short waves, which swing up where p comes near the shear modulus.
+//! The fluid pushes on the surface at u*. The stiffness of a solid at u*, under a stress that bears the pressure p, is
+//! that of a dead load without K_p: of the order of p too small for its short waves, which swing up where p comes near
+//! the shear modulus.
 
 use super::immersed::Immersed;
 use super::trace::CutMesh;
@@ -35,14 +36,16 @@ impl FluidPressure {
         Self(nodal)
     }
 
-    /// Pressure at a place of an element with these shape functions, by the nodes that have one; zero where none has [Pa].
+    /// Pressure at a place of an element with these shape functions, by the nodes that have one; zero where none has
+    /// [Pa].
     fn at<const N: usize>(&self, nodes: &[u32; N], shape: &[f64; N]) -> f64 {
         let known = nodes.iter().zip(shape).filter_map(|(&node, share)| Some((self.0[node as usize]?, *share)));
         let (sum, share) = known.fold((0.0, 0.0), |(sum, all), (p, share)| (sum + p * share, all + share));
         if share > 0.0 { sum / share } else { 0.0 }
     }
 
-    /// Calls `add` with pairs of nodes (a, b) and the share of each facet in K_p [N/m]; all nodes of solids are at `positions` [m].
+    /// Calls `add` with pairs of nodes (a, b) and the share of each facet in K_p [N/m]; all nodes of solids are at
+    /// `positions` [m].
     pub fn stiffness<const D: usize, const N: usize>(
         &self,
         CutMesh { cut, trace }: &CutMesh<D, N>,

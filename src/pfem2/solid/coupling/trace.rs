@@ -1,12 +1,14 @@
-//! The surface of elastic solids in the cut elements, point by point: what flows through it, and where the pressure acts (theory (J.9a)).
+//! The surface of elastic solids in the cut elements, point by point: what flows through it, and where the pressure
+//! acts (theory (J.9a)).
 //!
 //! ```text
 //! q_k = −∫_Γ N_k(x_h) n·(v_S − v_h) dA,      v_S = Σ_a N_a(ξ) v_a,      v_h = Σ_c φ_c P_s v_c      rows p_k;  their transpose: forces
 //! ```
 //!
-//! Γ is the surface of the solid, n its normal, v_h the velocity of the fluid at the nearest place x_h of its own boundary: the chords, or triangles,
-//! between cut points c. Between these the surface moves otherwise, and bulges where its nodes lie closer than the nodes of the mesh. Without q
-//! the pressure would act on the nodes that happen to be near cut points.
+//! Γ is the surface of the solid, n its normal, v_h the velocity of the fluid at the nearest place x_h of its own
+//! boundary: the chords, or triangles, between cut points c. Between these the surface moves otherwise, and bulges
+//! where its nodes lie closer than the nodes of the mesh. Without q the pressure would act on the nodes that happen to
+//! be near cut points.
 
 use crate::geometry::closest_on_triangle;
 use crate::math::Vector;
@@ -25,7 +27,8 @@ const FINENESS: f64 = 2.0;
 /// Distance of the end of the mesh from the surface, over the size of an element, within which no fluid is between.
 const BEYOND: f64 = 0.05;
 
-/// Distance of the surface from a chord in its own element, over the size of an element, above which another chord may be nearer.
+/// Distance of the surface from a chord in its own element, over the size of an element, above which another chord may
+/// be nearer.
 const BESIDE: f64 = 1e-3;
 
 /// A point of the surface in a cut element.
@@ -39,8 +42,8 @@ pub struct TracePoint<const D: usize, const N: usize> {
     pub share: f64,
     /// n dA [m²], away from the solid.
     pub area: Vector<D>,
-    /// Shape functions of the element at the nearest place of the boundary of its fluid part: beyond that they may belong to a node that hardly any fluid
-    /// has, and whose pressure nothing else would bound.
+    /// Shape functions of the element at the nearest place of the boundary of its fluid part: beyond that they may
+    /// belong to a node that hardly any fluid has, and whose pressure nothing else would bound.
     pub shape: [f64; N],
     /// Shape functions of the solids' nodes at it, by global node.
     pub weights: NodeWeights,
@@ -103,7 +106,8 @@ impl<const D: usize, const N: usize> SurfaceTrace<D, N> {
     }
 }
 
-/// Places where the surface goes from one element to the next in two dimensions: coordinates of cut points on each facet, ascending, with its ends.
+/// Places where the surface goes from one element to the next in two dimensions: coordinates of cut points on each
+/// facet, ascending, with its ends.
 fn breaks<const D: usize, const N: usize>(surface: &SolidSurface<D>, cut: &SolidCut<D, N>) -> Vec<Vec<f64>> {
     if D != 2 {
         return Vec::new();
@@ -129,7 +133,8 @@ struct Tracer<'a, const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> Tracer<'_, D, N> {
-    /// The points of a facet, with the places of their cut elements; `breaks` are the coordinates between which they lie, equally spaced without them.
+    /// The points of a facet, with the places of their cut elements; `breaks` are the coordinates between which they
+    /// lie, equally spaced without them.
     fn points(&self, facet: u32, breaks: Option<&Vec<f64>>) -> Vec<(usize, TracePoint<D, N>)> {
         let &Self { mesh, locator, surface, cut, .. } = self;
         let Some(mut guess) = surface.places(facet).find_map(|x| locator.search(mesh, x)?.element()) else {
@@ -156,7 +161,8 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
         points
     }
 
-    /// The nearest place of the chords to a place of an element, with its cut element; `size` of the elements there [m].
+    /// The nearest place of the chords to a place of an element, with its cut element; `size` of the elements there
+    /// [m].
     fn chord_place(&self, element: usize, x: Vector<D>, size: f64) -> Option<(usize, ChordPlace<D>)> {
         let cut = self.cut;
         let own = |place: usize| Some((place, nearest(cut, &cut.elements[place], &self.boundaries[place], x)?));
@@ -177,7 +183,8 @@ fn place_of<const D: usize, const N: usize>(cut: &SolidCut<D, N>, element: usize
     }
 }
 
-/// Places of the cut elements that share a node with an element: its surface may belong to one of them, where it bulges or lies along a side.
+/// Places of the cut elements that share a node with an element: its surface may belong to one of them, where it bulges
+/// or lies along a side.
 fn around<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCut<D, N>, element: usize) -> Vec<usize> {
     let beside = mesh.elements()[element].iter().flat_map(|&node| mesh.elements_around(node as usize));
     let mut all: Vec<usize> = beside.filter_map(|&e| place_of(cut, e as usize)).collect();
@@ -186,7 +193,8 @@ fn around<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCut<D, N
     all
 }
 
-/// The facets of the fluid part of an element that are its boundary to solids: those between cut points, which one part has.
+/// The facets of the fluid part of an element that are its boundary to solids: those between cut points, which one part
+/// has.
 fn boundary<const D: usize, const N: usize>(element: &CutBySolid<N>) -> Vec<[usize; D]> {
     let mut counts: BTreeMap<[usize; D], u32> = BTreeMap::new();
     for part in &element.parts {

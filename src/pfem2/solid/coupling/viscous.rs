@@ -10,7 +10,8 @@ use crate::pfem2::solid::cut::{CutBySolid, CutPoint};
 /// Viscous force on each node of an element [N], and its share of the mass of the fluid there [kg].
 pub type CutForces<const D: usize, const N: usize> = [(Vector<D>, f64); N];
 
-/// Viscous forces of the fluid part of a cut element on the nodes of the element; `velocity` [m/s] of these and of nodes of solids.
+/// Viscous forces of the fluid part of a cut element on the nodes of the element; `velocity` [m/s] of these and
+/// of nodes of solids.
 pub fn cut_forces<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     cut: &CutBySolid<N>,

@@ -17,7 +17,8 @@ use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
 use std::collections::BTreeMap;
 
-/// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept away from nodes.
+/// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept
+/// away from nodes.
 const INSIDE: f64 = CLOSEST;
 
 /// Area of a triangle over the square of its longest side below which its corners lie in a line.
@@ -81,8 +82,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
-    /// Makes the fluid stick at cut points that are no farther from a corner than they are kept away from nodes: gliding along one of its sides they
-    /// would let the fluid through the other. False if there are none.
+    /// Makes the fluid stick at cut points that are no farther from a corner than they are kept away from nodes:
+    /// gliding along one of its sides they would let the fluid through the other. False if there are none.
     fn stick_at(&mut self, mesh: &Mesh<D, N>, corner: Vector<D>) -> bool {
         let mut any = false;
         for point in self.points.iter_mut().filter(|point| point.bound_directions.is_some()) {
@@ -97,8 +98,9 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         any
     }
 
-    /// Makes the fluid stick at the cut points of an element and its neighbours, which cut a corner off: where it glides along one side of the
-    /// solid at one end of a chord and along the other at the other end, it flows through the chord.
+    /// Makes the fluid stick at the cut points of an element and its neighbours, which cut a corner off: where it
+    /// glides along one side of the solid at one end of a chord and along the other at the other end, it flows through
+    /// the chord.
     fn stick_around(&mut self, mesh: &Mesh<D, N>, element: usize) {
         let neighbours = (0..N).filter_map(|k| mesh.neighbour(element, k));
         for e in std::iter::once(element).chain(neighbours) {
@@ -109,7 +111,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
-    /// The element near solids that holds a place, of several on whose sides it lies one with a node inside, and the place, no nearer to its sides than it may be [m].
+    /// The element near solids that holds a place, of several on whose sides it lies one with a node inside, and
+    /// the place, no nearer to its sides than it may be [m].
     fn holder(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<(usize, Vector<D>)> {
         let holds = |e: usize| {
             let shape = mesh.shape_functions(e, x);
@@ -145,7 +148,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// Keeps a corner that reaches through an edge into an element without a node inside; `None` where it is no plain tip.
+    /// Keeps a corner that reaches through an edge into an element without a node inside; `None` where it is no plain
+    /// tip.
     fn keep_tip(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, tip: &Tip<D>) -> Option<()> {
         let (nodes, x) = (mesh.elements()[tip.element], mesh.corners(tip.element));
         let k = tip.behind;
@@ -170,7 +174,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// Points where the surface crosses the edge behind a tip, seen from each of its ends, with the weights of the solid's nodes there.
+    /// Points where the surface crosses the edge behind a tip, seen from each of its ends, with the weights
+    /// of the solid's nodes there.
     fn crossings(
         &self,
         surface: &SolidSurface<D>,
@@ -192,8 +197,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some([seen(0)?, seen(1)?])
     }
 
-    /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes; the points of the surface on
-    /// the edge are its next two.
+    /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes;
+    /// the points of the surface on the edge are its next two.
     fn beside_tip(&self, ends: [u32; 2], place: usize) -> Option<Vec<FluidSimplex<N>>> {
         let element = &self.elements[place];
         let inside = element.nodes.map(|node| self.is_inside(node));
@@ -218,7 +223,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         self.points.len() as u32 - 1
     }
 
-    /// Nodes outside and cut points of an element in order around it, from the cut point at which the surface leaves it to that at which it comes.
+    /// Nodes outside and cut points of an element in order around it, from the cut point at which the surface leaves it
+    /// to that at which it comes.
     fn outline(&self, element: &CutBySolid<N>, nodes: &[Vector<D>; N]) -> Option<Vec<PolygonCorner<D>>> {
         let inside = element.nodes.map(|node| self.is_inside(node));
         let edges = parts::cut_edges(inside);

@@ -10,7 +10,8 @@ use rstar::{AABB, RTree};
 /// Shape function gained along a piece of an edge below which it hardly touches an element.
 const GRAZING: f64 = 1e-6;
 
-/// Shape function below zero down to which a place belongs to an element: an edge in a face passes the elements on both sides.
+/// Shape function below zero down to which a place belongs to an element: an edge in a face passes the elements on both
+/// sides.
 const ON_FACE: f64 = 1e-9;
 
 /// Edges of solids in a tree of boxes.
@@ -93,8 +94,9 @@ impl<const D: usize> SharpEdges<D> {
         near.into_iter().filter_map(own).collect()
     }
 
-    /// The apex of an element with these passages: the corner of the solid in it, or the place on its edge that is farthest from its faces. Of several edges that don't
-    /// meet in it, the middle between them: they meet near by, and it is on the side of the solid that they bound. `None` without passages.
+    /// The apex of an element with these passages: the corner of the solid in it, or the place on its edge that is
+    /// farthest from its faces. Of several edges that don't meet in it, the middle between them: they meet near by, and
+    /// it is on the side of the solid that they bound. `None` without passages.
     pub fn apex<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,

@@ -7,13 +7,15 @@
 //! where the fluid glides:          v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i                      theory (J.6a)–(J.6c)
 //! ```
 //!
-//! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
-//! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
-//! simplices whose corners are nodes, cut points, and places on corners and edges of the solid. Elements without a node inside are cut, too, where
-//! a corner or an edge of the solid reaches into them (`corners.rs`, `solid_edges.rs`).
+//! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from
+//! it, so that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element
+//! outside is made of simplices whose corners are nodes, cut points, and places on corners and edges of the solid.
+//! Elements without a node inside are cut, too, where a corner or an edge of the solid reaches into them (`corners.rs`,
+//! `solid_edges.rs`).
 //!
-//! P_s projects on the directions in which the fluid is bound to the solid: n ⊗ n with the normal of the surface, (J.6a), of all sides of an edge that
-//! an element cuts off, (J.6b, `slip_at_edges.rs`), or of the chords, (J.6c, `slip_on_chords.rs`).
+//! P_s projects on the directions in which the fluid is bound to the solid: n ⊗ n with the normal of the surface,
+//! (J.6a), of all sides of an edge that an element cuts off, (J.6b, `slip_at_edges.rs`), or of the chords, (J.6c,
+//! `slip_on_chords.rs`).
 
 mod cones;
 mod corners;
@@ -35,20 +37,24 @@ use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver digits, and tie nodes to solids.
+/// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver
+/// digits, and tie nodes to solids.
 const CLOSEST: f64 = 1e-4;
 
-/// Cut points keep this fraction of their edge away from its end inside: fluid between two of them moves with the solid.
+/// Cut points keep this fraction of their edge away from its end inside: fluid between two of them moves with
+/// the solid.
 const AT_NODE: f64 = 1e-6;
 
-/// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside together.
+/// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside
+/// together.
 const CLOSEST_GLIDING: f64 = 1e-3;
 
-/// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers of rounding lie along a surface on lines of
-/// the mesh, and none that are thinner than what cut points keep.
+/// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers
+/// of rounding lie along a surface on lines of the mesh, and none that are thinner than what cut points keep.
 const ON_SURFACE: f64 = CLOSEST;
 
-/// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or less it would be fluid or solid.
+/// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or
+/// less it would be fluid or solid.
 const BESIDE_SURFACE: f64 = 1e-3;
 
 /// Nodes and points per piece of a parallel loop.
@@ -57,8 +63,8 @@ const PIECE: usize = 16;
 /// The background mesh in the presence of solids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidCut<const D: usize, const N: usize> {
-    /// Signed distance of the background nodes to the surfaces [m], negative inside. Known at nodes of elements that have a
-    /// node inside, and at those in boxes around elements of solids; infinite elsewhere.
+    /// Signed distance of the background nodes to the surfaces [m], negative inside. Known at nodes of elements that
+    /// have a node inside, and at those in boxes around elements of solids; infinite elsewhere.
     pub distance: Vec<f64>,
     /// Background nodes inside, ascending.
     pub inside: Vec<NodeInside>,
@@ -66,7 +72,8 @@ pub struct SolidCut<const D: usize, const N: usize> {
     pub state: Vec<ElementState>,
     /// Cut points, in the order of cut elements and their edges.
     pub points: Vec<CutPoint<D>>,
-    /// Cut elements: those with a node inside, ascending, and then those that hold nothing but a tip or an edge of a solid.
+    /// Cut elements: those with a node inside, ascending, and then those that hold nothing but a tip or an edge
+    /// of a solid.
     pub elements: Vec<CutBySolid<N>>,
 }
 
@@ -86,16 +93,16 @@ pub enum ElementState {
     Fluid,
     /// All nodes are inside.
     Solid,
-    /// The surface of a solid passes it: some nodes are inside, or none, where it holds only a tip or an edge of a solid; its place in
-    /// [`SolidCut::elements`].
+    /// The surface of a solid passes it: some nodes are inside, or none, where it holds only a tip or an edge
+    /// of a solid; its place in [`SolidCut::elements`].
     Cut(u32),
 }
 
 /// A point of the surface that is a corner of the fluid part of elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutPoint<const D: usize> {
-    /// The node outside and the node inside of the edge of the mesh on which it lies. `None` on a corner or an edge of the solid, and on an edge of the mesh
-    /// that the solid crosses between two nodes outside.
+    /// The node outside and the node inside of the edge of the mesh on which it lies. `None` on a corner or an edge
+    /// of the solid, and on an edge of the mesh that the solid crosses between two nodes outside.
     pub edge: Option<[u32; 2]>,
     /// The node outside that the fluid there follows in the directions in which it isn't bound to the solid.
     pub gliding_node: Option<u32>,
@@ -103,8 +110,8 @@ pub struct CutPoint<const D: usize> {
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
     pub weights: NodeWeights,
-    /// P_s, the projection on the directions in which the fluid is bound to the solid, where it glides in others (theory (J.6a)–(J.6c)); `None` where it
-    /// sticks.
+    /// P_s, the projection on the directions in which the fluid is bound to the solid, where it glides in others
+    /// (theory (J.6a)–(J.6c)); `None` where it sticks.
     pub bound_directions: Option<Tensor<D>>,
 }
 
@@ -118,8 +125,8 @@ pub struct VelocityShares<const D: usize> {
 }
 
 impl<const D: usize> CutPoint<D> {
-    /// The shares in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s, and the gliding node in the others,
-    /// P_o = 1 − P_s (theory (J.6a)–(J.6c)).
+    /// The shares in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s, and
+    /// the gliding node in the others, P_o = 1 − P_s (theory (J.6a)–(J.6c)).
     pub fn shares(&self) -> VelocityShares<D> {
         match self.bound_directions {
             Some(bound) => VelocityShares { solid: bound, node: Some(Tensor::identity() - bound) },
@@ -136,7 +143,8 @@ impl<const D: usize> CutPoint<D> {
     }
 }
 
-/// A background element that the surface of a solid passes: with nodes inside and outside, or with none inside, but a tip or an edge of a solid in it.
+/// A background element that the surface of a solid passes: with nodes inside and outside, or with none inside, but
+/// a tip or an edge of a solid in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutBySolid<const N: usize> {
     /// The element.
@@ -246,8 +254,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         parallel::sum(self.state.len(), |e| mesh.simplex(e).volume - self.volume_outside(mesh, e))
     }
 
-    /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes is
-    /// inside a solid: there a solid is too thin, or too sharp, for the mesh.
+    /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes
+    /// is inside a solid: there a solid is too thin, or too sharp, for the mesh.
     pub fn missed(&self, mesh: &Mesh<D, N>, locator: &Locator<D>, surface: &SolidSurface<D>) -> Vec<u32> {
         /// Least shape function of a place well inside an element.
         const INSIDE: f64 = 0.02;
@@ -290,7 +298,8 @@ fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &SolidS
     (distance, inside)
 }
 
-/// Nodes of elements with all nodes beside the surface and their middle inside, as in the corner of a solid on lines of the mesh.
+/// Nodes of elements with all nodes beside the surface and their middle inside, as in the corner of a solid on lines
+/// of the mesh.
 fn covered<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
@@ -355,8 +364,8 @@ fn cut_point<const D: usize, const N: usize>(
     CutPoint { edge: Some(edge), gliding_node: Some(edge[0]), position: at(kept), weights, bound_directions }
 }
 
-/// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface, which the edge may meet before or
-/// follow, or outside of it: a little above that of the node.
+/// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface,
+/// which the edge may meet before or follow, or outside of it: a little above that of the node.
 fn level_of<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
@@ -367,8 +376,9 @@ fn level_of<const D: usize, const N: usize>(
     if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
 }
 
-/// Point where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given the distances at its ends, of which
-/// the first is above the level and the second is not; the nearest point of the surface there, if the crossing was found.
+/// Point where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given
+/// the distances at its ends, of which the first is above the level and the second is not; the nearest point
+/// of the surface there, if the crossing was found.
 fn crossing<const D: usize>(
     surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,

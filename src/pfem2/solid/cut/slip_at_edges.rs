@@ -4,8 +4,9 @@
 //! v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i,      P_s: projection on the normals of cut points of the same elements that differ by more than 30°
 //! ```
 //!
-//! Elements cut an edge off, from a cut point on one side of the solid to one on the other. A fluid that glides along one side at one end and along the
-//! other at the other end would flow through the solid there: it glides along the edge alone, and at a corner of three sides not at all.
+//! Elements cut an edge off, from a cut point on one side of the solid to one on the other. A fluid that glides along
+//! one side at one end and along the other at the other end would flow through the solid there: it glides along
+//! the edge alone, and at a corner of three sides not at all.
 
 use super::SolidCut;
 use crate::math::{Tensor, Vector};

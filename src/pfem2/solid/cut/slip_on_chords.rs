@@ -4,8 +4,9 @@
 //! n_c ∝ Σ_f A_f n_f        over the facets f between the fluid part and the solid at cut point c
 //! ```
 //!
-//! An even pressure acts on c along n_c: with this normal it doesn't push the fluid along the surface. With that of the nearest place of the surface it
-//! does wherever chords leave the surface, in proportion to all of the pressure, on curves and beside corners.
+//! An even pressure acts on c along n_c: with this normal it doesn't push the fluid along the surface. With that
+//! of the nearest place of the surface it does wherever chords leave the surface, in proportion to all of the pressure,
+//! on curves and beside corners.
 
 use super::slip_at_edges::direction;
 use super::{SolidCut, Vertex};
@@ -17,7 +18,8 @@ use crate::pfem2::solid::surface::EDGE_COSINE_SQUARED;
 const DIRECTIONS: [f64; 2] = [1.5, 2.5];
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
-    /// Lets the fluid glide at right angles to the normals of the chords. Where they differ much from that of the surface it glides along neither.
+    /// Lets the fluid glide at right angles to the normals of the chords. Where they differ much from that
+    /// of the surface it glides along neither.
     pub(super) fn glide_along_chords(&mut self, mesh: &Mesh<D, N>) {
         if self.points.iter().all(|point| point.bound_directions.is_none()) {
             return;
@@ -54,7 +56,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
 
 /// The bound directions, given those that the surface has and the normal of the chords; `None` where all are.
 fn along_chords<const D: usize>(across: Tensor<D>, normal: Vector<D>) -> Option<Tensor<D>> {
-    // The normal of the chords is within 30° of that of the surface, or of the plane across an edge: the fluid may glide as the chords have it.
+    // The normal of the chords is within 30° of that of the surface, or of the plane across an edge: the fluid may
+    // glide as the chords have it.
     let is_alike = normal.dot(across.apply(normal)) > EDGE_COSINE_SQUARED;
     let along = Tensor::identity() - across;
     let line = match across.trace() {

@@ -6,8 +6,8 @@
 //! p, q   where the solid crosses an edge of the mesh with both of its nodes outside, seen from each of these
 //! ```
 //!
-//! Elements with m are cones, others are divided by their nodes (`cones`); where p and q don't divide them, because the edge of the solid passes beside them, they are
-//! cones about a place amid p and q.
+//! Elements with m are cones, others are divided by their nodes (`cones`); where p and q don't divide them, because
+//! the edge of the solid passes beside them, they are cones about a place amid p and q.
 
 use super::cones::{Corner, CrossedElement};
 use super::edge_passages::{EdgePoint, Passage, SharpEdges};
@@ -30,7 +30,8 @@ const AT_CROSSING: f64 = 0.01;
 /// Part of an element that an apex must add to the fluid or take from it where no edge or face says that it is needed.
 const LEAST: f64 = 0.01;
 
-/// Least distance of p and q from the place between them, over the length of their edge: the solid may do no more than touch it.
+/// Least distance of p and q from the place between them, over the length of their edge: the solid may do no more than
+/// touch it.
 const APART: f64 = INSIDE;
 
 /// Elements per piece of a parallel loop.
@@ -163,7 +164,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         CrossedElement { element, nodes, inside, crossings }
     }
 
-    /// The points in which edges of solids pass faces between elements that both have an apex, by the nodes of the face.
+    /// The points in which edges of solids pass faces between elements that both have an apex, by the nodes
+    /// of the face.
     fn points_on_faces(
         &self,
         mesh: &Mesh<D, N>,
@@ -187,7 +189,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         found.into_iter().filter_map(|(face, point)| Some((face, point?))).collect()
     }
 
-    /// A point in a face of an element, no nearer to its sides than it may be; `None` if nothing crosses its sides, or if it is one of these crossings.
+    /// A point in a face of an element, no nearer to its sides than it may be; `None` if nothing crosses its sides, or
+    /// if it is one of these crossings.
     fn on_face(
         &self,
         mesh: &Mesh<D, N>,
@@ -328,8 +331,8 @@ impl<const D: usize> Solids<'_, D> {
         Some(EdgePoint { position: moved_inside(mesh, own.element, middle), weights, tangent: None })
     }
 
-    /// Points where the solid crosses an edge of the mesh with both nodes outside at a piece of its own edge, seen from each node. The middle between is in the plane through that piece
-    /// and its normal.
+    /// Points where the solid crosses an edge of the mesh with both nodes outside at a piece of its own edge, seen from
+    /// each node. The middle between is in the plane through that piece and its normal.
     fn reach<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,

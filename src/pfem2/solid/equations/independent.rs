@@ -4,9 +4,10 @@
 //! v = T w + v̄,      (M/Δ + Δ K) v = r + forces of supports and ties      becomes      Tᵀ S T w = Tᵀ (r − S v̄)
 //! ```
 //!
-//! A free node has its own D entries of w; a node that is held has none along that axis, a node of a rigid solid those of the solid, a node
-//! that is tied those of the nodes that it follows. Forces of supports, and those that keep rigid solids rigid and tied nodes together,
-//! are orthogonal to all columns of T, and drop out. Unknown D a + i of v is the velocity of node a along axis i.
+//! A free node has its own D entries of w; a node that is held has none along that axis, a node of a rigid solid those
+//! of the solid, a node that is tied those of the nodes that it follows. Forces of supports, and those that keep rigid
+//! solids rigid and tied nodes together, are orthogonal to all columns of T, and drop out. Unknown D a + i of v is
+//! the velocity of node a along axis i.
 
 use crate::linalg::SparseMatrix;
 use crate::math::Vector;
@@ -142,8 +143,8 @@ impl IndependentVelocities {
 mod tests {
     use super::*;
 
-    /// A spring of stiffness 3 between two nodes of which one follows half of the other, and a third that is prescribed with 2 m/s and
-    /// pulled along by a spring of stiffness 5: (3/4 + 5) w = 7 + 5 · 2, by hand.
+    /// A spring of stiffness 3 between two nodes of which one follows half of the other, and a third that is prescribed
+    /// with 2 m/s and pulled along by a spring of stiffness 5: (3/4 + 5) w = 7 + 5 · 2, by hand.
     #[test]
     fn springs_between_nodes_that_follow_each_other_are_as_by_hand() {
         let mut velocities = IndependentVelocities::default();

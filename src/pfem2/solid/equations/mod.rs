@@ -1,4 +1,5 @@
-//! The linear equations of a step of solids, in the velocities of all nodes and in those that are independent (theory J.4, J.10).
+//! The linear equations of a step of solids, in the velocities of all nodes and in those that are independent
+//! (theory J.4, J.10).
 //!
 //! ```text
 //! S v + L v = r + l + forces of the fluid,      v = T w + v̄,      M_r w = h       inertia of rigid solids
@@ -47,7 +48,8 @@ pub struct IndependentInertia {
 }
 
 impl SolidEquations {
-    /// The equations of the independent velocities, where the fluid adds these entries and right-hand sides to those of all nodes.
+    /// The equations of the independent velocities, where the fluid adds these entries and right-hand sides to those
+    /// of all nodes.
     pub fn independent(&self, fluid: Vec<(u32, u32, f64)>, fluid_rhs: &[f64]) -> (SparseMatrix, Vec<f64>) {
         let mut rhs: Vec<f64> = self.rhs.iter().zip(fluid_rhs).map(|(own, fluid)| own + fluid).collect();
         self.linear.loads.iter().for_each(|&(k, load)| rhs[k as usize] += load);
@@ -58,8 +60,8 @@ impl SolidEquations {
         (self.velocities.matrix(entries), rhs)
     }
 
-    /// Forces that nodes need beside those of S and r at velocities that solve the equations [N]: S v − r, which the fluid,
-    /// contacts, springs and supports give, and what keeps rigid solids rigid.
+    /// Forces that nodes need beside those of S and r at velocities that solve the equations [N]: S v − r, which
+    /// the fluid, contacts, springs and supports give, and what keeps rigid solids rigid.
     pub fn missing(&self, velocity: &[f64]) -> Vec<f64> {
         let mut rows = vec![0.0; self.rhs.len()];
         self.matrix.multiply(velocity, &mut rows);

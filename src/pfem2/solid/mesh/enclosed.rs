@@ -1,12 +1,13 @@
-//! Volume, centre and second moments inside of a closed surface, for rigid solids without elements inside (theory (J.17a)).
+//! Volume, centre and second moments inside of a closed surface, for rigid solids without elements inside
+//! (theory (J.17a)).
 //!
 //! ```text
 //! V = ⅓ ∮ x·m dξ,      V c_i = ¼ ∮ x_i x·m dξ,      P_ij = ∫ r_i r_j dV = ⅕ ∮ r_i r_j r·m dξ,      r = x − c
 //! seven points with V, c and P:   ¼ V at c,   ⅛ V at c ± 2 √(P_k/V) e_k          P_k, e_k: principal values and axes of P
 //! ```
 //!
-//! m as in `pressure.rs`. The integrals are exact for flat patches. A body and points with the same volume, centre and second moments are
-//! equimomental: they move alike.
+//! m as in `pressure.rs`. The integrals are exact for flat patches. A body and points with the same volume, centre and
+//! second moments are equimomental: they move alike.
 
 use super::gauss::{GaussPoint, gauss_points};
 use super::{SolidFacet, SolidMesh};
@@ -43,8 +44,8 @@ fn area(places: &[Vector<3>], point: &GaussPoint) -> Vector<3> {
 }
 
 impl SolidMesh<3> {
-    /// The inside of a closed surface of patches of 9 nodes at `nodes` [m] in the order of [`SolidFacet`], without elements: seven nodes
-    /// more stand for it.
+    /// The inside of a closed surface of patches of 9 nodes at `nodes` [m] in the order of [`SolidFacet`], without
+    /// elements: seven nodes more stand for it.
     ///
     /// # Errors
     /// Patches with another number of nodes, or nodes that aren't there; a surface that encloses no volume.
@@ -109,7 +110,8 @@ mod tests {
         }
     }
 
-    /// A sphere of triangles between circles of latitude: 4/3 π r³ and r²/5 along every axis, less what the triangles cut off.
+    /// A sphere of triangles between circles of latitude: 4/3 π r³ and r²/5 along every axis, less what the triangles
+    /// cut off.
     #[test]
     fn a_sphere_has_its_volume_and_moments() {
         let (count, radius) = (48usize, 2.0f64);

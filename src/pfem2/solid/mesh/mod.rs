@@ -16,7 +16,8 @@ use std::collections::BTreeMap;
 pub struct SolidMesh<const D: usize> {
     /// Places of the nodes in the reference state [m].
     pub nodes: Vec<Vector<D>>,
-    /// Nodes of each element, 3ᴰ of them in the order of the module's head; counter-clockwise in 2D, right-handed in 3D.
+    /// Nodes of each element, 3ᴰ of them in the order of the module's head; counter-clockwise in 2D, right-handed in
+    /// 3D.
     pub elements: Vec<Vec<u32>>,
     /// Facets on the boundary.
     pub facets: Vec<SolidFacet>,
@@ -27,8 +28,8 @@ pub struct SolidMesh<const D: usize> {
 /// A facet on the boundary of a solid: a line of 3 nodes in 2D, a patch of 9 nodes in 3D.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SolidFacet {
-    /// Its nodes, 3ᴰ⁻¹, in lexicographic order. The outward normal is (t_y, −t_x) with the tangent t = ∂x/∂ξ_0 in 2D and
-    /// ∂x/∂ξ_0 × ∂x/∂ξ_1 in 3D.
+    /// Its nodes, 3ᴰ⁻¹, in lexicographic order. The outward normal is (t_y, −t_x) with the tangent t = ∂x/∂ξ_0 in 2D
+    /// and ∂x/∂ξ_0 × ∂x/∂ξ_1 in 3D.
     pub nodes: Vec<u32>,
     /// The element that it belongs to.
     pub element: u32,

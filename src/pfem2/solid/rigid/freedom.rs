@@ -86,7 +86,8 @@ fn rest(vector: [f64; 6], basis: &[[f64; 6]]) -> Option<([f64; 6], f64)> {
 }
 
 impl Freedom {
-    /// Freedom of a solid with the radius of gyration `length` [m], where supports give the product of these coefficients with the rates.
+    /// Freedom of a solid with the radius of gyration `length` [m], where supports give the product of these
+    /// coefficients with the rates.
     ///
     /// # Errors
     /// Supports that no motion of a rigid solid satisfies, to 1 % of the largest velocity that they prescribe.
@@ -139,7 +140,8 @@ impl Freedom {
 mod tests {
     use super::*;
 
-    /// A point that is held leaves three turns about it, a second one the turn about the line through both, a third none.
+    /// A point that is held leaves three turns about it, a second one the turn about the line through both, a third
+    /// none.
     #[test]
     fn points_that_are_held_leave_turns_about_them() {
         let points = [Vector([1.0, 0.5, -0.2]), Vector([1.0, 2.0, 0.7]), Vector([-1.0, 0.3, 0.1])];

@@ -6,9 +6,9 @@
 //! c^{n+1} = ĉ + Δ V,       R^{n+1} = exp(Δ ω + Δt (β₁ ωⁿ + β₂ ωⁿ⁻¹)) Rⁿ
 //! ```
 //!
-//! Starred: of the prediction at the end of the step. Vectors have three components also in the plane, where supports take V_z, ω_x and
-//! ω_y. The rotation is one to rounding, so that the shape stays; the angular momentum is that of the equations, so that it stays
-//! without a torque.
+//! Starred: of the prediction at the end of the step. Vectors have three components also in the plane, where supports
+//! take V_z, ω_x and ω_y. The rotation is one to rounding, so that the shape stays; the angular momentum is that
+//! of the equations, so that it stays without a torque.
 
 mod freedom;
 
@@ -231,7 +231,8 @@ impl RigidBody {
         &self,
         state: &RigidState,
         t_end: f64,
-        (shares, weights): (StepShares, [f64; 3]),
+        shares: StepShares,
+        weights: [f64; 3],
         held: &[HeldAxis],
     ) -> Result<RigidPrediction, Contradiction> {
         let StepShares { dt, end, start, earlier } = shares;
@@ -325,7 +326,8 @@ impl RigidBody {
         prediction.rotation.apply(self.arms[node])
     }
 
-    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave free.
+    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave
+    /// free.
     pub fn accelerations(
         &self,
         prediction: &RigidPrediction,

@@ -87,7 +87,8 @@ impl<const D: usize> Structure<D> {
         (0..self.setups().len()).map(|solid| nodal[self.nodes_of(solid)].iter().copied().sum()).collect()
     }
 
-    /// Powers at the end of a step. Supports, contacts and loads give what the equations lack of the forces of the fluid.
+    /// Powers at the end of a step. Supports, contacts and loads give what the equations lack of the forces
+    /// of the fluid.
     pub(in crate::pfem2::solid) fn powers(
         &self,
         step: TimeStep,

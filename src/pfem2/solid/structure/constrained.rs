@@ -47,17 +47,19 @@ impl<const D: usize> Structure<D> {
     pub(in crate::pfem2::solid) fn predict_rigid(
         &self,
         t_end: f64,
-        weights: (StepShares, [f64; 3]),
+        shares: StepShares,
+        weights: [f64; 3],
         held: &dyn Fn(&RigidBody) -> Vec<HeldAxis>,
     ) -> Result<Vec<RigidPrediction>, StepError> {
         let mut first = 0;
         let predict = |(body, state): (&RigidBody, &RigidState)| {
-            let mut own = body.predict(state, t_end, weights, &held(body)).map_err(|Contradiction { missed }| {
-                let name = &self.setups()[body.solid].name;
-                let what = format!("the supports of the rigid solid `{name}` ask for a deformation");
-                let advice = "give all of its supports velocities of one rigid motion";
-                StepError::new(Place::Everywhere, what, "missed velocity", missed, advice)
-            })?;
+            let mut own =
+                body.predict(state, t_end, shares, weights, &held(body)).map_err(|Contradiction { missed }| {
+                    let name = &self.setups()[body.solid].name;
+                    let what = format!("the supports of the rigid solid `{name}` ask for a deformation");
+                    let advice = "give all of its supports velocities of one rigid motion";
+                    StepError::new(Place::Everywhere, what, "missed velocity", missed, advice)
+                })?;
             own.first = first;
             first += own.freedom.free.len() as u32;
             Ok(own)
@@ -78,8 +80,8 @@ impl<const D: usize> Structure<D> {
         }
     }
 
-    /// The independent velocities of a step: those of rigid solids, then those of free nodes, by the velocities that are `held` and a guess of all nodal
-    /// ones [m/s].
+    /// The independent velocities of a step: those of rigid solids, then those of free nodes, by the velocities that
+    /// are `held` and a guess of all nodal ones [m/s].
     pub(in crate::pfem2::solid) fn independent(
         &self,
         held: &[Option<f64>],
@@ -126,8 +128,8 @@ impl<const D: usize> Structure<D> {
         (entries, prescribed)
     }
 
-    /// Lets the rigid solids that have some of these nodes begin anew with the velocity that they have, and the forces of the step before:
-    /// those of the fluid in a collision are an impulse, too.
+    /// Lets the rigid solids that have some of these nodes begin anew with the velocity that they have, and the forces
+    /// of the step before: those of the fluid in a collision are an impulse, too.
     pub(in crate::pfem2::solid) fn begin_anew(&mut self, nodes: &[usize]) {
         let SolidState {
             rigid,
@@ -155,8 +157,8 @@ impl<const D: usize> Structure<D> {
         all.flat_map(|((body, state), prediction)| body.forces(state, prediction)).collect()
     }
 
-    /// Takes out of the accelerations of rigid solids, at the end of a step with the implicit part `delta` [s], what these forces on nodes
-    /// gave them [N].
+    /// Takes out of the accelerations of rigid solids, at the end of a step with the implicit part `delta` [s], what
+    /// these forces on nodes gave them [N].
     pub(in crate::pfem2::solid) fn take_out_impulses(
         &mut self,
         delta: f64,
@@ -198,7 +200,8 @@ impl<const D: usize> Structure<D> {
     }
 }
 
-/// The axes of a rigid solid that supports hold, with the velocity of each unknown, and their displacement by unknown and velocity.
+/// The axes of a rigid solid that supports hold, with the velocity of each unknown, and their displacement by unknown
+/// and velocity.
 pub(in crate::pfem2::solid) fn held_axes<const D: usize>(
     body: &RigidBody,
     held: &[Option<f64>],

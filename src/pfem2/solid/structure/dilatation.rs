@@ -1,4 +1,5 @@
-//! Elements of nearly incompressible solids: the volume ratio is projected on linear functions (Simo, Taylor & Pister 1985; theory J.1, J.18).
+//! Elements of nearly incompressible solids: the volume ratio is projected on linear functions (Simo, Taylor & Pister
+//! 1985; theory J.1, J.18).
 //!
 //! ```text
 //! Π = ∫ W(F̄) + p (J − θ) dV,      F̄ = (θ/J)^⅓ F,      θ, p = Σ_m ψ_m(X) θ_m, ψ_m(X) p_m,   ψ = 1, X, Y (, Z)
@@ -9,9 +10,10 @@
 //! w   = (dev(1 : θc) + 2 s)/3θ,   q_mn = ∫ ψ_m ψ_n ((1 : θc : 1)/9θ² − τ̄_m/3θ²) dV
 //! ```
 //!
-//! With biquadratic (triquadratic) displacements linear p is stable up to ν → ½, where displacements alone lock. Functions ψ are
-//! orthonormal over the element in its reference state; as functions of place, not of ξ, they keep the order of the approximation in
-//! distorted elements. θ and p follow from the displacement without iterations; forces are the slopes of ∫ W(F̄) dV.
+//! With biquadratic (triquadratic) displacements linear p is stable up to ν → ½, where displacements alone lock.
+//! Functions ψ are orthonormal over the element in its reference state; as functions of place, not of ξ, they keep
+//! the order of the approximation in distorted elements. θ and p follow from the displacement without iterations;
+//! forces are the slopes of ∫ W(F̄) dV.
 
 use super::element::{Deformed, ElementFault, ElementForces, Weighted};
 use crate::material::{ElasticLaw, ElasticState, Linearised, Stiffness};

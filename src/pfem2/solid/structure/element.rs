@@ -6,9 +6,10 @@
 //! K_ab = ∫ B_aᵀ c B_b dv + ∫ (g_a · σ g_b) dv 1,      M_ab = ∫ ρ₀ N_a N_b dV
 //! ```
 //!
-//! σ and the tangent c of Truesdell's rate of it are those of an elastic law (theory B.13), with the projected dilatation of
-//! `dilatation.rs` except in plane stress. Integrals take three Gauss points along each axis. In the plane they are per metre of depth
-//! in the reference state; F_zz = 1 without strain across the plane, and the stretch that leaves no stress there otherwise.
+//! σ and the tangent c of Truesdell's rate of it are those of an elastic law (theory B.13), with the projected
+//! dilatation of `dilatation.rs` except in plane stress. Integrals take three Gauss points along each axis. In
+//! the plane they are per metre of depth in the reference state; F_zz = 1 without strain across the plane, and
+//! the stretch that leaves no stress there otherwise.
 
 use super::dilatation::Dilatation;
 use super::stress::NodalStress;
@@ -156,7 +157,8 @@ impl SolidLaw<'_> {
 }
 
 impl<const D: usize> ElementForces<D> {
-    /// Forces and tangent of the element with nodes at `places` [m] in the reference state, moved by `displacement` [m].
+    /// Forces and tangent of the element with nodes at `places` [m] in the reference state, moved by `displacement`
+    /// [m].
     ///
     /// # Errors
     /// A Gauss point is turned inside out, by itself or in the projection, or has no thickness that is free of stress.
@@ -242,8 +244,8 @@ fn strain_columns<const D: usize>(tangent: &[[f64; 6]; 6], g: Vector<D>) -> [[f6
     tangent.map(|row| std::array::from_fn(|l| (0..D).map(|m| row[component::<D>(l, m)] * g[m]).sum()))
 }
 
-/// The Gauss points of an element with nodes at `places` [m] in the reference state, moved by `displacement` [m], with this deformation
-/// gradient.
+/// The Gauss points of an element with nodes at `places` [m] in the reference state, moved by `displacement` [m], with
+/// this deformation gradient.
 ///
 /// # Errors
 /// As [`ElementForces::new`].
@@ -331,9 +333,10 @@ fn sample_stresses<const D: usize>(
     Ok(samples.iter().map(stress).collect())
 }
 
-/// The part ∫ G_a · S G_b dV of the tangent [N/m], row by row, with the stress S that the linear equations of a step had at its end: that of
-/// C = FᵀF − HᵀH, where F is the deformation gradient of `displacement` and H the gradient of its `correction` u − u* [m]. (Their
-/// strain is linear in H, theory (J.5a).) It is the same in every frame that turns with the element.
+/// The part ∫ G_a · S G_b dV of the tangent [N/m], row by row, with the stress S that the linear equations of a step
+/// had at its end: that of C = FᵀF − HᵀH, where F is the deformation gradient of `displacement` and H the gradient
+/// of its `correction` u − u* [m]. (Their strain is linear in H, theory (J.5a).) It is the same in every frame that
+/// turns with the element.
 ///
 /// # Errors
 /// As [`ElementForces::new`].
@@ -445,7 +448,8 @@ mod tests {
         check_slopes::<3>(Plane::Strain);
     }
 
-    /// A rotation of 100° moves no stress into the element, and its velocity none into the part of the tangent from the stress.
+    /// A rotation of 100° moves no stress into the element, and its velocity none into the part of the tangent from
+    /// the stress.
     #[test]
     fn rotations_are_without_forces() {
         let (points, places) = (gauss_points(2), distorted::<2>());
@@ -463,7 +467,8 @@ mod tests {
         }
     }
 
-    /// A bar stretched by λ in plane stress: S = E_Y E_xx between its ends, the force per reference area ½ E_Y (λ³ − λ).
+    /// A bar stretched by λ in plane stress: S = E_Y E_xx between its ends, the force per reference area ½ E_Y (λ³ −
+    /// λ).
     #[test]
     fn plane_stress_leaves_the_thickness_free() {
         let mesh = SolidMesh::<2>::block(Vector::ZERO, Vector([2.0, 0.5]), [1, 1]).unwrap();

@@ -4,8 +4,8 @@
 //! K(u) δu = λ f(u) − F(u),      u ← u + δu,      λ from 0 to 1
 //! ```
 //!
-//! K holds −λ ∂f/∂u of pressures that follow the surface. A step of the load that doesn't converge, or turns an element inside out, is halved. Prescribed components and rigid solids stay where
-//! they are.
+//! K holds −λ ∂f/∂u of pressures that follow the surface. A step of the load that doesn't converge, or turns an element
+//! inside out, is halved. Prescribed components and rigid solids stay where they are.
 
 use super::Structure;
 use crate::error::{Place, StepError};
@@ -26,8 +26,9 @@ const ITERATIONS: usize = 25;
 const SMALLEST_STEP: f64 = 1.0 / 4096.0;
 
 impl<const D: usize> Structure<D> {
-    /// Finds the displacement at which the solids bear their loads at time `t` [s] and gravity in a place [m/s²]; velocities stay as
-    /// they are. Where there are several, it is the one that growing loads lead to. Returns the number of iterations.
+    /// Finds the displacement at which the solids bear their loads at time `t` [s] and gravity in a place [m/s²];
+    /// velocities stay as they are. Where there are several, it is the one that growing loads lead to. Returns
+    /// the number of iterations.
     ///
     /// # Errors
     /// No equilibrium is found: the solids may move freely, or buckle. The displacement is then that of before.

@@ -1,4 +1,5 @@
-//! Errors of the linear equations of a step, F(u*) + K (u − u*) less the loads likewise, against the forces at its end (theory J.14, J.16).
+//! Errors of the linear equations of a step, F(u*) + K (u − u*) less the loads likewise, against the forces at its end
+//! (theory J.14, J.16).
 
 use super::{Prediction, Structure};
 use crate::error::StepError;
@@ -7,8 +8,9 @@ use crate::pfem2::equations::system::TimeStep;
 use crate::pfem2::solid::setup::Inertia;
 
 impl<const D: usize> Structure<D> {
-    /// Force that quasi-static solids are off balance by at the end of a step, over the largest of their internal forces: what the linear
-    /// equations of the step have of F(u) and of pressures that follow the surface too little or too much.
+    /// Force that quasi-static solids are off balance by at the end of a step, over the largest of their internal
+    /// forces: what the linear equations of the step have of F(u) and of pressures that follow the surface too little
+    /// or too much.
     ///
     /// # Errors
     /// As [`Structure::equations`].
@@ -56,7 +58,8 @@ impl<const D: usize> Structure<D> {
         error
     }
 
-    /// The change K_p (u − u*) of the forces of pressures at time `t` [s] over the `way` u − u* [m] from a prediction [N].
+    /// The change K_p (u − u*) of the forces of pressures at time `t` [s] over the `way` u − u* [m] from a prediction
+    /// [N].
     pub(in crate::pfem2::solid) fn pressure_changes(
         &self,
         t: f64,

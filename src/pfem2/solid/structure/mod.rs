@@ -6,11 +6,12 @@
 //! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
 //! ```
 //!
-//! F − f + K (uⁿ⁺¹ − u*) are the internal forces less the loads at the end of the step to first order about the prediction: K has the load
-//! stiffness of pressures that follow the surface, too. α and β are those of the
-//! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it. Supports, bonds
-//! and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered over all solids; unknown D a + i
-//! is the velocity of node a along axis i. A step that takes elastic solids far from u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
+//! F − f + K (uⁿ⁺¹ − u*) are the internal forces less the loads at the end of the step to first order about
+//! the prediction: K has the load stiffness of pressures that follow the surface, too. α and β are those of the
+//! damping; K_c is the part of K that comes from the tangent of the stress, so that rigid motions are not damped by it.
+//! Supports, bonds and rigid solids say which of the velocities are independent (`independent.rs`). Nodes are numbered
+//! over all solids; unknown D a + i is the velocity of node a along axis i. A step that takes elastic solids far from
+//! u* is solved anew with u* ← uⁿ⁺¹ (theory (J.3a)).
 
 pub mod bodies;
 mod constrained;
@@ -76,9 +77,9 @@ impl<const D: usize> Structure<D> {
     /// Structure of solids in their reference states, with the velocities at time 0.
     ///
     /// # Errors
-    /// A law that is neither rigid nor has an elastic tangent, or whose stress depends on the path; an element without a positive volume;
-    /// velocities for another number of nodes; supports and loads of nodes and facets that aren't there; supports that a rigid solid
-    /// can't follow.
+    /// A law that is neither rigid nor has an elastic tangent, or whose stress depends on the path; an element without
+    /// a positive volume; velocities for another number of nodes; supports and loads of nodes and facets that aren't
+    /// there; supports that a rigid solid can't follow.
     pub fn new(setups: Vec<SolidSetup<D>>) -> Result<Self, String> {
         let points = gauss_points(D);
         setups.iter().try_for_each(check)?;
@@ -266,8 +267,8 @@ impl<const D: usize> Structure<D> {
         self.setups.get(solid).is_some_and(|setup| !setup.law.is_rigid())
     }
 
-    /// λ + 2 μ of a solid [Pa], zero of a rigid one. The surface of a nearly incompressible one gives way by the shape of the solid: K counts
-    /// with [`LARGEST_BULK`] G at most.
+    /// λ + 2 μ of a solid [Pa], zero of a rigid one. The surface of a nearly incompressible one gives way by the shape
+    /// of the solid: K counts with [`LARGEST_BULK`] G at most.
     pub(in crate::pfem2::solid) fn wave_modulus(&self, setup: &SolidSetup<D>) -> f64 {
         let of = |Moduli { bulk, shear }: Moduli| bulk.min(LARGEST_BULK * shear) + 4.0 / 3.0 * shear;
         setup.law.elastic_law().map_or(0.0, |law| of(law.moduli()))

@@ -22,8 +22,8 @@ pub struct NaturalMode {
 }
 
 impl<const D: usize> Structure<D> {
-    /// The slowest modes of elastic solids, without a fluid and with rigid solids at rest, the slowest first; none where there are too many
-    /// unknowns for it, or an element is folded.
+    /// The slowest modes of elastic solids, without a fluid and with rigid solids at rest, the slowest first; none
+    /// where there are too many unknowns for it, or an element is folded.
     pub fn natural_modes(&self, count: usize) -> Vec<NaturalMode> {
         let velocities = self.independent_at_rest();
         if velocities.count() == 0 || velocities.count() > UNKNOWNS {
@@ -95,7 +95,8 @@ mod tests {
     use crate::pfem2::solid::structure::tests::solid;
     use std::f64::consts::{PI, TAU};
 
-    /// A bar with ν = 0 that slides between walls: ω = (2 k − 1) π c/(2 l); one that is free moves without stiffness first.
+    /// A bar with ν = 0 that slides between walls: ω = (2 k − 1) π c/(2 l); one that is free moves without stiffness
+    /// first.
     #[test]
     fn a_bar_has_its_periods() {
         let (length, young, density) = (2.0, 3e6, 1200.0);

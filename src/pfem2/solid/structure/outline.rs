@@ -4,7 +4,8 @@
 //! t_a = f_a/A_a,      A_a = ∫ N_a da over the deformed surface          f_a: force of the fluid on node a
 //! ```
 //!
-//! A pressure that is the same everywhere is exact; at an edge or a corner t_a is the mean over the sides that meet there.
+//! A pressure that is the same everywhere is exact; at an edge or a corner t_a is the mean over the sides that meet
+//! there.
 
 use super::support::shares_at;
 use crate::math::Vector;

@@ -7,8 +7,8 @@ use crate::math::Vector;
 use crate::pfem2::time::history::StepShares;
 
 impl<const D: usize> Structure<D> {
-    /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² (theory (F.8), (F.15)).
-    /// Prescribed nodes are where they will be.
+    /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻²
+    /// (theory (F.8), (F.15)). Prescribed nodes are where they will be.
     ///
     /// # Errors
     /// Supports that a rigid solid can't follow.
@@ -40,7 +40,7 @@ impl<const D: usize> Structure<D> {
                 displacement[unknown / D][unknown % D] = supported(unknown / D, unknown % D, *velocity);
             }
         }
-        let rigid = self.predict_rigid(t_end, (shares, weights), &|body| {
+        let rigid = self.predict_rigid(t_end, shares, weights, &|body| {
             held_axes::<D>(body, &held, |unknown, velocity| supported(unknown / D, unknown % D, velocity))
         })?;
         self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));
@@ -50,8 +50,8 @@ impl<const D: usize> Structure<D> {
         Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
     }
 
-    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead elastic solids, with
-    /// their bonds; rigid ones stay where they were predicted.
+    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead
+    /// elastic solids, with their bonds; rigid ones stay where they were predicted.
     pub(in crate::pfem2::solid) fn corrected(
         &self,
         delta: f64,

@@ -5,9 +5,9 @@
 //! ∂f_a/∂u_b = −∫ p N_a ∂m/∂x_b dξ
 //! ```
 //!
-//! m is the normal away from the solid, as long as the deformed facet is large per dξ; p is positive where it pushes into the solid. The
-//! derivative is not symmetric by itself; where a pressure that is the same everywhere acts on a whole closed surface it is.
-//! Facets of rigid solids have no derivative: their forces are those at the prediction.
+//! m is the normal away from the solid, as long as the deformed facet is large per dξ; p is positive where it pushes
+//! into the solid. The derivative is not symmetric by itself; where a pressure that is the same everywhere acts on
+//! a whole closed surface it is. Facets of rigid solids have no derivative: their forces are those at the prediction.
 
 use crate::math::{Signal, Tensor, Vector};
 use crate::pfem2::solid::mesh::gauss::{GaussPoint, gauss_points};
@@ -64,7 +64,8 @@ impl FollowerPressures {
         self.facets.is_empty()
     }
 
-    /// Calls `add` with each node and its share of the forces at time `t` [s], where all nodes are at `positions` [m] [N].
+    /// Calls `add` with each node and its share of the forces at time `t` [s], where all nodes are at `positions` [m]
+    /// [N].
     pub fn forces<const D: usize>(&self, t: f64, positions: &[Vector<D>], mut add: impl FnMut(u32, Vector<D>)) {
         for facet in &self.facets {
             for (point, place) in self.points.iter().zip(&facet.places) {
@@ -93,7 +94,8 @@ impl FollowerPressures {
     }
 }
 
-/// Calls `add` with pairs of places (a, b) among the nodes of a facet and the share of a Gauss point under this pressure [Pa] in ∂f_a/∂u_b [N/m].
+/// Calls `add` with pairs of places (a, b) among the nodes of a facet and the share of a Gauss point under this
+/// pressure [Pa] in ∂f_a/∂u_b [N/m].
 pub(in crate::pfem2::solid) fn point_stiffness<const D: usize>(
     nodes: &[u32],
     positions: &[Vector<D>],
@@ -195,8 +197,8 @@ mod tests {
         check_slopes::<3>();
     }
 
-    /// An even pressure around a closed surface has no resultant and no moment, whatever its shape; on the lid alone it has −p times the
-    /// area vector of the deformed lid.
+    /// An even pressure around a closed surface has no resultant and no moment, whatever its shape; on the lid alone it
+    /// has −p times the area vector of the deformed lid.
     #[test]
     fn an_even_pressure_all_around_holds_itself() {
         let (pressures, x) = pressed::<3>(|_| true, "7");

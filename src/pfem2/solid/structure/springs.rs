@@ -58,7 +58,8 @@ impl<const D: usize> Springs<D> {
         }
     }
 
-    /// Calls `work` with each nodal unknown that a spring holds, its stiffness [N/m] and its force at a displacement [m] [N].
+    /// Calls `work` with each nodal unknown that a spring holds, its stiffness [N/m] and its force at a displacement
+    /// [m] [N].
     pub fn visit(&self, displacement: &[Vector<D>], mut work: impl FnMut(u32, f64, f64)) {
         for NodeSpring { node, stiffness, .. } in &self.all {
             for (axis, &stiffness) in stiffness.iter().enumerate() {

@@ -21,7 +21,8 @@ pub struct NodalStress {
 }
 
 impl<const D: usize> Structure<D> {
-    /// Stress and strain at the nodes of a solid, in its present state; not a number where an element is turned inside out.
+    /// Stress and strain at the nodes of a solid, in its present state; not a number where an element is turned inside
+    /// out.
     pub fn nodal_stresses(&self, solid: usize) -> Vec<NodalStress> {
         let mesh = &self.setups()[solid].mesh;
         let weights = to_nodes(D);
@@ -56,8 +57,8 @@ mod tests {
     const YOUNG: f64 = 2e6;
     const POISSON: f64 = 0.3;
 
-    /// A bar of 4 × 1 elements, bent to the curvature κ = 10⁻⁶/m: u = (−κ x y, ½ κ (x² + n y²)), n = ν/(1 − ν) in plane strain and ν in
-    /// plane stress.
+    /// A bar of 4 × 1 elements, bent to the curvature κ = 10⁻⁶/m: u = (−κ x y, ½ κ (x² + n y²)), n = ν/(1 − ν) in plane
+    /// strain and ν in plane stress.
     fn bent(plane: Plane) -> (Structure<2>, f64) {
         let kappa = 1e-6;
         let mesh = SolidMesh::block(Vector([0.0, -0.1]), Vector([1.0, 0.1]), [4, 1]).unwrap();

@@ -57,7 +57,8 @@ impl<const D: usize> Structure<D> {
         Ok(energy)
     }
 
-    /// Stress and strain at the Gauss points of an element; not a number where it is turned inside out, and in rigid solids.
+    /// Stress and strain at the Gauss points of an element; not a number where it is turned inside out, and in rigid
+    /// solids.
     pub(in crate::pfem2::solid) fn point_stresses(&self, solid: usize, element: usize) -> Vec<NodalStress> {
         let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
         let found = self.law(solid).ok().and_then(|law| element::stresses(&self.points, law, &places, &own).ok());

@@ -4,7 +4,8 @@
 //! v_a = v̄(X_a, t),      f_a = ∫ N_a t̄(X, t) dA
 //! ```
 //!
-//! X and A are those of the reference state. Unknown D a + i is the velocity of node a along axis i; nodes are numbered over all solids.
+//! X and A are those of the reference state. Unknown D a + i is the velocity of node a along axis i; nodes are numbered
+//! over all solids.
 
 use crate::math::{Signal, Vector};
 use crate::pfem2::solid::mesh::SolidMesh;
@@ -121,7 +122,8 @@ pub(in crate::pfem2::solid) fn shares_at<const D: usize>(positions: &[Vector<D>]
     nodes.iter().enumerate().map(|(a, &node)| (node, share(a))).collect()
 }
 
-/// Area per reference area of a facet with nodes at `places`: |t_0| of a line, |t_0 × t_1| of a patch, of tangents t_k = Σ X_a ∂N_a/∂ξ_k.
+/// Area per reference area of a facet with nodes at `places`: |t_0| of a line, |t_0 × t_1| of a patch, of tangents t_k
+/// = Σ X_a ∂N_a/∂ξ_k.
 fn area<const D: usize>(places: &[Vector<D>], slopes: &[[f64; 3]]) -> f64 {
     let tangent = |k: usize| places.iter().zip(slopes).map(|(x, slope)| *x * slope[k]).sum::<Vector<D>>();
     if D == 2 {
@@ -163,7 +165,8 @@ mod tests {
         assert!((sum - 4.0 / 3.0).abs() < 1e-14 && (moment - 2.0).abs() < 1e-14, "{sum} {moment}");
     }
 
-    /// In three dimensions, on the side z = 3 of 1 × 2: ∫∫ x y dx dy = 1. The nodes of the second solid follow those of the first.
+    /// In three dimensions, on the side z = 3 of 1 × 2: ∫∫ x y dx dy = 1. The nodes of the second solid follow those
+    /// of the first.
     #[test]
     fn a_traction_on_a_patch_has_its_force() {
         let setup = || loaded([1, 2, 1], [Signal::ZERO, Signal::formula("x*y").unwrap(), 3.0.into()], |x| x[2] == 3.0);

@@ -111,7 +111,8 @@ impl<const D: usize> SolidSurface<D> {
     }
 }
 
-/// The sides of a facet of 9 nodes, from the lower end to the higher, with the normal of the facet in their middle; none that are a point.
+/// The sides of a facet of 9 nodes, from the lower end to the higher, with the normal of the facet in their middle;
+/// none that are a point.
 fn sides<const D: usize>(facet: &SurfaceFacet<D>) -> Vec<([u32; 3], Vector<D>)> {
     let sides = [([0, 1, 2], [0.0, -1.0]), ([6, 7, 8], [0.0, 1.0]), ([0, 3, 6], [-1.0, 0.0]), ([2, 5, 8], [1.0, 0.0])];
     let side = |(nodes, middle): ([usize; 3], [f64; 2])| {

@@ -4,8 +4,8 @@
 //! min ½ |x(ξ) − p|²,  ξ ∈ [−1, 1]ᴰ⁻¹:   g_k = r·x_k,  H_kl = x_k·x_l + r·x_kl,   r = x(ξ) − p,  x_k = ∂x/∂ξ_k
 //! ```
 //!
-//! Newton's method in the coordinates that no bound holds, with x_k·x_l where H is not positive definite, from the nearest
-//! points of a grid on the facet.
+//! Newton's method in the coordinates that no bound holds, with x_k·x_l where H is not positive definite, from
+//! the nearest points of a grid on the facet.
 
 use super::quadratic::{bounds, line};
 use crate::math::Vector;

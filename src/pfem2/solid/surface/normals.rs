@@ -4,8 +4,8 @@
 //! line end in 2D   Σ n_f           edge of two patches   n_f + n_g           corner of patches   Σ α_f n_f
 //! ```
 //!
-//! α_f: angle of the patch at the corner. The vector from the nearest point of a closed surface to a place has a positive
-//! product with this normal if and only if the place is outside.
+//! α_f: angle of the patch at the corner. The vector from the nearest point of a closed surface to a place has
+//! a positive product with this normal if and only if the place is outside.
 
 use super::facet::SurfaceFacet;
 use crate::math::Vector;
