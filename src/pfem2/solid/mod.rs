@@ -30,7 +30,7 @@ pub mod equations;
 pub mod mesh;
 pub mod rigid;
 pub mod setup;
-mod start;
+pub(in crate::pfem2) mod start;
 mod step_results;
 pub mod structure;
 pub mod surface;

@@ -9,7 +9,6 @@ use super::cut::SolidCut;
 use super::equations::SolidEquations;
 use super::equations::independent::SolutionVelocities;
 use super::setup::SurfaceCondition;
-pub(in crate::pfem2) use super::start::SolidStart;
 pub(in crate::pfem2) use super::step_results::SolidStep;
 use super::structure::bodies::{SolidPowers, SolvedStep, quadrilaterals};
 use super::structure::outline::SolidOutline;

@@ -24,7 +24,8 @@ use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
 use crate::pfem2::report::ledger::EnergyLedger;
 use crate::pfem2::setup::Scheme;
-use crate::pfem2::solid::tracking::{SolidStart, SolidTracking};
+use crate::pfem2::solid::start::SolidStart;
+use crate::pfem2::solid::tracking::SolidTracking;
 
 /// Solutions of the predicted step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;

@@ -191,7 +191,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let seen = |end: usize| {
             let at = |t: f64| x[end] + (middle - x[end]) * t;
             let ends = [self.distance[nodes[end] as usize], inside];
-            let (t, foot) = crossing(surface, at, (ends, 0.0), (middle - x[end]).norm());
+            let (t, foot) = crossing(surface, at, ends, 0.0, (middle - x[end]).norm());
             Some((at(t), surface.weights(&foot.or_else(|| surface.foot(at(t)))?)))
         };
         Some([seen(0)?, seen(1)?])

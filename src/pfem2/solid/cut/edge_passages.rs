@@ -1,11 +1,13 @@
 //! Passages of edges of solids through the elements of the mesh, in three dimensions (theory J.2).
 
-use super::solid_edges::moved_inside;
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{EdgePiece, NodeWeights};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
+
+/// Least shape function of m in its element and of e in its face: nearer to their sides they are moved there.
+pub(super) const INSIDE: f64 = 0.005;
 
 /// Shape function gained along a piece of an edge below which it hardly touches an element.
 const GRAZING: f64 = 1e-6;
@@ -152,4 +154,15 @@ fn passage<const N: usize>(piece: usize, [start, end]: [[f64; N]; 2]) -> Option<
     }
     let steepest = start.iter().zip(&end).map(|(a, b)| (b - a).abs()).fold(0.0, f64::max);
     ((range[1] - range[0]) * steepest > GRAZING).then_some(Passage { piece, range, faces })
+}
+
+/// A place in an element, no nearer to its faces than it may be [m].
+pub(super) fn moved_inside<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    element: usize,
+    x: Vector<D>,
+) -> Vector<D> {
+    let kept = mesh.shape_functions(element, x).map(|n| n.max(INSIDE));
+    let sum: f64 = kept.iter().sum();
+    mesh.corners(element).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()
 }

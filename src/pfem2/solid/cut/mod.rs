@@ -353,7 +353,7 @@ fn cut_point<const D: usize, const N: usize>(
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
     let ends = edge.map(|node| distance[node as usize]);
-    let (t, foot) = crossing(surface, at, (ends, level_of(mesh, surface, edge[1], ends[1])), (end - start).norm());
+    let (t, foot) = crossing(surface, at, ends, level_of(mesh, surface, edge[1], ends[1]), (end - start).norm());
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
     let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
     let kept = t.clamp(CLOSEST, 1.0 - last);
@@ -382,7 +382,8 @@ fn level_of<const D: usize, const N: usize>(
 fn crossing<const D: usize>(
     surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,
-    ([outside, inside], level): ([f64; 2], f64),
+    [outside, inside]: [f64; 2],
+    level: f64,
     length: f64,
 ) -> (f64, Option<NearestPoint<D>>) {
     const PASSES: usize = 40;

@@ -10,7 +10,7 @@
 //! the edge of the solid passes beside them, they are cones about a place amid p and q.
 
 use super::cones::{Corner, CrossedElement};
-use super::edge_passages::{EdgePoint, Passage, SharpEdges};
+use super::edge_passages::{EdgePoint, INSIDE, Passage, SharpEdges, moved_inside};
 use super::{
     AT_NODE, CLOSEST_GLIDING, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts,
 };
@@ -20,9 +20,6 @@ use crate::parallel;
 use crate::pfem2::solid::setup::SurfaceCondition;
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Least shape function of m in its element and of e in its face: nearer to their sides they are moved there.
-const INSIDE: f64 = 0.005;
 
 /// Distance of e from a crossing on a side of its face, over the longest side, below which it is that.
 const AT_CROSSING: f64 = 0.01;
@@ -358,7 +355,7 @@ impl<const D: usize> Solids<'_, D> {
             let at = |t: f64| start + way * t;
             let part = way.norm() / length;
             let ends = [self.surface.distance(start), inside.min(0.0)];
-            let (t, _) = crossing(self.surface, at, (ends, 0.0), way.norm());
+            let (t, _) = crossing(self.surface, at, ends, 0.0, way.norm());
             let t = t.min(1.0 - APART / part).max(CLOSEST_GLIDING / part);
             let foot = self.surface.foot(at(t))?;
             let glides = self.conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
@@ -371,17 +368,6 @@ impl<const D: usize> Solids<'_, D> {
         let reach = (second.position - first.position).dot(x[1] - x[0]);
         (reach > 0.0).then_some([(nodes, first), ([nodes[1], nodes[0]], second)])
     }
-}
-
-/// A place in an element, no nearer to its faces than it may be [m].
-pub(super) fn moved_inside<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    element: usize,
-    x: Vector<D>,
-) -> Vector<D> {
-    let kept = mesh.shape_functions(element, x).map(|n| n.max(INSIDE));
-    let sum: f64 = kept.iter().sum();
-    mesh.corners(element).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()
 }
 
 fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
