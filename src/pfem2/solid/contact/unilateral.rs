@@ -132,7 +132,7 @@ mod tests {
         entries
     }
 
-    /// A beam over a flat floor, at whose nodes a contact each is asked.
+    /// Contacts of a beam over a flat floor, one at each of its nodes.
     fn contacts(count: usize, height: f64) -> Vec<Contact<2>> {
         let none = |_: usize| Vector::ZERO;
         let step = ContactStep {

@@ -70,7 +70,8 @@ pub struct SolidCut<const D: usize, const N: usize> {
     pub inside: Vec<NodeInside>,
     /// State of each background element.
     pub state: Vec<ElementState>,
-    /// Cut points, in the order of cut elements and their edges.
+    /// Cut points: those on edges with a node inside, in the order of cut elements and their edges, and then those at
+    /// corners and edges of solids.
     pub points: Vec<CutPoint<D>>,
     /// Cut elements: those with a node inside, ascending, and then those that hold nothing but a tip or an edge
     /// of a solid.
@@ -89,7 +90,7 @@ pub struct NodeInside {
 /// State of a background element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementState {
-    /// No node is inside, and no corner or edge of a solid has a part of it.
+    /// No node is inside, and no tip or edge of a solid is kept that reaches into it.
     Fluid,
     /// All nodes are inside.
     Solid,
