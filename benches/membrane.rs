@@ -50,7 +50,7 @@ fn report(element_steps: usize, law: &str, stages: [Duration; 3]) {
     let seconds: f64 = stages.iter().map(Duration::as_secs_f64).sum();
     let (rate, threads) = (element_steps as f64 / seconds, rayon::current_num_threads());
     println!("{law}: {:.2} million element-steps/s on {threads} threads, {:.1} ns each", rate * 1e-6, 1e9 / rate);
-    for (name, stage) in ["forces", "velocity", "books and motion"].iter().zip(stages) {
+    for (name, stage) in ["forces", "velocity", "ledger and motion"].iter().zip(stages) {
         println!("  {name:17} {:5.1} ns", stage.as_secs_f64() / element_steps as f64 * 1e9);
     }
 }

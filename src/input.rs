@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn what_has_no_end_is_refused() {
+    fn endless_input_is_refused() {
         let zero = Path::new("/dev/zero");
         assert!(read(zero).unwrap_err().to_string().contains("device"));
         assert_eq!(read_up_to(zero, 1000).unwrap(), None);
@@ -78,7 +78,7 @@ mod tests {
 
     /// A sparse file takes no room on the disk, and would take all of the memory.
     #[test]
-    fn what_is_longer_than_the_memory_is_refused() {
+    fn input_longer_than_the_memory_is_refused() {
         let file = tempfile::NamedTempFile::new().unwrap();
         if memory::free().is_some() && file.as_file().set_len(1 << 43).is_ok() {
             assert!(read(file.path()).unwrap_err().to_string().contains("memory"));

@@ -29,7 +29,7 @@ enum Command {
     New {
         /// A built-in case
         name: String,
-        /// Where to [default: a directory of that name]
+        /// Folder of the case [default: a directory of that name]
         dir: Option<PathBuf>,
     },
     /// List the built-in cases: method, size, measured run time

@@ -1,14 +1,14 @@
 //! Memory that the machine has left, so that a model that can't fit is refused before it is built.
 //!
-//! Without this, a spacing that is too small by a factor of ten, in three dimensions, ends with an allocation that fails or
-//! with the operating system killing the program: neither says which key to change.
+//! Without this, a spacing that is too small by a factor of ten, in three dimensions, ends with an allocation that
+//! fails or with the operating system killing the program: neither says which key to change.
 
 use std::fs::read_to_string;
 use std::path::Path;
 
 /// Bytes of memory that this process can have without swapping: those left on the machine, or less if the group of the
-/// process (a container, a job of a batch system) or the process itself (`ulimit -v`) may not take so much; `None` where the
-/// system doesn't say (it does on Linux).
+/// process (a container, a job of a batch system) or the process itself (`ulimit -v`) may not take so much; `None`
+/// where the system doesn't say (it does on Linux).
 pub fn free() -> Option<f64> {
     let machine = kilobytes(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:");
     [machine, of_group(), of_process()].into_iter().flatten().reduce(f64::min)
@@ -45,7 +45,8 @@ fn of_group() -> Option<f64> {
     found.reduce(f64::min)
 }
 
-/// Memory left in one group: its limit less the memory that is taken and can't be given back, as the cache of files can.
+/// Memory left in one group: its limit less the memory that is taken and can't be given back, as the cache of files
+/// can.
 fn left(group: &Path, limit: &str, taken: &str) -> Option<f64> {
     let number = |file: &str| read_to_string(group.join(file)).ok()?.trim().parse::<f64>().ok();
     let cache = read_to_string(group.join("memory.stat")).unwrap_or_default();
@@ -72,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_linux_says_is_read() {
+    fn memory_that_linux_reports_is_read() {
         let available = |text| kilobytes(text, "MemAvailable:");
         assert_eq!(available("MemTotal: 9 kB\nMemAvailable:   24000000 kB\n"), Some(1024.0 * 24e6));
         assert_eq!(available("MemTotal: 9 kB\n"), None);

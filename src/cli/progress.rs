@@ -97,7 +97,8 @@ fn announce(event: &Event<'_>) -> Option<String> {
     }
 }
 
-/// t / t_end, time left, energy drift, step, Δt, speed, that of membranes: what matters most first, and as much of it as `room` columns hold.
+/// t / t_end, time left, energy drift, step, Δt, speed, that of membranes: what matters most first, and as much of it
+/// as `room` columns hold.
 fn describe(progress: &Progress, unit: &str, room: usize) -> String {
     let clock = progress.clock;
     let time = format!("{} / {}", quantity(clock.time, unit), quantity(progress.end, unit));
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_errors_take_reads_well() {
+    fn the_part_lost_to_errors_reads_well() {
         assert_eq!([taken(0.0312), taken(-0.004), taken(0.85)], ["3.1% lost", "0.40% gained", "85% lost"]);
     }
 

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// A case file, or the name of a built-in case
     case: String,
-    /// Where the results go [default: runs/<name of the case>]
+    /// Folder of the results [default: runs/<name of the case>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Override a key of the case, for example --set grid.cell="2 mm"

@@ -15,7 +15,7 @@ pub struct Arguments {
     /// Run at the resolution of the papers
     #[arg(long)]
     full: bool,
-    /// Where the runs go
+    /// Folder of the runs
     #[arg(long, value_name = "DIR", default_value = "runs/verify")]
     out: PathBuf,
     /// Number of threads [default: all cores]; results don't depend on it

@@ -5,15 +5,17 @@
 //! 3D: w(x) = Σ Ω/4π over triangles,   tan ½Ω = a·(b × c) / (abc + (a·b) c + (b·c) a + (c·a) b),   a, b, c from x
 //! ```
 //!
-//! (Van Oosterom & Strackee 1983, DOI 10.1109/TBME.1983.325207). Of a closed surface w is a whole number: 0 outside, 1 inside where
-//! normals point outwards, −1 where they point inwards. Segments and triangles are kept in a tree of clusters; one that is far away
-//! counts as a whole, as the dipole of its vector area A at its centre (Barill et al. 2018, DOI 10.1145/3197517.3201337):
+//! (Van Oosterom & Strackee 1983, DOI 10.1109/TBME.1983.325207). Of a closed surface w is a whole number: 0 outside, 1
+//! inside where normals point outwards, −1 where they point inwards. Segments and triangles are kept in a tree
+//! of clusters; one that is far away counts as a whole, as the dipole of its vector area A at its centre (Barill et al.
+//! 2018, DOI 10.1145/3197517.3201337):
 //!
 //! ```text
 //! w ≈ A·r/(2 (D − 1) π |r|ᴰ),   r from x to the centre,   where |r| > β times the radius of the cluster
 //! ```
 //!
-//! With β = 2.5 this changes w by less than 0.05 for balls, flattened and wavy ones: nothing that could be mistaken for a turn.
+//! With β = 2.5 this changes w by less than 0.05 for balls, flattened and wavy ones: nothing that could be mistaken for
+//! a turn.
 
 use crate::math::Vector;
 use std::f64::consts::PI;
@@ -215,7 +217,7 @@ mod tests {
 
     /// Points between a side of the polygon and the circle through its corners are outside.
     #[test]
-    fn what_lies_between_a_polygon_and_its_circle_is_outside() {
+    fn places_between_a_polygon_and_its_circle_are_outside() {
         let n = 100;
         let around = |k: f64, radius: f64| Vector([(TAU * k).cos(), (TAU * k).sin()]) * radius;
         let circle = Winding::new(ring(&(0..n).map(|k| around(f64::from(k) / 100.0, 1.0)).collect::<Vec<_>>()));
@@ -228,8 +230,8 @@ mod tests {
         close(circle.volume(), 50.0 * (TAU / 100.0).sin(), 1e-13);
     }
 
-    /// A loop like a horseshoe, folded so that its arms are a tenth apart: the slot between them is outside. One that goes around
-    /// twice does so in its number, too.
+    /// A loop like a horseshoe, folded so that its arms are a tenth apart: the slot between them is outside. One that
+    /// goes around twice does so in its number, too.
     #[test]
     fn folds_and_double_loops_are_counted() {
         let shoe = [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.55, 2.0], [0.55, 0.5], [0.45, 0.5], [0.45, 2.0], [0.0, 2.0]];

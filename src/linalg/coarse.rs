@@ -6,8 +6,8 @@
 //! S̃ = S_t + B C Bᵀ,   S̃⁻¹ r = y − Y (1 + C BᵀY)⁻¹ C Bᵀ y,   y = S_t⁻¹ r,   Y = S_t⁻¹ B
 //! ```
 //!
-//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh where the border moves. Y is
-//! that of the system at hand.
+//! B and C, which move with the solids, are kept for some systems, longer than the preconditioner of the mesh where
+//! the border moves. Y is that of the system at hand.
 
 use super::border::Border;
 use super::vectors::dot;
@@ -28,7 +28,7 @@ const NOTHING: f64 = 1e-12;
 type SolveMesh<'a, const B: usize> = dyn FnMut(&[[f64; B]], &mut [[f64; B]]) + 'a;
 
 /// Rows of a small dense matrix.
-type Dense = Vec<Vec<f64>>;
+type SmallMatrix = Vec<Vec<f64>>;
 
 /// The coarse correction of the border of a system with B unknowns per node.
 #[derive(Debug, Clone, Default)]
@@ -36,23 +36,23 @@ pub(super) struct CoarseCorrection<const B: usize> {
     /// The columns of B.
     forces: Vec<Vec<f64>>,
     /// C.
-    added: Dense,
+    added: SmallMatrix,
     /// Number of systems that it has been used for.
     systems: f64,
     /// The columns of Y, with the velocities of near nodes.
-    responses: Vec<Response<B>>,
+    responses: Vec<BorderResponse<B>>,
     /// (1 + C BᵀY)⁻¹ C.
-    weights: Dense,
+    weights: SmallMatrix,
 }
 
 /// Velocities of near nodes, and those of the border.
 #[derive(Debug, Clone)]
-struct Response<const B: usize> {
+struct BorderResponse<const B: usize> {
     near: Vec<[f64; B]>,
     own: Vec<f64>,
 }
 
-impl<const B: usize> Response<B> {
+impl<const B: usize> BorderResponse<B> {
     /// S_t⁻¹ r.
     fn new(border: &mut dyn Border<B>, r: &[f64]) -> Self {
         let mut response = Self { near: vec![[0.0; B]; border.near().len()], own: r.to_vec() };
@@ -62,7 +62,7 @@ impl<const B: usize> Response<B> {
 }
 
 impl<const B: usize> CoarseCorrection<B> {
-    /// Of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
+    /// The correction of a border of a mesh with `nodes` nodes and the preconditioner `solve_mesh`: x ← Â⁻¹ r.
     pub fn new(border: &mut dyn Border<B>, nodes: usize, solve_mesh: &mut SolveMesh<'_, B>) -> Self {
         let (forces, motions) = softest(border);
         let at_rest = vec![[0.0; B]; nodes];
@@ -76,7 +76,7 @@ impl<const B: usize> CoarseCorrection<B> {
             own.iter_mut().zip(force).for_each(|(own, force)| *own -= force);
             columns.push(own);
         }
-        let added: Dense =
+        let added: SmallMatrix =
             motions.iter().map(|motion| columns.iter().map(|column| dot(motion, column)).collect()).collect();
         if added.iter().flatten().any(|entry| !entry.is_finite()) {
             return Self::default();
@@ -84,7 +84,7 @@ impl<const B: usize> CoarseCorrection<B> {
         Self { forces, added, ..Self::default() }
     }
 
-    /// From what [`CoarseCorrection::state`] gave.
+    /// The correction with a state, [`CoarseCorrection::state`].
     pub fn restored(state: &[f64]) -> Self {
         let [count, systems, rest @ ..] = state else { return Self::default() };
         let count = *count as usize;
@@ -93,7 +93,7 @@ impl<const B: usize> CoarseCorrection<B> {
         Self { forces: rows(forces), added: rows(added), systems: *systems, ..Self::default() }
     }
 
-    /// What a checkpoint keeps: the number of motions, that of systems, C and B.
+    /// State for a checkpoint: the number of motions, that of systems, C and B.
     pub fn state(&self) -> Vec<f64> {
         let counts = [self.forces.len() as f64, self.systems];
         [&counts[..], &self.added.concat(), &self.forces.concat()].concat()
@@ -117,10 +117,10 @@ impl<const B: usize> CoarseCorrection<B> {
     /// Takes up the border of a system.
     pub fn take_up(&mut self, border: &mut dyn Border<B>) {
         self.systems += 1.0;
-        self.responses = self.forces.iter().map(|force| Response::new(border, force)).collect();
+        self.responses = self.forces.iter().map(|force| BorderResponse::new(border, force)).collect();
         let count = self.forces.len();
         let compliance = |i: usize, j: usize| dot(&self.forces[i], &self.responses[j].own);
-        let compliances: Dense = (0..count).map(|i| (0..count).map(|j| compliance(i, j)).collect()).collect();
+        let compliances: SmallMatrix = (0..count).map(|i| (0..count).map(|j| compliance(i, j)).collect()).collect();
         let entry = |i: usize, j: usize| {
             let product: f64 = (0..count).map(|k| self.added[i][k] * compliances[k][j]).sum();
             product + f64::from(u8::from(i == j))
@@ -142,23 +142,23 @@ impl<const B: usize> CoarseCorrection<B> {
 }
 
 /// B and Φ of the softest motions.
-fn softest<const B: usize>(border: &mut dyn Border<B>) -> (Dense, Dense) {
+fn softest<const B: usize>(border: &mut dyn Border<B>) -> (SmallMatrix, SmallMatrix) {
     let stiffness: Vec<f64> = border.scaling().iter().map(|s| s.powi(-2)).collect();
     let unknowns = stiffness.len();
     let weighted = |x: &[f64]| -> Vec<f64> { x.iter().zip(&stiffness).map(|(x, d)| x * d).collect() };
-    let mut motions: Dense = (0..MOTIONS.min(unknowns)).map(|k| super::modes::start(k, unknowns)).collect();
+    let mut motions: SmallMatrix = (0..MOTIONS.min(unknowns)).map(|k| super::modes::start(k, unknowns)).collect();
     let mut forces = Vec::new();
     for _ in 0..STEPS {
         forces = motions.iter().map(|x| weighted(x)).collect();
-        motions = forces.iter().map(|force| Response::new(border, force).own).collect();
+        motions = forces.iter().map(|force| BorderResponse::new(border, force).own).collect();
         orthonormalise(&mut motions, &mut forces);
     }
     (forces, motions)
 }
 
 /// Makes pairs (φ, b = S_t φ) orthonormal, φ_i·b_j = δ_ij, by Gram–Schmidt; what adds nothing to those before it goes.
-fn orthonormalise(motions: &mut Dense, forces: &mut Dense) {
-    let (mut all, mut duals): (Dense, Dense) = (Vec::new(), Vec::new());
+fn orthonormalise(motions: &mut SmallMatrix, forces: &mut SmallMatrix) {
+    let (mut all, mut duals): (SmallMatrix, SmallMatrix) = (Vec::new(), Vec::new());
     for (mut motion, mut force) in motions.drain(..).zip(forces.drain(..)) {
         let before = dot(&motion, &force);
         for _ in 0..2 {
@@ -180,7 +180,7 @@ fn orthonormalise(motions: &mut Dense, forces: &mut Dense) {
 }
 
 /// A⁻¹ B by elimination with row exchanges; zero where A is singular, so that nothing is corrected.
-fn solved(mut a: Dense, mut b: Dense) -> Dense {
+fn solved(mut a: SmallMatrix, mut b: SmallMatrix) -> SmallMatrix {
     for column in 0..a.len() {
         let largest = (column..a.len()).max_by(|&i, &j| a[i][column].abs().total_cmp(&a[j][column].abs()));
         let Some(pivot) = largest.filter(|&row| a[row][column].abs() > 0.0) else {

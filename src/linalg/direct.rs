@@ -30,7 +30,8 @@ const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// The numbers in which a factor is kept.
 ///
-/// The methods that call `faer` are compiled here for each of the two types, once, rather than in the crates that use a solver.
+/// The methods that call `faer` are compiled here for each of the two types, once, rather than in the crates that use
+/// a solver.
 pub(super) trait Number: Copy + Send {
     /// Zero.
     const ZERO: Self;
@@ -114,7 +115,7 @@ pub(super) struct Analysis {
     /// the diagonal first, then by eliminated row.
     first: Vec<u32>,
     blocks: Vec<u32>,
-    /// The same as compressed columns of single numbers.
+    /// The structure as compressed columns of single numbers.
     columns: ColumnPlaces,
     symbolic: SymbolicSupernodalCholesky<u32>,
 }
@@ -149,7 +150,8 @@ impl ColumnPlaces {
 }
 
 impl Analysis {
-    /// The analysis for blocks of B = D + 1 unknowns; `None` if the factor would have more entries than 31 bits can count.
+    /// The analysis for blocks of B = D + 1 unknowns; `None` if the factor would have more entries than 31 bits can
+    /// count.
     pub fn new<const B: usize>(pattern: &Pattern, places: &[[f64; 3]]) -> Option<Self> {
         let order = nested_dissection(pattern, places, B - 1);
         let (first, blocks, columns) = lower_part::<B>(pattern, &order);
@@ -222,10 +224,9 @@ fn structure(upper: SymbolicSparseColMatRef<'_, u32>) -> Option<SymbolicSupernod
 /// The factor of one matrix.
 pub(super) struct Factor<T> {
     values: Vec<T>,
-    /// s of S A S, in the order of elimination.
-    /// S of each unknown, in the order of elimination.
+    /// Diagonal s of S in S R A S, in the order of elimination.
     scaling: Vec<f64>,
-    /// r of each node.
+    /// Factor r of each node in R.
     balance: Vec<f64>,
     work: Vec<T>,
     memory: MemBuffer,

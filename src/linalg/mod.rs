@@ -6,14 +6,15 @@
 //! ```
 //! The pattern never changes: the order of elimination, the structure of the factor and all room are found once, and
 //! a step brings only numbers. Flexible GMRES solves; what differs is its preconditioner:
-//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and in two dimensions; where its
-//!   unsymmetric part rules, L U with row exchanges;
+//! * **direct**: L D Lᵀ of the matrix, of this step or an earlier one, for small problems and in two dimensions; where
+//!   its unsymmetric part rules, L U with row exchanges;
 //! * **iterative**: block-triangular, with multigrid for the Schur complement C + Gᵀ diag(A)⁻¹ G, for the rest.
 //!
 //! Results don't depend on the number of threads or on measured times: factors are kept while the iterations that they
 //! cost weigh less than a new one, by counts of operations.
 
 mod border;
+mod bordered;
 mod coarse;
 mod direct;
 mod dissection;
@@ -26,6 +27,7 @@ mod pivoted;
 mod preconditioner;
 mod schur;
 mod solver;
+mod solver_state;
 mod sparse;
 mod vectors;
 
@@ -33,5 +35,6 @@ pub use border::Border;
 pub use matrix::BlockMatrix;
 pub use modes::{Mode, lowest_modes};
 pub use pattern::Pattern;
-pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverCounters, SolverKind, SolverOptions, SolverState};
+pub use solver::{LinearSolver, NotConverged, SolveOutcome, SolverKind, SolverOptions};
+pub use solver_state::{KEPT, REPLACED, SolverCounters, SolverState};
 pub use sparse::{SparseFactor, SparseMatrix};

@@ -32,7 +32,7 @@ impl Pattern {
         Self::from_rows(&rows)
     }
 
-    /// From the ascending columns of each row; the pattern must be symmetric and hold the diagonal.
+    /// A pattern from the ascending columns of each row; the pattern must be symmetric and hold the diagonal.
     fn from_rows(rows: &[Vec<u32>]) -> Self {
         let mut start = Vec::with_capacity(rows.len() + 1);
         start.push(0);

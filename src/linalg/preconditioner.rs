@@ -6,8 +6,8 @@ use super::pivoted::PivotedFactor;
 use super::schur::BlockTriangular;
 use super::solver::SolverKind;
 
-/// Nodes up to which a factorisation is worth its time and memory, in 2D and 3D. In 3D it costs 1.8 times what multigrid
-/// does at 1,700 nodes and 6 times at 5,800.
+/// Nodes up to which a factorisation is worth its time and memory, in 2D and 3D. In 3D it costs 1.8 times what
+/// multigrid does at 1,700 nodes and 6 times at 5,800.
 const DIRECT_NODES: [usize; 2] = [400_000, 1_000];
 
 /// Nodes up to which a factorisation helps where nothing else converges, in 2D and 3D.
@@ -32,8 +32,8 @@ pub(super) fn methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Pre
     }
 }
 
-/// The same for systems with a border. The stabilisation that solids need leaves little of the symmetric part (theory J.4): multigrid
-/// for the Schur complement comes first in two dimensions, too.
+/// The same for systems with a border. The stabilisation that solids need leaves little of the symmetric part
+/// (theory J.4): multigrid for the Schur complement comes first in two dimensions, too.
 pub(super) fn bordered_methods<const B: usize>(kind: SolverKind, nodes: usize) -> Vec<Preconditioning> {
     let mut methods = methods::<B>(kind, nodes);
     if let Some(place) = methods.iter().position(|&method| method == Preconditioning::Iterative) {
@@ -56,8 +56,18 @@ pub(super) enum Preconditioning {
 }
 
 impl Preconditioning {
-    /// All of them; a checkpoint holds the place in this list.
-    pub const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
+    /// All methods, by the numbers that checkpoints have for them.
+    const ALL: [Self; 4] = [Self::Iterative, Self::Single, Self::Double, Self::Pivoted];
+
+    /// Its number in checkpoints.
+    pub fn number(self) -> usize {
+        Self::ALL.iter().position(|&method| method == self).unwrap_or(0)
+    }
+
+    /// The method with a number; the last one for numbers beyond.
+    pub fn numbered(number: usize) -> Self {
+        Self::ALL[number.min(Self::ALL.len() - 1)]
+    }
 
     /// True for factors of the symmetric part, which need the analysis of the pattern.
     pub fn symmetric(self) -> bool {
@@ -102,8 +112,8 @@ impl<const B: usize> Preconditioner<B> {
 /// Decides when a kept preconditioner has cost more than a new one: replacement at the least average cost
 /// (theory (F.45)).
 ///
-/// If matrices change so much from one system to the next that a kept preconditioner fails, as with an interface between water and air
-/// that crosses elements, keeping one is tried more and more rarely.
+/// If matrices change so much from one system to the next that a kept preconditioner fails, as with an interface
+/// between water and air that crosses elements, keeping one is tried more and more rarely.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct ReusePolicy {
     /// Cost of a new one, in iterations.
@@ -156,7 +166,8 @@ impl ReusePolicy {
     }
 }
 
-/// Number of systems that another method is used for after the usual one failed: 2, 4, … 64, doubled with every failure in a row.
+/// Number of systems that another method is used for after the usual one failed: 2, 4, … 64, doubled with every failure
+/// in a row.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Detour {
     /// Failures of the usual method in a row.

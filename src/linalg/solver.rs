@@ -1,14 +1,15 @@
 //! The solver of a run: chooses the preconditioner, keeps it over steps, and says where it failed.
 
 use super::border::Border;
+use super::bordered::{BorderedMatrix, Preconditioned};
 use super::coarse::CoarseCorrection;
 use super::direct::Analysis;
-use super::krylov::{Attempt, Krylov, Limits, System};
+use super::krylov::{Attempt, Krylov, Limits};
 use super::matrix::BlockMatrix;
 use super::pattern::Pattern;
 use super::preconditioner::{Detour, Preconditioner, Preconditioning, ReusePolicy, bordered_methods, methods};
+use super::solver_state::{SolverCounters, SolverState};
 use super::vectors::{norm, update};
-use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
 /// The preconditioner.
@@ -59,7 +60,7 @@ pub struct SolveOutcome {
 pub struct NotConverged {
     /// |S (b − A x)| / |S b| at the end.
     pub residual: f64,
-    /// The same at the start and after every iteration.
+    /// The relative residual at the start and after every iteration.
     pub history: Vec<f64>,
     /// The node with the largest scaled residual.
     pub worst_node: usize,
@@ -100,42 +101,6 @@ pub struct LinearSolver<const B: usize> {
     coarse: Option<CoarseCorrection<B>>,
     reuse: ReusePolicy,
     krylov: Krylov,
-}
-
-/// State that a solver carries from one system to the next: with it a resumed run repeats the same bits.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SolverState {
-    /// The matrix of the kept preconditioner, entry by entry; empty if none is kept.
-    pub values: Vec<f64>,
-    /// The coarse correction of the border; empty if there is none.
-    pub coarse: Vec<f64>,
-    /// Counters of its use.
-    pub counters: SolverCounters,
-}
-
-/// Counters that decide which method preconditions the next system, and whether anew. All are numbers of one type, so that a
-/// checkpoint stores them as a record.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct SolverCounters {
-    /// Number of the method in use.
-    pub method: f64,
-    /// Cost of a new preconditioner, in iterations.
-    pub price: f64,
-    /// Iterations since the preconditioner was made.
-    pub spent: f64,
-    /// Systems since it was made.
-    pub systems: f64,
-    /// 1 if the next system gets a new one, or else 0.
-    pub replace: f64,
-    /// Failures of kept preconditioners in a row.
-    pub failures: f64,
-    /// Systems to come that get a new one without a trial.
-    pub rest: f64,
-    /// Failures of the usual method in a row.
-    pub detour_failures: f64,
-    /// Systems until the usual method is tried again.
-    pub detour_rest: f64,
 }
 
 impl<const B: usize> LinearSolver<B> {
@@ -179,8 +144,8 @@ impl<const B: usize> LinearSolver<B> {
         self.solve_flat(system, x.as_flattened_mut())
     }
 
-    /// Solves a bordered system, in which unknowns of another kind are coupled to those of the mesh: `b` and `x` as above, `border_b` and
-    /// `border_x` for the unknowns of the border.
+    /// Solves a bordered system, in which unknowns of another kind are coupled to those of the mesh: `b` and `x` as
+    /// above, `border_b` and `border_x` for the unknowns of the border.
     ///
     /// # Errors
     /// As [`LinearSolver::solve`].
@@ -203,7 +168,6 @@ impl<const B: usize> LinearSolver<B> {
 
     /// Solves a system whose unknowns are `x`.
     fn solve_flat(&mut self, mut system: BorderedMatrix<B>, x: &mut [f64]) -> Result<SolveOutcome, NotConverged> {
-        let a = system.a;
         let mut residual = vec![0.0; x.len()];
         let reference = scaled_norm(system.b, system.scaling, &mut residual);
         if reference == 0.0 {
@@ -211,13 +175,11 @@ impl<const B: usize> LinearSolver<B> {
             return Ok(SolveOutcome { iterations: 0, residual: 0.0, rebuilt: false });
         }
         let guess = x.to_vec();
-        let mut history = Vec::new();
-        let (mut iterations, mut failed) = (0, 0);
-        let mut fresh = false;
+        let (mut history, mut iterations, mut failed, mut fresh) = (Vec::new(), 0, 0, false);
         self.return_to_usual();
         loop {
             if self.preconditioner.is_none() || self.reuse.replace {
-                self.rebuild(a);
+                self.rebuild(system.a);
                 fresh = true;
             }
             self.take_up(&mut system);
@@ -226,10 +188,8 @@ impl<const B: usize> LinearSolver<B> {
             iterations += attempt.history.len() - 1;
             history.extend(attempt.history.iter().map(|r| r / reference));
             if attempt.converged {
-                self.reuse.count(attempt.history.len() - 1);
-                self.detour.rest = self.detour.rest.saturating_sub(1);
-                let residual = norm(&residual) / reference;
-                return Ok(SolveOutcome { iterations, residual, rebuilt: fresh });
+                self.count(attempt.history.len() - 1);
+                return Ok(SolveOutcome { iterations, residual: norm(&residual) / reference, rebuilt: fresh });
             }
             if !norm(&residual).is_finite() {
                 // What comes next begins where this began.
@@ -242,42 +202,34 @@ impl<const B: usize> LinearSolver<B> {
             failed += 1;
             if failed == self.methods.len() {
                 self.reuse.replace = true;
-                return Err(failure::<B>(history, &residual, (a.pattern.rows() * B, reference)));
+                return Err(failure::<B>(history, &residual, (system.a.pattern.rows() * B, reference)));
             }
             self.turn_to_next();
         }
     }
 
+    /// Counts a system that took these iterations with the preconditioner in use.
+    fn count(&mut self, iterations: usize) {
+        self.reuse.count(iterations);
+        self.detour.rest = self.detour.rest.saturating_sub(1);
+    }
+
     /// The state to keep in a checkpoint.
     pub fn state(&self) -> SolverState {
-        let method = Preconditioning::ALL.iter().position(|&method| method == self.method);
         let kept = self.source.as_ref().filter(|_| !self.reuse.replace);
         SolverState {
             values: kept.map_or_else(Vec::new, |a| a.values.as_flattened().as_flattened().to_vec()),
             coarse: self.coarse.as_ref().map_or_else(Vec::new, CoarseCorrection::state),
-            counters: SolverCounters {
-                method: method.unwrap_or(0) as f64,
-                price: self.reuse.price,
-                spent: self.reuse.spent,
-                systems: self.reuse.systems,
-                replace: f64::from(u8::from(self.reuse.replace)),
-                failures: f64::from(self.reuse.failures),
-                rest: f64::from(self.reuse.rest),
-                detour_failures: f64::from(self.detour.failures),
-                detour_rest: f64::from(self.detour.rest),
-            },
+            counters: SolverCounters::new(self.method, &self.reuse, &self.detour),
         }
     }
 
     /// True if a state is that of a solver with the same pattern, and its counters are possible ones.
     pub fn fits(&self, state: &SolverState) -> bool {
-        let SolverCounters { method, price, spent, systems, replace, failures, rest, detour_failures, detour_rest } =
-            state.counters;
-        let counts = [method, failures, rest, detour_failures, detour_rest];
-        let counted = counts.iter().all(|count| (0.0..=f64::from(u32::MAX / 2)).contains(count));
-        let summed = [price, spent, systems, replace].iter().all(|sum| *sum >= 0.0);
         let coarse = CoarseCorrection::<B>::fits(&state.coarse);
-        counted && summed && coarse && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
+        state.counters.are_possible()
+            && coarse
+            && (state.values.is_empty() || state.values.len() == self.pattern.entries() * B * B)
     }
 
     /// Goes on from the state of a solver with the same pattern and options.
@@ -290,24 +242,15 @@ impl<const B: usize> LinearSolver<B> {
             let found = state.values.len();
             return Err(format!("a matrix of {found} numbers instead of {expected}, or counters that count nothing"));
         }
-        let SolverCounters { method, price, spent, systems, replace, failures, rest, detour_failures, detour_rest } =
-            state.counters;
-        self.method = Preconditioning::ALL[(method as usize).min(Preconditioning::ALL.len() - 1)];
-        self.detour = Detour { failures: detour_failures as u32, rest: detour_rest as u32 };
+        let counters = &state.counters;
+        (self.method, self.detour) = (counters.method(), counters.detour());
         self.preconditioner = None;
         if !state.values.is_empty() {
             let values = state.values.as_chunks::<B>().0.as_chunks::<B>().0.to_vec();
             self.rebuild(&BlockMatrix { pattern: self.pattern.clone(), values });
         }
         self.coarse = (!state.coarse.is_empty()).then(|| CoarseCorrection::restored(&state.coarse));
-        self.reuse = ReusePolicy {
-            price,
-            spent,
-            systems,
-            replace: replace != 0.0,
-            failures: failures as u32,
-            rest: rest as u32,
-        };
+        self.reuse = counters.reuse();
         Ok(())
     }
 
@@ -375,8 +318,8 @@ impl<const B: usize> LinearSolver<B> {
         }
     }
 
-    /// Turns to the method after the one whose fresh preconditioner failed, for this system and some to come. Factors in
-    /// single and double precision are of the symmetric part: where the rest rules, the ones behind them take over.
+    /// Turns to the method after the one whose fresh preconditioner failed, for this system and some to come. Factors
+    /// in single and double precision are of the symmetric part: where the rest rules, the ones behind them take over.
     fn turn_to_next(&mut self) {
         let place = self.methods.iter().position(|&method| method == self.method).unwrap_or(0);
         if place == 0 {
@@ -408,76 +351,4 @@ fn failure<const B: usize>(history: Vec<f64>, residual: &[f64], (own, reference)
     let size = |i: usize| if residual[i].is_finite() { residual[i].abs() } else { f64::INFINITY };
     let worst = (0..own).max_by(|&i, &j| size(i).total_cmp(&size(j)).then(j.cmp(&i))).unwrap_or(0);
     NotConverged { residual: norm(residual) / reference, history, worst_node: worst / B, worst_unknown: worst % B }
-}
-
-/// A system: the matrix on the mesh, and what borders on it. Flat vectors hold the unknowns of the mesh first.
-struct BorderedMatrix<'a, const B: usize> {
-    a: &'a BlockMatrix<B>,
-    b: &'a [f64],
-    scaling: &'a [f64],
-    border: Option<&'a mut dyn Border<B>>,
-}
-
-impl<const B: usize> BorderedMatrix<'_, B> {
-    /// y = A x.
-    fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        let own = self.a.pattern.rows() * B;
-        let ((x, x_border), (y, y_border)) = (x.split_at(own), y.split_at_mut(own));
-        let (x, y) = (x.as_chunks().0, y.as_chunks_mut().0);
-        self.a.multiply(x, y);
-        if let Some(border) = &self.border {
-            border.multiply((x, x_border), (y, y_border));
-        }
-    }
-}
-
-/// A system with its preconditioner: that of the mesh, then the block of the border (see `border`).
-struct Preconditioned<'a, 'b, const B: usize> {
-    system: &'a mut BorderedMatrix<'b, B>,
-    analysis: Option<&'a Analysis>,
-    preconditioner: Option<&'a mut Preconditioner<B>>,
-    coarse: Option<&'a CoarseCorrection<B>>,
-    room: Vec<f64>,
-}
-
-impl<const B: usize> System for Preconditioned<'_, '_, B> {
-    fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        self.system.multiply(x, y);
-        let s = self.system.scaling;
-        update(y, |i, y| s[i] * y);
-    }
-
-    fn residual(&self, x: &[f64], r: &mut [f64]) {
-        self.system.multiply(x, r);
-        let BorderedMatrix { scaling: s, b, .. } = &*self.system;
-        update(r, |i, ax| s[i] * (b[i] - ax));
-    }
-
-    fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
-        let BorderedMatrix { a, scaling: s, border, .. } = &mut *self.system;
-        let room = &mut self.room[..];
-        update(room, |i, _| r[i] / s[i]);
-        let own = a.pattern.rows() * B;
-        let ((r, r_border), (z, z_border)) = (room.split_at_mut(own), z.split_at_mut(own));
-        let (r, z) = (r.as_chunks().0, z.as_chunks_mut().0);
-        match &mut self.preconditioner {
-            Some(preconditioner) => preconditioner.apply(self.analysis, r, z),
-            None => z.copy_from_slice(r),
-        }
-        let Some(border) = border else { return };
-        border.subtract(z, r_border);
-        z_border.copy_from_slice(r_border);
-        let rest = |&node: &u32| {
-            let (node, product) = (node as usize, a.row_product(node as usize, z));
-            std::array::from_fn(|k| r[node][k] - product[k])
-        };
-        let mut near: Vec<[f64; B]> = border.near().iter().map(rest).collect();
-        border.solve(&mut near, z_border);
-        if let Some(coarse) = self.coarse {
-            coarse.correct(&mut near, z_border);
-        }
-        for (&node, change) in border.near().iter().zip(&near) {
-            z[node as usize].iter_mut().zip(change).for_each(|(z, change)| *z += change);
-        }
-    }
 }

@@ -46,7 +46,8 @@ fn by_row(rows: usize, entries: Vec<(u32, u32, f64)>) -> (Vec<u32>, Vec<(u32, f6
 }
 
 impl SparseMatrix {
-    /// Of `rows` rows and columns, from entries (row, column, value); those at one place are added in their order.
+    /// A matrix of `rows` rows and columns, from entries (row, column, value); those at one place are added in their
+    /// order.
     pub fn from_triplets(rows: usize, entries: Vec<(u32, u32, f64)>) -> Self {
         let mut matrix = Self {
             start: Vec::with_capacity(rows + 1),
@@ -96,7 +97,7 @@ impl SparseMatrix {
         (0..self.rows()).flat_map(of_row)
     }
 
-    /// With more entries (row, column, value) added.
+    /// The matrix with more entries (row, column, value) added.
     #[must_use]
     pub fn with(&self, more: &[(u32, u32, f64)]) -> Self {
         Self::from_triplets(self.rows(), self.triplets().chain(more.iter().copied()).collect())
@@ -189,8 +190,8 @@ impl SparseFactor {
         Some(Self { factor, symbolic, columns, work: vec![0.0; scaling.len()], scaling })
     }
 
-    /// The factor of another matrix in place of this; the order of elimination is kept if the entries have the same places.
-    /// `None` as in [`SparseFactor::new`].
+    /// The factor of another matrix in place of this; the order of elimination is kept if the entries have the same
+    /// places. `None` as in [`SparseFactor::new`].
     #[must_use]
     pub fn renewed(self, a: &SparseMatrix) -> Option<Self> {
         let scaling = a.scaling();

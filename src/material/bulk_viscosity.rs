@@ -29,7 +29,7 @@ impl Shock {
 
     /// Speed that bounds the step, Q + √(Q² + c²) [m/s], for the square of the sound speed [m²/s²].
     #[inline(always)]
-    pub fn signal(&self, c_squared: f64) -> f64 {
+    pub fn wave_speed(&self, c_squared: f64) -> f64 {
         let c_squared = if c_squared < 0.0 { 0.0 } else { c_squared };
         self.spread + (self.spread * self.spread + c_squared).sqrt()
     }
@@ -75,9 +75,9 @@ mod tests {
         let shock = q.shock(2.0, 10.0, -3.0, 0.5);
         assert!((shock.pressure - 2.0 * 0.5 * (1.5 * 0.5 * 9.0 + 0.06 * 10.0 * 3.0)).abs() < 1e-14);
         let spread: f64 = 0.06 * 10.0 + 1.5 * 0.5 * 3.0;
-        assert!((shock.signal(100.0) - (spread + spread.hypot(10.0))).abs() < 1e-14);
+        assert!((shock.wave_speed(100.0) - (spread + spread.hypot(10.0))).abs() < 1e-14);
         let release = q.shock(2.0, 10.0, 3.0, 0.5);
-        assert_eq!((release.pressure, release.signal(100.0)), (0.0, 10.0));
+        assert_eq!((release.pressure, release.wave_speed(100.0)), (0.0, 10.0));
     }
 
     #[test]

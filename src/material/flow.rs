@@ -9,16 +9,16 @@
 //! p^{n+1} = (A + B e*/V0) / (1 + ½ B ΔV/V0),      e^{n+1} = e* − ½ p^{n+1} ΔV
 //! ```
 //!
-//! **Separation.** Where the pressure would fall below the least that the liquid bears, it parts: it keeps its volume V, and what
-//! the motion opens is a void of θ V between its parts, which must close before it resists again,
+//! **Separation.** Where the pressure would fall below the least that the liquid bears, it parts: it keeps its volume
+//! V, and what the motion opens is a void of θ V between its parts, which must close before it resists again,
 //!
 //! ```text
 //! V^{n+1} = V^n,      1 + θ^{n+1} = min((1 + θ^n) ΔJ, max(h^D/V, 2)),      ΔV = V^n (ΔJ − 1)
 //! ```
 //!
-//! Of a particle alone the motion says nothing about voids: its own affine velocity would blow it up without end. Where it and
-//! its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is that of the
-//! force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
+//! Of a particle alone the motion says nothing about voids: its own affine velocity would blow it up without end. Where
+//! it and its void fill a cell it has come apart from its neighbours, and what opens beyond is forgotten. The energy is
+//! that of the force −p V: the work against the least pressure, on all that opens, stays in the internal energy.
 
 use super::PointBatch;
 use super::bulk_viscosity::{BulkViscosity, Shock};
@@ -119,7 +119,7 @@ fn compress<E: EquationOfState + ?Sized, O: Opening>(
     }
 }
 
-/// Volume, pressure, energy and signal speed, with the artificial viscosity `shock(ρ, c, ΔV/V)`.
+/// Volume, pressure, energy and wave speed, with the artificial viscosity `shock(ρ, c, ΔV/V)`.
 struct Compress<'a, 'b, E: ?Sized, O, Q> {
     eos: &'a E,
     density: f64,
@@ -138,7 +138,7 @@ impl<E: EquationOfState + ?Sized, O: Opening, Q: Fn(f64, f64, f64) -> Shock> Tas
         let (n, room) = (batch.len(), batch.room);
         let (mass, volume_ratio) = (&batch.mass[..n], &batch.volume_ratio[..n]);
         let (volume, energy) = (&mut batch.volume[..n], &mut batch.energy[..n]);
-        let (pressure, signal) = (&mut batch.pressure[..n], &mut batch.signal[..n]);
+        let (pressure, wave_speed) = (&mut batch.pressure[..n], &mut batch.wave_speed[..n]);
         let (least, per_density) = (eos.least_pressure(), 1.0 / density);
         for p in 0..n {
             let per_v0 = density / mass[p];
@@ -163,17 +163,17 @@ impl<E: EquationOfState + ?Sized, O: Opening, Q: Fn(f64, f64, f64) -> Shock> Tas
             volume[p] = kept;
             energy[p] = e_new;
             pressure[p] = p_new + shock.pressure;
-            signal[p] = shock.signal(k.modulus(e_new * per_v0, p_new, expansion) * per_density);
+            wave_speed[p] = shock.wave_speed(k.modulus(e_new * per_v0, p_new, expansion) * per_density);
         }
         voids
     }
 }
 
-/// Full stress σ = s − (p + q) 1, and the viscous part of the signal: Δt ≤ ρ h²/(2 d ⁴⁄₃ μ) with d = 3.
+/// Full stress σ = s − (p + q) 1, and the viscous part of the wave speed: Δt ≤ ρ h²/(2 d ⁴⁄₃ μ) with d = 3.
 fn collect(flow: &FlowProperties, batch: &mut PointBatch<'_>) {
     for p in 0..batch.len() {
         batch.stress[p] -= SymTensor::isotropic(batch.pressure[p]);
         let viscous = 8.0 * flow.viscosity * batch.volume[p] / (batch.mass[p] * batch.length);
-        batch.signal[p] = batch.signal[p].max(viscous);
+        batch.wave_speed[p] = batch.wave_speed[p].max(viscous);
     }
 }

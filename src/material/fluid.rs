@@ -138,13 +138,13 @@ mod tests {
         assert!(error.contract(&error).sqrt() < 1e-9);
     }
 
-    /// The viscous step limit ρ h²/(8 μ) for three dimensions is part of the signal.
+    /// The viscous step limit ρ h²/(8 μ) for three dimensions is part of the wave speed.
     #[test]
     fn viscosity_bounds_the_step() {
         let law = Fluid { viscosity: 1e4, ..air() };
         let mut sample = TestParticle::new(&law, start());
         sample.step(&law, Tensor::ZERO, 1e-6);
-        assert!((sample.signal[0] - 8.0 * 1e4 / 1.2).abs() < 1e-6);
+        assert!((sample.wave_speed[0] - 8.0 * 1e4 / 1.2).abs() < 1e-6);
         assert!((law.diffusivity() - 4.0 / 3.0 * 1e4 / 1.2).abs() < 1e-9);
     }
 

@@ -10,8 +10,8 @@
 //! Q = (1 − ½ Δt Ω)⁻¹ (1 + ½ Δt Ω)
 //! ```
 //!
-//! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. Lian (22)
-//! with (24), and (63), turns it the other way (theory B.15).
+//! The spin has the sign that turns a stress with the body: σ̇ = Ω σ − σ Ω for a rigid rotation. Lian (22, 24)
+//! and Lian (63) turn it the other way (theory B.15).
 
 use crate::math::{Tensor, Vector};
 
@@ -45,8 +45,8 @@ pub fn deformation(gradient: &Tensor<3>, dt: f64, volume_ratio: f64) -> Tensor<3
 /// Ratios this near to one are that of an increment.
 const NEAR: f64 = 0.05;
 
-/// ∛r, for a ratio that is nearly always close to one: the third-order series, whose error of (10/243) (r − 1)⁴ Halley's step cubes, to far below
-/// rounding. A general cube root takes a tenth of the step of an elastic solid.
+/// ∛r, for a ratio that is nearly always close to one: the third-order series, whose error of (10/243) (r − 1)⁴
+/// Halley's step cubes, to far below rounding. A general cube root takes a tenth of the step of an elastic solid.
 #[inline(always)]
 fn cube_root(r: f64) -> f64 {
     let e = r - 1.0;

@@ -38,10 +38,12 @@ pub trait ElasticLaw: std::fmt::Debug + Send + Sync {
     /// Stress and tangent in three dimensions.
     fn linearised(&self, state: &ElasticState) -> Linearised<6>;
 
-    /// The thickness stretch λ3 that leaves no stress across a sheet whose deformation gradient in its plane is `in_plane`.
+    /// The thickness stretch λ3 that leaves no stress across a sheet whose deformation gradient in its plane is
+    /// `in_plane`.
     ///
     /// # Errors
-    /// A sentence, where there is none, and for rate laws, whose thickness is followed in time ([`Linearised::thickness_slope`]).
+    /// A sentence, where there is none, and for rate laws, whose thickness is followed in time
+    /// ([`Linearised::thickness_slope`]).
     fn thickness_stretch(&self, in_plane: &Tensor<2>) -> Result<f64, String>;
 
     /// Stored energy per reference volume [J/m³]; `None` for rate laws, whose stress depends on the path.
@@ -60,7 +62,7 @@ pub(super) fn no_tangent(phase: MaterialKind) -> String {
     format!("an implicit solid needs the tangent of an elastic law, but {reason}")
 }
 
-/// What an elastic law is linearised about.
+/// The state about which an elastic law is linearised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElasticState {
     /// Deformation gradient F from the reference state.
@@ -69,10 +71,12 @@ pub struct ElasticState {
     pub stress: SymTensor,
 }
 
-/// Stress and tangent, with N = 6 components in three dimensions (order of [`SymTensor`]) or N = 3 in the plane (xx, yy, xy).
+/// Stress and tangent, with N = 6 components in three dimensions (order of [`SymTensor`]) or N = 3 in the plane (xx,
+/// yy, xy).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearised<const N: usize> {
-    /// Deviator s of the Cauchy stress [Pa], three-dimensional also in the plane. The Kirchhoff stress is J times as large.
+    /// Deviator s of the Cauchy stress [Pa], three-dimensional also in the plane. The Kirchhoff stress is J times as
+    /// large.
     pub deviator: SymTensor,
     /// Pressure p = −⅓ tr σ [Pa].
     pub pressure: f64,
@@ -80,7 +84,8 @@ pub struct Linearised<const N: usize> {
     pub tangent: [[f64; N]; N],
     /// h = −∂ṗ/∂d [Pa]: κ 1 where the pressure is a function of the volume.
     pub pressure_slope: [f64; N],
-    /// Bulk modulus κ = −∂p/∂ln J of the state [Pa]; in plane stress −∂p/∂ln A for an area A stretched evenly, at free thickness.
+    /// Bulk modulus κ = −∂p/∂ln J of the state [Pa]; in plane stress −∂p/∂ln A for an area A stretched evenly, at free
+    /// thickness.
     pub bulk: f64,
 }
 

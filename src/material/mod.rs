@@ -99,7 +99,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     /// state at the start ([`PointState::sound_speed`]).
     fn reference_sound_speed(&self) -> f64;
 
-    /// What the material is to the presets of a case.
+    /// Phase of the material, by which presets of a case choose.
     fn phase(&self) -> MaterialKind;
 
     /// The law as an elastic one, with the tangents that an implicit system in velocity and pressure needs (theory B.13).
@@ -136,7 +136,7 @@ pub trait PointLaw: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// What a material is to the presets of a case, which choose defaults by it (`case/preset.rs`).
+/// Phase of a material, by which the presets of a case choose defaults (`case/preset.rs`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MaterialKind {
     /// A fluid whose pressure is that of its energy: it fills its room.
@@ -217,9 +217,9 @@ pub struct PointBatch<'a> {
     pub deformation: &'a mut [Tensor<3>],
     /// History variables, `storage().history.len()` per particle.
     pub history: &'a mut [f64],
-    /// Out: speed that bounds the step, dt ≤ h / (signal + |v|) [m/s] (sound speed corrected for
+    /// Out: speed that bounds the step, dt ≤ h / (wave_speed + |v|) [m/s] (sound speed corrected for
     /// the artificial viscosity; theory B.6).
-    pub signal: &'a mut [f64],
+    pub wave_speed: &'a mut [f64],
 }
 
 impl PointBatch<'_> {

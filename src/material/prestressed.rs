@@ -4,8 +4,8 @@
 //! σ(F) = σ_law(F F₀),      W(F) = W_law(F F₀)/det F₀,      σ_law(F₀) = σ₀
 //! ```
 //!
-//! F is counted from the body as it is given, F₀ leads there from a state without stress. The stored energy is a function of F, so that
-//! stress and tangent follow from it as those of the law do.
+//! F is counted from the body as it is given, F₀ leads there from a state without stress. The stored energy is
+//! a function of F, so that stress and tangent follow from it as those of the law do.
 
 use super::{
     ElasticLaw, ElasticState, Linearised, MaterialKind, Moduli, PointBatch, PointLaw, PointState, StartState, Storage,
@@ -36,7 +36,8 @@ impl Prestressed {
     /// A law whose Cauchy stress is `stress` [Pa] at F = 1.
     ///
     /// # Errors
-    /// A sentence: a law without an elastic tangent, a stress that no deformation carries, or one under which the law is unstable.
+    /// A sentence: a law without an elastic tangent, a stress that no deformation carries, or one under which the law
+    /// is unstable.
     pub fn new(law: Box<dyn PointLaw>, stress: SymTensor) -> Result<Self, String> {
         law.elastic_law()?;
         let start = StartState { stress: Some(stress), ..StartState::default() };
@@ -164,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_not_be_found_is_refused() {
+    fn a_stress_without_a_deformation_is_refused() {
         let torn = SymTensor::isotropic(1e9);
         let rubber = NeoHookean { elastic: Elastic::new(1100.0, 1e6, 0.4) };
         assert!(Prestressed::new(Box::new(rubber), torn).unwrap_err().contains("no deformation"));

@@ -55,7 +55,8 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
         self.elastic().start(start)
     }
 
-    /// The law as one that can be linearised; `None` where the stress depends on the path, as that of plastic flow does.
+    /// The law as one that can be linearised; `None` where the stress depends on the path, as that of plastic flow
+    /// does.
     fn linearisable(&self) -> Option<&dyn ElasticLaw> {
         None
     }
@@ -124,7 +125,7 @@ fn advance<L: Solid>(law: &L, batch: &mut PointBatch<'_>) {
         batch.volume[p] = v;
         batch.pressure[p] = pressure;
         batch.stress[p] = stress;
-        batch.signal[p] = shock.signal(c_squared);
+        batch.wave_speed[p] = shock.wave_speed(c_squared);
     }
 }
 

@@ -19,7 +19,7 @@ pub struct TestParticle {
     pub stress: Vec<SymTensor>,
     pub deformation: Vec<Tensor<3>>,
     pub history: Vec<f64>,
-    pub signal: [f64; 1],
+    pub wave_speed: [f64; 1],
 }
 
 impl TestParticle {
@@ -34,7 +34,7 @@ impl TestParticle {
             stress: vec![state.stress; usize::from(storage.stress)],
             deformation: vec![state.deformation; usize::from(storage.deformation)],
             history: vec![0.0; storage.history.len()],
-            signal: [state.sound_speed],
+            wave_speed: [state.sound_speed],
         }
     }
 
@@ -54,7 +54,7 @@ impl TestParticle {
             stress: &mut self.stress,
             deformation: &mut self.deformation,
             history: &mut self.history,
-            signal: &mut self.signal,
+            wave_speed: &mut self.wave_speed,
         });
     }
 
@@ -104,13 +104,16 @@ fn starts_in_equilibrium(law: &dyn PointLaw, start: StartState) {
     let first = TestParticle::new(law, start);
     let mut sample = first.clone();
     sample.step(law, Tensor::ZERO, 1e-3);
-    let scale = law.density() * first.signal[0] * first.signal[0];
+    let scale = law.density() * first.wave_speed[0] * first.wave_speed[0];
     assert!((sample.pressure[0] - first.pressure[0]).abs() < 1e-12 * scale, "pressure moves at rest");
     assert!(norm(sample.cauchy() - first.cauchy()) < 1e-12 * scale, "stress moves at rest");
     assert!(
         (sample.energy[0] / first.energy[0].max(scale * 1e-12) - 1.0).abs() < 1e-12 || sample.energy == first.energy
     );
-    assert!((sample.signal[0] / first.signal[0] - 1.0).abs() < 1e-12, "signal at rest is the sound speed at the start");
+    assert!(
+        (sample.wave_speed[0] / first.wave_speed[0] - 1.0).abs() < 1e-12,
+        "the wave speed at rest is the sound speed at the start"
+    );
 }
 
 /// A spin of finite increments turns the stress and changes nothing else.
@@ -124,7 +127,7 @@ fn turns_with_the_body(law: &dyn PointLaw, start: StartState) {
         sample.step(law, spin, 1.0);
         turned = turned.rotated(&kinematics::rotation(&spin, 1.0));
     }
-    let scale = law.density() * before.signal[0] * before.signal[0];
+    let scale = law.density() * before.wave_speed[0] * before.wave_speed[0];
     assert!(norm(sample.cauchy() - turned) < 1e-12 * scale, "stress does not turn with the body");
     assert!((sample.energy[0] - before.energy[0]).abs() < 1e-12 * scale, "a spin does work");
     assert!((sample.pressure[0] - before.pressure[0]).abs() < 1e-12 * scale, "a spin changes the pressure");
@@ -146,7 +149,7 @@ fn is_objective(law: &dyn PointLaw, start: StartState) {
             turning.step(law, middle.dot(&gradient).dot(&middle.transpose()) + spin, dt);
             q = whole.dot(&q);
         }
-        let scale = law.density() * still.signal[0] * still.signal[0];
+        let scale = law.density() * still.wave_speed[0] * still.wave_speed[0];
         norm(turning.cauchy() - still.cauchy().rotated(&q)) / scale
     };
     let (coarse, fine) = (mismatch(50), mismatch(100));
@@ -168,8 +171,8 @@ fn waves_match_stress(law: &dyn PointLaw, start: StartState) {
     let modulus = (change(1.0) - change(-1.0)) / (2.0 * strain);
     let speed = (modulus / first.mass[0]).sqrt();
     let isotropic = norm(first.cauchy().deviator()) <= 1e-12 * norm(first.cauchy());
-    let ratio = first.signal[0] / speed;
-    assert!(ratio > 1.0 - 1e-3 && (ratio < 1.0 + 1e-3 || !isotropic), "sound speed {} of {speed}", first.signal[0]);
+    let ratio = first.wave_speed[0] / speed;
+    assert!(ratio > 1.0 - 1e-3 && (ratio < 1.0 + 1e-3 || !isotropic), "sound speed {} of {speed}", first.wave_speed[0]);
 }
 
 /// The energy converges with second order to the work of the stress.

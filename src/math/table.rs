@@ -172,7 +172,7 @@ mod tests {
 
     /// A path that was meant for something else must not bring its contents into a log.
     #[test]
-    fn what_is_no_table_is_not_quoted() {
+    fn a_file_that_is_no_table_is_not_quoted() {
         let long = format!("secret,{}\n0,1\n", "x".repeat(100));
         for text in ["secret:x:0:0\n1\n", "secret\u{1b}[31m,p\n0,1\n", &long] {
             for name in [None, Some("p")] {

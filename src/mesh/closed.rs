@@ -19,8 +19,8 @@ impl ClosedSurface {
 /// A side of a facet: its nodes, ascending; the end of a segment is one node twice.
 type FacetSide = [u32; 2];
 
-/// The closed surfaces among `facets` (2 nodes of a segment, 3 of a triangle, 4 of a quadrilateral). What has free edges, edges of
-/// three facets, or one side only is not among them.
+/// The closed surfaces among `facets` (2 nodes of a segment, 3 of a triangle, 4 of a quadrilateral). What has free
+/// edges, edges of three facets, or one side only is not among them.
 pub fn closed_surfaces<'a>(facets: impl Iterator<Item = &'a [u32]>) -> Vec<ClosedSurface> {
     let sides: Vec<Vec<(FacetSide, bool)>> = facets.map(|nodes| sides(nodes).collect()).collect();
     let mut meeting: HashMap<FacetSide, Vec<(usize, bool)>> = HashMap::new();
@@ -64,8 +64,8 @@ fn walk(
     closed.then_some(ClosedSurface { facets })
 }
 
-/// The sides of a facet, and whether it runs along each from the lower to the higher node; a segment begins at one end and
-/// stops at the other.
+/// The sides of a facet, and whether it runs along each from the lower to the higher node; a segment begins at one end
+/// and stops at the other.
 fn sides(nodes: &[u32]) -> impl Iterator<Item = (FacetSide, bool)> + '_ {
     let n = nodes.len();
     (0..n).map(move |k| match n {
@@ -106,7 +106,7 @@ mod tests {
 
     /// The projective plane with six corners: every edge belongs to two of its ten triangles.
     #[test]
-    fn what_has_one_side_encloses_nothing() {
+    fn a_surface_with_one_side_encloses_nothing() {
         let plane: [&[u32]; 10] = [
             &[0, 1, 2],
             &[0, 2, 3],

@@ -1,4 +1,5 @@
-//! The steps of the membranes, which meet the bodies on the grid (theory C.9, D.1; Lian, Liu & Zhang 2014, section 6, 3 and 4).
+//! The steps of the membranes, which meet the bodies on the grid (theory C.9, D.1; Lian, Liu & Zhang 2014, section 6, 3
+//! and 4).
 //!
 //! The stable step of a stiff membrane may be hundreds of times smaller than that of the bodies. Then it takes
 //! n sub-steps of Δt/n, each against the trial state p̄(τ) = p⁻ + τ f of the bodies at its time, with their
@@ -23,8 +24,8 @@ use crate::math::{Signal, Vector};
 use crate::simulation::Timer;
 use crate::timed;
 
-/// A membrane lies between a particle and something rigid if the way to it leads towards that, by this cosine, and is no longer, but for
-/// this many cells: it may overlap a little with what it lies on.
+/// A membrane lies between a particle and something rigid if the way to it leads towards that, by this cosine, and is
+/// no longer, but for this many cells: it may overlap a little with what it lies on.
 const FACING: f64 = 0.7;
 const AMONG: f64 = 0.1;
 
@@ -58,7 +59,7 @@ pub struct Coupling<const D: usize> {
 /// Contact of membranes with bodies, and the sub-steps of the membranes.
 #[derive(Debug, Clone, Copy)]
 pub struct CouplingSettings {
-    /// Where membranes and bodies meet.
+    /// Contact of membranes and bodies.
     pub contact: SheetContact,
     /// Gap below which they do [m].
     pub gap_tolerance: f64,
@@ -116,8 +117,8 @@ impl<const D: usize> Coupling<D> {
         self.substep_bound() * self.settings.max_substeps.max(1) as f64
     }
 
-    /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid, and with walls and
-    /// obstacles.
+    /// Advances the membranes over the step and exchanges impulses with the trial momentum on the grid, and with walls
+    /// and obstacles.
     ///
     /// # Errors
     /// When an element collapses, a node is not finite, or walls, obstacles and supports leave one no way out.
@@ -140,8 +141,8 @@ impl<const D: usize> Coupling<D> {
         let particles: usize = bodies.iter().map(|body| body.particles.len()).sum();
         let elements: usize = membranes.iter().map(|membrane| membrane.elements.len()).sum();
         let work = (elements + particles / count) as u64;
-        // Momentum advances over the same time as that of the bodies. Otherwise a sheet in balance with its gas would get an impulse
-        // wherever the step changes, above all in the first step, whose momentum advances by half of it.
+        // Momentum advances over the same time as that of the bodies. Otherwise a sheet in balance with its gas would
+        // get an impulse wherever the step changes, above all in the first step, whose momentum advances by half of it.
         let momentum_dt = step.momentum_dt / count as f64;
         for substep in 0..count {
             let elapsed = dt * substep as f64;
@@ -165,7 +166,8 @@ impl<const D: usize> Coupling<D> {
         })
     }
 
-    /// Follows the membranes to where they are, for [`Self::lies_between`], if there is anything that they may shield bodies from.
+    /// Follows the membranes to where they are, for [`Self::lies_between`], if there is anything that they may shield
+    /// bodies from.
     pub fn find_membranes(&mut self, walls: &Walls<D>, cell: f64) {
         if !walls.have_gaps() {
             return;
@@ -174,8 +176,8 @@ impl<const D: usize> Coupling<D> {
         self.contact.find_membranes(&positions, cell);
     }
 
-    /// True if a membrane that meets the bodies of this field lies between `x` [m] and something rigid with the normal `normal` at the
-    /// distance `distance` [m].
+    /// True if a membrane that meets the bodies of this field lies between `x` [m] and something rigid with the normal
+    /// `normal` at the distance `distance` [m].
     pub fn lies_between(&self, cell: f64, field: usize, x: Vector<D>, normal: Vector<D>, distance: f64) -> bool {
         (0..self.membranes.len()).any(|index| {
             let to = self.contact.way_to(index, field, x, cell);
@@ -211,7 +213,7 @@ impl<const D: usize> SheetInContact<'_, D> {
         let Self { index, offset, contact, walls } = self;
         let (index, t, momentum_dt) = (*index, at.step.t + at.elapsed, at.momentum_dt);
         let previous = membrane.velocity.clone();
-        timed!(timer, "membrane", membrane.internal_force(t)?); // f_K                       (32–45)
+        timed!(timer, "membrane", membrane.internal_force(t)?); // f_K  Lian (32–45)
         timed!(timer, "membrane", membrane.advance_velocity(t, momentum_dt)); // v̄_K  Lian (46)
         for pass in 0..passes.max(1) {
             let (pass, surface) = (ContactPass { sheet: index, pass }, surface(membrane, &previous, offset));

@@ -3,8 +3,8 @@
 //! Positions and stresses live at full steps, velocities half a step earlier; the first step starts from the
 //! velocity at t = 0 with half a step of momentum, so that the scheme is second order from the start.
 //!
-//! The sweeps over the particles that each stage makes depend on the stress update (theory A.8); [`schedule::SweepSchedule`] lists
-//! them, and stages without any do nothing:
+//! The sweeps over the particles that each stage makes depend on the stress update (theory A.8);
+//! [`schedule::SweepSchedule`] lists them, and stages without any do nothing:
 //!
 //! | stage | first | last | modified last | average |
 //! |---|---|---|---|---|
@@ -15,8 +15,8 @@
 //! | `update_stresses` | | | σ by ṽ, x | σ by ṽ over ½ Δt, x |
 //! | `land_particles` | x | | | |
 //!
-//! `last` moves first and updates stresses in `update_stresses` with a cure of locking, or where the filter is due; with a
-//! cure of locking forces are scattered in `scatter_forces` always.
+//! `last` moves first and updates stresses in `update_stresses` with a cure of locking, or where the filter is due;
+//! with a cure of locking forces are scattered in `scatter_forces` always.
 
 pub(super) mod method;
 pub(super) mod schedule;
@@ -60,7 +60,8 @@ impl Step {
         Self { t, dt, dt_before, momentum_dt: 0.5 * (dt_before + dt) }
     }
 
-    /// The longer of its two increments, which has to be stable [s]: where a short step follows a long one, the momentum takes half of both.
+    /// The longer of its two increments, which has to be stable [s]: where a short step follows a long one,
+    /// the momentum takes half of both.
     pub fn longer(&self) -> f64 {
         self.dt.max(self.momentum_dt)
     }
@@ -102,8 +103,9 @@ impl<const D: usize> Solver for Mpm<D> {
         self.clock.bound
     }
 
-    /// The momentum of a step advances by half of it and half of the step before, while nodes of membranes move for the step
-    /// alone: a tiny step after a long one would accelerate a sub-cycled membrane by forces that act much longer than it moves.
+    /// The momentum of a step advances by half of it and half of the step before, while nodes of membranes move for
+    /// the step alone: a tiny step after a long one would accelerate a sub-cycled membrane by forces that act much
+    /// longer than it moves.
     fn largest_change(&self) -> f64 {
         if self.coupling.membranes.is_empty() { f64::INFINITY } else { CHANGE }
     }
@@ -200,8 +202,8 @@ impl<const D: usize> Mpm<D> {
 
     /// Leads the volumes of gases to what the grid shows, and finds where the particles of liquids are to go.
     fn correct_particles(&mut self, step: &Step) {
-        let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, .. } = self;
-        let around = Surroundings { grid, ghosts, walls };
+        let Self { grid, ghosts, walls, bodies, coupling, energy, clock, timer, executor, .. } = self;
+        let around = Surroundings { grid, ghosts, walls, executor: &**executor };
         timed!(timer, "stress", volumes::correct(clock.steps, around, bodies, &coupling.contact));
         let contact = &mut coupling.contact;
         let works = timed!(timer, "shift", shifting::even_out(clock.steps, step.dt, around, bodies, contact));
@@ -210,8 +212,9 @@ impl<const D: usize> Mpm<D> {
 
     /// Shifts the particles of liquids, and parts particles from membranes and obstacles.
     fn displace_particles(&mut self, step: &Step) {
-        let Self { grid, ghosts, walls, bodies, coupling, energy, .. } = self;
-        let work = shifting::displace(Surroundings { grid, ghosts, walls }, bodies, coupling, step);
-        energy.accounts.add(energy.ids.displacement, work);
+        let Self { grid, ghosts, walls, bodies, coupling, energy, executor, .. } = self;
+        let around = Surroundings { grid, ghosts, walls, executor: &**executor };
+        let work = shifting::displace(around, bodies, coupling, step);
+        energy.sums.add(energy.terms.displacement, work);
     }
 }

@@ -1,7 +1,8 @@
 //! Histories of forces (contact, walls) and of counts (particles that crossed a sheet).
 //!
-//! One convention for both methods, in the heads as well: the force that the material exerts on the wall, obstacle, part or support,
-//! and in a contact the force on the first of the two. The moment of a force about a point has the same sign.
+//! One convention for both methods, in the heads as well: the force that the material exerts on the wall, obstacle,
+//! part or support, and in a contact the force on the first of the two. The moment of a force about a point has
+//! the same sign.
 
 use super::history::History;
 use super::label::{UnitLabels, file_name};
@@ -10,8 +11,8 @@ use crate::simulation::{Monitor, Snapshot};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N]; and its moment
-/// [N m], where there is one: in the plane one column, in space three.
+/// Writes every named force to `<force>.csv`: mean over the time since the row before, one column per direction [N];
+/// and its moment [N m], where there is one: in the plane one column, in space three.
 #[derive(Debug)]
 pub struct Forces {
     directory: PathBuf,
@@ -130,7 +131,7 @@ mod tests {
         let forces =
             ["contact:ball-sheet", "wall:left"].map(|name| (name.to_owned(), [time, 2.0 * time, 0.0])).to_vec();
         let counts = vec![("crossed:sheet".to_owned(), 3)];
-        let amounts = vec![("astray: water".to_owned(), "m^2", 0.5)];
+        let amounts = vec![("stray volume: water".to_owned(), "m^2", 0.5)];
         Snapshot { time, dimension: 2, forces, counts, amounts, ..Snapshot::default() }
     }
 
@@ -181,6 +182,6 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         CountHistory::new(dir.path(), 1.0, UnitLabels::Hidden).sample(&pushing(1.0)).unwrap();
         let written = std::fs::read_to_string(dir.path().join("counts.csv")).unwrap();
-        assert_eq!(written, "time,crossed:sheet,astray: water\n1.0,3.0,0.5\n");
+        assert_eq!(written, "time,crossed:sheet,stray volume: water\n1.0,3.0,0.5\n");
     }
 }

@@ -94,10 +94,10 @@ pub enum InitialState {
 /// Treatment of the volumes of several fluids (theory G.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VolumeCorrection {
-    /// It is only reported.
+    /// Changes of volume are only reported.
     None,
-    /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed box take
-    /// weights of their shares. Both are reported.
+    /// A sharp level set is shifted to the volume at the start, less what has left; three and more fluids in a closed
+    /// box take weights of their shares. Both are reported.
     #[default]
     Shift,
 }
@@ -105,7 +105,7 @@ pub enum VolumeCorrection {
 /// Treatment of velocities of particles that the mesh can't resolve (see `unresolved`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Unresolved {
-    /// They are kept.
+    /// Velocities are kept.
     Kept,
     /// The velocity of a particle relative to the mesh is bounded by the differences between neighbouring nodes.
     #[default]

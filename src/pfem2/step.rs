@@ -109,7 +109,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
         }
         let theta = self.history.implicit_share(dt);
         self.advance(TimeStep { t, dt, theta }).map_err(at)?;
-        let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.off));
+        let solids = self.solids.as_mut().map(|solids| (&mut solids.structure, solids.last.prediction_error));
         self.limits.control.estimate(dt, &self.system, &self.history, self.balance.ledger.peak, solids);
         self.history.advance(dt);
         self.steps += 1;
@@ -117,7 +117,7 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
             let own = solids.structure.volume(&solids.structure.positions(&solids.last.predicted));
             self.notices.solid_volume(immersed.cut.volume_inside(&self.system.mesh), own);
             self.notices.imbalance(solids.last.imbalance);
-            self.notices.unsettled(solids.last.unsettled);
+            self.notices.last_correction(solids.last.last_correction);
             self.notices.contacts(solids.last.has_wrong_contacts);
         }
         self.notices.check_fluids(&self.system, &self.particles.columns, &self.interface.fraction);
@@ -170,25 +170,42 @@ impl<const D: usize, const N: usize> Solver for Pfem2<D, N> {
 impl<const D: usize, const N: usize> Pfem2<D, N> {
     /// The state at the start.
     pub fn new(setup: Setup<D, N>) -> Self {
-        let rules = rules(&setup);
+        let volume = setup.volume;
+        let mut pfem = Self::unopened(setup);
+        if let Some(solids) = &pfem.solids {
+            solids.immerse(&mut pfem.system);
+        }
+        pfem.interface.project(&pfem.system, &pfem.particles);
+        pfem.update_contents();
+        pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
+        pfem.interface.begin_inflow(&pfem.system);
+        pfem.interface.keep_volumes(&pfem.system, volume);
+        pfem.begin_interface();
+        let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
+        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
+        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
+        if let Some(solids) = &mut pfem.system.particle_solids {
+            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
+        }
+        pfem
+    }
+
+    /// The parts of the solver, before anything is averaged or counted.
+    fn unopened(setup: Setup<D, N>) -> Self {
+        let (rules, phases) = (rules(&setup), phases(&setup));
         let Setup { mesh, boundaries, fluids, tension, gravity, velocity, moments, .. } = setup;
         let (stabilisation, mass, enrichment) = (setup.stabilisation, setup.mass, setup.enrichment);
         let down = Vector::from_fn(|i| gravity[i].value([0.0; 3], 0.0));
         let boundary = Boundary::new(&mesh, boundaries, down).pinned(&mesh, setup.pin.as_ref());
-        let fluid_phases = fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
-        let solid_phases = setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density));
-        let phases = fluid_phases.chain(solid_phases).collect();
         let physics = Physics { fluids, tension, gravity, mass, stabilisation, enrichment };
         let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
         let system = VelocityPressureSystem::new(mesh, boundary, physics, velocity, setup.linear)
             .with_particle_solids(setup.particle_solids);
-        let particles = system.with_columns(setup.particles);
-        let mut pfem = Self {
-            particles: ParticleTracking::new(particles, rules),
+        let tracked = |solids| SolidTracking::new(solids, &system.mesh, &system.boundary).with_moments(&moments);
+        Self {
+            particles: ParticleTracking::new(system.with_columns(setup.particles), rules),
             interface: InterfaceTracking::new(PhaseList::new(phases), setup.level_set),
-            solids: setup
-                .solids
-                .map(|solids| SolidTracking::new(solids, &system.mesh, &system.boundary).with_moments(&moments)),
+            solids: setup.solids.map(tracked),
             start: setup.start,
             history: TimeHistory::new(setup.scheme, &system.velocity),
             forces: BoundaryForces::new(&system, &moments),
@@ -200,27 +217,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
             solver_state: SolverState::default(),
             timer: Timer::default(),
             system,
-        };
-        if let Some(solids) = &pfem.solids {
-            solids.immerse(&mut pfem.system);
         }
-        pfem.interface.project(&pfem.system, &pfem.particles);
-        pfem.update_contents();
-        pfem.notices = Notices::of_the_start(&pfem.system, &pfem.particles.columns, &pfem.interface.fraction);
-        pfem.interface.begin_inflow(&pfem.system);
-        pfem.interface.keep_volumes(&pfem.system, setup.volume);
-        pfem.begin_interface();
-        let solids = pfem.solids.as_ref().map(|solids| solids.last.energies);
-        pfem.balance.open(&pfem.system, impulsive_energy(&pfem.system), solids);
-        pfem.balance.strain = pfem.strain_energy().map(StrainEnergy::open);
-        if let Some(solids) = &mut pfem.system.particle_solids {
-            solids.start_volume = pfem.system.volumes[solids.first..].iter().sum();
-        }
-        pfem
     }
 
-    /// Shows a sharp interface as the particles show it, from the start on: averages round the corners of a shape, and the volume that
-    /// this takes comes back elsewhere. In the first step that would be energy from nothing.
+    /// Shows a sharp interface as the particles show it, from the start on: averages round the corners of a shape, and
+    /// the volume that this takes comes back elsewhere. In the first step that would be energy from nothing.
     fn begin_interface(&mut self) {
         if self.interface.sharp.is_some() {
             self.interface.follow(&self.system, &mut self.particles.columns, &mut self.notices);
@@ -248,10 +249,11 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let (system, particles) = (&self.system, &mut self.particles);
         timed!(self.timer, "interface", self.interface.follow(system, &mut particles.columns, &mut self.notices));
         self.history.keep_velocity(&self.system.velocity);
-        // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed: Becker (20), (29)–(33), theory F.6, G.8.
+        // Project v̂ and φ: Becker (37)–(39), theory G.11. Solve for v and p, enriched pressures condensed:
+        // Becker (20), (29)–(33), theory F.6, G.8.
         let (averaged, convected) = self.find_velocity(step, 1)?;
-        // Subscales take what the mesh doesn't show: theory F.7.4.
-        self.system.subscales.dynamic.advance(step.delta());
+        // Keep the accelerations of the subscales, ã ← (ũ − ũ̂)/Δ, for the next step: theory F.7.4.
+        self.system.subscales.dynamic.keep_acceleration(step.delta());
         // Solids take their velocity: u, a and the forces on them, theory J.1.
         timed!(self.timer, "solids", self.advance_solids(step)?);
         // Particles of solids take the increments of stress and pressure: Becker (15), theory (K.2).
@@ -265,11 +267,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         health::check_nodes(&self.system)
     }
 
-    /// Projects, and solves the system as often as given: velocity and pressure at the end of a step, with the solids. All of it anew about
-    /// where the solids come to, where that is far from u* (theory (J.3a)). Returns the averages of the particles at the nodes, and v̂ [m/s].
+    /// Projects, and solves the system as often as given: velocity and pressure at the end of a step, with the solids.
+    /// All of it anew about where the solids come to, where that is far from u* (theory (J.3a)). Returns the averages
+    /// of the particles at the nodes, and v̂ [m/s].
     ///
     /// # Errors
-    /// Those of the linear solver; an element of a solid turns inside out.
+    /// The linear solver doesn't converge; an element of a solid turns inside out.
     pub(super) fn find_velocity(
         &mut self,
         step: TimeStep,
@@ -304,8 +307,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         solids.predict(step, &self.history, &mut self.system)
     }
 
-    /// Cuts the mesh where the velocity that the system has found leads the solids, if that is far from their prediction; returns true if it
-    /// is.
+    /// Cuts the mesh where the velocity that the system has found leads the solids, if that is far from their
+    /// prediction; returns true if it is.
     ///
     /// # Errors
     /// As [`Self::predict_solids`].
@@ -367,6 +370,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.balance.sum(&self.system);
         self.interface.trace(&self.system);
     }
+}
+
+/// The phases: fluids, and then solids on particles.
+fn phases<const D: usize, const N: usize>(setup: &Setup<D, N>) -> Vec<Phase> {
+    let fluids = setup.fluids.iter().map(|fluid| Phase::fluid(fluid.density, setup.reseeding));
+    fluids.chain(setup.particle_solids.iter().map(|solid| Phase::solid(solid.law.density))).collect()
 }
 
 /// The rules of the particles.

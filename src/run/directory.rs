@@ -207,8 +207,8 @@ impl RunDirectory {
         leavings::remove(self)
     }
 
-    /// Creates it and tries to write in it, so that an error comes before hours of work, not after. What is written says
-    /// whose the directory is.
+    /// Creates it and tries to write in it, so that an error comes before hours of work, not after. What is written
+    /// says whose the directory is.
     fn create(&self) -> Result<()> {
         let sign = || {
             fs::create_dir_all(&self.root)?;
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_the_users_stays_among_the_files_of_a_run() {
+    fn files_of_the_user_stay_among_those_of_a_run() {
         let home = tempfile::tempdir().unwrap();
         let run = RunDirectory::new(home.path());
         drop(run.prepare(Existing::Refuse).unwrap());

@@ -45,8 +45,8 @@ impl Ledger {
         energies.map(|term| term.value.abs()).fold(self.largest.max(stored_at_start.abs()), f64::max)
     }
 
-    /// The part that errors have taken, or given if it is below zero, of the largest other term, where the ledger finds it as the
-    /// remainder of all others.
+    /// The part that errors have taken, or given if it is below zero, of the largest other term, where the ledger finds
+    /// it as the remainder of all others.
     pub fn remainder(&self, stored_at_start: f64) -> Option<f64> {
         let scale = self.scale(stored_at_start);
         let found = self.terms.iter().any(|term| term.kind == TermKind::Remainder);
@@ -132,64 +132,64 @@ impl Record for CompensatedSum {
     type Number = f64;
 }
 
-/// One of the [`Accounts`].
+/// A term of [`LedgerSums`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AccountId(usize);
+pub struct TermId(usize);
 
 /// Running sums of named gains and losses [J] and of the external impulse [N s], since the start.
 ///
 /// ```
-/// use lateen::simulation::{Accounts, BalanceTerm, Ledger, TermKind};
+/// use lateen::simulation::{LedgerSums, BalanceTerm, Ledger, TermKind};
 ///
-/// let mut accounts = Accounts::new(10.0);
-/// let work = accounts.open("work of gravity", TermKind::Gain);
-/// let loss = accounts.open("friction", TermKind::Loss);
-/// accounts.add(work, 5.0);
-/// accounts.add(loss, 2.0);
+/// let mut sums = LedgerSums::new(10.0);
+/// let work = sums.add_term("work of gravity", TermKind::Gain);
+/// let loss = sums.add_term("friction", TermKind::Loss);
+/// sums.add(work, 5.0);
+/// sums.add(loss, 2.0);
 /// let mut terms = vec![BalanceTerm::energy(TermKind::Stored, "kinetic energy", 13.0)];
-/// terms.extend(accounts.terms());
-/// assert_eq!(Ledger { terms, largest: 0.0 }.closure(accounts.start()), 0.0);
+/// terms.extend(sums.terms());
+/// assert_eq!(Ledger { terms, largest: 0.0 }.closure(sums.start()), 0.0);
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct Accounts {
-    accounts: Vec<Account>,
+pub struct LedgerSums {
+    sums: Vec<LedgerSum>,
     start: f64,
     impulse: [CompensatedSum; 3],
 }
 
 /// A running gain or loss.
 #[derive(Debug, Clone)]
-struct Account {
+struct LedgerSum {
     name: String,
     kind: TermKind,
     total: CompensatedSum,
 }
 
-impl Accounts {
-    /// No accounts yet; `start` is the energy stored at the start [J].
+impl LedgerSums {
+    /// No terms yet; `start` is the energy stored at the start [J].
     pub fn new(start: f64) -> Self {
         Self { start, ..Self::default() }
     }
 
-    /// Opens an account for a gain or a loss.
-    pub fn open(&mut self, name: impl Into<String>, kind: TermKind) -> AccountId {
-        self.accounts.push(Account { name: name.into(), kind, total: CompensatedSum::default() });
-        AccountId(self.accounts.len() - 1)
+    /// Adds a term, a gain or a loss, that begins with zero.
+    pub fn add_term(&mut self, name: impl Into<String>, kind: TermKind) -> TermId {
+        self.sums.push(LedgerSum { name: name.into(), kind, total: CompensatedSum::default() });
+        TermId(self.sums.len() - 1)
     }
 
-    /// Adds an energy [J] to an account.
-    pub fn add(&mut self, account: AccountId, energy: f64) {
-        self.accounts[account.0].total.add(energy);
+    /// Adds an energy [J] to a term.
+    pub fn add(&mut self, term: TermId, energy: f64) {
+        self.sums[term.0].total.add(energy);
     }
 
-    /// The sum of an account [J].
-    pub fn value(&self, account: AccountId) -> f64 {
-        self.accounts[account.0].total.value()
+    /// The sum of a term [J].
+    pub fn value(&self, term: TermId) -> f64 {
+        self.sums[term.0].total.value()
     }
 
-    /// The sum of all accounts [J]: finite as long as every term is.
+    /// The sum of all terms [J]: finite as long as every term is.
     pub fn sum(&self) -> f64 {
-        self.accounts.iter().map(|account| account.total.value()).sum()
+        self.sums.iter().map(|sum| sum.total.value()).sum()
     }
 
     /// Adds an external impulse [N s].
@@ -214,22 +214,22 @@ impl Accounts {
         self.start = stored;
     }
 
-    /// A term of the ledger for each account, in the order of opening, then the energy stored at the start.
+    /// A term of the ledger for each sum, in the order in which they were added, then the energy stored at the start.
     pub fn terms(&self) -> impl Iterator<Item = BalanceTerm> {
-        let energy = |account: &Account| BalanceTerm::energy(account.kind, &account.name, account.total.value());
+        let energy = |sum: &LedgerSum| BalanceTerm::energy(sum.kind, &sum.name, sum.total.value());
         let start = BalanceTerm::other("stored energy at the start", "J", self.start);
-        self.accounts.iter().map(energy).chain([start])
+        self.sums.iter().map(energy).chain([start])
     }
 
     /// Shows all sums to a checkpoint, as one column: the energy at the start, then each sum with its rounding error.
     pub fn column(&mut self, name: &str, visit: &mut dyn FnMut(&str, Column<'_>)) {
-        let totals = self.accounts.iter().map(|account| account.total).chain(self.impulse);
+        let totals = self.sums.iter().map(|sum| sum.total).chain(self.impulse);
         let mut numbers: Vec<f64> =
             std::iter::once(self.start).chain(totals.flat_map(|total| [total.sum, total.lost])).collect();
         visit(name, Column::new(&mut numbers));
         let Some((&start, pairs)) = numbers.split_first() else { return };
         self.start = start;
-        let totals = self.accounts.iter_mut().map(|account| &mut account.total).chain(&mut self.impulse);
+        let totals = self.sums.iter_mut().map(|sum| &mut sum.total).chain(&mut self.impulse);
         for (total, &[sum, lost]) in totals.zip(pairs.as_chunks::<2>().0) {
             *total = CompensatedSum { sum, lost };
         }
@@ -242,20 +242,20 @@ mod tests {
 
     #[test]
     fn a_restored_ledger_goes_on_with_the_same_bits() {
-        let mut first = Accounts::new(10.0);
-        let work = first.open("work", TermKind::Gain);
+        let mut first = LedgerSums::new(10.0);
+        let work = first.add_term("work", TermKind::Gain);
         first.add(work, 1e16);
         first.add(work, 1.0);
         first.add_impulse([1.0, 2.0, 3.0]);
         let mut stored = Vec::new();
         first.column("ledger", &mut |_, column| stored = column.data.bytes().to_vec());
         assert_eq!(stored.len(), (1 + 2 * (1 + 3)) * 8);
-        let mut second = Accounts::default();
-        second.open("work", TermKind::Gain);
+        let mut second = LedgerSums::default();
+        second.add_term("work", TermKind::Gain);
         second.column("ledger", &mut |_, column| assert!(column.data.replace(&stored)));
-        for accounts in [&mut first, &mut second] {
-            accounts.add(work, -1e16);
-            assert_eq!((accounts.value(work), accounts.start(), accounts.impulse()), (1.0, 10.0, [1.0, 2.0, 3.0]));
+        for sums in [&mut first, &mut second] {
+            sums.add(work, -1e16);
+            assert_eq!((sums.value(work), sums.start(), sums.impulse()), (1.0, 10.0, [1.0, 2.0, 3.0]));
         }
     }
 }

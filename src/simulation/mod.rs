@@ -18,7 +18,7 @@ pub use checkpoint::{CheckpointStore, Columns};
 pub use clock::{Clock, Schedule};
 pub use column::{Column, ColumnData, Number, OF_OUTPUT, Record, Size};
 pub use guard::{Guarded, Watched};
-pub use ledger::{AccountId, Accounts, BalanceTerm, CompensatedSum, Ledger, TermKind};
+pub use ledger::{BalanceTerm, CompensatedSum, Ledger, LedgerSums, TermId, TermKind};
 pub use progress::{Event, Observer, Progress};
 pub use run::{Plan, RunSummary, Simulation};
 pub use said_once::SaidOnce;
@@ -80,8 +80,8 @@ pub trait Solver: Send {
         self.stable_dt()
     }
 
-    /// The shortest and the longest step that a run up to the time `end` [s] may be expected to take where none is fixed [s];
-    /// `None` where that can't be foreseen.
+    /// The shortest and the longest step that a run up to the time `end` [s] may be expected to take where none is
+    /// fixed [s]; `None` where that can't be foreseen.
     fn foreseen_dt(&self, end: f64) -> Option<[f64; 2]> {
         let _ = end;
         Some([self.recommended_dt(); 2])
@@ -92,7 +92,8 @@ pub trait Solver: Send {
         f64::INFINITY
     }
 
-    /// Computes what the constructor of the initial state could not, before the state is shown; `dt` is the step that follows [s].
+    /// Computes what the constructor of the initial state could not, before the state is shown; `dt` is the step that
+    /// follows [s].
     ///
     /// # Errors
     /// There is no such state.
@@ -110,8 +111,8 @@ pub trait Solver: Send {
     /// The state as outputs see it; time, step and dt are filled in by the time loop.
     fn snapshot(&self) -> Snapshot<'_>;
 
-    /// Shows the forces of the last step [N], its means, in the order of [`Snapshot::forces`], and then the moments [N m] in that of
-    /// [`Snapshot::moments`].
+    /// Shows the forces of the last step [N], its means, in the order of [`Snapshot::forces`], and then the moments [N
+    /// m] in that of [`Snapshot::moments`].
     fn forces(&self, visit: &mut dyn FnMut([f64; 3]));
 
     /// Every array that a checkpoint stores and restores, each with a unique name.
@@ -127,8 +128,8 @@ pub trait Solver: Send {
     /// Rebuilds the data derived from the columns after a restore.
     fn restored(&mut self) {}
 
-    /// Notices for the user about the steps since the last call, in sentences; each is given once in a run, also if it is
-    /// resumed.
+    /// Notices for the user about the steps since the last call, in sentences; each is given once in a run, also if it
+    /// is resumed.
     fn notices(&mut self) -> Vec<String> {
         Vec::new()
     }

@@ -374,7 +374,7 @@ fn a_solid_on_particles_has_its_volume_and_comes_before_fluids() {
 }
 
 #[test]
-fn what_solids_on_particles_do_not_have_is_an_error() {
+fn keys_that_solids_on_particles_lack_are_an_error() {
     let law = "law = \"hypoelastic\", density = \"1200 kg/m^3\", young = \"1 MPa\", poisson = 0.3";
     for other in ["neo-hookean", "st-venant-kirchhoff"] {
         // Without the keys that are those of particles.

@@ -37,7 +37,7 @@ impl Home {
     }
 }
 
-/// What the program said.
+/// Output of the program.
 pub fn messages(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }

@@ -299,7 +299,7 @@ impl<const D: usize> World<D> {
         Vector::from_fn(|a| self.term(["momentum x", "momentum y", "momentum z"][a]))
     }
 
-    /// What the ledger can't explain, over the energy at the start.
+    /// Energy that the ledger can't explain, over the energy at the start.
     pub fn closure(&self) -> f64 {
         let start = self.term("stored energy at the start");
         self.mpm.snapshot().ledger.closure(start) / start

@@ -138,7 +138,7 @@ pub fn term<const D: usize>(mpm: &Mpm<D>, name: &str) -> f64 {
     ledger.terms.iter().find(|term| term.name == name).unwrap_or_else(|| panic!("no term `{name}`")).value
 }
 
-/// What the ledger can't explain, over the energy at the start.
+/// Energy that the ledger can't explain, over the energy at the start.
 pub fn closure<const D: usize>(mpm: &Mpm<D>) -> f64 {
     let start = term(mpm, "stored energy at the start");
     mpm.snapshot().ledger.closure(start) / start

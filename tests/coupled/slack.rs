@@ -32,7 +32,7 @@ fn a_slack_sheet_that_snaps_taut_gains_nothing() {
     let terms = ["kinetic energy: sheet", "strain energy: sheet", "work of gravity: sheet"];
     run(&mut mpm, 2.0, |t, mpm| {
         let [kinetic, strain, work] = terms.map(|name| term(mpm, name));
-        // 0.14 kg fall by up to 0.9 m. The books carry the strain energy on by half a step, to the time of the velocities.
+        // 0.14 kg fall by up to 0.9 m. The ledger carries the strain energy on by half a step, to the time of the velocities.
         assert!(strain > -1e-3 && kinetic + strain < work + 0.01, "t = {t}: {kinetic} + {strain} J of {work}");
     });
 }

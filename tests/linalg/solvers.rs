@@ -287,7 +287,7 @@ fn the_first_preconditioner_returns_after_systems_that_needed_another() {
     let mut solve = |a: &BlockMatrix<3>| {
         let mut x = vec![[0.0; 3]; b.len()];
         solver.solve(a, &b, &mut x).unwrap();
-        solver.state().counters.method
+        solver.state().counters.method_number
     };
     let usual = solve(&easy);
     assert!(solve(&hard) != usual);

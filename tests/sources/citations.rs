@@ -1,4 +1,4 @@
-//! Citations in sources, cases and tests have targets: sections and equations of the theory, equations of the two papers, reference files.
+//! Citations in sources, cases, tests and the guide have targets: sections and equations of the theory, equations of the two papers, reference files.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -24,14 +24,23 @@ fn files(folder: &str, extensions: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// Path and text of all that may cite.
-fn citing() -> Vec<(String, String)> {
+/// Path and text of a file.
+fn read(path: PathBuf) -> (String, String) {
+    (path.strip_prefix(root()).unwrap().display().to_string(), fs::read_to_string(&path).unwrap())
+}
+
+/// Path and text of sources, tests and cases.
+fn sources() -> Vec<(String, String)> {
     let folders = ["src", "tests", "benches", "cases"];
     let all = folders.iter().flat_map(|folder| files(folder, &["rs", "toml", "md"]));
     let here = Path::new(file!()).file_name().unwrap();
-    all.filter(|path| path.file_name() != Some(here))
-        .map(|path| (path.strip_prefix(root()).unwrap().display().to_string(), fs::read_to_string(path).unwrap()))
-        .collect()
+    all.filter(|path| path.file_name() != Some(here)).map(read).collect()
+}
+
+/// Path and text of the guide and of the pages beside it.
+fn pages() -> Vec<(String, String)> {
+    let beside = ["ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "README.md"].map(|name| root().join(name));
+    files("docs/src", &["md"]).into_iter().chain(beside).map(read).collect()
 }
 
 /// A label such as `A.3` or `A.3.1` at the beginning of the text.
@@ -60,26 +69,45 @@ fn theory() -> BTreeSet<String> {
     labels
 }
 
+/// The labels in the list with which a text begins.
+fn labels(rest: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for item in rest.split([',', ';', '–']).map(|item| item.trim_start().trim_start_matches("and ")) {
+        match label(item.trim_start_matches('(')) {
+            Some(name) if item.starts_with('(') => found.push(format!("({name})")),
+            Some(name) => found.push(name.to_owned()),
+            None => break,
+        }
+    }
+    found
+}
+
 /// The labels that a text cites: a list after the word theory, and equations in brackets anywhere.
 fn cited(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for rest in text.split("theory ").skip(1) {
-        for item in rest.split([',', ';', '–']).map(|item| item.trim_start().trim_start_matches("and ")) {
-            match label(item.trim_start_matches('(')) {
-                Some(name) if item.starts_with('(') => found.push(format!("({name})")),
-                Some(name) => found.push(name.to_owned()),
-                None => break,
-            }
-        }
+        found.extend(labels(rest));
         // A number alone is no label.
         let bare = rest.starts_with(|c: char| c.is_ascii_digit());
         found.extend(bare.then(|| rest.chars().take(6).collect()));
     }
-    for rest in text.split('(').skip(1) {
-        let name = label(rest).filter(|name| rest[name.len()..].starts_with([')', ',']));
-        found.extend(name.map(|name| format!("({name})")));
-    }
+    found.extend(in_brackets(text));
     found
+}
+
+/// The labels that stand in brackets.
+fn in_brackets(text: &str) -> impl Iterator<Item = String> {
+    text.split('(').skip(1).filter_map(|rest| {
+        let name = label(rest).filter(|name| rest[name.len()..].starts_with([')', ',']))?;
+        Some(format!("({name})"))
+    })
+}
+
+/// The labels that a page of the guide cites: as sources do, and after the words section and chapter.
+fn cited_in_guide(text: &str) -> Vec<String> {
+    let words = ["section ", "sections ", "chapter "].into_iter().flat_map(|word| text.split(word).skip(1));
+    let sections = words.flat_map(labels);
+    sections.chain(cited(text)).collect()
 }
 
 #[test]
@@ -87,9 +115,15 @@ fn cited_sections_and_equations_of_the_theory_exist() {
     let theory = theory();
     assert!(theory.len() > 100, "{}", theory.len());
     let mut wrong = Vec::new();
-    for (path, text) in citing() {
+    for (path, text) in sources() {
         let missing = cited(&text).into_iter().filter(|label| !theory.contains(label));
         wrong.extend(missing.map(|label| format!("{path}: theory {label}")));
+    }
+    // The guide puts sections in brackets, too.
+    let known = |label: &String| theory.contains(label) || theory.contains(label.trim_matches(['(', ')']));
+    for (path, text) in pages() {
+        let missing = cited_in_guide(&text).into_iter().filter(|label| !known(label));
+        wrong.extend(missing.map(|label| format!("{path}: {label}")));
     }
     assert!(wrong.is_empty(), "without a target in docs/src/theory:\n{}", wrong.join("\n"));
 }
@@ -99,6 +133,8 @@ fn labels_are_found_in_every_form() {
     let text =
         "as theory A.3, A.5 say, theory (B.12), theory D.4.1; linear theory within 3 %, f(A.x) and (C.7); theory 6.2";
     assert_eq!(cited(text), ["A.3", "A.5", "(B.12)", "D.4.1", "6.2", "(B.12)", "(C.7)"]);
+    let page = "section G.12, sections F.3 and F.4; section 5 of the paper (H.9)";
+    assert_eq!(cited_in_guide(page), ["G.12", "F.3", "(H.9)"]);
 }
 
 /// The rows of the table of a paper's equations: number, and the sources that do the work.
@@ -113,53 +149,67 @@ fn table(paper: &str) -> Vec<(u32, Vec<String>)> {
     text.lines().filter_map(row).collect()
 }
 
-/// The numbers after `Lian (` or `Becker (`.
-fn equations(text: &str, paper: &str) -> Vec<u32> {
-    let mut numbers = Vec::new();
-    for rest in text.split(&format!("{paper} (")).skip(1) {
-        let list = rest.split(')').next().unwrap_or_default();
-        for item in list.split(", ") {
-            let ends: Vec<u32> = item.split('–').filter_map(|end| end.parse().ok()).collect();
-            match ends[..] {
-                [one] => numbers.push(one),
-                [first, last] => numbers.extend(first..=last),
-                _ => {}
-            }
-        }
-    }
-    numbers
+/// The equations of a paper that the list names below its table, without a row.
+fn without_row(paper: &str) -> Vec<u32> {
+    let text = fs::read_to_string(root().join("docs/src/theory/papers.md")).unwrap();
+    text.lines().filter(|line| line.starts_with("Without a row:")).flat_map(|line| equations(line, paper)).collect()
 }
 
-/// The numbers that comments give in brackets, or after `eq.` and `eqs.`: at the line that does the work the paper goes without saying.
-fn in_comments(text: &str) -> Vec<u32> {
-    let mut numbers = Vec::new();
-    for comment in text.lines().filter_map(|line| Some(line.split_once("//")?.1)) {
-        for rest in comment.split(['(', '.']).skip(1) {
-            let end = rest.find(|c: char| !c.is_ascii_digit() && !"–, ".contains(c)).unwrap_or(rest.len());
-            for item in rest[..end].split(',').map(str::trim) {
-                let ends: Vec<u32> = item.split('–').filter_map(|end| end.trim().parse().ok()).collect();
-                numbers.extend(ends.first().zip(ends.last()).into_iter().flat_map(|(first, last)| *first..=*last));
-            }
+/// The numbers after `Lian (` or `Becker (`: `Lian (60, 61; 17–19)`, `Becker (29)–(33), (35)`.
+fn equations(text: &str, paper: &str) -> Vec<u32> {
+    text.split(&format!("{paper} (")).skip(1).flat_map(numbers).collect()
+}
+
+/// The numbers of a list that begins after its first bracket, and goes on in brackets of their own.
+fn numbers(mut rest: &str) -> Vec<u32> {
+    let (mut found, mut is_range) = (Vec::<u32>::new(), false);
+    while let Some((list, after)) = rest.split_once(')') {
+        let Some(own) = list.split([',', ';']).map(|item| range(item.trim())).collect::<Option<Vec<_>>>() else {
+            break;
+        };
+        let own: Vec<u32> = own.into_iter().flatten().collect();
+        if let (true, Some(last), Some(first)) = (is_range, found.last().copied(), own.first().copied()) {
+            found.extend(last + 1..first);
         }
+        found.extend(own);
+        let next = [("–(", true), (", (", false), (" and (", false)];
+        let next = next.into_iter().find_map(|(start, range)| Some((after.strip_prefix(start)?, range)));
+        let Some(next) = next else { break };
+        (rest, is_range) = next;
     }
-    numbers
+    found
+}
+
+/// The numbers of `17` or `17–19`.
+fn range(item: &str) -> Option<std::ops::RangeInclusive<u32>> {
+    let (first, last) = item.split_once('–').unwrap_or((item, item));
+    Some(first.parse().ok()?..=last.parse().ok()?)
+}
+
+#[test]
+fn numbers_of_equations_are_found_in_every_form() {
+    let text =
+        "Lian (60, 61; 17–19), Becker (29)–(33), (35) and (36), theory (K.8) and (7); Becker (1) with (4) and (5)";
+    assert_eq!(equations(text, "Lian"), [60, 61, 17, 18, 19]);
+    assert_eq!(equations(text, "Becker"), [29, 30, 31, 32, 33, 35, 36, 1]);
+    assert_eq!(equations("from (48), at 0.5 (17) of Lian (2014, p. 3)", "Lian"), [0; 0]);
 }
 
 #[test]
 fn equations_of_the_papers_are_listed_and_cited_in_the_sources_that_the_list_names() {
     for paper in ["Lian", "Becker"] {
-        let table = table(paper);
+        let (table, without_row) = (table(paper), without_row(paper));
         assert!(table.len() > 10, "{paper}");
         for (number, sources) in &table {
             for source in sources {
                 let text = fs::read_to_string(root().join("src").join(source)).unwrap_or_else(|_| panic!("{source}"));
-                let there = equations(&text, paper).contains(number) || in_comments(&text).contains(number);
+                let there = equations(&text, paper).contains(number);
                 assert!(there, "src/{source} doesn't say where it does {paper} ({number})");
             }
         }
-        for (path, text) in citing() {
+        for (path, text) in sources().into_iter().chain(pages()) {
             for number in equations(&text, paper) {
-                let known = table.iter().any(|(listed, _)| *listed == number);
+                let known = without_row.contains(&number) || table.iter().any(|(listed, _)| *listed == number);
                 assert!(known, "{path} cites {paper} ({number}), which docs/src/theory/papers.md doesn't list");
             }
         }

@@ -27,7 +27,7 @@ impl Csr {
         self.columns[range.clone()].iter().map(|&j| j as usize).zip(self.values[range].iter().copied())
     }
 
-    /// From the rows that `fill` appends, given a row and a scratch row of sums over `width` columns.
+    /// A matrix of the rows that `fill` appends, given a row and a scratch row of sums over `width` columns.
     pub fn from_rows(rows: usize, width: usize, fill: impl Fn(usize, &mut SparseRow) + Sync) -> Self {
         let parts: Vec<(Vec<u32>, Vec<u32>, Vec<f32>)> = (0..rows.div_ceil(ROWS))
             .into_par_iter()

@@ -58,7 +58,7 @@ mod tests {
         let law = fluid(1.2, GAS);
         let mut sample = TestParticle::new(&law, start());
         sample.step(&law, Tensor::ZERO, 1e-6);
-        assert!((sample.signal[0] - (1.4f64 * 1e5 / 1.2).sqrt()).abs() < 1e-9);
+        assert!((sample.wave_speed[0] - (1.4f64 * 1e5 / 1.2).sqrt()).abs() < 1e-9);
     }
 
     /// The isentrope p V^γ = const. (Poisson) is met with second order.

@@ -135,7 +135,7 @@ mod tests {
             let mut sample = TestParticle::new(&law, StartState::default());
             sample.step(&law, Tensor::identity() * 1e-3, 1.0);
             assert_eq!((sample.pressure[0], sample.energy[0]), (0.0, 0.0));
-            assert!((sample.signal[0] / 1647.0 - 1.0).abs() < 0.01);
+            assert!((sample.wave_speed[0] / 1647.0 - 1.0).abs() < 0.01);
         }
     }
 }

@@ -10,8 +10,8 @@
 //!
 //! `+` bodies lie on the side that n points to. The first equation is the exact solution of the strictly
 //! convex problem with the constraints v₊·n ≥ V ≥ v₋·n: its left side grows with V, so that V is unique and
-//! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r m_s/(m_r + m_s): Lian (55)
-//! with the right sign, which has −J on the sheet r.
+//! no enumeration of active sets is needed. With one body the normal part is that of J = M (v̄_r − v̄_s), with M = m_r
+//! m_s/(m_r + m_s): Lian (55) with the right sign, which has −J on the sheet r.
 
 use super::ledger::PairDissipation;
 use crate::math::Vector;
@@ -59,8 +59,9 @@ pub struct ContactTotals<const D: usize> {
 }
 
 impl<const D: usize> ContactTotals<D> {
-    /// Adds the impulses `j` on the body of one pair, with their `work` J·v̂ at the velocity of the middle partner [J], the mean velocity `v`
-    /// of the body [m/s], and the arm from the middle partner to the body [m]: lost is J·(v̂_r − v̂_b) (theory (D.29)).
+    /// Adds the impulses `j` on the body of one pair, with their `work` J·v̂ at the velocity of the middle partner [J],
+    /// the mean velocity `v` of the body [m/s], and the arm from the middle partner to the body [m]: lost is J·(v̂_r −
+    /// v̂_b) (theory (D.29)).
     pub fn add(&mut self, j: &Impulse<D>, work: [f64; 2], v: Vector<D>, arm: Vector<D>) {
         self.impulse += j.total();
         self.dissipated.normal += work[0] - j.normal.dot(v);
@@ -117,7 +118,8 @@ fn common_velocity<const D: usize>(mass: f64, u: f64, normal: Vector<D>, touches
     p / m
 }
 
-/// Friction (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick again (theory D.6).
+/// Friction, Lian (56–58): all rough contacts stick at first; those beyond Coulomb's limit slide, and the rest stick
+/// again (theory D.6).
 fn add_friction<const D: usize>(
     mass: f64,
     velocity: Vector<D>,
@@ -176,7 +178,8 @@ mod tests {
         Touch { mass, velocity: Vector(velocity), side, friction }
     }
 
-    /// All subsets of touching bodies: the one of which none would be pulled, and none left out that comes nearer (theory D.5).
+    /// All subsets of touching bodies: the one of which none would be pulled, and none left out that comes nearer
+    /// (theory D.5).
     fn enumerate(mass: f64, u: f64, touches: &[Touch<2>]) -> f64 {
         let n = touches.len();
         for active in 0..1_u32 << n {

@@ -7,10 +7,11 @@
 //! f_K = Σ_α p_αK P_α,    P₁ = V (T¹¹ g₁ + T¹² g₂),    P₂ = V (T¹² g₁ + T²² g₂)
 //! ```
 //!
-//! *Rate form* (theory C.3): the strain increment D Δt = ½ Δ(g_α·g_β), taken at mid-step where it is exact, in the orthonormal
-//! frame that bisects the normalised tangents (Lian (32–41) with normalised tangents); stress history in that frame.
-//! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents in the material
-//! axes; no frame is needed.
+//! *Rate form* (theory C.3): the strain increment D Δt = ½ Δ(g_α·g_β), taken at mid-step where it is exact, in
+//! the orthonormal frame that bisects the normalised tangents (Lian (32–41) with normalised tangents); stress history
+//! in that frame.
+//! *Total form* (theory (C.12)): C = Mᵀ (g_α·g_β) M and T = M S Mᵀ, where M holds the duals of the reference tangents
+//! in the material axes; no frame is needed.
 
 use super::hourglass::{Hourglass, HourglassForce, HourglassInput};
 use super::lanes::{ElementLanes, LANES, LaneVector};
@@ -48,9 +49,9 @@ pub struct ReferenceBlock {
 
 /// Factor by which the steps of sheets that wrinkle are shorter than those of sheets that don't.
 ///
-/// A slack element that snaps taut has moved past its length without a force. For one degree of freedom of frequency ω and a random
-/// place in the step, the speed at which it comes back has 1.28 times the energy on average, up to 2.4, where ω Δt = 1.6; where
-/// ω Δt = 1 and the stress has a viscous part of 0.05 of its increment, 0.86, at most 0.90.
+/// A slack element that snaps taut has moved past its length without a force. For one degree of freedom of frequency ω
+/// and a random place in the step, the speed at which it comes back has 1.28 times the energy on average, up to 2.4,
+/// where ω Δt = 1.6; where ω Δt = 1 and the stress has a viscous part of 0.05 of its increment, 0.86, at most 0.90.
 pub const SNAP: f64 = 1.6;
 
 /// The parameters that all elements of a membrane share.
@@ -151,9 +152,9 @@ pub struct Updated<const N: usize> {
 /// The metric of a crumpled element is at least this [m⁴], so that its inverse is a number.
 const LEAST_SPREAD: f64 = 1e-60;
 
-/// The fourth power of the area over that of the reference, at most one: what is left of the viscosity of the hourglass mode in an
-/// element of a sheet that wrinkles. The duals of one that crumples to a line grow as the inverse of its squared area,
-/// and the viscosity with their squares: in full it would throw its nodes away.
+/// The fourth power of the area over that of the reference, at most one: what is left of the viscosity of the hourglass
+/// mode in an element of a sheet that wrinkles. The duals of one that crumples to a line grow as the inverse of its
+/// squared area, and the viscosity with their squares: in full it would throw its nodes away.
 #[inline(always)]
 fn spread(area: ElementLanes, reference: Option<&ReferenceBlock>, volume: ElementLanes) -> ElementLanes {
     let Some(reference) = reference else { return ElementLanes::splat(1.0) };
@@ -210,7 +211,7 @@ pub fn update<S: ElementShape<N>, const N: usize>(
     Updated { force: S::spread(-p, -r, -h), area, sums }
 }
 
-/// Resultants of the stress at a quadrature point (42–44).
+/// Resultants of the stress at a quadrature point, Lian (42–44).
 #[inline(always)]
 fn resist_at<S: ElementShape<N>, const N: usize>(
     motion: &MovingTangents,
@@ -270,7 +271,8 @@ fn strain_increment(MovingTangents { now, rate }: &MovingTangents, dt: f64) -> (
     (Metric::new(m1, m2), [m1.dot(u1), m2.dot(u2), (m1.dot(u2) + m2.dot(u1)) * 0.5])
 }
 
-/// The orthonormal frame that bisects the normalised tangents, Lian (34–39), by its components on the metric (theory C.2).
+/// The orthonormal frame that bisects the normalised tangents, Lian (34–39), by its components on the metric
+/// (theory C.2).
 ///
 /// With the angle φ between the tangents, g₁ = |g₁| (C, S) and g₂ = |g₂| (S, C), where 2 C² = 1 + sin φ,
 /// 2 S² = 1 − sin φ, 2 C S = cos φ.

@@ -1,10 +1,12 @@
-//! The volume that a closed membrane encloses, as a sum over its elements: of cones to a point that stays.
+//! The volume that a closed membrane encloses, as a sum over its elements: of cones to a point that stays
+//! (theory C.11).
 //!
 //! ```text
 //! 3D: V = Σ ⅙ a·(b × c) over triangles,    2D: V = Σ ½ a × b over segments
 //! ```
 //!
-//! from any point that stays, exactly, for flat triangles. A quadrilateral is the fan of four triangles around its mean point.
+//! from any point that stays, exactly, for flat triangles. A quadrilateral is the fan of four triangles around its mean
+//! point.
 
 use super::Membrane;
 use super::connectivity::MembraneElements;

@@ -1,7 +1,8 @@
 //! Membranes: thin sheets as explicit finite elements without bending (Lian, Liu & Zhang 2014, section 4; theory C).
 //!
-//! Quadrilaterals with one quadrature point and hourglass control (of sheets that wrinkle: 2 × 2 points), constant-strain
-//! triangles, and in 2D two-node segments of unit width. One step, from positions xⁿ and velocities v^{n−½}:
+//! Quadrilaterals with one quadrature point and hourglass control (of sheets that wrinkle: 2 × 2 points),
+//! constant-strain triangles, and in 2D two-node segments of unit width. One step, from positions xⁿ and velocities
+//! v^{n−½}:
 //!
 //! ```text
 //! σⁿ, hⁿ        from the strain of the last step                              Lian (32–41), corrected
@@ -130,8 +131,8 @@ impl<const D: usize> Membrane<D> {
         crate::parallel::sum(self.mass.len(), |k| self.mass[k])
     }
 
-    /// The largest stable step of the elements as they were at the last force evaluation [s] (48; theory (C.34)).
-    /// The caller applies its safety factor.
+    /// The largest stable step of the elements as they were at the last force evaluation [s] (Lian (48);
+    /// theory (C.34)). The caller applies its safety factor.
     pub fn stable_dt(&self) -> f64 {
         let zeta = self.parameters.damping;
         2.0 / self.ledger.frequency2.sqrt() * ((1.0 + zeta * zeta).sqrt() - zeta)

@@ -20,7 +20,7 @@ const NODES: usize = 4096;
 
 impl<const D: usize> Membrane<D> {
     /// Updates stress and thickness with the last displacement step and evaluates the forces at time `t`
-    /// (32–45; theory C.3 to C.5).
+    /// (Lian (32–45); theory C.3 to C.5).
     ///
     /// # Errors
     /// An element that has collapsed, a node that is not finite, or a load without a value.
@@ -110,8 +110,8 @@ impl<const D: usize> Membrane<D> {
         nodes.iter().map(|&k| self.position[k as usize]).sum::<Vector<D>>() * (1.0 / nodes.len() as f64)
     }
 
-    /// Rate by which mass-proportional damping c takes from a velocity, (1 − e^(−cΔt))/Δt [1/s]: exact for a sheet that nothing else
-    /// acts on, however large the step.
+    /// Rate by which mass-proportional damping c takes from a velocity, (1 − e^(−cΔt))/Δt [1/s]: exact for a sheet that
+    /// nothing else acts on, however large the step.
     fn drag(&self) -> f64 {
         let dt = self.momentum_dt;
         if self.mass_damping > 0.0 && dt > 0.0 { -(-self.mass_damping * dt).exp_m1() / dt } else { self.mass_damping }
@@ -232,7 +232,8 @@ impl<const D: usize> Membrane<D> {
         self.update_group::<Segment, 2>(next, segments, sums).0
     }
 
-    /// Updates the `count` elements of one shape that begin at `first`; returns the sums and where the next shape begins.
+    /// Updates the `count` elements of one shape that begin at `first`; returns the sums and where the next shape
+    /// begins.
     fn update_group<S: ElementShape<N>, const N: usize>(
         &mut self,
         first: FirstElement,

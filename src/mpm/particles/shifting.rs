@@ -1,4 +1,5 @@
-//! Particle shifting: keeps the particles of liquids evenly spaced, and their volumes those of the space that they fill (theory A.11).
+//! Particle shifting: keeps the particles of liquids evenly spaced, and their volumes those of the space that they fill
+//! (theory A.11).
 //!
 //! ```text
 //! φ_I = Σ_p V_p N_Ip / ∫N_I dx,     c_I = max(φ_I − 1, 0)          what particles fill of a node's share of space, and the excess
@@ -6,20 +7,23 @@
 //! V_p ← V_p (1 − (α ‖ε̇_p‖ Δt + β) c(x_p))
 //! ```
 //!
-//! Flow draws particles into strings along some lines and out of others. The volume that each carries follows the divergence of the
-//! velocity and knows nothing of that: pressures don't push clusters apart. A row of particles along a wall thins out until a
-//! single one bears the weight of what stands above it. Where a liquid fills more than there is room for, particles therefore go where
-//! there is less; since volumes add up, that fills the holes, and free surfaces, where φ < 1, keep their shape. The rate of strain ε̇
-//! is what makes clusters, and sets the pace at which they dissolve.
+//! Flow draws particles into strings along some lines and out of others. The volume that each carries follows
+//! the divergence of the velocity and knows nothing of that: pressures don't push clusters apart. A row of particles
+//! along a wall thins out until a single one bears the weight of what stands above it. Where a liquid fills more than
+//! there is room for, particles therefore go where there is less; since volumes add up, that fills the holes, and free
+//! surfaces, where φ < 1, keep their shape. The rate of strain ε̇ is what makes clusters, and sets the pace at which
+//! they dissolve.
 //!
-//! A squeezed liquid keeps the volumes of its particles as long as the divergence of the velocity doesn't show it: contact that parts overlapping particles
-//! from a sheet, again and again, pressed a water balloon to five sixths of its volume within three seconds, at the same pressure. The
-//! excess is therefore taken from the volumes, slowly, and the pressure that follows makes the liquid take its space back. The work is booked.
+//! A squeezed liquid keeps the volumes of its particles as long as the divergence of the velocity doesn't show it:
+//! contact that parts overlapping particles from a sheet, again and again, pressed a water balloon to five sixths
+//! of its volume within three seconds, at the same pressure. The excess is therefore taken from the volumes, slowly,
+//! and the pressure that follows makes the liquid take its space back. The work is booked.
 //!
-//! Particles of a liquid that has parted (p at its limit) are left as they are, but for the void between them, which closes as it fills.
+//! Particles of a liquid that has parted (p at its limit) are left as they are, but for the void between them, which
+//! closes as it fills.
 //!
-//! The room ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed takes up less
-//! space, as it should, and its volumes follow its energy (`volumes`).
+//! The room ∫N_I dx ends at walls (exactly), and at sheets and obstacles (as if they were flat). A gas that is squeezed
+//! takes up less space, as it should, and its volumes follow its energy (`volumes`).
 
 use crate::math::{Tensor, Vector};
 use crate::mpm::contact::Contact;
@@ -27,7 +31,9 @@ use crate::mpm::contact::{FoldedStencil, flip};
 use crate::mpm::coupling::Coupling;
 use crate::mpm::grid::kernel::{Kernel, ShapeFunction, with_shape};
 use crate::mpm::grid::{Fold, GhostShares, Ghosts};
-use crate::mpm::transfer::{GatherFields, NodeRecord, ScatterContent, Sweep, put_scalar, put_velocity};
+use crate::mpm::transfer::{
+    Executor, GatherFields, NodeRecord, ScatterContent, Scattering, Targets, put_scalar, put_velocity,
+};
 use crate::mpm::wall::{Bodies, Walls};
 use crate::mpm::{Body, Grid, Node, Step, VelocityField};
 use crate::parallel::{self, CHUNK};
@@ -39,9 +45,10 @@ const EVERY: u64 = 10;
 const PACE: f64 = 1.0;
 const MOST: f64 = 0.1;
 
-/// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within some thousand steps
-/// an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where it is large for a moment, gets no blow of
-/// its own: 0.001 is the pressure of a flow at a thirtieth of the speed of sound.
+/// β: the share of an excess that is taken from the volumes at once, and the most of a volume that is taken. Within
+/// some thousand steps an excess is gone; noise in it, a few percent, makes pressures no rougher, and an impact, where
+/// it is large for a moment, gets no blow of its own: 0.001 is the pressure of a flow at a thirtieth of the speed
+/// of sound.
 const SHARE: f64 = 2e-3;
 const MOST_TAKEN: f64 = 1e-3;
 
@@ -66,10 +73,12 @@ pub(in crate::mpm) struct Surroundings<'a, const D: usize> {
     pub ghosts: &'a Ghosts<D>,
     /// Walls and obstacles.
     pub walls: &'a Walls<D>,
+    /// The executor of sums over particles.
+    pub executor: &'a dyn Executor<D>,
 }
 
-/// Finds, every few steps, where the particles of liquids are to go at the end of this step, and corrects their volumes;
-/// returns the work of that, field by field [J].
+/// Finds, every few steps, where the particles of liquids are to go at the end of this step, and corrects their
+/// volumes; returns the work of that, field by field [J].
 pub(in crate::mpm) fn even_out<const D: usize>(
     steps: u64,
     dt: f64,
@@ -100,10 +109,11 @@ fn find_excess<const D: usize>(
     bodies: &mut [Body<D>],
     contact: &mut Contact<D>,
 ) -> Vec<[f64; 1]> {
-    let Surroundings { grid, ghosts, .. } = around;
+    let Surroundings { grid, ghosts, executor, .. } = around;
     let mut sums = vec![[0.0; 2]; grid.node_count()];
-    for body in bodies.iter().filter(|body| body.field == field) {
-        Sweep::new(grid, body).scatter(&mut sums, body, ScatterContent::Pressures);
+    for body in bodies.iter_mut().filter(|body| body.field == field) {
+        let targets = Targets::Sums(&mut sums);
+        executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
     }
     ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
     let reached = |node: usize| sums[node][0] > 0.0;
@@ -132,7 +142,8 @@ fn find_excess<const D: usize>(
     excess
 }
 
-/// The room around each node that particles of a field reach, which walls, obstacles and sheets leave, over the volume of a cell.
+/// The room around each node that particles of a field reach, which walls, obstacles and sheets leave, over the volume
+/// of a cell.
 fn free_rooms<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,
     field: usize,
@@ -175,7 +186,8 @@ fn follow<const D: usize>(
     work
 }
 
-/// Sets the first component of each particle's shift to the part of the way that it goes in `dt` [s], by its rate of strain.
+/// Sets the first component of each particle's shift to the part of the way that it goes in `dt` [s], by its rate
+/// of strain.
 fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vector<D>], dt: f64) {
     let node = |n: usize, record: &mut NodeRecord| put_velocity(record, &velocity[n]);
     let (sweep, _, view) = body.sweep(grid);
@@ -187,7 +199,8 @@ fn set_pace<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, velocity: &[Vect
     });
 }
 
-/// Sets the shifts of a body's particles [m] by their paces, and takes from their volumes; returns the work of that [J].
+/// Sets the shifts of a body's particles [m] by their paces, and takes from their volumes; returns the work of that
+/// [J].
 fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64; 1]]) -> f64 {
     let square = grid.cell * grid.cell;
     let node = |n: usize, record: &mut NodeRecord| {
@@ -214,8 +227,9 @@ fn set_shift<const D: usize>(grid: &Grid<D>, body: &mut Body<D>, excess: &[[f64;
     })
 }
 
-/// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on their sides of
-/// the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after particles and sheets have moved.
+/// Moves the particles of liquids to where there is room, parts what overlaps with a sheet, and keeps all particles on
+/// their sides of the sheets; returns the work that the forces on nodes would have done on the way [J]. Comes after
+/// particles and sheets have moved.
 pub(in crate::mpm) fn displace<const D: usize>(
     Surroundings { grid, walls, .. }: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
@@ -278,8 +292,8 @@ fn keep_out<const D: usize>(
 
 /// Closes the voids of particles that have parted and are back among others.
 ///
-/// The volume of particles and voids beyond the room that there is, is taken from the voids. Strain alone doesn't close them where pressure
-/// holds the neighbours: a drop that fell back into a pool was a hole in it, for good.
+/// The volume of particles and voids beyond the room that there is, is taken from the voids. Strain alone doesn't close
+/// them where pressure holds the neighbours: a drop that fell back into a pool was a hole in it, for good.
 fn close_voids<const D: usize>(
     grid: &Grid<D>,
     lattice: &FoldedStencil<D>,
@@ -326,7 +340,8 @@ fn largest<'a, const D: usize>(shifts: impl Iterator<Item = &'a Vector<D>>) -> f
     shifts.map(|by| by.norm_squared()).fold(0.0, f64::max).sqrt()
 }
 
-/// Work that stresses, gravity and tractions would have done over the displacement `by` [m] of a particle, m_p Σ N_I a_I · u_p [J].
+/// Work that stresses, gravity and tractions would have done over the displacement `by` [m] of a particle, m_p Σ N_I
+/// a_I · u_p [J].
 fn work_over<const D: usize>(
     grid: &Grid<D>,
     body: &Body<D>,
@@ -404,8 +419,8 @@ mod tests {
     use super::*;
     use crate::mpm::grid::kernel::Quadratic;
 
-    /// Of the integral of a quadratic spline on a wall a half lies inside; what its neighbour beyond the wall has inside, a
-    /// forty-eighth, is folded: onto the first row inside by a mirror, linearly onto the first two rows else.
+    /// Of the integral of a quadratic spline on a wall a half lies inside; what its neighbour beyond the wall has
+    /// inside, a forty-eighth, is folded: onto the first row inside by a mirror, linearly onto the first two rows else.
     #[test]
     fn rooms_at_walls() {
         let near = |rooms: [f64; ROWS], exact: [f64; ROWS]| {

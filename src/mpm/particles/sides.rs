@@ -1,8 +1,9 @@
 //! Warnings about bodies on both sides of a membrane at the start.
 //!
-//! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ) for
-//! facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for good. A fluid that
-//! reaches farther to both sides of a closed membrane is meant to: it gets a velocity field on each (`regions`).
+//! The facets of a sphere lie inside of it: a gas that fills the sphere reaches beyond their middles, by R (1 − cos φ)
+//! for facets of half the angle φ. A particle stays on the side where it starts, so that these would be outside for
+//! good. A fluid that reaches farther to both sides of a closed membrane is meant to: it gets a velocity field on each
+//! (`regions`).
 
 use super::regions::Enclosure;
 use crate::error::Diagnostic;
@@ -14,8 +15,9 @@ use crate::parallel;
 /// A fluid this near to an open membrane lies beside it [cells]: nodes between its two halves share what both bring.
 const BESIDE: f64 = 1.0;
 
-/// A warning for each body that a closed membrane cuts off a film next to it from, for each that keeps its shape and that a membrane
-/// cuts through, and for each that flows and touches both sides of a membrane with free edges; as far as the two have contact.
+/// A warning for each body that a closed membrane cuts off a film next to it from, for each that keeps its shape and
+/// that a membrane cuts through, and for each that flows and touches both sides of a membrane with free edges; as far
+/// as the two have contact.
 pub fn check_sides<const D: usize>(setup: &Setup<D>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for membrane in &setup.membranes {
@@ -59,7 +61,7 @@ struct Beside {
 }
 
 impl<const D: usize> SheetAtStart<'_, D> {
-    /// Those of `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
+    /// Particles among `particles` that lie beside the sheet, up to `reach` [m] from it: behind and in front.
     fn sides<'p>(&self, particles: impl Iterator<Item = &'p Vector<D>>, reach: f64) -> [Beside; 2] {
         let mut sides = [Beside { count: 0, nearest: f64::INFINITY }; 2];
         for &x in particles {
@@ -74,8 +76,8 @@ impl<const D: usize> SheetAtStart<'_, D> {
         sides
     }
 
-    /// The warning about a body on both sides of a closed membrane: a solid, or a fluid of which no more than a film next to the
-    /// membrane is on one of them.
+    /// The warning about a body on both sides of a closed membrane: a solid, or a fluid of which no more than a film
+    /// next to the membrane is on one of them.
     fn warn_of_both_sides(&self, index: usize, body: &BodySetup<D>, all: &[Enclosure<D>]) -> Option<Diagnostic> {
         let within = |p: usize| all.iter().any(|enclosure| enclosure.holds(body.position[p]));
         let held: Vec<bool> = parallel::collect(body.position.len(), 256, within);

@@ -1,4 +1,5 @@
-//! Loads on the surface of a body: each particle of the outermost layer bears the force on its part of the surface.
+//! Loads on the surface of a body: each particle of the outermost layer bears the force on its part of the surface
+//! (theory A.14).
 //!
 //! ```text
 //! dead       f = t A                                     traction t per area A of the undeformed surface

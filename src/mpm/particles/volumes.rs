@@ -1,19 +1,21 @@
-//! The volumes that particles of an ideal gas stand for, from the grid.
+//! The volumes that particles of an ideal gas stand for, from the grid (theory A.12).
 //!
 //! ```text
 //! p_I = Σ_p V_p p_p N_Ip / hᴰ          at nodes around which the gas fills space; next to them the mean of their neighbours
 //! V_p ← V_p r,   p_p ← p_p/r,          r = (p_p / Σ_I N_Ip p_I)^β
 //! ```
 //!
-//! A particle's volume follows the divergence of velocity along its path, V̇ = V tr L, and keeps for ever what it was wrong by:
-//! paths wander through what the grid can't see, and in a bag at rest the sum of the volumes doubles in thousands of steps. Nothing
-//! else shows that. Of an ideal gas V p = (γ − 1) e, so that forces, work and the speed of sound γ (γ − 1) e/m are the same for every
-//! share of V between particles; but pressures and densities are read from it, and how near a particle comes to a surface.
-//! The energy per volume of the grid is known, and volumes are led to it, slowly, so that waves stay as sharp as they are.
+//! A particle's volume follows the divergence of velocity along its path, V̇ = V tr L, and keeps for ever what it was
+//! wrong by: paths wander through what the grid can't see, and in a bag at rest the sum of the volumes doubles in
+//! thousands of steps. Nothing else shows that. Of an ideal gas V p = (γ − 1) e, so that forces, work and the speed
+//! of sound γ (γ − 1) e/m are the same for every share of V between particles; but pressures and densities are read
+//! from it, and how near a particle comes to a surface. The energy per volume of the grid is known, and volumes are led
+//! to it, slowly, so that waves stay as sharp as they are.
 //!
-//! Where an atmosphere p_a is around the gas (`ambient`), volume pushes and has a price. The difference p − p_a drives particles apart that the grid
-//! holds together: volumes are led as fast as it lets them drift, and at p_a, where p_I has nothing but the noise of its
-//! sum, not at all. And p_a dV has gone to the atmosphere for what was no volume of the gas: it comes back, e + p_a V stays.
+//! Where an atmosphere p_a is around the gas (`ambient`), volume pushes and has a price. The difference p − p_a drives
+//! particles apart that the grid holds together: volumes are led as fast as it lets them drift, and at p_a, where p_I
+//! has nothing but the noise of its sum, not at all. And p_a dV has gone to the atmosphere for what was no volume
+//! of the gas: it comes back, e + p_a V stays.
 //!
 //! ```text
 //! r = (p_p/p)^(β min(|1 − p_a/p|, 1)/(1 + w)) ≤ 1 + ½/w,      p = Σ_I N_Ip p_I,   w = p_a V_p/e_p
@@ -25,7 +27,7 @@ use crate::math::{SymTensor, Vector};
 use crate::mpm::contact::Contact;
 use crate::mpm::contact::FoldedStencil;
 use crate::mpm::grid::GhostShares;
-use crate::mpm::transfer::{ScatterContent, Sweep};
+use crate::mpm::transfer::{ScatterContent, Scattering, Targets};
 use crate::mpm::wall::Walls;
 use crate::mpm::{Body, Grid, Particles, VelocityField};
 use crate::parallel;
@@ -46,7 +48,7 @@ const TASK: usize = 1024;
 /// Leads the volumes of ideal gases to the grid's, every few steps, in fields that such a gas has to itself.
 pub(in crate::mpm) fn correct<const D: usize>(
     steps: u64,
-    Surroundings { grid, ghosts, walls }: Surroundings<'_, D>,
+    Surroundings { grid, ghosts, walls, executor }: Surroundings<'_, D>,
     bodies: &mut [Body<D>],
     contact: &Contact<D>,
 ) {
@@ -60,7 +62,8 @@ pub(in crate::mpm) fn correct<const D: usize>(
             continue;
         }
         let mut sums = vec![[0.0; 2]; grid.node_count()];
-        Sweep::new(grid, body).scatter(&mut sums, body, ScatterContent::Pressures);
+        let targets = Targets::Sums(&mut sums);
+        executor.scatter(grid, body, Scattering { content: ScatterContent::Pressures, targets });
         ghosts.fold(&GhostShares::default(), &mut sums, |_, _, _| {});
         let full = |node: usize| !contact.meets(node) && is_clear(grid, walls, node);
         let pressure = grid_pressure(grid, &grid.fields[field], body, &sums, full);

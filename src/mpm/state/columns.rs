@@ -16,8 +16,8 @@ where
     visit(&format!("{body}.{name}"), Column::new(data));
 }
 
-/// The beginning of the names of a body's columns. Those of its further parts have a beginning of their own: whatever bodies are
-/// called, no two columns have one name.
+/// The beginning of the names of a body's columns. Those of its further parts have a beginning of their own: whatever
+/// bodies are called, no two columns have one name.
 fn prefix<const D: usize>(body: &Body<D>) -> String {
     match body.part.number {
         0 => format!("body.{}", body.name),
@@ -73,7 +73,8 @@ pub fn misfit<const D: usize>(mpm: &Mpm<D>) -> Option<String> {
         if !body.particles.position.iter().all(inside) {
             return Some(format!("a particle of `{name}` lies outside the grid"));
         }
-        // Bins that a particle may have left are made anew before the next step; those of a state before any step are empty.
+        // Bins that a particle may have left are made anew before the next step; those of a state before any step are
+        // empty.
         let sorted = match bins.sorted() {
             0 => bins.is_empty(),
             sorted if bins.stale(body.kernel, count) => sorted == count,
@@ -101,7 +102,7 @@ pub fn visit<const D: usize>(mpm: &mut Mpm<D>, visit: &mut dyn FnMut(&str, Colum
     visit("mpm.kinetic-energy", Column::scalar(&mut energy.kinetic));
     visit("mpm.internal-energy", Column::scalar(&mut energy.internal));
     visit("mpm.displaced-atmosphere", Column::scalar(&mut energy.displaced));
-    energy.accounts.column("mpm.ledger", visit);
+    energy.sums.column("mpm.ledger", visit);
     mpm.notices.columns(visit);
     mpm.coupling.proximity.columns(visit);
     visit("mpm.obstacles", Column::new::<Vector<3>>(&mut mpm.walls.displacement));

@@ -1,5 +1,5 @@
-//! The energy of the bodies over a step and its ledger, which closes to round-off: the work of the forces on nodes, and what transfers and
-//! stress updates lost or made up (theory A.17).
+//! The energy of the bodies over a step and its ledger, which closes to round-off: the work of the forces on nodes, and
+//! what transfers and stress updates lost or made up (theory A.17).
 //!
 //! With v̂ = ½(v⁻ + v⁺) at the nodes and Δt the step of the momentum:
 //!
@@ -15,8 +15,8 @@
 //! balance        Δ(K + U) = Σ gains − Σ losses + closure
 //! ```
 //!
-//! The closure ([`Ledger::closure`](crate::simulation::Ledger::closure)) is what no term accounts for: f_I is booked where it is made, so it
-//! shows any force that changed a node without being booked.
+//! The closure ([`Ledger::closure`](crate::simulation::Ledger::closure)) is what no term accounts for: f_I is booked
+//! where it is made, so it shows any force that changed a node without being booked.
 
 use crate::math::Vector;
 use crate::mpm::grid::{NodeMotion, VelocityField};
@@ -25,41 +25,42 @@ use crate::mpm::particles::motion::Summary;
 use crate::mpm::transfer::Reduce;
 use crate::mpm::wall::WallWork;
 use crate::parallel;
-use crate::simulation::{AccountId, Accounts, TermKind};
+use crate::simulation::{LedgerSums, TermId, TermKind};
 
-/// The accounts of the bodies in the ledger.
+/// Terms of the bodies in the ledger.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::mpm) struct BodyAccounts {
-    pub gravity: AccountId,
-    pub traction: AccountId,
-    pub wall: AccountId,
-    pub atmosphere: AccountId,
-    pub wall_loss: AccountId,
-    pub transfer: AccountId,
-    pub heat: AccountId,
-    pub stress: AccountId,
-    /// Work that forces would have done over displacements of particles, which change places alone; no part of the closure.
-    pub displacement: AccountId,
-    pub volume: AccountId,
+pub(in crate::mpm) struct BodyTerms {
+    pub gravity: TermId,
+    pub traction: TermId,
+    pub wall: TermId,
+    pub atmosphere: TermId,
+    pub wall_loss: TermId,
+    pub transfer: TermId,
+    pub heat: TermId,
+    pub stress: TermId,
+    /// Work that forces would have done over displacements of particles, which change places alone; no part
+    /// of the closure.
+    pub displacement: TermId,
+    pub volume: TermId,
 }
 
-impl BodyAccounts {
-    /// Opens the accounts, in the order in which the ledger shows them.
-    fn open() -> (Accounts, Self) {
-        let mut accounts = Accounts::default();
-        let ids = Self {
-            gravity: accounts.open("work of gravity", TermKind::Gain),
-            traction: accounts.open("work of tractions", TermKind::Gain),
-            wall: accounts.open("work of walls", TermKind::Gain),
-            atmosphere: accounts.open("work of the atmosphere", TermKind::Gain),
-            stress: accounts.open("stress update error", TermKind::Gain),
-            volume: accounts.open("work of volume corrections", TermKind::Gain),
-            heat: accounts.open("heat of transfer dissipation", TermKind::Gain),
-            wall_loss: accounts.open("wall dissipation", TermKind::Loss),
-            transfer: accounts.open("transfer dissipation", TermKind::Loss),
-            displacement: accounts.open("work over displacements", TermKind::Other),
+impl BodyTerms {
+    /// Adds the terms, in the order in which the ledger shows them.
+    fn add() -> (LedgerSums, Self) {
+        let mut sums = LedgerSums::default();
+        let terms = Self {
+            gravity: sums.add_term("work of gravity", TermKind::Gain),
+            traction: sums.add_term("work of tractions", TermKind::Gain),
+            wall: sums.add_term("work of walls", TermKind::Gain),
+            atmosphere: sums.add_term("work of the atmosphere", TermKind::Gain),
+            stress: sums.add_term("stress update error", TermKind::Gain),
+            volume: sums.add_term("work of volume corrections", TermKind::Gain),
+            heat: sums.add_term("heat of transfer dissipation", TermKind::Gain),
+            wall_loss: sums.add_term("wall dissipation", TermKind::Loss),
+            transfer: sums.add_term("transfer dissipation", TermKind::Loss),
+            displacement: sums.add_term("work over displacements", TermKind::Other),
         };
-        (accounts, ids)
+        (sums, terms)
     }
 }
 
@@ -105,8 +106,8 @@ impl ForceWork {
 #[derive(Debug)]
 pub(in crate::mpm) struct Energy {
     /// Gains, losses and the impulse of gravity, tractions and walls since the start.
-    pub accounts: Accounts,
-    pub ids: BodyAccounts,
+    pub sums: LedgerSums,
+    pub terms: BodyTerms,
     /// Kinetic energy of the bodies [J].
     pub kinetic: f64,
     /// Their internal energy [J].
@@ -120,8 +121,8 @@ pub(in crate::mpm) struct Energy {
 impl Energy {
     /// An empty ledger.
     pub fn new() -> Self {
-        let (accounts, ids) = BodyAccounts::open();
-        Self { accounts, ids, kinetic: 0.0, internal: 0.0, displaced: 0.0, work: GridWork::default() }
+        let (sums, terms) = BodyTerms::add();
+        Self { sums, terms, kinetic: 0.0, internal: 0.0, displaced: 0.0, work: GridWork::default() }
     }
 
     /// The energies that bodies start with, and those that are `stored` elsewhere [J].
@@ -129,7 +130,7 @@ impl Energy {
         self.kinetic = bodies.iter().map(|body| body.particles.kinetic_energy()).sum();
         self.internal = bodies.iter().map(|body| body.particles.internal_energy()).sum();
         self.displaced = displaced_atmosphere(bodies);
-        self.accounts.set_start(stored + (self.kinetic + self.internal));
+        self.sums.set_start(stored + (self.kinetic + self.internal));
     }
 
     /// Books the work of all forces on the nodes of a field, under `gravity` [m/s²] over `dt` [s].
@@ -137,47 +138,48 @@ impl Energy {
         self.work.nodes += work.all;
         self.work.applied += work.applied;
         self.work.external += work.weight;
-        self.accounts.add(self.ids.gravity, work.weight);
-        self.accounts.add_impulse((gravity * (work.mass * dt)).to3());
+        self.sums.add(self.terms.gravity, work.weight);
+        self.sums.add_impulse((gravity * (work.mass * dt)).to3());
     }
 
     /// Books the work and impulse of external forces on the particles of a body over `dt` [s].
     pub fn add_external<const D: usize>(&mut self, body: &Body<D>, dt: f64) {
         let (all, tractions, impulse) = body.external_work(dt);
         self.work.external += all;
-        self.accounts.add(self.ids.gravity, all - tractions);
-        self.accounts.add(self.ids.traction, tractions);
-        self.accounts.add_impulse(impulse.to3());
+        self.sums.add(self.terms.gravity, all - tractions);
+        self.sums.add(self.terms.traction, tractions);
+        self.sums.add_impulse(impulse.to3());
     }
 
     /// Books the work of walls and obstacles, their dissipation and their impulse.
     pub fn add_walls<const D: usize>(&mut self, done: &WallWork<D>) {
-        self.accounts.add(self.ids.wall, done.work);
-        self.accounts.add(self.ids.wall_loss, done.dissipation);
-        self.accounts.add_impulse(done.impulse.to3());
+        self.sums.add(self.terms.wall, done.work);
+        self.sums.add(self.terms.wall_loss, done.dissipation);
+        self.sums.add_impulse(done.impulse.to3());
     }
 
-    /// Books the heat that the noise filter leaves to the particles [J], and the work of moving walls on filtered velocities,
-    /// which the particles get or the filter takes.
+    /// Books the heat that the noise filter leaves to the particles [J], and the work of moving walls on filtered
+    /// velocities, which the particles get or the filter takes.
     pub fn add_filter<const D: usize>(&mut self, heat: f64, done: &WallWork<D>) {
         self.work.heat += heat;
         self.work.nodes += done.work;
-        self.accounts.add(self.ids.wall, done.work);
-        self.accounts.add_impulse(done.impulse.to3());
+        self.sums.add(self.terms.wall, done.work);
+        self.sums.add_impulse(done.impulse.to3());
     }
 
     /// Books the work of volume corrections, which the internal energy has taken up [J].
     pub fn add_volume_corrections(&mut self, work: f64) {
-        self.accounts.add(self.ids.volume, work);
+        self.sums.add(self.terms.volume, work);
         self.internal += work;
     }
 
-    /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes that neither
-    /// particles nor stresses get; `kept` is the share of the velocities that is not PIC's.
+    /// Takes from the work of a field's forces, under `gravity` [m/s²] over `dt` [s], the work of stresses on nodes
+    /// that neither particles nor stresses get; `kept` is the share of the velocities that is not PIC's.
     ///
-    /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f of stresses that are
-    /// updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by one and made by the
-    /// other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC) is lost.
+    /// Nodes do the work Δt f·½(v⁻ + v⁺), but FLIP gives the particles Δt f·½(v⁻ + ṽ) of it, and the forces f
+    /// of stresses that are updated with ṽ take no more from the internal energy. To book ½ Δt f·(v⁺ − ṽ) as lost by
+    /// one and made by the other would hide what they do. What PIC takes (its share β of the velocity; APIC is all PIC)
+    /// is lost.
     pub fn leave_unspent<const D: usize>(&mut self, field: &VelocityField<D>, gravity: Vector<D>, dt: f64, kept: f64) {
         let VelocityField { nodes, applied, velocity, .. } = field;
         let nodes = NodeMotion::of(nodes);
@@ -199,20 +201,20 @@ impl Energy {
         let all = bodies.iter().fold(Summary::default(), |sum, body| sum.plus(body.summary));
         let Summary { kinetic, internal, heat, .. } = all;
         let heat = heat + self.work.heat;
-        self.accounts.add(self.ids.transfer, self.work.nodes - (kinetic - self.kinetic));
+        self.sums.add(self.terms.transfer, self.work.nodes - (kinetic - self.kinetic));
         let internal_work = self.work.applied - self.work.external;
-        self.accounts.add(self.ids.heat, heat);
+        self.sums.add(self.terms.heat, heat);
         let displaced = displaced_atmosphere(bodies);
         let expansion = displaced - self.displaced;
-        self.accounts.add(self.ids.atmosphere, -expansion);
-        self.accounts.add(self.ids.stress, internal - self.internal - heat + internal_work + expansion);
+        self.sums.add(self.terms.atmosphere, -expansion);
+        self.sums.add(self.terms.stress, internal - self.internal - heat + internal_work + expansion);
         (self.kinetic, self.internal) = (kinetic, internal);
         self.displaced = displaced;
     }
 
     /// All energies [J]: finite as long as every term is.
     pub fn sum(&self) -> f64 {
-        self.kinetic + self.internal + self.accounts.sum()
+        self.kinetic + self.internal + self.sums.sum()
     }
 }
 

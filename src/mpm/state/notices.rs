@@ -1,8 +1,8 @@
 //! Notices for the user while a run goes on: energies that show that errors rule.
 //!
-//! The dissipation of bodies, and the energy that strains or hourglass control take up, can't be below zero; errors of stress updates
-//! and losses of transfers should be small beside the work W that is done: the largest of the works from outside, of the kinetic
-//! energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
+//! The dissipation of bodies, and the energy that strains or hourglass control take up, can't be below zero; errors
+//! of stress updates and losses of transfers should be small beside the work W that is done: the largest of the works
+//! from outside, of the kinetic energy, and of what the stresses took up or gave, so far. Nothing of this stops a run.
 
 use super::energy::Energy;
 use crate::mpm::coupling::Coupling;
@@ -127,17 +127,17 @@ impl Notices {
 impl Reading {
     /// The terms of a run.
     fn new<const D: usize>(energy: &Energy, coupling: &Coupling<D>, internal_start: f64) -> Self {
-        let Energy { accounts, ids, kinetic, internal, .. } = energy;
+        let Energy { sums, terms, kinetic, internal, .. } = energy;
         let (mut kinetic, internal) = (*kinetic, *internal);
         let taken = internal - internal_start;
-        let from_outside = [ids.gravity, ids.traction, ids.wall, ids.atmosphere];
-        let mut works: f64 = from_outside.iter().map(|&id| accounts.value(id).abs()).sum();
+        let from_outside = [terms.gravity, terms.traction, terms.wall, terms.atmosphere];
+        let mut works: f64 = from_outside.iter().map(|&id| sums.value(id).abs()).sum();
         let losses = coupling.contact.losses();
         let mut positive = vec![
             ("contact dissipation".to_owned(), losses.normal),
             ("friction dissipation".to_owned(), losses.friction),
         ];
-        let mut made = vec![("stress update error".to_owned(), accounts.value(ids.stress))];
+        let mut made = vec![("stress update error".to_owned(), sums.value(terms.stress))];
         let mut strain = 0.0f64;
         for membrane in &coupling.membranes {
             let (name, balance) = (&membrane.name, membrane.balance());
@@ -149,7 +149,7 @@ impl Reading {
             made.push((format!("stress update error: {name}"), balance.mismatch));
         }
         let work = works.max(kinetic).max(taken.abs()).max(strain);
-        let lost = accounts.value(ids.transfer) - accounts.value(ids.heat);
+        let lost = sums.value(terms.transfer) - sums.value(terms.heat);
         Self { work, largest: work.max(internal.abs()), positive, made, lost }
     }
 }
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_errors_rule_is_said_once_with_its_time() {
+    fn an_energy_that_errors_rule_is_said_once_with_its_time() {
         let mut notices = Notices::new(0.0);
         notices.look(&reading(-0.09, 0.39, 0.39), 0.5);
         assert_eq!(notices.take(), Vec::<String>::new());
@@ -185,7 +185,7 @@ mod tests {
 
     /// A run that goes on from a checkpoint keeps the notices that were given, and the scales of their measures.
     #[test]
-    fn what_was_said_before_a_checkpoint_is_not_said_again() {
+    fn notices_before_a_checkpoint_are_not_said_again() {
         let mut first = Notices::new(3.0);
         first.look(&reading(0.0, 0.5, 0.0), 0.5);
         assert_eq!(first.take().len(), 1);
@@ -200,7 +200,8 @@ mod tests {
         assert!(said.len() == 1 && said[0].starts_with("`transfer dissipation`"), "{said:?}");
     }
 
-    /// The largest work so far stays the scale where the work comes back; and gas at rest, which does none, gives no notice.
+    /// The largest work so far stays the scale where the work comes back; and gas at rest, which does none, gives no
+    /// notice.
     #[test]
     fn the_work_done_is_the_largest_so_far() {
         let mut notices = Notices::new(0.0);

@@ -111,8 +111,8 @@ pub fn snapshot<const D: usize>(mpm: &Mpm<D>) -> Snapshot<'_> {
     }
 }
 
-/// Forces of the material on walls and obstacles, contact forces on the first of the two, forces of membranes on their supports:
-/// means over the last step [N].
+/// Forces of the material on walls and obstacles, contact forces on the first of the two, forces of membranes on their
+/// supports: means over the last step [N].
 pub fn forces<const D: usize>(mpm: &Mpm<D>, visit: &mut dyn FnMut([f64; 3])) {
     // Reactions are kept as forces on the material; 0 − f has no negative zeros.
     let on_support = |reaction: [f64; 3]| reaction.map(|f| 0.0 - f);
@@ -154,7 +154,7 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
             terms.push(BalanceTerm::other(format!("affine kinetic energy: {name}"), "J", affine));
         }
     }
-    let mut impulse = Vector(mpm.energy.accounts.impulse());
+    let mut impulse = Vector(mpm.energy.sums.impulse());
     for membrane in &mpm.coupling.membranes {
         membrane_terms(membrane, &mut terms);
         let [external, _, supports] = membrane.impulses();
@@ -165,12 +165,12 @@ fn ledger<const D: usize>(mpm: &Mpm<D>) -> Ledger {
     terms.push(BalanceTerm::energy(Loss, "friction dissipation", losses.friction));
     terms.push(BalanceTerm::energy(Loss, "contact mapping loss", losses.mapping));
     moment_terms(mpm, impulse, &mut terms);
-    terms.extend(mpm.energy.accounts.terms());
+    terms.extend(mpm.energy.sums.terms());
     Ledger { terms, largest: 0.0 }
 }
 
-/// Kinetic energy of the motion about the particles that APIC carries, Σ ½ m D C:C with its inertia D [J]. The ledger counts it
-/// among what the transfer dissipates.
+/// Kinetic energy of the motion about the particles that APIC carries, Σ ½ m D C:C with its inertia D [J]. The ledger
+/// counts it among what the transfer dissipates.
 fn affine_energy<const D: usize>(body: &Body<D>, cell: f64) -> f64 {
     let (particles, inertia) = (&body.particles, body.kernel.inertia().unwrap_or(0.0) * cell * cell);
     let own = |p: usize| {

@@ -50,7 +50,7 @@ pub(in crate::mpm) struct Operations<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Operations<'a, D> {
-    /// Those of `list` for a body.
+    /// Operations of `list` for a body.
     pub fn new(list: &'a [Operation], parameters: &OperationParameters<D>, grid: &Grid<D>, body: &Body<D>) -> Self {
         let &OperationParameters { momentum_dt, pic_share, strain_dt, blend, dissipation, landing } = parameters;
         let solid = body.particles.affine.is_empty() && body.law.keeps_shape();
@@ -66,8 +66,8 @@ impl<'a, const D: usize> Operations<'a, D> {
         }
     }
 
-    /// The sums that they need, of particles with or without an affine matrix. Laws that don't read the velocity gradient
-    /// need no second look at it.
+    /// The sums that they need, of particles with or without an affine matrix. Laws that don't read the velocity
+    /// gradient need no second look at it.
     pub fn fields(&self, law: &dyn PointLaw, affine: bool) -> GatherFields {
         let has = |operation| self.list.contains(&operation);
         if has(Operation::Velocity) {

@@ -11,8 +11,8 @@
 //! ΔJ_p = det(1 + Δt L_p),  or 1/det(1 − Δt L_p) for gradients over the positions at the end
 //! ```
 //!
-//! Runs use [`super::tiles`], which compute the same sums over sorted particles, many at a time. Tests compare the two, sum by
-//! sum and whole steps (`Mpm::with_plain_transfers`).
+//! Runs use [`super::tiles`], which compute the same sums over sorted particles, many at a time. Tests compare the two,
+//! sum by sum and whole steps (`Mpm::with_plain_transfers`).
 
 use super::executor::{Executor, Gathering, Nodal, Scattering, Targets};
 use super::gather::Reduce;
@@ -38,7 +38,7 @@ pub(in crate::mpm) struct Plain;
 impl<const D: usize> Executor<D> for Plain {
     fn scatter(&self, grid: &Grid<D>, body: &mut Body<D>, scattering: Scattering<'_, D>) {
         let Scattering { content, targets } = scattering;
-        // The sweeps that correct volumes and spacing go on with tiles.
+        // The gather that corrects the spacing goes on with tiles.
         body.bins.extents.fill(Extent::whole::<D>());
         with_shape!(body.kernel, shape => match targets {
             Targets::Nodes(nodes) => {
@@ -107,8 +107,8 @@ fn scatter_momentum<const D: usize, const S: usize>(
 
 /// Calls `add(node, momentum)` for the parts of a particle's momentum, m_p N_Ip (v_p + C_p (x_I − x_p)).
 ///
-/// A ghost beyond a wall that extrapolates hands 2 N_g to the node on the wall and −N_g to the next; there the affine part is
-/// that of the place of the node that receives it (theory A.3).
+/// A ghost beyond a wall that extrapolates hands 2 N_g to the node on the wall and −N_g to the next; there the affine
+/// part is that of the place of the node that receives it (theory A.3).
 fn momentum_of<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
@@ -137,7 +137,8 @@ fn momentum_of<const D: usize, const S: usize>(
     });
 }
 
-/// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces, Lian (17, 18).
+/// Forces of stresses above the atmosphere, with the pressure that averaging adds, and of external forces,
+/// Lian (17, 18).
 pub(super) fn scatter_force<const D: usize, const S: usize>(
     shape: impl ShapeFunction<S>,
     grid: &Grid<D>,
@@ -253,13 +254,9 @@ fn perform<const D: usize>(
             Operation::ReferToStart => sums.gradient = referred_to_start(sums.gradient, dt),
             Operation::AverageVolumeRatio => average_volume_ratio(operations, &mut sums, particle),
             Operation::Stress => {
-                let ratio = particle.volume_ratio[0];
-                if !(ratio > 0.0 && ratio.is_finite()) {
+                if !update_stress(operations, law, &sums, particle) {
                     return Summary::inverted();
                 }
-                let gradient = [sums.gradient.embed(0.0)];
-                let gradient = if law.needs_gradient() { &gradient[..] } else { &[] };
-                particle.update_law(law, gradient, dt, operations.cell);
             }
             Operation::AveragePressure => {
                 particle.excess[0] = operations.blend * (sums.scalar - particle.mean_pressure(0));
@@ -270,6 +267,24 @@ fn perform<const D: usize>(
         }
     }
     summary
+}
+
+/// Updates the stress of the particle by its law, which reads the velocity gradient only if it needs it; false for
+/// a particle that is turned inside out.
+fn update_stress<const D: usize>(
+    operations: &Operations<'_, D>,
+    law: &dyn PointLaw,
+    sums: &Sums<D>,
+    particle: &mut View<'_, D>,
+) -> bool {
+    let ratio = particle.volume_ratio[0];
+    let is_possible = ratio > 0.0 && ratio.is_finite();
+    if is_possible {
+        let gradient = [sums.gradient.embed(0.0)];
+        let gradient = if law.needs_gradient() { &gradient[..] } else { &[] };
+        particle.update_law(law, gradient, operations.strain_dt, operations.cell);
+    }
+    is_possible
 }
 
 /// Adds a heat per mass [J/kg] to the energy of the particle; returns the heat [J].

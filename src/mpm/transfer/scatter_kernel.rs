@@ -8,11 +8,11 @@
 //!       = N_j [N_k X_i + N_i K_k H_z] + N_k K_j H_y N_i,      X_i = N_i V + K_i H_x
 //! ```
 //!
-//! where K is h ∂N/∂x for forces (internal force, 17) and N (x_I − x_p)/h for momentum (APIC). Without slopes, and for
-//! forces of a pressure, every lane is a product of one-dimensional weights.
+//! where K is h ∂N/∂x for forces (internal force, Lian (17)) and N (x_I − x_p)/h for momentum (APIC). Without slopes,
+//! and for forces of a pressure, every lane is a product of one-dimensional weights.
 //!
-//! A record's lanes hold the numbers of a node. Where they are four, two particles are taken at a time and their sums are
-//! added at the end. The nodes of a plane stay in registers while all particles of the run add to them.
+//! A record's lanes hold the numbers of a node. Where they are four, two particles are taken at a time and their sums
+//! are added at the end. The nodes of a plane stay in registers while all particles of the run add to them.
 
 use super::tile::{ScalarTile, TILE, Tile, tile_index};
 use crate::math::simd::{Lanes, Row, WIDTH};

@@ -25,7 +25,8 @@ macro_rules! view {
         }
 
         impl<'a, const D: usize> View<'a, D> {
-            /// All columns of a body, with so many history variables per particle and the pressure of the atmosphere [Pa].
+            /// All columns of a body, with so many history variables per particle and the pressure of the atmosphere
+            /// [Pa].
             fn whole(particles: &'a mut Particles<D>, work: &'a mut Work<D>, stride: usize, ambient: f64) -> Self {
                 Self {
                     $($kept: &mut particles.$kept,)+
@@ -142,7 +143,7 @@ impl<const D: usize> View<'_, D> {
             stress: self.stress,
             deformation: self.deformation,
             history: self.history,
-            signal: self.wave_speed,
+            wave_speed: self.wave_speed,
         });
     }
 }

@@ -1,4 +1,5 @@
-//! Sweeps over the particles as data: what is read of the nodes, what is done with the particles, what goes to the nodes.
+//! Sweeps over the particles as data: what is read of the nodes, what is done with the particles, what goes to
+//! the nodes.
 
 use super::ScatterContent;
 
@@ -50,7 +51,8 @@ pub(in crate::mpm) enum Operation {
     Velocity,
     /// v_p = Σ N_Ip w_I of the nodal velocity that is read, in the noise filter (theory A.7).
     TakeVelocity,
-    /// The heat of what a stage of the noise filter of this order takes (theory A.16); after [`Operation::TakeVelocity`].
+    /// The heat of what a stage of the noise filter of this order takes (theory A.16); after
+    /// [`Operation::TakeVelocity`].
     FilterHeat {
         /// Stage j, from 1.
         stage: u32,
@@ -76,9 +78,9 @@ pub(in crate::mpm) enum Operation {
 /// The positions of particles that a velocity gradient refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::mpm) enum Positions {
-    /// Those at the start of the increment.
+    /// Positions at the start of the increment.
     Start,
-    /// Those at its end.
+    /// Positions at its end.
     End,
 }
 

@@ -5,9 +5,9 @@
 //! contact:  g_I + Δt (v̄_I − v_w)·n ≤ 0
 //! ```
 //!
-//! with the distance d from the obstacle and the reach r of the body around a particle. A node knows that a body is near as
-//! soon as it lies in a particle's support, one and a half cells ahead; without the gap the body would float there, and a
-//! disc that rolls would be held far from where it touches.
+//! with the distance d from the obstacle and the reach r of the body around a particle. A node knows that a body is
+//! near as soon as it lies in a particle's support, one and a half cells ahead; without the gap the body would float
+//! there, and a disc that rolls would be held far from where it touches.
 //!
 //! Particles with a membrane between them and the obstacle don't count: the membrane has contact with both.
 
@@ -58,7 +58,8 @@ impl GapConditions {
     }
 }
 
-/// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at the distance `d` [m].
+/// The bodies of a field, and whether a membrane lies between `x` [m] and something rigid with the normal `n` at
+/// the distance `d` [m].
 pub(in crate::mpm) struct Bodies<'a, const D: usize> {
     /// With their numbers.
     pub all: Vec<(usize, &'a Body<D>)>,
@@ -67,7 +68,7 @@ pub(in crate::mpm) struct Bodies<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Bodies<'a, D> {
-    /// Those of a field among all.
+    /// Gaps of a field among all.
     pub fn of_field(
         bodies: &'a [Body<D>],
         field: usize,
@@ -76,8 +77,8 @@ impl<'a, const D: usize> Bodies<'a, D> {
         Self { all: bodies.iter().enumerate().filter(|(_, body)| body.field == field).collect(), shielded }
     }
 
-    /// The results of `visit` for the particles that show the surface of their body (number and body, particle) and for whose bin's
-    /// grid block `near` is true, in order.
+    /// The results of `visit` for the particles that show the surface of their body (number and body, particle) and for
+    /// whose bin's grid block `near` is true, in order.
     pub fn collect<T: Send>(
         &self,
         near: impl Fn(usize) -> bool + Sync,

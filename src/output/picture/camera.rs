@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_nearer_to_the_eye_is_nearer() {
+    fn points_nearer_to_the_eye_are_seen_nearer() {
         let camera = Camera::new([1.0, -2.0, 0.6], [0.0, 0.0, 1.0], BOX, [0.0, 0.0, 300.0, 100.0]);
         assert!(camera.see([0.1, -0.2, 0.06]).near > camera.see([0.0; 3]).near);
         assert!(camera.see([0.0, 0.0, 0.1]).y < camera.see([0.0; 3]).y, "up is up");

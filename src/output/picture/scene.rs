@@ -201,8 +201,7 @@ impl<'s> Scene<'s> {
         let normals = node_normals(set, faces, self.camera);
         let line = self.line_width(faces, &seen);
         for &(e, nodes) in faces {
-            let places = nodes.iter().map(|&n| set.position[n as usize]);
-            if places.into_iter().any(|x| self.hidden(&x)) {
+            if nodes.iter().any(|&n| self.hidden(&set.position[n as usize])) {
                 continue;
             }
             let value =
@@ -215,22 +214,17 @@ impl<'s> Scene<'s> {
                     let ends = [seen[node(0)], seen[node(1)]].map(|end| Seen { near: end.near + 1e6, ..end });
                     shapes.push(Primitive::Stroke { ends, radius: 1.6 * self.pixel, paint });
                 }
-                count => {
-                    for last in 2..count {
-                        let fan = [0, last - 1, last];
-                        // Lines along edges of the element, not along the diagonals of the fan.
-                        let edges =
-                            [line, if last + 1 == count { line } else { 0.0 }, if last == 2 { line } else { 0.0 }];
-                        let paint = if values.is_some() {
-                            Paint::Graded(fan.map(|c| value(nodes[c]).map_or(0.0, |v| self.place(v) as f32)))
-                        } else {
-                            Paint::Solid(own)
-                        };
-                        let corners = fan.map(|c| seen[node(c)]);
-                        let normals = fan.map(|c| normals[node(c)]);
-                        shapes.push(Primitive::Triangle { corners, normals, paint, edges });
-                    }
-                }
+                count => (2..count).for_each(|last| {
+                    let fan = [0, last - 1, last];
+                    let paint = if values.is_some() {
+                        Paint::Graded(fan.map(|c| value(nodes[c]).map_or(0.0, |v| self.place(v) as f32)))
+                    } else {
+                        Paint::Solid(own)
+                    };
+                    let (corners, normals) = (fan.map(|c| seen[node(c)]), fan.map(|c| normals[node(c)]));
+                    let edges = fan_edges(line, last, count);
+                    shapes.push(Primitive::Triangle { corners, normals, paint, edges });
+                }),
             }
         }
     }
@@ -326,4 +320,10 @@ fn spacing(position: &[[f64; 3]]) -> f64 {
     let mut distances: Vec<f64> = (0..position.len()).step_by(stride).map(nearest).filter(|d| d.is_finite()).collect();
     distances.sort_unstable_by(f64::total_cmp);
     distances.get(distances.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Widths of the lines of a triangle (first, `last` − 1, `last`) of the fan of an element with `count` corners: along
+/// edges of the element, not along the diagonals of the fan.
+fn fan_edges(line: f32, last: usize, count: usize) -> [f32; 3] {
+    [line, if last + 1 == count { line } else { 0.0 }, if last == 2 { line } else { 0.0 }]
 }

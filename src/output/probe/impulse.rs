@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_seen_is_not_known() {
+    fn an_impulse_that_was_not_seen_has_no_value() {
         let mut impulse = ProbeIntegral::new("p", [0.5, 2.5]);
         assert_eq!(impulse.values(0.0, 1), [0.0]);
         assert!(impulse.values(1.0, 1)[0].is_nan());

@@ -173,9 +173,7 @@ impl ProbeSpec {
     /// # Errors
     /// Keys that contradict each other or need another one.
     pub(super) fn check(&self, key: &str, dimension: usize) -> Result<(), Diagnostic> {
-        let wrong = |field: &str, message: &str, help: &str| {
-            Err(Diagnostic::error(format!("{key}.{field}"), message).help(help))
-        };
+        let wrong = |field: &str, message: &str, help: &str| wrong_key(key, field, message, help);
         if let Some((field, found)) = self.lengths().find(|(_, length)| !(dimension..=3).contains(length)) {
             let message = format!("{found} coordinates in {dimension}D");
             return wrong(field, &message, &format!("give {dimension}, one per axis"));
@@ -184,6 +182,28 @@ impl ProbeSpec {
             let help = "for example `impulse = [\"0.3 s\", \"0.5 s\"]`";
             return wrong("impulse", "the window ends before it begins, or begins before the start", help);
         }
+        self.check_reduction(key)?;
+        if let Some(Within { lower, upper }) = &self.within
+            && lower.iter().zip(upper).any(|(lower, upper)| lower >= upper)
+        {
+            return wrong("within", "every entry of `lower` must be below that of `upper`", "nothing is in such a box");
+        }
+        if self.every.is_some_and(|every| every.is_nan() || every <= 0.0) {
+            return wrong(
+                "every",
+                "the time between samples is not positive",
+                "leave it out to sample as `output.history`",
+            );
+        }
+        Ok(())
+    }
+
+    /// Checks the place or the reduction, and the keys that belong to it.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    fn check_reduction(&self, key: &str) -> Result<(), Diagnostic> {
+        let wrong = |field: &str, message: &str, help: &str| wrong_key(key, field, message, help);
         if self.at.is_some() == self.reduce.is_some() {
             return wrong("at", "a probe needs either `at` or `reduce`", "for example `reduce = \"mean\"`");
         }
@@ -203,18 +223,11 @@ impl ProbeSpec {
             };
             return wrong(field, message, help);
         }
-        if let Some(Within { lower, upper }) = &self.within
-            && lower.iter().zip(upper).any(|(lower, upper)| lower >= upper)
-        {
-            return wrong("within", "every entry of `lower` must be below that of `upper`", "nothing is in such a box");
-        }
-        if self.every.is_some_and(|every| every.is_nan() || every <= 0.0) {
-            return wrong(
-                "every",
-                "the time between samples is not positive",
-                "leave it out to sample as `output.history`",
-            );
-        }
         Ok(())
     }
+}
+
+/// A key of a probe that can't be so.
+fn wrong_key(key: &str, field: &str, message: &str, help: &str) -> Result<(), Diagnostic> {
+    Err(Diagnostic::error(format!("{key}.{field}"), message).help(help))
 }

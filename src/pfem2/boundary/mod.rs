@@ -118,7 +118,8 @@ impl<const D: usize> Boundary<D> {
         }
     }
 
-    /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step (theory (F.31)).
+    /// Makes the convected velocity of nodes with a prescribed one fit it: v̂ = v − θ Δt Dv/Dt at the end of the step
+    /// (theory (F.31)).
     pub fn impose<const N: usize>(&self, mesh: &Mesh<D, N>, step: TimeStep, convected: &mut [Vector<D>]) {
         let TimeStep { dt, theta, .. } = step;
         for (node, sets) in &self.fixed {
@@ -162,7 +163,7 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// The fluid that is named to come in through the facet at a place of [`Mesh::boundary`].
-    pub fn brings(&self, place: usize) -> Option<u8> {
+    pub fn inflow_fluid(&self, place: usize) -> Option<u8> {
         self.sets[self.owner[place] as usize].brings
     }
 

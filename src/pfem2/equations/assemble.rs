@@ -1,4 +1,5 @@
-//! The system of a step: every row gathers the blocks of the elements around its node, in ascending order.
+//! The system of a step: every row gathers the blocks of the elements around its node, in ascending order
+//! (theory F.6, F.15).
 //!
 //! No element matrix is stored: a block of [`element::block`] costs about as much as loading it. Rows are made in
 //! parallel, each by one thread in a fixed order, so the values have the same bits for any number of threads. The
@@ -19,8 +20,8 @@ use crate::pfem2::boundary::Constraints;
 use crate::pfem2::interface::Enriched;
 use crate::pfem2::particle_solids::element::SolidElement;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::ElementState;
-use crate::pfem2::solid::immersed::Immersed;
 use std::sync::Arc;
 
 /// Rows per task.
@@ -39,7 +40,7 @@ pub struct CutElement<const D: usize, const N: usize> {
     pub tension: [Vector<D>; N],
     /// Energy of the interface [J].
     pub energy: f64,
-    /// s, against which the pressure gradient is stabilised, as a mean over both sides [m/s²].
+    /// Source s, against which the pressure gradient is stabilised, as a mean over both sides [m/s²].
     pub source: Vector<D>,
 }
 

@@ -1,4 +1,4 @@
-//! What fills the elements that solids cut: one fluid, a mixture, or two with an interface (theory J.3, G.14).
+//! Filling of the elements that solids cut: one fluid, a mixture, or two with an interface (theory J.3, G.14).
 
 use super::element::{Content, Drive};
 use super::system::VelocityPressureSystem;
@@ -6,7 +6,7 @@ use crate::math::Vector;
 use crate::parallel;
 use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::{Enrichment, FluidRegion, Medium};
-use crate::pfem2::solid::fluid_part::FluidPart;
+use crate::pfem2::solid::coupling::fluid_part::FluidPart;
 
 impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// Makes the equations of elements that solids cut, and leaves their fluid in the contents.
@@ -57,7 +57,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         let sides = [true, false].map(|negative| level.map(|phi| (phi < 0.0) == negative));
         let enrichment = match self.physics.enrichment {
             Enrichment::None => Enrichment::None,
-            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has there.
+            // Nodes inside of the solid may have no fluid of their side: one function per node tells what the other has
+            // there.
             Enrichment::Kink | Enrichment::Jump => Enrichment::Jump,
         };
         FluidPart {

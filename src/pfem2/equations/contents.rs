@@ -1,5 +1,5 @@
-//! What fills each element in a step: its content, with viscosity and τ, and the enriched pressures of those that an interface cuts (theory
-//! F.6, G.8).
+//! Filling of each element in a step: its content, with viscosity and τ, and the enriched pressures of those that an
+//! interface cuts (theory F.6, G.8).
 
 use super::assemble::CutElement;
 use super::element::{self, Content, Drive, Mass, Stabilisation};
@@ -12,7 +12,7 @@ use crate::parallel;
 use crate::pfem2::interface::phases::{Filling, Phases};
 use crate::pfem2::interface::surface_tension;
 use crate::pfem2::interface::{Enriched, Enrichment, Medium};
-use crate::pfem2::particle_solids::solids::Surroundings;
+use crate::pfem2::particle_solids::solids::SurroundingFluid;
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::cut::ElementState;
 
@@ -51,7 +51,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     fn fill_with_solids(&mut self, phases: &Phases, contents: &mut [Content<N>], convected: &[Vector<D>]) {
         let Some(mut solids) = self.particle_solids.take() else { return };
         let drives = self.elements(convected);
-        let around = Surroundings {
+        let around = SurroundingFluid {
             mesh: &self.mesh,
             equations: self.equations,
             drive: &|e| drives.drive(e, false),

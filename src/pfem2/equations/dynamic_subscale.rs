@@ -26,7 +26,7 @@ pub struct DynamicSubscales<const D: usize> {
 }
 
 impl<const D: usize> DynamicSubscales<D> {
-    /// Of fluids at rest.
+    /// The subscales of fluids at rest.
     pub fn at_rest(elements: usize) -> Self {
         let zero = vec![Vector::ZERO; elements];
         Self {
@@ -37,8 +37,9 @@ impl<const D: usize> DynamicSubscales<D> {
         }
     }
 
-    /// Keeps the accelerations of a step with the implicit part `delta` [s]. Elements that have no subscale any more forget that they had one.
-    pub fn advance(&mut self, delta: f64) {
+    /// Keeps the accelerations ã ← (ũ − ũ̂)/Δ at the end of a step with the implicit part Δ = `delta` [s] for the next
+    /// one. Elements that have no subscale any more forget that they had one.
+    pub fn keep_acceleration(&mut self, delta: f64) {
         std::mem::swap(&mut self.acceleration_previous, &mut self.acceleration);
         let Self { velocity, convected, acceleration, acceleration_previous } = self;
         for e in 0..velocity.len() {
@@ -50,7 +51,8 @@ impl<const D: usize> DynamicSubscales<D> {
         }
     }
 
-    /// Takes the accelerations of the predicted step for those at the start, where the velocities are what they were before it (theory H.9).
+    /// Takes the accelerations of the predicted step for those at the start and of the step before, and lets the run
+    /// begin without subscales, ũ = 0 (theory H.9).
     pub fn begin(&mut self) {
         self.velocity.fill(Vector::ZERO);
         self.acceleration_previous.clone_from(&self.acceleration);
@@ -75,7 +77,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.subscales.dynamic.convected = convected;
     }
 
-    /// Gives the subscales the velocity that belongs to the solution.
+    /// Finds the velocity ũ of the subscales that belongs to the solution.
     pub(super) fn find_subscales(&mut self, convected: &[Vector<D>]) {
         let count = self.subscales.dynamic.velocity.len();
         self.subscales.dynamic.velocity = parallel::collect(count, 256, |e| self.subscale_velocity(e, convected));

@@ -14,9 +14,9 @@
 //! OSS              s = b + π̄, π the projection of ∇p/ρ − b of the last step (theory (F.28))
 //! ```
 //!
-//! Becker, Idelsohn & Oñate 2015: (17) is the weak form, (19) its matrices, (20) the stabilised system. Pressure and
-//! gradient stand in divergence form: the natural condition is the traction (18), and the pressure inside an element may
-//! jump.
+//! Becker (17) is the weak form, Becker (19) its matrices, Becker (20) the stabilised system (Becker, Idelsohn & Oñate
+//! 2015). Pressure and gradient stand in divergence form: the natural condition is the traction, Becker (18), and
+//! the pressure inside an element may jump.
 
 use crate::math::Vector;
 use crate::mesh::Simplex;
@@ -151,15 +151,15 @@ pub struct Drive<const D: usize, const N: usize> {
     pub force: [Vector<D>; N],
     /// Convected velocity v̂ at the nodes [m/s].
     pub convected: [Vector<D>; N],
-    /// What of the residual is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous force per unit mass
-    /// with the consistent form.
+    /// Part of the residual that is projected on the nodes [m/s²]: ∇p/ρ − b with orthogonal subscales, the viscous
+    /// force per unit mass with the consistent form.
     pub projected: [Vector<D>; N],
     /// ũ̂/(c Δ) of the element's subscale [m/s²], zero where it has none.
     pub subscale: Vector<D>,
 }
 
 impl<const D: usize, const N: usize> Drive<D, N> {
-    /// s, against which the pressure gradient is stabilised [m/s²].
+    /// Source s, against which the pressure gradient is stabilised [m/s²].
     #[inline]
     pub fn source(&self, equations: &Equations) -> Vector<D> {
         let mean = |values: &[Vector<D>; N]| values.iter().copied().sum::<Vector<D>>() / N as f64;
@@ -167,7 +167,7 @@ impl<const D: usize, const N: usize> Drive<D, N> {
         if equations.stabilisation.has_inertia() { source + mean(&self.convected) / equations.delta } else { source }
     }
 
-    /// s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
+    /// Source s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
     pub fn source_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
         let inertia = if equations.stabilisation.has_inertia() {
             self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)

@@ -10,7 +10,9 @@
 //! assemble       rows of the matrix, gathered from the elements around a node
 //! contents       what fills each element, and the enriched pressures of cut ones theory F.6, G.8
 //! beside_solids  what fills the elements that solids cut                         theory J.3, G.14
-//! system         the velocity–pressure system of a step: matrix, solution
+//! physics        the choices of a run, and the time of a step
+//! system         the velocity–pressure system of a step: state, stages
+//! linear_system  its matrix and right-hand side, and their solution              theory F.15, J.4
 //! convergence    the error of a system that was not solved
 //! estimates      frequencies of waves and crossing times, for the length of steps
 //! ```
@@ -22,7 +24,9 @@ mod convergence;
 pub mod dynamic_subscale;
 pub mod element;
 mod estimates;
+mod linear_system;
 pub mod outflow;
+mod physics;
 pub mod shear;
 pub mod slip;
 pub mod subscale;

@@ -7,16 +7,17 @@
 //! s   = b + γ̄  over a side's own nodes, and 0.3 τ        on each side of a cut element
 //! ```
 //!
-//! The projected field is the part of the pressure gradient that the body force doesn't balance, friction and −Dv/Dt: a fluid
-//! stays at rest under a force that changes from step to step. Along an interface ∇p/ρ differs from side to side, so each fluid has the value of its own
-//! nodes. Nodes without an element of one fluid have none: fluids at rest stay at rest.
+//! The projected field is the part of the pressure gradient that the body force doesn't balance, friction and −Dv/Dt:
+//! a fluid stays at rest under a force that changes from step to step. Along an interface ∇p/ρ differs from side to
+//! side, so each fluid has the value of its own nodes. Nodes without an element of one fluid have none: fluids at rest
+//! stay at rest.
 //!
-//! With s = b in cut elements and the whole τ, as the paper has it everywhere, these are stabilised against the acceleration of the
-//! flow itself: a disc in a ring of fluid that turn as one body are wrong by 2.5 % after a turn, with a ratio of densities of 1000
-//! by 9.6 %; with γ and τ by 0.4 %, with b and 0.3 τ by 1.3 and 2.5 %, with both by 0.3 %. A wave of 10 elements with a third of
-//! the longest step loses 8 instead of 46 % of its energy in 90 steps. Neither can be taken to the end: an interface that moves with
-//! an extrapolated velocity feeds waves a little, and what cut elements take out must outweigh that. With π of the last step alone, or
-//! with 0.1 τ, it doesn't.
+//! With s = b in cut elements and the whole τ, as the paper has it everywhere, these are stabilised against
+//! the acceleration of the flow itself: a disc in a ring of fluid that turn as one body are wrong by 2.5 % after
+//! a turn, with a ratio of densities of 1000 by 9.6 %; with γ and τ by 0.4 %, with b and 0.3 τ by 1.3 and 2.5 %, with
+//! both by 0.3 %. A wave of 10 elements with a third of the longest step loses 8 instead of 46 % of its energy in 90
+//! steps. Neither can be taken to the end: an interface that moves with an extrapolated velocity feeds waves a little,
+//! and what cut elements take out must outweigh that. With π of the last step alone, or with 0.1 τ, it doesn't.
 
 use super::dynamic_subscale::DynamicSubscales;
 use super::element::{Content, Stabilisation};
@@ -33,11 +34,12 @@ pub const CUT_TAU: f64 = 0.3;
 /// The projections at the nodes.
 #[derive(Debug, Clone, Default)]
 pub struct Subscales<const D: usize> {
-    /// π, projected from the last pressures [m/s²]; with the consistent form the viscous force per unit mass (see `viscous`).
+    /// π, projected from the last pressures [m/s²]; with the consistent form the viscous force per unit mass (see
+    /// `viscous`).
     pub projected: Vec<Vector<D>>,
     /// γ, its mean over some steps [m/s²].
     pub followed: Vec<Vector<D>>,
-    /// Those with an inertia.
+    /// Subscales with an inertia.
     pub dynamic: DynamicSubscales<D>,
 }
 

@@ -7,82 +7,28 @@
 //! v and p belong to the end of the step, where the particles are; with θ < 1 the particles have already received
 //! the share 1 − θ of the last acceleration (see `step.rs`).
 
-use super::assemble::{Assembly, CutElement, ElementEquations};
+use super::assemble::{CutElement, ElementEquations};
 use super::convergence::not_converged;
-use super::element::{Content, Equations, Mass, Stabilisation};
+use super::element::{Content, Equations, Stabilisation};
+use super::linear_system::LinearSystem;
 use super::outflow;
+pub use super::physics::{Physics, TimeStep};
 use super::slip;
 use super::subscale::{self, Subscales};
 use super::viscous::ViscousFlow;
 use crate::error::{Place, StepError};
-use crate::linalg::{BlockMatrix, LinearSolver, NotConverged, SolveOutcome, SolverOptions, SolverState};
+use crate::linalg::{SolveOutcome, SolverOptions};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::boundary::{Boundary, Constraints};
+use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::interface::phases::Phases;
-use crate::pfem2::interface::{Enrichment, FluidRegion};
 use crate::pfem2::particle_solids::columns;
 use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::particle_solids::solids::ParticleSolids;
 use crate::pfem2::particles::Particles;
-use crate::pfem2::setup::FluidSetup;
-use crate::pfem2::solid::border::SolidBorder;
-use crate::pfem2::solid::immersed::Immersed;
-
-/// Time, step and implicit share of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimeStep {
-    /// Time at its start [s].
-    pub t: f64,
-    /// Its length [s].
-    pub dt: f64,
-    /// Implicit share θ; 1: backward Euler.
-    pub theta: f64,
-}
-
-impl TimeStep {
-    /// Δ = θ Δt [s].
-    pub fn delta(&self) -> f64 {
-        self.theta * self.dt
-    }
-
-    /// Time at its end [s].
-    pub fn end(&self) -> f64 {
-        self.t + self.dt
-    }
-}
-
-/// Numbers that stay the same during a run.
-#[derive(Debug, Clone)]
-pub struct Physics<const D: usize> {
-    /// The fluids.
-    pub fluids: Vec<FluidSetup>,
-    /// Surface tension of pairs of fluids [N/m].
-    pub tension: Vec<([usize; 2], f64)>,
-    /// Body force per unit mass, a formula per axis [m/s²].
-    pub gravity: [Signal; D],
-    /// Mass matrix.
-    pub mass: Mass,
-    /// Stabilisation.
-    pub stabilisation: Stabilisation,
-    /// Enrichment of cut elements without surface tension.
-    pub enrichment: Enrichment,
-}
-
-impl<const D: usize> Physics<D> {
-    /// Gravity [m/s²], if it is the same everywhere and always.
-    pub fn steady_gravity(&self) -> Option<Vector<D>> {
-        let same = self.gravity.iter().all(|g| g.is_uniform() && g.is_steady());
-        same.then(|| Vector::from_fn(|i| self.gravity[i].value([0.0; 3], 0.0)))
-    }
-
-    /// Surface tension between two fluids [N/m].
-    pub(super) fn tension_between(&self, pair: [usize; 2]) -> f64 {
-        let same = |other: &[usize; 2]| *other == pair || *other == [pair[1], pair[0]];
-        self.tension.iter().find(|(other, _)| same(other)).map_or(0.0, |(_, tension)| *tension)
-    }
-}
+use crate::pfem2::solid::coupling::immersed::Immersed;
 
 /// Velocity and pressure on the mesh.
 pub struct VelocityPressureSystem<const D: usize, const N: usize> {
@@ -124,17 +70,15 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub(super) open: Vec<u8>,
     /// Slip facets of each element, as bits.
     pub(super) slip: Vec<u8>,
-    constraints: Constraints<D, N>,
+    pub(super) constraints: Constraints<D, N>,
     /// True for nodes on the boundary of the mesh.
     boundary_nodes: Vec<bool>,
     /// Prescribed unknowns of the boundary, as the masks of `constraints`.
     boundary_mask: Vec<u8>,
-    assembly: Assembly<N>,
-    matrix: BlockMatrix<N>,
-    rhs: Vec<[f64; N]>,
+    /// Matrix, right-hand side and solver.
+    pub(super) linear: LinearSystem<N>,
+    /// Unknowns of the nodes, velocity and pressure.
     pub(in crate::pfem2) unknowns: Vec<[f64; N]>,
-    linear: LinearSolver<N>,
-    options: SolverOptions,
     /// Preconditioners made so far.
     pub(in crate::pfem2) preconditioners: u64,
 }
@@ -149,7 +93,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         options: SolverOptions,
     ) -> Self {
         let nodes = mesh.nodes().len();
-        let assembly = Assembly::new(&mesh);
         let force = body_force(&mesh, &physics.gravity, 0.0);
         let equations = Equations { delta: 1.0, mass: physics.mass, stabilisation: physics.stabilisation };
         let constraints = boundary.constraints(nodes);
@@ -163,10 +106,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             constraints,
             immersed: None,
             particle_solids: None,
-            matrix: BlockMatrix::zeros(assembly.pattern()),
-            linear: solver(&mesh, &assembly, options),
-            options,
-            rhs: vec![[0.0; N]; nodes],
+            linear: LinearSystem::new(&mesh, options),
             unknowns: vec![[0.0; N]; nodes],
             pressure: vec![0.0; nodes],
             subscales: Subscales::at_rest(&mesh, physics.stabilisation),
@@ -182,7 +122,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             physics,
             force,
             equations,
-            assembly,
             preconditioners: 0,
         }
     }
@@ -231,7 +170,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         self.start_from(convected);
         self.outcome = self.solve_linear()?.map_err(|failure| {
             let place = self.place(failure.worst_node);
-            not_converged(place, &failure.history, failure.residual, &self.options)
+            not_converged(place, &failure.history, failure.residual, &self.linear.options)
         })?;
         self.preconditioners += u64::from(self.outcome.rebuilt);
         self.unpack();
@@ -241,8 +180,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Ok(())
     }
 
-    /// Takes back what a solution changes that it starts from, to solve anew: the velocity [m/s] and the subscales of the last step. The
-    /// pressure stays.
+    /// Takes back what a solution changes that it starts from, to solve anew: the velocity [m/s] and the subscales
+    /// of the last step. The pressure stays.
     pub(in crate::pfem2) fn restart(&mut self, velocity: &[Vector<D>], subscales: &Subscales<D>) {
         self.velocity.copy_from_slice(velocity);
         self.subscales.clone_from(subscales);
@@ -250,30 +189,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
 
     /// Puts in solids.
     pub(in crate::pfem2) fn immerse(&mut self, immersed: Immersed<D, N>) {
-        self.linear.expect_border();
+        self.linear.solver.expect_border();
         self.immersed = Some(immersed);
-    }
-
-    /// Solves the linear system, with the solids at its border.
-    ///
-    /// # Errors
-    /// The matrix of the solids is singular; inside, the linear solver doesn't converge.
-    fn solve_linear(&mut self) -> Result<Result<SolveOutcome, NotConverged>, StepError> {
-        let Some(immersed) = &mut self.immersed else {
-            return Ok(self.linear.solve(&self.matrix, &self.rhs, &mut self.unknowns));
-        };
-        let mut border = SolidBorder::new(&self.mesh, immersed, &self.constraints, (&self.matrix, &mut self.rhs))
-            .ok_or_else(|| {
-                let advice = "check that each solid has a mass and a stiffness, and look at its last deformation";
-                StepError::new(Place::Everywhere, "the matrix of the solids is singular", "pivot", 0.0, advice)
-            })?;
-        let load = std::mem::take(&mut border.load);
-        let mut solids = border.start(&immersed.independent);
-        let x = [self.unknowns.as_flattened_mut(), &mut solids[..]];
-        let outcome = self.linear.solve_bordered(&self.matrix, &mut border, [self.rhs.as_flattened(), &load], x);
-        immersed.independent = border.independent(&solids);
-        immersed.velocity = border.velocity(&immersed.independent);
-        Ok(outcome)
     }
 
     /// Prescribed unknowns of the boundary, without those of supports: bits as in [`Constraints::mask`].
@@ -305,27 +222,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             solids.impose(&self.mesh, step.end(), &self.boundary_mask, &mut convected);
         }
         convected
-    }
-
-    /// The state of the linear solver, kept from one step to the next.
-    pub(in crate::pfem2) fn solver_state(&self) -> SolverState {
-        self.linear.state()
-    }
-
-    /// True if a memory is that of a run of the same case.
-    pub(in crate::pfem2) fn fits(&self, memory: &SolverState) -> bool {
-        self.linear.fits(memory)
-    }
-
-    /// Goes on from the memory of another run of the same case.
-    pub(in crate::pfem2) fn restore_solver(&mut self, memory: &SolverState) {
-        // A memory that doesn't fit belongs to no run of this case: the solver then starts afresh.
-        if self.linear.restore(memory).is_err() {
-            self.linear = solver(&self.mesh, &self.assembly, self.options);
-            if self.immersed.is_some() {
-                self.linear.expect_border();
-            }
-        }
     }
 
     /// The equations of the last step.
@@ -396,18 +292,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         Place::Node { body: "mesh".into(), index: node, position: self.mesh.nodes()[node].to3() }
     }
 
-    /// Fills matrix and right-hand side.
-    fn assemble(&mut self, step: TimeStep, convected: &[Vector<D>]) {
-        let mut rhs = std::mem::take(&mut self.rhs);
-        rhs.fill([0.0; N]);
-        self.boundary.load(&self.mesh, step.end(), |node, force| (0..D).for_each(|r| rhs[node][r] += force[r]));
-        let matrix =
-            std::mem::replace(&mut self.matrix, BlockMatrix { pattern: self.assembly.pattern(), values: Vec::new() });
-        let mut matrix = matrix;
-        self.assembly.assemble(&self.elements(convected), &self.constraints, &mut matrix, &mut rhs);
-        (self.matrix, self.rhs) = (matrix, rhs);
-    }
-
     /// The first guess: convected velocity, last pressure, prescribed values.
     fn start_from(&mut self, convected: &[Vector<D>]) {
         for (i, x) in self.unknowns.iter_mut().enumerate() {
@@ -460,15 +344,6 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
         }
         self.subscales = subscales;
     }
-}
-
-fn solver<const D: usize, const N: usize>(
-    mesh: &Mesh<D, N>,
-    assembly: &Assembly<N>,
-    options: SolverOptions,
-) -> LinearSolver<N> {
-    let places: Vec<[f64; 3]> = mesh.nodes().iter().map(|x| x.to3()).collect();
-    LinearSolver::new(assembly.pattern(), &places, options)
 }
 
 /// True for nodes on the boundary of a mesh.

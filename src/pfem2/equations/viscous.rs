@@ -1,23 +1,24 @@
-//! Viscous force per unit mass at the nodes, which the consistent stabilisation takes from the last velocity (theory F.7.2).
+//! Viscous force per unit mass at the nodes, which the consistent stabilisation takes from the last velocity
+//! (theory F.7.2).
 //!
 //! ```text
 //! f_i = −Σ_e Σ_j K_ij v_j / Σ_e ρ V_e/(d + 1)      at nodes inside of one fluid: what the equation of momentum has there
 //! f_i = the mean of the f_j of the nodes around    on the boundary, inside solids, and where an element holds several fluids
 //! ```
 //!
-//! A linear velocity has no second derivatives in an element. Without f the residual lacks the viscous force, which in the layer at a
-//! wall balances the pressure gradient. Between steps f goes along with the flow, as solids do.
+//! A linear velocity has no second derivatives in an element. Without f the residual lacks the viscous force, which in
+//! the layer at a wall balances the pressure gradient. Between steps f goes along with the flow, as solids do.
 
 use super::element::{Content, viscous_forces};
 use crate::math::Vector;
 use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::interface::Medium;
-use crate::pfem2::solid::coupling::CutForces;
+use crate::pfem2::solid::coupling::immersed::Immersed;
+use crate::pfem2::solid::coupling::viscous::CutForces;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState};
-use crate::pfem2::solid::immersed::Immersed;
 
-/// What the viscous forces follow from.
+/// Flow from which viscous forces follow.
 pub struct ViscousFlow<'a, const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D, N>,

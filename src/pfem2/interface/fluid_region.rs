@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 use crate::parallel;
 use crate::pfem2::solid::cut::{ElementState, SolidCut};
 
-/// What fluids fill of a mesh.
+/// Part of a mesh that fluids fill.
 #[derive(Debug, Clone, Copy)]
 pub struct FluidRegion<'a, const D: usize, const N: usize> {
     /// The mesh.

@@ -1,4 +1,5 @@
-//! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start (theory F.10, G.4).
+//! The fluid that comes in through open boundaries: the one that they name, or that of each place at the start
+//! (theory F.10, G.4).
 
 use super::level_set::{self, CameIn, InflowDepth, InflowFluid, LevelSet};
 use super::phase_list::PhaseList;
@@ -34,13 +35,13 @@ impl<const D: usize> InflowComposition<D> {
             let (level_at_start, list) = (phases.level.to_vec(), phases.list.clone());
             return Self { level: Vec::new(), fraction: phases.fraction.to_vec(), level_at_start, list };
         };
-        let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.brings(place), kind) {
+        let of = |(place, kind): (usize, &BoundaryKind)| match (boundary.inflow_fluid(place), kind) {
             (Some(fluid), _) => InflowFluid::Named(fluid == set.inside),
             (None, kind) if kind.is_open() => InflowFluid::Start,
             (None, _) => InflowFluid::Nothing,
         };
-        let brings: Vec<InflowFluid> = boundary.kinds.iter().enumerate().map(of).collect();
-        Self { level: level_set::brought(mesh, &set.level, &brings), ..Self::default() }
+        let inflow: Vec<InflowFluid> = boundary.kinds.iter().enumerate().map(of).collect();
+        Self { level: level_set::brought(mesh, &set.level, &inflow), ..Self::default() }
     }
 
     /// φ at the corners of a facet [m], if something may come in there.
@@ -48,8 +49,8 @@ impl<const D: usize> InflowComposition<D> {
         *self.level.get(facet)?
     }
 
-    /// Fluid and depth of what came `way` [m] from beyond an open boundary to a place on it; `sharp` is the level set with what
-    /// open boundaries see of it, if it is sharp.
+    /// Fluid and depth of what came `way` [m] from beyond an open boundary to a place on it; `sharp` is the level set
+    /// with what open boundaries see of it, if it is sharp.
     pub fn brought<const N: usize>(
         &self,
         mesh: &Mesh<D, N>,

@@ -1,16 +1,17 @@
 //! The phases of a run: what each is, and which of two the level set between them is negative in.
 //!
-//! Two phases are told apart by their roles, not by their numbers: a solid comes before a fluid, and of one role the heavier comes first, of
-//! equally heavy ones the one that is named first. The level set between two is negative in the first.
+//! Two phases are told apart by their roles, not by their numbers: a solid comes before a fluid, and of one role
+//! the heavier comes first, of equally heavy ones the one that is named first. The level set between two is negative in
+//! the first.
 
 use crate::pfem2::particles::reseed::Reseeding;
 
 /// The role of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
-    /// It flows.
+    /// A fluid, which flows.
     Fluid,
-    /// It keeps a shape.
+    /// A solid, which keeps a shape.
     Solid,
 }
 

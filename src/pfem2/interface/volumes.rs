@@ -29,7 +29,7 @@ impl<const D: usize> InterfaceTracking<D> {
         self.kept_volumes = (several && shifts).then(|| self.phases().volumes(&region));
         let Some(set) = &self.sharp else { return };
         let facets = mesh.boundary().iter().enumerate().filter(|(place, _)| boundary.kinds[*place].is_open());
-        let opening = |(place, &facet)| Some(OpenFacet { facet, brings: self.inflow.level(place)? });
+        let opening = |(place, &facet)| Some(OpenFacet { facet, inflow_level: self.inflow.level(place)? });
         self.openings = facets.filter_map(opening).collect();
         self.kept_volume = shifts.then(|| level_set::negative_volume(&region, &set.level));
     }
@@ -112,8 +112,9 @@ impl<const D: usize> InterfaceTracking<D> {
 
 /// Volume of the fluid inside the level set to be kept on the mesh, where `booked` should be left of it [m³].
 ///
-/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less than nothing nor more than
-/// solids leave of its volume, and a fluid whose last part is gone through an opening holds nothing, even if the count leaves a rest of it.
+/// The volume that leaves or comes in during a step is known within a part of an element: the mesh holds neither less
+/// than nothing nor more than solids leave of its volume, and a fluid whose last part is gone through an opening holds
+/// nothing, even if the count leaves a rest of it.
 fn volume_to_keep<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     level: &[f64],

@@ -1,6 +1,7 @@
-//! What the particles of a solid carry beside position, velocity and phase (theory K.2).
+//! Columns of the particles of a solid beside position, velocity and phase (theory K.2).
 //!
-//! A particle that comes to fill an empty element has no state yet: it takes the mean of the particles of its solid around it.
+//! A particle that comes to fill an empty element has no state yet: it takes the mean of the particles of its solid
+//! around it.
 
 use crate::math::{SymTensor, Vector};
 use crate::mesh::Mesh;
@@ -35,13 +36,14 @@ pub fn state<const D: usize>(particles: &Particles<D>) -> (&[SymTensor], &[f64],
 
 /// State of a particle of a solid.
 #[derive(Debug, Clone, Copy, Default)]
-struct SolidState<const D: usize> {
+struct ParticleState<const D: usize> {
     stress: SymTensor,
     pressure: f64,
     acceleration: Vector<D>,
 }
 
-/// Gives the particles that came to fill empty elements a number, and the mean state of those of their solid around them.
+/// Gives the particles that came to fill empty elements a number, and the mean state of those of their solid around
+/// them.
 pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh: &Mesh<D, N>, first: usize) {
     let identity = particles.column(IDENTITY).unwrap_or_default();
     let is_new = |p: usize| usize::from(particles.fluid[p]) >= first && identity[p] == 0.0;
@@ -49,7 +51,7 @@ pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh:
     if newcomers.is_empty() {
         return;
     }
-    let states: Vec<SolidState<D>> = newcomers.iter().map(|&p| mean_around(particles, mesh, p)).collect();
+    let states: Vec<ParticleState<D>> = newcomers.iter().map(|&p| mean_around(particles, mesh, p)).collect();
     let last = identity.iter().copied().fold(0.0, f64::max);
     let each = || newcomers.iter().zip(&states);
     particles.change_column(IDENTITY, |identity, _| {
@@ -64,12 +66,13 @@ pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh:
     });
 }
 
-/// The mean state of the particles of the same solid in the elements that share a node with that of `newcomer`; no stress if there are none.
+/// The mean state of the particles of the same solid in the elements that share a node with that of `newcomer`; no
+/// stress if there are none.
 fn mean_around<const D: usize, const N: usize>(
     particles: &Particles<D>,
     mesh: &Mesh<D, N>,
     newcomer: usize,
-) -> SolidState<D> {
+) -> ParticleState<D> {
     let (identity, (stress, pressure, acceleration)) =
         (particles.column(IDENTITY).unwrap_or_default(), state(particles));
     let nodes = mesh.elements()[particles.element[newcomer] as usize];
@@ -78,7 +81,7 @@ fn mean_around<const D: usize, const N: usize>(
     around.dedup();
     let known = around.iter().flat_map(|&e| particles.of(e as usize));
     let known = known.filter(|&p| particles.fluid[p] == particles.fluid[newcomer] && identity[p] > 0.0);
-    let (mut sum, mut count) = (SolidState::<D>::default(), 0.0);
+    let (mut sum, mut count) = (ParticleState::<D>::default(), 0.0);
     for p in known {
         sum.stress += stress[p];
         sum.pressure += pressure[p];
@@ -88,7 +91,7 @@ fn mean_around<const D: usize, const N: usize>(
     if count == 0.0 {
         return sum;
     }
-    SolidState {
+    ParticleState {
         stress: sum.stress * (1.0 / count),
         pressure: sum.pressure / count,
         acceleration: sum.acceleration / count,

@@ -7,8 +7,9 @@
 //! K_ij = μ_s Δt V_s (g_i·g_j 1 + g_j ⊗ g_i − ⅔ g_i ⊗ g_j) + μ_f V_f (g_i·g_j 1 + g_j ⊗ g_i)
 //! ```
 //!
-//! In cut elements w_k = ∫N_k over the side of node k and w*_k over the other, W* = Σ w*_k: the shape function of the pressure is split into two,
-//! of which the second belongs to the element alone and is condensed. Elsewhere w_k = V/(d+1), and that of the solid is compressible.
+//! In cut elements w_k = ∫N_k over the side of node k and w*_k over the other, W* = Σ w*_k: the shape function
+//! of the pressure is split into two, of which the second belongs to the element alone and is condensed. Elsewhere w_k
+//! = V/(d+1), and that of the solid is compressible.
 
 use crate::math::{SymTensor, Vector};
 use crate::mesh::Simplex;
@@ -69,9 +70,11 @@ pub struct SplitPressure<const N: usize> {
 }
 
 impl<const N: usize> SplitPressure<N> {
-    /// The split of an element of this volume [m³] that is cut with the solid on the negative side, with these pressures p̂ at its nodes [Pa].
+    /// The split of an element of this volume [m³] that is cut with the solid on the negative side, with these
+    /// pressures p̂ at its nodes [Pa].
     ///
-    /// p̂*_k is the mean p̂ of the nodes of the side where N*_k lives: without a gradient across the interface (theory (K.10)).
+    /// p̂*_k is the mean p̂ of the nodes of the side where N*_k lives: without a gradient across the interface
+    /// (theory (K.10)).
     pub fn new(cut: &CutGeometry<N>, volume: f64, bulk: f64, pressure: &[f64; N]) -> Self {
         let [solid, fluid] = cut.sides();
         let side = |negative: bool, k: usize| {
@@ -147,7 +150,7 @@ impl<const N: usize> ElementIntegrals<N> {
     }
 
     /// The right-hand side of the rows of node `i`.
-    pub fn load<const D: usize>(&self, g: &[Vector<D>; N], forces: &ElementForces<'_, D, N>, i: usize) -> [f64; N] {
+    pub fn load<const D: usize>(&self, g: &[Vector<D>; N], forces: &ElementLoads<'_, D, N>, i: usize) -> [f64; N] {
         let drive = forces.drive;
         let mass: f64 = self.mass[i].iter().sum();
         // Becker (25), (33); theory (K.8), (K.11).
@@ -162,9 +165,9 @@ impl<const N: usize> ElementIntegrals<N> {
     }
 }
 
-/// What acts in an element beside its matrix.
+/// Forces and pressures in an element beside its matrix.
 #[derive(Debug, Clone, Copy)]
-pub struct ElementForces<'a, const D: usize, const N: usize> {
+pub struct ElementLoads<'a, const D: usize, const N: usize> {
     /// Body force and v̂ at the nodes.
     pub drive: &'a Drive<D, N>,
     /// â at the nodes [m/s²].

@@ -1,4 +1,5 @@
-//! The solids on particles in the system of velocity and pressure: the elements that hold them, and the forces on them (theory K.4–K.6).
+//! The solids on particles in the system of velocity and pressure: the elements that hold them, and the forces on them
+//! (theory K.4–K.6).
 //!
 //! ```text
 //! nodes of solid and of fluid                       cut: a pressure on each side                          theory K.5
@@ -6,7 +7,7 @@
 //! particles of solids elsewhere, or several solids  not split: V_s = V n_s/n_e, one continuous pressure   theory (K.9)
 //! ```
 
-use super::element::{ElementForces, ElementIntegrals, NodalSolution, SolidElement, SolidPart, SplitPressure};
+use super::element::{ElementIntegrals, ElementLoads, NodalSolution, SolidElement, SolidPart, SplitPressure};
 use super::setup::{ParticleSolidSetup, RateLaw};
 use super::sums::{ElementSums, NodalAverages};
 use crate::math::{Signal, Vector};
@@ -33,7 +34,7 @@ pub enum GhostPressures<const N: usize> {
 /// Solids on particles.
 #[derive(Debug, Clone)]
 pub struct ParticleSolids<const D: usize, const N: usize> {
-    /// They, in the order of their phases.
+    /// The solids, in the order of their phases.
     pub setups: Vec<ParticleSolidSetup<D>>,
     /// The phase of the first; those before are fluids.
     pub first: usize,
@@ -55,7 +56,7 @@ pub struct ParticleSolids<const D: usize, const N: usize> {
     place: Vec<u32>,
 }
 
-/// What fills an element that isn't cut.
+/// Filling of an element that isn't cut.
 struct Mixture {
     /// Part of its volume that is solid.
     share: f64,
@@ -69,8 +70,8 @@ struct Mixture {
     density: f64,
 }
 
-/// What the equations of an element take from the fluid around.
-pub struct Surroundings<'a, const D: usize, const N: usize> {
+/// The fluid as the equations of an element with solid need it.
+pub struct SurroundingFluid<'a, const D: usize, const N: usize> {
     /// The mesh.
     pub mesh: &'a Mesh<D, N>,
     /// Constants of the step.
@@ -111,14 +112,15 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         self.elements.get(*self.place.get(element)? as usize)
     }
 
-    /// Pressures whose interpolation holds in an element on the side of a solid, or of the fluid, from those of its nodes [Pa].
+    /// Pressures whose interpolation holds in an element on the side of a solid, or of the fluid, from those of its
+    /// nodes [Pa].
     pub fn pressures_in(&self, element: usize, nodal: [f64; N], solid: bool) -> [f64; N] {
         let split = self.of(element).and_then(|own| own.split.as_ref());
         split.map_or(nodal, |split| split.on_side(nodal, solid))
     }
 
     /// Makes the equations of the elements that hold solid, and their contents; others keep theirs.
-    pub fn fill(&mut self, around: &Surroundings<'_, D, N>, phases: &Phases, contents: &mut [Content<N>]) {
+    pub fn fill(&mut self, around: &SurroundingFluid<'_, D, N>, phases: &Phases, contents: &mut [Content<N>]) {
         let made = parallel::collect_some(contents.len(), 256, |e| self.element(around, phases, e));
         self.place = vec![NONE; contents.len()];
         self.elements.clear();
@@ -132,7 +134,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// The element `e`, if it holds solid.
     fn element(
         &self,
-        around: &Surroundings<'_, D, N>,
+        around: &SurroundingFluid<'_, D, N>,
         phases: &Phases,
         e: usize,
     ) -> Option<(SolidElement<D, N>, Content<N>)> {
@@ -146,7 +148,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     }
 
     /// An element that isn't cut: solid, or a mixture (theory K.4, (K.9)).
-    fn unsplit(&self, around: &Surroundings<'_, D, N>, e: usize, solid: usize) -> (SolidElement<D, N>, Content<N>) {
+    fn unsplit(&self, around: &SurroundingFluid<'_, D, N>, e: usize, solid: usize) -> (SolidElement<D, N>, Content<N>) {
         let (volume, dt) = (around.mesh.simplex(e).volume, around.equations.delta);
         let nodes = around.mesh.elements()[e].map(|node| node as usize);
         let Mixture { share, shear, compliance, solid_density, density } = self.mixture(e, solid);
@@ -181,7 +183,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         (made, content)
     }
 
-    /// What fills an element that isn't cut, by its particles; without any, its solid.
+    /// Filling of an element that isn't cut, by its particles; without any, its solid.
     fn mixture(&self, e: usize, solid: usize) -> Mixture {
         let (sums, law) = (&self.sums[e], &self.setups[solid].law);
         let share = sums.solid_share().unwrap_or(1.0);
@@ -196,7 +198,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         }
     }
 
-    /// Content of an element of this volume [m³] with the nodal densities of its particles; `density` [kg/m³] without any.
+    /// Content of an element of this volume [m³] with the nodal densities of its particles; `density` [kg/m³] without
+    /// any.
     fn content(&self, e: usize, volume: f64, density: f64, viscosity: f64) -> Content<N> {
         let sums = &self.sums[e];
         let mut content = Content::uniform(volume, density, viscosity, 0.0);
@@ -211,33 +214,26 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// An element that the interface between a solid and the fluid cuts (theory K.5).
     fn cut(
         &self,
-        around: &Surroundings<'_, D, N>,
+        around: &SurroundingFluid<'_, D, N>,
         level: [f64; N],
         e: usize,
         solid: usize,
     ) -> (SolidElement<D, N>, Content<N>) {
-        let (volume, law) = (around.mesh.simplex(e).volume, &self.setups[solid].law);
-        let dt = around.equations.delta;
-        let nodes = around.mesh.elements()[e].map(|node| node as usize);
+        let (volume, law, dt) = (around.mesh.simplex(e).volume, &self.setups[solid].law, around.equations.delta);
+        let pressure = around.mesh.elements()[e].map(|node| self.nodal.pressure[node as usize]);
         let media = [
             Medium { density: law.density, viscosity: 0.0 },
             Medium { density: self.fluid_density, viscosity: (around.viscosity)(e) },
         ];
         let cut = CutGeometry::new(level, media);
-        let mut split = SplitPressure::new(&cut, volume, law.bulk, &nodes.map(|i| self.nodal.pressure[i]));
+        let mut split = SplitPressure::new(&cut, volume, law.bulk, &pressure);
         if let GhostPressures::Given(given) = &self.ghosts {
             split.estimate = given[e];
         }
-        let content = cut.content(volume, |_| 0.0);
-        let share = cut.negative_share();
-        let lumped = |i, j| if i == j { content.mass[i] } else { 0.0 };
-        let mass = match around.equations.mass {
-            Mass::Lumped => std::array::from_fn(|i| std::array::from_fn(|j| lumped(i, j))),
-            Mass::Consistent => cut.mass(volume),
-        };
+        let (content, share, rate) = (cut.content(volume, |_| 0.0), cut.negative_share(), 1.0 / dt);
         let integrals = ElementIntegrals {
-            mass,
-            rate: 1.0 / dt,
+            mass: cut_mass(&cut, volume, around.equations.mass, &content),
+            rate,
             elastic: dt * law.shear * share * volume,
             viscous: content.viscosity * volume,
             own: split.own,
@@ -251,7 +247,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             weights: split.in_solid(),
             stress: self.mean_stress(around.mesh, e),
             shear: law.shear,
-            rate: integrals.rate,
+            rate,
             acceleration: [Vector::ZERO; N],
         };
         (self.assembled(around, (e, solid), &integrals, (part, Some(split)), 0.0), content)
@@ -260,7 +256,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
     /// Matrix and right-hand side of an element from its integrals; `diffused` is τ V_f [m³ s].
     fn assembled(
         &self,
-        around: &Surroundings<'_, D, N>,
+        around: &SurroundingFluid<'_, D, N>,
         (e, solid): (usize, usize),
         integrals: &ElementIntegrals<N>,
         (part, split): (SolidPart<D, N>, Option<SplitPressure<N>>),
@@ -270,7 +266,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         let drive = (around.drive)(e);
         let ghosts =
             split.map_or(0.0, |split| split.ghost.iter().zip(&split.estimate).map(|(w, p)| w * p).sum::<f64>());
-        let forces = ElementForces {
+        let forces = ElementLoads {
             drive: &drive,
             acceleration: part.acceleration,
             pressure: around.mesh.elements()[e].map(|node| self.nodal.pressure[node as usize]),
@@ -298,8 +294,9 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         });
     }
 
-    /// Finds the forces of the fluid on the solids from the `solution` in each element: the sum of what their equations lack at nodes that are
-    /// `free` along an axis; what they lack at others is what holds them (theory (K.13)).
+    /// Finds the forces of the fluid on the solids from the `solution` in each element: the sum of what their
+    /// equations lack at nodes that are `free` along an axis; what they lack at others is what holds them
+    /// (theory (K.13)).
     pub fn find_forces(
         &mut self,
         mesh: &Mesh<D, N>,
@@ -332,7 +329,8 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         }
     }
 
-    /// Sets the velocities that supports prescribe at time `t` [s] where `boundary`, the masks without supports, leaves them to them.
+    /// Sets the velocities that supports prescribe at time `t` [s] where `boundary`, the masks without supports, leaves
+    /// them to them.
     pub fn prescribe(&self, mesh: &Mesh<D, N>, t: f64, boundary: &[u8], constraints: &mut Constraints<D, N>) {
         for (node, axis, signal) in self.held() {
             if boundary[node] >> axis & 1 == 0 && constraints.mask[node] >> axis & 1 == 1 {
@@ -362,5 +360,14 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
             let axes = held.velocity.iter().enumerate().filter_map(|(axis, signal)| Some((axis, signal.as_ref()?)));
             axes.flat_map(|(axis, signal)| held.nodes.iter().map(move |&node| (node as usize, axis, signal)))
         })
+    }
+}
+
+/// M_ij of a cut element of this volume [m³], lumped as its content or consistent.
+fn cut_mass<const N: usize>(cut: &CutGeometry<N>, volume: f64, mass: Mass, content: &Content<N>) -> [[f64; N]; N] {
+    let lumped = |i, j| if i == j { content.mass[i] } else { 0.0 };
+    match mass {
+        Mass::Lumped => std::array::from_fn(|i| std::array::from_fn(|j| lumped(i, j))),
+        Mass::Consistent => cut.mass(volume),
     }
 }

@@ -1,7 +1,8 @@
 //! Particles of PFEM-2: columns sorted by element.
 //!
 //! Particles carry velocity and fluid, no mass: a particle stands for V_e/n_e, its share of the element that it is
-//! in (theory F.3). Those of an element follow one another; a stable counting sort ([`Groups`]) restores this after every motion.
+//! in (theory F.3). Those of an element follow one another; a stable counting sort ([`Groups`]) restores this after
+//! every motion.
 
 use crate::math::Vector;
 use crate::mesh::Mesh;
@@ -9,8 +10,8 @@ use crate::parallel::{self, Groups};
 use crate::simulation::Column;
 use std::ops::Range;
 
-/// The columns of particles, one entry each: its type, the memory that it is sorted into, and what two particles that merge
-/// leave in it: their mean, or the value of the one that is kept.
+/// The columns of particles, one entry each: its type, the memory that it is sorted into, and what two particles that
+/// merge leave in it: their mean, or the value of the one that is kept.
 macro_rules! particle_columns {
     ($($(#[$doc:meta])* $name:ident: $type:ty, sorted in $spare:ident, merged to $merge:ident;)*) => {
         /// Columns of particles; the same index in every column is the same particle.
@@ -70,7 +71,7 @@ particle_columns! {
     position: Vector<D>, sorted in vectors, merged to mean;
     /// Velocity v_p [m/s].
     velocity: Vector<D>, sorted in vectors, merged to mean;
-    /// Index of the fluid.
+    /// Index of its phase: that of the fluid, or, after all fluids, of the solid on particles.
     fluid: u8, sorted in bytes, merged to kept;
     /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
     depth: f64, sorted in floats, merged to mean;
@@ -160,8 +161,8 @@ impl<const D: usize> Particles<D> {
         particles
     }
 
-    /// Adds a column of `components` numbers per particle that a law or a phase asks for, filled with zeros; it is sorted, merged
-    /// and part of a checkpoint as the others are.
+    /// Adds a column of `components` numbers per particle that a law or a phase asks for, filled with zeros; it is
+    /// sorted, merged and part of a checkpoint as the others are.
     pub fn add_column(&mut self, name: &'static str, components: usize) {
         let values = vec![0.0; self.len() * components];
         self.optional.push(OptionalColumn { name, components, values });

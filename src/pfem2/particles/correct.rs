@@ -13,8 +13,8 @@
 //! which the mesh knows nothing. The small share α of the mesh velocity removes it within the time T, whatever the
 //! step; what it takes from resolved motion is a viscosity of about h²/10T.
 //!
-//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their own side of the interface; those without a
-//! heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
+//! Heavy particles that may fly (Becker (36); theory G.13) take the increments of their own side of the interface;
+//! those without a heavy node in reach fall, δv = dt g (1 − ρ_light/ρ_heavy).
 
 use super::convect::{Continued, Projectiles};
 use super::{Particles, interpolate};
@@ -46,7 +46,7 @@ pub fn filter(dt: f64, relaxation: f64) -> f64 {
 
 /// Increments and velocities that heavy particles receive.
 struct Heavy<const D: usize> {
-    /// By fluid, of those that fly.
+    /// By fluid; none of a fluid that is no projectile.
     increment: Vec<Option<Continued<D>>>,
     velocity: Continued<D>,
     fall: Vector<D>,
@@ -58,7 +58,7 @@ impl<const D: usize> Particles<D> {
         let &Correction { increment, velocity, filter, projectiles } = correction;
         let heavy = projectiles.map(|(rule, fall)| Heavy {
             increment: (rule.fluids.iter().zip(increment))
-                .map(|(&flies, own)| flies.then(|| Continued::new(mesh, own, rule.level)))
+                .map(|(&is_projectile, own)| is_projectile.then(|| Continued::new(mesh, own, rule.level)))
                 .collect(),
             velocity: Continued::new(mesh, velocity, rule.level),
             fall,
@@ -140,8 +140,8 @@ mod tests {
         assert!((gained - step).norm() < 0.05 * step.norm(), "{gained:?}");
     }
 
-    /// Air at speed 1 over water at rest, no forces: at the nodes that both reach the air comes to rest, and the momentum of
-    /// all particles stays what it was.
+    /// Air at speed 1 over water at rest, no forces: at the nodes that both reach the air comes to rest, and
+    /// the momentum of all particles stays what it was.
     #[test]
     fn light_particles_take_the_velocity_of_the_heavy_ones_beside_them() {
         const DENSITY: [f64; 2] = [1000.0, 1.0];

@@ -1,13 +1,14 @@
 //! Particles at solids (theory J.5).
 //!
-//! Particles move along the streamlines of the mesh, whose nodes inside a solid have its velocity: they follow its surface up to the
-//! error of a step. One that is inside of it at the end of the step leaves; reseeding fills what is empty.
+//! Particles move along the streamlines of the mesh, whose nodes inside a solid have its velocity: they follow its
+//! surface up to the error of a step. One that is inside of it at the end of the step leaves; reseeding fills what is
+//! empty.
 
 use super::{GONE, Particles};
 use crate::mesh::Mesh;
 use crate::parallel;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::solid::cut::ElementState;
-use crate::pfem2::solid::immersed::Immersed;
 
 impl<const D: usize> Particles<D> {
     /// Takes out the particles inside solids.

@@ -1,5 +1,5 @@
-//! The convective part of a step: particles move along the streamlines of a frozen flow, empty places are filled with what the
-//! flow brings there, and nodal values of the last step go along.
+//! The convective part of a step: particles move along the streamlines of a frozen flow, empty places are filled with
+//! what the flow brings there, and nodal values of the last step go along.
 //!
 //! ```text
 //! v*     convecting velocity, frozen over the step: vⁿ in the paper's scheme; theory F.5
@@ -17,7 +17,7 @@ use crate::parallel;
 use crate::pfem2::equations::system::{TimeStep, VelocityPressureSystem};
 use crate::pfem2::interface::level_set::InflowDepth;
 use crate::pfem2::interface::tracking::InterfaceTracking;
-use crate::pfem2::solid::immersed::Immersed;
+use crate::pfem2::solid::coupling::immersed::Immersed;
 use crate::pfem2::time::history::TimeHistory;
 
 /// The flow of a step, frozen, and the state at its start.
@@ -29,7 +29,8 @@ pub(in crate::pfem2) struct FrozenFlow<const D: usize> {
     start: Vec<Vector<D>>,
     /// The elements, prepared for streamlines of v*.
     rates: Rates,
-    /// Distances from the interface at the start, which give inflow its depth; with a sharp level set and open boundaries.
+    /// Distances from the interface at the start, which give inflow its depth; with a sharp level set and open
+    /// boundaries.
     inflow_depth: Option<InflowDepth>,
 }
 
@@ -57,7 +58,8 @@ impl<const D: usize> ParticleTracking<D> {
         FrozenFlow { step, velocity, start, rates, inflow_depth }
     }
 
-    /// Adds particles where there are too few and merges them where there are too many, before the projection (theory G.12).
+    /// Adds particles where there are too few and merges them where there are too many, before the projection
+    /// (theory G.12).
     pub fn reseed<const N: usize>(
         &mut self,
         flow: &FrozenFlow<D>,

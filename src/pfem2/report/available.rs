@@ -1,14 +1,14 @@
-//! The work that gravity can do in a closed box: what the fluids lose of potential energy when the heavy ones come to rest
-//! below the light ones (Lorenz 1955; theory F.14).
+//! The work that gravity can do in a closed box: what the fluids lose of potential energy when the heavy ones come to
+//! rest below the light ones (Lorenz 1955; theory F.14).
 //!
 //! ```text
 //! A = Σ m φ at the start − Σ m φ of the same volumes sorted by density,      φ = −b·x
 //! ```
 //!
-//! Beside it stands the energy that no term of the ledger explains: waves on an interface that grow with the step, fluid
-//! that leaks through the other, pressure that pushes along a wall, interfaces that aren't calm. It is too much where it is more
-//! than half of the kinetic energy that the flow ever had and all that friction and walls exchanged, which has errors of its
-//! own size in steps that are long for friction.
+//! Beside it stands the energy that no term of the ledger explains: waves on an interface that grow with the step,
+//! fluid that leaks through the other, pressure that pushes along a wall, interfaces that aren't calm. It is too much
+//! where it is more than half of the kinetic energy that the flow ever had and all that friction and walls exchanged,
+//! which has errors of its own size in steps that are long for friction.
 //!
 //! φ is taken from the middle of the mesh, so that a volume that isn't kept counts the same wherever the box lies.
 
@@ -20,11 +20,12 @@ use crate::pfem2::equations::system::VelocityPressureSystem;
 /// Part of the largest kinetic energy that errors of discretisation may make.
 const ERRORS: f64 = 0.5;
 
-/// Part of the energy at hand (A, the energy at the start and the work that lifts all fluid by an element) below which no notice is
-/// given: fluids at rest move a little.
+/// Part of the energy at hand (A, the energy at the start and the work that lifts all fluid by an element) below which
+/// no notice is given: fluids at rest move a little.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Part of A that errors are measured by as long as nothing larger has moved: a flow that has just begun has next to none.
+/// Part of A that errors are measured by as long as nothing larger has moved: a flow that has just begun has next to
+/// none.
 const LEAST_OF_AVAILABLE: f64 = 0.1;
 
 /// Part of A, and of the work that lifts all fluid by an element, that the work of gravity may exceed A by.
@@ -58,7 +59,8 @@ pub(in crate::pfem2) enum EnergyCheck {
 }
 
 impl AvailablePotentialEnergy {
-    /// Of the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady, uniform one.
+    /// Of the state at the start with these totals; `None` where fluid may come in or leave, or gravity is no steady,
+    /// uniform one.
     pub fn new<const D: usize, const N: usize>(
         system: &VelocityPressureSystem<D, N>,
         totals: &FlowTotals,
@@ -108,10 +110,11 @@ impl AvailablePotentialEnergy {
         self.energy + self.lift + ledger.begun()
     }
 
-    /// Compares the energy that the ledger doesn't explain with the errors of discretisation, and the work of gravity with A.
+    /// Compares the energy that the ledger doesn't explain with the errors of discretisation, and the work of gravity
+    /// with A.
     ///
     /// # Errors
-    /// It is many times what there was; the fastest node is named.
+    /// The energy that errors have given is many times what there was; the fastest node is named.
     pub fn check<const D: usize, const N: usize>(
         &self,
         ledger: &EnergyLedger,
@@ -152,8 +155,8 @@ fn sorted(slots: &[(f64, f64)], fluids: &[(f64, f64)]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Water (1000) on oil (800), two slots of one cubic metre, 0.5 and 1.5 m high under 10 m/s²: 1000 kg sink by a metre,
-    /// 800 kg rise.
+    /// Water (1000) on oil (800), two slots of one cubic metre, 0.5 and 1.5 m high under 10 m/s²: 1000 kg sink by
+    /// a metre, 800 kg rise.
     #[test]
     fn the_energy_of_a_heavy_layer_above_a_light_one_is_available() {
         let slots = [(5.0, 1.0), (15.0, 1.0)];

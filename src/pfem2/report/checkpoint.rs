@@ -177,10 +177,10 @@ fn solid_columns<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>, visit: 
     visit("solids/forces mean", Column::new(&mut last.forces_mean));
     visit("solids/nodal forces", Column::new(&mut last.nodal));
     moment_columns("solids/moments", &mut last.moments, visit);
-    visit("solids/contact", Column::new(&mut last.contact));
+    visit("solids/contact", Column::new(&mut last.contact_forces.walls));
     visit_count(visit, "solids/solutions", &mut last.solutions);
     visit_count(visit, "solids/backward steps", &mut last.backward_steps);
-    visit("solids/touch", Column::new(&mut last.touch));
+    visit("solids/touch", Column::new(&mut last.contact_forces.solids));
     for (k, rigid) in state.rigid.iter_mut().enumerate() {
         visit(&format!("solids/rigid {k}"), Column::record(rigid));
     }

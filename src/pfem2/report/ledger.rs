@@ -10,13 +10,13 @@
 //! surface      σ A
 //! ```
 //!
-//! The first form of gravity's work is what the fluids have lost of potential energy where they are now: interfaces that run ahead of
-//! the velocity, or behind it, show in the ledger. The second would not see them.
+//! The first form of gravity's work is what the fluids have lost of potential energy where they are now: interfaces
+//! that run ahead of the velocity, or behind it, show in the ledger. The second would not see them.
 //!
 //! Powers and forces are taken with the weights of the step: θ at its end, β₁ at its start, β₂ at the start of the one
-//! before (see `step`); their sums over time are compensated (Neumaier). Walls and inlets that hold nodes from the start on take them along in the first step: that is work of
-//! boundaries, too. The rest is booked as numerical dissipation: of the transport by particles, of the time
-//! integration and of the stabilisation.
+//! before (see `step`); their sums over time are compensated (Neumaier). Walls and inlets that hold nodes from
+//! the start on take them along in the first step: that is work of boundaries, too. The rest is booked as numerical
+//! dissipation: of the transport by particles, of the time integration and of the stabilisation.
 
 use super::through::OpenBoundaryFlux;
 use crate::math::Vector;
@@ -163,7 +163,7 @@ pub struct EnergyLedger {
     viscous: CompensatedSum,
     /// Powers and forces from outside at the end of the last step.
     pub last: ExternalTerms,
-    /// Those at the end of the step before.
+    /// Powers and forces from outside at the end of the step before.
     pub earlier: ExternalTerms,
     /// Kinetic and surface energy at the start [J].
     pub stored: f64,
@@ -180,7 +180,8 @@ impl Record for EnergyLedger {
 }
 
 impl EnergyLedger {
-    /// Opens the ledger with the kinetic and the surface energy at the start, and the kinetic energy of an impulsive start [J].
+    /// Opens the ledger with the kinetic and the surface energy at the start, and the kinetic energy of an impulsive
+    /// start [J].
     pub fn open(kinetic: f64, surface: f64, impulsive: f64) -> Self {
         let stored = kinetic + surface;
         let (peak, largest) = (kinetic + impulsive, (stored + impulsive).max(surface));

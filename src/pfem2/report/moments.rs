@@ -18,7 +18,7 @@ pub struct MomentPoint<const D: usize> {
     pub about: Vector<D>,
 }
 
-/// What the fluid exerts a force on.
+/// A part on which the fluid exerts a force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForcedPart {
     /// A set of facets, by its place among the conditions on the boundary.

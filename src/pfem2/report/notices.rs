@@ -23,7 +23,8 @@ const SOLID_VOLUME: f64 = 0.1;
 /// Force off balance of quasi-static solids, over the largest, without a word.
 const BALANCED: f64 = 1e-3;
 
-/// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at first.
+/// Steps that errors in the energy last until a notice is given: flows that begin are slower than their errors at
+/// first.
 const LASTING: u32 = 5;
 
 /// Notices of a run, each kind given once.
@@ -116,8 +117,8 @@ impl Notices {
         self.said.say("energy", || what.to_owned());
     }
 
-    /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; a notice is given where it is `much` for
-    /// some steps.
+    /// Errors have taken this part of the largest other energy so far, or given it if it is below zero; a notice is
+    /// given where it is `much` for some steps.
     pub fn errors(&mut self, part: f64, much: bool) {
         self.lasting = if much { LASTING.min(self.lasting + 1) } else { 0 };
         if self.lasting < LASTING {
@@ -167,7 +168,8 @@ impl Notices {
         }
     }
 
-    /// The mesh shows solids with a volume `shown` that is not their `own` [m³], where none of them ends in the boundary.
+    /// The mesh shows solids with a volume `shown` that is not their `own` [m³], where none of them ends in
+    /// the boundary.
     pub fn solid_volume(&mut self, shown: f64, own: f64) {
         if (shown - own).abs() > SOLID_VOLUME * own {
             self.said.say("volume of solids", || {
@@ -194,7 +196,7 @@ impl Notices {
     }
 
     /// Elastic solids still moved by this many elements when the step was solved for the last time.
-    pub fn unsettled(&mut self, elements: f64) {
+    pub fn last_correction(&mut self, elements: f64) {
         if elements > 0.0 {
             self.said.say("unsettled", || {
                 format!(
@@ -209,7 +211,8 @@ impl Notices {
     pub fn contacts(&mut self, are_wrong: bool) {
         if are_wrong {
             self.said.say("contacts", || {
-                "a contact of an elastic solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a                  step than can be found; take shorter steps (`time.step`)"
+                "a contact of an elastic solid pulls, or one lacks, at the end of a step, however often the step was solved anew: more of it lands in a \
+                 step than can be found; take shorter steps (`time.step`)"
                     .to_owned()
             });
         }
@@ -220,11 +223,12 @@ impl Notices {
         self.said.take()
     }
 
-    /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have been there,
-    /// and inlets that they have met, are found again by the next look.)
+    /// Columns of a checkpoint: the steps that errors have lasted, and the notices that were given. (Fluids that have
+    /// been there, and inlets that they have met, are found again by the next look.)
     pub fn columns(&mut self, visit: &mut dyn FnMut(&str, Column<'_>)) {
         visit("notices/lasting", Column::scalar(&mut self.lasting));
-        // No more steps count than those after which a notice is given; a state that was not left by a run may hold any number.
+        // No more steps count than those after which a notice is given; a state that was not left by a run may hold any
+        // number.
         self.lasting = self.lasting.min(LASTING);
         self.said.column("notices/said", visit);
     }

@@ -4,11 +4,11 @@ use crate::math::{SymTensor, Vector};
 use crate::pfem2::Pfem2;
 use crate::pfem2::interface::filled;
 use crate::pfem2::particle_solids::columns;
-use crate::pfem2::solid::bodies::SolidBody;
-use crate::pfem2::solid::outline::SolidOutline;
 use crate::pfem2::solid::setup::Plane;
-use crate::pfem2::solid::stress::NodalStress;
 use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::solid::structure::bodies::SolidBody;
+use crate::pfem2::solid::structure::outline::SolidOutline;
+use crate::pfem2::solid::structure::stress::NodalStress;
 use crate::pfem2::solid::tracking::SolidTracking;
 use crate::pfem2::time::step_control::ErrorEstimates;
 use crate::simulation::TermKind::Other;
@@ -333,5 +333,5 @@ fn amounts<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Vec<(String, &
         .fluids
         .iter()
         .zip(pfem.particles.stray_volumes(&pfem.system.fluid_region(), &pfem.interface));
-    fluids.map(|(fluid, volume)| (format!("astray: {}", fluid.name), unit, volume)).collect()
+    fluids.map(|(fluid, volume)| (format!("stray volume: {}", fluid.name), unit, volume)).collect()
 }

@@ -6,47 +6,34 @@
 //! uⁿ⁺¹ = û + Δ vⁿ⁺¹,   aⁿ⁺¹ = (vⁿ⁺¹ − v̂)/Δ
 //! ```
 //!
-//! The fluid ends at the surface of the solid: elements of the fixed mesh that it cuts are decomposed, and their cut points
-//! move with the solid.
+//! The fluid ends at the surface of the solid: elements of the fixed mesh that it cuts are decomposed, and their cut
+//! points move with the solid.
+//!
+//! | room | what it holds |
+//! |---|---|
+//! | `mesh` | meshes of solids, their Gauss points, and mass points for closed surfaces |
+//! | `structure` | state, prediction, forces and equations of the solids, with supports, loads, bonds and outputs |
+//! | `equations` | the linear equations of a step, in the velocities of all nodes and in the independent ones |
+//! | `rigid` | rigid solids: rotation, momentum, and the velocities that supports leave them |
+//! | `surface` | the surface of the solids in space: nearest places, normals, edges |
+//! | `cut` | the mesh of the fluid, cut at that surface |
+//! | `coupling` | the equations of the fluid in cut elements, and the linear system of fluid and solids |
+//! | `contact` | contact with walls, among solids, and of a solid with itself |
+//!
+//! `setup` has a solid as a run starts with it; `tracking` the solids of a run from step to step, `start` their begin,
+//! `step_results` what a step leaves. Only `tracking` knows all rooms.
 
-pub mod bodies;
-pub mod border;
-mod constrained;
 pub mod contact;
-mod contact_step;
 pub mod coupling;
 pub mod cut;
-mod dilatation;
-pub mod element;
-mod enclosed;
-mod enriched;
 pub mod equations;
-pub mod equilibrium;
-pub mod fluid_part;
-pub mod gauss;
-pub mod immersed;
-mod impulses;
-pub mod independent;
-mod linearisation;
 pub mod mesh;
-pub mod modes;
-mod near;
-mod node_coupling;
-pub mod outline;
-pub mod pressure;
 pub mod rigid;
 pub mod setup;
-pub mod springs;
-mod state;
-pub mod stress;
+pub(in crate::pfem2) mod start;
+mod step_results;
 pub mod structure;
-mod sums;
-pub mod support;
 pub mod surface;
-pub mod ties;
-mod touching;
-mod trace;
 pub(in crate::pfem2) mod tracking;
-mod unilateral;
-pub mod walls;
-mod wetted;
+
+pub use structure::support;

@@ -33,9 +33,10 @@ pub struct SolidSetup<const D: usize> {
     pub inertia: Inertia,
     /// Coefficient of Coulomb's friction at walls; of two solids that meet the root of their product counts.
     pub friction: f64,
-    /// Coefficient of restitution e of a rigid solid at walls, 0 to 1; of two that meet the root of their product counts.
+    /// Coefficient of restitution e of a rigid solid at walls, 0 to 1; of two that meet the root of their product
+    /// counts.
     pub restitution: f64,
-    /// What the fluid does on its surface.
+    /// Condition for the fluid on its surface.
     pub surface: SurfaceCondition,
 }
 
@@ -61,7 +62,8 @@ impl<const D: usize> SolidSetup<D> {
         }
     }
 
-    /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes a force [1/s].
+    /// The rate 1/Δ with which its velocity changes in a step with the implicit part `delta` [s], as far as that takes
+    /// a force [1/s].
     pub(super) fn inertia_rate(&self, delta: f64) -> f64 {
         match self.inertia {
             Inertia::Dynamic => 1.0 / delta,
@@ -70,13 +72,13 @@ impl<const D: usize> SolidSetup<D> {
     }
 }
 
-/// What the fluid does on the surface of a solid.
+/// Condition for the fluid on the surface of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SurfaceCondition {
-    /// It sticks.
+    /// The fluid sticks.
     #[default]
     NoSlip,
-    /// It glides, where the elements are wider than the layer in which it would be slowed down.
+    /// The fluid glides: for elements that are wider than the layer in which it would be slowed down.
     Slip,
 }
 
@@ -139,7 +141,8 @@ pub struct SurfaceTraction<const D: usize> {
 pub struct SurfacePressure {
     /// Places in [`SolidMesh::facets`].
     pub facets: Vec<u32>,
-    /// Force per area of the deformed surface, against its outward normal where positive, by the place in the reference state [Pa].
+    /// Force per area of the deformed surface, against its outward normal where positive, by the place in the reference
+    /// state [Pa].
     pub pressure: Signal,
 }
 
@@ -155,7 +158,7 @@ pub struct Damping {
 /// Inertia of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inertia {
-    /// Its mass.
+    /// The solid has its mass.
     #[default]
     Dynamic,
     /// None: forces balance at every time.

@@ -1,5 +1,5 @@
-//! Surfaces in places where a cut can go wrong, and solids that go where they can't: they work as in other places, or the run stops with a reason
-//! and a place.
+//! Surfaces in places where a cut can go wrong, and solids that go where they can't: they work as in other places, or
+//! the run stops with a reason and a place.
 
 use super::solids::{solid, water};
 use super::*;
@@ -63,7 +63,7 @@ struct Rest {
     speed: f64,
     /// Forces on the solids [N].
     forces: Vec<Vector<2>>,
-    /// What the mesh shows of the solids [m²].
+    /// Area of the solids as the mesh shows it [m²].
     shown: f64,
     notices: Vec<String>,
 }
@@ -77,9 +77,10 @@ fn rest(mut pfem: Pfem2<2, 3>) -> Rest {
     Rest { speed, forces: pfem.solids.unwrap().last.forces, shown, notices }
 }
 
-/// Sides along edges of the mesh, through its nodes along and across its diagonals, and parts of an element beside them from a millionth to rounding: water stays at rest
-/// to rounding and carries the weight of what the mesh shows of the solid, to rounding. That is the solid itself but for 0.001 of an element along its sides, and but for corners on
-/// edges of the mesh or next to them, which may be cut off: half a square at most.
+/// Sides along edges of the mesh, through its nodes along and across its diagonals, and parts of an element beside them
+/// from a millionth to rounding: water stays at rest to rounding and carries the weight of what the mesh shows
+/// of the solid, to rounding. That is the solid itself but for 0.001 of an element along its sides, and but for corners
+/// on edges of the mesh or next to them, which may be cut off: half a square at most.
 #[test]
 fn water_rests_at_surfaces_on_nodes_and_edges_of_the_mesh_and_slivers_beside_them() {
     let along = block([[4.0 * SIZE, 4.0 * SIZE], [8.0 * SIZE, 10.0 * SIZE]]);
@@ -98,8 +99,9 @@ fn water_rests_at_surfaces_on_nodes_and_edges_of_the_mesh_and_slivers_beside_the
     }
 }
 
-/// The same where the water glides, with corners of the solid on nodes and edges of the mesh, beside them, and inside of elements: where corners are kept
-/// as they are it rests to rounding; where one is cut off, on an edge, to less than a thousandth of free fall.
+/// The same where the water glides, with corners of the solid on nodes and edges of the mesh, beside them, and inside
+/// of elements: where corners are kept as they are it rests to rounding; where one is cut off, on an edge, to less than
+/// a thousandth of free fall.
 #[test]
 fn water_that_glides_rests_at_corners_on_nodes_and_edges_of_the_mesh() {
     let along = block([[4.0 * SIZE, 4.0 * SIZE], [8.0 * SIZE, 10.0 * SIZE]]);
@@ -147,8 +149,9 @@ fn tank_in_space(block: SolidMesh<3>, surface: SurfaceCondition) -> Pfem2<3, 4> 
     Pfem2::new(setup)
 }
 
-/// Elements keep the edges of a block, on lines, planes and diagonals of the mesh, and off them: it bears the weight of the water that it displaces, and water
-/// that glides rests beside it to a fiftieth of free fall, where two edges pass an element beside the corner in which they meet; elsewhere to a thousandth.
+/// Elements keep the edges of a block, on lines, planes and diagonals of the mesh, and off them: it bears the weight
+/// of the water that it displaces, and water that glides rests beside it to a fiftieth of free fall, where two edges
+/// pass an element beside the corner in which they meet; elsewhere to a thousandth.
 #[test]
 fn a_block_in_space_keeps_its_edges_in_water_that_glides() {
     let size = 0.1;
@@ -172,8 +175,9 @@ fn a_block_in_space_keeps_its_edges_in_water_that_glides() {
     }
 }
 
-/// The surface of the water on the upper side of a solid that lies on a line of the mesh, a millionth of an element above and below it, and cut by both: nothing
-/// moves, and the fluids carry their weights (of water as much as the solid displaces, to half a square at its corners).
+/// The surface of the water on the upper side of a solid that lies on a line of the mesh, a millionth of an element
+/// above and below it, and cut by both: nothing moves, and the fluids carry their weights (of water as much as
+/// the solid displaces, to half a square at its corners).
 #[test]
 fn two_fluids_rest_at_a_solid_that_ends_where_their_interface_is() {
     for shift in [0.0, 1e-6, -1e-6, 0.3] {
@@ -202,7 +206,8 @@ fn water_rests_in_a_gap_and_at_a_plate_thinner_than_an_element() {
     assert!(notices.iter().any(|notice| notice.contains("thinner than elements")), "{notices:?}");
 }
 
-/// A solid as heavy as the fluid goes with an even flow and doesn't disturb it, until it comes to the outlet: there the run stops, and says where.
+/// A solid as heavy as the fluid goes with an even flow and doesn't disturb it, until it comes to the outlet: there
+/// the run stops, and says where.
 #[test]
 fn a_solid_drifts_with_an_even_flow_up_to_the_outlet_which_stops_the_run() {
     let speed = Vector([1.0, 0.0]);
@@ -241,8 +246,8 @@ fn a_solid_drifts_with_an_even_flow_up_to_the_outlet_which_stops_the_run() {
     assert!(!matches!(stopped.place, Place::Everywhere));
 }
 
-/// Nearly incompressible solids under the pressure of a fluid around them: a block gets smaller by 2 p (1 + ν)(1 − 2ν)/E of its size (plane strain),
-/// whatever ν.
+/// Nearly incompressible solids under the pressure of a fluid around them: a block gets smaller by 2 p (1 + ν)(1 −
+/// 2ν)/E of its size (plane strain), whatever ν.
 #[test]
 fn a_block_of_nearly_constant_volume_is_pressed_evenly() {
     let (pressure, young, side) = (1e4, 1e6, 0.4);

@@ -10,7 +10,8 @@ use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::solid::surface::tests::disc;
 use crate::simulation::Solver;
 
-/// A block of elements between two corners, with a modulus [Pa] or rigid (0), a coefficient of friction and a speed [m/s].
+/// A block of elements between two corners, with a modulus [Pa] or rigid (0), a coefficient of friction and a speed
+/// [m/s].
 fn block(corners: [[f64; 2]; 2], counts: [usize; 2], young: f64, friction: f64, speed: [f64; 2]) -> SolidSetup<2> {
     let mesh = SolidMesh::block(Vector(corners[0]), Vector(corners[1]), counts).unwrap();
     let mut block = solid(mesh, (young.max(1.0), 0.0), |_| [false; 2], |_| Vector(speed));
@@ -95,7 +96,7 @@ fn a_block_that_falls_on_another_rests_half_an_element_above_it() {
         let (dt, mut force) = (0.005, 0.0);
         for k in 0..200 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            let contact = &pfem.solids.as_ref().unwrap().last.contact;
+            let contact = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
             force += if k >= 160 { contact.iter().map(|force| force[1]).sum::<f64>() / 40.0 } else { 0.0 };
         }
         let weight = 9.81 * 1000.0 * (0.5 * 0.2 + 0.25 * 0.2);
@@ -106,7 +107,8 @@ fn a_block_that_falls_on_another_rests_half_an_element_above_it() {
     }
 }
 
-/// Forces of contact add up to nothing over a pair that collides: what the solids gain of momentum is what the fluid gives, to rounding.
+/// Forces of contact add up to nothing over a pair that collides: what the solids gain of momentum is what the fluid
+/// gives, to rounding.
 #[test]
 fn contacts_leave_the_momentum_of_a_pair() {
     let left = block([[0.2, 0.4], [0.45, 0.6]], [4, 2], 1e6, 0.3, [1.0, 0.0]);
@@ -120,7 +122,7 @@ fn contacts_leave_the_momentum_of_a_pair() {
         let inertia = structure(&pfem).weighted_by_mass(&structure(&pfem).state.acceleration);
         let gained = Vector::<2>::from_fn(|axis| inertia.iter().skip(axis).step_by(2).sum());
         let given: Vector<2> = solids.last.forces.iter().copied().sum();
-        let pushed: f64 = solids.last.touch.iter().map(|force| force.norm()).sum();
+        let pushed: f64 = solids.last.contact_forces.solids.iter().map(|force| force.norm()).sum();
         largest = largest.max(pushed);
         let size: f64 = inertia.iter().map(|force| force.abs()).sum();
         assert!((gained - given).norm() < 1e-9 * size, "{gained:?} {given:?} {pushed}");
@@ -128,7 +130,8 @@ fn contacts_leave_the_momentum_of_a_pair() {
     assert!(largest > 1e3, "they met: {largest}");
 }
 
-/// Two equal bars that meet end to end exchange their speeds within two transits of their waves (St. Venant), if steps resolve them.
+/// Two equal bars that meet end to end exchange their speeds within two transits of their waves (St. Venant), if steps
+/// resolve them.
 #[test]
 fn two_equal_bars_exchange_their_speeds() {
     let (length, young, speed) = (0.3, 1e6, 0.5);
@@ -142,7 +145,8 @@ fn two_equal_bars_exchange_their_speeds() {
     assert!(own.abs() < 0.08 && (0.9..1.02).contains(&other), "{own} {other}");
 }
 
-/// A block on a slab that is held slides if and only if the slope is steeper than the root of the product of both coefficients.
+/// A block on a slab that is held slides if and only if the slope is steeper than the root of the product of both
+/// coefficients.
 #[test]
 fn a_block_slides_on_a_slab_only_if_it_is_steeper_than_the_friction_of_both() {
     let friction: [f64; 2] = [0.45, 0.2];
@@ -170,8 +174,8 @@ fn a_block_slides_on_a_slab_only_if_it_is_steeper_than_the_friction_of_both() {
     }
 }
 
-/// A rigid disc of radius 0.15 m on an incline rolls with (2/3) g sin θ where tan θ < 3 μ, and else slides with g (sin θ − μ cos θ) and
-/// turns up with 2 μ g cos θ/R.
+/// A rigid disc of radius 0.15 m on an incline rolls with (2/3) g sin θ where tan θ < 3 μ, and else slides with g (sin
+/// θ − μ cos θ) and turns up with 2 μ g cos θ/R.
 #[test]
 fn a_disc_rolls_down_an_incline_and_slides_where_friction_does_not_hold_it() {
     let (radius, friction) = (0.15, 0.3);
@@ -256,7 +260,7 @@ fn a_strip_that_folds_meets_itself() {
         pfem.step(0.004 * f64::from(k), 0.004).unwrap();
         least = least.min(gap(&pfem));
     }
-    let pushed: f64 = pfem.solids.as_ref().unwrap().last.touch.iter().map(|force| force.norm()).sum();
+    let pushed: f64 = pfem.solids.as_ref().unwrap().last.contact_forces.solids.iter().map(|force| force.norm()).sum();
     assert!(pushed > 10.0 && least > 0.5 * GAP, "{pushed} {least}");
     assert!((gap(&pfem) / GAP - 1.0).abs() < 0.15, "{} {GAP}", gap(&pfem));
 }
@@ -275,8 +279,9 @@ fn solids_that_start_close_keep_their_distance() {
     }
 }
 
-/// A soft column that stands clamped on the floor is pressed together by a tenth at its foot by its own weight, and the nodes above it, which
-/// start little over half an element away, come nearer: the floor bears it through the support alone.
+/// A soft column that stands clamped on the floor is pressed together by a tenth at its foot by its own weight, and
+/// the nodes above it, which start little over half an element away, come nearer: the floor bears it through
+/// the support alone.
 #[test]
 fn a_column_is_compressed_at_its_foot_without_contact() {
     let rows = (0.4 / (2.1 * GAP)) as usize;
@@ -291,14 +296,15 @@ fn a_column_is_compressed_at_its_foot_without_contact() {
         pfem.step(f64::from(k) * 0.005, 0.005).unwrap();
         let above = places(&pfem, 0).into_iter().map(|x| x[1]).filter(|y| *y > 0.5 * GAP);
         lowest_ring = above.fold(lowest_ring, f64::min);
-        let contact = &pfem.solids.as_ref().unwrap().last.contact;
+        let contact = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
         assert!(contact.iter().all(|force| *force == Vector::ZERO), "{k}: {contact:?}");
     }
     assert!(lowest_ring < 0.97 * GAP, "{lowest_ring} {GAP}");
 }
 
-/// Extremes: a modulus of 1e12 Pa in air, ten thousand times the density of the fluid and a ten-thousandth, and a plate half as thick as
-/// an element. They fall as the closed form says where the fluid doesn't count, and rise where it carries them.
+/// Extremes: a modulus of 1e12 Pa in air, ten thousand times the density of the fluid and a ten-thousandth, and a plate
+/// half as thick as an element. They fall as the closed form says where the fluid doesn't count, and rise where it
+/// carries them.
 #[test]
 fn extreme_solids_run() {
     let fall = |density: f64, fluid_density: f64, young: f64, height: f64| {
@@ -345,14 +351,15 @@ fn a_rigid_disc_as_heavy_as_the_water_hovers() {
     assert!(gained.abs() < 0.05 * weight * 0.2, "{gained}");
 }
 
-/// What lands in a step that doesn't resolve its impact stays: the floor gives it the impulse that it had, and no more.
+/// A block that lands in a step that doesn't resolve its impact stays: the floor gives it the impulse that it had, and
+/// no more.
 #[test]
 fn a_stiff_block_that_lands_stays() {
     let (mut pfem, dt, mass, speed) = (landing(), 0.01, 1000.0 * 0.3 * 0.2, 0.5);
     let mut impulse = 0.0;
     for k in 0..20 {
         pfem.step(f64::from(k) * dt, dt).unwrap();
-        let pushes = &pfem.solids.as_ref().unwrap().last.contact;
+        let pushes = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
         assert!(pushes.iter().all(|push| push[1] >= -1e-6 * mass * speed / dt), "{k}: {pushes:?}");
         impulse += dt * pushes.iter().map(|push| push[1]).sum::<f64>();
         if k >= 4 {
@@ -364,9 +371,10 @@ fn a_stiff_block_that_lands_stays() {
     assert!((lowest(&places(&pfem, 0)) / GAP - 1.0).abs() < 1e-3, "{}", lowest(&places(&pfem, 0)) / GAP);
 }
 
-/// A soft strip that is clamped above the floor and gets its weight slowly comes down until its far part lies on the floor. With the bending stiffness
-/// E I, the weight q per length and the height h it is held up over L = (72 E I h/q)^¼, as w = w' = w'' = 0 where it lands; at the distance s
-/// from there w = h − (q/E I) (L s³/18 − s⁴/24), and its support bears 2/3 q L.
+/// A soft strip that is clamped above the floor and gets its weight slowly comes down until its far part lies on
+/// the floor. With the bending stiffness E I, the weight q per length and the height h it is held up over L = (72 E I
+/// h/q)^¼, as w = w' = w'' = 0 where it lands; at the distance s from there w = h − (q/E I) (L s³/18 − s⁴/24), and its
+/// support bears 2/3 q L.
 #[test]
 fn a_strip_that_comes_down_lies_on_the_floor() {
     let [length, thickness, height, span]: [f64; 4] = [0.8, 0.03, 0.03, 0.4];
@@ -380,11 +388,12 @@ fn a_strip_that_comes_down_lies_on_the_floor() {
     let mut pfem = in_fluid(Structure::new(vec![strip]).unwrap(), Physics { gravity, ..gas([0.0; 2]) });
     for k in 0..42 {
         pfem.step(f64::from(k) * 0.025, 0.025).unwrap();
-        let pushes = pfem.solids.as_ref().unwrap().last.contact.iter().map(|force| force[1]);
+        let pushes = pfem.solids.as_ref().unwrap().last.contact_forces.walls.iter().map(|force| force[1]);
         let [least, most] = pushes.fold([0.0f64; 2], |[least, most], push| [least.min(push), most.max(push)]);
         assert!(least >= -1e-3 * most, "the floor pulls: {least} {most}");
     }
-    let floor = pfem.solids.as_ref().unwrap().last.contact.iter().map(|force| force[1]).sum::<f64>() / (load * length);
+    let floor = pfem.solids.as_ref().unwrap().last.contact_forces.walls.iter().map(|force| force[1]).sum::<f64>()
+        / (load * length);
     assert!((floor / (1.0 - 2.0 / 3.0 * span / length) - 1.0).abs() < 0.01, "{floor}");
     let mesh = &structure(&pfem).setups()[0].mesh;
     for (start, end) in mesh.nodes.iter().zip(places(&pfem, 0)).filter(|(start, _)| start[1] == lower[1]) {

@@ -12,7 +12,8 @@ use crate::simulation::Solver;
 const CELLS: usize = 4;
 const GAP: f64 = 0.5 / CELLS as f64;
 
-/// A block between two corners, of one element, with a modulus [Pa] or rigid (0), a coefficient of friction and a velocity [m/s].
+/// A block between two corners, of one element, with a modulus [Pa] or rigid (0), a coefficient of friction and
+/// a velocity [m/s].
 fn block(corners: [[f64; 3]; 2], young: f64, friction: f64, velocity: [f64; 3]) -> SolidSetup<3> {
     let mesh = SolidMesh::block(Vector(corners[0]), Vector(corners[1]), [1; 3]).unwrap();
     let law: Box<dyn PointLaw> = match young == 0.0 {
@@ -49,9 +50,9 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Blocks on the floor and on each other come to rest half an element above what they stand on, and the floor bears both: rigid ones
-/// at once after a fall, elastic ones from a start in touch: after a fall nothing damps their bounces. Rigid ones don't rise after they have landed,
-/// but slowly to the gap, and are not pulled.
+/// Blocks on the floor and on each other come to rest half an element above what they stand on, and the floor bears
+/// both: rigid ones at once after a fall, elastic ones from a start in touch: after a fall nothing damps their bounces.
+/// Rigid ones don't rise after they have landed, but slowly to the gap, and are not pulled.
 #[test]
 fn blocks_in_space_rest_half_an_element_above_floor_and_block() {
     for (young, drop) in [(1e7, 0.0), (0.0, 0.0), (0.0, 0.005)] {
@@ -62,7 +63,7 @@ fn blocks_in_space_rest_half_an_element_above_floor_and_block() {
         let (dt, mut force) = (0.005, 0.0);
         for k in 0..60 {
             pfem.step(f64::from(k) * dt, dt).unwrap();
-            let contact = &pfem.solids.as_ref().unwrap().last.contact;
+            let contact = &pfem.solids.as_ref().unwrap().last.contact_forces.walls;
             let now: f64 = contact.iter().map(|force| force[2]).sum();
             let speed = structure(&pfem).state.velocity.iter().map(|v| v[2]).fold(f64::NEG_INFINITY, f64::max);
             if young == 0.0 {
@@ -100,8 +101,8 @@ fn a_block_in_space_slides_only_if_the_incline_is_steeper_than_the_friction() {
     }
 }
 
-/// Forces of contact add up to nothing over a pair that collides: what the solids gain of momentum is what the fluid gives, to the
-/// tolerance of the linear solver.
+/// Forces of contact add up to nothing over a pair that collides: what the solids gain of momentum is what the fluid
+/// gives, to the tolerance of the linear solver.
 #[test]
 fn contacts_in_space_leave_the_momentum_of_a_pair() {
     let left = block([[0.15, 0.3, 0.3], [0.4, 0.6, 0.6]], 1e6, 0.3, [1.0, 0.0, 0.0]);
@@ -114,7 +115,7 @@ fn contacts_in_space_leave_the_momentum_of_a_pair() {
         let inertia = structure(&pfem).weighted_by_mass(&structure(&pfem).state.acceleration);
         let gained = Vector::<3>::from_fn(|axis| inertia.iter().skip(axis).step_by(3).sum());
         let given: Vector<3> = solids.last.forces.iter().copied().sum();
-        largest = largest.max(solids.last.touch.iter().map(|force| force.norm()).sum());
+        largest = largest.max(solids.last.contact_forces.solids.iter().map(|force| force.norm()).sum());
         let size: f64 = inertia.iter().map(|force| force.abs()).sum();
         assert!((gained - given).norm() < 1e-9 * size, "{gained:?} {given:?} {largest}");
     }

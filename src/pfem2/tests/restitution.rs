@@ -17,8 +17,8 @@ fn rigid(mesh: SolidMesh<2>, restitution: f64, velocity: [f64; 2]) -> SolidSetup
     own
 }
 
-/// Solids in a box of side 1 full of a gas ten thousand times lighter, with this gravity [m/s²]: what moves of it takes from solids, and gives back when they bounce, less than the
-/// bounds on their energy below.
+/// Solids in a box of side 1 full of a gas ten thousand times lighter, with this gravity [m/s²]: what moves of it takes
+/// from solids, and gives back when they bounce, less than the bounds on their energy below.
 fn in_gas(solids: Vec<SolidSetup<2>>, gravity: [f64; 2]) -> Pfem2<2, 3> {
     let gas = Physics {
         stabilisation: Stabilisation::Dynamic,
@@ -35,7 +35,8 @@ fn velocity(pfem: &Pfem2<2, 3>, solid: usize) -> Vector<2> {
     Vector::from3(pfem.solids.as_ref().unwrap().structure.state.rigid[solid].velocity[0].0)
 }
 
-/// A ball that falls from h comes back to e² h. What it loses of its energy then is in the work of supports, to 0.2 % of m g h; the gas only takes.
+/// A ball that falls from h comes back to e² h. What it loses of its energy then is in the work of supports, to 0.2 %
+/// of m g h; the gas only takes.
 #[test]
 fn a_ball_that_falls_bounces_to_the_square_of_its_restitution() {
     let (restitution, height, radius) = (0.7, 0.2, 0.15);
@@ -82,7 +83,7 @@ fn two_equal_rigid_blocks_share_their_speed_by_restitution() {
 
 /// A ball that bounces comes to rest on the floor, and lies there half an element above it.
 #[test]
-fn what_bounces_comes_to_rest() {
+fn a_ball_that_bounces_comes_to_rest() {
     let mesh = SolidMesh::block(Vector([0.3, GAP + 0.02]), Vector([0.6, GAP + 0.2]), [3, 2]).unwrap();
     let mut pfem = in_gas(vec![rigid(mesh, 0.4, [0.0; 2])], [0.0, -9.81]);
     (0..100).for_each(|k| pfem.step(f64::from(k) * 0.004, 0.004).unwrap());
@@ -91,8 +92,8 @@ fn what_bounces_comes_to_rest() {
     assert!((lowest / GAP - 1.0).abs() < 0.02 && velocity(&pfem, 0).norm() < 2e-3, "{lowest} {:?}", velocity(&pfem, 0));
 }
 
-/// A disc without spin that hits the floor obliquely and slides through the collision loses μ (1 + e) of its normal speed along the floor, and
-/// turns with twice of it over its radius (Coulomb, Newton).
+/// A disc without spin that hits the floor obliquely and slides through the collision loses μ (1 + e) of its normal
+/// speed along the floor, and turns with twice of it over its radius (Coulomb, Newton).
 #[test]
 fn friction_acts_in_a_collision() {
     let (restitution, friction, radius) = (0.5, 0.1, 0.15);

@@ -37,8 +37,8 @@ fn bytes(pfem: &mut Pfem2<2, 3>) -> Vec<(String, Vec<u8>)> {
     columns
 }
 
-/// What is run: fluids, a fluid with a solid, two with one, two solids that meet, one of them rigid, one that has just landed, and a solid on
-/// particles.
+/// Cases: fluids, a fluid with a solid, two with one, two solids that meet, one of them rigid, one that has just
+/// landed, and a solid on particles.
 const CASES: [fn() -> Pfem2<2, 3>; 6] =
     [drop, || bar(3, 0.02), || floating_box(10, 0.513, 0.02, SurfaceCondition::NoSlip), meeting, landing, paper_beam];
 

@@ -5,8 +5,8 @@ use crate::pfem2::Pfem2;
 use crate::pfem2::interface::level_set::LevelSet;
 use crate::simulation::Solver;
 
-/// Water below 0.5 and air above it, at rest, with a drop of air in the water and a film of water just above the line that the
-/// level set doesn't show.
+/// Water below 0.5 and air above it, at rest, with a drop of air in the water and a film of water just above the line
+/// that the level set doesn't show.
 fn strewn() -> Pfem2<2, 3> {
     let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [16; 2]).unwrap();
     let sets = vec![set(&mesh, "walls", Condition::Slip, |x| x.0.iter().any(|c| *c == 0.0 || *c == 1.0))];
@@ -36,9 +36,9 @@ fn strays(pfem: &Pfem2<2, 3>) -> [usize; 2] {
     [count(&|y, fluid| y > 0.505 && fluid == 0), count(&|y, fluid| y < 0.4 && fluid == 1)]
 }
 
-fn volumes_astray(pfem: &Pfem2<2, 3>) -> [f64; 2] {
+fn stray_volumes(pfem: &Pfem2<2, 3>) -> [f64; 2] {
     let amounts = pfem.snapshot().amounts;
-    ["astray: water", "astray: air"].map(|name| amounts.iter().find(|(own, ..)| own == name).unwrap().2)
+    ["stray volume: water", "stray volume: air"].map(|name| amounts.iter().find(|(own, ..)| own == name).unwrap().2)
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn air_deep_in_water_joins_it_and_a_film_at_the_surface_stays() {
     let particle = 1.0 / pfem.particles.columns.len() as f64;
     let [film, drop] = strays(&pfem);
     assert!(film > 100 && drop > 10, "{film} {drop}");
-    for (volume, count) in volumes_astray(&pfem).into_iter().zip([film, drop]) {
+    for (volume, count) in stray_volumes(&pfem).into_iter().zip([film, drop]) {
         assert!((volume - count as f64 * particle).abs() < 1e-12, "{volume} {count}");
     }
     for k in 0..3 {

@@ -21,7 +21,7 @@ fn vortices<const D: usize, const N: usize>(
     Pfem2::new(setup(mesh, sets, physics(vec![fluid("fluid", 1.0, viscosity)], weightless()), |_| 0, wave))
 }
 
-/// Those at Re = 100: rms error at t = 0.5 and the largest speed.
+/// Errors at Re = 100: rms error at t = 0.5 and the largest speed.
 fn decayed<const D: usize, const N: usize>(
     mesh: Mesh<D, N>,
     wave: impl Fn(Vector<D>) -> Vector<D> + Copy + Sync,
@@ -80,9 +80,9 @@ fn the_order_is_two_in_mesh_and_step_together() {
     assert!((fine[1] / SPEED - 1.0).abs() < 0.005, "{fine:?}");
 }
 
-/// The vortices turn by 0.15 in the longer step. A little of the error is the mesh's, and a little falls as h² Δt with the
-/// stabilisation, so that the order of the whole is below two; what the step leaves on ever finer meshes is extrapolated with
-/// h² from 40 and 64 cells: of 5, 10, 20 and 40 steps 11.6, 4.4, 1.26 and 0.33 · 10⁻³.
+/// The vortices turn by 0.15 in the longer step. A little of the error is the mesh's, and a little falls as h² Δt with
+/// the stabilisation, so that the order of the whole is below two; what the step leaves on ever finer meshes is
+/// extrapolated with h² from 40 and 64 cells: of 5, 10, 20 and 40 steps 11.6, 4.4, 1.26 and 0.33 · 10⁻³.
 #[test]
 fn the_order_is_two_in_the_step_alone() {
     let extrapolated = |steps: usize| {
@@ -94,8 +94,8 @@ fn the_order_is_two_in_the_step_alone() {
     assert!(long < 0.002 * SPEED, "{long:?}");
 }
 
-/// A disc of one fluid in a ring of another turn as one body in a rim that turns: nothing changes. The greatest error after one turn,
-/// over the speed of the rim.
+/// A disc of one fluid in a ring of another turn as one body in a rim that turns: nothing changes. The greatest error
+/// after one turn, over the speed of the rim.
 fn turned(densities: [f64; 2]) -> f64 {
     let rim = Condition::Wall([formula("-y"), formula("x")]);
     let (mesh, turning) = (disc(12, 48), |x: Vector<2>| Vector([-x[1], x[0]]));

@@ -4,10 +4,10 @@
 //! [M/τ + τ K(u_k)] v = f − F(u_k) + forces of the fluid,   u_k+1 = u_k + τ v,   v ← 0,   τ ← τ min(2, √(h/2 / |τ v|))
 //! ```
 //!
-//! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long ones are those of
-//! Newton's method. The fluid that the solids push away takes its particles and interfaces along. What carries a solid without supports, as
-//! buoyancy does, is not in K, and along a floor nothing may hold it at all: with such solids τ is at most the time in which gravity moves them by
-//! an element.
+//! Steps of backward Euler in an artificial time, each from rest: short ones follow the way that the forces lead, long
+//! ones are those of Newton's method. The fluid that the solids push away takes its particles and interfaces along.
+//! What carries a solid without supports, as buoyancy does, is not in K, and along a floor nothing may hold it at all:
+//! with such solids τ is at most the time in which gravity moves them by an element.
 
 use crate::error::{Place, StepError};
 use crate::math::Vector;
@@ -17,10 +17,12 @@ use crate::pfem2::particles::tracking::ParticleEvents;
 use crate::pfem2::report::notices::Notices;
 use crate::pfem2::time::startup::impulsive_energy;
 
-/// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids are at rest.
+/// The last displacement, over the largest in all, and the last acceleration, over the largest of all, at which solids
+/// are at rest.
 const TOLERANCE: f64 = 1e-6;
 
-/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an element.
+/// The same for solids without supports: the last acceleration over the largest, and the last displacement over an
+/// element.
 const FREE_TOLERANCE: f64 = 1e-3;
 
 /// Iterations after which there is no equilibrium.
@@ -32,9 +34,9 @@ const WAY: f64 = 0.5;
 /// The artificial time step doubles, or falls to a quarter.
 const FACTORS: [f64; 2] = [0.25, 2.0];
 
-/// Motion of the solids in an iteration.
+/// IterationMotion of the solids in an iteration.
 #[derive(Debug, Clone, Copy, Default)]
-struct Motion {
+struct IterationMotion {
     /// Largest displacement in the iteration [m].
     change: f64,
     /// Largest displacement since the reference state [m].
@@ -44,11 +46,11 @@ struct Motion {
 }
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Moves the solids to where they rest under the loads at time 0; the first artificial step is `dt` [s]. Returns the number of
-    /// iterations.
+    /// Moves the solids to where they rest under the loads at time 0; the first artificial step is `dt` [s]. Returns
+    /// the number of iterations.
     ///
     /// # Errors
-    /// They don't come to rest; an element turns inside out, or the system isn't solved.
+    /// Solids don't come to rest; an element turns inside out, or the system isn't solved.
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
         let longest = self.longest();
         let (mut next, mut last) = (dt.min(longest), 0.0);
@@ -82,20 +84,20 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     }
 
     /// An iteration of `dt` [s], after one of `last` [s].
-    fn relax(&mut self, dt: f64, last: f64) -> Result<Motion, StepError> {
+    fn relax(&mut self, dt: f64, last: f64) -> Result<IterationMotion, StepError> {
         let step = at_start(dt);
         self.predict_solids(step)?;
         self.follow_solids(last);
         let convected = self.system.imposed(step, &vec![Vector::ZERO; self.places.len()]);
         self.system.solve(step, &self.interface.phases(), &convected)?;
         self.advance_solids(step)?;
-        let Some(solids) = &mut self.solids else { return Ok(Motion::default()) };
+        let Some(solids) = &mut self.solids else { return Ok(IterationMotion::default()) };
         let state = &mut solids.structure.state;
         let most = |values: &[Vector<D>]| values.iter().map(|v| v.norm()).fold(0.0, f64::max);
         let speed = most(&state.velocity);
         let displacement = most(&state.displacement);
         state.rest();
-        Ok(Motion { change: speed * dt, displacement, acceleration: speed / dt })
+        Ok(IterationMotion { change: speed * dt, displacement, acceleration: speed / dt })
     }
 
     /// Takes the fluid along with the motion of an iteration of `last` [s], and brings it to rest.

@@ -31,7 +31,7 @@ pub(in crate::pfem2) struct StepShares {
 }
 
 impl StepShares {
-    /// Those of backward Euler, of a step of `dt` [s].
+    /// Shares of backward Euler, for a step of `dt` [s].
     pub fn backward_euler(dt: f64) -> Self {
         Self { dt, end: 1.0, start: 0.0, earlier: 0.0 }
     }
@@ -75,8 +75,8 @@ impl<const D: usize> TimeHistory<D> {
         *self = Self::new(self.scheme, velocity);
     }
 
-    /// Steps of `dt` [s] before the start, continued backwards from the velocities at the `start` and at the `end` of the first
-    /// step [m/s]; the accelerations stay.
+    /// Steps of `dt` [s] before the start, continued backwards from the velocities at the `start` and at the `end`
+    /// of the first step [m/s]; the accelerations stay.
     pub fn extrapolate_backwards(&mut self, dt: f64, start: &[Vector<D>], end: &[Vector<D>]) {
         let both = || start.iter().zip(end);
         self.velocity_previous = both().map(|(start, end)| *start * 2.0 - *end).collect();
@@ -156,7 +156,8 @@ impl<const D: usize> TimeHistory<D> {
         self.velocity_previous.copy_from_slice(velocity);
     }
 
-    /// Keeps the acceleration (v − v̂)/(θ Δt) of a step for the next one, from the velocity at its end and the convected one [m/s].
+    /// Keeps the acceleration (v − v̂)/(θ Δt) of a step for the next one, from the velocity at its end and
+    /// the convected one [m/s].
     pub fn keep_acceleration(&mut self, step: TimeStep, velocity: &[Vector<D>], convected: &[Vector<D>]) {
         self.acceleration.clear();
         let both = velocity.iter().zip(convected);
@@ -176,8 +177,9 @@ fn second_difference_share(theta: f64) -> f64 {
     (2.0 - 2.4 * theta).max(0.0)
 }
 
-/// Weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² in v*, the mean over a step `dt` of the line through the first two, and of the part `part` of what a
-/// parabola through all three adds; `last` and `earlier` are the steps between them [s]. Theory (F.15).
+/// Weights of vⁿ, vⁿ⁻¹ and vⁿ⁻² in v*, the mean over a step `dt` of the line through the first two, and of the part
+/// `part` of what a parabola through all three adds; `last` and `earlier` are the steps between them [s]. Theory
+/// (F.15).
 fn convecting_weights(dt: f64, [last, earlier]: [f64; 2], part: f64) -> [f64; 3] {
     let slope = 0.5 * dt / last;
     // ∫ s (s + Δtⁿ) ds/Δt over the step, divided as the divided difference is
@@ -219,8 +221,8 @@ mod tests {
         (eta.hypot(v[0]), (-v[0]).atan2(eta))
     }
 
-    /// With c = 5/6 − θ the frequency of a wave is exact to fourth order, and none grows; without, phase is of second order and
-    /// waves grow.
+    /// With c = 5/6 − θ the frequency of a wave is exact to fourth order, and none grows; without, phase is of second
+    /// order and waves grow.
     #[test]
     fn waves_keep_their_frequency_and_never_grow() {
         let (amplitude, phase) = wave(0.6, second_difference_share(0.6), 20);

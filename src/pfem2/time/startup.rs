@@ -1,4 +1,5 @@
-//! The start: what the first step of second order would take from the one before it, and the pressure that is shown (theory H.9).
+//! The start: what the first step of second order would take from the one before it, and the pressure that is shown
+//! (theory H.9).
 //!
 //! ```text
 //! predictor   a step of backward Euler over the first step gives v¹, p¹, a¹; the particles go back to where they were
@@ -6,10 +7,10 @@
 //! ```
 //!
 //! All three, and the forces that the first step's explicit share is booked with, are known up to O(Δt) at a fixed
-//! place, which leaves an error of O(Δt²) in the first step; in a steady flow they are exact. Backward Euler instead would
-//! turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure gradient π of
-//! the stabilisation counts as much: with π⁰ = 0, fluid that accelerates would be as compressible in the first step as with the
-//! paper's PSPG (theory F.7.1), and the pressure half of what it is.
+//! place, which leaves an error of O(Δt²) in the first step; in a steady flow they are exact. Backward Euler instead
+//! would turn vortices by an angle φ per step and take the part φ² of their energy at once. The projected pressure
+//! gradient π of the stabilisation counts as much: with π⁰ = 0, fluid that accelerates would be as compressible in
+//! the first step as with the paper's PSPG (theory F.7.1), and the pressure half of what it is.
 
 use crate::error::StepError;
 use crate::linalg::SolverState;
@@ -23,7 +24,8 @@ use crate::pfem2::particles::tracking::ParticleTracking;
 use crate::pfem2::report::forces::BoundaryForces;
 use crate::pfem2::report::ledger::EnergyLedger;
 use crate::pfem2::setup::Scheme;
-use crate::pfem2::solid::tracking::{SolidStart, SolidTracking};
+use crate::pfem2::solid::start::SolidStart;
+use crate::pfem2::solid::tracking::SolidTracking;
 
 /// Solutions of the predicted step: with τ ≈ Δt each halves what π lacks of the pressure gradient.
 const SOLUTIONS: usize = 8;
@@ -85,8 +87,8 @@ impl<const D: usize> BeforePrediction<D> {
 }
 
 impl<const D: usize, const N: usize> Pfem2<D, N> {
-    /// Finds the pressure at the start, which is shown with it, by a prediction of the first step. A prediction that fails leaves the
-    /// start as it is: the first step tells why.
+    /// Finds the pressure at the start, which is shown with it, by a prediction of the first step. A prediction that
+    /// fails leaves the start as it is: the first step tells why.
     pub(in crate::pfem2) fn predict_start(&mut self, step: TimeStep) {
         if self.history.scheme != Scheme::BackwardEuler {
             if self.predict_first_step(step).is_ok() {
@@ -111,7 +113,8 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         self.system.subscales = Subscales::at_rest(&self.system.mesh, self.system.physics.stabilisation);
     }
 
-    /// Predicts the first step, from which a step of second order takes the one before it. After an error the state is that before.
+    /// Predicts the first step, from which a step of second order takes the one before it. After an error the state is
+    /// that before.
     ///
     /// # Errors
     /// As [`VelocityPressureSystem::solve`].
@@ -144,7 +147,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let solutions = if self.system.physics.stabilisation == Stabilisation::Oss { SOLUTIONS } else { 1 };
         let (_, convected) = self.find_velocity(step, solutions)?;
         self.advance_solids(step)?;
-        self.system.subscales.dynamic.advance(step.delta());
+        self.system.subscales.dynamic.keep_acceleration(step.delta());
         self.system.subscales.begin_average();
         self.history.keep_acceleration(step, &self.system.velocity, &convected);
         self.history.acceleration_previous.copy_from_slice(&self.history.acceleration);

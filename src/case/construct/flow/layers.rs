@@ -8,9 +8,9 @@ use crate::case::{CaseFile, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::setup::FluidSetup;
-use crate::pfem2::solid::modes::NaturalMode;
 use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::solid::structure::modes::NaturalMode;
 use std::f64::consts::{PI, TAU};
 
 /// Part of the layer that an element may fill for the fluid to stick.

@@ -9,9 +9,9 @@ use crate::material::{PointLaw, StartState};
 use crate::math::{Signal, Vector};
 use crate::mesh::{Mesh, QuadraticMesh};
 use crate::pfem2::solid::mesh::{SolidFacet, SolidMesh};
-use crate::pfem2::solid::modes::NaturalMode;
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::solid::structure::Structure;
+use crate::pfem2::solid::structure::modes::NaturalMode;
 
 /// Length of the elements of a solid where the case gives none, in cells of the fluid's mesh.
 const CELLS: f64 = 2.0;

@@ -20,7 +20,7 @@ pub struct ContactNode<const D: usize> {
     pub normal: Vector<D>,
     /// True where the areas around the node cancel: the normal then comes from the bodies (theory (D.9)).
     pub folded: bool,
-    /// Where the sheet is folded, Σ of the lengths of the arms whose sum gives the normal [kg m].
+    /// Of a folded sheet, Σ of the lengths of the arms whose sum gives the normal [kg m].
     pub arm_length: f64,
     /// Centre of mass of the sheet around the node, x̄_I^r [m].
     pub centre: Vector<D>,
@@ -96,15 +96,16 @@ impl<const D: usize> NodePair<D> {
         }
     }
 
-    /// Sets the side of contact for a body that moves with `w` [m/s] along the normal relative to the sheet: a body with particles on
-    /// both sides comes from the one that it moves away from. Returns the gap there [m].
+    /// Sets the side of contact for a body that moves with `w` [m/s] along the normal relative to the sheet: a body
+    /// with particles on both sides comes from the one that it moves away from. Returns the gap there [m].
     pub fn choose_side(&mut self, w: f64) -> f64 {
         let [minus, plus] = self.gap.map(f64::is_finite);
         self.side = if plus && !(minus && w > 0.0) { 1.0 } else { -1.0 };
         self.gap[usize::from(self.side > 0.0)]
     }
 
-    /// Adds impulse and work of the sub-step, in which the sheet had the mean velocity `mean` [m/s] at the node; returns J·v̂ [J].
+    /// Adds impulse and work of the sub-step, in which the sheet had the mean velocity `mean` [m/s] at the node;
+    /// returns J·v̂ [J].
     pub fn add_work(&mut self, mean: Vector<D>) -> f64 {
         let work = [self.impulse.normal.dot(mean), self.impulse.tangent.dot(mean)];
         self.total.normal += self.impulse.normal;
@@ -147,7 +148,8 @@ impl<const D: usize> ContactNode<D> {
     }
 }
 
-/// Advances the gaps over the sub-step by the motion of the bodies relative to the sheet, which moves with `velocity` [m/s].
+/// Advances the gaps over the sub-step by the motion of the bodies relative to the sheet, which moves with `velocity`
+/// [m/s].
 pub fn update_gaps<const D: usize>(
     node: &ContactNode<D>,
     pairs: &mut [NodePair<D>],

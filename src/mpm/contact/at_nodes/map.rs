@@ -8,9 +8,10 @@
 //! The way back is the adjoint of the map, so that Σ F_K = Σ f_I exactly. Weights and masses stay as they
 //! are at the start of the step; sub-steps of the membrane map only momentum.
 //!
-//! Where supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers as
-//! if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if the map
-//! made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there none.
+//! Where supports hold the share s of m_I^r along the normal, an impulse moves the rest alone, and the velocity answers
+//! as if the sheet weighed m_I^r/(1 − s) (theory D.8). Held and free nodes take their shares by the same weights: if
+//! the map made held ones heavier, a support would take up the pressure of all cells around it, and the sheet there
+//! none.
 
 use super::contact_node::ContactNode;
 use super::samples::{SampleWeight, Samples, corner_mass};
@@ -121,8 +122,8 @@ impl<const D: usize> Map<D> {
         self.sample_ends.push((q as u32, self.weights.len() as u32));
     }
 
-    /// Turns sums into means, and areas into normals, Lian (51); nodes with a negligible share of the sheet get no normal and
-    /// never act, those where it is folded get theirs from [`Self::find_folded_normals`].
+    /// Turns sums into means, and areas into normals, Lian (51); nodes with a negligible share of the sheet get no
+    /// normal and never act, those where it is folded get theirs from [`Self::find_folded_normals`].
     fn find_normals(&mut self, context: &StepContext<'_, D>, areas: &[f64]) {
         let heaviest = self.nodes.iter().map(|node| node.mass).fold(0.0, f64::max);
         for (node, area) in self.nodes.iter_mut().zip(areas) {
@@ -137,8 +138,9 @@ impl<const D: usize> Map<D> {
         }
     }
 
-    /// Normals where the sheet is folded: directions of the sums of arms to the particles around, each with the sign of its side
-    /// (`Band::add_arms`; theory (D.9)). Where the arms cancel, as those of a sheet along a mirror do, the normal is zero.
+    /// Normals where the sheet is folded: directions of the sums of arms to the particles around, each with the sign
+    /// of its side (`Band::add_arms`; theory (D.9)). Where the arms cancel, as those of a sheet along a mirror do,
+    /// the normal is zero.
     pub fn find_folded_normals(&mut self) {
         for node in self.nodes.iter_mut().filter(|node| node.folded) {
             let normal = node.project(node.normal);
@@ -187,7 +189,8 @@ impl<const D: usize> Map<D> {
         }
     }
 
-    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map, Lian (59); they act for `dt` [s].
+    /// Adds the impulses of the contact nodes to the forces F_K [N] by the adjoint of the map, Lian (59); they act for
+    /// `dt` [s].
     pub fn map_back(&self, facets: &[SheetFacet], forces: &mut [Vector<D>], dt: f64) {
         let mut start = 0;
         for &(q, end) in &self.sample_ends {
@@ -208,5 +211,5 @@ impl<const D: usize> Map<D> {
 /// Nodes with less than this share of the heaviest node's mass are left out.
 const LEAST: f64 = 1e-6;
 
-/// Where the vector area is less than this share of the area, the sheet is folded and gives no direction.
+/// Share of the area below which the vector area gives no direction: the sheet is folded.
 const FOLDED: f64 = 0.1;

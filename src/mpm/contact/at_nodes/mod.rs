@@ -1,5 +1,6 @@
-//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with (55), (58) and (59) corrected; theory
-//! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange an impulse.
+//! Contact at grid nodes, as in the paper (Lian, Liu & Zhang 2014, section 5, with Lian (55, 58, 59) corrected; theory
+//! D.2 to D.8): where a sheet and a body both have mass at a node, approach, and have closed their gap, they exchange
+//! an impulse.
 //!
 //! ```text
 //! (v̄_r − v̄_s)·n > 0  and  g − Δt (v̄_r − v̄_s)·n ≤ tol                    detection, n from the sheet r to the body s  Lian (50, 52)
@@ -9,9 +10,9 @@
 //! v_K ← v_K − 1/m_K Σ_q W_qK Σ_I N_I(x_q) J_I/m_I^r                      the sheet          Lian (59)
 //! ```
 //!
-//! The sheet comes to the nodes by its samples (`samples`, `map`), the gaps from the particles around it (`band`), and the impulses
-//! from the masses at a node (`contact_node`, [`super::impulse`]). The nodes of the sheet take up less than the grid gives, so
-//! that contact is resolved in passes (theory D.7). Walls and obstacles follow in each.
+//! The sheet comes to the nodes by its samples (`samples`, `map`), the gaps from the particles around it (`band`), and
+//! the impulses from the masses at a node (`contact_node`, [`super::impulse`]). The nodes of the sheet take up less
+//! than the grid gives, so that contact is resolved in passes (theory D.7). Walls and obstacles follow in each.
 
 mod band;
 mod contact_node;
@@ -152,7 +153,8 @@ impl<const D: usize> ContactMethod<D> for AtNodes<D> {
         })
     }
 
-    /// Pairs with bodies that are close enough to touch during this step; all other contact nodes are dropped from the map.
+    /// Pairs with bodies that are close enough to touch during this step; all other contact nodes are dropped from
+    /// the map.
     fn choose(&mut self, sheet: &ContactSheet<D>, context: &StepContext<'_, D>, partners: &mut Partners<D>) {
         let (grid, stencil) = (context.grid, context.stencil);
         let (fields, reach) = (self.fields, self.tolerance + grid.cell);

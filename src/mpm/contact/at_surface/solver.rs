@@ -1,4 +1,4 @@
-//! Impulses of all points that touch a sheet in a sub-step: projected Gauss–Seidel in a fixed order.
+//! Impulses of all points that touch a sheet in a sub-step: projected Gauss–Seidel in a fixed order (theory D.9, D.10).
 //!
 //! ```text
 //! J_n ≥ 0,  w + a ≥ 0,  J_n (w + a) = 0                  w: velocity at which a contact opens, a = max(g, 0)/Δt
@@ -6,16 +6,16 @@
 //! J⁰ = ½ s J',   s = max(0, −J'ᵀ (w⁰ + a)/J'ᵀ W J')      J': normal impulses of the last sub-step
 //! ```
 //!
-//! The law says that f is least under J_n ≥ 0, and each update minimises f over its impulse. The sweeps start from the normal
-//! impulses of the last sub-step, scaled to half of where f is least, with three quarters of that f, which is no more than f(0) = 0: without
-//! friction contact never adds energy in a sub-step, converged or not. Loads change little from one sub-step to the next, so that sixteen
-//! sweeps do better than thirty from zero. The scale needs one sum over nodes: Jᵀ w⁰ = Σ (GᵀJ)·v and Jᵀ W J = Σ (GᵀJ)²/m. Friction starts
-//! from zero.
+//! The law says that f is least under J_n ≥ 0, and each update minimises f over its impulse. The sweeps start from
+//! the normal impulses of the last sub-step, scaled to half of where f is least, with three quarters of that f, which
+//! is no more than f(0) = 0: without friction contact never adds energy in a sub-step, converged or not. Loads change
+//! little from one sub-step to the next, so that sixteen sweeps do better than thirty from zero. The scale needs one
+//! sum over nodes: Jᵀ w⁰ = Σ (GᵀJ)·v and Jᵀ W J = Σ (GᵀJ)²/m. Friction starts from zero.
 //!
-//! Over whole steps no such proof is known: where two bodies squeeze a light sheet, impulses that are solved to the end give back 0.4 % of the
-//! energy, from zero, too, since the motion of particles within a body appears at its nodes, and is stopped, anew in each step. Half of the
-//! scale and sixteen sweeps, which stop short of convergence, were chosen by that case (`tests/coupled/slack.rs`); six variations of it
-//! only lose energy, too.
+//! Over whole steps no such proof is known: where two bodies squeeze a light sheet, impulses that are solved to the end
+//! give back 0.4 % of the energy, from zero, too, since the motion of particles within a body appears at its nodes, and
+//! is stopped, anew in each step. Half of the scale and sixteen sweeps, which stop short of convergence, were chosen by
+//! that case (`tests/coupled/slack.rs`); six variations of it only lose energy, too.
 //!
 //! Vectors at nodes are padded to four numbers, which registers take at once.
 
@@ -26,8 +26,8 @@ use crate::mpm::SubStep;
 use crate::mpm::contact::partner::Partners;
 use crate::mpm::contact::rigid::RigidContacts;
 
-/// Most sweeps of the iteration, from zero and from the last sub-step, which it goes on from; and the change of an impulse, relative to the
-/// largest one, that ends it.
+/// Most sweeps of the iteration, from zero and from the last sub-step, which it goes on from; and the change of an
+/// impulse, relative to the largest one, that ends it.
 const SWEEPS: usize = 30;
 const SWEEPS_ON: usize = 16;
 const SETTLED: f64 = 1e-4;
@@ -62,8 +62,8 @@ impl<const D: usize> ContactSolver<D> {
         self.body_impulse.clear();
     }
 
-    /// Finds the impulses at the end of a sub-step, with walls and obstacles last in each sweep; changes the velocities of the sheet's
-    /// nodes.
+    /// Finds the impulses at the end of a sub-step, with walls and obstacles last in each sweep; changes the velocities
+    /// of the sheet's nodes.
     pub fn solve(&mut self, sheet: &mut SheetMotion<'_, D>, rigid: &mut RigidContacts<D>, at: &SubStep<'_>) {
         for contact in &mut self.contacts {
             contact.allowed = contact.gap.max(0.0) / at.momentum_dt;
@@ -89,7 +89,8 @@ impl<const D: usize> ContactSolver<D> {
         widest(ContactSweep { contacts, support_nodes, body: &mut self.velocity[..], inverse_mass, sheet, rigid })
     }
 
-    /// Reads where the bodies' nodes will be at the time `t` [s] after the start of the step without contact in this sub-step.
+    /// Reads where the bodies' nodes will be at the time `t` [s] after the start of the step without contact in this
+    /// sub-step.
     pub fn begin_substep(&mut self, partners: &Partners<D>, t: f64) {
         self.velocity.clear();
         self.velocity.extend((0..partners.len()).map(|partner| pack(partners.trial(partner as u32, t).1)));
@@ -99,8 +100,8 @@ impl<const D: usize> ContactSolver<D> {
         }
     }
 
-    /// Starts from the normal impulses of the last sub-step as far as they take energy; from zero, and returns false, where there were
-    /// none or where walls and obstacles, which start from zero, are near.
+    /// Starts from the normal impulses of the last sub-step as far as they take energy; from zero, and returns false,
+    /// where there were none or where walls and obstacles, which start from zero, are near.
     fn warm_start(&mut self, sheet: &mut SheetMotion<'_, D>, rigid: &RigidContacts<D>) -> bool {
         if self.body_impulse.is_empty() || self.contacts.iter().any(|contact| contact.tangent != Vector::ZERO) {
             self.contacts.iter_mut().for_each(|contact| contact.tangent = Vector::ZERO);
@@ -127,7 +128,7 @@ impl<const D: usize> ContactSolver<D> {
         scale > 0.0
     }
 
-    /// s, for which f is least along the impulses of the last sub-step.
+    /// The length s of a step, for which f is least along the impulses of the last sub-step.
     fn scale(&self, sheet: &SheetMotion<'_, D>) -> f64 {
         let (mut slope, mut curvature) = (0.0, 0.0);
         for contact in &self.contacts {
@@ -172,8 +173,8 @@ impl<const D: usize> ContactSolver<D> {
         }
     }
 
-    /// Adds the impulses of a sub-step of the momentum `dt` [s] to the partners and, as forces [N], to the nodes of the sheet, which then
-    /// move with `sheet` [m/s]; advances the gaps.
+    /// Adds the impulses of a sub-step of the momentum `dt` [s] to the partners and, as forces [N], to the nodes
+    /// of the sheet, which then move with `sheet` [m/s]; advances the gaps.
     pub fn apply_impulses(
         &mut self,
         partners: &mut Partners<D>,
@@ -264,8 +265,8 @@ mod tests {
 
     const DT: f64 = 0.01;
 
-    /// Contacts between 12 heavy nodes of a grid and 7 light ones of a sheet, in a pseudo-random order; the impulses of the last
-    /// sub-step are `last` [N s] times what `part` gives.
+    /// Contacts between 12 heavy nodes of a grid and 7 light ones of a sheet, in a pseudo-random order; the impulses
+    /// of the last sub-step are `last` [N s] times what `part` gives.
     struct Contacts {
         solver: ContactSolver<2>,
         velocity: Vec<Vector<2>>,

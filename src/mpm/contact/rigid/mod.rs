@@ -1,18 +1,19 @@
-//! Contact of a sheet with walls and obstacles, at its nodes and, over curved or sharp surfaces, at points of its elements.
+//! Contact of a sheet with walls and obstacles, at its nodes and, over curved or sharp surfaces, at points of its
+//! elements (theory E.10).
 //!
 //! ```text
 //! w = Σ_K W_K v_K − v_w,   g = φ(x) − ½ t |n·ν|,   a = max(g, 0)/Δt                    φ: distance, n = ∇φ, ν: normal of the sheet
 //! J_n ≥ 0,   w·n + a ≥ 0,   J_n (w·n + a) = 0,   ‖J_t‖ ≤ μ J_n,   v_K += W_K J/m_K
 //! ```
 //!
-//! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, restitution is zero, and there is
-//! no adhesion. The sheet's edge counts with its thickness only as far as it lies along the
+//! Moreau's law at the level of velocities: the gap closes at the end of a sub-step at the earliest, restitution is
+//! zero, and there is no adhesion. The sheet's edge counts with its thickness only as far as it lies along the
 //! surface, so that one that stands on a plane of symmetry is not pushed off. Overlaps are undone by positions alone, a
 //! fifth of them in each sub-step.
 //!
-//! Walls come last in each sweep of the iteration, and take the impulses of bodies that press a sheet against them at once
-//! ([`RigidContacts::apply_impulse`]), since a light node between a heavy body and a wall would take as many sweeps to do so as
-//! it is lighter.
+//! Walls come last in each sweep of the iteration, and take the impulses of bodies that press a sheet against them at
+//! once ([`RigidContacts::apply_impulse`]), since a light node between a heavy body and a wall would take as many
+//! sweeps to do so as it is lighter.
 
 mod contact_point;
 mod node_areas;
@@ -28,11 +29,12 @@ use crate::parallel;
 use contact_point::RigidContact;
 use node_areas::NodeAreas;
 
-/// Distance from a surface within which points are listed [cells]; the list is made anew when sheet and solid may have moved that far.
+/// Distance from a surface within which points are listed [cells]; the list is made anew when sheet and solid may have
+/// moved that far.
 const REACH: f64 = 0.25;
 
-/// A point that has moved this far [cells] is measured again: on its way along a tangent it leaves what is curved, and what falls
-/// back is lost, as by a friction of half of this over the radius.
+/// A point that has moved this far [cells] is measured again: on its way along a tangent it leaves what is curved, and
+/// what falls back is lost, as by a friction of half of this over the radius.
 const MOVED: f64 = 1e-3;
 
 /// The fraction of an overlap that is undone in a sub-step, and the most, in half thicknesses.
@@ -244,8 +246,8 @@ impl<const D: usize> RigidContacts<D> {
         false
     }
 
-    /// Gives the impulse `j` [N s] to a node; what it presses against a wall, the wall takes. Returns the change of the node's
-    /// velocity [m/s].
+    /// Gives the impulse `j` [N s] to a node; what it presses against a wall, the wall takes. Returns the change
+    /// of the node's velocity [m/s].
     pub fn apply_impulse(&mut self, node: usize, j: Vector<D>, inverse_mass: Vector<D>) -> Vector<D> {
         let mut left = j;
         let first = self.first.get(node).copied().unwrap_or(NONE) as usize;
@@ -279,8 +281,8 @@ impl<const D: usize> RigidContacts<D> {
         }
     }
 
-    /// Undoes a part of what overlaps after the nodes have moved until `elapsed` [s] after the start of the step, except along the axes on
-    /// which they are held.
+    /// Undoes a part of what overlaps after the nodes have moved until `elapsed` [s] after the start of the step,
+    /// except along the axes on which they are held.
     pub fn undo_overlaps(&self, position: &mut [Vector<D>], inverse_mass: &impl Fn(usize) -> Vector<D>, elapsed: f64) {
         for contact in &self.contacts {
             let gap = contact.gap_after(position, elapsed);
@@ -312,8 +314,8 @@ impl<const D: usize> RigidContacts<D> {
 mod tests {
     use super::*;
 
-    /// A node that is pressed on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and against
-    /// pulls up to 2 N s and slides up to half of what is left.
+    /// A node that is pressed on a floor with 2 N s, in friction of 0.5: it is held against what presses it, and
+    /// against pulls up to 2 N s and slides up to half of what is left.
     #[test]
     fn a_floor_lets_go_of_what_is_pulled_or_slides() {
         let impulse = Impulse { normal: Vector([0.0, 2.0]), tangent: Vector::ZERO };

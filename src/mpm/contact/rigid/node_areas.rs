@@ -11,7 +11,8 @@ use crate::mpm::wall::RigidBoundary;
 /// A sheet counts as at least this thick where overlaps are undone [element sizes].
 const THIN: f64 = 0.02;
 
-/// An element of size L may cut this deep into what is curved [L]: its nodes lie on a surface whose radius is above 2 L.
+/// An element of size L may cut this deep into what is curved [L]: its nodes lie on a surface whose radius is above 2
+/// L.
 const SAGITTA: f64 = 1.0 / 16.0;
 
 /// Points of a segment, a triangle and a quadrilateral besides the nodes: weights of the corners.
@@ -142,5 +143,5 @@ impl<const D: usize> NodeAreas<D> {
     }
 }
 
-/// Where the vector area is less than this share of the area, the sheet is folded.
+/// Share of the area below which a vector area is that of a folded sheet.
 const FOLDED: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! The foot of a particle on a sheet: the closest point of its facets, exactly, many times a step.
+//! The foot of a particle on a sheet: the closest point of its facets, exactly, many times a step (theory D.3).
 //!
 //! ```text
 //! x_c = Σ_K W_K x_K,   ΣW_K = 1,      d = ±|x − x_c|,      n = (x − x_c)/d        n points to the + side
@@ -9,7 +9,7 @@
 //! which lies above the facet by
 //!
 //! ```text
-//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)              exact to third order on spheres (Boubekeur & Alexa 2008, α = ½)
+//! δ = ½ Σ_K W_K ((x_K − x_c)·n_K) (n_K·n)              exact to third order on spheres (Boubekeur & Alexa 2008, α = ½); theory (D.8)
 //! ```
 //!
 //! A quadrilateral is the fan of four triangles around its mean point, which has no preferred diagonal, so that
@@ -17,8 +17,8 @@
 //! around x_c (Bærentzen & Aanæs 2005).
 //!
 //! Facets are binned once for many steps: each into all bins that it can reach while the sheet moves by the
-//! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at the same positions, and
-//! the nearest mean point of a facet bounds the distance, so that few facets are measured.
+//! slack, so that a query reads one bin. Bounds of facets and normals of nodes are found once for all queries at
+//! the same positions, and the nearest mean point of a facet bounds the distance, so that few facets are measured.
 
 use super::facet::{SheetFacet, free_edges};
 use crate::geometry::SpatialBins;
@@ -135,8 +135,8 @@ impl<const D: usize> Nearest<D> {
         }
     }
 
-    /// The foot of `x` [m] on the sheet where it was refreshed last, if it is within `reach` [m], which must not exceed that of
-    /// [`Self::refresh`].
+    /// The foot of `x` [m] on the sheet where it was refreshed last, if it is within `reach` [m], which must not exceed
+    /// that of [`Self::refresh`].
     pub fn foot(&self, facets: &[SheetFacet], x: Vector<D>, reach: f64) -> Option<Foot<D>> {
         let CurrentShape { position, bounds, normals } = &self.current;
         let best = self.closest(facets, position, |e| bounds[e as usize], x, reach)?;
@@ -330,7 +330,8 @@ mod tests {
         assert!(foot(&facets, &position, Vector([9.0, 9.0])).is_none());
     }
 
-    /// On a crumpled sheet the foot is that of a search through all facets, at the positions of the refresh and at others.
+    /// On a crumpled sheet the foot is that of a search through all facets, at the positions of the refresh and at
+    /// others.
     #[test]
     fn bounds_leave_out_no_closest_point() {
         let wave = |t: f64| {

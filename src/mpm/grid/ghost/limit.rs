@@ -1,28 +1,31 @@
 //! The share by which ghosts extrapolate, which leaves the rows inside most of their mass (theory A.3).
 //!
-//! A particle of mass m at the distance s < ½ [cells] from a wall brings, with quadratic splines and all of its ghost extrapolated, s m to
-//! row 1, and its pressure pushes there with V p/h: the acceleration V p/(h s m) has no bound, no time step is short enough for it, and a
-//! particle that carries the slope of that motion (APIC) takes it along as it leaves the wall. Each ghost extrapolates by a share θ, so that it
-//! takes no more than a part β of what lies on the rows inside, and gives the rest to the wall:
+//! A particle of mass m at the distance s < ½ [cells] from a wall brings, with quadratic splines and all of its ghost
+//! extrapolated, s m to row 1, and its pressure pushes there with V p/h: the acceleration V p/(h s m) has no bound, no
+//! time step is short enough for it, and a particle that carries the slope of that motion (APIC) takes it along as it
+//! leaves the wall. Each ghost extrapolates by a share θ, so that it takes no more than a part β of what lies on
+//! the rows inside, and gives the rest to the wall:
 //!
 //! ```text
 //! u_{−k} = (1 + k θ) u_0 − k θ u_1,      θ = min(1, β min(m_1, m_2) / (k m_{−k}))
 //! ```
 //!
-//! with the masses before folding. Where material fills the rows a ghost has a forty-eighth of their mass, and θ = 1. Row 2 tells a film from
-//! that, since a particle at the wall doesn't reach it: under a film θ goes to 0, nodes and ghosts hold means of the particles' motion, and no
-//! particle gets more energy from them than they have. Fold and fill are adjoint for every θ and rigid motions exact, so that momentum and
-//! work are; linear motions are exact where θ = 1.
+//! with the masses before folding. Where material fills the rows a ghost has a forty-eighth of their mass, and θ = 1.
+//! Row 2 tells a film from that, since a particle at the wall doesn't reach it: under a film θ goes to 0, nodes and
+//! ghosts hold means of the particles' motion, and no particle gets more energy from them than they have. Fold and fill
+//! are adjoint for every θ and rigid motions exact, so that momentum and work are; linear motions are exact where θ =
+//! 1.
 //!
-//! At the wall itself nodes then have the part (1 − θ) N_{−1} ≤ 1/6 of the motion of row 1: the wall holds the positions (`motion`). The affine
-//! momentum of APIC is placed as for θ = 1 (`kernel::Weights`): what that moves from row 1 to the wall has no sum, and a film loses shear by it.
+//! At the wall itself nodes then have the part (1 − θ) N_{−1} ≤ 1/6 of the motion of row 1: the wall holds
+//! the positions (`motion`). The affine momentum of APIC is placed as for θ = 1 (`kernel::Weights`): what that moves
+//! from row 1 to the wall has no sum, and a film loses shear by it.
 
 use super::{Ghost, Ghosts};
 use crate::mpm::grid::{Fold, GhostShares, Node};
 use crate::parallel;
 
-/// The largest part of the mass of the rows inside that a ghost takes, β: ten times what it takes where material fills the rows evenly, and
-/// more than the eighth that one row of particles per cell can bring there.
+/// The largest part of the mass of the rows inside that a ghost takes, β: ten times what it takes where material fills
+/// the rows evenly, and more than the eighth that one row of particles per cell can bring there.
 const MOST: f64 = 0.2;
 
 impl GhostShares {
@@ -61,7 +64,8 @@ mod tests {
 
     const SMOOTH: [KernelKind; 3] = [KernelKind::Gimp, KernelKind::Quadratic, KernelKind::Cubic];
 
-    /// Masses of particles of mass one at these heights above the bottom of a grid of unit cells whose walls extrapolate.
+    /// Masses of particles of mass one at these heights above the bottom of a grid of unit cells whose walls
+    /// extrapolate.
     fn masses(kernel: Kernel, heights: &[f64]) -> (Grid<2>, Ghosts<2>, Vec<Node<2>>) {
         let mut grid = Grid::new(Vector::ZERO, 1.0, [8, 8], 1);
         grid.folds = [[Fold::Extrapolate; 2]; 2];
@@ -86,10 +90,10 @@ mod tests {
         all.fold([f64::INFINITY, 0.0], |[least, most], share| [least.min(share), most.max(share)])
     }
 
-    /// Rows that material fills, ordered or not, are extrapolated from in full; under a film of two particles per cell, one cell thick, a fifth
-    /// is; and under a single row of particles, nothing.
+    /// Rows that material fills, ordered or not, are extrapolated from in full; under a film of two particles per cell,
+    /// one cell thick, a fifth is; and under a single row of particles, nothing.
     #[test]
-    fn what_fills_the_rows_extrapolates_and_a_film_does_not() {
+    fn full_rows_extrapolate_and_a_film_does_not() {
         for kind in SMOOTH {
             let kernel = Kernel::new(kind, 0.25);
             let column = |count: usize, shift: f64| -> Vec<f64> {
@@ -106,7 +110,8 @@ mod tests {
         assert!(film.iter().all(|share| (share - MOST).abs() < 1e-12), "{film:?}");
     }
 
-    /// However near a particle is to a wall, folding leaves row 1 what the particle brings there; sums and adjoints stay.
+    /// However near a particle is to a wall, folding leaves row 1 what the particle brings there; sums and adjoints
+    /// stay.
     #[test]
     fn a_particle_alone_keeps_the_mass_of_its_rows() {
         for kind in SMOOTH {

@@ -1,4 +1,4 @@
-//! Cubic B-splines.
+//! Cubic B-splines (theory A.2).
 //!
 //! ```text
 //! N = ⅔ − x² + ½ |x|³     |x| < 1

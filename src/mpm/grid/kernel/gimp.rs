@@ -1,4 +1,5 @@
-//! Uniform generalised interpolation: hat functions averaged over a particle of half length l (uGIMP; Bardenhagen & Kober 2004).
+//! Uniform generalised interpolation: hat functions averaged over a particle of half length l (uGIMP; Bardenhagen &
+//! Kober 2004; theory A.2).
 //!
 //! ```text
 //! N = 1 − (x² + l²)/(2 l)       |x| < l

@@ -1,4 +1,4 @@
-//! Hat functions, N = 1 − |x|, |x| < 1 (Lian, Liu & Zhang 2014).
+//! Hat functions, N = 1 − |x|, |x| < 1 (Lian, Liu & Zhang 2014; theory A.2).
 
 use super::{AxisWeights, ShapeFunction, Weights};
 use crate::math::simd::Lanes;
@@ -8,8 +8,8 @@ use crate::math::simd::Lanes;
 pub struct Linear;
 
 impl Linear {
-    /// The least weight, of the order of rounding. A particle on a plane of nodes takes its gradient from nodes to which it
-    /// would give nothing: without mass they would have no velocity to take.
+    /// The least weight, of the order of rounding. A particle on a plane of nodes takes its gradient from nodes to
+    /// which it would give nothing: without mass they would have no velocity to take.
     pub const LEAST: f64 = f64::EPSILON;
 }
 

@@ -1,4 +1,4 @@
-//! Quadratic B-splines.
+//! Quadratic B-splines (theory A.2).
 //!
 //! ```text
 //! N = ¾ − x²              |x| < ½

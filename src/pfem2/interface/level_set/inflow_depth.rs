@@ -5,13 +5,13 @@
 //! depth = d(x_b) + max(0, −∇d·w)      d: distance from the interface as it is, on the side of the fluid that comes in
 //! ```
 //!
-//! φ as it is at the facet is no measure: it is continued from the particles behind the facet, and what comes in with it would
-//! continue it again. A jet that once came nearer to an outlet would come nearer for ever, until an interface stood there that
-//! nothing brought. Distances are measured in every step, so that nothing is handed on; beyond a facet there is only the fluid that
-//! comes in, so that no particle comes nearer to an interface by being farther out.
+//! φ as it is at the facet is no measure: it is continued from the particles behind the facet, and what comes in with
+//! it would continue it again. A jet that once came nearer to an outlet would come nearer for ever, until an interface
+//! stood there that nothing brought. Distances are measured in every step, so that nothing is handed on; beyond a facet
+//! there is only the fluid that comes in, so that no particle comes nearer to an interface by being farther out.
 //!
-//! Where another fluid comes in than the one behind the facet, the facet itself is the interface at the start of the step: the
-//! particles behind it learn how far away they are.
+//! Where another fluid comes in than the one behind the facet, the facet itself is the interface at the start
+//! of the step: the particles behind it learn how far away they are.
 
 use super::distance::InterfacePolygons;
 use super::{AGREES, LevelSet, OpenFacet, value};
@@ -30,8 +30,8 @@ pub struct InflowDepth {
 }
 
 impl InflowDepth {
-    /// From the state at the start of a step that the carrier v* [m/s] makes. The particles behind facets at which an interface
-    /// begins take their distance from these as their depth.
+    /// From the state at the start of a step that the carrier v* [m/s] makes. The particles behind facets at which an
+    /// interface begins take their distance from these as their depth.
     pub fn new<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         set: &LevelSet,
@@ -64,7 +64,7 @@ fn is_front<const D: usize, const N: usize>(
     let comes_in = nodes.iter().map(|&node| carrier[node as usize].dot(area)).sum::<f64>() < 0.0;
     let there: [f64; D] = std::array::from_fn(|k| set.level[nodes[k] as usize]);
     let inside = |phi: &[f64; D]| phi.iter().sum::<f64>() < 0.0;
-    comes_in && !is_cut(&there) && !is_cut(&opening.brings) && inside(&there) != inside(&opening.brings)
+    comes_in && !is_cut(&there) && !is_cut(&opening.inflow_level) && inside(&there) != inside(&opening.inflow_level)
 }
 
 /// A particle that came in through the boundary.
@@ -128,24 +128,25 @@ mod tests {
 
     const AIR: f64 = 1e30;
 
-    fn top(mesh: &Mesh<2, 3>, brings: f64) -> Vec<OpenFacet<2>> {
+    fn top(mesh: &Mesh<2, 3>, inflow_level: f64) -> Vec<OpenFacet<2>> {
         let on = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 1.0);
-        mesh.boundary().iter().filter(on).map(|&facet| OpenFacet { facet, brings: [brings; 2] }).collect()
+        mesh.boundary().iter().filter(on).map(|&facet| OpenFacet { facet, inflow_level: [inflow_level; 2] }).collect()
     }
 
-    /// Water below 0.6 in a box of unit size, with φ stretched above it; `brings` is φ of what comes in from above.
-    fn comes_in(stretch: impl Fn(f64) -> f64 + Sync, brings: f64) -> (Particles<2>, Vec<(u8, f64)>) {
+    /// Water below 0.6 in a box of unit size, with φ stretched above it; `inflow_level` is φ of what comes in from
+    /// above.
+    fn comes_in(stretch: impl Fn(f64) -> f64 + Sync, inflow_level: f64) -> (Particles<2>, Vec<(u8, f64)>) {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [10; 2]).unwrap();
         let phi = |x: Vector<2>| if x[1] < 0.61 { x[1] - 0.6 } else { stretch(x[1]) };
         let mut particles = Particles::seed(&mesh, 3, |x| Some(u8::from(phi(x) >= 0.0)), |_| Vector::ZERO);
         let set = LevelSet::new(&mesh, 0, phi, &mut particles);
-        let (openings, fall) = (top(&mesh, brings), Vector([0.0, -1.0]));
+        let (openings, fall) = (top(&mesh, inflow_level), Vector([0.0, -1.0]));
         let entering = InflowDepth::new(&mesh, &set, &openings, &vec![fall; mesh.nodes().len()], &mut particles);
         let middle = |opening: &OpenFacet<2>| {
             let facet = opening.facet;
             let shape = std::array::from_fn(|k| if k == facet.opposite as usize { 0.0 } else { 0.5 });
             let place = MeshPoint { element: facet.element as usize, shape };
-            set.inflow_at(&mesh, &CameIn { place: &place, facet, way: fall * 0.05, held: brings }, &entering)
+            set.inflow_at(&mesh, &CameIn { place: &place, facet, way: fall * 0.05, held: inflow_level }, &entering)
         };
         let found = openings.iter().map(middle).collect();
         (particles, found)

@@ -33,14 +33,14 @@ pub enum InflowFluid {
 pub fn brought<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     level: &[f64],
-    brings: &[InflowFluid],
+    inflow: &[InflowFluid],
 ) -> Vec<Option<[f64; D]>> {
-    let first = |(&facet, brings): (&Facet, &InflowFluid)| match brings {
+    let first = |(&facet, inflow): (&Facet, &InflowFluid)| match inflow {
         InflowFluid::Nothing => None,
         InflowFluid::Start => Some(nodes_of(mesh, facet).map(|node| level[node as usize])),
         InflowFluid::Named(inside) => Some([if *inside { -FAR } else { FAR }; D]),
     };
-    let first: Vec<Option<[f64; D]>> = mesh.boundary().iter().zip(brings).map(first).collect();
+    let first: Vec<Option<[f64; D]>> = mesh.boundary().iter().zip(inflow).map(first).collect();
     let meetings = meetings(mesh, &first);
     let scaled = |(&facet, first): (&Facet, &Option<[f64; D]>)| {
         let phi = (*first)?;
@@ -126,14 +126,14 @@ mod tests {
     fn on_the_left<const D: usize, const N: usize>(
         mesh: &Mesh<D, N>,
         level: &[f64],
-        brings: impl Fn(Vector<D>) -> InflowFluid,
+        inflow: impl Fn(Vector<D>) -> InflowFluid,
     ) -> Vec<(Vector<D>, f64)> {
         let middle = |facet: &Facet| {
             nodes_of(mesh, *facet).iter().map(|&node| mesh.nodes()[node as usize]).sum::<Vector<D>>() / D as f64
         };
-        let of = |facet: &Facet| if middle(facet)[0] == 0.0 { brings(middle(facet)) } else { InflowFluid::Nothing };
-        let brings: Vec<InflowFluid> = mesh.boundary().iter().map(of).collect();
-        let found = brought(mesh, level, &brings);
+        let of = |facet: &Facet| if middle(facet)[0] == 0.0 { inflow(middle(facet)) } else { InflowFluid::Nothing };
+        let inflow: Vec<InflowFluid> = mesh.boundary().iter().map(of).collect();
+        let found = brought(mesh, level, &inflow);
         let facets = mesh.boundary().iter().zip(found);
         facets.filter_map(|(f, phi)| phi.map(|phi| (middle(f), phi.iter().sum::<f64>() / D as f64))).collect()
     }

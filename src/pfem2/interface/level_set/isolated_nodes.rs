@@ -10,7 +10,8 @@ use crate::parallel;
 use crate::pfem2::interface::phase_list::PhaseList;
 use crate::pfem2::interface::phases::Phases;
 
-/// Part of the mean φ of its neighbours that a node takes when it changes sides: it isn't to change back for a little shift.
+/// Part of the mean φ of its neighbours that a node takes when it changes sides: it isn't to change back for a little
+/// shift.
 const TAKEN: f64 = 1e-3;
 
 /// Gives isolated nodes the side of their neighbours; returns their number.
@@ -22,13 +23,13 @@ pub fn absorb_isolated_nodes<const D: usize, const N: usize>(mesh: &Mesh<D, N>, 
         let mean = || others().map(|other| level[other]).sum::<f64>() / others().count() as f64;
         alone.then(|| (node, TAKEN * mean()))
     };
-    let lone: Vec<(usize, f64)> = parallel::collect_some(level.len(), 256, absorbed);
-    lone.iter().for_each(|&(node, phi)| level[node] = phi);
-    lone.len()
+    let isolated: Vec<(usize, f64)> = parallel::collect_some(level.len(), 256, absorbed);
+    isolated.iter().for_each(|&(node, phi)| level[node] = phi);
+    isolated.len()
 }
 
-/// The same for three and more fluids, where the largest share makes the fluid of a node: an isolated node exchanges it with
-/// that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
+/// The same for three and more fluids, where the largest share makes the fluid of a node: an isolated node exchanges it
+/// with that of the fluid of its neighbours, of several the one that occurs most. Returns their number.
 pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     list: &PhaseList,
@@ -42,12 +43,12 @@ pub fn absorb_isolated_fluids<const D: usize, const N: usize>(
         let votes = |candidate: usize| others().filter(|&other| fluid[other] == candidate).count();
         alone.then(|| (0..list.count()).max_by_key(|&candidate| votes(candidate)).map(|winner| (node, winner)))?
     };
-    let lone: Vec<(usize, usize)> = parallel::collect_some(fluid.len(), 256, absorbed);
-    for &(node, winner) in &lone {
+    let isolated: Vec<(usize, usize)> = parallel::collect_some(fluid.len(), 256, absorbed);
+    for &(node, winner) in &isolated {
         let (own, other) = (fraction[fluid[node]][node], fraction[winner][node]);
         (fraction[fluid[node]][node], fraction[winner][node]) = (other, own);
     }
-    lone.len()
+    isolated.len()
 }
 
 /// The other nodes of the elements around a node, each once per element.
@@ -67,10 +68,10 @@ mod tests {
         let at = |x: f64, y: f64| mesh.nodes().iter().position(|n| (*n - Vector([x, y])).norm() < 1e-9).unwrap();
         for sign in [1.0, -1.0] {
             let mut level = vec![sign; mesh.nodes().len()];
-            let (lone, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
-            [lone, pair[0], pair[1]].into_iter().for_each(|node| level[node] = -0.4 * sign);
+            let (isolated, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
+            [isolated, pair[0], pair[1]].into_iter().for_each(|node| level[node] = -0.4 * sign);
             assert_eq!(absorb_isolated_nodes(&mesh, &mut level), 1);
-            assert!((level[lone] < 0.0) == (sign < 0.0) && level[lone].abs() <= 1e-3);
+            assert!((level[isolated] < 0.0) == (sign < 0.0) && level[isolated].abs() <= 1e-3);
             assert_eq!(pair.map(|node| level[node]), [-0.4 * sign; 2]);
         }
     }
@@ -81,12 +82,12 @@ mod tests {
         let at = |x: f64, y: f64| mesh.nodes().iter().position(|n| (*n - Vector([x, y])).norm() < 1e-9).unwrap();
         let density = [3.0, 2.0, 1.0];
         let mut fraction = vec![vec![0.1; 81], vec![0.2; 81], vec![0.7; 81]];
-        let (lone, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
-        for node in [lone, pair[0], pair[1]] {
+        let (isolated, pair) = (at(2.0, 2.0), [at(5.0, 5.0), at(6.0, 5.0)]);
+        for node in [isolated, pair[0], pair[1]] {
             (fraction[0][node], fraction[2][node]) = (0.7, 0.1);
         }
         absorb_isolated_fluids(&mesh, &PhaseList::fluids(&density), &mut fraction);
-        assert_eq!([0, 1, 2].map(|fluid: usize| fraction[fluid][lone]), [0.1, 0.2, 0.7]);
+        assert_eq!([0, 1, 2].map(|fluid: usize| fraction[fluid][isolated]), [0.1, 0.2, 0.7]);
         assert_eq!(pair.map(|node| fraction[0][node]), [0.7; 2]);
     }
 }

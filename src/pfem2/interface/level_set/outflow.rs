@@ -28,7 +28,7 @@ pub struct OpenFacet<const D: usize> {
     /// The facet.
     pub facet: Facet,
     /// φ of what comes in at its corners [m].
-    pub brings: [f64; D],
+    pub inflow_level: [f64; D],
 }
 
 /// Volume that leaves through the openings in `dt` [s]: of the fluid where φ < 0, and of both [m³]; negative where it
@@ -47,7 +47,7 @@ pub fn outflow<const D: usize, const N: usize>(
         let opening = &openings[n];
         let rates = rates(mesh, opening.facet, velocity);
         let all = dt * rates.iter().sum::<f64>() / D as f64;
-        let level = &opening.brings;
+        let level = &opening.inflow_level;
         let comes_in = || dt * prism::<D, N>(level, level, &rates);
         [if all < 0.0 { comes_in() } else { inside(opening.facet, rates, dt, &phi) }, all]
     };
@@ -119,14 +119,14 @@ mod tests {
         let speed = Vector::from_fn(|axis| [1.5, -0.2, 0.3][axis]);
         let out = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 1.0);
         let openings: Vec<OpenFacet<D>> =
-            mesh.boundary().iter().filter(out).map(|&facet| OpenFacet { facet, brings: [1.0; D] }).collect();
+            mesh.boundary().iter().filter(out).map(|&facet| OpenFacet { facet, inflow_level: [1.0; D] }).collect();
         let normal = Vector::from_fn(|axis| [0.8, 0.6, 0.0][axis]);
         let phi = |place: &MeshPoint<N>, time: f64| (place.position(mesh) - speed * time).dot(normal) - offset;
         outflow(mesh, &openings, &vec![speed; mesh.nodes().len()], dt, phi)
     }
 
-    /// The fluid where 0.8 x + 0.6 y < `offset` moves with (1.5, −0.2): what lies beyond x = 1 after Δt with y in 0..1 at
-    /// the time when it crossed is ∫dτ ∫dy [0.8 + 0.6 y − 1.08 τ < offset] 1.5.
+    /// The fluid where 0.8 x + 0.6 y < `offset` moves with (1.5, −0.2): what lies beyond x = 1 after Δt with y in 0..1
+    /// at the time when it crossed is ∫dτ ∫dy [0.8 + 0.6 y − 1.08 τ < offset] 1.5.
     fn exact(offset: f64, dt: f64) -> f64 {
         const POINTS: usize = 20_000;
         let height = |tau: f64| ((offset - 0.8 + 1.08 * tau) / 0.6).clamp(0.0, 1.0);
@@ -151,9 +151,9 @@ mod tests {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(1.0), [2; 2]).unwrap();
         let left = |facet: &&Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][0] == 0.0);
         let flow = vec![Vector([2.0, 0.0]); mesh.nodes().len()];
-        for (brings, inside) in [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)] {
+        for (inflow_level, inside) in [([-1.0; 2], -0.2), ([1.0; 2], 0.0), ([-1.0, 3.0], -0.05)] {
             let openings: Vec<OpenFacet<2>> =
-                mesh.boundary().iter().filter(left).map(|&facet| OpenFacet { facet, brings }).collect();
+                mesh.boundary().iter().filter(left).map(|&facet| OpenFacet { facet, inflow_level }).collect();
             let [found, all] = outflow(&mesh, &openings, &flow, 0.1, |_, _| 1.0);
             assert!((found - inside).abs() < 1e-15 && (all + 0.2).abs() < 1e-15);
         }

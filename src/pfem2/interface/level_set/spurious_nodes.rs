@@ -1,7 +1,8 @@
 //! Spurious changes of side: pieces of a fluid without an origin (theory G.5).
 //!
-//! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that changes
-//! sides without any of these shows only that depths were continued too far; it stays on the side on which it was.
+//! A fluid gets to a node from a node beside it, with particles, or through an open boundary. A group of nodes that
+//! changes sides without any of these shows only that depths were continued too far; it stays on the side on which it
+//! was.
 
 use super::OpenFacet;
 use crate::mesh::Mesh;
@@ -25,8 +26,8 @@ pub struct Origins<'a, const D: usize> {
     pub openings: &'a [OpenFacet<D>],
 }
 
-/// Reverts nodes of pieces without an origin to the side on which they were; returns their number. Nodes inside of solids are left
-/// as they were continued.
+/// Reverts nodes of pieces without an origin to the side on which they were; returns their number. Nodes inside
+/// of solids are left as they were continued.
 pub fn revert_spurious_nodes<const D: usize, const N: usize>(
     region: &FluidRegion<D, N>,
     origins: &Origins<D>,
@@ -41,7 +42,7 @@ pub fn revert_spurious_nodes<const D: usize, const N: usize>(
         return 0;
     }
     for opening in origins.openings {
-        for (node, brought) in mesh.facet_nodes(opening.facet).into_iter().zip(opening.brings) {
+        for (node, brought) in mesh.facet_nodes(opening.facet).into_iter().zip(opening.inflow_level) {
             if (brought < 0.0) == (level[node as usize] < 0.0) {
                 unborn.remove(&(node as usize));
             }
@@ -82,14 +83,18 @@ mod tests {
     use crate::math::Vector;
 
     /// Two nodes in the middle of a block of air change sides; `water` is where particles of the other fluid are.
-    fn put_back(water: Option<Vector<2>>, top_brings: f64) -> (usize, Vec<f64>) {
+    fn put_back(water: Option<Vector<2>>, top_inflow_level: f64) -> (usize, Vec<f64>) {
         let mesh = Mesh::<2, 3>::block(Vector::ZERO, Vector::splat(8.0), [8; 2]).unwrap();
         let near = |x: Vector<2>| water.is_some_and(|place| (x - place).norm() < 0.5);
         let particles = Particles::seed(&mesh, 3, |x| Some(u8::from(!near(x))), |_| Vector::ZERO);
         let top =
             |facet: &&crate::mesh::Facet| mesh.facet_nodes(**facet).iter().all(|&i| mesh.nodes()[i as usize][1] == 8.0);
-        let openings: Vec<OpenFacet<2>> =
-            mesh.boundary().iter().filter(top).map(|&facet| OpenFacet { facet, brings: [top_brings; 2] }).collect();
+        let openings: Vec<OpenFacet<2>> = mesh
+            .boundary()
+            .iter()
+            .filter(top)
+            .map(|&facet| OpenFacet { facet, inflow_level: [top_inflow_level; 2] })
+            .collect();
         let before = vec![2.0; mesh.nodes().len()];
         let piece = [Vector([4.0, 8.0]), Vector([4.0, 7.0])];
         let mut level: Vec<f64> = mesh
@@ -110,8 +115,8 @@ mod tests {
 
     #[test]
     fn a_piece_with_particles_or_from_an_opening_stays() {
-        for (water, brings) in [(Some(Vector([4.0, 7.0])), 1.0), (None, -1.0)] {
-            let (count, level) = put_back(water, brings);
+        for (water, inflow_level) in [(Some(Vector([4.0, 7.0])), 1.0), (None, -1.0)] {
+            let (count, level) = put_back(water, inflow_level);
             assert_eq!((count, level.iter().filter(|phi| **phi < 0.0).count()), (0, 2), "{water:?}");
         }
         // Particles elsewhere are no origin.

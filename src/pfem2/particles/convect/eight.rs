@@ -89,7 +89,7 @@ pub(super) trait Travellers<const N: usize> {
     /// The rest of its way [s], where lanes can't follow it.
     fn alone(&self, who: usize, from: MeshPoint<N>, rest: f64) -> Walk<N>;
 
-    /// It has arrived.
+    /// The particle has arrived.
     fn arrive(&mut self, who: usize, walk: Walk<N>);
 }
 

@@ -77,7 +77,8 @@ impl<const D: usize> Particles<D> {
         fate
     }
 
-    /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of (34). [`Particles::sort`] has to follow.
+    /// Moves all particles along the streamlines for `dt` [s]: Becker (35) in place of Becker (34). [`Particles::sort`]
+    /// has to follow.
     pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> ConvectionCounts {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
@@ -114,7 +115,7 @@ struct Group<'a, const D: usize, const N: usize> {
     element: &'a mut [u32],
     velocity: &'a [Vector<D>],
     fluid: &'a [u8],
-    /// Those before this one have set out, or are not of this journey.
+    /// Particles before this one have set out, or are not of this journey.
     seen: usize,
     fate: ConvectionCounts,
 }

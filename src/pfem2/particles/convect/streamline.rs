@@ -10,8 +10,8 @@
 //!
 //! The terms are g_k·(∇v)^m v: they and their reach don't depend on the order of the nodes.
 //!
-//! The first N_k that falls to zero names the facet through which the particle goes on; nearly always it is the one that
-//! N + t B N names, and two steps of Newton's method find the time. There is no search in the mesh, and walls
+//! The first N_k that falls to zero names the facet through which the particle goes on; nearly always it is the one
+//! that N + t B N names, and two steps of Newton's method find the time. There is no search in the mesh, and walls
 //! are exact: where the velocity vanishes on a facet, dN_k/dt is proportional to N_k, which never reaches zero. On
 //! facets that the velocity does cross, as those of a curved wall, the rate is projected onto the facet:
 //! dN_j/dt ← dN_j/dt − (g_j·g_k/|g_k|²) dN_k/dt.
@@ -63,9 +63,9 @@ impl<const N: usize> MeshPoint<N> {
 pub enum End {
     /// The time was over.
     Inside,
-    /// It reached a boundary facet that lets it out, opposite this local node.
+    /// The particle reached a boundary facet that lets it out, opposite this local node.
     Boundary(usize),
-    /// It crossed too many facets.
+    /// The particle crossed too many facets.
     Stuck,
 }
 

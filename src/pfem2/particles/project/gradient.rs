@@ -16,10 +16,11 @@
 //! multiplies what its particles have against each other by h/δ. Fluids whose particles have no spread in a direction
 //! are carried on as constants there.
 //!
-//! Nor may such a slope feed on itself. Particles beside a heavier fluid at rest lose what their nodes receive, v_p ← v_p −
-//! Σ_k N_k R_k/s_k, which is a decay only if no eigenvalue of that map is below zero. On triangles with a few particles each, cut by
-//! lines, films and drops at random, −0.05 comes up with ε = 0.01 and −0.001 with ε = 0.05, but none with ε = 0.1. An interface that
-//! is nearly a plane keeps its exactness: one node of each element that it cuts has the fluid all around it on its own side.
+//! Nor may such a slope feed on itself. Particles beside a heavier fluid at rest lose what their nodes receive, v_p ←
+//! v_p − Σ_k N_k R_k/s_k, which is a decay only if no eigenvalue of that map is below zero. On triangles with a few
+//! particles each, cut by lines, films and drops at random, −0.05 comes up with ε = 0.01 and −0.001 with ε = 0.05, but
+//! none with ε = 0.1. An interface that is nearly a plane keeps its exactness: one node of each element that it cuts
+//! has the fluid all around it on its own side.
 
 use super::moments::{MomentTable, Moments};
 use crate::math::{Tensor, Vector};
@@ -29,8 +30,8 @@ use crate::parallel;
 /// Particles count as spread in all directions if det Cov ≥ this times (tr Cov / D)^D.
 const FLATTEST: f64 = 1e-4;
 
-/// They count as more than one if tr Cov ≥ this times their mean square distance from the node: what a single particle
-/// leaves is rounding, whose shape means nothing.
+/// Particles count as more than one if tr Cov ≥ this times their mean square distance from the node: what a single
+/// particle leaves is rounding, whose shape means nothing.
 const SINGLE: f64 = 1e-9;
 
 /// ε: a slope counts up to three times the distance over which its particles are spread.
@@ -43,8 +44,8 @@ type Gradient<const K: usize, const D: usize> = [Vector<D>; K];
 type NodeGradient<const K: usize, const D: usize> = (Gradient<K, D>, bool);
 
 impl<const K: usize, const N: usize> MomentTable<K, N> {
-    /// Corrects R_k of every entry with the gradients of the groups `0..groups`; `is_shared` is true for nodes where a group may fill a small part of
-    /// the elements around.
+    /// Corrects R_k of every entry with the gradients of the groups `0..groups`; `is_shared` is true for nodes where
+    /// a group may fill a small part of the elements around.
     pub fn make_linear<const D: usize>(
         &mut self,
         mesh: &Mesh<D, N>,

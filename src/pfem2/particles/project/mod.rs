@@ -46,13 +46,14 @@ pub enum AveragingKernel {
 pub struct ConvectedVelocity<const D: usize> {
     /// v̂_i [m/s]; of bare nodes the one that they had.
     pub mean: Vec<Vector<D>>,
-    /// That of each fluid by itself, v̂_αi, by fluid and node [m/s]; v̂_i where the fluid isn't seen. Without entries if
-    /// there is one fluid, or the kernel mixes them.
+    /// Velocity of each fluid by itself, v̂_αi, by fluid and node [m/s]; v̂_i where the fluid isn't seen. Without
+    /// entries if there is one fluid, or the kernel mixes them.
     pub own: Vec<Vec<Vector<D>>>,
 }
 
 impl<const D: usize> ConvectedVelocity<D> {
-    /// The velocity increment for the particles of each of `fluids`, v_i − v̂_αi, where the nodes have `velocity` v [m/s].
+    /// The velocity increment for the particles of each of `fluids`, v_i − v̂_αi, where the nodes have `velocity` v
+    /// [m/s].
     pub fn increments(&self, velocity: &[Vector<D>], fluids: usize) -> Vec<Vec<Vector<D>>> {
         let hat = |fluid: usize| self.own.get(fluid).unwrap_or(&self.mean);
         (0..fluids).map(|fluid| velocity.iter().zip(hat(fluid)).map(|(v, hat)| *v - *hat).collect()).collect()
@@ -74,8 +75,8 @@ pub struct Projected<const D: usize> {
 
 /// Projects velocity and fluids onto the nodes.
 ///
-/// `densities` [kg/m³] has one entry per fluid, `previous` [m/s] one per node for those that see no particle; `volume` is that of the
-/// fluid in an element, which its particles share [m³].
+/// `densities` [kg/m³] has one entry per fluid, `previous` [m/s] one per node for those that see no particle; `volume`
+/// is that of the fluid in an element, which its particles share [m³].
 pub fn project<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     particles: &Particles<D>,
@@ -181,7 +182,8 @@ fn shape_average<const D: usize, const N: usize>(
         let Some(k) = nodes.iter().position(|&n| n as usize == node) else { continue };
         for entry in table.of(e as usize) {
             let (sum, share) = (entry.sum(k), &mut average.fluids[entry.group as usize]);
-            // Becker (38), and its denominator, which is also that of (37); with mass and gradient theory (G.24).
+            // Becker (38), and its denominator, which is also that of Becker (37); with mass and gradient
+            // theory (G.24).
             share.velocity += entry.values[k] * entry.weight;
             share.weight += sum * entry.weight;
             share.seen += sum;
@@ -191,7 +193,8 @@ fn shape_average<const D: usize, const N: usize>(
     average
 }
 
-/// Averages that are exact for linear fields (theory (G.24)), and those of what they don't show of the particles added to them (theory (G.24a)).
+/// Averages that are exact for linear fields (theory (G.24)), and those of what they don't show of the particles added
+/// to them (theory (G.24a)).
 fn linear_averages<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     mut table: MomentTable<D, N>,

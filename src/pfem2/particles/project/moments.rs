@@ -1,4 +1,4 @@
-//! Sums over the particles of an element: all that the projection needs to know of them.
+//! Sums over the particles of an element: all that the projection needs to know of them (theory G.11).
 //!
 //! ```text
 //! S_kl = Σ_p N_k N_l,   R_k = Σ_p N_k f_p,   so that  Σ_p N_k = s_k = Σ_l S_kl,   Σ_p N_k x_p = Σ_l S_kl x_l
@@ -106,7 +106,8 @@ impl<const K: usize, const N: usize> MomentTable<K, N> {
         &block.entries[block.start[e] as usize..block.start[e + 1] as usize]
     }
 
-    /// Takes what the nodes have of each group, interpolated, from the values of the particles: R_k ← R_k − Σ_l S_kl f_l.
+    /// Takes what the nodes have of each group, interpolated, from the values of the particles: R_k ← R_k − Σ_l S_kl
+    /// f_l.
     pub fn subtract<const D: usize>(&mut self, mesh: &Mesh<D, N>, nodal: impl Fn(usize, usize) -> Vector<K> + Sync) {
         self.for_each(|e, entry| {
             let nodal = mesh.elements()[e].map(|node| nodal(entry.group as usize, node as usize));

@@ -111,8 +111,9 @@ fn the_slope_across_a_film_is_not_carried_on_to_the_nodes() {
     assert!(own < 10.0 && mean < 10.0, "{own} {mean}");
 }
 
-/// One fluid in a layer of a fifth of an element between a wall and a solid, a particle per sub-cell, with noise: carried on across the whole
-/// element, it would be 75 times what any particle has. (A single average has up to 1.6 times, and that of what it leaves as much at most.)
+/// One fluid in a layer of a fifth of an element between a wall and a solid, a particle per sub-cell, with noise:
+/// carried on across the whole element, it would be 75 times what any particle has. (A single average has up to 1.6
+/// times, and that of what it leaves as much at most.)
 #[test]
 fn the_slope_across_a_layer_beside_a_solid_is_not_carried_on_to_the_nodes() {
     let (mesh, cells) = (square(6), 6.0);
@@ -162,10 +163,11 @@ fn unseen<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cells: usize) -> f6
     (lost / all).sqrt()
 }
 
-/// The eigenvalues of a mass matrix over its lumped one are at least 1/(D + 2) (Wathen 1987): when what an average leaves is
-/// averaged once more, no more than (1 − 1/(D + 2))² of any field on the nodes stays behind. A single average leaves 0.63 of these in the plane, and 0.72.
+/// The eigenvalues of a mass matrix over its lumped one are at least 1/(D + 2) (Wathen 1987): when what an average
+/// leaves is averaged once more, no more than (1 − 1/(D + 2))² of any field on the nodes stays behind. A single average
+/// leaves 0.63 of these in the plane, and 0.72.
 #[test]
-fn what_nodes_gave_to_particles_comes_back() {
+fn velocities_that_nodes_gave_to_particles_come_back() {
     for (left, dimension) in [(unseen(&square(8), 8), 2.0), (unseen(&cube(4), 4), 3.0)] {
         let bound = (1.0_f64 - 1.0 / (dimension + 2.0)).powi(2);
         assert!(left < bound, "{dimension}: {left}, {bound}");
@@ -178,8 +180,8 @@ fn noise(a: usize, b: usize) -> f64 {
     2.0 * (x - x.floor()) - 1.0
 }
 
-/// Particles beside a heavy fluid at rest lose what their nodes receive of them, again and again: whatever line, film or drop
-/// they fill, what is left never grows.
+/// Particles beside a heavy fluid at rest lose what their nodes receive of them, again and again: whatever line, film
+/// or drop they fill, what is left never grows.
 #[test]
 fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
     let (mesh, steps) = (square(5), 150);

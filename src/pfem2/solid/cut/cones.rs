@@ -7,11 +7,12 @@
 //!                        each group
 //! ```
 //!
-//! A convex element without a wedge that has its edge through m is seen from m as a whole, and so is the wedge: the parts are exact where sides of solids are plane.
+//! A convex element without a wedge that has its edge through m is seen from m as a whole, and so is the wedge:
+//! the parts are exact where sides of solids are plane.
 
 use super::{FluidSimplex, Vertex, parts};
 
-/// Where surfaces cross the edges of an element, each by a number.
+/// An element with the points where surfaces cross its edges, each by a number.
 pub struct CrossedElement<const N: usize> {
     /// The element.
     pub element: usize,
@@ -113,7 +114,8 @@ impl<const N: usize> CrossedElement<N> {
         self.groups(&nodes).into_iter().flat_map(of_group).collect()
     }
 
-    /// A face with all nodes outside and joined. Where a solid crosses one of its sides without reaching into it, the crossings are corners of its triangles.
+    /// A face with all nodes outside and joined. Where a solid crosses one of its sides without reaching into it,
+    /// the crossings are corners of its triangles.
     fn uncut(&self, face: &[usize]) -> Vec<[Corner; 3]> {
         let &[i, j, k] = face else { return Vec::new() };
         let node = Corner::Node;

@@ -17,7 +17,8 @@ use crate::mesh::Mesh;
 use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
 use std::collections::BTreeMap;
 
-/// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept away from nodes.
+/// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept
+/// away from nodes.
 const INSIDE: f64 = CLOSEST;
 
 /// Area of a triangle over the square of its longest side below which its corners lie in a line.
@@ -32,7 +33,7 @@ struct Tip<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Tip<'a, D> {
-    /// Of these corners, with a `plain` element behind.
+    /// The tip with these corners, if there is a `plain` element behind.
     fn new<const N: usize>(
         mesh: &Mesh<D, N>,
         element: usize,
@@ -81,35 +82,37 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         }
     }
 
-    /// Makes the fluid stick at cut points that are no farther from a corner than they are kept away from nodes: gliding along one of its sides they
-    /// would let the fluid through the other. False if there are none.
+    /// Makes the fluid stick at cut points that are no farther from a corner than they are kept away from nodes:
+    /// gliding along one of its sides they would let the fluid through the other. False if there are none.
     fn stick_at(&mut self, mesh: &Mesh<D, N>, corner: Vector<D>) -> bool {
         let mut any = false;
-        for point in self.points.iter_mut().filter(|point| point.glides_across.is_some()) {
+        for point in self.points.iter_mut().filter(|point| point.bound_directions.is_some()) {
             let Some([start, end]) = point.edge.map(|edge| edge.map(|node| mesh.nodes()[node as usize])) else {
                 continue;
             };
             if (point.position - corner).norm() <= 2.0 * CLOSEST_GLIDING * (end - start).norm() {
-                point.glides_across = None;
+                point.bound_directions = None;
                 any = true;
             }
         }
         any
     }
 
-    /// Makes the fluid stick at the cut points of an element and its neighbours, which cut a corner off: where it glides along one side of the
-    /// solid at one end of a chord and along the other at the other end, it flows through the chord.
+    /// Makes the fluid stick at the cut points of an element and its neighbours, which cut a corner off: where it
+    /// glides along one side of the solid at one end of a chord and along the other at the other end, it flows through
+    /// the chord.
     fn stick_around(&mut self, mesh: &Mesh<D, N>, element: usize) {
         let neighbours = (0..N).filter_map(|k| mesh.neighbour(element, k));
         for e in std::iter::once(element).chain(neighbours) {
             let ElementState::Cut(place) = self.state[e] else { continue };
             for &point in &self.elements[place as usize].points {
-                self.points[point as usize].glides_across = None;
+                self.points[point as usize].bound_directions = None;
             }
         }
     }
 
-    /// The element near solids that holds a place, of several on whose sides it lies one with a node inside, and the place, no nearer to its sides than it may be [m].
+    /// The element near solids that holds a place, of several on whose sides it lies one with a node inside, and
+    /// the place, no nearer to its sides than it may be [m].
     fn holder(&self, mesh: &Mesh<D, N>, x: Vector<D>) -> Option<(usize, Vector<D>)> {
         let holds = |e: usize| {
             let shape = mesh.shape_functions(e, x);
@@ -145,7 +148,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// Keeps a corner that reaches through an edge into an element without a node inside; `None` where it is no plain tip.
+    /// Keeps a corner that reaches through an edge into an element without a node inside; `None` where it is no plain
+    /// tip.
     fn keep_tip(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, tip: &Tip<D>) -> Option<()> {
         let (nodes, x) = (mesh.elements()[tip.element], mesh.corners(tip.element));
         let k = tip.behind;
@@ -170,7 +174,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// Where the surface crosses the edge behind a tip, seen from each of its ends, with the weights of the solid's nodes there.
+    /// Points where the surface crosses the edge behind a tip, seen from each of its ends, with the weights
+    /// of the solid's nodes there.
     fn crossings(
         &self,
         surface: &SolidSurface<D>,
@@ -186,14 +191,14 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let seen = |end: usize| {
             let at = |t: f64| x[end] + (middle - x[end]) * t;
             let ends = [self.distance[nodes[end] as usize], inside];
-            let (t, foot) = crossing(surface, at, (ends, 0.0), (middle - x[end]).norm());
+            let (t, foot) = crossing(surface, at, ends, 0.0, (middle - x[end]).norm());
             Some((at(t), surface.weights(&foot.or_else(|| surface.foot(at(t)))?)))
         };
         Some([seen(0)?, seen(1)?])
     }
 
-    /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes; the points of the surface on
-    /// the edge are its next two.
+    /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes;
+    /// the points of the surface on the edge are its next two.
     fn beside_tip(&self, ends: [u32; 2], place: usize) -> Option<Vec<FluidSimplex<N>>> {
         let element = &self.elements[place];
         let inside = element.nodes.map(|node| self.is_inside(node));
@@ -214,11 +219,12 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 
     fn add_point(&mut self, position: Vector<D>, weights: Vec<(u32, f64)>) -> u32 {
-        self.points.push(CutPoint { edge: None, beside: None, position, weights, glides_across: None });
+        self.points.push(CutPoint { edge: None, gliding_node: None, position, weights, bound_directions: None });
         self.points.len() as u32 - 1
     }
 
-    /// Nodes outside and cut points of an element in order around it, from the cut point at which the surface leaves it to that at which it comes.
+    /// Nodes outside and cut points of an element in order around it, from the cut point at which the surface leaves it
+    /// to that at which it comes.
     fn outline(&self, element: &CutBySolid<N>, nodes: &[Vector<D>; N]) -> Option<Vec<PolygonCorner<D>>> {
         let inside = element.nodes.map(|node| self.is_inside(node));
         let edges = parts::cut_edges(inside);
@@ -243,7 +249,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 }
 
-/// Where the way from corners into their solid crosses an edge, as a fraction of it.
+/// Point where the way from corners into their solid crosses an edge, as a fraction of it.
 fn foot_on_edge<const D: usize>(corners: &[SurfaceCorner<D>], start: Vector<D>, end: Vector<D>) -> Option<f64> {
     let middle = corners.iter().map(|corner| corner.position).sum::<Vector<D>>() / corners.len() as f64;
     let normal = corners.iter().map(|corner| corner.normal).sum::<Vector<D>>();

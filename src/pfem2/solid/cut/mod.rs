@@ -4,20 +4,26 @@
 //! node i inside:  d_i ≤ 0,   v_i = Σ_a N_a(ξ_i) v_a                        ξ_i: its place in an element of the solid
 //! cut point c of edge (i, j), i outside:  x_c = x_i + t (x_j − x_i),  d(x_c) = 0,  t ∈ (0, 1)
 //!                                  v_c = Σ_a N_a(ξ_c) v_a                  ξ_c: the nearest point of the surface
-//! where the fluid glides:          v_c = (n ⊗ n) Σ_a N_a(ξ_c) v_a + (1 − n ⊗ n) v_i                theory (J.6a)
+//! where the fluid glides:          v_c = P_s Σ_a N_a(ξ_c) v_a + (1 − P_s) v_i                      theory (J.6a)–(J.6c)
 //! ```
 //!
-//! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from it, so
-//! that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element outside is made of
-//! simplices whose corners are nodes, cut points, and places on corners and edges of the solid.
+//! The root t is that of the linear interpolant of d_i and d_j where the surface is plane; Newton's method starts from
+//! it, so that the nearer side of a thin solid doesn't draw the cut points of the other. The part of a cut element
+//! outside is made of simplices whose corners are nodes, cut points, and places on corners and edges of the solid.
+//! Elements without a node inside are cut, too, where a corner or an edge of the solid reaches into them (`corners.rs`,
+//! `solid_edges.rs`).
+//!
+//! P_s projects on the directions in which the fluid is bound to the solid: n ⊗ n with the normal of the surface,
+//! (J.6a), of all sides of an edge that an element cuts off, (J.6b, `slip_at_edges.rs`), or of the chords, (J.6c,
+//! `slip_on_chords.rs`).
 
 mod cones;
 mod corners;
-mod edges;
-mod normals;
+mod edge_passages;
 mod parts;
-mod passages;
-mod sharp_edges;
+mod slip_at_edges;
+mod slip_on_chords;
+mod solid_edges;
 #[cfg(test)]
 mod tests;
 
@@ -31,20 +37,24 @@ use hashbrown::HashMap;
 pub use parts::{FluidSimplex, Vertex};
 use std::collections::BTreeSet;
 
-/// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver digits, and tie nodes to solids.
+/// Cut points keep this fraction of their edge away from its end outside: slivers that are thinner cost the solver
+/// digits, and tie nodes to solids.
 const CLOSEST: f64 = 1e-4;
 
-/// From the end inside: what lies between two of them moves with the solid.
+/// Cut points keep this fraction of their edge away from its end inside: fluid between two of them moves with
+/// the solid.
 const AT_NODE: f64 = 1e-6;
 
-/// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside together.
+/// The same where the fluid glides: between two of them, beside a node inside, shear would tie the nodes outside
+/// together.
 const CLOSEST_GLIDING: f64 = 1e-3;
 
-/// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers of rounding lie along a surface on lines of
-/// the mesh, and none that are thinner than what cut points keep.
+/// Nodes this near to the surface, over the size of the smallest element around them, are inside: no slivers
+/// of rounding lie along a surface on lines of the mesh, and none that are thinner than what cut points keep.
 const ON_SURFACE: f64 = CLOSEST;
 
-/// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or less it would be fluid or solid.
+/// The same where all nodes of an element lie on the surface but for this, and its middle inside: by a little more or
+/// less it would be fluid or solid.
 const BESIDE_SURFACE: f64 = 1e-3;
 
 /// Nodes and points per piece of a parallel loop.
@@ -53,16 +63,18 @@ const PIECE: usize = 16;
 /// The background mesh in the presence of solids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidCut<const D: usize, const N: usize> {
-    /// Signed distance of the background nodes to the surfaces [m], negative inside. Known at nodes of elements that have a
-    /// node inside, and at those in boxes around elements of solids; infinite elsewhere.
+    /// Signed distance of the background nodes to the surfaces [m], negative inside. Known at nodes of elements that
+    /// have a node inside, and at those in boxes around elements of solids; infinite elsewhere.
     pub distance: Vec<f64>,
     /// Background nodes inside, ascending.
     pub inside: Vec<NodeInside>,
     /// State of each background element.
     pub state: Vec<ElementState>,
-    /// Cut points, in the order of cut elements and their edges.
+    /// Cut points: those on edges with a node inside, in the order of cut elements and their edges, and then those at
+    /// corners and edges of solids.
     pub points: Vec<CutPoint<D>>,
-    /// Cut elements, ascending, and then those that hold nothing but the tip of a solid.
+    /// Cut elements: those with a node inside, ascending, and then those that hold nothing but a tip or an edge
+    /// of a solid.
     pub elements: Vec<CutBySolid<N>>,
 }
 
@@ -78,57 +90,62 @@ pub struct NodeInside {
 /// State of a background element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementState {
-    /// No node inside.
+    /// No node is inside, and no tip or edge of a solid is kept that reaches into it.
     Fluid,
-    /// All nodes inside.
+    /// All nodes are inside.
     Solid,
-    /// Some nodes inside; its place in [`SolidCut::elements`].
+    /// The surface of a solid passes it: some nodes are inside, or none, where it holds only a tip or an edge
+    /// of a solid; its place in [`SolidCut::elements`].
     Cut(u32),
 }
 
-/// The point where the surface crosses a background edge.
+/// A point of the surface that is a corner of the fluid part of elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutPoint<const D: usize> {
-    /// The node outside and the node inside; none for a corner or an edge of the solid inside an element, and where a solid without nodes on an edge of the mesh
-    /// crosses it.
+    /// The node outside and the node inside of the edge of the mesh on which it lies. `None` on a corner or an edge
+    /// of the solid, and on an edge of the mesh that the solid crosses between two nodes outside.
     pub edge: Option<[u32; 2]>,
-    /// The node outside of which the fluid at it has the part along the surface, where it glides.
-    pub beside: Option<u32>,
-    /// Position on the edge [m].
+    /// The node outside that the fluid there follows in the directions in which it isn't bound to the solid.
+    pub gliding_node: Option<u32>,
+    /// Position [m]: on an edge of the mesh, on a face, or inside an element.
     pub position: Vector<D>,
     /// Shape functions of the solids' nodes at the nearest point of the surface, by global node.
     pub weights: NodeWeights,
-    /// P_s = n ⊗ n with the normal of the surface, where the fluid glides along it; at an edge the projection on the normals of both sides.
-    pub glides_across: Option<Tensor<D>>,
+    /// P_s, the projection on the directions in which the fluid is bound to the solid, where it glides in others
+    /// (theory (J.6a)–(J.6c)); `None` where it sticks.
+    pub bound_directions: Option<Tensor<D>>,
 }
 
-/// What the velocity of a cut point follows: v = P_s v_s + P_o v_o, of the solid and of the node outside.
+/// Shares of the solid and of a node outside in the velocity of a cut point, v_c = P_s v_s + P_o v_o.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<const D: usize> {
+pub struct VelocityShares<const D: usize> {
     /// P_s.
-    pub own: Tensor<D>,
-    /// P_o; `None`: nothing.
-    pub outside: Option<Tensor<D>>,
+    pub solid: Tensor<D>,
+    /// P_o; `None` where the node has no share.
+    pub node: Option<Tensor<D>>,
 }
 
 impl<const D: usize> CutPoint<D> {
-    /// What its velocity follows: the solid; where the fluid glides, along the normal n alone, P_s = n ⊗ n, and along the surface the
-    /// node outside of its edge, P_o = 1 − P_s (theory (J.6a)).
-    pub fn motion(&self) -> Motion<D> {
-        let Some(across) = self.glides_across else { return Motion { own: Tensor::identity(), outside: None } };
-        Motion { own: across, outside: Some(Tensor::identity() - across) }
+    /// The shares in its velocity: the solid alone; where the fluid glides, the solid in the bound directions, P_s, and
+    /// the gliding node in the others, P_o = 1 − P_s (theory (J.6a)–(J.6c)).
+    pub fn shares(&self) -> VelocityShares<D> {
+        match self.bound_directions {
+            Some(bound) => VelocityShares { solid: bound, node: Some(Tensor::identity() - bound) },
+            None => VelocityShares { solid: Tensor::identity(), node: None },
+        }
     }
 
     /// Its velocity, by those of nodes of the mesh and of solids [m/s].
-    pub fn velocity(&self, node: &dyn Fn(usize) -> Vector<D>, solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
-        let Motion { own, outside } = self.motion();
-        let surface: Vector<D> = self.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
-        let along = outside.zip(self.beside).map_or(Vector::ZERO, |(p, beside)| p.apply(node(beside as usize)));
-        own.apply(surface) + along
+    pub fn velocity(&self, of_node: &dyn Fn(usize) -> Vector<D>, of_solid: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
+        let VelocityShares { solid, node } = self.shares();
+        let surface: Vector<D> = self.weights.iter().map(|&(a, w)| of_solid(a as usize) * w).sum();
+        let gliding = node.zip(self.gliding_node).map_or(Vector::ZERO, |(p, i)| p.apply(of_node(i as usize)));
+        solid.apply(surface) + gliding
     }
 }
 
-/// A background element that has nodes inside and nodes outside.
+/// A background element that the surface of a solid passes: with nodes inside and outside, or with none inside, but
+/// a tip or an edge of a solid in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutBySolid<const N: usize> {
     /// The element.
@@ -173,7 +190,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         };
         let edges = cut.divide(mesh, &touched(mesh, &nodes));
         let distance = &cut.distance;
-        let point = |k: usize| cut_point(mesh, (surface, conditions), distance, edges[k]);
+        let point = |k: usize| cut_point(mesh, surface, conditions, distance, edges[k]);
         cut.points = parallel::collect(edges.len(), PIECE, point);
         cut.keep_corners(mesh, surface);
         cut.keep_edges(mesh, surface, conditions);
@@ -238,8 +255,8 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         parallel::sum(self.state.len(), |e| mesh.simplex(e).volume - self.volume_outside(mesh, e))
     }
 
-    /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes is
-    /// inside a solid: there a solid is too thin, or too sharp, for the mesh.
+    /// Background elements, ascending, that hold a node of a solid's surface well inside although none of their nodes
+    /// is inside a solid: there a solid is too thin, or too sharp, for the mesh.
     pub fn missed(&self, mesh: &Mesh<D, N>, locator: &Locator<D>, surface: &SolidSurface<D>) -> Vec<u32> {
         /// Least shape function of a place well inside an element.
         const INSIDE: f64 = 0.02;
@@ -282,7 +299,8 @@ fn distances<const D: usize, const N: usize>(mesh: &Mesh<D, N>, surface: &SolidS
     (distance, inside)
 }
 
-/// Nodes of elements with all nodes beside the surface and their middle inside, as in the corner of a solid on lines of the mesh.
+/// Nodes of elements with all nodes beside the surface and their middle inside, as in the corner of a solid on lines
+/// of the mesh.
 fn covered<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
@@ -328,26 +346,27 @@ fn extensions<const D: usize, const N: usize>(
 /// The cut point of an edge from the node outside to the node inside.
 fn cut_point<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
-    (surface, conditions): (&SolidSurface<D>, &[SurfaceCondition]),
+    surface: &SolidSurface<D>,
+    conditions: &[SurfaceCondition],
     distance: &[f64],
     edge: [u32; 2],
 ) -> CutPoint<D> {
     let [start, end] = edge.map(|node| mesh.nodes()[node as usize]);
     let at = |t: f64| start + (end - start) * t;
     let ends = edge.map(|node| distance[node as usize]);
-    let (t, foot) = crossing(surface, at, (ends, level_of(mesh, surface, edge[1], ends[1])), (end - start).norm());
+    let (t, foot) = crossing(surface, at, ends, level_of(mesh, surface, edge[1], ends[1]), (end - start).norm());
     let glides = |foot: &NearestPoint<D>| conditions.get(foot.solid) == Some(&SurfaceCondition::Slip);
     let last = if conditions.contains(&SurfaceCondition::Slip) { CLOSEST_GLIDING } else { AT_NODE };
     let kept = t.clamp(CLOSEST, 1.0 - last);
     let foot = foot.filter(|_| kept == t).or_else(|| surface.foot(at(kept)));
-    let glides_across =
+    let bound_directions =
         foot.filter(glides).and_then(|foot| surface.normal(&foot)).map(|normal| Tensor::outer(normal, normal));
     let weights = foot.map_or_else(Vec::new, |foot| surface.weights(&foot));
-    CutPoint { edge: Some(edge), beside: Some(edge[0]), position: at(kept), weights, glides_across }
+    CutPoint { edge: Some(edge), gliding_node: Some(edge[0]), position: at(kept), weights, bound_directions }
 }
 
-/// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface, which the edge may meet before or
-/// follow, or outside of it: a little above that of the node.
+/// The distance at which an edge is cut that ends in a node inside [m]: zero, but where the node lies on the surface,
+/// which the edge may meet before or follow, or outside of it: a little above that of the node.
 fn level_of<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     surface: &SolidSurface<D>,
@@ -358,12 +377,14 @@ fn level_of<const D: usize, const N: usize>(
     if distance < -margin { 0.0 } else { surface.distance(mesh.nodes()[node as usize]) + margin }
 }
 
-/// Where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given the distances at its ends, of which
-/// the first is above the level and the second is not; the nearest point of the surface there, if the crossing was found.
+/// Point where the signed distance has a `level` [m] on an edge of some length [m], as a fraction of it, given
+/// the distances at its ends, of which the first is above the level and the second is not; the nearest point
+/// of the surface there, if the crossing was found.
 fn crossing<const D: usize>(
     surface: &SolidSurface<D>,
     at: impl Fn(f64) -> Vector<D>,
-    ([outside, inside], level): ([f64; 2], f64),
+    [outside, inside]: [f64; 2],
+    level: f64,
     length: f64,
 ) -> (f64, Option<NearestPoint<D>>) {
     const PASSES: usize = 40;

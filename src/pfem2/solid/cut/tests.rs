@@ -18,7 +18,7 @@ fn volume_inside_of<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &Sol
     parts.iter().map(|part| Simplex::new(cut.corners(mesh, e, part)).unwrap().volume).sum()
 }
 
-/// What every cut must fulfil.
+/// Conditions that every cut must fulfil.
 fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>) -> SolidCut<D, N> {
     let surface = surface_of(solid);
     let cut = SolidCut::new(mesh, &surface, &[]);
@@ -58,8 +58,8 @@ fn check<const D: usize, const N: usize>(mesh: &Mesh<D, N>, solid: &SolidMesh<D>
 /// A corner of the fluid's simplices: a background node or a cut point.
 type Corner = (bool, u32);
 
-/// Facets of the part outside match from both sides, except on the surface of the solid and at the boundary of the mesh; on the
-/// surface they close.
+/// Facets of the part outside match from both sides, except on the surface of the solid and at the boundary
+/// of the mesh; on the surface they close.
 fn check_facets<const D: usize, const N: usize>(mesh: &Mesh<D, N>, cut: &SolidCut<D, N>) {
     let mut count: BTreeMap<Vec<Corner>, usize> = BTreeMap::new();
     let mut add = |corners: [Corner; N]| {
@@ -131,7 +131,8 @@ fn the_volume_of_turned_boxes_converges() {
     assert!(coarse < 0.08 && fine < coarse / 2.5, "{coarse} {fine}");
 }
 
-/// In two dimensions elements keep the corners that they hold: what is left is what cut points lose that were too close to nodes.
+/// In two dimensions elements keep the corners that they hold: what is left is what cut points lose that were too close
+/// to nodes.
 #[test]
 fn a_box_keeps_its_corners() {
     let mesh = background::<2, 3>(1.4, 16);

@@ -1,4 +1,4 @@
-//! What supports leave a rigid solid free to do (theory J.11).
+//! Motions that supports leave free to a rigid solid (theory J.11).
 //!
 //! ```text
 //! q = (V, ω),     c_k · q = b_k  of supports k:      q = q₀ + Σ_j z_j q_j,      c_k · q_j = 0
@@ -30,7 +30,7 @@ pub struct Freedom {
 /// A support that asks for what others make impossible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contradiction {
-    /// By how much it misses its velocity [m/s].
+    /// Distance of the motion from its velocity [m/s].
     pub missed: f64,
 }
 
@@ -70,7 +70,7 @@ fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What is left of a vector beside orthonormal ones, relative to its length; `None` if nothing is.
+/// Part of a vector that is orthogonal to orthonormal ones, as a unit vector with its length; `None` if it is rounding.
 fn rest(vector: [f64; 6], basis: &[[f64; 6]]) -> Option<([f64; 6], f64)> {
     /// Less than this is rounding.
     const NOTHING: f64 = 1e-7;
@@ -86,7 +86,8 @@ fn rest(vector: [f64; 6], basis: &[[f64; 6]]) -> Option<([f64; 6], f64)> {
 }
 
 impl Freedom {
-    /// Of a solid with the radius of gyration `length` [m], where supports give the product of these coefficients with the rates.
+    /// Freedom of a solid with the radius of gyration `length` [m], where supports give the product of these
+    /// coefficients with the rates.
     ///
     /// # Errors
     /// Supports that no motion of a rigid solid satisfies, to 1 % of the largest velocity that they prescribe.
@@ -139,7 +140,8 @@ impl Freedom {
 mod tests {
     use super::*;
 
-    /// A point that is held leaves three turns about it, a second one the turn about the line through both, a third none.
+    /// A point that is held leaves three turns about it, a second one the turn about the line through both, a third
+    /// none.
     #[test]
     fn points_that_are_held_leave_turns_about_them() {
         let points = [Vector([1.0, 0.5, -0.2]), Vector([1.0, 2.0, 0.7]), Vector([-1.0, 0.3, 0.1])];

@@ -6,9 +6,9 @@
 //! c^{n+1} = ĉ + Δ V,       R^{n+1} = exp(Δ ω + Δt (β₁ ωⁿ + β₂ ωⁿ⁻¹)) Rⁿ
 //! ```
 //!
-//! Starred: of the prediction at the end of the step. Vectors have three components also in the plane, where supports take V_z, ω_x and
-//! ω_y. The rotation is one to rounding, so that the shape stays; the angular momentum is that of the equations, so that it stays
-//! without a torque.
+//! Starred: of the prediction at the end of the step. Vectors have three components also in the plane, where supports
+//! take V_z, ω_x and ω_y. The rotation is one to rounding, so that the shape stays; the angular momentum is that
+//! of the equations, so that it stays without a torque.
 
 mod freedom;
 
@@ -65,7 +65,7 @@ impl Record for RigidState {
     type Number = f64;
 }
 
-/// What a step knows of the end of a rigid solid's.
+/// Prediction of a rigid solid at the end of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidPrediction {
     /// ĉ [m].
@@ -82,7 +82,7 @@ pub struct RigidPrediction {
     pub rotation: Tensor<3>,
     /// J* [kg m²].
     inertia: Tensor<3>,
-    /// What supports leave free about the prediction.
+    /// Motions that supports leave free about the prediction.
     pub freedom: Freedom,
     /// The first of its independent velocities.
     pub first: u32,
@@ -111,7 +111,7 @@ impl RigidPrediction {
 }
 
 impl RigidState {
-    /// At rest in the reference state but for these rates, with the moments of inertia J₀ [kg m²].
+    /// A solid at rest in the reference state but for these rates, with the moments of inertia J₀ [kg m²].
     pub fn new(rates: Rates, inertia: &Tensor<3>) -> Self {
         Self {
             displacement: Vector::ZERO,
@@ -198,7 +198,7 @@ impl RigidBody {
         rotation.dot(&self.inertia).dot(&rotation.transpose())
     }
 
-    /// What supports leave free at time `t` [s].
+    /// Motions that supports leave free at time `t` [s].
     fn freedom(&self, rotation: &Tensor<3>, t: f64, held: &[HeldAxis]) -> Result<Freedom, Contradiction> {
         let unit = |axis| Vector::unit(axis);
         let translation = |axis| Rates { velocity: unit(axis), spin: Vector::ZERO };
@@ -231,7 +231,8 @@ impl RigidBody {
         &self,
         state: &RigidState,
         t_end: f64,
-        (shares, weights): (StepShares, [f64; 3]),
+        shares: StepShares,
+        weights: [f64; 3],
         held: &[HeldAxis],
     ) -> Result<RigidPrediction, Contradiction> {
         let StepShares { dt, end, start, earlier } = shares;
@@ -264,7 +265,7 @@ impl RigidBody {
         })
     }
 
-    /// By how much supported nodes miss their displacements along each axis, in the mean [m].
+    /// Distance of supported nodes from their prescribed displacements along each axis, in the mean [m].
     fn miss(&self, displacement: Vector<3>, rotation: &Tensor<3>, supported: &[(usize, usize, f64)]) -> Vector<3> {
         let (mut sum, mut count) = (Vector::<3>::ZERO, [0.0; 3]);
         for &(node, axis, wanted) in supported {
@@ -320,12 +321,13 @@ impl RigidBody {
         }
     }
 
-    /// From the centre of mass to a node as predicted [m].
+    /// Vector from the centre of mass to a node as predicted [m].
     pub fn arm(&self, prediction: &RigidPrediction, node: usize) -> Vector<3> {
         prediction.rotation.apply(self.arms[node])
     }
 
-    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave free.
+    /// The accelerations that forces on nodes [N] give it about a prediction, with Δ and α, along what supports leave
+    /// free.
     pub fn accelerations(
         &self,
         prediction: &RigidPrediction,

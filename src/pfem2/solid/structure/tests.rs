@@ -11,9 +11,10 @@ use crate::material::{Elastic, Hypoelastic, StVenantKirchhoff};
 use crate::math::Signal;
 use crate::pfem2::solid::mesh::SolidFacet;
 use crate::pfem2::solid::setup::{Damping, HeldNodes, Plane, PrescribedMotion, SurfaceTraction};
+use crate::pfem2::time::history::StepShares;
 
-/// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes with `fixed` places
-/// are held along all axes.
+/// A solid of St. Venant–Kirchhoff material with density [kg/m³], Young's modulus [Pa] and Poisson's ratio, whose nodes
+/// with `fixed` places are held along all axes.
 pub(in crate::pfem2::solid) fn solid<const D: usize>(
     mesh: SolidMesh<D>,
     [density, young, poisson]: [f64; 3],
@@ -43,7 +44,8 @@ impl<const D: usize> SolidsAlone<D> {
         Self { structure, dt, theta, steps: 0, factor: None }
     }
 
-    /// Shares and weights of equal steps: the first of first order, the second without the second difference (theory (F.8), (F.15)).
+    /// Shares and weights of equal steps: the first of first order, the second without the second difference
+    /// (theory (F.8), (F.15)).
     fn shares(&self) -> (StepShares, [f64; 3]) {
         let (dt, theta) = (self.dt, self.theta);
         let part = 5.0 / 12.0 * (2.0 - 2.4 * theta);
@@ -80,7 +82,8 @@ impl<const D: usize> SolidsAlone<D> {
     }
 }
 
-/// A patch of distorted elements whose boundary follows a homogeneous deformation: so does the interior, without any force.
+/// A patch of distorted elements whose boundary follows a homogeneous deformation: so does the interior, without any
+/// force.
 fn patch<const D: usize>() {
     let mut mesh = SolidMesh::<D>::block(Vector::ZERO, Vector::splat(1.0), [2; D]).unwrap();
     let inside = |x: Vector<D>| x.0.iter().all(|x| *x > 0.0 && *x < 1.0);
@@ -111,7 +114,8 @@ fn timoshenko(length: f64, bending: f64, shear: f64) -> f64 {
     length.powi(4) / (8.0 * bending) + length.powi(2) / (2.0 * shear)
 }
 
-/// The continuum has −0.44 % with ν = 0.3, as its clamped end can't contract. Displacements alone would have −2.3 and −1.3 % here.
+/// The continuum has −0.44 % with ν = 0.3, as its clamped end can't contract. Displacements alone would have −2.3 and
+/// −1.3 % here.
 #[test]
 fn a_cantilever_bends_as_timoshenkos_beam() {
     for (counts, poisson) in [([5, 1], 0.3), ([10, 1], 0.3), ([10, 1], 0.45)] {
@@ -137,8 +141,9 @@ fn a_cantilever_in_space_bends_as_timoshenkos_beam() {
     assert!((tip / exact - 1.0).abs() < 0.005, "{}", tip / exact - 1.0);
 }
 
-/// A quarter of a thick ring under pressure p inside, in plane strain (Lamé): u_r = (1 + ν) p a² ((1 − 2ν) r + b²/r)/(E (b² − a²)), with
-/// a = 3 and b = 9 as of MacNeal & Harder (1985). Displacements alone would miss half of it for ν = 0.4999.
+/// A quarter of a thick ring under pressure p inside, in plane strain (Lamé): u_r = (1 + ν) p a² ((1 − 2ν) r + b²/r)/(E
+/// (b² − a²)), with a = 3 and b = 9 as of MacNeal & Harder (1985). Displacements alone would miss half of it for ν =
+/// 0.4999.
 #[test]
 fn a_thick_ring_of_nearly_incompressible_material_widens() {
     for poisson in [0.3, 0.49, 0.4999] {
@@ -275,7 +280,8 @@ fn supports_carry_and_bear() {
     assert!((u[0] - 0.2f64.sin()).abs() < 1e-4 && u[1] == 0.0, "{u:?}");
 }
 
-/// Damping in proportion to the stiffness leaves a free flight alone; that in proportion to the mass slows it by exp(−α t).
+/// Damping in proportion to the stiffness leaves a free flight alone; that in proportion to the mass slows it by exp(−α
+/// t).
 #[test]
 fn damping_of_rigid_motion_is_that_of_the_mass() {
     for (damping, left) in
@@ -291,7 +297,8 @@ fn damping_of_rigid_motion_is_that_of_the_mass() {
     }
 }
 
-/// Damping in proportion to the stiffness slows vibrations: the stretching of a spinning block fades, and its spin stays.
+/// Damping in proportion to the stiffness slows vibrations: the stretching of a spinning block fades, and its spin
+/// stays.
 #[test]
 fn damping_of_strain_leaves_the_spin() {
     let mut setup = spinning();

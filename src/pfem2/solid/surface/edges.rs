@@ -5,8 +5,11 @@ use super::{NodeWeights, SolidSurface, quadratic::line};
 use crate::math::Vector;
 use std::collections::BTreeMap;
 
-/// Cosine of the angle between the normals of two facets below which an edge lies between them.
-const FLAT: f64 = 0.866;
+/// Cosine of the angle between the normals of two facets below which an edge lies between them: 30° to four digits.
+const EDGE_COSINE: f64 = 0.866;
+
+/// The square of the cosine of 30°, for projections on normals of either sign.
+pub const EDGE_COSINE_SQUARED: f64 = 0.75;
 
 /// Distance of the middle of an edge from the line between its ends, over their distance, from which on it is curved.
 const CURVED: f64 = 1e-3;
@@ -35,7 +38,7 @@ pub struct EdgeEnd<const D: usize> {
 pub struct EdgePiece<const D: usize> {
     /// The three global nodes of the edge.
     nodes: [u32; 3],
-    /// Where it begins and ends.
+    /// Its two ends.
     pub ends: [EdgeEnd<D>; 2],
     /// Mean of the normals of the facets that meet there.
     pub normal: Vector<D>,
@@ -70,7 +73,7 @@ impl<const D: usize> SolidSurface<D> {
         let mut sides: Vec<([u32; 3], Vector<D>)> = self.facets.iter().flat_map(sides).collect();
         sides.sort_by_key(|(nodes, _)| *nodes);
         let edge = |group: &[([u32; 3], Vector<D>)]| match group {
-            [(nodes, first), (_, second)] if first.dot(*second) < FLAT => Some((*nodes, *first + *second)),
+            [(nodes, first), (_, second)] if first.dot(*second) < EDGE_COSINE => Some((*nodes, *first + *second)),
             _ => None,
         };
         let is_finite = |nodes: &[u32; 3]| nodes.iter().all(|&node| self.positions[node as usize].is_finite());
@@ -108,7 +111,8 @@ impl<const D: usize> SolidSurface<D> {
     }
 }
 
-/// The sides of a facet of 9 nodes, from the lower end to the higher, with the normal of the facet in their middle; none that are a point.
+/// The sides of a facet of 9 nodes, from the lower end to the higher, with the normal of the facet in their middle;
+/// none that are a point.
 fn sides<const D: usize>(facet: &SurfaceFacet<D>) -> Vec<([u32; 3], Vector<D>)> {
     let sides = [([0, 1, 2], [0.0, -1.0]), ([6, 7, 8], [0.0, 1.0]), ([0, 3, 6], [-1.0, 0.0]), ([2, 5, 8], [1.0, 0.0])];
     let side = |(nodes, middle): ([usize; 3], [f64; 2])| {

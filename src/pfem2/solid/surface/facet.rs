@@ -1,11 +1,11 @@
-//! The point of a quadratic facet that is nearest to a place.
+//! The point of a quadratic facet that is nearest to a place: ξ_c of theory (J.6), ξ_a of theory J.9.
 //!
 //! ```text
 //! min ½ |x(ξ) − p|²,  ξ ∈ [−1, 1]ᴰ⁻¹:   g_k = r·x_k,  H_kl = x_k·x_l + r·x_kl,   r = x(ξ) − p,  x_k = ∂x/∂ξ_k
 //! ```
 //!
-//! Newton's method in the coordinates that no bound holds, with x_k·x_l where H is not positive definite, from the nearest
-//! points of a grid on the facet.
+//! Newton's method in the coordinates that no bound holds, with x_k·x_l where H is not positive definite, from
+//! the nearest points of a grid on the facet.
 
 use super::quadratic::{bounds, line};
 use crate::math::Vector;
@@ -46,7 +46,7 @@ struct Jet<const D: usize> {
 }
 
 impl<const D: usize> SurfaceFacet<D> {
-    /// From its global nodes and the positions of all [m].
+    /// A facet from its global nodes and the positions of all [m].
     pub fn new(nodes: Vec<u32>, positions: &[Vector<D>]) -> Self {
         let mut x = [Vector::ZERO; 9];
         x.iter_mut().zip(&nodes).for_each(|(x, &node)| *x = positions[node as usize]);

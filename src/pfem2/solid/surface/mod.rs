@@ -5,8 +5,8 @@
 //! x = Σ_a N_a(ξ) x_a          weights N_a of the nodes at a point of a facet or of an element
 //! ```
 //!
-//! Boxes around facets and elements are kept in trees. The sign is that of (x − x_Γ)·n with the normal n of all facets which
-//! meet at x_Γ, so that it holds at corners, too.
+//! Boxes around facets and elements are kept in trees. The sign is that of (x − x_Γ)·n with the normal n of all facets
+//! which meet at x_Γ, so that it holds at corners, too.
 
 mod edges;
 mod facet;
@@ -20,7 +20,7 @@ pub(in crate::pfem2) mod tests;
 use super::mesh::{SolidMesh, element_nodes};
 use crate::math::Vector;
 use crate::parallel;
-pub use edges::EdgePiece;
+pub use edges::{EDGE_COSINE_SQUARED, EdgePiece};
 use facet::SurfaceFacet;
 pub(super) use feet::FacetFoot;
 use normals::Normals;
@@ -111,8 +111,8 @@ pub(super) struct NearestPoint<const D: usize> {
 }
 
 impl<const D: usize> SolidSurface<D> {
-    /// From the meshes of the solids, each with its first global node, and the positions of all global nodes [m]. Facets and
-    /// elements with a position that is not finite are left out.
+    /// The surface of the meshes of the solids, each with its first global node, and the positions of all global nodes
+    /// [m]. Facets and elements with a position that is not finite are left out.
     pub fn new(solids: &[(&SolidMesh<D>, u32)], positions: &[Vector<D>]) -> Self {
         let of = |(mesh, first): (&SolidMesh<D>, u32)| {
             let facet = |f: usize| {
@@ -142,7 +142,8 @@ impl<const D: usize> SolidSurface<D> {
         Self { facets, normals, solids: outlines, elements, element_boxes: boxes(0, hulls.into_iter()), positions }
     }
 
-    /// The nearest point of the surface to `x` [m], that of the solid with the least signed distance; `None` without solids.
+    /// The nearest point of the surface to `x` [m], that of the solid with the least signed distance; `None` without
+    /// solids.
     pub fn nearest(&self, x: Vector<D>) -> Option<ClosestPoint<D>> {
         let foot = self.foot(x)?;
         let NearestPoint { facet, local, position, distance, .. } = foot;
@@ -184,7 +185,8 @@ impl<const D: usize> SolidSurface<D> {
         (beyond <= BEYOND).then(|| weights(self.element(e), &local.0))
     }
 
-    /// True if the box around an element, or that around a solid without elements, widened by a `margin` [m], holds `x` [m]: elsewhere `x` is outside.
+    /// True if the box around an element, or that around a solid without elements, widened by a `margin` [m], holds `x`
+    /// [m]: elsewhere `x` is outside.
     pub fn is_near(&self, x: Vector<D>, margin: f64) -> bool {
         let around = || AABB::from_corners((x - Vector::splat(margin)).0, (x + Vector::splat(margin)).0);
         let is_near = |solid: &&SolidFacets<D>| solid.gap_squared(x) <= margin * margin * D as f64;
@@ -275,7 +277,8 @@ impl<const D: usize> SolidSurface<D> {
     }
 
     fn signed(&self, x: Vector<D>, facet: u32, local: [f64; 2], position: Vector<D>) -> f64 {
-        /// Sine of the angle between the way to the surface and the tangent plane, below which it doesn't tell the side.
+        /// Sine of the angle between the way to the surface and the tangent plane, below which it doesn't tell
+        /// the side.
         const UNCLEAR: f64 = 1e-8;
         let away = x - position;
         let distance = away.norm();

@@ -4,8 +4,8 @@
 //! line end in 2D   Σ n_f           edge of two patches   n_f + n_g           corner of patches   Σ α_f n_f
 //! ```
 //!
-//! α_f: angle of the patch at the corner. The vector from the nearest point of a closed surface to a place has a positive
-//! product with this normal if and only if the place is outside.
+//! α_f: angle of the patch at the corner. The vector from the nearest point of a closed surface to a place has
+//! a positive product with this normal if and only if the place is outside.
 
 use super::facet::SurfaceFacet;
 use crate::math::Vector;
@@ -16,9 +16,9 @@ const NONE: u32 = u32::MAX;
 /// Normals at corners, and facets on both sides of edges.
 #[derive(Debug, Clone)]
 pub struct Normals<const D: usize> {
-    /// By global node: the sum over facets with a corner there.
+    /// Sum over facets with a corner at each global node.
     corner: Vec<Vector<D>>,
-    /// By global node in the middle of an edge of patches: the patches that meet there.
+    /// Patches that meet at each global node in the middle of an edge.
     edge: Vec<[u32; 2]>,
 }
 
@@ -46,7 +46,7 @@ fn on_side(middle: usize, along: f64) -> [f64; 2] {
 }
 
 impl<const D: usize> Normals<D> {
-    /// For all facets; `nodes`: number of global nodes.
+    /// Normals of all facets; `nodes`: number of global nodes.
     pub fn new(facets: &[SurfaceFacet<D>], nodes: usize) -> Self {
         let mut made = Self { corner: vec![Vector::ZERO; nodes], edge: Vec::new() };
         if D == 3 {

@@ -1,0 +1,60 @@
+//! The choices of a run that all steps share, and the time of a step.
+
+use super::element::{Mass, Stabilisation};
+use crate::math::{Signal, Vector};
+use crate::pfem2::interface::Enrichment;
+use crate::pfem2::setup::FluidSetup;
+
+/// Time, step and implicit share of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeStep {
+    /// Time at its start [s].
+    pub t: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// Implicit share θ; 1: backward Euler.
+    pub theta: f64,
+}
+
+impl TimeStep {
+    /// Δ = θ Δt [s].
+    pub fn delta(&self) -> f64 {
+        self.theta * self.dt
+    }
+
+    /// Time at its end [s].
+    pub fn end(&self) -> f64 {
+        self.t + self.dt
+    }
+}
+
+/// Numbers that stay the same during a run.
+#[derive(Debug, Clone)]
+pub struct Physics<const D: usize> {
+    /// The fluids.
+    pub fluids: Vec<FluidSetup>,
+    /// Surface tension of pairs of fluids [N/m].
+    pub tension: Vec<([usize; 2], f64)>,
+    /// Body force per unit mass, a formula per axis [m/s²].
+    pub gravity: [Signal; D],
+    /// Mass matrix.
+    pub mass: Mass,
+    /// Stabilisation.
+    pub stabilisation: Stabilisation,
+    /// Enrichment of cut elements without surface tension.
+    pub enrichment: Enrichment,
+}
+
+impl<const D: usize> Physics<D> {
+    /// Gravity [m/s²], if it is the same everywhere and always.
+    pub fn steady_gravity(&self) -> Option<Vector<D>> {
+        let same = self.gravity.iter().all(|g| g.is_uniform() && g.is_steady());
+        same.then(|| Vector::from_fn(|i| self.gravity[i].value([0.0; 3], 0.0)))
+    }
+
+    /// Surface tension between two fluids [N/m].
+    pub(super) fn tension_between(&self, pair: [usize; 2]) -> f64 {
+        let same = |other: &[usize; 2]| *other == pair || *other == [pair[1], pair[0]];
+        self.tension.iter().find(|(other, _)| same(other)).map_or(0.0, |(_, tension)| *tension)
+    }
+}

@@ -1,0 +1,18 @@
+//! Contact of solids with walls, with each other, and with themselves (theory J.8, J.9, J.11).
+//!
+//! | | |
+//! |---|---|
+//! | `places` | places of the nodes in a step, and the areas of those on a surface |
+//! | `walls`, `between_solids` | where a solid meets a wall, another solid, or itself |
+//! | `force` | the force of one contact |
+//! | `unilateral` | which contacts of elastic solids push |
+//! | `impulses` | which contacts of rigid solids push, and with what friction |
+//! | `step` | the contacts of a step in its equations; impacts that it doesn't resolve |
+
+pub mod between_solids;
+pub mod force;
+mod impulses;
+mod places;
+pub(in crate::pfem2) mod step;
+mod unilateral;
+pub mod walls;

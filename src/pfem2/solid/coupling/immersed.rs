@@ -1,0 +1,188 @@
+//! The solids as the fixed mesh sees them: elements that they cover or cut, and their velocity at the nodes inside
+//! (theory J.2, J.3).
+
+use super::element::{CoupledElement, CutParts};
+use super::fluid_part::FluidPart;
+use super::trace::{CutMesh, TracePoint};
+use super::viscous::{CutForces, cut_forces};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::parallel;
+use crate::pfem2::boundary::Constraints;
+use crate::pfem2::equations::element::{Content, Equations};
+use crate::pfem2::interface::{Medium, share};
+use crate::pfem2::solid::cut::{ElementState, FluidSimplex, SolidCut, Vertex};
+use crate::pfem2::solid::equations::SolidEquations;
+use std::collections::BTreeMap;
+
+/// Solids in the mesh of the fluid.
+#[derive(Debug, Clone)]
+pub struct Immersed<const D: usize, const N: usize> {
+    /// The mesh cut by their surfaces.
+    pub cut: SolidCut<D, N>,
+    /// Points of the surface in each cut element, in their order.
+    pub traces: Vec<Vec<TracePoint<D, N>>>,
+    /// Equations of the cut elements, in their order.
+    pub elements: Vec<CoupledElement<D, N>>,
+    /// Velocity of the nodes of all solids at the end of the last step [m/s]: the unknowns, axis by axis.
+    pub velocity: Vec<f64>,
+    /// The independent ones of these; before the system is solved, their guess.
+    pub independent: Vec<f64>,
+    /// Their convected velocity v̂ [m/s].
+    pub velocity_hat: Vec<Vector<D>>,
+    /// Their equations, without what the fluid adds; none before the first step.
+    pub equations: Option<SolidEquations>,
+}
+
+impl<const D: usize, const N: usize> Immersed<D, N> {
+    /// Solids whose nodes have this velocity and convected velocity [m/s], and these equations.
+    pub fn new(
+        CutMesh { cut, trace }: CutMesh<D, N>,
+        velocity: &[Vector<D>],
+        velocity_hat: Vec<Vector<D>>,
+        equations: Option<SolidEquations>,
+    ) -> Self {
+        let velocity = velocity.iter().flat_map(|v| v.0).collect();
+        let guess = equations.iter().flat_map(|equations| equations.velocities.guess());
+        let traces = trace.by_element(cut.elements.len());
+        Self {
+            cut,
+            traces,
+            elements: Vec::new(),
+            velocity,
+            independent: guess.copied().collect(),
+            velocity_hat,
+            equations,
+        }
+    }
+
+    /// True for places of an element that belong to the fluid, by the distance of its nodes to the surface.
+    #[inline]
+    pub fn is_fluid(&self, mesh: &Mesh<D, N>, element: usize, shape: &[f64; N]) -> bool {
+        match self.cut.state[element] {
+            ElementState::Fluid => true,
+            ElementState::Solid => false,
+            ElementState::Cut(_) => {
+                let distance = mesh.elements()[element].map(|node| self.cut.distance[node as usize]);
+                distance.iter().zip(shape).filter(|(_, n)| **n != 0.0).map(|(d, n)| d * n).sum::<f64>() > 0.0
+            }
+        }
+    }
+
+    /// True for elements that hold fluid.
+    pub(in crate::pfem2::solid) fn has_fluid(&self, element: usize) -> bool {
+        !matches!(self.cut.state[element], ElementState::Solid)
+    }
+
+    /// Makes the equations of the cut elements, given what fills each.
+    pub fn fill(&mut self, mesh: &Mesh<D, N>, equations: &Equations, fluids: &[FluidPart<D, N>]) {
+        let SolidCut { elements, points, .. } = &self.cut;
+        let hat = &self.velocity_hat;
+        self.elements = parallel::collect(elements.len(), 16, |place| {
+            let own = CutParts { cut: &elements[place], trace: &self.traces[place], points };
+            CoupledElement::new(mesh, &own, &fluids[place], equations, hat)
+        });
+    }
+
+    /// Viscous forces of a medium in the fluid part of a cut element on its nodes, at these nodal velocities [m/s] and
+    /// that of the solids at the end of the last step.
+    pub fn viscous_forces(
+        &self,
+        mesh: &Mesh<D, N>,
+        place: usize,
+        medium: Medium,
+        velocity: &[Vector<D>],
+    ) -> CutForces<D, N> {
+        let SolidCut { elements, points, .. } = &self.cut;
+        cut_forces(mesh, &elements[place], points, medium, [&|i| velocity[i], &|a| self.velocity_of(a)])
+    }
+
+    /// Leaves in the content of an element what its fluid part holds.
+    pub fn reduce(&self, element: usize, content: &mut Content<N>) {
+        match self.cut.state[element] {
+            ElementState::Fluid => {}
+            ElementState::Solid => {
+                *content = Content { mass: [0.0; N], viscosity: 0.0, volume_over_density: 0.0, ..*content }
+            }
+            ElementState::Cut(place) => *content = self.elements[place as usize].content,
+        }
+    }
+
+    /// Prescribes what no equation tells: velocities of nodes inside, pressures of nodes without fluid, of their own
+    /// side of an interface, around them. `base` are the prescribed unknowns of the boundary.
+    pub fn constrain(&self, mesh: &Mesh<D, N>, base: &[u8], constraints: &mut Constraints<D, N>) {
+        constraints.mask.copy_from_slice(base);
+        for inside in &self.cut.inside {
+            let node = inside.node as usize;
+            let is_tied = |e: &u32| self.ties(*e as usize, &mesh.elements()[*e as usize], inside.node);
+            let dry = !mesh.elements_around(node).iter().any(is_tied);
+            let new = ((1 << D) - 1) | u8::from(dry) << D;
+            for k in (0..N).filter(|k| new & !base[node] & (1 << k) != 0) {
+                constraints.value[node][k] = 0.0;
+            }
+            constraints.mask[node] |= new;
+        }
+    }
+
+    /// True if the pressure of a node acts in an element.
+    fn ties(&self, element: usize, nodes: &[u32; N], node: u32) -> bool {
+        match self.cut.state[element] {
+            ElementState::Fluid => true,
+            ElementState::Solid => false,
+            ElementState::Cut(place) => {
+                let own = &self.elements[place as usize];
+                nodes.iter().zip(own.tied).any(|(&other, tied)| other == node && tied)
+            }
+        }
+    }
+
+    /// Sets the velocity of nodes inside to that of the solid there [m/s]; where the fluid glides along the surface,
+    /// with what it glides at the nodes outside, in the mean over the cut edges.
+    pub fn extend(&self, solid: impl Fn(usize) -> Vector<D>, nodal: &mut [Vector<D>]) {
+        for inside in &self.cut.inside {
+            nodal[inside.node as usize] = inside.weights.iter().map(|&(a, w)| solid(a as usize) * w).sum();
+        }
+        let mut gliding: BTreeMap<u32, (Vector<D>, f64)> = BTreeMap::new();
+        for point in &self.cut.points {
+            let Some((along, [outside, inside])) = point.shares().node.zip(point.edge) else { continue };
+            let (sum, count) = gliding.entry(inside).or_default();
+            *sum += along.apply(nodal[outside as usize] - nodal[inside as usize]);
+            *count += 1.0;
+        }
+        gliding.into_iter().for_each(|(inside, (sum, count))| nodal[inside as usize] += sum / count);
+    }
+
+    /// Mean over the fluid of a cut element of what velocities of nodes have gained on v̂ [m/s], where those
+    /// of the mesh have `gained`; zero without fluid.
+    pub fn mean_of_fluid(&self, element: usize, gained: &dyn Fn(usize) -> Vector<D>) -> Vector<D> {
+        let ElementState::Cut(place) = self.cut.state[element] else { return Vector::ZERO };
+        let own = &self.cut.elements[place as usize];
+        let of_solid = |a: usize| self.velocity_of(a) - self.velocity_hat[a];
+        let at = |vertex: Vertex| match vertex {
+            Vertex::Node(k) => gained(own.nodes[usize::from(k)] as usize),
+            Vertex::Point(k) => self.cut.points[own.points[usize::from(k)] as usize].velocity(gained, &of_solid),
+        };
+        let part = |(part, shape): (&FluidSimplex<N>, &[[f64; N]; N])| {
+            part.vertices.map(at).into_iter().sum::<Vector<D>>() * (share(shape) / N as f64)
+        };
+        let sum = own.parts.iter().zip(&own.shapes).map(part).sum::<Vector<D>>();
+        if own.share > 0.0 { sum / own.share } else { Vector::ZERO }
+    }
+
+    /// Velocity of a node of a solid at the end of the last step [m/s].
+    pub fn velocity_of(&self, node: usize) -> Vector<D> {
+        Vector::from_fn(|r| self.velocity[node * D + r])
+    }
+
+    /// Forces of the fluid on the nodes of solids [N], where the nodes of the mesh have the unknowns `x`.
+    pub fn forces(&self, mesh: &Mesh<D, N>, x: &[[f64; N]]) -> Vec<Vector<D>> {
+        let mut forces = vec![Vector::ZERO; self.velocity_hat.len()];
+        for element in &self.elements {
+            let own = mesh.elements()[element.element as usize].map(|node| x[node as usize]);
+            for (place, &a) in element.solid.iter().enumerate() {
+                forces[a as usize] += element.force(place, &own, &self.velocity);
+            }
+        }
+        forces
+    }
+}

@@ -1,0 +1,126 @@
+//! The nodes of the fluid that viscosity ties to the surface of solids (theory (J.10b)).
+//!
+//! ```text
+//! [ S   F_t  ] [y]   [r_S]
+//! [ E_t A_tt ] [δ] = [r_t]        t: velocities of the nodes i with Σ_a |E_ia| > A_ii/4
+//! ```
+//!
+//! A cut point close to a node makes both move as one, whatever the fluid around them does: neither the preconditioner
+//! of the fluid, for which solids stand still, nor S knows that. Here both are solved with one sparse factor.
+
+use super::node_coupling::NodeCoupling;
+use crate::linalg::{BlockMatrix, SparseFactor, SparseMatrix};
+use crate::pfem2::solid::equations::independent::IndependentVelocities;
+
+/// Share of a node's diagonal that solids have, above which the node is solved with them.
+const NEAR: f64 = 0.25;
+
+/// The border with its near nodes.
+pub struct NearNodes {
+    /// The nodes, ascending.
+    pub nodes: Vec<u32>,
+    factor: SparseFactor,
+    work: Vec<f64>,
+    solution: Vec<f64>,
+}
+
+impl NearNodes {
+    /// The near nodes, from the matrix of a border, the blocks that couple it to the fluid, and the matrix
+    /// of the fluid. `None` if it is singular.
+    pub fn new<const D: usize, const N: usize>(
+        border: &SparseMatrix,
+        couplings: &[NodeCoupling<D, N>],
+        velocities: &IndependentVelocities,
+        fluid: &BlockMatrix<N>,
+    ) -> Option<Self> {
+        let nodes = near(couplings, fluid);
+        let place = |node: u32| nodes.binary_search(&node).ok();
+        let unknown = |place: usize, axis: usize| (border.rows() + place * D + axis) as u32;
+        let mut entries: Vec<(u32, u32, f64)> = border.triplets().collect();
+        for (row, &node) in nodes.iter().enumerate() {
+            for entry in fluid.pattern.row(node as usize) {
+                let Some(column) = place(fluid.pattern.columns()[entry]) else { continue };
+                let block = &fluid.values[entry];
+                entries.extend((0..D * D).map(|k| (unknown(row, k / D), unknown(column, k % D), block[k / D][k % D])));
+            }
+        }
+        for (coupling, own) in couplings.iter().filter_map(|coupling| Some((coupling, place(coupling.node)?))) {
+            for (column, &a) in coupling.solid.iter().enumerate() {
+                for (r, s) in (0..D * D).map(|k| (k / D, k % D)) {
+                    let (e, f) = (coupling.to_fluid[column][r][s], coupling.to_solid[column][s][r]);
+                    for (w, share) in velocities.row(a as usize * D + s) {
+                        entries.extend([(unknown(own, r), w, e * share), (w, unknown(own, r), f * share)]);
+                    }
+                }
+            }
+        }
+        let unknowns = border.rows() + nodes.len() * D;
+        let factor = SparseFactor::new(&SparseMatrix::from_triplets(unknowns, entries))?;
+        Some(Self { nodes, factor, work: vec![0.0; unknowns], solution: vec![0.0; unknowns] })
+    }
+
+    /// Solves for the velocities of the near nodes and of the border, from the residuals of their rows.
+    pub fn solve<const N: usize>(&mut self, near: &mut [[f64; N]], own: &mut [f64]) {
+        let (border, velocities) = self.work.split_at_mut(own.len());
+        border.copy_from_slice(own);
+        velocities.chunks_exact_mut(N - 1).zip(&*near).for_each(|(v, near)| v.copy_from_slice(&near[..N - 1]));
+        self.factor.solve(&self.work, &mut self.solution);
+        let (border, velocities) = self.solution.split_at(own.len());
+        own.copy_from_slice(border);
+        for (near, v) in near.iter_mut().zip(velocities.chunks_exact(N - 1)) {
+            near[..N - 1].copy_from_slice(v);
+            near[N - 1] = 0.0;
+        }
+    }
+}
+
+/// The nodes near the border, ascending.
+fn near<const D: usize, const N: usize>(couplings: &[NodeCoupling<D, N>], fluid: &BlockMatrix<N>) -> Vec<u32> {
+    let is_near = |coupling: &&NodeCoupling<D, N>| {
+        let diagonal = &fluid.values[fluid.pattern.diagonal(coupling.node as usize)];
+        (0..D).any(|r| {
+            let share: f64 = coupling.to_fluid.iter().flat_map(|block| block[r]).map(f64::abs).sum();
+            share > NEAR * diagonal[r][r]
+        })
+    };
+    couplings.iter().filter(is_near).map(|coupling| coupling.node).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::Pattern;
+    use std::sync::Arc;
+
+    /// A node of the fluid with the diagonal a, tied by k to a node of a solid with the diagonal s, along each axis
+    /// alone: s y − k δ = r, a δ − k y = q. Another node is hardly tied.
+    #[test]
+    fn a_node_at_the_surface_moves_with_the_solid_as_by_hand() {
+        let [s, a, k] = [5.0, 8.0, 6.0];
+        let pattern = Arc::new(Pattern::new(3, &[[0u32, 1, 2]]));
+        let mut fluid = BlockMatrix::<3>::zeros(pattern.clone());
+        (0..3).for_each(|node| (0..2).for_each(|axis| fluid.values[pattern.diagonal(node)][axis][axis] = a));
+        let coupling = |node: u32, k: f64| NodeCoupling::<2, 3> {
+            node,
+            solid: vec![0],
+            to_fluid: vec![[[-k, 0.0], [0.0, -k], [0.0; 2]]],
+            to_solid: vec![[[-k, 0.0, 0.0], [0.0, -k, 0.0]]],
+        };
+        let couplings = [coupling(1, k), coupling(2, 0.1)];
+        let border = SparseMatrix::from_triplets(2, vec![(0, 0, s), (1, 1, s)]);
+        let mut velocities = IndependentVelocities::default();
+        let first = velocities.add(&[0.0, 0.0]);
+        (0..2).for_each(|axis| velocities.push(&[(first + axis, 1.0)], 0.0));
+        let mut nodes = NearNodes::new(&border, &couplings, &velocities, &fluid).unwrap();
+        assert_eq!(nodes.nodes, [1]);
+        let (mut near, mut own) = ([[1.0, 2.0, 7.0]], [3.0, 4.0]);
+        nodes.solve(&mut near, &mut own);
+        for axis in 0..2 {
+            let (q, r) = ([1.0, 2.0][axis], [3.0, 4.0][axis]);
+            let y = (r + k / a * q) / (s - k * k / a);
+            assert!((own[axis] - y).abs() < 1e-13, "{own:?}");
+            assert!((near[0][axis] - (q + k * y) / a).abs() < 1e-13, "{near:?}");
+        }
+        assert_eq!(near[0][2], 0.0);
+    }
+}

@@ -1,0 +1,38 @@
+//! Viscous forces in the fluid part of a cut element, for the consistent stabilisation (theory F.7.2, J.3).
+
+use super::fluid_part::{PartGeometry, parts};
+use crate::math::Vector;
+use crate::mesh::Mesh;
+use crate::pfem2::equations::element::viscous_forces;
+use crate::pfem2::interface::Medium;
+use crate::pfem2::solid::cut::{CutBySolid, CutPoint};
+
+/// Viscous force on each node of an element [N], and its share of the mass of the fluid there [kg].
+pub type CutForces<const D: usize, const N: usize> = [(Vector<D>, f64); N];
+
+/// Viscous forces of the fluid part of a cut element on the nodes of the element; `velocity` [m/s] of these and
+/// of nodes of solids.
+pub fn cut_forces<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    cut: &CutBySolid<N>,
+    points: &[CutPoint<D>],
+    medium: Medium,
+    velocity: [&dyn Fn(usize) -> Vector<D>; 2],
+) -> CutForces<D, N> {
+    let own: Vec<&CutPoint<D>> = cut.points.iter().map(|&point| &points[point as usize]).collect();
+    let [of_node, of_solid] = velocity;
+    let nodes = &mesh.elements()[cut.element as usize];
+    let mut sum = [(Vector::ZERO, 0.0); N];
+    for PartGeometry { simplex, vertices, .. } in parts(mesh, cut, &own, &[1.0; N]) {
+        let at = |k: usize| match nodes.get(k) {
+            Some(&node) => of_node(node as usize),
+            None => own[k - N].velocity(of_node, of_solid),
+        };
+        let forces = viscous_forces(&simplex, medium.viscosity, &vertices.map(at));
+        for (&k, force) in vertices.iter().zip(forces).filter(|(k, _)| **k < N) {
+            sum[k].0 += force;
+            sum[k].1 += medium.density * simplex.volume / N as f64;
+        }
+    }
+    sum
+}

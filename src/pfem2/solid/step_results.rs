@@ -1,0 +1,52 @@
+//! Results of a step of the solids: forces on them, energies, and how well it was solved.
+
+use super::contact::step::ContactForces;
+use crate::math::Vector;
+use crate::pfem2::report::moments::Moments;
+use crate::pfem2::report::solids::SolidEnergies;
+use crate::pfem2::time::history::StepShares;
+
+/// Results of a step.
+#[derive(Debug, Clone, Default)]
+pub(in crate::pfem2) struct SolidStep<const D: usize> {
+    /// Last predicted displacement u* [m]: the surface that cut the mesh.
+    pub predicted: Vec<Vector<D>>,
+    /// Forces of the fluid on each node of the solids at its end [N].
+    pub nodal: Vec<Vector<D>>,
+    /// Moments of the forces of the fluid on each solid, about their points.
+    pub moments: Moments,
+    /// Forces of the fluid on each solid at its end [N].
+    pub forces: Vec<Vector<D>>,
+    /// Forces of the fluid at the end of the step before [N].
+    pub forces_earlier: Vec<Vector<D>>,
+    /// Means of these forces over the step, with the shares that it takes of each time [N].
+    pub forces_mean: Vec<Vector<D>>,
+    /// Normal forces of contacts at its end [N].
+    pub contact_forces: ContactForces<D>,
+    /// Energies at its end, and powers from outside.
+    pub energies: SolidEnergies,
+    /// Force that quasi-static solids were off balance by at its end, over the largest.
+    pub imbalance: f64,
+    /// Distance of the surface from its first prediction, in elements.
+    pub prediction_error: f64,
+    /// Number of its solutions (theory (J.3a)).
+    pub solutions: usize,
+    /// Distance by which the last solution of a step moved elastic solids, in elements, if that is too much; else zero.
+    pub last_correction: f64,
+    /// True if contacts of elastic solids pulled, or lacked, when it was solved for the last time.
+    pub has_wrong_contacts: bool,
+    /// Steps that solids make by backward Euler from now on (theory J.8).
+    pub backward_steps: usize,
+}
+
+impl<const D: usize> SolidStep<D> {
+    /// Takes the forces at the end of a step with its `shares` [N].
+    pub(super) fn add_forces(&mut self, now: Vec<Vector<D>>, shares: StepShares) {
+        let all = self.forces_earlier.iter().zip(&self.forces).zip(&now);
+        let mean = |((f0, f1), f2): ((&Vector<D>, &Vector<D>), &Vector<D>)| {
+            *f0 * shares.earlier + *f1 * shares.start + *f2 * shares.end
+        };
+        self.forces_mean = all.map(mean).collect();
+        self.forces_earlier = std::mem::replace(&mut self.forces, now);
+    }
+}

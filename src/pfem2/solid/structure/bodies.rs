@@ -1,0 +1,114 @@
+//! The solids of a structure one by one, for outputs and sums.
+
+use super::{Prediction, Structure};
+use crate::math::{Signal, Vector};
+use crate::pfem2::equations::system::TimeStep;
+use crate::pfem2::solid::equations::SolidEquations;
+use crate::pfem2::solid::mesh::{SolidMesh, element_nodes};
+use std::ops::Range;
+
+/// A solid of a structure.
+pub struct SolidBody<'a, const D: usize> {
+    /// Name.
+    pub name: &'a str,
+    /// Mesh.
+    pub mesh: &'a SolidMesh<D>,
+    /// Displacement of its nodes [m].
+    pub displacement: &'a [Vector<D>],
+    /// Velocity of its nodes [m/s].
+    pub velocity: &'a [Vector<D>],
+}
+
+/// Powers on solids [W].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(in crate::pfem2::solid) struct SolidPowers {
+    /// Power of gravity.
+    pub gravity: f64,
+    /// Power of supports, contacts and loads, less that of damping.
+    pub supports: f64,
+}
+
+/// The solution of a step.
+pub(in crate::pfem2::solid) struct SolvedStep<'a, const D: usize> {
+    /// Equations of the solids.
+    pub equations: &'a SolidEquations,
+    /// Velocities of all nodes, axis by axis [m/s].
+    pub velocity: &'a [f64],
+    /// The independent ones of these.
+    pub independent: &'a [f64],
+    /// Forces of the fluid on nodes [N].
+    pub fluid: &'a [Vector<D>],
+}
+
+impl<const D: usize> SolidBody<'_, D> {
+    /// Places of its nodes [m].
+    pub fn positions(&self) -> Vec<Vector<D>> {
+        self.mesh.nodes.iter().zip(self.displacement).map(|(x, u)| *x + *u).collect()
+    }
+}
+
+/// Quadrilaterals that show the elements of a mesh in 2D, four to each, and its surface in 3D, four to each facet.
+pub fn quadrilaterals<const D: usize>(mesh: &SolidMesh<D>) -> Vec<[u32; 4]> {
+    let four =
+        |nodes: &[u32]| [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]].map(|quad| quad.map(|a| nodes[a]));
+    match element_nodes::<D>() {
+        9 => mesh.elements.iter().flat_map(|nodes| four(nodes)).collect(),
+        _ => mesh.facets.iter().flat_map(|facet| four(&facet.nodes)).collect(),
+    }
+}
+
+impl<const D: usize> Structure<D> {
+    /// The solids.
+    pub fn bodies(&self) -> impl Iterator<Item = SolidBody<'_, D>> {
+        self.setups().iter().enumerate().map(|(solid, setup)| {
+            let own = self.nodes_of(solid);
+            SolidBody {
+                name: &setup.name,
+                mesh: &setup.mesh,
+                displacement: &self.state.displacement[own.clone()],
+                velocity: &self.state.velocity[own],
+            }
+        })
+    }
+
+    /// The nodes of a solid among those of all.
+    pub(in crate::pfem2) fn nodes_of(&self, solid: usize) -> Range<usize> {
+        let (mesh, first) = self.meshes()[solid];
+        first as usize..first as usize + mesh.nodes.len()
+    }
+
+    /// The solid of a node.
+    pub(in crate::pfem2::solid) fn solid_of(&self, node: usize) -> usize {
+        self.meshes().iter().rposition(|&(_, first)| first as usize <= node).unwrap_or(0)
+    }
+
+    /// Sums over the nodes of each solid.
+    pub fn sums(&self, nodal: &[Vector<D>]) -> Vec<Vector<D>> {
+        (0..self.setups().len()).map(|solid| nodal[self.nodes_of(solid)].iter().copied().sum()).collect()
+    }
+
+    /// Powers at the end of a step. Supports, contacts and loads give what the equations lack of the forces
+    /// of the fluid.
+    pub(in crate::pfem2::solid) fn powers(
+        &self,
+        step: TimeStep,
+        prediction: &Prediction<D>,
+        solved: &SolvedStep<'_, D>,
+        gravity: &[Signal; D],
+    ) -> SolidPowers {
+        let &SolvedStep { equations, velocity, independent, fluid } = solved;
+        let at = |x: Vector<D>| Vector::from_fn(|i| gravity[i].value(x.to3(), step.end()));
+        let forces = |gravity: &dyn Fn(Vector<D>) -> Vector<D>| {
+            self.external_forces(step.end(), &prediction.displacement, gravity)
+        };
+        let (loads, all) = (forces(&|_| Vector::ZERO), forces(&at));
+        let missing = equations.missing(velocity);
+        let of_node = |a: usize| Vector::from_fn(|axis| velocity[a * D + axis]);
+        let way = self.way(prediction, |a| prediction.displacement_hat[a] + of_node(a) * step.delta());
+        let followed = self.pressure_changes(step.end(), prediction, &way);
+        let supports = |k: usize| missing[k] - fluid[k / D][k % D] + loads[k] + followed[k / D][k % D];
+        let power = |force: &dyn Fn(usize) -> f64| (0..loads.len()).map(|k| force(k) * velocity[k]).sum::<f64>();
+        let inertia = self.rigid_power(step.delta(), prediction, independent);
+        SolidPowers { gravity: power(&|k| all[k] - loads[k]), supports: power(&supports) + inertia }
+    }
+}

@@ -1,0 +1,122 @@
+//! Natural modes of solids without a fluid: K x = ω² M x in the reference state (theory J.15).
+
+use super::Structure;
+use crate::linalg::{SparseMatrix, lowest_modes};
+use crate::math::{Tensor, Vector};
+use crate::pfem2::solid::equations::{IndependentInertia, LinearForces, SolidEquations};
+use std::f64::consts::TAU;
+
+/// Unknowns up to which modes are found in little time.
+const UNKNOWNS: usize = 40_000;
+
+/// ω² over that of the highest of the modes that were found below which a motion is a free one.
+const FREE: f64 = 1e-6;
+
+/// A mode of the solids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NaturalMode {
+    /// The solid that has most of its kinetic energy.
+    pub solid: usize,
+    /// Its period [s]; infinite for a motion without stiffness.
+    pub period: f64,
+}
+
+impl<const D: usize> Structure<D> {
+    /// The slowest modes of elastic solids, without a fluid and with rigid solids at rest, the slowest first; none
+    /// where there are too many unknowns for it, or an element is folded.
+    pub fn natural_modes(&self, count: usize) -> Vec<NaturalMode> {
+        let velocities = self.independent_at_rest();
+        if velocities.count() == 0 || velocities.count() > UNKNOWNS {
+            return Vec::new();
+        }
+        let reduced = |matrix: SparseMatrix, linear: LinearForces| {
+            let rhs = vec![0.0; matrix.rows()];
+            let (inertia, velocities) = (IndependentInertia::default(), velocities.clone());
+            SolidEquations { matrix, rhs: rhs.clone(), linear, inertia, velocities }.independent(Vec::new(), &rhs).0
+        };
+        let Some(stiffness) = self.reference_stiffness() else { return Vec::new() };
+        let mut springs = LinearForces::default();
+        let rest = vec![Vector::ZERO; self.node_count()];
+        self.springs.visit(&rest, |k, stiffness, _| springs.entries.push((k, k, stiffness)));
+        let (stiffness, mass) =
+            (reduced(stiffness, springs), reduced(self.nodal_mass_matrix(), LinearForces::default()));
+        let modes = lowest_modes(&stiffness, &mass, count).unwrap_or_default();
+        let highest = modes.last().map_or(0.0, |mode| mode.eigenvalue);
+        let period =
+            |eigenvalue: f64| if eigenvalue > FREE * highest { TAU / eigenvalue.sqrt() } else { f64::INFINITY };
+        let mode = |mode: &crate::linalg::Mode| NaturalMode {
+            solid: self.most_moved(&velocities.added(&mode.vector)),
+            period: period(mode.eigenvalue),
+        };
+        modes.iter().map(mode).collect()
+    }
+
+    /// K in the reference state; `None` where an element is folded.
+    fn reference_stiffness(&self) -> Option<SparseMatrix> {
+        let mut matrix = self.zero_matrix();
+        let rest = vec![Vector::ZERO; self.node_count()];
+        let added = self.visit(&rest, |_, nodes, forces| {
+            for (a, &row) in nodes.iter().enumerate() {
+                for (b, &column) in nodes.iter().enumerate() {
+                    self.add_block(&mut matrix, (row, column), &forces.tangent(a, b));
+                }
+            }
+        });
+        added.ok().map(|()| matrix)
+    }
+
+    /// M of all unknowns of the nodes.
+    fn nodal_mass_matrix(&self) -> SparseMatrix {
+        let mut matrix = self.zero_matrix();
+        for (row, column, mass) in self.mass.triplets() {
+            self.add_block(&mut matrix, (row, column), &(Tensor::identity() * mass));
+        }
+        matrix
+    }
+
+    /// The solid with most of the kinetic energy at these nodal velocities.
+    fn most_moved(&self, velocity: &[f64]) -> usize {
+        let nodal: Vec<Vector<D>> = velocity.chunks_exact(D).map(|v| Vector::from_fn(|axis| v[axis])).collect();
+        let momentum = self.weighted_by_mass(&nodal);
+        let energy: Vec<f64> = momentum.iter().zip(velocity).map(|(p, v)| p * v).collect();
+        let of = |(mesh, first): (&crate::pfem2::solid::mesh::SolidMesh<D>, u32)| {
+            energy[first as usize * D..][..mesh.nodes.len() * D].iter().sum::<f64>()
+        };
+        let energies: Vec<f64> = self.meshes().into_iter().map(of).collect();
+        (0..energies.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b]).then(b.cmp(&a))).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::Vector;
+    use crate::pfem2::solid::mesh::SolidMesh;
+    use crate::pfem2::solid::structure::Structure;
+    use crate::pfem2::solid::structure::tests::solid;
+    use std::f64::consts::{PI, TAU};
+
+    /// A bar with ν = 0 that slides between walls: ω = (2 k − 1) π c/(2 l); one that is free moves without stiffness
+    /// first.
+    #[test]
+    fn a_bar_has_its_periods() {
+        let (length, young, density) = (2.0, 3e6, 1200.0);
+        let mesh = || SolidMesh::block(Vector::ZERO, Vector([length, 0.1]), [24, 1]).unwrap();
+        let mut bar = solid(mesh(), [density, young, 0.0], |x| x[0] == 0.0);
+        let nodes = (0..bar.mesh.nodes.len() as u32).collect();
+        let guide = crate::pfem2::solid::setup::HeldNodes { nodes, velocity: [None, Some(crate::math::Signal::ZERO)] };
+        bar.held.push(guide.clone());
+        let speed = (young / density).sqrt();
+        let found = Structure::new(vec![bar]).unwrap().natural_modes(3);
+        for (k, mode) in found.iter().enumerate() {
+            let exact = TAU / ((2 * k + 1) as f64 * PI * speed / (2.0 * length));
+            assert!((mode.period / exact - 1.0).abs() < 1e-4, "{k}: {} {exact}", mode.period);
+        }
+        let mut free = solid(mesh(), [density, young, 0.0], |_| false);
+        free.held = vec![guide];
+        let found = Structure::new(vec![free]).unwrap().natural_modes(2);
+        assert!(
+            found[0].period.is_infinite() && (found[1].period * speed / (2.0 * length) - 1.0).abs() < 1e-4,
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,70 @@
+//! The prediction of a step's end, and that of a step that is solved anew (theory (J.1), (J.3), (J.3a)).
+
+use super::constrained::held_axes;
+use super::{Prediction, SolidState, Structure};
+use crate::error::StepError;
+use crate::math::Vector;
+use crate::pfem2::time::history::StepShares;
+
+impl<const D: usize> Structure<D> {
+    /// Predicts the end of a step at `t_end` [s], where v* has these weights of vⁿ, vⁿ⁻¹ and vⁿ⁻²
+    /// (theory (F.8), (F.15)). Prescribed nodes are where they will be.
+    ///
+    /// # Errors
+    /// Supports that a rigid solid can't follow.
+    pub(in crate::pfem2) fn predict(
+        &self,
+        t_end: f64,
+        shares: StepShares,
+        weights: [f64; 3],
+    ) -> Result<Prediction<D>, StepError> {
+        let StepShares { dt, end, start, earlier } = shares;
+        let SolidState { displacement: u, velocity: v, velocity_previous, velocity_earlier, .. } = &self.state;
+        let SolidState { acceleration: a, acceleration_previous, .. } = &self.state;
+        let hat = |x: &[Vector<D>], now: &[Vector<D>], before: &[Vector<D>]| -> Vec<Vector<D>> {
+            let all = x.iter().zip(now).zip(before);
+            all.map(|((x, now), before)| *x + (*now * start + *before * earlier) * dt).collect()
+        };
+        let displacement_hat = hat(u, v, velocity_previous);
+        let velocity_hat = hat(v, a, acceleration_previous);
+        let earlier_steps = velocity_previous.iter().zip(velocity_earlier);
+        let all = u.iter().zip(v).zip(earlier_steps);
+        let predicted = |((u, v), (previous, earlier)): ((&Vector<D>, &Vector<D>), (&Vector<D>, &Vector<D>))| {
+            *u + (*v * weights[0] + *previous * weights[1] + *earlier * weights[2]) * dt
+        };
+        let mut displacement: Vec<Vector<D>> = all.map(predicted).collect();
+        let held = self.held_velocities(t_end);
+        let supported = |node: usize, axis: usize, velocity: f64| displacement_hat[node][axis] + end * dt * velocity;
+        for (unknown, velocity) in held.iter().enumerate() {
+            if let Some(velocity) = velocity {
+                displacement[unknown / D][unknown % D] = supported(unknown / D, unknown % D, *velocity);
+            }
+        }
+        let rigid = self.predict_rigid(t_end, shares, weights, &|body| {
+            held_axes::<D>(body, &held, |unknown, velocity| supported(unknown / D, unknown % D, velocity))
+        })?;
+        self.place_rigid(&mut displacement, |k| (rigid[k].displacement, rigid[k].rotation));
+        self.ties.follow(&mut displacement);
+        let guess: Vec<Vector<D>> = velocity_hat.iter().zip(a).map(|(hat, a)| *hat + *a * (end * dt)).collect();
+        let velocities = self.independent(&held, &guess, &rigid);
+        Ok(Prediction { displacement_hat, velocity_hat, displacement, found: None, rigid, velocities })
+    }
+
+    /// The prediction with the displacement û + Δ v to which the independent velocities that were found about it lead
+    /// elastic solids, with their bonds; rigid ones stay where they were predicted.
+    pub(in crate::pfem2::solid) fn corrected(
+        &self,
+        delta: f64,
+        prediction: &Prediction<D>,
+        w: &[f64],
+    ) -> Prediction<D> {
+        let nodal = prediction.velocities.nodal(w);
+        let mut displacement = prediction.displacement.clone();
+        for node in (0..self.node_count()).filter(|&node| self.is_elastic(node as u32)) {
+            let velocity = Vector::from_fn(|axis| nodal[node * D + axis]);
+            displacement[node] = prediction.displacement_hat[node] + velocity * delta;
+        }
+        let correction = displacement.iter().zip(&prediction.displacement).map(|(u, last)| *u - *last).collect();
+        Prediction { displacement, found: Some(correction), ..prediction.clone() }
+    }
+}

@@ -1,0 +1,112 @@
+//! Sums over solids: mass, momentum, energies, volume, and the stress at their Gauss points.
+
+use super::Structure;
+use super::element;
+use super::stress::NodalStress;
+use crate::error::StepError;
+use crate::linalg::SparseMatrix;
+use crate::math::{SymTensor, Vector};
+use crate::parallel;
+use crate::pfem2::solid::mesh::gauss::GaussPoint;
+use crate::pfem2::solid::setup::SolidSetup;
+
+/// Elements per piece of a parallel loop.
+const BATCH: usize = 64;
+
+impl<const D: usize> Structure<D> {
+    /// Mass of all solids [kg].
+    pub fn mass(&self) -> f64 {
+        self.mass.values.iter().sum()
+    }
+
+    /// Mass of a solid [kg].
+    pub fn mass_of(&self, solid: usize) -> f64 {
+        self.nodes_of(solid).flat_map(|node| self.mass.row(node)).map(|entry| self.mass.values[entry]).sum()
+    }
+
+    /// Momentum of all solids [kg m/s].
+    pub fn momentum(&self) -> Vector<D> {
+        let momentum = self.weighted_by_mass(&self.state.velocity);
+        Vector::from_fn(|axis| momentum.iter().skip(axis).step_by(D).sum())
+    }
+
+    /// Kinetic energy ½ v · M v of all solids [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        let momentum = self.weighted_by_mass(&self.state.velocity);
+        let inert = self.by_node(|setup| setup.inertia_rate(1.0));
+        let velocity = self.state.velocity.iter().zip(inert).flat_map(|(v, inert)| (*v * inert).0);
+        0.5 * momentum.iter().zip(velocity).map(|(p, v)| p * v).sum::<f64>()
+    }
+
+    /// Stored energy of all solids [J].
+    ///
+    /// # Errors
+    /// As [`Structure::equations`].
+    pub fn strain_energy(&self) -> Result<f64, StepError> {
+        let mut energy = 0.0;
+        for solid in self.elastic() {
+            let law = self.law(solid)?;
+            let all = parallel::collect(self.setups()[solid].mesh.elements.len(), BATCH, |element| {
+                let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
+                element::strain_energy(&self.points, law, &places, &own)
+            });
+            for (element, own) in all.into_iter().enumerate() {
+                energy += own.map_err(|fault| self.error(solid, element, fault))?;
+            }
+        }
+        Ok(energy)
+    }
+
+    /// Stress and strain at the Gauss points of an element; not a number where it is turned inside out, and in rigid
+    /// solids.
+    pub(in crate::pfem2::solid) fn point_stresses(&self, solid: usize, element: usize) -> Vec<NodalStress> {
+        let (_, [places, own]) = self.gather(solid, element, [&self.nodes, &self.state.displacement]);
+        let found = self.law(solid).ok().and_then(|law| element::stresses(&self.points, law, &places, &own).ok());
+        let none = SymTensor::isotropic(f64::NAN);
+        found.unwrap_or_else(|| vec![NodalStress { stress: none, strain: none }; self.points.len()])
+    }
+
+    /// Volume of all solids with their nodes at `positions` [m³].
+    pub fn volume(&self, positions: &[Vector<D>]) -> f64 {
+        let of = |solid: usize, element: usize| {
+            let (_, [places]) = self.gather(solid, element, [positions]);
+            element::volume(&self.points, &places)
+        };
+        let elements = |solid: usize| 0..self.setups()[solid].mesh.elements.len();
+        let enclosed: f64 = self.setups().iter().flat_map(|setup| &setup.mesh.inner).map(|(_, volume)| volume).sum();
+        let all = (0..self.setups().len()).flat_map(|solid| elements(solid).map(move |element| of(solid, element)));
+        enclosed + all.sum::<f64>()
+    }
+}
+
+/// M_ab of all solids.
+///
+/// # Errors
+/// An element without a positive volume.
+pub(in crate::pfem2::solid) fn mass_matrix<const D: usize>(
+    setups: &[SolidSetup<D>],
+    first: &[u32],
+    points: &[GaussPoint],
+) -> Result<SparseMatrix, String> {
+    let mut entries = Vec::new();
+    for (setup, &first) in setups.iter().zip(first) {
+        if setup.mesh.elements.is_empty() {
+            // Nodes without mass have their place in the matrix, too.
+            entries.extend((first..first + setup.mesh.nodes.len() as u32).map(|node| (node, node, 0.0)));
+            let density = setup.law.density();
+            entries.extend(setup.mesh.inner.iter().map(|&(node, v)| (first + node, first + node, density * v)));
+        }
+        for (index, nodes) in setup.mesh.elements.iter().enumerate() {
+            let places: Vec<_> = nodes.iter().map(|&node| setup.mesh.nodes[node as usize]).collect();
+            let mass = element::mass(points, &places).map_err(|fault| {
+                format!("element {index} of the solid `{}` at {:?} m: {}", setup.name, fault.position.0, fault.what)
+            })?;
+            let density = setup.law.density();
+            for (a, &row) in nodes.iter().enumerate() {
+                let all = nodes.iter().zip(&mass[a * nodes.len()..]);
+                entries.extend(all.map(|(&column, mass)| (first + row, first + column, density * mass)));
+            }
+        }
+    }
+    Ok(SparseMatrix::from_triplets(first.last().map_or(0, |&count| count as usize), entries))
+}
