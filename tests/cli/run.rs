@@ -134,6 +134,71 @@ fn a_run_resumed_after_a_signal_leaves_the_same_bytes() {
     assert_eq!(histories(&home.path("parts")), histories(&home.path("whole")));
 }
 
+/// A soft flap in a stream of water with automatic steps: a hundred of them, some milliseconds each.
+const FLAP: &str = r#"
+name = "flap"
+method = "pfem2"
+dimension = 2
+[time]
+end = "0.4 s"
+[mesh]
+shape = "box"
+lower = ["0 m", "0 m"]
+upper = ["1 m", "0.5 m"]
+cell = "0.05 m"
+[[body]]
+name = "flap"
+region = { shape = "box", lower = ["0.41 m", "0 m"], upper = ["0.52 m", "0.28 m"] }
+material = { law = "neo-hookean", density = "1200 kg/m^3", young = "0.1 MPa", poisson = 0.3 }
+mesh = { cell = "0.1 m" }
+supports = [{ on = "bottom" }]
+[[body]]
+name = "water"
+region = { shape = "box", lower = ["-1 m", "-1 m"], upper = ["2 m", "2 m"] }
+material = { law = "newtonian", density = "1000 kg/m^3", viscosity = "1 Pa s" }
+[[boundary]]
+on = "left"
+kind = "inlet"
+velocity = ["0.5 m/s * sin(5*t/(1 s))", 0]
+[[boundary]]
+on = "right"
+kind = "outlet"
+[output]
+history = "10 ms"
+[[probe]]
+name = "top"
+of = "flap"
+reduce = "top"
+"#;
+
+/// The state of solids, subscales and of the length of steps goes through the file of a checkpoint, too, twice: after a signal, and after a process that was
+/// killed within a step.
+#[test]
+#[cfg(unix)]
+fn a_flow_with_a_solid_resumed_after_signals_leaves_the_same_bytes() {
+    let home = Home::new(FLAP);
+    let whole = home.lateen(&["run", "case.toml", "--out", "whole"]);
+    assert_eq!(code(&whole), 0, "{}", messages(&whole));
+    for (signal, threads) in [("-TERM", "1"), ("-KILL", "2")] {
+        let run = &signal[1..];
+        let often = ["--set", "output.checkpoint=1e-3", "--threads", threads];
+        let mut command = home.command(&[&["run", "case.toml", "--out", run][..], &often[..]].concat());
+        let mut child = command.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+        wait_for_rows(&home.path(run), &mut child);
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let ended = child.wait().unwrap();
+        assert_eq!(
+            ended.code(),
+            (signal == "-TERM").then_some(130),
+            "{signal}: it ended before it could be interrupted"
+        );
+        let resumed = home.lateen(&["run", "case.toml", "--out", run, "--resume"]);
+        assert_eq!(code(&resumed), 0, "{}", messages(&resumed));
+        assert!(messages(&resumed).contains("resumed from"), "{}", messages(&resumed));
+        assert_eq!(histories(&home.path(run)), histories(&home.path("whole")), "{signal}");
+    }
+}
+
 #[test]
 fn a_checkpoint_of_another_case_is_refused() {
     let home = Home::new(BLOCK);

@@ -121,3 +121,41 @@ fn contacts_in_space_leave_the_momentum_of_a_pair() {
     }
     assert!(largest > 1e3, "they met: {largest}");
 }
+
+/// A bar that meets a wall with its end bounces off after two transits of its wave (St. Venant): the impulse of the wall is what its momentum changes by, and turns it round
+/// but for what the mesh keeps as waves. The gas glides along walls.
+#[test]
+fn a_bar_in_space_bounces_off_a_wall_with_its_speed() {
+    let (length, side, young, speed) = (0.3, 0.2, 1e6, 0.5);
+    let (lower, transit) = (GAP + 0.01, length / (young / 1000.0_f64).sqrt());
+    let mesh = SolidMesh::block(Vector([0.4, 0.4, lower]), Vector([0.4 + side, 0.4 + side, lower + length]), [1, 1, 8])
+        .unwrap();
+    let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(1000.0, young, 0.0) });
+    let velocity = vec![Vector([0.0, 0.0, -speed]); mesh.nodes.len()];
+    let bar = SolidSetup { velocity, ..SolidSetup::free("bar", mesh, law) };
+    let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0; 3]), [CELLS; 3]).unwrap();
+    let gas = Physics { stabilisation: Stabilisation::Dynamic, ..physics(vec![fluid("gas", 1.0, 1e-5)], weightless()) };
+    let walls = vec![set(&mesh, "walls", Condition::Slip, |_| true)];
+    let mut setup = setup(mesh, walls, gas, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![bar]).unwrap());
+    let mut pfem = Pfem2::new(setup);
+    let dt = transit / 20.0;
+    let steps = ((0.01 / speed + 3.0 * transit) / dt) as usize;
+    pfem.begin(0.0, dt).unwrap();
+    let (mut touching, mut impulse, mut gas) = (0, 0.0, 0.0);
+    for k in 0..steps {
+        pfem.step(k as f64 * dt, dt).unwrap();
+        let solids = pfem.solids.as_ref().unwrap();
+        let push: f64 = solids.last.contact.iter().map(|force| force[2]).sum();
+        touching += usize::from(push > 0.0);
+        impulse += push * dt;
+        gas += solids.last.forces[0][2] * dt;
+    }
+    let mass = structure(&pfem).mass();
+    let (contact, end) = (touching as f64 * dt, structure(&pfem).momentum() / mass);
+    assert!((contact / (2.0 * transit) - 1.0).abs() < 0.1, "{contact} {transit}");
+    assert!((0.93..1.0).contains(&(end[2] / speed)), "{end:?}");
+    assert!(end[0].hypot(end[1]) < 1e-3 * speed, "{end:?}");
+    let gained = mass * (end[2] + speed);
+    assert!(((impulse + gas) / gained - 1.0).abs() < 0.01, "{impulse} {gas} {gained}");
+}

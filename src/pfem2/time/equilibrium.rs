@@ -25,6 +25,9 @@ const TOLERANCE: f64 = 1e-6;
 /// element.
 const FREE_TOLERANCE: f64 = 1e-3;
 
+/// What is at rest goes on, down to rounding, as long as an iteration moves it by less than this part of the least that one before it did.
+const FALLS: f64 = 0.9;
+
 /// Iterations after which there is no equilibrium.
 const ITERATIONS: usize = 400;
 
@@ -54,7 +57,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
     pub(in crate::pfem2) fn find_equilibrium(&mut self, dt: f64) -> Result<usize, StepError> {
         let longest = self.longest();
         let (mut next, mut last) = (dt.min(longest), 0.0);
-        let mut largest: f64 = 0.0;
+        let (mut largest, mut best): (f64, f64) = (0.0, f64::INFINITY);
         for iteration in 1..=ITERATIONS {
             let motion = self.relax(next, last)?;
             largest = largest.max(motion.acceleration);
@@ -62,10 +65,12 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
                 true => (FREE_TOLERANCE, FREE_TOLERANCE * self.system.shortest()),
                 false => (TOLERANCE, TOLERANCE * motion.displacement),
             };
-            if motion.change <= way && motion.acceleration <= tolerance * largest {
+            let is_at_rest = motion.change <= way && motion.acceleration <= tolerance * largest;
+            if is_at_rest && (motion.change >= FALLS * best || iteration == ITERATIONS) {
                 self.begin_at_rest(next)?;
                 return Ok(iteration);
             }
+            best = best.min(motion.change);
             last = next;
             let room = (WAY * self.system.shortest() / motion.change).sqrt();
             next = (next * room.clamp(FACTORS[0], FACTORS[1])).min(longest);

@@ -2,6 +2,7 @@
 
 mod bonds;
 mod loads;
+mod oscillator;
 mod rigid;
 mod waves;
 

@@ -1,0 +1,144 @@
+//! The same bits after a restart and for any number of threads: solids in space, bonds, automatic steps, steps that are solved again.
+
+use super::solids::solid;
+use super::*;
+use crate::material::{Elastic, Rigid, StVenantKirchhoff};
+use crate::pfem2::Pfem2;
+use crate::pfem2::solid::mesh::SolidMesh;
+use crate::pfem2::solid::setup::{SolidSetup, SurfaceCondition};
+use crate::pfem2::solid::structure::Structure;
+use crate::simulation::{Column, Solver};
+
+/// All columns, byte by byte.
+fn bytes<const D: usize, const N: usize>(pfem: &mut Pfem2<D, N>) -> Vec<(String, Vec<u8>)> {
+    let mut columns = Vec::new();
+    pfem.columns(&mut |name, column| columns.push((name.to_owned(), column.data.bytes().to_vec())));
+    columns
+}
+
+/// Goes on for some steps, of `dt` [s] or as long as the run would have them from step to step; returns the time, and how often steps were solved.
+fn advance<const D: usize, const N: usize>(
+    pfem: &mut Pfem2<D, N>,
+    dt: Option<f64>,
+    mut t: f64,
+    steps: usize,
+) -> (f64, usize) {
+    let mut solutions = 0;
+    for _ in 0..steps {
+        let own = dt.unwrap_or_else(|| pfem.recommended_dt());
+        pfem.step(t, own).unwrap();
+        t += own;
+        solutions += pfem.solids.as_ref().unwrap().last.solutions;
+    }
+    (t, solutions)
+}
+
+/// A run of eight steps, and one that is saved after four and goes on in a model made anew; with other numbers of threads. Returns how often steps
+/// were solved, and the time at the end.
+fn goes_on_with_the_same_bits<const D: usize, const N: usize>(
+    case: impl Fn() -> Pfem2<D, N> + Sync,
+    dt: Option<f64>,
+) -> (usize, f64) {
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let first = dt.unwrap_or(0.005);
+    let (saved, half, whole, end, solutions) = pool(1).install(|| {
+        let mut whole = case();
+        whole.begin(0.0, first).unwrap();
+        let (half, before) = advance(&mut whole, dt, 0.0, 4);
+        let saved = bytes(&mut whole);
+        let (end, after) = advance(&mut whole, dt, half, 4);
+        (saved, half, bytes(&mut whole), end, before + after)
+    });
+    let (resumed, resumed_end) = pool(2).install(|| {
+        let mut resumed = case();
+        let mut next = saved.iter();
+        resumed.columns(&mut |name, column: Column<'_>| {
+            let (saved, bytes) = next.next().unwrap();
+            assert_eq!(saved, name);
+            assert!(column.data.replace(bytes));
+        });
+        resumed.restored();
+        assert!(bytes(&mut resumed) == saved);
+        let (end, _) = advance(&mut resumed, dt, half, 4);
+        (bytes(&mut resumed), end)
+    });
+    let differing: Vec<&str> = whole.iter().zip(&resumed).filter(|(a, b)| a != b).map(|(a, _)| a.0.as_str()).collect();
+    assert!(differing.is_empty(), "{differing:?}");
+    assert_eq!(end.to_bits(), resumed_end.to_bits());
+    (solutions, end)
+}
+
+/// A soft block in water in space that begins to sink and is sheared.
+fn block_in_space() -> Pfem2<3, 4> {
+    let mesh = Mesh::<3, 4>::block(Vector::ZERO, Vector([1.0; 3]), [5; 3]).unwrap();
+    let mesh = shaken(&mesh, 0.2);
+    let own = SolidMesh::block(Vector([0.3, 0.31, 0.35]), Vector([0.7, 0.66, 0.72]), [2, 1, 1]).unwrap();
+    let law = Box::new(StVenantKirchhoff { elastic: Elastic::new(2000.0, 1e5, 0.3) });
+    let velocity = own.nodes.iter().map(|x| Vector([0.3 * x[2], 0.0, -0.1])).collect();
+    let own = SolidSetup { velocity, surface: SurfaceCondition::Slip, ..SolidSetup::free("block", own, law) };
+    let physics = physics(vec![fluid("water", 1000.0, 1e-3)], [Signal::ZERO, Signal::ZERO, (-9.81).into()]);
+    let physics = Physics { stabilisation: Stabilisation::Dynamic, ..physics };
+    let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(Structure::new(vec![own]).unwrap());
+    Pfem2::new(setup)
+}
+
+/// Water in the plane with solids.
+fn in_water(structure: Structure<2>, gravity: f64, change: impl FnOnce(&mut Setup<2, 3>)) -> Pfem2<2, 3> {
+    let mesh = shaken(&Mesh::<2, 3>::block(Vector::ZERO, Vector([1.0, 0.6]), [15, 9]).unwrap(), 1.0 / 15.0);
+    let physics = super::solids::water([Signal::ZERO, (-gravity).into()]);
+    let mut setup = setup(mesh, Vec::new(), physics, |_| 0, |_| Vector::ZERO);
+    setup.solids = Some(structure);
+    change(&mut setup);
+    Pfem2::new(setup)
+}
+
+/// A beam that is clamped at the left, and swings.
+fn beam(young: f64, speed: f64) -> SolidSetup<2> {
+    let mesh = SolidMesh::block(Vector([0.0, 0.27]), Vector([0.6, 0.34]), [6, 1]).unwrap();
+    solid(mesh, (young, 0.3), |x| [x[0] < 1e-9; 2], move |x| Vector([0.0, speed * x[0] * x[0]]))
+}
+
+/// The same with a rigid block bonded to its end.
+fn hammer() -> Structure<2> {
+    let mesh = SolidMesh::block(Vector([0.6, 0.2]), Vector([0.74, 0.41]), [1, 3]).unwrap();
+    let mut block = solid(mesh, (1.0, 0.0), |_| [false; 2], |_| Vector([0.0, 0.1]));
+    block.law = Box::new(Rigid { density: 3000.0 });
+    Structure::new(vec![beam(1e6, 0.3), block]).unwrap().bonded(&[[1, 0]]).unwrap()
+}
+
+#[test]
+fn a_solid_in_space_goes_on_with_the_same_bits() {
+    goes_on_with_the_same_bits(block_in_space, Some(0.005));
+}
+
+#[test]
+fn bonded_solids_go_on_with_the_same_bits() {
+    goes_on_with_the_same_bits(|| in_water(hammer(), 9.81, |_| ()), Some(0.005));
+}
+
+/// Subscales that keep their velocity, in steps as long as the errors have them.
+#[test]
+fn automatic_steps_beside_a_solid_go_on_with_the_same_bits() {
+    let case = || {
+        in_water(Structure::new(vec![beam(1e6, 1.0)]).unwrap(), 9.81, |setup| {
+            setup.step_tolerance = 2.0;
+            setup.courant = 2.0;
+        })
+    };
+    let (_, end) = goes_on_with_the_same_bits(case, None);
+    assert!(end.is_finite());
+}
+
+/// A soft beam that is so fast that its steps are solved anew about where it comes to.
+#[test]
+fn steps_that_are_solved_again_go_on_with_the_same_bits() {
+    let case = || {
+        in_water(Structure::new(vec![beam(1e6, 1.0)]).unwrap(), 0.0, |setup| {
+            setup.fluids = vec![fluid("gas", 1.0, 1e-5)];
+            setup.gravity[1] = formula("200*sin(150*t)");
+        })
+    };
+    let (solutions, _) = goes_on_with_the_same_bits(case, Some(0.01));
+    assert!(solutions > 10, "{solutions}");
+}
