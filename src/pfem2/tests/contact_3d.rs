@@ -146,7 +146,7 @@ fn a_bar_in_space_bounces_off_a_wall_with_its_speed() {
     for k in 0..steps {
         pfem.step(k as f64 * dt, dt).unwrap();
         let solids = pfem.solids.as_ref().unwrap();
-        let push: f64 = solids.last.contact.iter().map(|force| force[2]).sum();
+        let push: f64 = solids.last.contact_forces.walls.iter().map(|force| force[2]).sum();
         touching += usize::from(push > 0.0);
         impulse += push * dt;
         gas += solids.last.forces[0][2] * dt;

@@ -83,7 +83,7 @@ fn sharp_volumes_are_kept_in_steps_that_are_solved_again() {
         let inside = pfem.system.immersed.as_ref().unwrap().cut.volume_inside(&pfem.system.mesh);
         let lost = volumes[0] - start[0];
         let last = &pfem.solids.as_ref().unwrap().last;
-        let swept = 2.0 * 0.6 * last.off / 20.0;
+        let swept = 2.0 * 0.6 * last.prediction_error / 20.0;
         assert!((volumes.iter().sum::<f64>() + inside - 0.8).abs() < 1e-12, "{k}");
         let most = if last.solutions > 1 { swept } else { 1e-12 };
         assert!(lost.abs() < most, "{k}: {lost:e} {swept:e}");
