@@ -127,7 +127,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     pub(super) fn cut_tau(&self) -> f64 {
         match self.physics.stabilisation {
             Stabilisation::Oss => subscale::CUT_TAU,
-            Stabilisation::Pspg | Stabilisation::ConsistentPspg | Stabilisation::Dynamic => 1.0,
+            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => subscale::CONSISTENT_CUT_TAU,
+            Stabilisation::Pspg => 1.0,
         }
     }
 }

@@ -30,6 +30,9 @@ const FOLLOW: f64 = 0.3;
 
 /// τ in cut elements, over that in others.
 pub const CUT_TAU: f64 = 0.3;
+/// The same with the consistent forms, whose residual has v̂: where a sliver of a heavy fluid reaches into elements of a light one, its velocity
+/// is carried on to the nodes there, and what comes back from them through τ grows from step to step.
+pub const CONSISTENT_CUT_TAU: f64 = 0.1;
 
 /// The projections at the nodes.
 #[derive(Debug, Clone, Default)]
