@@ -227,6 +227,8 @@ fn fluid_glides_where_elements_do_not_hold_its_layer() {
     for key in ["surface = \"no-slip\"", "surface = \"slip\"", "inertia = \"quasi-static\""] {
         assert!(!glides(&edited(GOOD, "plane = \"stress\"", &format!("plane = \"stress\"\n{key}"))), "{key}");
     }
+    let at_rest = edited(GOOD, "[pfem2]", "[pfem2]\nstart = \"equilibrium\"");
+    assert!(!glides(&edited(&at_rest, "\"0.1 m/s\", 0", "\"0.1 m/s * ramp(t, 1 s)\", 0")));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! element of fluid would stick to the solid (theory (J.6a)).
 
 use super::solids::size_of;
-use crate::case::{CaseFile, SurfaceSpec};
+use crate::case::{CaseFile, InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::setup::FluidSetup;
@@ -19,7 +19,8 @@ const PART: f64 = 0.5;
 /// Where the case leaves it open: lets fluids glide along solids beside which elements are wider than half the layer that the solid slows
 /// down in its longest period. Says so of each of them.
 ///
-/// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found.
+/// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found; and so do all
+/// where a run begins in equilibrium, which isn't found where fluids glide.
 pub(super) fn choose<const D: usize, const N: usize>(
     file: &CaseFile,
     structure: &mut Structure<D>,
@@ -29,13 +30,16 @@ pub(super) fn choose<const D: usize, const N: usize>(
 ) -> Vec<String> {
     let open: Vec<usize> =
         (0..).zip(file.solids()).filter(|&(_, body)| file.body[body].surface.is_none()).map(|(s, _)| s).collect();
-    let Some(heaviest) = fluids.iter().max_by(|a, b| a.density.total_cmp(&b.density)) else { return Vec::new() };
+    let (Some(heaviest), InitialStateSpec::Given) =
+        (fluids.iter().max_by(|a, b| a.density.total_cmp(&b.density)), file.pfem2.start)
+    else {
+        return Vec::new();
+    };
     let locator = Locator::new(mesh);
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
-        let longest =
-            modes.iter().filter(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period).next();
+        let longest = modes.iter().find(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period);
         let (Some(period), Inertia::Dynamic) = (longest, setup.inertia) else { continue };
         let Some(element) = element_size(setup, mesh, &locator) else { continue };
         let layer = layer(heaviest, period);
