@@ -126,8 +126,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// τ of a cut element, over that of another.
     pub(super) fn cut_tau(&self) -> f64 {
         match self.physics.stabilisation {
-            Stabilisation::Oss => subscale::CUT_TAU,
-            Stabilisation::ConsistentPspg | Stabilisation::Dynamic => subscale::CONSISTENT_CUT_TAU,
+            Stabilisation::Oss | Stabilisation::ConsistentPspg | Stabilisation::Dynamic => subscale::CUT_TAU,
             Stabilisation::Pspg => 1.0,
         }
     }
