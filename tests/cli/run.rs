@@ -163,6 +163,8 @@ velocity = ["0.5 m/s * sin(5*t/(1 s))", 0]
 [[boundary]]
 on = "right"
 kind = "outlet"
+[[boundary]]
+on = "rest"
 [output]
 history = "10 ms"
 [[probe]]
