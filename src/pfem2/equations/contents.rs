@@ -126,8 +126,8 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
     /// τ of a cut element, over that of another.
     pub(super) fn cut_tau(&self) -> f64 {
         match self.physics.stabilisation {
-            Stabilisation::Oss | Stabilisation::ConsistentPspg | Stabilisation::Dynamic => subscale::CUT_TAU,
-            Stabilisation::Pspg => 1.0,
+            Stabilisation::Oss => subscale::CUT_TAU,
+            Stabilisation::Pspg | Stabilisation::ConsistentPspg | Stabilisation::Dynamic => 1.0,
         }
     }
 }

@@ -28,8 +28,7 @@ use crate::parallel;
 /// Part of the way that γ goes towards π in a step.
 const FOLLOW: f64 = 0.3;
 
-/// τ in cut elements, over that in others. In the consistent forms, whose residual has v̂, a sliver of a heavy fluid that reaches into elements of a
-/// light one has its velocity carried on to the nodes there, and with the whole τ what comes back from them grows from step to step.
+/// τ in cut elements, over that in others.
 pub const CUT_TAU: f64 = 0.3;
 
 /// The projections at the nodes.
