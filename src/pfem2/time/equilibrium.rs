@@ -25,7 +25,7 @@ const TOLERANCE: f64 = 1e-6;
 /// element.
 const FREE_TOLERANCE: f64 = 1e-3;
 
-/// What is at rest goes on, down to rounding, as long as an iteration moves it by less than this part of the least that one before it did.
+/// The search goes on, down to rounding, while an iteration moves the solids by less than this part of the least motion in one before it.
 const FALLS: f64 = 0.9;
 
 /// Iterations after which there is no equilibrium.
@@ -37,7 +37,7 @@ const WAY: f64 = 0.5;
 /// The artificial time step doubles, or falls to a quarter.
 const FACTORS: [f64; 2] = [0.25, 2.0];
 
-/// IterationMotion of the solids in an iteration.
+/// Motion of the solids in an iteration.
 #[derive(Debug, Clone, Copy, Default)]
 struct IterationMotion {
     /// Largest displacement in the iteration [m].
