@@ -162,6 +162,12 @@ impl<const D: usize> Boundary<D> {
         Some(Inflow { velocity: set.condition.velocity(x, t), fluid: set.brings, facet: place })
     }
 
+    /// The set of a facet, among [`Boundary::sets`].
+    pub fn set_of<const N: usize>(&self, mesh: &Mesh<D, N>, facet: Facet) -> Option<usize> {
+        let place = mesh.boundary().binary_search(&facet).ok()?;
+        Some(self.owner[place] as usize)
+    }
+
     /// The fluid that is named to come in through the facet at a place of [`Mesh::boundary`].
     pub fn inflow_fluid(&self, place: usize) -> Option<u8> {
         self.sets[self.owner[place] as usize].brings

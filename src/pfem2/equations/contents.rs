@@ -80,10 +80,11 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
         let walls = slip::press_enriched(&cut, enrichment, simplex, self.slip[e]);
-        let sources = cut.sides().map(|own| drive.source_of(&self.equations, own));
-        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, sources, delay).beside(walls);
+        let sources = cut.sides().map(|own| drive.forces_of(&self.equations, own));
+        let inertia = (&drive.convected, delay);
+        let enriched = Enriched::new(&cut, enrichment, simplex, content.tau, sources, inertia).beside(walls);
         let share = cut.negative_share();
-        let source = sources[0] * share + sources[1] * (1.0 - share);
+        let source = sources[0] * share + sources[1] * (1.0 - share) + drive.inertia(&self.equations);
         let x = self.mesh.corners(e);
         let energy = if tension > 0.0 { tension * surface_tension::area(&level, &x) } else { 0.0 };
         let tension = surface_tension::forces(&level, &x, simplex, tension, self.open[e]);

@@ -163,21 +163,18 @@ impl<const D: usize, const N: usize> Drive<D, N> {
     #[inline]
     pub fn source(&self, equations: &Equations) -> Vector<D> {
         let mean = |values: &[Vector<D>; N]| values.iter().copied().sum::<Vector<D>>() / N as f64;
-        let source = self.subscale + mean(&self.force) + mean(&self.projected);
-        if equations.stabilisation.has_inertia() { source + mean(&self.convected) / equations.delta } else { source }
+        self.subscale + mean(&self.force) + mean(&self.projected) + self.inertia(equations)
     }
 
-    /// Source s on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
-    pub fn source_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
-        let inertia = if equations.stabilisation.has_inertia() {
-            self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)
-        } else {
-            Vector::ZERO
-        };
-        self.forces_of(equations, own) + inertia
+    /// v̂/Δ, as a mean over the nodes [m/s²]; zero where the residual has no inertia.
+    pub fn inertia(&self, equations: &Equations) -> Vector<D> {
+        if !equations.stabilisation.has_inertia() {
+            return Vector::ZERO;
+        }
+        self.convected.iter().copied().sum::<Vector<D>>() / (N as f64 * equations.delta)
     }
 
-    /// The same without v̂/Δ [m/s²].
+    /// Source s without v̂/Δ on the side of a cut element to which the nodes with `own` belong [m/s²]: each fluid has its own ∇p/ρ.
     pub fn forces_of(&self, equations: &Equations, own: [bool; N]) -> Vector<D> {
         let count = own.iter().filter(|own| **own).count();
         let all = equations.stabilisation != Stabilisation::Oss || count == 0;

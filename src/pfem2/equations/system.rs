@@ -21,7 +21,7 @@ use crate::linalg::{SolveOutcome, SolverOptions};
 use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::parallel;
-use crate::pfem2::boundary::{Boundary, Constraints};
+use crate::pfem2::boundary::{Boundary, BoundaryKind, Constraints};
 use crate::pfem2::interface::FluidRegion;
 use crate::pfem2::interface::phases::Phases;
 use crate::pfem2::particle_solids::columns;
@@ -70,6 +70,8 @@ pub struct VelocityPressureSystem<const D: usize, const N: usize> {
     pub(super) open: Vec<u8>,
     /// Slip facets of each element, as bits.
     pub(super) slip: Vec<u8>,
+    /// Facets of each element that fluid doesn't leave through, as bits.
+    pub(super) walls: Vec<u8>,
     pub(super) constraints: Constraints<D, N>,
     /// True for nodes on the boundary of the mesh.
     boundary_nodes: Vec<bool>,
@@ -101,6 +103,7 @@ impl<const D: usize, const N: usize> VelocityPressureSystem<D, N> {
             density: physics.fluids.iter().map(|fluid| fluid.density).collect(),
             open: outflow::open_facets(&mesh, &boundary),
             slip: slip::slip_facets(&mesh, &boundary),
+            walls: boundary.facet_bits(&mesh, |condition| condition.kind() != BoundaryKind::Outlet),
             boundary_nodes: boundary_nodes(&mesh),
             boundary_mask: constraints.mask.clone(),
             constraints,

@@ -178,7 +178,7 @@ mod tests {
         let pressure = |phi: f64| -phi * 9.81 * if phi < 0.0 { 1000.0 } else { 1.0 };
         let nodal = level.map(|phi| [0.0, 0.0, pressure(phi)]);
         for enrichment in [Enrichment::Kink, Enrichment::Jump] {
-            let enriched = Enriched::new(&cut, enrichment, &simplex, 0.01, [gravity; 2], 0.0);
+            let enriched = Enriched::new(&cut, enrichment, &simplex, 0.01, [gravity; 2], (&[Vector::ZERO; 3], 0.0));
             let q = enriched.recover(&nodal);
             for part in &cut.parts {
                 let smooth = (0..3).map(|k| simplex.gradient[k] * nodal[k][2]).sum::<Vector<2>>();

@@ -21,14 +21,15 @@ pub struct Enriched<const N: usize> {
 }
 
 impl<const N: usize> Enriched<N> {
-    /// The enrichment of a cut element. `source` is s on the negative and the positive side [m/s²]; `inertia` is τ/Δ with consistent PSPG, else 0.
+    /// The enrichment of a cut element. `source` is s without v̂/Δ on the negative and the positive side [m/s²], `convected` is v̂ at the
+    /// nodes [m/s], and `inertia` τ/Δ with the consistent forms, else 0.
     pub fn new<const D: usize>(
         cut: &CutGeometry<N>,
         enrichment: Enrichment,
         simplex: &Simplex<D, N>,
         tau: f64,
         source: [Vector<D>; 2],
-        inertia: f64,
+        (convected, inertia): (&[Vector<D>; N], f64),
     ) -> Self {
         let count = cut.functions(enrichment);
         let mut columns = vec![[[0.0; N]; N]; count];
@@ -40,9 +41,12 @@ impl<const N: usize> Enriched<N> {
             let volume = simplex.volume * part.share;
             let weight = tau * volume / cut.medium(part).density;
             let at = |k| cut.function(enrichment, k, part, &simplex.gradient);
+            // v̂ and v at the same place: what moves as before leaves no residual.
+            let hat: Vector<D> = convected.iter().zip(&part.center).map(|(&hat, &n)| hat * n).sum();
+            let own = source[usize::from(!part.negative)];
             for k in 0..count {
                 let (value, slope) = at(k);
-                load[k] -= tau * volume * slope.dot(source[usize::from(!part.negative)]);
+                load[k] -= tau * volume * slope.dot(own) + inertia * volume * slope.dot(hat);
                 for (l, entry) in matrix[k].iter_mut().enumerate() {
                     *entry += weight * slope.dot(at(l).1);
                 }

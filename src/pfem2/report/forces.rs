@@ -11,7 +11,7 @@
 
 use super::moments::{self, ForcedPart, MomentPoint, Moments};
 use crate::math::Vector;
-use crate::mesh::Mesh;
+use crate::mesh::{Facet, Mesh};
 use crate::parallel;
 use crate::pfem2::boundary::{Boundary, BoundaryKind, BoundarySetup};
 use crate::pfem2::equations::assemble::ElementEquations;
@@ -157,7 +157,8 @@ impl<const D: usize> BoundaryForces<D> {
             loads[node] += traction;
         });
         let on_part = |part: &BoundaryPart<D>| part.action(&elements, &loads, &system.unknowns);
-        let reactions: Vec<_> = self.parts.iter().map(on_part).collect();
+        let mut reactions: Vec<_> = self.parts.iter().map(on_part).collect();
+        self.add_feet(system, &mut reactions);
         for reaction in &reactions {
             force -= reaction.force;
             power += reaction.power;
@@ -167,6 +168,23 @@ impl<const D: usize> BoundaryForces<D> {
             power += traction.dot(velocity[node]);
         });
         (reactions, BoundaryAction { force, power })
+    }
+}
+
+impl<const D: usize> BoundaryForces<D> {
+    /// Adds the pressure on walls beside the ends of the surfaces of solids, which no node of the mesh takes up (theory (J.9c)).
+    fn add_feet<const N: usize>(&self, system: &VelocityPressureSystem<D, N>, actions: &mut [PartAction<D>]) {
+        let VelocityPressureSystem { mesh, boundary, unknowns, .. } = system;
+        let elements = system.immersed.iter().flat_map(|immersed| &immersed.elements);
+        for (element, share) in elements.flat_map(|own| own.on_walls.iter().map(move |share| (own.element, share))) {
+            let set = boundary.set_of(mesh, Facet { element, opposite: share.facet });
+            let Some(part) = self.parts.iter().position(|part| Some(part.set) == set) else { continue };
+            let nodes = mesh.elements()[element as usize].iter().zip(share.area);
+            let push = nodes.map(|(&node, area)| area * unknowns[node as usize][D]).sum::<Vector<D>>();
+            let arm = share.position - self.parts[part].about.unwrap_or_default();
+            actions[part].force += push;
+            actions[part].moment += moments::moment(arm, push);
+        }
     }
 }
 

@@ -18,6 +18,7 @@
 use super::enriched::enrich;
 use super::fluid_part::{FluidPart, PartGeometry, masses, parts};
 use super::trace::TracePoint;
+use super::walls::{WallShare, wall_facets};
 use crate::math::{Tensor, Vector};
 use crate::mesh::Mesh;
 use crate::pfem2::equations::element::{Block, Content, Equations, Stabilisation};
@@ -35,6 +36,8 @@ pub struct CoupledElement<const D: usize, const N: usize> {
     pub tied: [bool; N],
     /// Energy of the interface in it [J].
     pub energy: f64,
+    /// Shares of walls beside its cut points.
+    pub on_walls: Vec<WallShare<D, N>>,
     /// Rows and columns of its nodes.
     pub blocks: [[Block<N>; N]; N],
     /// Right-hand side of its nodes.
@@ -79,6 +82,8 @@ pub(in crate::pfem2::solid) struct VertexVelocities<const D: usize> {
     pub follows: Vec<Follows<D>>,
     /// v̂ [m/s].
     pub hats: Vec<Vector<D>>,
+    /// Positions of the cut points [m].
+    positions: Vec<Vector<D>>,
 }
 
 impl<const D: usize> VertexVelocities<D> {
@@ -106,7 +111,8 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         };
         let hat = |vertex: &Follows<D>| vertex.iter().map(|&(unknown, p)| p.apply(of(unknown))).sum();
         let hats: Vec<Vector<D>> = follows.iter().map(hat).collect();
-        let velocities = VertexVelocities { follows, hats };
+        let positions = own.iter().map(|point| point.position).collect();
+        let velocities = VertexVelocities { follows, hats, positions };
         let parent = mesh.simplex(cut.element as usize);
         element.content.tau = fluid.tau;
         let parts = parts(mesh, cut, &own, &fluid.level);
@@ -171,6 +177,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
             content: Content { mass: [0.0; N], viscosity: 0.0, tau: 0.0, volume_over_density: 0.0 },
             tied: [false; N],
             energy: 0.0,
+            on_walls: Vec::new(),
             blocks: [[[[0.0; N]; N]; N]; N],
             loads: [[0.0; N]; N],
             to_fluid: vec![[[[0.0; D]; N]; N]; count],
@@ -211,6 +218,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         };
         self.add_momentum(part, fluid, equations, velocities);
         self.add_continuity(parent, part, residual, velocities);
+        self.add_walls(part, fluid, velocities);
         self.add_stabilisation(parent, part, fluid, velocities.sum_of_hats(part) * residual);
     }
 
@@ -220,7 +228,7 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        VertexVelocities { follows, hats }: &VertexVelocities<D>,
+        VertexVelocities { follows, hats, .. }: &VertexVelocities<D>,
     ) {
         let (g, volume, delta) = (&part.simplex.gradient, part.simplex.volume, equations.delta);
         let force = fluid.drive.force.iter().copied().sum::<Vector<D>>() / N as f64;
@@ -259,6 +267,18 @@ impl<const D: usize, const N: usize> CoupledElement<D, N> {
                 let pressure = *gradient * -(volume * center[k]);
                 let row = &velocities.follows[vertex];
                 self.add_pressure(row, k, pressure, pressure - parent[k] * residual);
+            }
+        }
+    }
+
+    /// Adds the walls at which the surface ends (theory (J.9c)).
+    fn add_walls(&mut self, part: &PartGeometry<D, N>, fluid: &FluidPart<D, N>, velocities: &VertexVelocities<D>) {
+        for facet in wall_facets(part, fluid.walls) {
+            for (vertex, share) in facet.shares(part, |vertex| velocities.positions[vertex - N]) {
+                for (k, &area) in share.area.iter().enumerate() {
+                    self.add_pressure(&velocities.follows[vertex], k, area, area);
+                }
+                self.on_walls.push(share);
             }
         }
     }

@@ -15,6 +15,7 @@
 
 use super::element::{CoupledElement, Follows, Unknown, VertexVelocities};
 use super::fluid_part::{FluidPart, PartGeometry};
+use super::walls::wall_facets;
 use crate::math::Vector;
 use crate::pfem2::equations::element::{Equations, Stabilisation};
 use crate::pfem2::interface::inverse;
@@ -78,12 +79,18 @@ impl<const D: usize, const N: usize> EnrichedRows<D, N> {
         part: &PartGeometry<D, N>,
         fluid: &FluidPart<D, N>,
         equations: &Equations,
-        VertexVelocities { follows, hats }: &VertexVelocities<D>,
+        VertexVelocities { follows, hats, .. }: &VertexVelocities<D>,
     ) {
         let delay = match equations.stabilisation {
             Stabilisation::ConsistentPspg | Stabilisation::Dynamic => fluid.tau / equations.delta,
             Stabilisation::Pspg | Stabilisation::Oss => 0.0,
         };
+        for facet in wall_facets(part, fluid.walls) {
+            facet.press_enriched(part, &fluid.level, |vertex, k, area| {
+                self.columns[k].add(&follows[vertex], area);
+                self.rows[k].add(&follows[vertex], area);
+            });
+        }
         for piece in &part.pieces {
             let volume = part.simplex.volume * piece.share;
             let (center, weight) = (part.at(&piece.center), fluid.tau * volume / fluid.medium(piece).density);

@@ -17,6 +17,8 @@ pub struct FluidPart<const D: usize, const N: usize> {
     pub enrichment: Enrichment,
     /// Surface tension between them [N/m].
     pub tension: f64,
+    /// Facets of the element that lie on walls, as bits.
+    pub walls: u8,
     /// Stabilisation time τ [s].
     pub tau: f64,
     /// Nodal values of the right-hand side.

@@ -5,6 +5,7 @@
 //! | `fluid_part`, `element`, `enriched` | the fluid part of a cut element, its equations, and those of its enriched pressures |
 //! | `viscous` | viscous forces in a cut element, for the stabilisation |
 //! | `trace` | what flows through the surface of elastic solids between cut points |
+//! | `walls` | the reaction of walls at which that surface ends |
 //! | `pressure_stiffness` | how the force of the fluid's pressure changes as that surface moves |
 //! | `immersed` | all cut elements, with the equations of the solids |
 //! | `border`, `near_nodes`, `node_coupling` | the unknowns of the solids in the linear system, and in its preconditioner |
@@ -19,3 +20,4 @@ mod node_coupling;
 pub(in crate::pfem2::solid) mod pressure_stiffness;
 pub(in crate::pfem2::solid) mod trace;
 pub mod viscous;
+pub mod walls;

@@ -15,7 +15,7 @@ use crate::math::Vector;
 use crate::mesh::{Location, Locator, Mesh};
 use crate::parallel;
 use crate::pfem2::solid::cut::{CutBySolid, ElementState, SolidCut, Vertex};
-use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfacePoint};
+use crate::pfem2::solid::surface::{FacetPoint, NodeWeights, SolidSurface};
 use std::collections::BTreeMap;
 
 /// Facets per piece of a parallel loop.
@@ -147,7 +147,7 @@ impl<const D: usize, const N: usize> Tracer<'_, D, N> {
         let breaks = breaks.cloned().unwrap_or_else(equal);
         let mut points = Vec::new();
         surface.visit_points(facet, &breaks, |point| {
-            let SurfacePoint { position: x, area, local, share, weights } = point;
+            let FacetPoint { position: x, area, local, share, weights } = point;
             let Location::Inside { element, .. } = locator.locate(mesh, x, guess) else { return };
             guess = element;
             let outwards = area.normalized().unwrap_or_default();
