@@ -47,7 +47,7 @@ pub struct BodySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub restitution: Option<f64>,
-    /// What the fluid does on the surface of a solid of `method = "pfem2"`. Default: it glides along elastic solids beside which elements are
+    /// Condition of the fluid on the surface of a solid of `method = "pfem2"`. Default: it glides along elastic solids beside which elements are
     /// wider than half the layer that the solid slows down in its longest period, and sticks to the others; `lateen check` says where it glides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceSpec>,

@@ -144,7 +144,7 @@ fn is_fluid(body: &toml::Value) -> bool {
     law.is_none_or(|law| !PointLaws::NAMES.contains(&law))
 }
 
-/// What depends on the bodies of a case of PFEM-2.
+/// Settings that depend on the bodies of a case of PFEM-2.
 fn recommended_flow(case: &toml::Table) -> Vec<&'static str> {
     let fluids = bodies(case).filter(|body| is_fluid(body)).count();
     let of_fluids = match () {
@@ -168,7 +168,7 @@ fn recommended(case: &toml::Table) -> &'static str {
     }
 }
 
-/// What the law of a body says that it is. A law with a fault has no phase; reading the case reports it.
+/// Kind of the material of a body, by its law. A law with a fault has no phase; reading the case reports it.
 fn phase(body: &toml::Value) -> Option<MaterialKind> {
     match body.get("material")?.clone().try_into() {
         Ok(Material::Point(law)) => Some(law.as_dyn().phase()),

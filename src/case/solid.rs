@@ -59,7 +59,7 @@ impl From<PlaneSpec> for Plane {
     }
 }
 
-/// What the fluid does on the surface of a solid.
+/// Condition of the fluid on the surface of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SurfaceSpec {
@@ -117,7 +117,7 @@ pub struct SolidDampingSpec {
 pub enum MassDampingSpec {
     /// Its coefficient.
     Coefficient(#[schemars(extend("unit" = "1/s", "minimum" = 0.0))] f64),
-    /// What it amounts to.
+    /// Part of the critical damping at a frequency.
     Ratio(DampingRatioSpec),
 }
 
@@ -127,7 +127,7 @@ pub enum MassDampingSpec {
 pub enum StiffnessDampingSpec {
     /// Its coefficient.
     Coefficient(#[schemars(extend("unit" = "s", "minimum" = 0.0))] f64),
-    /// What it amounts to.
+    /// Part of the critical damping at a frequency.
     Ratio(DampingRatioSpec),
 }
 

@@ -183,24 +183,8 @@ impl CaseSummary {
 
     /// Size of the fluids and the mesh before the solver is made.
     pub(super) fn of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>, file: &CaseFile) -> Self {
-        let (mesh, particles) = (&setup.mesh, &setup.particles);
+        let mesh = &setup.mesh;
         let nodes = mesh.nodes().len();
-        let count = |fluid: usize| particles.fluid.iter().filter(|&&f| usize::from(f) == fluid).count();
-        // Elements that a solid cuts have fewer particles, not larger ones.
-        let full = (0..mesh.elements().len()).map(|e| particles.of(e).len()).max().unwrap_or(1).max(1);
-        let within = |e: usize| if setup.solids.is_none() { particles.of(e).len().max(1) } else { full };
-        let share = |e: usize| mesh.simplex(e).volume / within(e) as f64;
-        let volume = |fluid: usize| {
-            let own = (0..particles.len()).filter(|&p| usize::from(particles.fluid[p]) == fluid);
-            own.map(|p| share(particles.element[p] as usize)).sum()
-        };
-        let fluids = setup.fluids.iter().map(|fluid| &fluid.name);
-        let names = fluids.chain(setup.particle_solids.iter().map(|solid| &solid.name));
-        let bodies = names.enumerate().map(|(phase, name)| BodySummary {
-            name: name.clone(),
-            particles: count(phase),
-            volume: volume(phase),
-        });
         let locator = setup.solids.is_some().then(|| Locator::new(mesh));
         let solids = locator
             .iter()
@@ -214,7 +198,7 @@ impl CaseSummary {
             file.pfem2.solver.choices().kind == LinearKind::Direct || (D == 2 && nodes < 400_000) || nodes < 6_000;
         let solver = if direct { 4.0 * factor_numbers(nodes as f64, D) } else { 60.0 * 8.0 * (nodes * N) as f64 };
         Self {
-            bodies: bodies.collect(),
+            bodies: bodies_of_flow(setup),
             membranes: Vec::new(),
             solids,
             cells: mesh.elements().len() as f64,
@@ -339,4 +323,24 @@ impl std::fmt::Display for CaseSummary {
         }?;
         if self.foreseen && self.unknowns == 0 { self.write_work(f) } else { Ok(()) }
     }
+}
+
+/// Particles and volume of each phase.
+fn bodies_of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>) -> Vec<BodySummary> {
+    let (mesh, particles) = (&setup.mesh, &setup.particles);
+    let count = |fluid: usize| particles.phase.iter().filter(|&&f| usize::from(f) == fluid).count();
+    // Elements that a solid cuts have fewer particles, not larger ones.
+    let full = (0..mesh.elements().len()).map(|e| particles.of(e).len()).max().unwrap_or(1).max(1);
+    let within = |e: usize| if setup.solids.is_none() { particles.of(e).len().max(1) } else { full };
+    let share = |e: usize| mesh.simplex(e).volume / within(e) as f64;
+    let volume = |fluid: usize| {
+        let own = (0..particles.len()).filter(|&p| usize::from(particles.phase[p]) == fluid);
+        own.map(|p| share(particles.element[p] as usize)).sum()
+    };
+    let fluids = setup.fluids.iter().map(|fluid| &fluid.name);
+    let names = fluids.chain(setup.particle_solids.iter().map(|solid| &solid.name));
+    names
+        .enumerate()
+        .map(|(phase, name)| BodySummary { name: name.clone(), particles: count(phase), volume: volume(phase) })
+        .collect()
 }

@@ -122,7 +122,7 @@ mod tests {
     /// sin ωt + ¼ cos 2ωt swings from −5/4 to 3/4; what goes on at another frequency, at two thirds of its strength, does not
     /// count where it is averaged over eighty periods.
     #[test]
-    fn what_has_another_period_is_averaged_away() {
+    fn another_period_averages_to_nothing() {
         let row = |n: u32| {
             let t = f64::from(n) * 1e-3;
             let [u, w] = [TAU * t / 0.1, 14.11 * TAU * t];
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_in_the_history_fails() {
+    fn a_column_that_is_not_in_the_history_fails() {
         assert!(!outcome("'value'\nat = 5.0", "0.0", "absolute = 1e9").passed());
         assert!(!outcome("'crossing'\nat = 5.0", "0.0", "absolute = 1e9").passed());
         assert!(!outcome("'period'\nuntil = 0.3", "0.4", "absolute = 1e9").passed());

@@ -19,7 +19,7 @@ pub use table::render;
 use crate::catalog::EXPECTED_FILE;
 use crate::error::{Diagnostic, Error, Result};
 use crate::output::history::HistoryTable;
-use crate::output::plot::{CurveShape, Phase, ReferenceCurve};
+use crate::output::plot::{CurveShape, PhaseReference, ReferenceCurve};
 use crate::run::{self, Existing, Folder, Options, RunDirectory};
 use curve::Curve;
 use std::io;
@@ -108,9 +108,9 @@ pub fn drawn(folder: &Folder, expected: &Expected) -> Result<Vec<ReferenceCurve>
         expected::Reference::Number(_) => None,
     });
     let only_drawn = expected.drawn.iter().map(|drawn| {
-        let in_phase = |phase: &expected::DrawnPhase| -> Result<Phase> {
+        let in_phase = |phase: &expected::DrawnPhase| -> Result<PhaseReference> {
             let signal = points(&read(&phase.reference)?);
-            Ok(Phase { history: phase.history.clone(), column: phase.value.clone(), signal })
+            Ok(PhaseReference { history: phase.history.clone(), column: phase.value.clone(), signal })
         };
         let curve = reference(&drawn.history, &drawn.value, &drawn.reference, &drawn.source)?;
         Ok(ReferenceCurve { phase: drawn.phase.as_ref().map(in_phase).transpose()?, ..curve })

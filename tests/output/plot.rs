@@ -3,7 +3,7 @@
 
 use lateen::output::image::Image;
 use lateen::output::plot::{
-    CurveShape, Data, Phase, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
+    CurveShape, Data, PhaseReference, PlotAxis, PlotSeries, PlotSpec, ReferenceCurve, plot_run, to_image, to_svg,
 };
 use std::fs;
 use std::path::PathBuf;
@@ -84,7 +84,7 @@ fn a_periodic_reference_is_drawn_in_the_phase_of_the_run() {
         column: "y".into(),
         label: format!("published, by {history}"),
         shape: CurveShape::Points(signal.clone()),
-        phase: Some(Phase { history: history.into(), column: "y".into(), signal: signal.clone() }),
+        phase: Some(PhaseReference { history: history.into(), column: "y".into(), signal: signal.clone() }),
     };
     plot_run(&histories, &dir, &[in_phase("tip"), in_phase("another")]).unwrap();
     assert!(dir.join("tip-periods.png").exists(), "the periods closer by");

@@ -139,7 +139,7 @@ struct Construction<'c> {
     findings: Vec<Diagnostic>,
     /// Formulas that depend on the time or on the place.
     watched: Vec<Watched>,
-    /// What was found or chosen for the solids, to be told.
+    /// Notes for the user on periods and conditions of the solids.
     notes: Vec<String>,
 }
 

@@ -73,7 +73,7 @@ pub struct MembraneParameters {
 
 /// Sums over elements of one step.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ElementSums {
+pub struct MembraneSums {
     /// Strain energy: increment (rate laws) or value (total laws) [J].
     pub strain: f64,
     /// Work taken up by the hourglass control [J].
@@ -84,7 +84,7 @@ pub struct ElementSums {
     pub frequency2: f64,
 }
 
-impl ElementSums {
+impl MembraneSums {
     /// Adds the sums of further elements.
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -108,7 +108,7 @@ struct Stressed {
     tension: [ElementLanes; 3],
     /// Volume for the hourglass control [m³].
     volume: ElementLanes,
-    /// Strain energy and damping loss, as in [`ElementSums`], per element.
+    /// Strain energy and damping loss, as in [`MembraneSums`], per element.
     strain: ElementLanes,
     /// Damping loss [J].
     damping: ElementLanes,
@@ -146,7 +146,7 @@ pub struct Updated<const N: usize> {
     /// Area vector over the number of nodes [m²].
     pub area: LaneVector,
     /// Sums over the elements.
-    pub sums: ElementSums,
+    pub sums: MembraneSums,
 }
 
 /// The metric of a crumpled element is at least this [m⁴], so that its inverse is a number.
@@ -200,7 +200,7 @@ pub fn update<S: ElementShape<N>, const N: usize>(
         (p, r, h) = (p + force.p, r + force.r, h + force.h);
         hourglass = force.work.sum(count);
     }
-    let sums = ElementSums {
+    let sums = MembraneSums {
         strain: stressed.strain.sum(count),
         hourglass,
         damping: stressed.damping.sum(count),

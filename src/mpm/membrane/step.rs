@@ -1,7 +1,7 @@
 //! The stages of a membrane's step, and the bookkeeping of what they do.
 
 use super::Membrane;
-use super::element::ElementSums;
+use super::element::MembraneSums;
 use super::lanes::LANES;
 use super::ledger::Balance;
 use super::shape::{ElementShape, FullQuadrilateral, Quadrilateral, Segment, Triangle};
@@ -220,9 +220,9 @@ impl<const D: usize> Membrane<D> {
     }
 
     /// One pass over all elements.
-    pub(super) fn update_elements(&mut self) -> ElementSums {
+    pub(super) fn update_elements(&mut self) -> MembraneSums {
         let [quadrilaterals, triangles, segments] = self.elements.counts();
-        let (first, none) = (FirstElement::default(), ElementSums::default());
+        let (first, none) = (FirstElement::default(), MembraneSums::default());
         let (sums, next) = if self.sheet.wrinkles() {
             self.update_group::<FullQuadrilateral, 4>(first, quadrilaterals, none)
         } else {
@@ -238,8 +238,8 @@ impl<const D: usize> Membrane<D> {
         &mut self,
         first: FirstElement,
         count: usize,
-        sums: ElementSums,
-    ) -> (ElementSums, FirstElement) {
+        sums: MembraneSums,
+    ) -> (MembraneSums, FirstElement) {
         let blocks = count.div_ceil(LANES);
         let (element, corner) = (first.element + count, first.corner + N * count);
         let next = FirstElement { block: first.block + blocks * S::POINTS, corner, element };
@@ -261,8 +261,8 @@ impl<const D: usize> Membrane<D> {
             areas = rest;
             runs.push(Run { first: index * TASK, blocks, force, area });
         }
-        let parts: Vec<ElementSums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
-        (parts.into_iter().fold(sums, ElementSums::plus), next)
+        let parts: Vec<MembraneSums> = parallel::map_parts(runs, |run| task.run::<S, N>(run));
+        (parts.into_iter().fold(sums, MembraneSums::plus), next)
     }
 
     /// The error for the worst element or node.

@@ -1,6 +1,6 @@
 //! A run of element blocks as one parallel task: gather the nodes, update, scatter the forces.
 
-use super::element::{self, ElementSums, HistoryBlock, MembraneParameters, MovingTangents, ReferenceBlock};
+use super::element::{self, HistoryBlock, MembraneParameters, MembraneSums, MovingTangents, ReferenceBlock};
 use super::lanes::{LANES, LaneVector};
 use super::shape::ElementShape;
 use crate::material::Sheet;
@@ -39,7 +39,7 @@ pub(super) struct Run<'a, const D: usize> {
 impl<const D: usize> ElementTask<'_, D> {
     /// Updates a run of blocks with the widest vector instructions of this machine. The arithmetic, and so the result,
     /// is the same with all of them.
-    pub fn run<S: ElementShape<N>, const N: usize>(&self, run: Run<'_, D>) -> ElementSums {
+    pub fn run<S: ElementShape<N>, const N: usize>(&self, run: Run<'_, D>) -> MembraneSums {
         widest(Update::<S, D, N> { task: self, run, shape: PhantomData })
     }
 }
@@ -52,13 +52,13 @@ struct Update<'a, 'b, S, const D: usize, const N: usize> {
 }
 
 impl<S: ElementShape<N>, const D: usize, const N: usize> simd::Task for Update<'_, '_, S, D, N> {
-    type Output = ElementSums;
+    type Output = MembraneSums;
 
     #[inline(always)]
-    fn run<L: simd::Lanes>(self) -> ElementSums {
+    fn run<L: simd::Lanes>(self) -> MembraneSums {
         let Run { first, blocks, force, area } = self.run;
         let task = self.task;
-        let mut sums = ElementSums::default();
+        let mut sums = MembraneSums::default();
         for (index, (blocks, force)) in blocks.chunks_mut(S::POINTS).zip(force.chunks_mut(LANES * N)).enumerate() {
             let count = force.len() / N;
             let start = (first + index) * LANES * N;

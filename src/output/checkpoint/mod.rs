@@ -29,7 +29,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Version of the file format and of the columns of the methods.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 /// Bytes per block before compression.
 const BLOCK: usize = 1 << 20;
 /// Columns start at multiples of this many bytes.

@@ -4,7 +4,7 @@ mod draw;
 mod phase;
 mod run;
 
-pub use phase::Phase;
+pub use phase::PhaseReference;
 pub use run::{CurveShape, ReferenceCurve, plot_run};
 
 use super::atomic;

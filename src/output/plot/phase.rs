@@ -5,9 +5,9 @@
 
 use super::run::CurveShape;
 
-/// What tells the phase: a signal of the run, and when the same signal of the reference rises.
+/// Reference of the phase: a signal of the run, and when the same signal of the reference rises.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Phase {
+pub struct PhaseReference {
     /// The history of the signal: name of its file without extension.
     pub history: String,
     /// The column, without unit.
@@ -16,7 +16,7 @@ pub struct Phase {
     pub signal: Vec<[f64; 2]>,
 }
 
-impl Phase {
+impl PhaseReference {
     /// Time by which the reference is moved for `run` to be in phase with it at its end [s]; `None` if either doesn't rise through its
     /// middle.
     pub fn shift(&self, run: &[[f64; 2]]) -> Option<f64> {
@@ -74,7 +74,7 @@ mod tests {
     /// doesn't matter.
     #[test]
     fn a_reference_is_moved_by_the_difference_of_phases() {
-        let phase = Phase { history: "tip".into(), column: "y".into(), signal: swing(150, 0.05, 1.0) };
+        let phase = PhaseReference { history: "tip".into(), column: "y".into(), signal: swing(150, 0.05, 1.0) };
         let mut run = swing(1000, 0.03, 1.1);
         run[100][1] = 40.0;
         let shift = phase.shift(&run).unwrap();
@@ -84,8 +84,8 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_swing_has_no_phase() {
-        let phase = Phase { history: "tip".into(), column: "y".into(), signal: swing(150, 0.05, 1.0) };
+    fn a_steady_signal_has_no_phase() {
+        let phase = PhaseReference { history: "tip".into(), column: "y".into(), signal: swing(150, 0.05, 1.0) };
         assert_eq!(phase.shift(&[[0.0, 1.0], [1.0, 1.0]]), None);
         assert_eq!(phase.shift(&[]), None);
     }

@@ -1,6 +1,6 @@
 //! The plots of a whole run: every history with its references, the energies, and their closure.
 
-use super::{Data, Phase, PlotAxis, PlotSeries, PlotSpec, lines};
+use super::{Data, PhaseReference, PlotAxis, PlotSeries, PlotSpec, lines};
 use crate::error::{Error, Result};
 use crate::output::atomic::create_directory;
 use crate::output::balance::LOST_TO_ERRORS;
@@ -22,7 +22,7 @@ pub struct ReferenceCurve {
     /// The curve, in the units of the history.
     pub shape: CurveShape,
     /// The phase in which it is drawn; else at its own times.
-    pub phase: Option<Phase>,
+    pub phase: Option<PhaseReference>,
 }
 
 /// Shape of a reference in a plot.

@@ -23,7 +23,7 @@ pub fn add<const D: usize>(particles: &mut Particles<D>, first: usize) {
         particles.add_column(name, components);
     }
     particles.change_column(IDENTITY, |identity, particles| {
-        let solid = identity.iter_mut().zip(&particles.fluid).filter(|(_, phase)| usize::from(**phase) >= first);
+        let solid = identity.iter_mut().zip(&particles.phase).filter(|(_, phase)| usize::from(**phase) >= first);
         solid.enumerate().for_each(|(count, (identity, _))| *identity = (count + 1) as f64);
     });
 }
@@ -46,7 +46,7 @@ struct ParticleState<const D: usize> {
 /// them.
 pub fn admit<const D: usize, const N: usize>(particles: &mut Particles<D>, mesh: &Mesh<D, N>, first: usize) {
     let identity = particles.column(IDENTITY).unwrap_or_default();
-    let is_new = |p: usize| usize::from(particles.fluid[p]) >= first && identity[p] == 0.0;
+    let is_new = |p: usize| usize::from(particles.phase[p]) >= first && identity[p] == 0.0;
     let newcomers = parallel::collect_some(particles.len(), parallel::CHUNK, |p| is_new(p).then_some(p));
     if newcomers.is_empty() {
         return;
@@ -80,7 +80,7 @@ fn mean_around<const D: usize, const N: usize>(
     around.sort_unstable();
     around.dedup();
     let known = around.iter().flat_map(|&e| particles.of(e as usize));
-    let known = known.filter(|&p| particles.fluid[p] == particles.fluid[newcomer] && identity[p] > 0.0);
+    let known = known.filter(|&p| particles.phase[p] == particles.phase[newcomer] && identity[p] > 0.0);
     let (mut sum, mut count) = (ParticleState::<D>::default(), 0.0);
     for p in known {
         sum.stress += stress[p];

@@ -108,7 +108,7 @@ impl<const D: usize, const N: usize> Pfem2<D, N> {
         let particles = &self.particles.columns;
         let (stress, pressure, _) = columns::state(particles);
         Some(parallel::sum(particles.len(), |p| {
-            let Some(law) = solids.law_of(particles.fluid[p]) else { return 0.0 };
+            let Some(law) = solids.law_of(particles.phase[p]) else { return 0.0 };
             let density = stress[p].contract(&stress[p]) / (4.0 * law.shear) + pressure[p].powi(2) / (2.0 * law.bulk);
             self.particles.volume(&self.system, p) * density
         }))

@@ -53,7 +53,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         particles.change_column(STRESS, |stress, particles| {
             let stress: &mut [SymTensor] = bytemuck::cast_slice_mut(stress);
             parallel::change(stress, parallel::CHUNK, |p, stress| {
-                if self.law_of(particles.fluid[p]).is_some() {
+                if self.law_of(particles.phase[p]).is_some() {
                     let spin = gradient(mesh, particles.element[p] as usize, velocity).embed(0.0);
                     // Becker (16) for a rotation; theory (K.3).
                     *stress = stress.rotated(&rotation(&spin, dt));
@@ -67,7 +67,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         particles.change_column(STRESS, |stress, particles| {
             let stress: &mut [SymTensor] = bytemuck::cast_slice_mut(stress);
             parallel::change(stress, parallel::CHUNK, |p, stress| {
-                if let Some(law) = self.law_of(particles.fluid[p]) {
+                if let Some(law) = self.law_of(particles.phase[p]) {
                     let rate = deviatoric_rate(&gradient(mesh, particles.element[p] as usize, solved.velocity));
                     // Becker (15); theory (K.2).
                     *stress += rate * (2.0 * law.shear * solved.dt);
@@ -93,12 +93,12 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         particles.change_column(ACCELERATION, |acceleration, particles| {
             let acceleration: &mut [Vector<D>] = bytemuck::cast_slice_mut(acceleration);
             parallel::change(acceleration, parallel::CHUNK, |p, acceleration| {
-                if self.law_of(particles.fluid[p]).is_some() {
+                if self.law_of(particles.phase[p]).is_some() {
                     let e = particles.element[p] as usize;
                     let shape = mesh.shape_functions(e, particles.position[p]);
                     let nodes = mesh.elements()[e].iter().zip(&shape);
                     *acceleration =
-                        nodes.map(|(&i, n)| increment[usize::from(particles.fluid[p])][i as usize] * (n / dt)).sum();
+                        nodes.map(|(&i, n)| increment[usize::from(particles.phase[p])][i as usize] * (n / dt)).sum();
                 }
             });
         });
@@ -116,7 +116,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         let e = particles.element[p] as usize;
         let nodes = mesh.elements()[e].map(|node| node as usize);
         let shape = mesh.shape_functions(e, particles.position[p]);
-        let Some(law) = self.law_of(particles.fluid[p]) else {
+        let Some(law) = self.law_of(particles.phase[p]) else {
             // The pressure of the fluid's side; theory (K.6).
             let side = self.pressures_in(e, nodes.map(|i| solved.pressure[i]), false);
             return shape.iter().zip(side).map(|(n, p)| n * p).sum();

@@ -105,7 +105,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
         let mut sums = ElementSums::NONE;
         for p in particles.of(e) {
             let shape = mesh.shape_functions(e, particles.position[p]);
-            let law = self.law_of(particles.fluid[p]);
+            let law = self.law_of(particles.phase[p]);
             let (side, density) = (usize::from(law.is_some()), law.map_or(self.fluid_density, |law| law.density));
             sums.count[side] += 1.0;
             for k in 0..N {
@@ -119,7 +119,7 @@ impl<const D: usize, const N: usize> ParticleSolids<D, N> {
                 sums.shear += law.shear;
                 sums.compliance += 1.0 / law.bulk;
                 sums.solid_density += law.density;
-                sums.solid = sums.solid.or(Some(particles.fluid[p]));
+                sums.solid = sums.solid.or(Some(particles.phase[p]));
             }
         }
         sums

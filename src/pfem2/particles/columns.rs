@@ -71,8 +71,8 @@ particle_columns! {
     position: Vector<D>, sorted in vectors, merged to mean;
     /// Velocity v_p [m/s].
     velocity: Vector<D>, sorted in vectors, merged to mean;
-    /// Index of its phase: that of the fluid, or, after all fluids, of the solid on particles.
-    fluid: u8, sorted in bytes, merged to kept;
+    /// Its phase: the number of its fluid, or, after all fluids, of its solid on particles.
+    phase: u8, sorted in bytes, merged to kept;
     /// Depth below the surface of its own fluid [m]; only where the level set is sharp.
     depth: f64, sorted in floats, merged to mean;
     /// The element that holds the particle; ascending after [`Particles::sort`].
@@ -197,11 +197,11 @@ impl<const D: usize> Particles<D> {
     }
 
     /// Appends a particle. [`Particles::sort`] has to follow.
-    pub fn push(&mut self, position: Vector<D>, velocity: Vector<D>, fluid: u8, element: u32) {
+    pub fn push(&mut self, position: Vector<D>, velocity: Vector<D>, phase: u8, element: u32) {
         let p = self.position.len();
         self.push_zeros();
         (self.position[p], self.velocity[p]) = (position, velocity);
-        (self.fluid[p], self.element[p]) = (fluid, element);
+        (self.phase[p], self.element[p]) = (phase, element);
     }
 
     /// Sorts by element and drops the particles whose element is [`GONE`]; those of one element keep their order.
@@ -285,7 +285,7 @@ mod tests {
         for e in 0..mesh.elements().len() {
             for p in particles.of(e) {
                 assert!(mesh.shape_functions(e, particles.position[p]).iter().all(|&n| n > 0.0));
-                assert_eq!(Some(particles.fluid[p]), below(particles.position[p]));
+                assert_eq!(Some(particles.phase[p]), below(particles.position[p]));
             }
         }
     }
@@ -316,7 +316,7 @@ mod tests {
             particles.push(Vector::ZERO, Vector::ZERO, p as u8, element);
         }
         particles.sort();
-        assert_eq!(particles.fluid, [2, 5, 0, 3, 7, 4]);
+        assert_eq!(particles.phase, [2, 5, 0, 3, 7, 4]);
         assert_eq!(particles.of(5), 2..5);
         assert_eq!(particles.of(6), 5..5);
     }

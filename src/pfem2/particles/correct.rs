@@ -63,7 +63,7 @@ impl<const D: usize> Particles<D> {
             velocity: Continued::new(mesh, velocity, rule.level),
             fall,
         });
-        let Self { position, velocity: v, fluid, element, .. } = self;
+        let Self { position, velocity: v, phase, element, .. } = self;
         parallel::change(v, TASK, |p, v| {
             let e = element[p] as usize;
             let nodes = &mesh.elements()[e];
@@ -73,7 +73,7 @@ impl<const D: usize> Particles<D> {
                 let kept = *v + at(&shape, nodes, increment);
                 kept + (at(&shape, nodes, velocity) - kept) * filter
             };
-            let own = fluid[p] as usize;
+            let own = phase[p] as usize;
             *v = match heavy.as_ref().and_then(|heavy| Some((heavy, heavy.increment[own].as_ref()?))) {
                 Some((heavy, increment)) if increment.reaches(nodes) => {
                     blend(&increment.values, &heavy.velocity.values)
@@ -153,7 +153,7 @@ mod tests {
             let of = |e: usize| {
                 let (own, volume) = (particles.of(e), mesh.simplex(e).volume);
                 let share = volume / own.len() as f64;
-                own.map(|p| particles.velocity[p] * (share * DENSITY[particles.fluid[p] as usize])).sum::<Vector<2>>()
+                own.map(|p| particles.velocity[p] * (share * DENSITY[particles.phase[p] as usize])).sum::<Vector<2>>()
             };
             (0..mesh.elements().len()).map(of).sum::<Vector<2>>()
         };

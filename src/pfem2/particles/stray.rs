@@ -31,8 +31,8 @@ impl<const D: usize> ParticleTracking<D> {
         }
         let VelocityPressureSystem { mesh, velocity, .. } = system;
         let deep = DEEP * set.edge();
-        let Particles { position, velocity: v, fluid, depth, element, .. } = &mut self.columns;
-        let columns = (&mut fluid[..], &mut depth[..], &mut v[..], &position[..], &element[..]);
+        let Particles { position, velocity: v, phase, depth, element, .. } = &mut self.columns;
+        let columns = (&mut phase[..], &mut depth[..], &mut v[..], &position[..], &element[..]);
         let joined = parallel::map_chunks(columns, 256, |_, (own, own_depth, v, x, element)| {
             let mut joined = 0_u64;
             for p in 0..own.len() {
@@ -65,8 +65,8 @@ impl<const D: usize> ParticleTracking<D> {
             let share = region.volume(e) / own.len().max(1) as f64;
             for p in own {
                 let place = MeshPoint { element: e, shape: mesh.shape_functions(e, particles.position[p]) };
-                if set.at(mesh, &place).0 != particles.fluid[p] {
-                    volumes[usize::from(particles.fluid[p])] += share;
+                if set.at(mesh, &place).0 != particles.phase[p] {
+                    volumes[usize::from(particles.phase[p])] += share;
                 }
             }
         }

@@ -87,7 +87,7 @@ fn bounded<const D: usize, const N: usize>(
         return None;
     }
     let cuts: Vec<Vector<D>> = own.clone().map(cut).collect();
-    let density = |p: usize| density[usize::from(particles.fluid[p])];
+    let density = |p: usize| density[usize::from(particles.phase[p])];
     let mass: f64 = own.clone().map(density).sum();
     let back = own.clone().zip(&cuts).map(|(p, cut)| *cut * density(p)).sum::<Vector<D>>() / mass;
     let bounded: Vec<Vector<D>> = own.clone().zip(cuts).map(|(p, cut)| particles.velocity[p] - cut + back).collect();

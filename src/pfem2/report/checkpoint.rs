@@ -12,7 +12,7 @@ use crate::simulation::{Column, MOST_COUNTED, Record};
 /// The contradiction in restored columns, if there is one.
 pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<String> {
     let particles = &pfem.particles.columns;
-    let (count, Particles { fluid, element, .. }) = (particles.len(), particles);
+    let (count, Particles { phase, element, .. }) = (particles.len(), particles);
     if !particles.is_consistent() {
         return Some(format!("its columns hold different numbers of particles, {count} positions among them"));
     }
@@ -20,8 +20,8 @@ pub fn misfit<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Option<Stri
     if element.iter().any(|&e| e as usize >= elements) {
         return Some(format!("a particle lies in an element that the mesh of {elements} doesn't have"));
     }
-    if fluid.iter().any(|&f| usize::from(f) >= fluids) {
-        return Some(format!("a particle is of a fluid beyond the {fluids} there are"));
+    if phase.iter().any(|&phase| usize::from(phase) >= fluids) {
+        return Some(format!("a particle is of a phase beyond the {fluids} there are"));
     }
     let age = pfem.interface.sharp.as_ref().map_or(0, |sharp| sharp.age as u64);
     let counts = [pfem.steps, pfem.system.preconditioners, age];

@@ -63,7 +63,7 @@ impl Notices {
             return;
         }
         let mut left = vec![false; phases];
-        particles.fluid.iter().for_each(|&phase| left[usize::from(phase)] = true);
+        particles.phase.iter().for_each(|&phase| left[usize::from(phase)] = true);
         for (index, (name, left)) in system.phase_names().zip(left).enumerate() {
             if left {
                 self.been.insert(index);

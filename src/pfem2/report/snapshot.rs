@@ -52,7 +52,7 @@ pub fn snapshot<const D: usize, const N: usize>(pfem: &Pfem2<D, N>) -> Snapshot<
 fn points<'a, const D: usize, const N: usize>(pfem: &'a Pfem2<D, N>, fluid: usize) -> PointSet<'a> {
     let particles = &pfem.particles.columns;
     let own: Vec<u32> =
-        (0..particles.len() as u32).filter(|&p| usize::from(particles.fluid[p as usize]) == fluid).collect();
+        (0..particles.len() as u32).filter(|&p| usize::from(particles.phase[p as usize]) == fluid).collect();
     let position = own.iter().map(|&p| particles.position[p as usize].to3()).collect();
     let id = Cow::Owned(identities(pfem, fluid, &own));
     let count = own.len();

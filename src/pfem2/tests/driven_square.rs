@@ -111,7 +111,6 @@ fn fitted_to_the_mesh(stabilisation: Stabilisation) -> [f64; 2] {
 /// Published (own finite elements, body-fitted, lumped masses): added mass and damping of a square in a box of seven of its sides, two periods of backward Euler. The mesh
 /// here is coarser away from the square.
 #[test]
-#[ignore = "a minute"]
 fn a_square_has_the_published_added_mass_and_damping() {
     for (stabilisation, added, damping) in
         [(Stabilisation::Pspg, 1.77, 0.322), (Stabilisation::ConsistentPspg, 1.81, 0.183)]
@@ -125,7 +124,6 @@ fn a_square_has_the_published_added_mass_and_damping() {
 /// Where the fluid glides the square has the added mass of potential flow, and next to no damping with the default; other subscales take a part of the motion. A step of backward
 /// Euler gives the force of half a step before, ½ ω Δt m_a.
 #[test]
-#[ignore = "a minute"]
 fn a_square_that_glides_has_the_added_mass_of_potential_flow_and_no_damping() {
     let of =
         |stabilisation: Stabilisation, scheme: Scheme| on_a_mesh(stabilisation, scheme, SurfaceCondition::Slip, 20);
@@ -170,7 +168,6 @@ fn on_particles(stabilisation: Stabilisation, n: usize, speed: &str) -> Pfem2<2,
 /// The residual of the paper's stabilisation lacks its inertia: the fluid keeps its volume for the velocity of a time τ before, which damps by ω τ m_a, τ ≈ Δt, beside what backward Euler
 /// and the rest do.
 #[test]
-#[ignore = "a minute"]
 fn the_stabilisation_of_the_paper_damps_a_square_by_its_delay() {
     let [own, orthogonal] = [Stabilisation::Pspg, Stabilisation::Oss].map(|stabilisation| {
         let mut pfem = on_particles(stabilisation, 3, &format!("{SPEED:e}*sin(t)"));

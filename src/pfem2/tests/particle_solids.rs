@@ -464,13 +464,13 @@ fn particles_of_a_solid_stay_as_they_are() {
         let columns = &pfem.particles.columns;
         let identity = columns.column(columns::IDENTITY).unwrap();
         let own = (0..columns.len()).filter(|&p| identity[p] > 0.0);
-        own.map(|p| (identity[p] as u64, (columns.position[p], columns.fluid[p]))).collect::<BTreeMap<_, _>>()
+        own.map(|p| (identity[p] as u64, (columns.position[p], columns.phase[p]))).collect::<BTreeMap<_, _>>()
     };
     let (before, volume) = (places(&pfem), pfem.system.volumes[1]);
     (0..30).for_each(|k| pfem.step(f64::from(k) * 0.01, 0.01).unwrap());
     let after = places(&pfem);
     assert!(before.keys().eq(after.keys()) && after.values().all(|(_, phase)| *phase == 1));
-    let count = pfem.particles.columns.fluid.iter().filter(|phase| **phase == 1).count();
+    let count = pfem.particles.columns.phase.iter().filter(|phase| **phase == 1).count();
     assert_eq!(count, before.len());
     let moved = |(a, b): (&(Vector<2>, u8), &(Vector<2>, u8))| (a.0 - b.0).norm();
     let farthest = after.values().zip(before.values()).map(moved).fold(0.0, f64::max);

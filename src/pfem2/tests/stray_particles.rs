@@ -16,10 +16,10 @@ fn strewn() -> Pfem2<2, 3> {
         setup(mesh, sets, physics(fluids, [0.0.into(), (-9.81).into()]), |x| u8::from(phi(x) >= 0.0), |_| Vector::ZERO);
     setup.level_set = Some(LevelSet::new(&setup.mesh, 0, phi, &mut setup.particles));
     let mut pfem = Pfem2::new(setup);
-    let Particles { position, fluid, depth, .. } = &mut pfem.particles.columns;
-    for ((x, fluid), depth) in position.iter().zip(fluid).zip(depth) {
+    let Particles { position, phase, depth, .. } = &mut pfem.particles.columns;
+    for ((x, phase), depth) in position.iter().zip(phase).zip(depth) {
         if (*x - Vector([0.53, 0.22])).norm() < 0.025 || is_film(x) {
-            (*fluid, *depth) = (1 - *fluid, 0.0);
+            (*phase, *depth) = (1 - *phase, 0.0);
         }
     }
     pfem
@@ -31,8 +31,8 @@ fn is_film(x: &Vector<2>) -> bool {
 
 /// Numbers of particles of water above the line, and of air deep below it.
 fn strays(pfem: &Pfem2<2, 3>) -> [usize; 2] {
-    let Particles { position, fluid, .. } = &pfem.particles.columns;
-    let count = |stray: &dyn Fn(f64, u8) -> bool| position.iter().zip(fluid).filter(|(x, f)| stray(x[1], **f)).count();
+    let Particles { position, phase, .. } = &pfem.particles.columns;
+    let count = |stray: &dyn Fn(f64, u8) -> bool| position.iter().zip(phase).filter(|(x, f)| stray(x[1], **f)).count();
     [count(&|y, fluid| y > 0.505 && fluid == 0), count(&|y, fluid| y < 0.4 && fluid == 1)]
 }
 

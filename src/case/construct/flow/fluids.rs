@@ -161,7 +161,7 @@ impl Construction<'_> {
             self.gaps(mesh, parts, solids);
         }
         for InitialFluid { body, phase, .. } in parts {
-            if !particles.fluid.contains(phase) && !self.comes_in(*body) {
+            if !particles.phase.contains(phase) && !self.comes_in(*body) {
                 let help = "the region lies outside the mesh, under a body listed before it or a solid, or between particles; a fluid \
                             that is to come in is the `fluid` of an inlet";
                 let finding = Diagnostic::error(format!("body[{body}].region"), "no particles are in this region");

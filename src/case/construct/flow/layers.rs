@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 /// Part of the layer that an element may fill for the fluid to stick.
 const PART: f64 = 0.5;
 
-/// Where the case leaves it open: lets fluids glide along solids beside which elements are wider than half the layer that the solid slows
+/// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the layer that the solid slows
 /// down in its longest period. Says so of each of them.
 ///
 /// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found; and so do all

@@ -21,9 +21,11 @@ use super::{Construction, Model, guarded, has_errors};
 use crate::case::summary::CaseSummary;
 use crate::case::{Case, check, names};
 use crate::error::Diagnostic;
-use crate::math::Vector;
+use crate::math::{Signal, Vector};
 use crate::mesh::Mesh;
 use crate::mesh::domain::DomainMesh;
+use crate::pfem2::boundary::BoundarySetup;
+use crate::pfem2::particle_solids::setup::ParticleSolidSetup;
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::structure::Structure;
 use crate::pfem2::{Pfem2, Setup};
@@ -66,6 +68,15 @@ impl Case {
     }
 }
 
+/// The bodies of a case as the solver takes them.
+struct FlowBodies<const D: usize> {
+    fluids: Vec<FluidSetup>,
+    /// Regions of fluids and solids on particles at the start.
+    parts: Vec<InitialFluid>,
+    particle_solids: Vec<ParticleSolidSetup<D>>,
+    solids: Vec<InitialSolid<D>>,
+}
+
 impl Construction<'_> {
     /// Notes the longest periods of elastic solids, and lets fluids glide where their layers aren't resolved.
     fn periods_and_layers<const D: usize, const N: usize>(
@@ -80,6 +91,41 @@ impl Construction<'_> {
         self.notes.extend(layers::choose(&self.case.file, structure, &modes, fluids, mesh));
     }
 
+    /// The fluids and the solids of the case.
+    fn bodies<const D: usize, const N: usize>(&mut self, mesh: &Mesh<D, N>) -> FlowBodies<D> {
+        let file = &self.case.file;
+        let (flowing, solid, on_particles) = (file.fluids(), file.solids(), file.particle_solids());
+        let fluids: Vec<FluidSetup> = flowing.iter().filter_map(|&i| self.fluid(i)).collect();
+        // Solids come before fluids where regions overlap; their phases come after those of the fluids.
+        let phases = (flowing.len()..).zip(&on_particles).chain(flowing.iter().enumerate());
+        let parts: Vec<InitialFluid> = phases.filter_map(|(phase, &i)| self.part((i, phase), mesh)).collect();
+        let particle_solids = self.particle_solids(&on_particles, &parts, mesh);
+        let solids: Vec<InitialSolid<D>> = solid.iter().filter_map(|&i| self.solid(i, mesh)).collect();
+        if flowing.is_empty() {
+            let what = if file.body.is_empty() { "body" } else { "fluid" };
+            let finding = Diagnostic::error("", format!("there is no {what}: nothing fills the mesh"));
+            self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
+        }
+        FlowBodies { fluids, parts, particle_solids, solids }
+    }
+
+    /// Looks for what is likely to be a mistake: leaks, pieces without an opening, what falls out, empty elements.
+    fn check_flow<const D: usize, const N: usize>(
+        &mut self,
+        mesh: &Mesh<D, N>,
+        boundaries: &[BoundarySetup<D>],
+        gravity: &[Signal],
+        bodies: &FlowBodies<D>,
+    ) {
+        self.pieces(mesh, boundaries);
+        self.through_walls(mesh, boundaries);
+        self.through_flow(mesh, boundaries);
+        self.falling_out(mesh, boundaries, gravity, bodies.fluids[0].density);
+        self.left_over(mesh, boundaries);
+        self.nearly_flat(mesh);
+        self.unfilled(mesh, &bodies.parts, &bodies.solids);
+    }
+
     fn flow<const D: usize, const N: usize>(&mut self, make: MakeMesh<D, N>) -> Option<Setup<D, N>> {
         let file = &self.case.file;
         let mesh = self.mesh(make)?;
@@ -89,30 +135,14 @@ impl Construction<'_> {
         let pin = self.pin(&mesh, &boundaries);
         let moments = self.moments(&boundaries);
         let tension = self.tensions();
-        let (flowing, solid, on_particles) = (file.fluids(), file.solids(), file.particle_solids());
-        let fluids: Vec<FluidSetup> = flowing.iter().filter_map(|&i| self.fluid(i)).collect();
-        // Solids come before fluids where regions overlap; their phases come after those of the fluids.
-        let phases = (flowing.len()..).zip(&on_particles).chain(flowing.iter().enumerate());
-        let parts: Vec<InitialFluid> = phases.filter_map(|(phase, &i)| self.part((i, phase), &mesh)).collect();
-        let particle_solids = self.particle_solids(&on_particles, &parts, &mesh);
-        let solids: Vec<InitialSolid<D>> = solid.iter().filter_map(|&i| self.solid(i, &mesh)).collect();
-        if flowing.is_empty() {
-            let what = if file.body.is_empty() { "body" } else { "fluid" };
-            let finding = Diagnostic::error("", format!("there is no {what}: nothing fills the mesh"));
-            self.findings.push(finding.help("add a `[[body]]` with the region of a fluid"));
-        }
+        let bodies = self.bodies(&mesh);
         self.several_fluids(&boundaries);
-        self.overlaps(&solids);
+        self.overlaps(&bodies.solids);
         if has_errors(&self.findings) {
             return None;
         }
-        self.pieces(&mesh, &boundaries);
-        self.through_walls(&mesh, &boundaries);
-        self.through_flow(&mesh, &boundaries);
-        self.falling_out(&mesh, &boundaries, &gravity, fluids[0].density);
-        self.left_over(&mesh, &boundaries);
-        self.nearly_flat(&mesh);
-        self.unfilled(&mesh, &parts, &solids);
+        self.check_flow(&mesh, &boundaries, &gravity, &bodies);
+        let FlowBodies { fluids, parts, particle_solids, solids } = bodies;
         let mut particles = self.seed(&mesh, &parts, &solids)?;
         let level_set = sharp(&file.pfem2, &mesh, &fluids, &parts, &mut particles);
         let start =

@@ -93,10 +93,7 @@ impl Construction<'_> {
             let finding = Diagnostic::error(format!("{key}.material.bulk-viscosity"), "solids on particles have none");
             self.findings.push(finding.help("take it out: no shock runs through them"));
         }
-        if let (Some(_), 3) = (spec.plane, D) {
-            let finding = Diagnostic::error(format!("{key}.plane"), "a solid in 3D has no plane");
-            self.findings.push(finding.help("take it out: it is for `dimension = 2`"));
-        }
+        self.plane_in_space::<D>(body);
         if !mesh.nodes().iter().any(|&x| part.contains(x)) {
             let message = format!("no node of the mesh lies in `{}`: elements are larger than it", spec.name);
             let finding = Diagnostic::error(format!("{key}.region"), message);

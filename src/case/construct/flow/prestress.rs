@@ -57,7 +57,7 @@ fn across<const D: usize>(stress: &SymTensor, plane: PlaneSpec) -> Option<usize>
     none.iter().copied().find(|&k| stress.0[k] != 0.0)
 }
 
-/// What a case with incompressible solids is told.
+/// Note on incompressible solids for the user of a case.
 pub(super) fn incompressible(file: &CaseFile) -> Option<String> {
     let is_half = |i: &usize| match &file.body[*i].material {
         Material::Point(law) => law.as_dyn().elastic_law().is_ok_and(|law| {

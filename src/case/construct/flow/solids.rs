@@ -75,10 +75,7 @@ impl Construction<'_> {
         let (tractions, pressures) = self.loads(index, (&quadratic, &mesh), &over);
         let law = self.solid_law(index)?;
         let law = self.prestressed::<D>(index, law)?;
-        if let (Some(_), 3) = (spec.plane, D) {
-            let finding = Diagnostic::error(format!("{key}.plane"), "a solid in 3D has no plane");
-            self.findings.push(finding.help("take it out: it is for `dimension = 2`"));
-        }
+        self.plane_in_space::<D>(index);
         let [lower, upper] = quadratic.extent().map(Vector::from3);
         let at = |x: &Vector<D>| Vector::from_fn(|i| velocity[i].value(x.to3(), 0.0));
         let setup = SolidSetup {
@@ -100,6 +97,14 @@ impl Construction<'_> {
         };
         let surface = Winding::new(setup.mesh.facets.iter().flat_map(|facet| pieces(&setup.mesh, facet)).collect());
         Some(InitialSolid { body: index, setup, velocity, lower, upper, surface })
+    }
+
+    /// The assumption of plane stress or plane strain is for two dimensions.
+    pub(super) fn plane_in_space<const D: usize>(&mut self, body: usize) {
+        if let (Some(_), 3) = (self.case.file.body[body].plane, D) {
+            let finding = Diagnostic::error(format!("body[{body}].plane"), "a solid in 3D has no plane");
+            self.findings.push(finding.help("take it out: it is for `dimension = 2`"));
+        }
     }
 
     /// The solids of a case together; inside `None` if there are none.

@@ -169,7 +169,7 @@ mod tests {
             assert!(fluid == 0 && (depth - 0.05).abs() < 1e-12, "{fluid} {depth}");
         }
         let air =
-            particles.position.iter().zip(&particles.depth).zip(&particles.fluid).filter(|(_, fluid)| **fluid == 1);
+            particles.position.iter().zip(&particles.depth).zip(&particles.phase).filter(|(_, fluid)| **fluid == 1);
         for ((x, depth), _) in air {
             assert!((depth - (x[1] - 0.6).min(1.0 - x[1])).abs() < 1e-12, "{x:?}: {depth}");
         }

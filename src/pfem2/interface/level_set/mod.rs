@@ -106,8 +106,8 @@ impl LevelSet {
         let edge = if interface.is_empty() { longest() } else { interface.longest_edge() };
         let band = BAND * edge;
         let set = Self { inside, level, band, age: 0 };
-        let Particles { position, fluid, depth, .. } = particles;
-        parallel::fill(depth, 256, |p| (set.sign(fluid[p]) * phi(position[p])).max(0.0));
+        let Particles { position, phase, depth, .. } = particles;
+        parallel::fill(depth, 256, |p| (set.sign(phase[p]) * phi(position[p])).max(0.0));
         set
     }
 
@@ -172,7 +172,7 @@ impl LevelSet {
             }
             let mut moments = Moments::new(0);
             for p in own.clone() {
-                let phi = self.sign(particles.fluid[p]) * particles.depth[p].min(self.band);
+                let phi = self.sign(particles.phase[p]) * particles.depth[p].min(self.band);
                 moments.add(&mesh.shape_functions(e, particles.position[p]), Vector([phi]));
             }
             entries.put(&moments);
@@ -182,7 +182,7 @@ impl LevelSet {
         let level = |node: usize| {
             let around = mesh.elements_around(node).iter().map(|&e| e as usize);
             if !around.clone().any(|e| near[e]) {
-                let fluid = around.flat_map(|e| particles.of(e)).next().map(|p| particles.fluid[p]);
+                let fluid = around.flat_map(|e| particles.of(e)).next().map(|p| particles.phase[p]);
                 return fluid.map_or(before[node], |fluid| self.sign(fluid) * self.band);
             }
             let (mut sum, mut weight) = (0.0, 0.0);
@@ -203,13 +203,13 @@ impl LevelSet {
         let elements = mesh.elements().len();
         let shallow = |e: usize| {
             let own = particles.of(e);
-            let mixed = particles.fluid[own.clone()].windows(2).any(|pair| pair[0] != pair[1]);
+            let mixed = particles.phase[own.clone()].windows(2).any(|pair| pair[0] != pair[1]);
             mixed || particles.depth[own].iter().any(|&depth| depth < 0.99 * self.band)
         };
         let shallow = parallel::collect(elements, 256, shallow);
         let node = |node: usize| {
             let around = mesh.elements_around(node);
-            let fluids = || around.iter().filter_map(|&e| particles.of(e as usize).next()).map(|p| particles.fluid[p]);
+            let fluids = || around.iter().filter_map(|&e| particles.of(e as usize).next()).map(|p| particles.phase[p]);
             around.iter().any(|&e| shallow[e as usize]) || fluids().any(|fluid| Some(fluid) != fluids().next())
         };
         let node = parallel::collect(mesh.nodes().len(), 256, node);
@@ -229,11 +229,11 @@ impl LevelSet {
         distance.iter_mut().zip(&self.level).for_each(|(distance, phi)| *distance = distance.copysign(*phi));
         let (straight, slope) = (self.straightened(mesh), self.slopes(mesh));
         let slack = SLACK * interface.longest_edge();
-        let Particles { position, element, fluid, depth, .. } = particles;
+        let Particles { position, element, phase, depth, .. } = particles;
         parallel::change(depth, 256, |p, depth| {
             let e = element[p] as usize;
             let place = MeshPoint { element: e, shape: mesh.shape_functions(e, position[p]) };
-            let (sign, shown) = (self.sign(fluid[p]), value(mesh, &place, &self.level));
+            let (sign, shown) = (self.sign(phase[p]), value(mesh, &place, &self.level));
             if sign * shown < 0.0 {
                 return;
             }

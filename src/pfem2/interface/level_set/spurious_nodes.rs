@@ -72,7 +72,7 @@ impl<const D: usize> Origins<'_, D> {
         mesh.elements_around(node).iter().any(|&e| {
             let was = |&other: &u32| (self.before[other as usize] < 0.0) == negative;
             mesh.elements()[e as usize].iter().any(was)
-                || self.particles.fluid[self.particles.of(e as usize)].iter().any(own)
+                || self.particles.phase[self.particles.of(e as usize)].iter().any(own)
         })
     }
 }

@@ -82,15 +82,15 @@ impl<const D: usize> Particles<D> {
     pub fn carry<const N: usize>(&mut self, lines: &Streamlines<D, N>, dt: f64) -> ConvectionCounts {
         let &Streamlines { mesh, flow, ref rates, .. } = lines;
         let heavy = flow.projectiles.map(|rule| (rule, HeavyField::new(mesh, flow.velocity, rule.level)));
-        let columns = (&mut self.position[..], &mut self.element[..], &self.velocity[..], &self.fluid[..]);
-        let moved = parallel::map_chunks(columns, TASK, |_, (position, element, velocity, fluid)| {
+        let columns = (&mut self.position[..], &mut self.element[..], &self.velocity[..], &self.phase[..]);
+        let moved = parallel::map_chunks(columns, TASK, |_, (position, element, velocity, phase)| {
             let mut group = Group {
                 lines,
                 heavy: None,
                 position,
                 element,
                 velocity,
-                fluid,
+                phase,
                 seen: 0,
                 fate: ConvectionCounts::default(),
             };
@@ -114,7 +114,7 @@ struct Group<'a, const D: usize, const N: usize> {
     position: &'a mut [Vector<D>],
     element: &'a mut [u32],
     velocity: &'a [Vector<D>],
-    fluid: &'a [u8],
+    phase: &'a [u8],
     /// Particles before this one have set out, or are not of this journey.
     seen: usize,
     fate: ConvectionCounts,
@@ -125,7 +125,7 @@ impl<const D: usize, const N: usize> Travellers<N> for Group<'_, D, N> {
     fn next(&mut self) -> Option<(usize, MeshPoint<N>)> {
         let count = self.position.len();
         if let Some((rule, _, now)) = self.heavy {
-            while self.seen < count && rule.fluids[self.fluid[self.seen] as usize] != now {
+            while self.seen < count && rule.fluids[self.phase[self.seen] as usize] != now {
                 self.seen += 1;
             }
         }

@@ -156,7 +156,7 @@ fn table<const D: usize, const N: usize>(
     MomentTable::collect(mesh.elements().len(), |e, entries| {
         let own = particles.of(e);
         let count = own.len();
-        let runs = particles.fluid[own.clone()].chunk_by(|a, b| a == b);
+        let runs = particles.phase[own.clone()].chunk_by(|a, b| a == b);
         let mut p = own.start;
         for run in runs {
             let mut moments = Moments::new(run[0]);
@@ -226,7 +226,7 @@ fn wendland_average<const D: usize, const N: usize>(
         let q = (particles.position[p] - mesh.nodes()[node]).norm() / reach;
         // Becker (39), theory (G.23).
         let w = (1.0 - q).max(0.0).powi(4) * (4.0 * q + 1.0);
-        let share = &mut average.fluids[particles.fluid[p] as usize];
+        let share = &mut average.fluids[particles.phase[p] as usize];
         share.velocity += particles.velocity[p] * w;
         share.weight += w;
         average.seen += w;

@@ -58,7 +58,7 @@ fn conserves_momentum<const D: usize, const N: usize>(mesh: &Mesh<D, N>) {
     for e in 0..mesh.elements().len() {
         let volume = mesh.simplex(e).volume / particles.of(e).len() as f64;
         for p in particles.of(e) {
-            let mass = volume * [1000.0, 1.0][particles.fluid[p] as usize];
+            let mass = volume * [1000.0, 1.0][particles.phase[p] as usize];
             carried += particles.velocity[p] * mass;
             size += mass * particles.velocity[p].norm();
         }
@@ -80,7 +80,7 @@ fn a_single_particle_gives_its_momentum_to_its_nodes() {
     for sample in 0..2000 {
         let (p, way) = (sample % rest.len(), 0.3 * (0.5 + 0.5 * f64::from(sample as u32).sin()));
         let mut particles = rest.clone();
-        (particles.fluid[p], particles.velocity[p]) = (1, velocity);
+        (particles.phase[p], particles.velocity[p]) = (1, velocity);
         let e = particles.element[p] as usize;
         let towards = mesh.corners(e)[sample % 3] - particles.position[p];
         particles.position[p] += towards * way;
@@ -103,7 +103,7 @@ fn the_slope_across_a_film_is_not_carried_on_to_the_nodes() {
     let film = |x: Vector<2>| (x[1] - row).abs() < 0.01 / 6.0;
     let along = |x: Vector<2>| Vector([if film(x) { (x[1] - row).signum() } else { 0.0 }, 0.0]);
     let particles = Particles::seed(&mesh, 4, |x| Some(u8::from(!film(x))), along);
-    let heavy = particles.fluid.iter().filter(|&&fluid| fluid == 0).count();
+    let heavy = particles.phase.iter().filter(|&&fluid| fluid == 0).count();
     assert!((6..30).contains(&heavy), "{heavy}");
     let projected = plain(&mesh, &particles, AveragingKernel::Linear);
     let fastest = |v: &[Vector<2>]| v.iter().map(|v| v.norm()).fold(0.0, f64::max);
@@ -201,12 +201,12 @@ fn slopes_of_a_cut_fluid_do_not_feed_on_themselves() {
         for p in 0..particles.len() {
             let to = mesh.corners(particles.element[p] as usize)[p % 3] - particles.position[p];
             particles.position[p] += to * (0.2 + 0.2 * noise(p, sample));
-            particles.fluid[p] = fluid(particles.position[p]);
+            particles.phase[p] = fluid(particles.position[p]);
             particles.velocity[p] = Vector([noise(p, 7), noise(p, 8)]);
         }
         particles.sort();
         let size = |particles: &Particles<2>| {
-            let own = particles.fluid.iter().zip(&particles.velocity).filter(|(fluid, _)| **fluid == 1);
+            let own = particles.phase.iter().zip(&particles.velocity).filter(|(fluid, _)| **fluid == 1);
             own.map(|(_, v)| v.norm_squared()).sum::<f64>().sqrt()
         };
         let start = size(&particles);

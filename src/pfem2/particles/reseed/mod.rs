@@ -140,7 +140,7 @@ impl<const D: usize> Particles<D> {
     /// Rule for an element with the particles `own`: that of the first of them, unless one asks to be left alone; for an element without
     /// particles that of the first phase.
     fn reseeding_of(&self, list: &PhaseList, own: impl Iterator<Item = usize>) -> Reseeding {
-        let mut rules = own.map(|p| list.reseeding(usize::from(self.fluid[p])));
+        let mut rules = own.map(|p| list.reseeding(usize::from(self.phase[p])));
         let Some(first) = rules.next() else { return list.reseeding(0) };
         if !list.has_solids() {
             return first;
@@ -222,7 +222,7 @@ impl<const D: usize> Particles<D> {
         let mut left = members.len();
         while left > most {
             let pairs = members.iter().enumerate().flat_map(|(i, &a)| members[i + 1..].iter().map(move |&b| (a, b)));
-            let alike: Vec<(usize, usize)> = pairs.filter(|&(a, b)| self.fluid[a] == self.fluid[b]).collect();
+            let alike: Vec<(usize, usize)> = pairs.filter(|&(a, b)| self.phase[a] == self.phase[b]).collect();
             let closest = alike.iter().map(distance).fold(f64::INFINITY, f64::min) * (1.0 + ROUNDING);
             let equal = alike.iter().filter(|&pair| distance(pair) <= closest);
             let Some(&(keep, drop)) = equal.min_by(|a, b| aside(a).total_cmp(&aside(b))) else { return };

@@ -61,11 +61,11 @@ fn mirrored<const D: usize, const N: usize>(
     }
     assert!(done.iter().all(|&count| count > particles.len() / 50), "{done:?} of {}", particles.len());
     let image = |p: usize| {
-        let (x, own) = (mirror(particles.position[p]), (particles.fluid[p], particles.depth[p]));
+        let (x, own) = (mirror(particles.position[p]), (particles.phase[p], particles.depth[p]));
         let near = |q: &usize| (particles.position[*q] - x).norm() < 1e-9;
         (0..particles.len())
             .filter(near)
-            .any(|q| particles.fluid[q] == own.0 && (particles.depth[q] - own.1).abs() < 1e-9)
+            .any(|q| particles.phase[q] == own.0 && (particles.depth[q] - own.1).abs() < 1e-9)
     };
     let alone = (0..particles.len()).filter(|&p| !image(p)).count();
     assert!(alone == 0, "{alone} of {} particles have no image", particles.len());
@@ -121,7 +121,7 @@ fn a_channel_is_filled_with_its_inflow() {
         let (x, v) = (particles.position[p][0], particles.velocity[p][0]);
         if x < 0.7 {
             assert!((v - (1.0 - x)).abs() < 1e-12, "{x} {v}");
-            assert_eq!(particles.fluid[p], u8::from(1.0 - x > 0.25));
+            assert_eq!(particles.phase[p], u8::from(1.0 - x > 0.25));
         }
     }
 }
@@ -145,7 +145,7 @@ fn merging_keeps_centres_and_fluids() {
     let before = particles.len();
     let done = particles.reseed(&mesh, &PhaseList::fluids(&[1.0; 2]), density, &origin);
     assert!(done.merged > 0 && particles.len() == before - done.merged);
-    for (x, (v, &fluid)) in particles.position.iter().zip(particles.velocity.iter().zip(&particles.fluid)) {
+    for (x, (v, &fluid)) in particles.position.iter().zip(particles.velocity.iter().zip(&particles.phase)) {
         assert!((*x - *v).norm() < 1e-15 && fluid == u8::from(x[1] > 0.37));
     }
 }

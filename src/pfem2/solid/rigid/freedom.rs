@@ -10,7 +10,7 @@ use crate::math::Vector;
 
 /// Velocity of the centre of mass and angular velocity; or coefficients of these.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Rates {
+pub struct RigidRates {
     /// V [m/s].
     pub velocity: Vector<3>,
     /// ω [1/s].
@@ -21,9 +21,9 @@ pub struct Rates {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Freedom {
     /// q₀.
-    pub particular: Rates,
+    pub particular: RigidRates,
     /// q_j, orthonormal with the radius of gyration.
-    pub free: Vec<Rates>,
+    pub free: Vec<RigidRates>,
     length: f64,
 }
 
@@ -34,7 +34,7 @@ pub struct Contradiction {
     pub missed: f64,
 }
 
-impl Rates {
+impl RigidRates {
     /// Velocity at an arm from the centre of mass [m/s].
     pub fn at(&self, arm: Vector<3>) -> Vector<3> {
         self.velocity + self.spin.cross(arm)
@@ -91,7 +91,7 @@ impl Freedom {
     ///
     /// # Errors
     /// Supports that no motion of a rigid solid satisfies, to 1 % of the largest velocity that they prescribe.
-    pub fn new(length: f64, supports: &[(Rates, f64)]) -> Result<Self, Contradiction> {
+    pub fn new(length: f64, supports: &[(RigidRates, f64)]) -> Result<Self, Contradiction> {
         /// Mismatch of supports, relative to the velocities that they prescribe.
         const MISMATCH: f64 = 0.01;
         let (mut basis, mut along): (Vec<[f64; 6]>, Vec<f64>) = (Vec::new(), Vec::new());
@@ -111,25 +111,25 @@ impl Freedom {
             }
         }
         let sum = |k: usize| basis.iter().zip(&along).map(|(direction, y)| direction[k] * y).sum();
-        let particular = Rates::unscaled(std::array::from_fn(sum), length);
+        let particular = RigidRates::unscaled(std::array::from_fn(sum), length);
         let held = basis.len();
         for k in 0..6 {
             let unit = std::array::from_fn(|i| f64::from(u8::from(i == k)));
             basis.extend(rest(unit, &basis).map(|(direction, _)| direction));
         }
-        Ok(Self { particular, free: basis[held..].iter().map(|&q| Rates::unscaled(q, length)).collect(), length })
+        Ok(Self { particular, free: basis[held..].iter().map(|&q| RigidRates::unscaled(q, length)).collect(), length })
     }
 
     /// z of rates.
-    pub fn coordinates(&self, rates: &Rates) -> Vec<f64> {
+    pub fn coordinates(&self, rates: &RigidRates) -> Vec<f64> {
         let [q, start] = [rates, &self.particular].map(|rates| rates.scaled(self.length));
         let away: [f64; 6] = std::array::from_fn(|k| q[k] - start[k]);
         self.free.iter().map(|free| dot(&free.scaled(self.length), &away)).collect()
     }
 
     /// The rates at z.
-    pub fn rates(&self, z: &[f64]) -> Rates {
-        self.free.iter().zip(z).fold(self.particular, |sum, (free, &z)| Rates {
+    pub fn rates(&self, z: &[f64]) -> RigidRates {
+        self.free.iter().zip(z).fold(self.particular, |sum, (free, &z)| RigidRates {
             velocity: sum.velocity + free.velocity * z,
             spin: sum.spin + free.spin * z,
         })
@@ -148,7 +148,7 @@ mod tests {
         for (held, left) in [(0, 6), (1, 3), (2, 1), (3, 0)] {
             let rows: Vec<_> = points[..held]
                 .iter()
-                .flat_map(|&x| (0..3).map(move |axis| (Rates::of_point(x, axis), Vector([1.0, 2.0, 3.0])[axis])))
+                .flat_map(|&x| (0..3).map(move |axis| (RigidRates::of_point(x, axis), Vector([1.0, 2.0, 3.0])[axis])))
                 .collect();
             let freedom = Freedom::new(0.4, &rows).unwrap();
             assert_eq!(freedom.free.len(), left);
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn supports_that_pull_a_solid_apart_are_told() {
-        let apart = |x: f64, speed: f64| (Rates::of_point(Vector([x, 0.0, 0.0]), 0), speed);
+        let apart = |x: f64, speed: f64| (RigidRates::of_point(Vector([x, 0.0, 0.0]), 0), speed);
         let told = Freedom::new(1.0, &[apart(0.0, 0.0), apart(1.0, 0.5)]).unwrap_err();
         assert!((told.missed - 0.5).abs() < 1e-12, "{told:?}");
         assert!(Freedom::new(1.0, &[apart(0.0, 0.5), apart(1.0, 0.5)]).is_ok());

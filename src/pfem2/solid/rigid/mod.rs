@@ -19,7 +19,7 @@ use crate::math::{Signal, Tensor, Vector};
 use crate::pfem2::time::history::StepShares;
 use crate::simulation::Record;
 use bytemuck::{Pod, Zeroable};
-pub use freedom::{Contradiction, Freedom, Rates};
+pub use freedom::{Contradiction, Freedom, RigidRates};
 use std::ops::Range;
 
 /// A rigid solid.
@@ -105,14 +105,14 @@ pub struct HeldAxis {
 
 impl RigidPrediction {
     /// V and ω, of the independent velocities of all solids.
-    pub fn rates(&self, w: &[f64]) -> Rates {
+    pub fn rates(&self, w: &[f64]) -> RigidRates {
         self.freedom.rates(&w[self.first as usize..][..self.freedom.free.len()])
     }
 }
 
 impl RigidState {
     /// A solid at rest in the reference state but for these rates, with the moments of inertia J₀ [kg m²].
-    pub fn new(rates: Rates, inertia: &Tensor<3>) -> Self {
+    pub fn new(rates: RigidRates, inertia: &Tensor<3>) -> Self {
         Self {
             displacement: Vector::ZERO,
             rotation: Tensor::identity(),
@@ -125,8 +125,8 @@ impl RigidState {
     }
 
     /// V and ω.
-    pub fn rates(&self) -> Rates {
-        Rates { velocity: self.velocity[0], spin: self.spin[0] }
+    pub fn rates(&self) -> RigidRates {
+        RigidRates { velocity: self.velocity[0], spin: self.spin[0] }
     }
 
     /// Stops it where it is.
@@ -186,10 +186,10 @@ impl RigidBody {
     ///
     /// # Errors
     /// Supports that contradict each other.
-    pub fn start(&self, [momentum, angular]: [Vector<3>; 2], held: &[HeldAxis]) -> Result<Rates, Contradiction> {
+    pub fn start(&self, [momentum, angular]: [Vector<3>; 2], held: &[HeldAxis]) -> Result<RigidRates, Contradiction> {
         let freedom = self.freedom(&Tensor::identity(), 0.0, held)?;
         let inverse = self.inertia.inverse().unwrap_or(Tensor::ZERO);
-        let rates = Rates { velocity: momentum / self.mass, spin: inverse.apply(angular) };
+        let rates = RigidRates { velocity: momentum / self.mass, spin: inverse.apply(angular) };
         Ok(freedom.rates(&freedom.coordinates(&rates)))
     }
 
@@ -201,8 +201,8 @@ impl RigidBody {
     /// Motions that supports leave free at time `t` [s].
     fn freedom(&self, rotation: &Tensor<3>, t: f64, held: &[HeldAxis]) -> Result<Freedom, Contradiction> {
         let unit = |axis| Vector::unit(axis);
-        let translation = |axis| Rates { velocity: unit(axis), spin: Vector::ZERO };
-        let turn = |axis| Rates { velocity: Vector::ZERO, spin: unit(axis) };
+        let translation = |axis| RigidRates { velocity: unit(axis), spin: Vector::ZERO };
+        let turn = |axis| RigidRates { velocity: Vector::ZERO, spin: unit(axis) };
         let mut rows = Vec::new();
         if self.dimension == 2 {
             rows.extend([translation(2), turn(0), turn(1)].map(|row| (row, 0.0)));
@@ -211,7 +211,7 @@ impl RigidBody {
         rows.extend((0..3).filter_map(|axis| Some((translation(axis), velocity[axis]?))));
         rows.extend((0..3).filter_map(|axis| Some((turn(axis), spin[axis]?))));
         let arm = |node: usize| rotation.apply(self.arms[node]);
-        rows.extend(held.iter().map(|held| (Rates::of_point(arm(held.node), held.axis), held.velocity)));
+        rows.extend(held.iter().map(|held| (RigidRates::of_point(arm(held.node), held.axis), held.velocity)));
         Freedom::new((self.inertia.trace() / self.mass).sqrt(), &rows)
     }
 
@@ -286,22 +286,22 @@ impl RigidBody {
         const NOTHING: f64 = 1e-12;
         let arm = prediction.rotation.apply(self.arms[node]);
         let Freedom { particular, free, .. } = &prediction.freedom;
-        let size = |rates: &Rates| rates.velocity.norm() + rates.spin.norm() * arm.norm();
+        let size = |rates: &RigidRates| rates.velocity.norm() + rates.spin.norm() * arm.norm();
         let entries = (prediction.first..).zip(free).map(|(column, rates)| (column, rates.at(arm)[axis], size(rates)));
         let entries = entries.filter(|(_, value, size)| value.abs() > NOTHING * size);
         (entries.map(|(column, value, _)| (column, value)).collect(), particular.at(arm)[axis])
     }
 
     /// Momenta of rates about a prediction [kg m/s, kg m²/s].
-    fn momenta(&self, prediction: &RigidPrediction, rates: &Rates) -> Rates {
-        Rates { velocity: rates.velocity * self.mass, spin: prediction.inertia.apply(rates.spin) }
+    fn momenta(&self, prediction: &RigidPrediction, rates: &RigidRates) -> RigidRates {
+        RigidRates { velocity: rates.velocity * self.mass, spin: prediction.inertia.apply(rates.spin) }
     }
 
     /// Force and torque that rates ask for about a prediction [N, N m], M q (1/Δ + α) − (m V̂, L̂)/Δ, with Δ and α.
-    pub fn inertial(&self, prediction: &RigidPrediction, [delta, damping]: [f64; 2], rates: &Rates) -> Rates {
-        let Rates { velocity, spin } = self.momenta(prediction, rates);
+    pub fn inertial(&self, prediction: &RigidPrediction, [delta, damping]: [f64; 2], rates: &RigidRates) -> RigidRates {
+        let RigidRates { velocity, spin } = self.momenta(prediction, rates);
         let rate = delta.recip() + damping;
-        Rates {
+        RigidRates {
             velocity: velocity * rate - prediction.velocity_hat * (self.mass / delta),
             spin: spin * rate - prediction.momentum_hat / delta,
         }
@@ -333,15 +333,15 @@ impl RigidBody {
         prediction: &RigidPrediction,
         [delta, damping]: [f64; 2],
         forces: impl Iterator<Item = (usize, Vector<3>)>,
-    ) -> Rates {
-        let mut force = Rates::default();
+    ) -> RigidRates {
+        let mut force = RigidRates::default();
         for (node, own) in forces {
             force.velocity += own;
             force.spin += self.arm(prediction, node).cross(own);
         }
         // Gram and Schmidt's method with the mass: Σ q (q·f)/(q·M q).
-        let mut accelerations = Rates::default();
-        let mut basis: Vec<[Rates; 2]> = Vec::new();
+        let mut accelerations = RigidRates::default();
+        let mut basis: Vec<[RigidRates; 2]> = Vec::new();
         for free in &prediction.freedom.free {
             let mut q = *free;
             for [other, momenta] in &basis {
@@ -356,18 +356,18 @@ impl RigidBody {
 
     /// The forces of the last step, without impulses, along the independent velocities.
     pub fn forces<'a>(&self, state: &RigidState, prediction: &'a RigidPrediction) -> impl Iterator<Item = f64> + 'a {
-        let force = Rates { velocity: state.acceleration[0] * self.mass, spin: state.torque[0] };
+        let force = RigidRates { velocity: state.acceleration[0] * self.mass, spin: state.torque[0] };
         prediction.freedom.free.iter().map(move |free| free.dot(&force))
     }
 
     /// Takes accelerations out of those at the end of a step.
-    pub fn take_out(&self, state: &mut RigidState, prediction: &RigidPrediction, accelerations: &Rates) {
+    pub fn take_out(&self, state: &mut RigidState, prediction: &RigidPrediction, accelerations: &RigidRates) {
         state.acceleration[0] -= accelerations.velocity;
         state.torque[0] -= prediction.inertia.apply(accelerations.spin);
     }
 
     /// Ends a step with the implicit part `delta` [s] and these rates.
-    pub fn advance(&self, state: &mut RigidState, delta: f64, prediction: &RigidPrediction, rates: &Rates) {
+    pub fn advance(&self, state: &mut RigidState, delta: f64, prediction: &RigidPrediction, rates: &RigidRates) {
         let RigidPrediction { displacement_hat, velocity_hat, momentum_hat, turned, .. } = prediction;
         state.rotation = turned_by(rates.spin * delta + *turned, &state.rotation);
         state.displacement = *displacement_hat + rates.velocity * delta;

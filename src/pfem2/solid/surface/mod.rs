@@ -24,7 +24,7 @@ pub use edges::{EDGE_COSINE_SQUARED, EdgePiece};
 use facet::SurfaceFacet;
 pub(super) use feet::FacetFoot;
 use normals::Normals;
-pub(super) use points::SurfacePoint;
+pub(super) use points::FacetPoint;
 use quadratic::{bounds, coordinates, shape_functions};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};

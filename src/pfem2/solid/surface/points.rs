@@ -4,7 +4,7 @@ use super::{NodeWeights, SolidSurface, weights};
 use crate::math::Vector;
 
 /// A point of a facet.
-pub(in crate::pfem2::solid) struct SurfacePoint<const D: usize> {
+pub(in crate::pfem2::solid) struct FacetPoint<const D: usize> {
     /// [m].
     pub position: Vector<D>,
     /// n dA [m²], away from the solid.
@@ -35,7 +35,7 @@ impl<const D: usize> SolidSurface<D> {
         &self,
         facet: u32,
         breaks: &[f64],
-        mut visit: impl FnMut(SurfacePoint<D>),
+        mut visit: impl FnMut(FacetPoint<D>),
     ) {
         let own = &self.facets[facet as usize];
         let points: Vec<(f64, f64)> = breaks.windows(2).flat_map(|ends| gauss_between([ends[0], ends[1]])).collect();
@@ -45,7 +45,7 @@ impl<const D: usize> SolidSurface<D> {
                 let (local, share) = ([s, t], first * second);
                 let [along, across] = own.tangents(local).map(|tangent| Vector(tangent.to3()));
                 let across = if D == 3 { across } else { Vector::unit(2) };
-                visit(SurfacePoint {
+                visit(FacetPoint {
                     position: own.position(local),
                     area: Vector::from3(along.cross(across).0) * share,
                     local,
