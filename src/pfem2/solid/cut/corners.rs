@@ -2,19 +2,17 @@
 //!
 //! ```text
 //! corner c in an element that is cut       fluid part: the polygon of nodes outside, cut points, and c between these
-//! corner c in an element without a node    c with the points p and q where the surface crosses the edge behind c: the polygon of all nodes,
-//! inside                                   p, c, q; in the element behind that edge a triangle at each of its ends
+//! corner c in another element              see `tips`
 //! ear clipping                             triangles of the corners of a polygon; of all ears the one of the best shape first
 //! ```
 //!
 //! Without them the chord between cut points would cut the corner off, and with it buoyancy.
 
-use super::{
-    CLOSEST, CLOSEST_GLIDING, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, crossing, parts,
-};
+use super::tips::Tip;
+use super::{CLOSEST, CLOSEST_GLIDING, CutBySolid, CutPoint, ElementState, FluidSimplex, SolidCut, Vertex, parts};
 use crate::math::Vector;
 use crate::mesh::Mesh;
-use crate::pfem2::solid::surface::{NodeWeights, SolidSurface, SurfaceCorner};
+use crate::pfem2::solid::surface::{SolidSurface, SurfaceCorner};
 use std::collections::BTreeMap;
 
 /// Least shape function of a corner inside of an element: nearer to its sides it is moved there, as cut points are kept
@@ -24,33 +22,8 @@ const INSIDE: f64 = CLOSEST;
 /// Area of a triangle over the square of its longest side below which its corners lie in a line.
 const FLAT: f64 = 1e-6;
 
-/// Corners of a solid in an element without a node inside.
-struct Tip<'a, const D: usize> {
-    element: usize,
-    corners: &'a [SurfaceCorner<D>],
-    /// The local node of the element opposite to the edge through which they reach.
-    behind: usize,
-}
-
-impl<'a, const D: usize> Tip<'a, D> {
-    /// The tip with these corners, if there is a `plain` element behind.
-    fn new<const N: usize>(
-        mesh: &Mesh<D, N>,
-        element: usize,
-        corners: &'a [SurfaceCorner<D>],
-        plain: impl Fn(usize) -> bool,
-    ) -> Option<Self> {
-        let x = mesh.corners(element);
-        let is_behind = |k: &usize| {
-            mesh.neighbour(element, *k).is_some_and(&plain)
-                && foot_on_edge(corners, x[(k + 1) % N], x[(k + 2) % N]).is_some()
-        };
-        Some(Self { element, corners, behind: (0..N).find(is_behind)? })
-    }
-}
-
 /// A corner of the polygon that the fluid fills in an element.
-type PolygonCorner<const D: usize> = (Vertex, Vector<D>);
+pub(super) type PolygonCorner<const D: usize> = (Vertex, Vector<D>);
 
 impl<const D: usize, const N: usize> SolidCut<D, N> {
     /// Makes corners of the solids corners of the fluid part of the elements that hold them.
@@ -71,7 +44,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             let kept = match (self.state[element], &corners[..]) {
                 (ElementState::Cut(place), _) => self.keep_inside(mesh, place as usize, corners),
                 (ElementState::Fluid, _) => {
-                    let tip = Tip::new(mesh, element, corners, |behind| !held.contains_key(&behind));
+                    let tip = Tip::new(mesh, self, (element, corners), |behind| !held.contains_key(&behind));
                     tip.and_then(|tip| self.keep_tip(mesh, surface, &tip))
                 }
                 (ElementState::Solid, _) => None,
@@ -124,8 +97,10 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
             Some((e, mesh.corners(e).into_iter().zip(kept).map(|(x, n)| x * (n / sum)).sum()))
         };
         let cut = || self.elements.iter().map(|cut| cut.element as usize);
-        let beside = cut().flat_map(|e| (0..N).filter_map(move |k| mesh.neighbour(e, k)));
-        cut().chain(beside).find_map(holds)
+        let beside = || cut().flat_map(|e| (0..N).filter_map(move |k| mesh.neighbour(e, k)));
+        let around = |e: usize| mesh.elements()[e].iter().flat_map(|&i| mesh.elements_around(i as usize));
+        let farther = || beside().flat_map(around).map(|&e| e as usize);
+        cut().chain(beside()).find_map(holds).or_else(|| farther().find_map(holds))
     }
 
     /// Keeps corners inside of a cut element; `None` if their polygon crosses itself.
@@ -148,77 +123,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         Some(())
     }
 
-    /// Keeps a corner that reaches through an edge into an element without a node inside; `None` where it is no plain
-    /// tip.
-    fn keep_tip(&mut self, mesh: &Mesh<D, N>, surface: &SolidSurface<D>, tip: &Tip<D>) -> Option<()> {
-        let (nodes, x) = (mesh.elements()[tip.element], mesh.corners(tip.element));
-        let k = tip.behind;
-        let [i, j] = [(k + 1) % N, (k + 2) % N];
-        let ElementState::Cut(behind) = self.state[mesh.neighbour(tip.element, k)?] else { return None };
-        let [first, second] = self.crossings(surface, [nodes[i], nodes[j]], [x[i], x[j]], tip)?;
-        let mut corners = tip.corners.to_vec();
-        let along = |corner: &SurfaceCorner<D>| (corner.position - x[i]).dot(x[j] - x[i]);
-        corners.sort_by(|a, b| along(a).total_cmp(&along(b)));
-        let corners = corners.into_iter().map(|corner| (corner.position, vec![(corner.node, 1.0)]));
-        let own: Vec<(Vector<D>, NodeWeights)> = [first].into_iter().chain(corners).chain([second]).collect();
-        let points = own.iter().enumerate().map(|(n, (x, _))| (Vertex::Point(n as u8), *x));
-        let [start, end, other] = [i, j, k].map(|k| (Vertex::Node(k as u8), x[k]));
-        let parts = triangulated([start].into_iter().chain(points).chain([end, other]).collect())?;
-        let beside = self.beside_tip([nodes[i], nodes[j]], behind as usize)?;
-        let points: Vec<u32> = own.into_iter().map(|(position, weights)| self.add_point(position, weights)).collect();
-        self.elements[behind as usize].parts = beside;
-        self.elements[behind as usize].points.extend([points[0], points[points.len() - 1]]);
-        self.state[tip.element] = ElementState::Cut(self.elements.len() as u32);
-        let (element, shapes) = (tip.element as u32, Vec::new());
-        self.elements.push(CutBySolid { element, nodes, points, parts, shapes, share: 1.0 });
-        Some(())
-    }
-
-    /// Points where the surface crosses the edge behind a tip, seen from each of its ends, with the weights
-    /// of the solid's nodes there.
-    fn crossings(
-        &self,
-        surface: &SolidSurface<D>,
-        nodes: [u32; 2],
-        x: [Vector<D>; 2],
-        tip: &Tip<D>,
-    ) -> Option<[(Vector<D>, NodeWeights); 2]> {
-        let middle = x[0] + (x[1] - x[0]) * foot_on_edge(tip.corners, x[0], x[1])?;
-        let inside = surface.distance(middle);
-        if inside >= 0.0 {
-            return None;
-        }
-        let seen = |end: usize| {
-            let at = |t: f64| x[end] + (middle - x[end]) * t;
-            let ends = [self.distance[nodes[end] as usize], inside];
-            let (t, foot) = crossing(surface, at, ends, 0.0, (middle - x[end]).norm());
-            Some((at(t), surface.weights(&foot.or_else(|| surface.foot(at(t)))?)))
-        };
-        Some([seen(0)?, seen(1)?])
-    }
-
-    /// The triangles at the ends of an edge through which a tip reaches, in the cut element from which it comes;
-    /// the points of the surface on the edge are its next two.
-    fn beside_tip(&self, ends: [u32; 2], place: usize) -> Option<Vec<FluidSimplex<N>>> {
-        let element = &self.elements[place];
-        let inside = element.nodes.map(|node| self.is_inside(node));
-        let edges = parts::cut_edges(inside);
-        if edges.len() != 2 || element.points.len() != 2 || inside.iter().filter(|inside| **inside).count() != 1 {
-            return None;
-        }
-        let triangle = |(side, end): (usize, u32)| {
-            let node = element.nodes.iter().position(|&node| node == end)?;
-            let own = edges.iter().position(|[outside, _]| *outside == node)?;
-            let [node, own] = [Vertex::Node(node as u8), Vertex::Point(own as u8)];
-            let next = Vertex::Point(2 + side as u8);
-            // The element behind sees the edge the other way round.
-            let corners = if side == 0 { [node, own, next] } else { [node, next, own] };
-            Some(FluidSimplex { vertices: std::array::from_fn(|k| corners[k]) })
-        };
-        ends.into_iter().enumerate().map(triangle).collect()
-    }
-
-    fn add_point(&mut self, position: Vector<D>, weights: Vec<(u32, f64)>) -> u32 {
+    pub(super) fn add_point(&mut self, position: Vector<D>, weights: Vec<(u32, f64)>) -> u32 {
         self.points.push(CutPoint { edge: None, gliding_node: None, position, weights, bound_directions: None });
         self.points.len() as u32 - 1
     }
@@ -249,19 +154,10 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
     }
 }
 
-/// Point where the way from corners into their solid crosses an edge, as a fraction of it.
-fn foot_on_edge<const D: usize>(corners: &[SurfaceCorner<D>], start: Vector<D>, end: Vector<D>) -> Option<f64> {
-    let middle = corners.iter().map(|corner| corner.position).sum::<Vector<D>>() / corners.len() as f64;
-    let normal = corners.iter().map(|corner| corner.normal).sum::<Vector<D>>();
-    let (edge, away) = (end - start, middle - start);
-    let cross = |a: Vector<D>, b: Vector<D>| a[0] * b[1] - a[1] * b[0];
-    let slope = cross(normal, edge);
-    let (way, t) = (cross(away, edge) / slope, cross(normal, away) / slope);
-    (way.is_finite() && way > 0.0 && t > 0.0 && t < 1.0).then_some(t)
-}
-
 /// A polygon, counter-clockwise, as triangles; `None` if it crosses itself.
-fn triangulated<const D: usize, const N: usize>(mut polygon: Vec<PolygonCorner<D>>) -> Option<Vec<FluidSimplex<N>>> {
+pub(super) fn triangulated<const D: usize, const N: usize>(
+    mut polygon: Vec<PolygonCorner<D>>,
+) -> Option<Vec<FluidSimplex<N>>> {
     let mut triangles = Vec::new();
     while polygon.len() > 2 {
         let count = polygon.len();

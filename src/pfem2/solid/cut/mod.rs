@@ -26,6 +26,7 @@ mod slip_on_chords;
 mod solid_edges;
 #[cfg(test)]
 mod tests;
+mod tips;
 
 use super::setup::SurfaceCondition;
 use super::surface::{NearestPoint, NodeWeights, SolidSurface};
