@@ -212,8 +212,8 @@ fn incompressible_solids_are_said_and_material_points_are_not() {
     assert!(found.len() == 1 && found[0].message.contains("infinitely fast"), "{found:?}");
 }
 
-/// A tetrahedron with three edges of 0.3 m along the axes, from a file in millimetres.
-/// Stokes' layer is √(ν T/π) thick; elements of 0.02 m fill half of it at ν = π (0.04 m)²/T.
+/// Stokes' layer is √(ν T/π) thick; elements of 0.02 m fill half of it at ν = π (0.04 m)²/T, and half of the layer of a stream of the speed U along the 0.3 m of the flap,
+/// 2 √(ν 0.3 m/U), at ν = (0.02 m)² U/(0.3 m). The thicker one counts.
 #[test]
 fn fluid_glides_where_elements_do_not_hold_its_layer() {
     let notes = |text: &str| good(text).summary.notes;
@@ -222,7 +222,10 @@ fn fluid_glides_where_elements_do_not_hold_its_layer() {
     let longest: f64 = periods.split_once(" s").unwrap().0.parse().unwrap();
     let border = 1000.0 * std::f64::consts::PI * 0.04 * 0.04 / longest;
     let of_viscosity = |factor: f64| edited(GOOD, "1e-3 Pa s", &format!("{} Pa s", factor * border));
-    assert!(glides(GOOD) && glides(&of_viscosity(0.98)) && !glides(&of_viscosity(1.02)));
+    let fast = |text: &str| edited(text, "\"0.1 m/s\", 0", "\"50 m/s\", 0");
+    assert!(glides(GOOD) && glides(&fast(&of_viscosity(0.98))) && !glides(&fast(&of_viscosity(1.02))));
+    let in_stream = 1000.0 * 0.02 * 0.02 * 0.1 / 0.3 / border;
+    assert!(glides(&of_viscosity(0.98 * in_stream)) && !glides(&of_viscosity(1.02 * in_stream)));
     // What the case says counts, and the solid that isn't moved by its own inertia has no layer.
     for key in ["surface = \"no-slip\"", "surface = \"slip\"", "inertia = \"quasi-static\""] {
         assert!(!glides(&edited(GOOD, "plane = \"stress\"", &format!("plane = \"stress\"\n{key}"))), "{key}");
@@ -231,6 +234,7 @@ fn fluid_glides_where_elements_do_not_hold_its_layer() {
     assert!(!glides(&edited(&at_rest, "\"0.1 m/s\", 0", "\"0.1 m/s * ramp(t, 1 s)\", 0")));
 }
 
+/// A tetrahedron with three edges of 0.3 m along the axes, from a file in millimetres.
 #[test]
 fn a_file_of_triangles_is_enough_for_a_rigid_solid() {
     let folder = tempfile::tempdir().unwrap();

@@ -58,7 +58,7 @@ impl<const D: usize> Condition<D> {
     }
 
     /// The prescribed velocity at a place [m] and time [s], if there is one [m/s].
-    pub(super) fn velocity(&self, x: Vector<D>, t: f64) -> Option<Vector<D>> {
+    pub fn velocity(&self, x: Vector<D>, t: f64) -> Option<Vector<D>> {
         match self {
             Self::Wall(v) | Self::Inlet(v) => Some(Vector::from_fn(|i| v[i].value(x.to3(), t))),
             _ => None,

@@ -1,12 +1,14 @@
 //! Fluid that sticks to solids or glides along them, where the case doesn't say.
 //!
-//! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851). Elements wider than δ/2 don't hold it: a whole
-//! element of fluid would stick to the solid (theory (J.6a)).
+//! A surface that swings with ω slows fluid down in the layer δ = √(2 ν/ω) (Stokes 1851), one of the length L a stream of the speed U in
+//! δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold them: a whole element of fluid would
+//! stick to the solid (theory (J.6a)).
 
 use super::solids::size_of;
 use crate::case::{CaseFile, InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
+use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
 use crate::pfem2::setup::FluidSetup;
 use crate::pfem2::solid::setup::{Inertia, SolidSetup, SurfaceCondition};
 use crate::pfem2::solid::structure::Structure;
@@ -16,8 +18,11 @@ use std::f64::consts::{PI, TAU};
 /// Part of the layer that an element may fill for the fluid to stick.
 const PART: f64 = 0.5;
 
+/// Times at which the speed of inlets is taken.
+const TIMES: usize = 32;
+
 /// Unless the case sets the condition: lets fluids glide along solids beside which elements are wider than half the layer that the solid slows
-/// down in its longest period. Says so of each of them.
+/// down in its longest period, and of that in the stream from inlets. Says so of each of them.
 ///
 /// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found; and so do all
 /// where a run begins in equilibrium, which isn't found where fluids glide.
@@ -26,7 +31,7 @@ pub(super) fn choose<const D: usize, const N: usize>(
     structure: &mut Structure<D>,
     modes: &[NaturalMode],
     fluids: &[FluidSetup],
-    mesh: &Mesh<D, N>,
+    (mesh, boundaries): (&Mesh<D, N>, &[BoundarySetup<D>]),
 ) -> Vec<String> {
     let open: Vec<usize> =
         (0..).zip(file.solids()).filter(|&(_, body)| file.body[body].surface.is_none()).map(|(s, _)| s).collect();
@@ -35,18 +40,18 @@ pub(super) fn choose<const D: usize, const N: usize>(
     else {
         return Vec::new();
     };
-    let locator = Locator::new(mesh);
+    let (locator, speed) = (Locator::new(mesh), speed_of_inlets(mesh, boundaries, file.time.end));
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
         let longest = modes.iter().find(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period);
         let (Some(period), Inertia::Dynamic) = (longest, setup.inertia) else { continue };
         let Some(element) = element_size(setup, mesh, &locator) else { continue };
-        let layer = layer(heaviest, period);
+        let layer = layer(heaviest, period).max(layer_of_stream(heaviest, setup, speed));
         if element > PART * layer {
             notes.push(format!(
-                "{} glides along `{}`: elements of {element:.1e} m don't hold the layer of {layer:.1e} m that it slows down in its \
-                 longest period; `surface = \"no-slip\"` has the fluid stick",
+                "{} glides along `{}`: elements of {element:.1e} m don't hold the layer of {layer:.1e} m that it slows down; \
+                 `surface = \"no-slip\"` has the fluid stick",
                 heaviest.name, setup.name
             ));
             structure.set_surface(solid, SurfaceCondition::from(SurfaceSpec::Slip));
@@ -58,6 +63,36 @@ pub(super) fn choose<const D: usize, const N: usize>(
 /// Layer that a surface slows down as it swings [m]; of a fluid whose viscosity depends on the shear rate that at ω.
 fn layer(fluid: &FluidSetup, period: f64) -> f64 {
     (fluid.law.viscosity(TAU / period) / fluid.density * period / PI).sqrt()
+}
+
+/// Layer that a solid slows down in a stream of a speed [m/s] along its longest side [m]; zero without a stream.
+fn layer_of_stream<const D: usize>(fluid: &FluidSetup, setup: &SolidSetup<D>, speed: f64) -> f64 {
+    if speed == 0.0 {
+        return 0.0;
+    }
+    let side = |axis: usize| {
+        let along = setup.mesh.nodes.iter().map(|x| x[axis]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    let length = (0..D).map(side).fold(0.0, f64::max);
+    2.0 * (fluid.law.viscosity(speed / length) / fluid.density * length / speed).sqrt()
+}
+
+/// The largest speed with which fluid comes in through inlets until the end of a run [m/s].
+fn speed_of_inlets<const D: usize, const N: usize>(
+    mesh: &Mesh<D, N>,
+    boundaries: &[BoundarySetup<D>],
+    end: f64,
+) -> f64 {
+    let inlets = boundaries.iter().filter(|set| set.condition.kind() == BoundaryKind::Inlet);
+    let nodes = inlets.flat_map(|set| set.facets.iter().map(move |&facet| (set, facet)));
+    let speeds = nodes.flat_map(|(set, facet)| {
+        let times = (1..=TIMES).map(move |k| end * k as f64 / TIMES as f64);
+        let places = mesh.facet_nodes(facet).into_iter().map(|node| mesh.nodes()[node as usize]);
+        let at = move |x: Vector<D>| times.clone().filter_map(move |t| set.condition.velocity(x, t));
+        places.flat_map(at).map(|v| v.norm())
+    });
+    speeds.filter(|speed| speed.is_finite()).fold(0.0, f64::max)
 }
 
 /// Mean size of the elements of the fluid's mesh at the nodes of a surface [m]; `None` outside of the mesh.

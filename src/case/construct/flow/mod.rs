@@ -83,12 +83,12 @@ impl Construction<'_> {
         &mut self,
         structure: Option<&mut Structure<D>>,
         fluids: &[FluidSetup],
-        mesh: &Mesh<D, N>,
+        domain: (&Mesh<D, N>, &[BoundarySetup<D>]),
     ) {
         let Some(structure) = structure else { return };
         let modes = structure.natural_modes(MODES);
         self.notes.extend(natural_periods(structure.setups(), &modes));
-        self.notes.extend(layers::choose(&self.case.file, structure, &modes, fluids, mesh));
+        self.notes.extend(layers::choose(&self.case.file, structure, &modes, fluids, domain));
     }
 
     /// The fluids and the solids of the case.
@@ -150,7 +150,7 @@ impl Construction<'_> {
         let velocity = mesh.nodes().iter().map(|&x| start(x)).collect();
         let spec = &file.pfem2;
         let mut structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
-        self.periods_and_layers(structure.as_mut(), &fluids, &mesh);
+        self.periods_and_layers(structure.as_mut(), &fluids, (&mesh, &boundaries));
         Some(Setup {
             velocity,
             solids: structure,
