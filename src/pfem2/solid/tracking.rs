@@ -32,6 +32,10 @@ const FAR: f64 = 0.1;
 /// than a hundredth.
 const SETTLED: f64 = 0.02;
 
+/// Part of the last correction of a step that is solved anew above which it comes no nearer, as with two shapes of which each leads to the other:
+/// then the next prediction is half-way, and an end that is not [`FAR`] is taken.
+const STALLED: f64 = 0.7;
+
 /// A step is solved anew at most this often, and so where elastic solids touch something.
 const REPETITIONS: usize = 6;
 const REPETITIONS_IN_CONTACT: usize = 30;
@@ -215,7 +219,8 @@ impl<const D: usize> SolidTracking<D> {
         let mut found = self.structure.corrected(own.delta(), prediction, &solution.independent);
         let places = [&found, prediction].map(|end| self.structure.positions(&end.displacement));
         let correction = self.contacts.solids.largest_error(mesh, [&places[0], &places[1]]);
-        let is_near = correction <= if self.first.is_none() { FAR } else { SETTLED };
+        let stalls = self.first.is_some() && correction > STALLED * self.last.last_correction;
+        let is_near = correction <= if self.first.is_none() || stalls { FAR } else { SETTLED };
         let keeps_gap =
             !self.contacts.any() || self.contacts.depth_without_contact(&self.structure, mesh, &places[0])? <= DEPTH;
         let is_impact = own.theta < 1.0 && self.contacts.has_unresolved_impact(own, &self.structure, &solution.nodal);
@@ -227,6 +232,8 @@ impl<const D: usize> SolidTracking<D> {
         if is_impact {
             self.last.backward_steps = BACKWARD_STEPS;
             found = self.by_backward_euler(step, found)?;
+        } else if stalls && !is_near {
+            found = found.halfway_from(prediction);
         }
         self.linearise(self.solid_step(step), found, system)?;
         Ok(true)

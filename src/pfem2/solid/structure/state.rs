@@ -44,6 +44,17 @@ pub struct Prediction<const D: usize> {
     pub velocities: IndependentVelocities,
 }
 
+impl<const D: usize> Prediction<D> {
+    /// The prediction half-way between one, about which it was found, and this.
+    #[must_use]
+    pub fn halfway_from(self, last: &Self) -> Self {
+        let both = self.displacement.iter().zip(&last.displacement);
+        let displacement: Vec<Vector<D>> = both.map(|(u, last)| (*u + *last) * 0.5).collect();
+        let correction = displacement.iter().zip(&last.displacement).map(|(u, last)| *u - *last).collect();
+        Self { displacement, found: Some(correction), ..self }
+    }
+}
+
 impl<const D: usize> SolidState<D> {
     /// State of nodes in their reference places that start with `velocity` [m/s].
     pub fn new(velocity: Vec<Vector<D>>) -> Self {
