@@ -62,7 +62,7 @@ impl<const D: usize, const N: usize> SolidCut<D, N> {
         let ElementState::Cut(root) = self.state[tip.root] else { return None };
         let crossings: Vec<Crossing<D>> =
             tip.way.iter().map(|&(element, k)| crossings(mesh, surface, tip, element, k)).collect::<Option<_>>()?;
-        let mut pieces = vec![at_corners(mesh, tip, &crossings[0])?];
+        let mut pieces = vec![around_corners(mesh, tip, &crossings[0])?];
         for (pair, both) in tip.way.windows(2).zip(crossings.windows(2)) {
             pieces.push(between_edges(mesh, [pair[0], pair[1]], [&both[0], &both[1]])?);
         }
@@ -135,7 +135,7 @@ fn crossings<const D: usize, const N: usize>(
 }
 
 /// The fluid in the element of the corners; its points are the two on the edge behind, then the corners.
-fn at_corners<const D: usize, const N: usize>(
+fn around_corners<const D: usize, const N: usize>(
     mesh: &Mesh<D, N>,
     tip: &Tip<D>,
     [first, second]: &Crossing<D>,
