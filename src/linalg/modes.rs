@@ -49,15 +49,13 @@ pub fn lowest_modes(stiffness: &SparseMatrix, mass: &SparseMatrix, count: usize)
     let count = count.min(n);
     let shift = SHIFT * largest_ratio(stiffness, mass);
     let shifted: Vec<_> = mass.triplets().map(|(row, column, value)| (row, column, shift * value)).collect();
-    let mut factor = SparseFactor::new(&stiffness.with(&shifted))?;
+    let factor = SparseFactor::new(&stiffness.with(&shifted))?;
     let mut vectors: Vec<Vec<f64>> = (0..(count + SPARE).min(n)).map(|k| start(k, n)).collect();
     let mut last = vec![f64::INFINITY; count];
     let mut values = Vec::new();
     for _ in 0..ITERATIONS {
-        for x in &mut vectors {
-            let weighted = product(mass, x);
-            factor.solve(&weighted, x);
-        }
+        vectors.iter_mut().for_each(|x| *x = product(mass, x));
+        factor.solve_all(&mut vectors);
         orthonormalise(mass, &mut vectors)?;
         values = rotate(stiffness, &mut vectors);
         let scale = values.iter().take(count).fold(shift, |most: f64, value| most.max(value.abs()));
@@ -98,21 +96,23 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Gram–Schmidt in M, each vector twice; `None` where one is no number.
 fn orthonormalise(mass: &SparseMatrix, vectors: &mut [Vec<f64>]) -> Option<()> {
+    let mut weighted: Vec<Vec<f64>> = Vec::with_capacity(vectors.len());
     for k in 0..vectors.len() {
         let (before, rest) = vectors.split_at_mut(k);
-        let own = &mut rest[0];
+        let (own, mut image) = (&mut rest[0], Vec::new());
         for _ in 0..2 {
-            let weighted = product(mass, own);
-            for other in before.iter() {
-                let part = dot(other, &weighted);
+            for (other, weighted) in before.iter().zip(&weighted) {
+                let part = dot(own, weighted);
                 own.iter_mut().zip(other).for_each(|(x, y)| *x -= part * y);
             }
-            let norm = dot(own, &product(mass, own)).sqrt();
+            image = product(mass, own);
+            let norm = dot(own, &image).sqrt();
             if !(norm.is_finite() && norm > 0.0) {
                 return None;
             }
-            own.iter_mut().for_each(|x| *x /= norm);
+            own.iter_mut().chain(&mut image).for_each(|x| *x /= norm);
         }
+        weighted.push(image);
     }
     Some(())
 }

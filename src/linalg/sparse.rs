@@ -210,6 +210,17 @@ impl SparseFactor {
         self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.work, rows, 1));
         z.iter_mut().zip(&self.work).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
     }
+
+    /// A⁻¹ r in the place of each right-hand side: the factor is read once for all of them.
+    pub fn solve_all(&self, sides: &mut [Vec<f64>]) {
+        let rows = self.scaling.len();
+        let scaled = |side: &Vec<f64>| side.iter().zip(&self.scaling).map(|(r, s)| r * s).collect::<Vec<_>>();
+        let mut work: Vec<f64> = sides.iter().flat_map(scaled).collect();
+        self.factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut work, rows, sides.len()));
+        for (side, solution) in sides.iter_mut().zip(work.chunks_exact(rows)) {
+            side.iter_mut().zip(solution).zip(&self.scaling).for_each(|((z, work), s)| *z = work * s);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -243,6 +254,9 @@ mod tests {
         let mut factor = SparseFactor::new(&a).unwrap();
         factor.solve(&r, &mut z);
         assert!(x.iter().zip(&z).all(|(x, z)| (x - z).abs() < 1e-12));
+        let mut sides = [r.clone(), r.iter().map(|r| -2.0 * r).collect()];
+        factor.solve_all(&mut sides);
+        assert!(x.iter().zip(&sides[0]).zip(&sides[1]).all(|((x, a), b)| (x - a).abs() + (2.0 * x + b).abs() < 1e-12));
         let more = a.with(&[(3, 3, 4e6), (3, 3, 5e6)]);
         more.multiply(&x, &mut r);
         let mut factor = factor.renewed(&more).unwrap();

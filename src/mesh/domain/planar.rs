@@ -50,6 +50,9 @@ pub fn bounded(region: &Region, size: &SizeField) -> Result<(), String> {
     too_many(count).map_or(Ok(()), Err)
 }
 
+/// Places of a row of the lattice that are judged by one bound of the size, before each by its own.
+const STRETCH: u64 = 32;
+
 /// A hexagonal lattice at the finest size, each place kept with the probability (finest/h)².
 fn seeds(region: &Region, size: &SizeField) -> Result<Vec<Vector<2>>, String> {
     let (bounds, finest) = (region.bounds(), size.finest());
@@ -57,10 +60,19 @@ fn seeds(region: &Region, size: &SizeField) -> Result<Vec<Vector<2>>, String> {
     let count = [0, 1].map(|i| (bounds.upper[i] - bounds.lower[i]) / [finest, row][i]);
     let mut seeds = Vec::new();
     for j in 0..count[1].ceil() as u64 {
+        let shift = if j % 2 == 0 { 0.25 } else { 0.75 };
+        let place =
+            |i: f64| [bounds.lower[0] + (i + shift - 0.5) * finest, bounds.lower[1] + (j as f64 + 0.5) * row, 0.0];
+        let mut most = 1.0;
         for i in 0..=count[0].ceil() as u64 {
-            let shift = if j % 2 == 0 { 0.25 } else { 0.75 };
-            let x =
-                [bounds.lower[0] + (i as f64 + shift - 0.5) * finest, bounds.lower[1] + (j as f64 + 0.5) * row, 0.0];
+            if i % STRETCH == 0 {
+                let half = 0.5 * STRETCH as f64;
+                most = (finest / size.least(place(i as f64 + half), half * finest)).powi(2);
+            }
+            if chance(i, j) >= most {
+                continue;
+            }
+            let x = place(i as f64);
             let h = size.at(x);
             if chance(i, j) < (finest / h).powi(2) && region.signed_distance(x) < -0.6 * h {
                 seeds.push(Vector([x[0], x[1]]));

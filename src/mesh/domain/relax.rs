@@ -9,7 +9,11 @@
 use super::size::SizeField;
 use crate::geometry::Region;
 use crate::math::Vector;
+use crate::parallel;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+/// Points and springs that a thread takes at once.
+const PIECE: usize = 1024;
 
 /// A point of a triangulation and its number.
 #[derive(Debug, Clone, Copy)]
@@ -37,13 +41,15 @@ pub fn relax(points: &mut Vec<Vector<2>>, fixed: usize, region: &Region, size: &
     for round in 0..ROUNDS {
         let springs = springs(points, region)?;
         let push = forces(points, &springs, size);
-        let mut moved = 0.0f64;
-        for (x, push) in points.iter_mut().zip(&push).skip(fixed) {
+        let moved = |n: usize| {
+            let (x, push) = (points[fixed + n], push[fixed + n]);
             let h = size.at(x.to3());
-            let step = *push * (0.2 * (0.5 * h / push.norm().max(0.5 * h)).min(1.0));
-            *x = inside(*x + step, region, 0.35 * h);
-            moved = moved.max(step.norm() / h);
-        }
+            let step = push * (0.2 * (0.5 * h / push.norm().max(0.5 * h)).min(1.0));
+            (inside(x + step, region, 0.35 * h), step.norm() / h)
+        };
+        let moved: Vec<(Vector<2>, f64)> = parallel::collect(points.len() - fixed, PIECE, moved);
+        points[fixed..].iter_mut().zip(&moved).for_each(|(x, (place, _))| *x = *place);
+        let moved = moved.iter().map(|(_, way)| *way).fold(0.0, f64::max);
         if round % 10 == 9 && round + 10 < ROUNDS {
             drop_crowded(points, fixed, &springs, size);
         }
@@ -58,21 +64,21 @@ pub fn relax(points: &mut Vec<Vector<2>>, fixed: usize, region: &Region, size: &
 fn springs(points: &[Vector<2>], region: &Region) -> Result<Vec<[u32; 2]>, String> {
     let triangulation: DelaunayTriangulation<Site> =
         DelaunayTriangulation::bulk_load(sites(points)).map_err(|why| why.to_string())?;
-    let mut springs = Vec::with_capacity(3 * points.len());
-    for edge in triangulation.undirected_edges() {
-        let [a, b] = edge.vertices().map(|vertex| vertex.data().index);
-        let middle = (points[a as usize] + points[b as usize]) * 0.5;
-        if region.contains(middle.to3()) {
-            springs.push([a.min(b), a.max(b)]);
-        }
-    }
+    let ends = |vertices: [u32; 2]| [vertices[0].min(vertices[1]), vertices[0].max(vertices[1])];
+    let edges = triangulation.undirected_edges();
+    let edges: Vec<[u32; 2]> = edges.map(|edge| ends(edge.vertices().map(|vertex| vertex.data().index))).collect();
+    let inside = |n: usize| {
+        let [a, b] = edges[n].map(|end| points[end as usize]);
+        region.contains(((a + b) * 0.5).to3()).then_some(edges[n])
+    };
+    let mut springs = parallel::collect_some(edges.len(), PIECE, inside);
     springs.sort_unstable();
     Ok(springs)
 }
 
 fn forces(points: &[Vector<2>], springs: &[[u32; 2]], size: &SizeField) -> Vec<Vector<2>> {
-    let wanted: Vec<f64> =
-        springs.iter().map(|&[a, b]| size.at(((points[a as usize] + points[b as usize]) * 0.5).to3())).collect();
+    let middle = |[a, b]: [u32; 2]| (points[a as usize] + points[b as usize]) * 0.5;
+    let wanted: Vec<f64> = parallel::collect(springs.len(), PIECE, |n| size.at(middle(springs[n]).to3()));
     let length = |[a, b]: [u32; 2]| (points[b as usize] - points[a as usize]).norm();
     let (squares, sizes) = springs
         .iter()
