@@ -1,13 +1,17 @@
 //! Size of a case: particles, nodes, memory, steps.
 
+mod solid;
+
+use super::construct::PathResolution;
 use super::{CaseFile, LinearKind};
 use crate::linalg::Pattern;
 use crate::math::Vector;
-use crate::mesh::Locator;
 use crate::mpm::{EDGE, Setup};
 use crate::pfem2::solid::setup::SolidSetup;
 use crate::pfem2::{self, boundary::BoundaryKind, boundary::Pin};
 use crate::simulation::Solver;
+pub use solid::SolidSummary;
+use solid::solid_summaries;
 use std::collections::BTreeSet;
 
 /// Size of a case.
@@ -63,31 +67,6 @@ pub struct MembraneSummary {
     pub nodes: usize,
     /// Elements.
     pub elements: usize,
-}
-
-/// One solid in a fluid.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SolidSummary {
-    /// Name.
-    pub name: String,
-    /// True without a strain.
-    pub is_rigid: bool,
-    /// 2 or 3.
-    pub dimension: usize,
-    /// Elements.
-    pub elements: usize,
-    /// Nodes.
-    pub nodes: usize,
-    /// Mass [kg; kg/m in 2D].
-    pub mass: f64,
-    /// Thickness of its thinnest part [m].
-    pub thickness: f64,
-    /// The place of that [m].
-    pub thinnest: [f64; 3],
-    /// Elements across it.
-    pub across: usize,
-    /// Elements of the fluid's mesh across it; `None` outside of that mesh.
-    pub cells_across: Option<f64>,
 }
 
 fn body_summary<const D: usize>(body: &crate::mpm::BodySetup<D>) -> BodySummary {
@@ -182,14 +161,14 @@ impl CaseSummary {
     }
 
     /// Size of the fluids and the mesh before the solver is made.
-    pub(super) fn of_flow<const D: usize, const N: usize>(setup: &pfem2::Setup<D, N>, file: &CaseFile) -> Self {
+    pub(super) fn of_flow<const D: usize, const N: usize>(
+        setup: &pfem2::Setup<D, N>,
+        file: &CaseFile,
+        paths: &[Option<PathResolution>],
+    ) -> Self {
         let mesh = &setup.mesh;
         let nodes = mesh.nodes().len();
-        let locator = setup.solids.is_some().then(|| Locator::new(mesh));
-        let solids = locator
-            .iter()
-            .flat_map(|locator| setup.solid_setups().iter().map(|solid| SolidSummary::new(solid, mesh, locator)));
-        let solids = solids.collect();
+        let solids = solid_summaries(setup, paths);
         let axis = |i: usize| mesh.nodes().iter().map(move |x| x.to3()[i]);
         let lower = std::array::from_fn(|i| axis(i).fold(f64::INFINITY, f64::min));
         let upper = std::array::from_fn(|i| axis(i).fold(f64::NEG_INFINITY, f64::max));
@@ -254,34 +233,6 @@ impl CaseSummary {
         write!(f, "\nsub-steps of membranes: about {substeps}, {in_a_step:.0} in a step")?;
         let element_steps = count(self.substeps * self.elements() as f64);
         write!(f, "\nwork: about {particle_steps} particle-steps and {element_steps} element-steps")
-    }
-}
-
-impl std::fmt::Display for SolidSummary {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let unit = if self.dimension == 2 { "kg/m" } else { "kg" };
-        if self.elements == 0 {
-            let Self { name, nodes, mass, thickness, .. } = self;
-            return write!(
-                f,
-                "rigid solid {name}: a surface of {nodes} nodes, {mass:.4} {unit}; its least extent is {thickness:.4e} m"
-            );
-        }
-        write!(
-            f,
-            "{} {}: {} elements, {} nodes, {:.4} {unit}; its thinnest part, {:.4e} m, is {} elements across",
-            if self.is_rigid { "rigid solid" } else { "solid" },
-            self.name,
-            self.elements,
-            self.nodes,
-            self.mass,
-            self.thickness,
-            self.across
-        )?;
-        match self.cells_across {
-            Some(cells) => write!(f, ", {cells:.1} of the mesh"),
-            None => Ok(()),
-        }
     }
 }
 

@@ -12,6 +12,7 @@ mod forces;
 mod read;
 mod reference;
 mod runs;
+mod solid_paths;
 mod solids;
 
 use lateen::case::{Case, Source};

@@ -1,7 +1,7 @@
 //! Solids in fluids: supports, place and thickness.
 
 use super::sheets::conflicts;
-use crate::case::construct::size_of;
+use crate::case::construct::{MeshSizes, PathResolution, shown};
 use crate::case::{Case, SolidSummary};
 use crate::error::Diagnostic;
 use crate::math::{Signal, Vector};
@@ -22,12 +22,13 @@ impl SolidSummary {
     pub(in crate::case) fn new<const D: usize, const N: usize>(
         solid: &SolidSetup<D>,
         background: &Mesh<D, N>,
-        locator: &Locator<D>,
+        (locator, sizes): (&Locator<D>, &MeshSizes),
+        path: Option<PathResolution>,
     ) -> Self {
         let mesh = quadratic(solid);
         let thinnest = mesh.thinnest();
         let enclosed: f64 = solid.mesh.inner.iter().map(|(_, volume)| volume).sum();
-        let cell = |x: [f64; 3]| Some(size_of(background, locator.search(background, Vector::from3(x))?.element()?));
+        let cell = |x: [f64; 3]| sizes.at(background, &locator.search(background, Vector::from3(x))?);
         Self {
             name: solid.name.clone(),
             is_rigid: solid.law.is_rigid(),
@@ -39,11 +40,13 @@ impl SolidSummary {
             thinnest: thinnest.middle,
             across: thinnest.elements,
             cells_across: cell(thinnest.middle).map(|cell| thinnest.length / cell),
+            path,
         }
     }
 }
 
-fn quadratic<const D: usize>(solid: &SolidSetup<D>) -> QuadraticMesh {
+/// The mesh of a solid, to measure.
+pub(in crate::case) fn quadratic<const D: usize>(solid: &SolidSetup<D>) -> QuadraticMesh {
     QuadraticMesh {
         dimension: D,
         nodes: solid.mesh.nodes.iter().map(|x| x.to3()).collect(),
@@ -123,7 +126,7 @@ fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {
         let help = format!("write `mesh = {{ cell = {:.2e} }}`: two elements or more", thin / ACROSS as f64);
         findings.push(Diagnostic::warning(format!("{key}.mesh"), message).help(help));
     }
-    if let Some(cells) = solid.cells_across.filter(|&cells| cells < CELLS_ACROSS) {
+    if let Some(cells) = solid.cells_across.filter(|&cells| is_coarse(cells)) {
         let message = format!(
             "`{name}` is {thin:.4e} m thick at ({place}), {cells:.1} elements of the mesh: the flow on its two sides is hardly told apart"
         );
@@ -132,5 +135,31 @@ fn thickness(key: &str, solid: &SolidSummary, findings: &mut Vec<Diagnostic>) {
             thin / CELLS_ACROSS
         );
         findings.push(Diagnostic::warning(key.to_owned(), message).help(help));
+    } else if let Some(path) = solid.path.filter(|path| is_coarse(path.cells)) {
+        findings.push(coarse_path(key, solid, &path));
     }
+}
+
+/// Fewer elements than three, as they are shown.
+fn is_coarse(cells: f64) -> bool {
+    cells + 0.05 < CELLS_ACROSS
+}
+
+fn coarse_path(key: &str, solid: &SolidSummary, path: &PathResolution) -> Diagnostic {
+    let at = |place| shown(place, solid.dimension);
+    let message = format!(
+        "`{}` is likely to come to ({}), where {:.1} elements of the mesh lie across its {:.1e} m: the flow on its two sides is hardly \
+         told apart there",
+        solid.name,
+        at(path.place),
+        path.cells,
+        path.thickness
+    );
+    let help = format!(
+        "let elements of {:.1e} m or smaller lie in all that it may sweep, from ({}) to ({}): `[[mesh.refine]]`; the estimate is a large one",
+        path.thickness / CELLS_ACROSS,
+        at(path.swept[0]),
+        at(path.swept[1])
+    );
+    Diagnostic::warning(key.to_owned(), message).help(help)
 }

@@ -10,7 +10,7 @@ mod signals;
 mod support;
 mod traction;
 
-pub(super) use flow::size_of;
+pub(super) use flow::{MeshSizes, PathResolution, shown};
 
 use super::schema::{GridSpec, Method};
 use super::summary::CaseSummary;
@@ -141,11 +141,13 @@ struct Construction<'c> {
     watched: Vec<Watched>,
     /// Notes for the user on periods and conditions of the solids.
     notes: Vec<String>,
+    /// How well each solid is resolved along its way, where that can be foreseen.
+    paths: Vec<Option<PathResolution>>,
 }
 
 impl<'c> Construction<'c> {
     fn new(case: &'c Case) -> Self {
-        Self { case, findings: Vec::new(), watched: Vec::new(), notes: Vec::new() }
+        Self { case, findings: Vec::new(), watched: Vec::new(), notes: Vec::new(), paths: Vec::new() }
     }
 }
 

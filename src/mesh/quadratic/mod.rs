@@ -21,7 +21,7 @@ mod thickness;
 
 pub use file::QuadraticFile;
 pub use patches::SurfacePatches;
-pub use thickness::Thinnest;
+pub use thickness::Thickness;
 
 use crate::geometry::Region;
 use crate::math::Vector;

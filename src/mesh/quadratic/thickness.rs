@@ -13,14 +13,14 @@ const FACING: f64 = 0.7;
 /// Rounding of places in a triangle.
 const ROUNDING: f64 = 1e-9;
 
-/// The thinnest place of a solid.
+/// How thick a solid is at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thinnest {
-    /// Elements across it.
+pub struct Thickness {
+    /// Elements across.
     pub elements: usize,
     /// Thickness [m].
     pub length: f64,
-    /// Its middle [m].
+    /// The middle [m].
     pub middle: [f64; 3],
 }
 
@@ -32,24 +32,31 @@ struct FacePiece {
 
 impl QuadraticMesh {
     /// The thinnest place; of a solid without sides that face each other, as that of a triangle may be, its least extent.
-    pub fn thinnest(&self) -> Thinnest {
+    pub fn thinnest(&self) -> Thickness {
+        self.thicknesses()
+            .into_iter()
+            .min_by(|a, b| a.length.total_cmp(&b.length))
+            .unwrap_or_else(|| self.least_extent())
+    }
+
+    /// How thick it is behind its sides, at most [`MOST`] of them spread evenly; none where no sides face each other.
+    pub fn thicknesses(&self) -> Vec<Thickness> {
         let sides = self.surface();
         let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
         let stride = sides.len().div_ceil(MOST).max(1);
-        let places = sides.iter().step_by(stride).filter_map(|&side| self.across(side, &pieces));
-        places.min_by(|a, b| a.length.total_cmp(&b.length)).unwrap_or_else(|| self.least_extent())
+        sides.iter().step_by(stride).filter_map(|&side| self.across(side, &pieces)).collect()
     }
 
-    fn least_extent(&self) -> Thinnest {
+    fn least_extent(&self) -> Thickness {
         let [lower, upper] = self.extent().map(Vector);
         let length = (0..self.dimension).map(|k| upper[k] - lower[k]).fold(f64::INFINITY, f64::min);
         let per_element = (self.volume() / self.elements.len().max(1) as f64).powf(1.0 / self.dimension as f64);
         let elements = if self.elements.is_empty() { 0 } else { count(length, per_element) };
-        Thinnest { elements, length, middle: ((lower + upper) * 0.5).0 }
+        Thickness { elements, length, middle: ((lower + upper) * 0.5).0 }
     }
 
     /// From the middle of a side to what faces it behind.
-    fn across(&self, side: ElementSide, pieces: &[FacePiece]) -> Option<Thinnest> {
+    fn across(&self, side: ElementSide, pieces: &[FacePiece]) -> Option<Thickness> {
         let at = |end: f64| {
             let xi = std::array::from_fn(|k| if k == side.axis { end } else { 0.0 });
             Vector(self.position(side.element, xi))
@@ -62,7 +69,7 @@ impl QuadraticMesh {
         let ahead = facing.filter_map(|piece| piece.hit(from, inward)).filter(|&length| length > ROUNDING * depth);
         let length = ahead.fold(f64::INFINITY, f64::min);
         let middle = (from + inward * (0.5 * length)).0;
-        (length.is_finite() && depth > 0.0).then(|| Thinnest { elements: count(length, depth), length, middle })
+        (length.is_finite() && depth > 0.0).then(|| Thickness { elements: count(length, depth), length, middle })
     }
 
     /// A side as triangles between its corners; in 2D each segment between its nodes is a strip, two units wide in the third direction.

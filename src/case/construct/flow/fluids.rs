@@ -40,6 +40,11 @@ pub(super) struct InitialFluid {
 }
 
 impl InitialFluid {
+    /// The number of its phase: those of solids follow those of fluids.
+    pub fn phase(&self) -> usize {
+        self.phase.into()
+    }
+
     /// True for a place inside of it, or on its boundary [m].
     pub fn contains<const D: usize>(&self, x: Vector<D>) -> bool {
         self.region.signed_distance(x.to3()) <= 0.0
@@ -281,8 +286,8 @@ pub(super) fn sharp<const D: usize, const N: usize>(
     (spec.interface == InterfaceSpec::Sharp).then(|| LevelSet::new(mesh, heavy, phi, particles))
 }
 
-/// The first body whose region contains a place.
-fn part_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Option<usize> {
+/// The first body whose region contains a place [m].
+pub(super) fn part_at<const D: usize>(parts: &[InitialFluid], x: Vector<D>) -> Option<usize> {
     parts.iter().position(|part| part.contains(x))
 }
 

@@ -4,8 +4,9 @@
 //! δ = 2 √(ν L/U), to 63 % at its end (Blasius 1908). Elements wider than half of these don't hold them: a whole element of fluid would
 //! stick to the solid (theory (J.6a)).
 
+use super::path::Surroundings;
 use super::solids::size_of;
-use crate::case::{CaseFile, InitialStateSpec, SurfaceSpec};
+use crate::case::{InitialStateSpec, SurfaceSpec};
 use crate::math::Vector;
 use crate::mesh::{Locator, Mesh};
 use crate::pfem2::boundary::{BoundaryKind, BoundarySetup};
@@ -27,12 +28,11 @@ const TIMES: usize = 32;
 /// Solids without a period of their own stay as they are: rigid ones, quasi-static ones, and those whose modes weren't found; and so do all
 /// where a run begins in equilibrium, which isn't found where fluids glide.
 pub(super) fn choose<const D: usize, const N: usize>(
-    file: &CaseFile,
     structure: &mut Structure<D>,
-    modes: &[NaturalMode],
-    fluids: &[FluidSetup],
-    (mesh, boundaries): (&Mesh<D, N>, &[BoundarySetup<D>]),
+    modes: &[NaturalMode<D>],
+    around: &Surroundings<D, N>,
 ) -> Vec<String> {
+    let Surroundings { file, mesh, locator, boundaries, fluids, .. } = around;
     let open: Vec<usize> =
         (0..).zip(file.solids()).filter(|&(_, body)| file.body[body].surface.is_none()).map(|(s, _)| s).collect();
     let (Some(heaviest), InitialStateSpec::Given) =
@@ -40,13 +40,13 @@ pub(super) fn choose<const D: usize, const N: usize>(
     else {
         return Vec::new();
     };
-    let (locator, speed) = (Locator::new(mesh), speed_of_inlets(mesh, boundaries, file.time.end));
+    let speed = speed_of_inlets(mesh, boundaries, file.time.end);
     let mut notes = Vec::new();
     for solid in open {
         let setup = &structure.setups()[solid];
         let longest = modes.iter().find(|mode| mode.solid == solid && mode.period.is_finite()).map(|mode| mode.period);
         let (Some(period), Inertia::Dynamic) = (longest, setup.inertia) else { continue };
-        let Some(element) = element_size(setup, mesh, &locator) else { continue };
+        let Some(element) = element_size(setup, mesh, locator) else { continue };
         let layer = layer(heaviest, period).max(layer_of_stream(heaviest, setup, speed));
         if element > PART * layer {
             notes.push(format!(

@@ -8,13 +8,15 @@ mod layers;
 mod loads;
 mod mesh;
 mod particle_solids;
+mod path;
 mod prestress;
 mod solids;
 mod through;
 
+use path::Surroundings;
+pub(in crate::case) use path::{MeshSizes, PathResolution, shown};
 use prestress::incompressible;
-pub(in crate::case) use solids::size_of;
-use solids::{MODES, natural_periods};
+use solids::{MODES, natural_periods, size_of};
 
 use super::signals::TrialPoints;
 use super::{Construction, Model, guarded, has_errors};
@@ -42,11 +44,11 @@ impl Case {
     pub(super) fn pfem2<const D: usize, const N: usize>(&self, make: MakeMesh<D, N>) -> Result<Model, Vec<Diagnostic>> {
         let mut assembly = Construction::new(self);
         let setup = assembly.flow(make);
-        let Construction { mut findings, watched, notes, .. } = assembly;
+        let Construction { mut findings, watched, notes, paths, .. } = assembly;
         names::parts(&self.file, &mut findings);
         let Some(setup) = setup.filter(|_| !has_errors(&findings)) else { return Err(findings) };
         check::plausible::of_flow(self, &setup, &mut findings);
-        let summary = CaseSummary::of_flow(&setup, &self.file);
+        let summary = CaseSummary::of_flow(&setup, &self.file, &paths);
         check::solids::of_flow(self, &setup, &summary.solids, &mut findings);
         check::solids::rest(self, &setup, &mut findings);
         let mut solver = Pfem2::new(setup);
@@ -78,17 +80,12 @@ struct FlowBodies<const D: usize> {
 }
 
 impl Construction<'_> {
-    /// Notes the longest periods of elastic solids, and lets fluids glide where their layers aren't resolved.
-    fn periods_and_layers<const D: usize, const N: usize>(
-        &mut self,
-        structure: Option<&mut Structure<D>>,
-        fluids: &[FluidSetup],
-        domain: (&Mesh<D, N>, &[BoundarySetup<D>]),
-    ) {
-        let Some(structure) = structure else { return };
+    /// Notes the longest periods of elastic solids, lets fluids glide where their layers aren't resolved, and foresees where solids come to.
+    fn foresee<const D: usize, const N: usize>(&mut self, structure: &mut Structure<D>, around: &Surroundings<D, N>) {
         let modes = structure.natural_modes(MODES);
         self.notes.extend(natural_periods(structure.setups(), &modes));
-        self.notes.extend(layers::choose(&self.case.file, structure, &modes, fluids, domain));
+        self.notes.extend(layers::choose(structure, &modes, around));
+        self.paths = path::of_solids(structure, &modes, around);
     }
 
     /// The fluids and the solids of the case.
@@ -150,7 +147,9 @@ impl Construction<'_> {
         let velocity = mesh.nodes().iter().map(|&x| start(x)).collect();
         let spec = &file.pfem2;
         let mut structure = self.structure(solids.into_iter().map(|solid| solid.setup).collect())?;
-        self.periods_and_layers(structure.as_mut(), &fluids, (&mesh, &boundaries));
+        if let Some(structure) = &mut structure {
+            self.foresee(structure, &Surroundings::new(file, (&mesh, &boundaries), (&fluids, &parts), &gravity));
+        }
         Some(Setup {
             velocity,
             solids: structure,

@@ -207,7 +207,7 @@ impl Construction<'_> {
 }
 
 /// The longest periods of elastic solids without a fluid, in words.
-pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &[NaturalMode]) -> Option<String> {
+pub(super) fn natural_periods<const D: usize>(solids: &[SolidSetup<D>], modes: &[NaturalMode<D>]) -> Option<String> {
     let of = |(solid, setup): (usize, &SolidSetup<D>)| {
         let own = modes.iter().filter(|mode| mode.solid == solid && mode.period.is_finite());
         let periods: Vec<String> = own.take(PERIODS).map(|mode| format!("{:.3e} s", mode.period)).collect();

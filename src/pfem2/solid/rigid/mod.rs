@@ -382,7 +382,7 @@ impl RigidBody {
 }
 
 /// exp(ψ) R (Rodrigues), a rotation to rounding.
-fn turned_by(psi: Vector<3>, rotation: &Tensor<3>) -> Tensor<3> {
+pub fn turned_by(psi: Vector<3>, rotation: &Tensor<3>) -> Tensor<3> {
     let angle = psi.norm();
     let [first, second] = match angle {
         0.0 => [1.0, 0.5],

@@ -24,6 +24,7 @@ pub mod modes;
 pub mod outline;
 mod predict;
 pub mod pressure;
+pub mod response;
 pub mod springs;
 mod state;
 pub mod stress;

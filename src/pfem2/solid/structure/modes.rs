@@ -1,6 +1,7 @@
 //! Natural modes of solids without a fluid: K x = ω² M x in the reference state (theory J.15).
 
 use super::Structure;
+use super::response::by_node;
 use crate::linalg::{SparseMatrix, lowest_modes};
 use crate::math::{Tensor, Vector};
 use crate::pfem2::solid::equations::{IndependentInertia, LinearForces, SolidEquations};
@@ -13,18 +14,20 @@ const UNKNOWNS: usize = 40_000;
 const FREE: f64 = 1e-6;
 
 /// A mode of the solids.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NaturalMode {
+#[derive(Debug, Clone, PartialEq)]
+pub struct NaturalMode<const D: usize> {
     /// The solid that has most of its kinetic energy.
     pub solid: usize,
     /// Its period [s]; infinite for a motion without stiffness.
     pub period: f64,
+    /// φ at the nodes of all solids, φ·M φ = 1 [kg^−½].
+    pub shape: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Structure<D> {
     /// The slowest modes of elastic solids, without a fluid and with rigid solids at rest, the slowest first; none
     /// where there are too many unknowns for it, or an element is folded.
-    pub fn natural_modes(&self, count: usize) -> Vec<NaturalMode> {
+    pub fn natural_modes(&self, count: usize) -> Vec<NaturalMode<D>> {
         let velocities = self.independent_at_rest();
         if velocities.count() == 0 || velocities.count() > UNKNOWNS {
             return Vec::new();
@@ -44,9 +47,9 @@ impl<const D: usize> Structure<D> {
         let highest = modes.last().map_or(0.0, |mode| mode.eigenvalue);
         let period =
             |eigenvalue: f64| if eigenvalue > FREE * highest { TAU / eigenvalue.sqrt() } else { f64::INFINITY };
-        let mode = |mode: &crate::linalg::Mode| NaturalMode {
-            solid: self.most_moved(&velocities.added(&mode.vector)),
-            period: period(mode.eigenvalue),
+        let mode = |mode: &crate::linalg::Mode| {
+            let shape = by_node(&velocities.added(&mode.vector));
+            NaturalMode { solid: self.most_moved(&shape), period: period(mode.eigenvalue), shape }
         };
         modes.iter().map(mode).collect()
     }
@@ -75,12 +78,12 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The solid with most of the kinetic energy at these nodal velocities.
-    fn most_moved(&self, velocity: &[f64]) -> usize {
-        let nodal: Vec<Vector<D>> = velocity.chunks_exact(D).map(|v| Vector::from_fn(|axis| v[axis])).collect();
-        let momentum = self.weighted_by_mass(&nodal);
-        let energy: Vec<f64> = momentum.iter().zip(velocity).map(|(p, v)| p * v).collect();
+    fn most_moved(&self, velocity: &[Vector<D>]) -> usize {
+        let momentum = self.weighted_by_mass(velocity);
+        let of_node = |(p, v): (&[f64], &Vector<D>)| p.iter().zip(&v.0).map(|(p, v)| p * v).sum();
+        let energy: Vec<f64> = momentum.chunks_exact(D).zip(velocity).map(of_node).collect();
         let of = |(mesh, first): (&crate::pfem2::solid::mesh::SolidMesh<D>, u32)| {
-            energy[first as usize * D..][..mesh.nodes.len() * D].iter().sum::<f64>()
+            energy[first as usize..][..mesh.nodes.len()].iter().sum::<f64>()
         };
         let energies: Vec<f64> = self.meshes().into_iter().map(of).collect();
         (0..energies.len()).max_by(|&a, &b| energies[a].total_cmp(&energies[b]).then(b.cmp(&a))).unwrap_or(0)

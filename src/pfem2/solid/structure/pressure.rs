@@ -110,6 +110,15 @@ pub(in crate::pfem2::solid) fn point_stiffness<const D: usize>(
     }
 }
 
+/// m dξ of a Gauss point of a facet [m²; m in the plane].
+pub(in crate::pfem2::solid) fn area_vector<const D: usize>(
+    nodes: &[u32],
+    positions: &[Vector<D>],
+    point: &GaussPoint,
+) -> Vector<D> {
+    normal(&tangents(nodes, positions, point)) * point.weight
+}
+
 /// t_k at a Gauss point of a facet [m]; in the plane the second is zero.
 fn tangents<const D: usize>(nodes: &[u32], positions: &[Vector<D>], point: &GaussPoint) -> [Vector<D>; 2] {
     let tangent = |k: usize| {

@@ -137,6 +137,11 @@ impl Ties {
         self.pairs.contains(&[a.min(b), a.max(b)])
     }
 
+    /// True for a solid that is bonded to another.
+    pub fn is_bonded(&self, solid: usize) -> bool {
+        self.pairs.iter().flatten().any(|&bonded| bonded == solid)
+    }
+
     /// Number of nodes that follow others.
     pub fn count(&self) -> usize {
         self.leaders.len()
