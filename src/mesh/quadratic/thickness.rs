@@ -39,7 +39,7 @@ impl QuadraticMesh {
             .unwrap_or_else(|| self.least_extent())
     }
 
-    /// How thick it is behind its sides, at most [`MOST`] of them spread evenly; none where no sides face each other.
+    /// How thick it is behind its sides, 400 of them at most, spread evenly; none where no sides face each other.
     pub fn thicknesses(&self) -> Vec<Thickness> {
         let sides = self.surface();
         let pieces: Vec<FacePiece> = sides.iter().flat_map(|&side| self.pieces(side)).collect();
